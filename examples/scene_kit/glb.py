@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes a scene as binary glTF 2.0, one buffer, vertex data shared by every mesh that names it."""
+from __future__ import annotations
+
+import json
+import struct
+from array import array
+from dataclasses import dataclass, field
+from typing import Any, Dict, List, Optional, Sequence, Tuple
+
+from .vec import IDENTITY, Vec2, Vec3, Vec4, Y, look_at, srgb
+
+ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
+UNSIGNED_BYTE, UNSIGNED_SHORT, UNSIGNED_INT, FLOAT = 5121, 5123, 5125, 5126
+LINEAR, LINEAR_MIPMAP_LINEAR, CLAMP, REPEAT = 9729, 9987, 33071, 10497
+
+
+@dataclass
+class Geometry:
+    """An indexed triangle list in metres; `uvs` and `colors` (linear) may be empty."""
+    positions: List[Vec3] = field(default_factory=list)
+    normals: List[Vec3] = field(default_factory=list)
+    uvs: List[Vec2] = field(default_factory=list)
+    colors: List[Vec4] = field(default_factory=list)
+    indices: List[int] = field(default_factory=list)
+
+    def append(self, other: "Geometry") -> "Geometry":
+        base = len(self.positions)
+        self.positions += other.positions
+        self.normals += other.normals
+        self.uvs += other.uvs
+        self.colors += other.colors
+        self.indices += [base + i for i in other.indices]
+        return self
+
+
+@dataclass(frozen=True)
+class Stored:
+    """Accessors of a geometry that is in the buffer: several meshes may name it."""
+    attributes: Tuple[Tuple[str, int], ...]
+    indices: int
+
+
+class Glb:
+    """Collects a scene; `write` makes the file."""
+
+    def __init__(self, title: str) -> None:
+        self.json: Dict[str, Any] = {
+            "asset": {"version": "2.0", "generator": "peeler make_scenes", "copyright": "CC0",
+                      "extras": {"title": title}},
+            "scene": 0, "scenes": [{"name": title, "nodes": []}],
+        }
+        # One view for each layout keeps the JSON short; accessors point into it.
+        self._views: Dict[Tuple[int, int], bytearray] = {}
+        self._images: List[bytes] = []
+
+    def _list(self, key: str) -> List[Any]:
+        return self.json.setdefault(key, [])
+
+    def _push(self, key: str, value: Dict[str, Any]) -> int:
+        self._list(key).append(value)
+        return len(self._list(key)) - 1
+
+    def _accessor(self, target: int, stride: int, component: int, shape: str, count: int, data: bytes,
+                  **extra: Any) -> int:
+        block = self._views.setdefault((target, stride), bytearray())
+        view = list(self._views).index((target, stride))
+        offset = len(block)
+        block += data
+        return self._push("accessors", {"bufferView": view, "byteOffset": offset, "componentType": component,
+                                        "count": count, "type": shape, **extra})
+
+    def store(self, geometry: Geometry) -> Stored:
+        count = len(geometry.positions)
+        positions = array("f", [v for p in geometry.positions for v in p])
+        bounds = {"min": [min(positions[k::3]) for k in range(3)], "max": [max(positions[k::3]) for k in range(3)]}
+        attributes = [
+            ("POSITION", self._accessor(ARRAY_BUFFER, 12, FLOAT, "VEC3", count, _little(positions), **bounds)),
+            ("NORMAL", self._accessor(ARRAY_BUFFER, 12, FLOAT, "VEC3", count,
+                                      _little(array("f", [v for n in geometry.normals for v in n]))))]
+        if geometry.uvs:
+            data = _little(array("f", [v for t in geometry.uvs for v in t]))
+            attributes.append(("TEXCOORD_0", self._accessor(ARRAY_BUFFER, 8, FLOAT, "VEC2", count, data)))
+        if geometry.colors:
+            data = bytes(round(min(1.0, max(0.0, v)) * 255) for c in geometry.colors for v in c)
+            attributes.append(("COLOR_0", self._accessor(ARRAY_BUFFER, 4, UNSIGNED_BYTE, "VEC4", count, data,
+                                                         normalized=True)))
+        wide = count > 65535
+        data = _little(array("I" if wide else "H", geometry.indices))
+        indices = self._accessor(ELEMENT_ARRAY_BUFFER, 4 if wide else 2, UNSIGNED_INT if wide else UNSIGNED_SHORT,
+                                 "SCALAR", len(geometry.indices), data)
+        return Stored(tuple(attributes), indices)
+
+    def texture(self, name: str, png: bytes, wrap: int = REPEAT) -> int:
+        self._images.append(png)
+        image = self._push("images", {"name": name, "mimeType": "image/png", "bufferView": -len(self._images)})
+        sampler = {"magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR, "wrapS": wrap, "wrapT": wrap}
+        samplers = self._list("samplers")
+        if sampler not in samplers:
+            samplers.append(sampler)
+        return self._push("textures", {"name": name, "source": image, "sampler": samplers.index(sampler)})
+
+    def material(self, name: str, colour: str = "#ffffff", alpha: float = 1.0, metallic: float = 0.0,
+                 roughness: float = 0.5, texture: Optional[int] = None, mode: str = "OPAQUE",
+                 double_sided: bool = False, cutoff: float = 0.5) -> int:
+        """`colour` is sRGB. `mode` is OPAQUE, MASK or BLEND."""
+        surface: Dict[str, Any] = {"baseColorFactor": [round(c, 5) for c in (*srgb(colour), alpha)],
+                                   "metallicFactor": metallic, "roughnessFactor": roughness}
+        if texture is not None:
+            surface["baseColorTexture"] = {"index": texture}
+        material: Dict[str, Any] = {"name": name, "pbrMetallicRoughness": surface}
+        if mode != "OPAQUE":
+            material["alphaMode"] = mode
+        if mode == "MASK":
+            material["alphaCutoff"] = cutoff
+        if double_sided:
+            material["doubleSided"] = True
+        return self._push("materials", material)
+
+    def mesh(self, name: str, *parts: Tuple[Stored, int]) -> int:
+        """Each part is a stored geometry and its material."""
+        return self._push("meshes", {"name": name, "primitives": [
+            {"attributes": dict(stored.attributes), "indices": stored.indices, "material": material}
+            for stored, material in parts]})
+
+    def node(self, name: str, mesh: Optional[int] = None, at: Vec3 = (0.0, 0.0, 0.0), turn: Vec4 = IDENTITY,
+             size: Vec3 = (1.0, 1.0, 1.0), parent: Optional[int] = None) -> int:
+        node: Dict[str, Any] = {"name": name}
+        if mesh is not None:
+            node["mesh"] = mesh
+        if at != (0.0, 0.0, 0.0):
+            node["translation"] = [round(v, 6) for v in at]
+        if turn != IDENTITY:
+            node["rotation"] = [round(v, 8) for v in turn]
+        if size != (1.0, 1.0, 1.0):
+            node["scale"] = list(size)
+        index = self._push("nodes", node)
+        siblings = (self.json["scenes"][0]["nodes"] if parent is None
+                    else self._list("nodes")[parent].setdefault("children", []))
+        siblings.append(index)
+        return index
+
+    def perspective(self, name: str, eye: Vec3, target: Vec3, yfov: float, aspect: float = 16 / 9,
+                    near: float = 0.01, far: Optional[float] = None, up: Vec3 = Y) -> None:
+        lens: Dict[str, Any] = {"yfov": yfov, "aspectRatio": aspect, "znear": near}
+        if far is not None:
+            lens["zfar"] = far
+        self._camera(name, {"name": name, "type": "perspective", "perspective": lens}, eye, target, up)
+
+    def orthographic(self, name: str, eye: Vec3, target: Vec3, half_height: float, aspect: float = 16 / 9,
+                     near: float = 0.01, far: float = 10.0, up: Vec3 = Y) -> None:
+        box = {"xmag": half_height * aspect, "ymag": half_height, "znear": near, "zfar": far}
+        self._camera(name, {"name": name, "type": "orthographic", "orthographic": box}, eye, target, up)
+
+    def _camera(self, name: str, camera: Dict[str, Any], eye: Vec3, target: Vec3, up: Vec3) -> None:
+        index = self._push("cameras", camera)
+        node = self.node(name, at=eye, turn=look_at(eye, target, up))
+        self._list("nodes")[node]["camera"] = index
+
+    def bytes(self) -> bytes:
+        buffer = bytearray()
+        views: List[Dict[str, Any]] = []
+
+        def place(data: Sequence[int], **extra: Any) -> None:
+            buffer.extend(b"\0" * (-len(buffer) % 4))
+            views.append({"buffer": 0, "byteOffset": len(buffer), "byteLength": len(data), **extra})
+            buffer.extend(data)
+
+        for (target, stride), data in self._views.items():
+            # Only vertex views may carry a stride; indices are tight by definition.
+            place(data, target=target, **({"byteStride": stride} if target == ARRAY_BUFFER else {}))
+        first_image = len(views)
+        for png in self._images:
+            place(png)
+        document = dict(self.json)
+        if self._images:
+            document["images"] = [{**image, "bufferView": first_image - image["bufferView"] - 1}
+                                  for image in self.json["images"]]
+        buffer.extend(b"\0" * (-len(buffer) % 4))
+        document["bufferViews"] = views
+        document["buffers"] = [{"byteLength": len(buffer)}]
+        text = json.dumps(document, separators=(",", ":")).encode()
+        text += b" " * (-len(text) % 4)
+        chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(buffer), 0x004E4942) + buffer
+        return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
+
+    def summary(self) -> Dict[str, int]:
+        """What the scene draws: every instance counted."""
+        triangles = 0
+        for node in self.json["nodes"]:
+            if "mesh" in node:
+                for part in self.json["meshes"][node["mesh"]]["primitives"]:
+                    triangles += self.json["accessors"][part["indices"]]["count"] // 3
+        return {"nodes": len(self.json["nodes"]), "meshes": len(self.json["meshes"]),
+                "materials": len(self.json["materials"]), "triangles": triangles}
+
+
+def _little(values: "array[Any]") -> bytes:
+    """glTF is little-endian whatever this machine is."""
+    if struct.pack("=H", 1) != struct.pack("<H", 1):
+        values = array(values.typecode, values)
+        values.byteswap()
+    return values.tobytes()
