@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads the numbers of glTF accessors, checked: ranges, strides, types, normalised, sparse.
+#include "formats/gltf_accessor.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "core/error.h"
+#include "formats/gltf_schema.h"
+
+namespace peeler {
+namespace {
+
+// An accessor without a buffer view costs its author nothing, so its size needs a limit of its own.
+constexpr std::size_t kMaxUnbackedCount = std::size_t{1} << 24U;
+
+constexpr const char* kHint = "check the file with the Khronos glTF validator";
+
+std::string accessorPointer(int accessor) {
+    return childPointer("/accessors", static_cast<std::size_t>(accessor));
+}
+
+std::size_t componentBytes(int type) {
+    return static_cast<std::size_t>(
+        tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(type)));
+}
+
+/// glTF 2.0 §3.6.2.2: the most negative integer maps to −1 too.
+template <typename Integer>
+float normalized(Integer value) {
+    return std::max(
+        static_cast<float>(value) / static_cast<float>(std::numeric_limits<Integer>::max()), -1.0F);
+}
+
+template <typename In, typename Out>
+Out converted(In value, bool normalize) {
+    if constexpr (std::is_integral_v<In> && std::is_floating_point_v<Out>)
+        if (normalize) return normalized(value);
+    return static_cast<Out>(value);
+}
+
+/// Elements of numbers in memory, of any alignment; no data = zeros.
+struct Source {
+    const std::uint8_t* data = nullptr;
+    std::size_t stride = 0;
+    int component_type = 0;
+    std::size_t components = 1;
+    bool normalize = false;
+};
+
+template <typename In, typename Out, typename Target>
+void copyNumbers(const Source& source, std::size_t count, Out* out, const Target& target) {
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::uint8_t* element = source.data + i * source.stride;
+        Out* to = out + target(i) * source.components;
+        for (std::size_t c = 0; c < source.components; ++c) {
+            In value;
+            std::memcpy(&value, element + c * sizeof(In), sizeof(In));
+            to[c] = converted<In, Out>(value, source.normalize);
+        }
+    }
+}
+
+/// `target(i)` is the element of `out` that element i of the source goes to.
+template <typename Out, typename Target>
+void copyElements(const Source& source, std::size_t count, Out* out, const Target& target) {
+    switch (source.component_type) {
+        case 5120:
+            return copyNumbers<std::int8_t>(source, count, out, target);
+        case 5121:
+            return copyNumbers<std::uint8_t>(source, count, out, target);
+        case 5122:
+            return copyNumbers<std::int16_t>(source, count, out, target);
+        case 5123:
+            return copyNumbers<std::uint16_t>(source, count, out, target);
+        case 5125:
+            return copyNumbers<std::uint32_t>(source, count, out, target);
+        default:
+            return copyNumbers<float>(source, count, out, target);
+    }
+}
+
+constexpr auto kSamePlace = [](std::size_t i) { return i; };
+
+}  // namespace
+
+/// The checked place of an accessor's elements, sparse substitution left aside.
+struct AccessorReader::Elements : Source {
+    std::size_t count = 0;
+};
+
+std::span<const std::uint8_t> AccessorReader::bufferView(int buffer_view) const {
+    const auto index = static_cast<std::size_t>(buffer_view);
+    const tinygltf::BufferView& view = document_.model.bufferViews[index];
+    const std::string where = childPointer("/bufferViews", index);
+    const std::span<const std::uint8_t> buffer =
+        document_.buffers[static_cast<std::size_t>(view.buffer)];
+    if (buffer.empty()) {
+        const bool compressed = view.extensions.contains("EXT_meshopt_compression");
+        throw Error(ErrorKind::kInput,
+                    compressed ? "the data is meshopt-compressed and has no uncompressed fallback"
+                               : "buffer " + std::to_string(view.buffer) + " has no data",
+                    where, compressed ? "decompress it, e.g. with gltf-transform copy" : kHint);
+    }
+    // Both are at most 2^53 (schema), so their sum does not wrap.
+    if (view.byteOffset + view.byteLength > buffer.size())
+        throw Error(ErrorKind::kInput,
+                    "the view ends at byte " + std::to_string(view.byteOffset + view.byteLength) +
+                        ", its buffer has " + std::to_string(buffer.size()),
+                    where, kHint);
+    return buffer.subspan(view.byteOffset, view.byteLength);
+}
+
+std::size_t AccessorReader::count(int accessor) const {
+    return document_.model.accessors[static_cast<std::size_t>(accessor)].count;
+}
+
+int AccessorReader::components(int accessor) const {
+    return tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(
+        document_.model.accessors[static_cast<std::size_t>(accessor)].type));
+}
+
+AccessorReader::Elements AccessorReader::elements(int accessor) const {
+    const tinygltf::Accessor& info = document_.model.accessors[static_cast<std::size_t>(accessor)];
+    const std::string where = accessorPointer(accessor);
+    Elements result;
+    result.count = info.count;
+    result.component_type = info.componentType;
+    result.components = static_cast<std::size_t>(components(accessor));
+    result.normalize = info.normalized;
+    if (info.bufferView < 0) {
+        if (info.count > kMaxUnbackedCount)
+            throw Error(ErrorKind::kInput,
+                        "an accessor without a buffer view must have at most " +
+                            std::to_string(kMaxUnbackedCount) + " elements, it has " +
+                            std::to_string(info.count),
+                        where + "/count", kHint);
+        return result;
+    }
+
+    const std::span<const std::uint8_t> view = bufferView(info.bufferView);
+    const std::size_t element_bytes = componentBytes(info.componentType) * result.components;
+    const std::size_t stride =
+        document_.model.bufferViews[static_cast<std::size_t>(info.bufferView)].byteStride;
+    result.stride = stride == 0 ? element_bytes : stride;
+    if (result.stride < element_bytes)
+        throw Error(
+            ErrorKind::kInput,
+            "the stride of " + std::to_string(stride) + " bytes is smaller than the " +
+                std::to_string(element_bytes) + " bytes of an element of accessor " +
+                std::to_string(accessor),
+            childPointer("/bufferViews", static_cast<std::size_t>(info.bufferView)) + "/byteStride",
+            kHint);
+    // §3.6.2.4. Counts and offsets are at most 2^53 and the stride is at most 252: no overflow.
+    const std::uint64_t end = info.byteOffset + result.stride * (info.count - 1) + element_bytes;
+    if (end > view.size())
+        throw Error(ErrorKind::kInput,
+                    "the accessor ends at byte " + std::to_string(end) + " of its buffer view, " +
+                        "which has " + std::to_string(view.size()),
+                    where, kHint);
+    result.data = view.data() + info.byteOffset;
+    return result;
+}
+
+template <typename Out>
+void AccessorReader::applySparse(int accessor, std::vector<Out>& values) const {
+    const tinygltf::Accessor& info = document_.model.accessors[static_cast<std::size_t>(accessor)];
+    if (!info.sparse.isSparse) return;
+    const std::string where = accessorPointer(accessor) + "/sparse";
+    const auto count = static_cast<std::size_t>(info.sparse.count);
+    if (count > info.count)
+        throw Error(ErrorKind::kInput, "more elements are substituted than the accessor has",
+                    where + "/count", kHint);
+    const auto packed = [&](int buffer_view, int offset, int type, std::size_t components,
+                            const char* part) {
+        const std::span<const std::uint8_t> view = bufferView(buffer_view);
+        const std::size_t bytes = componentBytes(type) * components;
+        if (static_cast<std::uint64_t>(offset) + bytes * count > view.size())
+            throw Error(ErrorKind::kInput, "the sparse data does not fit its buffer view",
+                        where + part, kHint);
+        return Source{view.data() + offset, bytes, type, components, info.normalized};
+    };
+    std::vector<std::uint32_t> places(count);
+    const int index_type = info.sparse.indices.componentType;
+    copyElements(packed(info.sparse.indices.bufferView, info.sparse.indices.byteOffset, index_type,
+                        1, "/indices"),
+                 count, places.data(), kSamePlace);
+    const auto beyond = std::find_if(places.begin(), places.end(),
+                                     [&](std::uint32_t place) { return place >= info.count; });
+    if (beyond != places.end())
+        throw Error(ErrorKind::kInput,
+                    "element " + std::to_string(*beyond) + " is substituted, the accessor has " +
+                        std::to_string(info.count),
+                    where + "/indices", kHint);
+    copyElements(
+        packed(info.sparse.values.bufferView, info.sparse.values.byteOffset, info.componentType,
+               static_cast<std::size_t>(components(accessor)), "/values"),
+        count, values.data(), [&](std::size_t i) { return std::size_t{places[i]}; });
+}
+
+std::vector<float> AccessorReader::floats(int accessor, const AccessorFormat& format,
+                                          const std::string& use) const {
+    const tinygltf::Accessor& info = document_.model.accessors[static_cast<std::size_t>(accessor)];
+    const int width = components(accessor);
+    const bool is_matrix = info.type >= TINYGLTF_TYPE_MAT2 && info.type <= TINYGLTF_TYPE_MAT4;
+    if (is_matrix || std::find(format.components.begin(), format.components.end(), width) ==
+                         format.components.end())
+        throw Error(ErrorKind::kInput,
+                    "accessor " + std::to_string(accessor) + " has " + std::to_string(width) +
+                        " components, which this use does not allow",
+                    use, kHint);
+    const ComponentFormat component{info.componentType,
+                                    info.normalized && info.componentType != 5126};
+    if (std::find(format.allowed.begin(), format.allowed.end(), component) == format.allowed.end())
+        throw Error(ErrorKind::kInput,
+                    "accessor " + std::to_string(accessor) + " has component type " +
+                        std::to_string(info.componentType) +
+                        (info.normalized ? " (normalized)" : "") +
+                        ", which this use does not allow",
+                    use, kHint);
+    const Elements source = elements(accessor);
+    std::vector<float> values(source.count * source.components);
+    if (source.data) copyElements(source, source.count, values.data(), kSamePlace);
+    applySparse(accessor, values);
+    return values;
+}
+
+std::vector<std::uint32_t> AccessorReader::indices(int accessor, const std::string& use,
+                                                   std::uint32_t& max_value) const {
+    const tinygltf::Accessor& info = document_.model.accessors[static_cast<std::size_t>(accessor)];
+    const int type = info.componentType;
+    if (info.type != TINYGLTF_TYPE_SCALAR || (type != 5121 && type != 5123 && type != 5125))
+        throw Error(ErrorKind::kInput,
+                    "indices must be unsigned integer scalars, accessor " +
+                        std::to_string(accessor) + " is not",
+                    use, kHint);
+    max_value = type == 5121 ? 0xFFU : type == 5123 ? 0xFFFFU : 0xFFFFFFFFU;
+    const Elements source = elements(accessor);
+    std::vector<std::uint32_t> values(source.count);
+    if (source.data) copyElements(source, source.count, values.data(), kSamePlace);
+    applySparse(accessor, values);
+    return values;
+}
+
+}  // namespace peeler

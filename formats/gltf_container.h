@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Takes a .glb file apart.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace peeler {
+
+/// The two chunks of a glTF file (glTF 2.0 §4.4); both point into the bytes they were taken from.
+struct GltfContainer {
+    std::string_view json;
+    std::optional<std::span<const std::uint8_t>> binary;  ///< the BIN chunk, if there is one
+};
+
+/// Does it begin with "glTF"?
+bool isGlb(std::span<const std::uint8_t> bytes);
+
+/// A .glb's chunks, or all of it as JSON if it is none. Throws Error(kInput) with `path` as `where`
+/// if the container is damaged or of another version; oddities that do no harm become warnings.
+GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std::string& path,
+                                 std::vector<std::string>& warnings);
+
+}  // namespace peeler

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// A glTF file in memory: its model with every index checked, and the bytes of its buffers.
+#include "formats/gltf_document.h"
+
+#include <OpenImageIO/hash.h>
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "formats/gltf_checks.h"
+#include "formats/gltf_container.h"
+#include "formats/gltf_schema.h"
+
+namespace peeler {
+namespace {
+
+using nlohmann::json;
+
+// tinygltf and the destructors of JSON values recurse; no real file nests deeper than extras do.
+constexpr int kMaxJsonDepth = 200;
+
+void checkDepth(std::string_view text, const std::string& path) {
+    int depth = 0;
+    bool in_string = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (in_string) {
+            if (c == '\\') ++i;
+            if (c == '"') in_string = false;
+        } else if (c == '"') {
+            in_string = true;
+        } else if (c == '{' || c == '[') {
+            if (++depth > kMaxJsonDepth)
+                throw Error(
+                    ErrorKind::kInput,
+                    "the JSON is nested deeper than " + std::to_string(kMaxJsonDepth) + " levels",
+                    path, "this is not a glTF file that an exporter writes");
+        } else if (c == '}' || c == ']') {
+            --depth;
+        }
+    }
+}
+
+/// Moves an array out of the root object; an empty one if it is not there.
+json take(json& gltf, const char* name) {
+    const auto found = gltf.find(name);
+    if (found == gltf.end()) return json::array();
+    json result = std::move(*found);
+    gltf.erase(found);
+    return result;
+}
+
+json parseJson(std::string_view text, const std::string& path) {
+    checkDepth(text, path);
+    try {
+        return json::parse(text.begin(), text.end());
+    } catch (const json::exception& problem) {
+        // "[json.exception.parse_error.101] parse error at line 3, column 7: …"
+        std::string what = problem.what();
+        if (const std::size_t end = what.find("] "); end != std::string::npos)
+            what.erase(0, end + 2);
+        throw Error(ErrorKind::kInput, "the file is not valid JSON: " + what, path,
+                    "a scene is a .gltf or .glb file; export it again if it is damaged");
+    }
+}
+
+/// tinygltf reads and decodes whatever buffers and images name, in the current folder too, wants a
+/// buffer view for every index accessor, and gives up where an animation or a light that we do not
+/// use is odd. It never sees these: the arrays have been taken out before, the rest goes here.
+json withoutWhatTinygltfMishandles(json gltf) {
+    gltf.erase("extensions");
+    if (const auto meshes = gltf.find("meshes"); meshes != gltf.end())
+        for (json& mesh : *meshes)
+            for (json& primitive : mesh["primitives"])
+                primitive.erase("indices");
+    return gltf;
+}
+
+tinygltf::Model parseModel(const json& gltf, const std::string& path) {
+    const std::string text = withoutWhatTinygltfMishandles(gltf).dump();
+    if (text.size() > std::numeric_limits<unsigned int>::max())
+        throw Error(ErrorKind::kInput, "the JSON has more than 4 GiB", path,
+                    "move the data URIs to files of their own");
+    tinygltf::TinyGLTF parser;
+    // Nothing in the text makes it open a file; these make sure.
+    parser.SetFsCallbacks(
+        {[](const std::string&, void*) { return false; },
+         [](const std::string&, void*) { return std::string(); },
+         [](std::vector<unsigned char>*, std::string*, const std::string&, void*) { return false; },
+         [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
+             return false;
+         },
+         nullptr});
+    tinygltf::Model model;
+    std::string problems, remarks;
+    bool parsed = false;
+    try {
+        parsed = parser.LoadASCIIFromString(&model, &problems, &remarks, text.data(),
+                                            static_cast<unsigned int>(text.size()), "");
+    } catch (const std::exception& problem) {
+        problems = problem.what();
+    }
+    if (!parsed) {
+        while (!problems.empty() && problems.back() == '\n')
+            problems.pop_back();
+        throw Error(ErrorKind::kInput, "the glTF cannot be read: " + problems, path,
+                    "check the file with the Khronos glTF validator");
+    }
+    if (const auto meshes = gltf.find("meshes"); meshes != gltf.end())
+        for (std::size_t i = 0; i < meshes->size(); ++i)
+            for (std::size_t j = 0; j < model.meshes[i].primitives.size(); ++j)
+                model.meshes[i].primitives[j].indices =
+                    (*meshes)[i]["primitives"][j].value("indices", -1);
+    return model;
+}
+
+void readBuffers(GltfDocument& document, const json& buffers, const GltfContainer& container) {
+    for (std::size_t i = 0; i < buffers.size(); ++i) {
+        const std::string where = childPointer("/buffers", i);
+        const json& buffer = buffers[i];
+        const auto uri = buffer.find("uri");
+        std::span<const std::uint8_t> bytes;
+        if (uri == buffer.end()) {
+            // Without a URI: the binary chunk, or a placeholder for an extension (§3.6.1.2).
+            if (i != 0 || !container.binary) {
+                document.buffers.push_back({});
+                continue;
+            }
+            bytes = *container.binary;
+        } else if (const std::string& text = uri->get_ref<const std::string&>(); isDataUri(text)) {
+            bytes = document.storage.emplace_back(decodeDataUri(text, where + "/uri"));
+        } else {
+            bytes = document.keep(document.folder.read(text, where + "/uri"));
+        }
+        const auto length = buffer["byteLength"].get<std::uint64_t>();
+        if (length > bytes.size())
+            throw Error(ErrorKind::kInput,
+                        "the buffer is truncated: byteLength says " + std::to_string(length) +
+                            ", " + std::to_string(bytes.size()) + " bytes are there",
+                        where, "copy or export the file again");
+        document.buffers.push_back(bytes.first(length));
+    }
+}
+
+void listImages(GltfDocument& document, const json& images) {
+    for (const json& image : images) {
+        GltfDocument::ImageSource& source = document.images.emplace_back();
+        if (const auto name = image.find("name"); name != image.end() && name->is_string())
+            source.name = name->get<std::string>();
+        source.uri = image.value("uri", "");
+        source.buffer_view = image.value("bufferView", -1);
+    }
+}
+
+}  // namespace
+
+void GltfDocument::warn(const std::string& sentence) {
+    if (std::find(warnings.begin(), warnings.end(), sentence) == warnings.end())
+        warnings.push_back(sentence);
+}
+
+std::span<const std::uint8_t> GltfDocument::keep(std::vector<std::uint8_t> bytes) {
+    content_hash = OIIO::xxhash::xxhash(bytes.data(), bytes.size(), content_hash);
+    return storage.emplace_back(std::move(bytes));
+}
+
+void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
+                      const GltfOptions& options) {
+    const std::string name = path.string();
+    const auto bytes = document.keep(readRegularFile(path, options.max_file_bytes));
+    if (bytes.empty())
+        throw Error(ErrorKind::kInput, "the file is empty", name, "copy or export it again");
+    const GltfContainer container = splitGltfContainer(bytes, name, document.warnings);
+    json gltf = parseJson(container.json, name);
+    checkGltfVersion(gltf, name);
+    checkRequiredExtensions(gltf);
+    checkGltfSchema(gltf);
+    const json buffers = take(gltf, "buffers"), images = take(gltf, "images");
+    document.has_animations = !take(gltf, "animations").empty();
+    document.has_skins = !take(gltf, "skins").empty();
+    document.model = parseModel(gltf, name);
+    checkGltfModel(document.model);
+    readBuffers(document, buffers, container);
+    listImages(document, images);
+}
+
+}  // namespace peeler

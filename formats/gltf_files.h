@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// The only place where a glTF makes us open a file: inside its own folder, regular files, capped.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace peeler {
+
+/// The bytes of a regular file (through symbolic links). Throws Error(kInput) with the path as
+/// `where` if there is none, it is something else (a folder, a pipe, a device), it is larger than
+/// `max_bytes`, or it cannot be read.
+std::vector<std::uint8_t> readRegularFile(const std::filesystem::path& path,
+                                          std::uint64_t max_bytes);
+
+/// Is this a `data:` URI?
+bool isDataUri(std::string_view uri);
+
+/// The bytes of a `data:` URI (RFC 2397), base64 or percent-encoded, of any media type.
+/// Throws Error(kInput) with `where` if it is malformed.
+std::vector<std::uint8_t> decodeDataUri(std::string_view uri, const std::string& where);
+
+/// What the URIs of a glTF may reach. A scene from a stranger must not read the user's other files,
+/// so: relative references only, no "..", and nothing that symbolic links lead out of the folder.
+class GltfFolder {
+  public:
+    /// The folder of this scene file.
+    GltfFolder(const std::filesystem::path& scene_file, std::uint64_t max_file_bytes);
+
+    /// The file that a URI names, percent-decoded (RFC 3986). Throws Error(kInput), `where` being
+    /// the JSON pointer handed in.
+    std::vector<std::uint8_t> read(const std::string& uri, const std::string& where) const;
+
+  private:
+    std::filesystem::path folder_;
+    std::uint64_t max_file_bytes_;
+};
+
+}  // namespace peeler

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+// glTF materials and the textures that they use.
+#include "formats/gltf_materials.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "formats/gltf_accessor.h"
+#include "formats/gltf_schema.h"
+#include "formats/texture_decoder.h"
+
+namespace peeler {
+namespace {
+
+const tinygltf::Value* find(const tinygltf::ExtensionMap& extensions, const char* name) {
+    const auto found = extensions.find(name);
+    return found == extensions.end() ? nullptr : &found->second;
+}
+
+/// Absent members keep what stands in `numbers`. The schema check has seen types and lengths.
+template <std::size_t n>
+void readNumbers(const tinygltf::Value& object, const char* name, std::array<double, n>& numbers) {
+    if (!object.Has(name)) return;
+    const tinygltf::Value& array = object.Get(name);
+    for (std::size_t i = 0; i < n && i < array.ArrayLen(); ++i)
+        numbers[i] = array.Get(static_cast<int>(i)).GetNumberAsDouble();
+}
+
+/// KHR_texture_transform: translation · rotation · scale. Angles count counter-clockwise as seen in
+/// the picture, whose v points down.
+glm::mat3 textureTransform(const tinygltf::Value& extension) {
+    std::array<double, 2> offset = {0, 0}, scale = {1, 1};
+    readNumbers(extension, "offset", offset);
+    readNumbers(extension, "scale", scale);
+    const double angle =
+        extension.Has("rotation") ? extension.Get("rotation").GetNumberAsDouble() : 0;
+    const double c = std::cos(angle), s = std::sin(angle);
+    return glm::mat3(glm::dmat3(c * scale[0], -s * scale[0], 0,  //
+                                s * scale[1], c * scale[1], 0,   //
+                                offset[0], offset[1], 1));
+}
+
+Sampler toSampler(const tinygltf::Model& model, const tinygltf::Texture& texture) {
+    Sampler result;
+    if (texture.sampler < 0) return result;
+    const tinygltf::Sampler& source = model.samplers[static_cast<std::size_t>(texture.sampler)];
+    if (source.magFilter >= 0) result.mag_filter = source.magFilter;
+    if (source.minFilter >= 0) result.min_filter = source.minFilter;
+    result.wrap_s = source.wrapS;
+    result.wrap_t = source.wrapT;
+    return result;
+}
+
+class MaterialReader {
+  public:
+    MaterialReader(GltfDocument& document, const GltfOptions& options, Scene& scene)
+        : document_(document), options_(options), scene_(scene) {}
+
+    void read() {
+        const std::vector<tinygltf::Material>& sources = document_.model.materials;
+        for (std::size_t i = 0; i < sources.size(); ++i)
+            scene_.materials.push_back(material(sources[i], childPointer("/materials", i)));
+        scene_.materials.push_back({});
+        scene_.materials.back().name = "default";
+        decodeImages();
+    }
+
+  private:
+    Material material(const tinygltf::Material& source, const std::string& where) {
+        const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
+        Material out;
+        out.name = source.name;
+        for (int i = 0; i < 4; ++i)
+            out.base_color[i] = factor(pbr.baseColorFactor[static_cast<std::size_t>(i)], where);
+        out.metallic = factor(pbr.metallicFactor, where);
+        out.roughness = factor(pbr.roughnessFactor, where);
+        const std::string pbr_where = where + "/pbrMetallicRoughness";
+        out.base_color_texture = texture(pbr.baseColorTexture, pbr_where + "/baseColorTexture");
+        out.metallic_roughness_texture =
+            texture(pbr.metallicRoughnessTexture, pbr_where + "/metallicRoughnessTexture");
+        out.normal_texture = texture(source.normalTexture, where + "/normalTexture");
+        out.normal_scale = static_cast<float>(source.normalTexture.scale);
+        out.occlusion_texture = texture(source.occlusionTexture, where + "/occlusionTexture");
+        out.occlusion_strength = factor(source.occlusionTexture.strength, where);
+        out.emissive_texture = texture(source.emissiveTexture, where + "/emissiveTexture");
+        for (int i = 0; i < 3; ++i)
+            out.emissive[i] = factor(source.emissiveFactor[static_cast<std::size_t>(i)], where);
+        if (const auto* strength = find(source.extensions, "KHR_materials_emissive_strength"))
+            if (strength->Has("emissiveStrength"))
+                out.emissive *= static_cast<float>(
+                    std::max(0.0, strength->Get("emissiveStrength").GetNumberAsDouble()));
+        out.alpha_mode = source.alphaMode == "MASK"    ? AlphaMode::kMask
+                         : source.alphaMode == "BLEND" ? AlphaMode::kBlend
+                                                       : AlphaMode::kOpaque;
+        out.alpha_cutoff = static_cast<float>(source.alphaCutoff);
+        out.double_sided = source.doubleSided;
+        out.unlit = find(source.extensions, "KHR_materials_unlit") != nullptr;
+        return out;
+    }
+
+    /// §5.19, §5.22: from 0 to 1. Others would make alpha, and so composites, meaningless.
+    float factor(double value, const std::string& where) {
+        if (value < 0 || value > 1)
+            document_.warn("The material " + where +
+                           " has factors outside 0 to 1; they are "
+                           "clamped.");
+        return static_cast<float>(std::clamp(value, 0.0, 1.0));
+    }
+
+    /// `Info` is one of tinygltf's three kinds of texture reference.
+    template <typename Info>
+    TextureRef texture(const Info& info, const std::string& where) {
+        TextureRef out;
+        if (info.index < 0) return out;
+        const tinygltf::Texture& source =
+            document_.model.textures[static_cast<std::size_t>(info.index)];
+        out.sampler = toSampler(document_.model, source);
+        out.texcoord = info.texCoord;
+        if (const auto* transform = find(info.extensions, "KHR_texture_transform")) {
+            out.transform = textureTransform(*transform);
+            if (transform->Has("texCoord"))
+                out.texcoord = transform->Get("texCoord").GetNumberAsInt();
+        }
+        if (out.texcoord > 1) {
+            document_.warn("The texture reference " + where + " uses TEXCOORD_" +
+                           std::to_string(out.texcoord) +
+                           "; only 0 and 1 are supported, 0 is used.");
+            out.texcoord = 0;
+        }
+        out.image = sceneImage(imageOf(source, info.index));
+        return out;
+    }
+
+    /// The image in a format that we decode: the core one, which extensions keep as their fallback.
+    int imageOf(const tinygltf::Texture& source, int index) {
+        if (source.source >= 0) return source.source;
+        if (const auto* webp = find(source.extensions, "EXT_texture_webp"))
+            if (webp->Has("source")) return webp->Get("source").GetNumberAsInt();
+        missing("/textures/" + std::to_string(index), "it has no image in a supported format",
+                "add a PNG or JPEG fallback");
+        return -1;
+    }
+
+    /// The place in scene.images, which holds used images only.
+    int sceneImage(int image) {
+        if (image < 0) return -1;
+        const auto found = std::find(used_images_.begin(), used_images_.end(), image);
+        const auto place = static_cast<int>(found - used_images_.begin());
+        if (found == used_images_.end()) used_images_.push_back(image);
+        return place;
+    }
+
+    void missing(const std::string& where, const std::string& why, const std::string& hint) {
+        if (options_.strict) throw Error(ErrorKind::kInput, why, where, hint);
+        document_.warn("The texture " + where + " is left out: " + why + ".");
+    }
+
+    std::span<const std::uint8_t> imageBytes(int image) {
+        const auto index = static_cast<std::size_t>(image);
+        const std::string where = childPointer("/images", index);
+        const GltfDocument::ImageSource& source = document_.images[index];
+        if (source.buffer_view >= 0)
+            return AccessorReader(document_).bufferView(source.buffer_view);
+        if (source.uri.empty())
+            throw Error(ErrorKind::kInput, "it has neither a uri nor a bufferView", where);
+        if (isDataUri(source.uri))
+            return document_.storage.emplace_back(decodeDataUri(source.uri, where + "/uri"));
+        return document_.keep(document_.folder.read(source.uri, where + "/uri"));
+    }
+
+    void decodeImages() {
+        // Reading is in order, since the hash depends on it; decoding is where the time goes.
+        const std::size_t count = used_images_.size();
+        std::vector<std::span<const std::uint8_t>> bytes(count);
+        std::vector<Image> images(count);
+        std::vector<std::optional<Error>> problems(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            try {
+                bytes[i] = imageBytes(used_images_[i]);
+            } catch (const Error& problem) {
+                problems[i] = problem;
+            }
+        }
+        parallelFor(count, [&](std::size_t i) {
+            if (problems[i]) return;
+            const auto& source = document_.images[static_cast<std::size_t>(used_images_[i])];
+            try {
+                images[i] = decodeTexture(bytes[i],
+                                          source.name.empty() ? shortUri(source.uri) : source.name,
+                                          {options_.max_image_dimension, options_.max_image_bytes});
+            } catch (const Error& problem) {
+                problems[i] = problem;
+            }
+        });
+
+        std::vector<int> place(count, -1);
+        for (std::size_t i = 0; i < count; ++i) {
+            if (problems[i]) {
+                if (problems[i]->kind() != ErrorKind::kInput) throw *problems[i];
+                missing(childPointer("/images", static_cast<std::size_t>(used_images_[i])),
+                        problems[i]->what(), problems[i]->hint());
+                continue;
+            }
+            place[i] = static_cast<int>(scene_.images.size());
+            scene_.images.push_back(std::move(images[i]));
+        }
+        for (Material& material : scene_.materials)
+            for (TextureRef* texture :
+                 {&material.base_color_texture, &material.metallic_roughness_texture,
+                  &material.normal_texture, &material.occlusion_texture,
+                  &material.emissive_texture})
+                if (texture->image >= 0)
+                    texture->image = place[static_cast<std::size_t>(texture->image)];
+    }
+
+    static std::string shortUri(const std::string& uri) { return isDataUri(uri) ? "" : uri; }
+
+    GltfDocument& document_;
+    const GltfOptions& options_;
+    Scene& scene_;
+    std::vector<int> used_images_;
+};
+
+}  // namespace
+
+void readGltfMaterials(GltfDocument& document, const GltfOptions& options, Scene& scene) {
+    MaterialReader(document, options, scene).read();
+}
+
+}  // namespace peeler

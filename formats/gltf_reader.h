@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads glTF 2.0 (.gltf and .glb) into a Scene.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/scene.h"
+
+namespace peeler {
+
+struct GltfOptions {
+    /// A texture that is missing or cannot be decoded is an error instead of a warning.
+    bool strict = false;
+    std::uint64_t max_file_bytes = std::uint64_t{2} << 30;  ///< of the scene and each file it names
+    std::uint64_t max_image_bytes = std::uint64_t{1} << 30;  ///< of each image, decoded to RGBA
+    int max_image_dimension = 16384;                         ///< width and height, pixels
+};
+
+/// Reads the scene; whether it is JSON or binary is told by the content. Every index, range and
+/// type is checked before use. What the file has but we do not evaluate (animation, skins, optional
+/// extensions) becomes one sentence each in Scene::warnings.
+/// Throws Error(kInput): `where` is the path if the file as a whole is bad, else a JSON pointer.
+Scene readGltf(const std::filesystem::path& path, const GltfOptions& options = {});
+
+/// A glTF extension that we know.
+struct GltfExtension {
+    const char* name;
+    bool supported;    ///< may stand in extensionsRequired
+    const char* note;  ///< supported: what it is; else: what is lost where it is ignored
+};
+
+/// The known extensions, by name.
+const std::vector<GltfExtension>& gltfExtensions();
+
+/// Those that may be required, by name.
+const std::vector<GltfExtension>& supportedGltfExtensions();
+
+}  // namespace peeler

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decodes the PNG, JPEG or WebP bytes of a texture.
+#include "formats/texture_decoder.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+#include <string_view>
+#include <vector>
+
+#include "core/error.h"
+
+namespace peeler {
+namespace {
+
+[[noreturn]] void fail(const std::string& what, const char* hint = "save it again as PNG or JPEG") {
+    throw Error(ErrorKind::kInput, what, "", hint);
+}
+
+/// OpenImageIO's name of the format, told by the magic bytes; it would try any of its many readers
+/// itself, some of them fragile.
+const char* sniff(std::span<const std::uint8_t> bytes) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (text.substr(0, 8) == "\x89PNG\r\n\x1A\n") return "png";
+    if (text.substr(0, 3) == "\xFF\xD8\xFF") return "jpeg";
+    if (text.substr(0, 4) == "RIFF" && text.size() >= 12 && text.substr(8, 4) == "WEBP")
+        return "webp";
+    return nullptr;
+}
+
+void checkSize(const OIIO::ImageSpec& spec, const TextureLimits& limits) {
+    if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1)
+        fail("the image has no pixels");
+    const std::uint64_t bytes = std::uint64_t{4} * static_cast<std::uint64_t>(spec.width) *
+                                static_cast<std::uint64_t>(spec.height);
+    if (std::max(spec.width, spec.height) > limits.max_dimension || bytes > limits.max_bytes)
+        fail("the image of " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
+                 " pixels is larger than the limit of " + std::to_string(limits.max_dimension) +
+                 " pixels a side and " + std::to_string(limits.max_bytes) + " bytes",
+             "scale it down");
+}
+
+/// In place, from the last pixel to the first: `rgba` holds the stored pixels at its beginning.
+void expandToRgba(std::vector<std::uint8_t>& rgba, std::size_t channels) {
+    for (std::size_t pixel = rgba.size() / 4; pixel-- > 0;) {
+        const std::uint8_t* from = rgba.data() + pixel * channels;
+        const bool grey = channels < 3;
+        const std::uint8_t r = from[0], g = grey ? r : from[1], b = grey ? r : from[2];
+        const std::uint8_t a = channels == 2   ? from[1]
+                               : channels == 4 ? from[3]
+                                               : std::uint8_t{255};
+        std::uint8_t* to = rgba.data() + pixel * 4;
+        to[0] = r;
+        to[1] = g;
+        to[2] = b;
+        to[3] = a;
+    }
+}
+
+}  // namespace
+
+Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name,
+                    const TextureLimits& limits) {
+    const char* format = sniff(bytes);
+    if (!format) fail("the image is neither PNG nor JPEG nor WebP");
+    static std::once_flag limits_set;
+    std::call_once(limits_set, [] { OIIO::attribute("limits:imagesize_MB", 4096); });
+    try {
+        const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
+        if (!input) {
+            OIIO::geterror();  // leave none behind for others
+            fail("no decoder for " + std::string(format) + " is installed");
+        }
+        OIIO::Filesystem::IOMemReader memory(bytes.data(), bytes.size());
+        OIIO::ImageSpec config;
+        config.attribute("oiio:UnassociatedAlpha", 1);
+        OIIO::Filesystem::IOProxy* proxy = &memory;
+        config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+        OIIO::ImageSpec spec;
+        if (!input->open("texture." + std::string(format), spec, config))
+            fail("the image cannot be decoded: " + input->geterror());
+        checkSize(spec, limits);
+
+        Image image;
+        image.name = name;
+        image.width = spec.width;
+        image.height = spec.height;
+        image.rgba.resize(std::size_t{4} * static_cast<std::size_t>(spec.width) *
+                          static_cast<std::size_t>(spec.height));
+        const int channels = std::min(spec.nchannels, 4);
+        if (!input->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, image.rgba.data()))
+            fail("the image cannot be decoded: " + input->geterror());
+        input->close();
+        expandToRgba(image.rgba, static_cast<std::size_t>(channels));
+        return image;
+    } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorKind::kMemory, "not enough memory to decode the image \"" + name + "\"");
+    } catch (const std::exception& problem) {
+        fail("the image cannot be decoded: " + std::string(problem.what()));
+    }
+}
+
+}  // namespace peeler
