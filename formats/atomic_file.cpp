@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// Temporary name, checked writes, sync, rename.
+#include "formats/atomic_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <climits>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "core/error.h"
+
+namespace peeler {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
+
+/// The paths that a signal handler must unlink: fixed storage, since it may not allocate.
+struct Slot {
+    enum State : int { kFree, kChanging, kLive };
+    std::atomic<int> state{kFree};
+    char path[PATH_MAX];
+};
+static_assert(std::atomic<int>::is_always_lock_free);
+constexpr std::size_t kSlots = 64;
+std::array<Slot, kSlots> slots;
+
+int occupySlot(const std::string& path) {
+    if (path.size() >= PATH_MAX) return -1;
+    for (std::size_t i = 0; i < kSlots; ++i) {
+        int expected = Slot::kFree;
+        if (!slots[i].state.compare_exchange_strong(expected, Slot::kChanging)) continue;
+        std::memcpy(slots[i].path, path.c_str(), path.size() + 1);
+        slots[i].state = Slot::kLive;
+        return static_cast<int>(i);
+    }
+    return -1;
+}
+
+void releaseSlot(int slot) noexcept {
+    if (slot >= 0) slots[static_cast<std::size_t>(slot)].state = Slot::kFree;
+}
+
+std::string hintFor(int error) {
+    switch (error) {
+        case ENOSPC:
+        case EDQUOT:
+            return "free some space, or write to another disk";
+        case ENOENT:
+            return "make the folder first";
+        case EACCES:
+        case EPERM:
+            return "check the permissions of the folder";
+        case EROFS:
+            return "the file system is read-only; write to another folder";
+        case ENOTDIR:
+            return "a part of the path is a file, not a folder";
+        case EFBIG:
+            return "the file system or a limit (ulimit -f) allows no file that large";
+        case ENAMETOOLONG:
+            return "choose a shorter name";
+        default:
+            return "check the disk";
+    }
+}
+
+std::string text(int error) {
+    return std::generic_category().message(error);
+}
+
+/// The folder that a path names a file in; "." where it names none.
+std::string folderOf(const std::string& path) {
+    const std::string folder = fs::path(path).parent_path().string();
+    return folder.empty() ? "." : folder;
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(path_) {
+    const fs::path name = fs::path(path_).filename();
+    std::error_code error;
+    const fs::file_status status = fs::status(path_, error);
+    if (name.empty() || fs::is_directory(status)) {
+        throw Error(ErrorKind::kOutput, "cannot write: it is a folder", path_,
+                    "name a file inside the folder");
+    }
+    if (fs::exists(status) && !fs::is_regular_file(status)) {
+        // Renaming onto a device or a pipe would replace it.
+        throw Error(ErrorKind::kOutput, "cannot write: it is not a regular file", path_,
+                    "name a regular file; the output is renamed into place");
+    }
+    if (fs::is_symlink(fs::symlink_status(path_, error))) {
+        const fs::path target = fs::weakly_canonical(path_, error);
+        if (!error) destination_ = target.string();
+    }
+
+    // The name stays below the usual 255 bytes whatever the user's name is.
+    const std::string base = fs::path(destination_).filename().string().substr(0, 200);
+    static std::atomic<unsigned> counter{0};
+    buffer_.reserve(kBufferBytes);
+    constexpr int kAttempts = 100;
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+        temporary_path_ = (fs::path(destination_).parent_path() /
+                           ("." + base + ".peeler-" + std::to_string(getpid()) + "-" +
+                            std::to_string(counter++) + ".tmp"))
+                              .string();
+        // Registered before it exists: a signal in between finds nothing to unlink, which is
+        // harmless.
+        slot_ = occupySlot(temporary_path_);
+        descriptor_ = open(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (descriptor_ >= 0) return;
+        const int cause = errno;
+        releaseSlot(slot_);
+        slot_ = -1;
+        if (cause != EEXIST) {
+            if (cause == ENOENT) fail("cannot write: the folder does not exist", ENOENT);
+            fail("cannot write: " + text(cause), cause);
+        }
+    }
+    fail("cannot write: no free temporary name", EEXIST);
+}
+
+AtomicFile::~AtomicFile() {
+    discard();
+}
+
+void AtomicFile::append(std::span<const std::byte> bytes) {
+    if (buffer_.size() + bytes.size() > kBufferBytes) flush();
+    if (bytes.size() > kBufferBytes) {
+        writeOut(size_, bytes);
+    } else {
+        buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+    }
+    size_ += bytes.size();
+}
+
+void AtomicFile::writeAt(std::uint64_t offset, std::span<const std::byte> bytes) {
+    flush();
+    writeOut(offset, bytes);
+    size_ = std::max(size_, offset + bytes.size());
+}
+
+std::size_t AtomicFile::readAt(std::uint64_t offset, std::span<std::byte> bytes) {
+    flush();
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+        const ssize_t n = pread(descriptor_, bytes.data() + done, bytes.size() - done,
+                                static_cast<off_t>(offset + done));
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) fail("cannot read back: " + text(errno), errno);
+        if (n == 0) break;
+        done += static_cast<std::size_t>(n);
+    }
+    return done;
+}
+
+void AtomicFile::flush() {
+    if (buffer_.empty()) return;
+    writeOut(size_ - buffer_.size(), buffer_);
+    buffer_.clear();
+}
+
+void AtomicFile::commit() {
+    flush();
+    if (fsync(descriptor_) != 0) fail("cannot write: " + text(errno), errno);
+    // Network file systems report a full quota as late as here.
+    if (close(std::exchange(descriptor_, -1)) != 0) fail("cannot write: " + text(errno), errno);
+    if (std::rename(temporary_path_.c_str(), destination_.c_str()) != 0) {
+        const int cause = errno;
+        fail("cannot rename the finished file: " + text(cause), cause);
+    }
+    releaseSlot(std::exchange(slot_, -1));
+    temporary_path_.clear();
+
+    const int folder = open(folderOf(destination_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder < 0) return;  // a folder that may be written to but not read: nothing to sync by
+    const int result = fsync(folder);
+    const int cause = errno;
+    close(folder);
+    // EINVAL: the file system cannot sync folders; the file itself is on disk.
+    if (result != 0 && cause != EINVAL) fail("cannot sync the folder: " + text(cause), cause);
+}
+
+void AtomicFile::writeOut(std::uint64_t offset, std::span<const std::byte> bytes) {
+    if (descriptor_ < 0) {
+        throw Error(ErrorKind::kInternal, "written to after it was committed", path_);
+    }
+    while (!bytes.empty()) {
+        const ssize_t n =
+            pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) fail("cannot write: " + text(errno), errno);
+        // A short write is no error yet: the next one says why (most often: no space).
+        offset += static_cast<std::uint64_t>(n);
+        bytes = bytes.subspan(static_cast<std::size_t>(n));
+    }
+}
+
+void AtomicFile::discard() noexcept {
+    if (descriptor_ >= 0) close(std::exchange(descriptor_, -1));
+    if (!temporary_path_.empty()) unlink(temporary_path_.c_str());
+    releaseSlot(std::exchange(slot_, -1));
+}
+
+void AtomicFile::fail(const std::string& what, int error) const {
+    throw Error(ErrorKind::kOutput, what, path_, hintFor(error));
+}
+
+void removeTemporaryFiles() noexcept {
+    const int saved = errno;
+    for (const Slot& slot : slots) {
+        if (slot.state == Slot::kLive) unlink(slot.path);
+    }
+    errno = saved;
+}
+
+}  // namespace peeler

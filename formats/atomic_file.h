@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// A file that stands under its final name only when it is whole.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace peeler {
+
+/// Writes to a new hidden file in the destination folder (".out.exr.peeler-<pid>-<n>.tmp"), which
+/// commit() syncs and renames. Destroyed before that, it leaves nothing behind; a process that is
+/// killed outright (SIGKILL) leaves the hidden file, never a partial one under the final name. The
+/// mode of the new file is 0666 less the umask. A symbolic link at `path` is followed, not
+/// replaced. Every member that touches the disk throws Error (kOutput) with path and hint. Not for
+/// several threads at once.
+class AtomicFile {
+  public:
+    /// Creates the hidden file. Throws at once if the folder is missing or not writable, or if
+    /// `path` is something other than a regular file.
+    explicit AtomicFile(std::string path);
+    ~AtomicFile();
+    AtomicFile(const AtomicFile&) = delete;
+    AtomicFile& operator=(const AtomicFile&) = delete;
+
+    /// Adds to the end; buffered.
+    void append(std::span<const std::byte> bytes);
+    /// Overwrites [offset, offset + bytes) or extends the file; what was appended before is on disk
+    /// first.
+    void writeAt(std::uint64_t offset, std::span<const std::byte> bytes);
+    /// Reads what was written. Returns how many bytes there were before the end.
+    std::size_t readAt(std::uint64_t offset, std::span<std::byte> bytes);
+    /// Hands the buffer to the operating system, so that temporaryPath() can be opened and read.
+    void flush();
+    /// flush, fsync, close, rename, fsync of the folder. Nothing may be written after it.
+    void commit();
+
+    std::uint64_t size() const { return size_; }  ///< bytes, those in the buffer included
+    const std::string& path() const { return path_; }
+    const std::string& temporaryPath() const { return temporary_path_; }
+
+  private:
+    void writeOut(std::uint64_t offset, std::span<const std::byte> bytes);
+    void discard() noexcept;
+    [[noreturn]] void fail(const std::string& what, int error) const;
+
+    std::string path_;         ///< as the caller wrote it: what messages name
+    std::string destination_;  ///< with symbolic links followed
+    std::string temporary_path_;
+    int descriptor_ = -1;
+    int slot_ = -1;  ///< in the registry behind removeTemporaryFiles(), −1 = it was full
+    std::vector<std::byte> buffer_;
+    std::uint64_t size_ = 0;
+};
+
+/// Unlinks the hidden file of every AtomicFile alive. Async-signal-safe: for handlers that are
+/// about to end the process.
+void removeTemporaryFiles() noexcept;
+
+}  // namespace peeler

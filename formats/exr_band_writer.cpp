@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which chunks a band completes, their pixels, and the rows kept for the next band.
+#include "formats/exr_band_writer.h"
+
+#include <Imath/half.h>
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfIntAttribute.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <limits>
+#include <mutex>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "formats/exr_header.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::uint32_t kNoFragment = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t kChunksInFlight = 64;  ///< bounds the memory of packed chunks
+
+std::vector<ExrChannel> colorChannels(PixelType type, int color, int z) {
+    return {{"R", type, color, 0, 4},
+            {"G", type, color, 1, 4},
+            {"B", type, color, 2, 4},
+            {"A", type, color, 3, 4},
+            {"Z", PixelType::kFloat, z, 0, 1}};
+}
+
+void sortByName(std::vector<ExrChannel>& channels) {
+    const auto name = [](const ExrChannel& a, const ExrChannel& b) { return a.name < b.name; };
+    std::sort(channels.begin(), channels.end(), name);
+}
+
+Imf::PixelType exrType(PixelType type) {
+    switch (type) {
+        case PixelType::kHalf:
+            return Imf::HALF;
+        case PixelType::kFloat:
+            return Imf::FLOAT;
+        case PixelType::kUint:
+            break;
+    }
+    return Imf::UINT;
+}
+
+std::size_t pixelBytes(const std::vector<ExrChannel>& channels) {
+    std::size_t bytes = 0;
+    for (const auto& channel : channels)
+        bytes += pixelTypeSize(channel.type);
+    return bytes;
+}
+
+template <class T>
+std::byte* put(T value, std::byte* out) {
+    std::memcpy(out, &value, sizeof value);
+    return out + sizeof value;
+}
+
+/// One component of the fragments in `row` (kNoFragment: `fill`), to `out`. Returns the end.
+template <class T>
+std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel, T fill,
+                           std::span<const std::uint32_t> row, std::byte* out) {
+    const T* first = values.data() + channel.component;
+    for (const std::uint32_t fragment : row) {
+        out = put(fragment == kNoFragment ? fill : first[fragment * channel.components], out);
+    }
+    return out;
+}
+
+/// The index of the k-th fragment of each pixel of a row.
+std::size_t findFragments(const LayeredImage& image, std::uint32_t k, int x0, int y,
+                          std::span<std::uint32_t> row) {
+    const std::uint32_t* offsets = image.offsets.data() + image.pixelIndex(x0, y);
+    std::size_t found = 0;
+    for (std::size_t x = 0; x < row.size(); ++x) {
+        const bool has = offsets[x + 1] - offsets[x] > k;
+        row[x] = has ? offsets[x] + k : kNoFragment;
+        found += has ? 1 : 0;
+    }
+    return found;
+}
+
+std::byte* gatherLayerRow(const LayeredImage& image, const std::vector<ExrChannel>& channels,
+                          std::span<const std::uint32_t> row, std::byte* out) {
+    for (const ExrChannel& channel : channels) {
+        if (channel.source == ExrChannel::kZ) {
+            out = gatherComponent(std::span(image.z), channel,
+                                  std::numeric_limits<float>::infinity(), row, out);
+            continue;
+        }
+        const FragmentArray& array = channel.source == ExrChannel::kColor
+                                         ? image.color
+                                         : image.extra[static_cast<std::size_t>(channel.source)];
+        // Bits are copied as they are, so float and uint are alike.
+        out = channel.type == PixelType::kHalf
+                  ? gatherComponent<std::uint16_t>(array.as<std::uint16_t>(), channel, 0, row, out)
+                  : gatherComponent<std::uint32_t>(array.as<std::uint32_t>(), channel, 0, row, out);
+    }
+    return out;
+}
+
+std::byte* gatherCompositeRow(const CompositeImage& image, const std::vector<ExrChannel>& channels,
+                              std::size_t first, std::size_t count, std::byte* out) {
+    for (const ExrChannel& channel : channels) {
+        for (std::size_t p = first; p < first + count; ++p) {
+            if (channel.source == ExrChannel::kCompositeZ) {
+                out = put(image.z[p], out);
+            } else if (channel.type == PixelType::kHalf) {
+                out = put(half(image.rgba[p][channel.component]).bits(), out);
+            } else {
+                out = put(image.rgba[p][channel.component], out);
+            }
+        }
+    }
+    return out;
+}
+
+/// Appends the fragments [begin, end) of `from`.
+void appendFragments(const LayeredImage& from, std::size_t begin, std::size_t end,
+                     LayeredImage& to) {
+    const auto append = [&](const FragmentArray& source, FragmentArray& target) {
+        const auto* data = source.data.data();
+        target.data.insert(target.data.end(), data + begin * source.stride(),
+                           data + end * source.stride());
+    };
+    to.z.insert(to.z.end(), from.z.data() + begin, from.z.data() + end);
+    append(from.color, to.color);
+    for (std::size_t i = 0; i < from.extra.size(); ++i)
+        append(from.extra[i], to.extra[i]);
+}
+
+/// Appends the rows [y0, y1) of `from` below those of `to`, which is as wide.
+void appendRows(const LayeredImage& from, int y0, int y1, LayeredImage& to) {
+    const std::size_t first = from.pixelIndex(from.window.x0, y0);
+    const std::size_t last = from.pixelIndex(from.window.x0, y1);
+    const auto base = static_cast<std::uint32_t>(to.fragments());
+    for (std::size_t p = first; p < last; ++p) {
+        to.offsets.push_back(base + from.offsets[p + 1] - from.offsets[first]);
+    }
+    appendFragments(from, from.offsets[first], from.offsets[last], to);
+    to.window.y1 += y1 - y0;
+}
+
+/// No rows yet, the first to come being `y`; the arrays of `like`.
+LayeredImage emptyImage(const LayeredImage& like, int y) {
+    LayeredImage image;
+    image.window = {like.window.x0, y, like.window.x1, y};
+    image.offsets = {0};
+    image.color = {like.color.channels, like.color.type, {}};
+    for (const auto& array : like.extra)
+        image.extra.push_back({array.channels, array.type, {}});
+    return image;
+}
+
+}  // namespace
+
+ExrBandWriter::ExrBandWriter(const std::string& path, std::vector<ExrPart> parts, Plan plan,
+                             Provenance provenance, ExrBandOptions options)
+    : plan_(std::move(plan)),
+      provenance_(std::move(provenance)),
+      options_(options),
+      parts_(std::move(parts)),
+      file_(path),
+      next_chunk_(parts_.size(), 0),
+      next_row_(plan_.view.crop.y0) {}
+
+ExrBandWriter::~ExrBandWriter() = default;
+
+void ExrBandWriter::write(const LayeredImage& band) {
+    if (!exr_) open(band);
+    check(band);
+    if (!composite_channels_.empty()) {
+        compositeOver(band, options_.background, band_composite_);
+        compositeOver(carried_, options_.background, carried_composite_);
+    }
+    next_row_ = band.window.y1;
+    fragments_seen_ += band.fragments();
+    const std::vector<Job> jobs = finishedChunks(next_row_);
+    for (std::size_t i = 0; i < jobs.size(); i += kChunksInFlight) {
+        run(std::span(jobs).subspan(i, std::min(kChunksInFlight, jobs.size() - i)), band);
+    }
+    carry(band);
+}
+
+void ExrBandWriter::finish() {
+    if (!exr_) throw Error(ErrorKind::kInternal, "no band was written", file_.path());
+    exr_->finish();
+    file_.commit();
+}
+
+void ExrBandWriter::open(const LayeredImage& first_band) {
+    layer_channels_ = colorChannels(plan_.color_type, ExrChannel::kColor, ExrChannel::kZ);
+    for (std::size_t i = 0; i < first_band.extra.size(); ++i) {
+        const FragmentArray& array = first_band.extra[i];
+        for (std::size_t c = 0; c < array.components(); ++c) {
+            layer_channels_.push_back(
+                {array.channels[c], array.type, static_cast<int>(i), c, array.components()});
+        }
+    }
+    composite_channels_ =
+        colorChannels(plan_.color_type, ExrChannel::kCompositeColor, ExrChannel::kCompositeZ);
+    sortByName(layer_channels_);
+    sortByName(composite_channels_);
+
+    std::vector<Imf::Header> headers;
+    bool composite = false;
+    for (const ExrPart& part : parts_) {
+        Imf::Header header = exrHeader(plan_, provenance_, part.window);
+        header.setName(part.name);
+        if (part.layer != ExrPart::kComposite) {
+            header.insert("peeler:layer", Imf::IntAttribute(part.layer));
+        }
+        composite = composite || part.layer == ExrPart::kComposite;
+        for (const ExrChannel& channel : channels(part)) {
+            if (header.channels().findChannel(channel.name)) {
+                throw Error(ErrorKind::kInternal, "two channels of one name", channel.name);
+            }
+            header.channels().insert(channel.name, Imf::Channel(exrType(channel.type)));
+        }
+        headers.push_back(std::move(header));
+    }
+    if (!composite) composite_channels_.clear();
+    exr_ = std::make_unique<ExrFile>(file_, std::move(headers));
+    carried_ = emptyImage(first_band, next_row_);
+}
+
+void ExrBandWriter::check(const LayeredImage& band) const {
+    const Window& crop = plan_.view.crop;
+    bool good = band.window.x0 == crop.x0 && band.window.x1 == crop.x1 &&
+                band.window.y0 == next_row_ && band.window.y1 <= crop.y1 &&
+                band.offsets.size() == band.window.pixels() + 1 && band.offsets.front() == 0 &&
+                band.offsets.back() == band.fragments() && band.color.type == plan_.color_type &&
+                band.color.data.size() == band.fragments() * 4 * pixelTypeSize(plan_.color_type) &&
+                band.extra.size() == carried_.extra.size();
+    for (std::size_t i = 0; good && i < band.extra.size(); ++i) {
+        good = band.extra[i].channels == carried_.extra[i].channels &&
+               band.extra[i].type == carried_.extra[i].type &&
+               band.extra[i].data.size() == band.fragments() * band.extra[i].stride();
+    }
+    if (!good) throw Error(ErrorKind::kInternal, "a band does not fit the plan", file_.path());
+}
+
+std::vector<ExrBandWriter::Job> ExrBandWriter::finishedChunks(int end_row) {
+    std::vector<Job> jobs;
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+        const Window& window = parts_[part].window;
+        for (int& chunk = next_chunk_[part]; chunk < exr_->chunkCount(part); ++chunk) {
+            const int y0 = window.y0 + chunk * kExrRowsPerChunk;
+            const int y1 = std::min(y0 + kExrRowsPerChunk, window.y1);
+            if (y1 > end_row) break;
+            jobs.push_back({part, chunk, y0, y1});
+        }
+    }
+    // By the row that completes the chunk: an order that knows nothing of bands.
+    std::sort(jobs.begin(), jobs.end(), [](const Job& a, const Job& b) {
+        return a.y1 != b.y1 ? a.y1 < b.y1 : a.part < b.part;
+    });
+    return jobs;
+}
+
+void ExrBandWriter::run(std::span<const Job> jobs, const LayeredImage& band) {
+    packed_.resize(std::max(packed_.size(), jobs.size()));
+    std::mutex mutex;
+    std::atomic<std::uint64_t> written{0};
+    parallelFor(jobs.size(), [&](std::size_t i) {
+        std::unique_ptr<ExrChunkPacker> packer;
+        {
+            const std::lock_guard lock(mutex);
+            if (!idle_packers_.empty()) {
+                packer = std::move(idle_packers_.back());
+                idle_packers_.pop_back();
+            }
+        }
+        if (!packer) packer = std::make_unique<ExrChunkPacker>(options_.level);
+        written += gather(jobs[i], band, *packer);
+        packer->pack(packed_[i]);
+        const std::lock_guard lock(mutex);
+        idle_packers_.push_back(std::move(packer));
+    });
+    fragments_written_ += written;
+    for (std::size_t i = 0; i < jobs.size(); ++i)
+        exr_->append(jobs[i].part, jobs[i].chunk, packed_[i]);
+}
+
+std::uint64_t ExrBandWriter::gather(const Job& job, const LayeredImage& band,
+                                    ExrChunkPacker& packer) const {
+    const ExrPart& part = parts_[job.part];
+    const auto width = static_cast<std::size_t>(part.window.width());
+    const auto height = static_cast<std::size_t>(job.y1 - job.y0);
+    const std::vector<ExrChannel>& part_channels = channels(part);
+    std::byte* out = packer.raw(width * height * pixelBytes(part_channels)).data();
+    std::vector<std::uint32_t> row(width);
+    std::uint64_t found = 0;
+    for (int y = job.y0; y < job.y1; ++y) {
+        const bool is_carried = y < carried_.window.y1;
+        const LayeredImage& image = is_carried ? carried_ : band;
+        if (part.layer == ExrPart::kComposite) {
+            const CompositeImage& composite = is_carried ? carried_composite_ : band_composite_;
+            out = gatherCompositeRow(composite, part_channels, image.pixelIndex(part.window.x0, y),
+                                     width, out);
+        } else {
+            found += findFragments(image, static_cast<std::uint32_t>(part.layer), part.window.x0, y,
+                                   row);
+            out = gatherLayerRow(image, part_channels, row, out);
+        }
+    }
+    return found;
+}
+
+void ExrBandWriter::carry(const LayeredImage& band) {
+    int needed = next_row_;
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+        if (next_chunk_[part] == exr_->chunkCount(part)) continue;
+        needed = std::min(needed, parts_[part].window.y0 + next_chunk_[part] * kExrRowsPerChunk);
+    }
+    LayeredImage kept = emptyImage(band, needed);
+    if (needed < carried_.window.y1) appendRows(carried_, needed, carried_.window.y1, kept);
+    appendRows(band, std::max(needed, band.window.y0), band.window.y1, kept);
+    carried_ = std::move(kept);
+}
+
+const std::vector<ExrChannel>& ExrBandWriter::channels(const ExrPart& part) const {
+    return part.layer == ExrPart::kComposite ? composite_channels_ : layer_channels_;
+}
+
+}  // namespace peeler

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// From bands of any height to the chunks of every part of an OpenEXR file.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/composite.h"
+#include "core/sink.h"
+#include "formats/atomic_file.h"
+#include "formats/exr_chunks.h"
+
+namespace peeler {
+
+inline constexpr int kDefaultZipLevel =
+    4;  ///< libdeflate's; higher ones gain little on float pixels
+
+/// What one part of the file shows.
+struct ExrPart {
+    static constexpr int kComposite = -1;
+    std::string name;
+    Window window;
+    int layer = kComposite;  ///< index of the fragment in every pixel's list
+};
+
+/// Where a channel of a part comes from.
+struct ExrChannel {
+    enum Source : int { kCompositeColor = -4, kCompositeZ = -3, kZ = -2, kColor = -1 };
+    std::string name;
+    PixelType type = PixelType::kHalf;
+    int source = kColor;  ///< a Source, or the index of LayeredImage::extra
+    std::size_t component = 0, components = 1;
+};
+
+struct ExrBandOptions {
+    std::array<float, 4> background{};  ///< premultiplied, behind the composite
+    int level = kDefaultZipLevel;
+};
+
+/// Streams bands into the parts. The bytes of the file do not depend on how the picture is cut into
+/// bands or on the number of threads. Between bands it keeps the rows that unfinished chunks still
+/// need, at most
+/// 15. A pixel without the layer is 0 in every channel but Z, which is +inf.
+class ExrBandWriter {
+  public:
+    /// Creates the hidden file. Throws Error (kOutput).
+    ExrBandWriter(const std::string& path, std::vector<ExrPart> parts, Plan plan,
+                  Provenance provenance, ExrBandOptions options);
+    ~ExrBandWriter();
+
+    /// Throws Error (kOutput) of the disk; (kInternal) if the band is not the next one, or is
+    /// malformed.
+    void write(const LayeredImage& band);
+    /// Throws Error (kInternal) if rows are missing.
+    void finish();
+
+    std::uint64_t fragmentsSeen() const { return fragments_seen_; }        ///< in all bands
+    std::uint64_t fragmentsWritten() const { return fragments_written_; }  ///< into parts of layers
+
+  private:
+    struct Job {
+        std::size_t part;
+        int chunk;
+        int y0, y1;  ///< rows, half open
+    };
+
+    void open(const LayeredImage& first_band);
+    void check(const LayeredImage& band) const;
+    std::vector<Job> finishedChunks(int end_row);
+    void run(std::span<const Job> jobs, const LayeredImage& band);
+    std::uint64_t gather(const Job& job, const LayeredImage& band, ExrChunkPacker& packer) const;
+    void carry(const LayeredImage& band);
+    const std::vector<ExrChannel>& channels(const ExrPart& part) const;
+
+    Plan plan_;
+    Provenance provenance_;
+    ExrBandOptions options_;
+    std::vector<ExrPart> parts_;
+    AtomicFile file_;
+    std::unique_ptr<ExrFile> exr_;  ///< from the first band on: it says which channels there are
+    std::vector<ExrChannel> composite_channels_, layer_channels_;
+    std::vector<int> next_chunk_;  ///< of each part
+    int next_row_ = 0;
+    LayeredImage carried_;
+    CompositeImage carried_composite_, band_composite_;
+    std::vector<std::vector<std::byte>> packed_;  ///< of the chunks in flight
+    std::vector<std::unique_ptr<ExrChunkPacker>> idle_packers_;
+    std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;
+};
+
+}  // namespace peeler

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// Chunk compression and file assembly.
+#include "formats/exr_chunks.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
+#include <OpenEXR/ImfVersion.h>
+#include <libdeflate.h>
+
+#include <array>
+#include <bit>
+#include <cstring>
+#include <exception>
+#include <limits>
+#include <string>
+
+#include "core/error.h"
+
+namespace peeler {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "pixels are stored little-endian as they are");
+
+/// Imf::Header writes itself into this.
+class MemoryStream : public Imf::OStream {
+  public:
+    MemoryStream() : Imf::OStream("header") {}
+    void write(const char bytes[], int count) override {
+        data.append(bytes, static_cast<std::size_t>(count));
+    }
+    std::uint64_t tellp() override { return data.size(); }
+    void seekp(std::uint64_t) override {
+        throw Error(ErrorKind::kInternal, "a header is written front to back");
+    }
+
+    std::string data;
+};
+
+template <class T>
+void put(std::string& out, T value) {
+    std::array<char, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), &value, sizeof(T));
+    out.append(bytes.data(), bytes.size());
+}
+
+std::span<const std::byte> bytesOf(const std::string& text) {
+    return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+bool hasLongNames(const Imf::Header& header) {
+    constexpr std::size_t kShort = 31;
+    for (auto i = header.begin(); i != header.end(); ++i) {
+        if (std::strlen(i.name()) > kShort || std::strlen(i.attribute().typeName()) > kShort)
+            return true;
+    }
+    for (auto i = header.channels().begin(); i != header.channels().end(); ++i) {
+        if (std::strlen(i.name()) > kShort) return true;
+    }
+    return false;
+}
+
+void checkChunkSize(const Imf::Header& header, const std::string& path) {
+    std::uint64_t pixel = 0;
+    for (auto i = header.channels().begin(); i != header.channels().end(); ++i) {
+        pixel += i.channel().type == Imf::HALF ? 2 : 4;
+    }
+    const Imath::Box2i& window = header.dataWindow();
+    const auto width =
+        static_cast<std::uint64_t>(std::int64_t{window.max.x} - std::int64_t{window.min.x} + 1);
+    if (width * pixel * kExrRowsPerChunk > std::numeric_limits<std::int32_t>::max()) {
+        throw Error(ErrorKind::kOutput, "16 rows of the picture are larger than OpenEXR's 2 GiB",
+                    path, "render narrower tiles, or fewer channels");
+    }
+}
+
+}  // namespace
+
+ExrChunkPacker::ExrChunkPacker(int level) : compressor_(libdeflate_alloc_compressor(level)) {
+    if (!compressor_) throw Error(ErrorKind::kMemory, "no memory for a compressor");
+}
+
+ExrChunkPacker::~ExrChunkPacker() {
+    libdeflate_free_compressor(compressor_);
+}
+
+std::span<std::byte> ExrChunkPacker::raw(std::size_t bytes) {
+    raw_.resize(bytes);
+    return raw_;
+}
+
+void ExrChunkPacker::pack(std::vector<std::byte>& out) {
+    const std::size_t size = raw_.size();
+    filtered_.resize(size);
+    // OpenEXR's ZIP: the even bytes, then the odd ones, and of that sequence the differences,
+    // biased by 128 (ImfZip.cpp). Both at once here.
+    const auto* in = reinterpret_cast<const std::uint8_t*>(raw_.data());
+    auto* to = reinterpret_cast<std::uint8_t*>(filtered_.data());
+    const std::size_t even = (size + 1) / 2, odd = size / 2;
+    if (size > 0) to[0] = in[0];
+    for (std::size_t i = 1; i < even; ++i) {
+        to[i] = static_cast<std::uint8_t>(in[2 * i] - in[2 * i - 2] + 128);
+    }
+    if (odd > 0) to[even] = static_cast<std::uint8_t>(in[1] - in[2 * even - 2] + 128);
+    for (std::size_t i = 1; i < odd; ++i) {
+        to[even + i] = static_cast<std::uint8_t>(in[2 * i + 1] - in[2 * i - 1] + 128);
+    }
+
+    out.resize(size);
+    const std::size_t packed = libdeflate_zlib_compress(compressor_, filtered_.data(), size,
+                                                        out.data(), size > 0 ? size - 1 : 0);
+    if (packed > 0) {
+        out.resize(packed);
+    } else {
+        out = raw_;  // a chunk as large as its pixels is read as plain pixels
+    }
+}
+
+ExrFile::ExrFile(AtomicFile& file, std::vector<Imf::Header> headers)
+    : file_(file), headers_(std::move(headers)) {
+    const bool multi_part = headers_.size() > 1;
+    int version = Imf::EXR_VERSION | (multi_part ? Imf::MULTI_PART_FILE_FLAG : 0);
+    MemoryStream stream;
+    std::size_t chunks = 0;
+    try {
+        for (Imf::Header& header : headers_) {
+            const Imath::Box2i& window = header.dataWindow();
+            const int rows = window.max.y - window.min.y + 1;
+            header.setChunkCount((rows + kExrRowsPerChunk - 1) / kExrRowsPerChunk);
+            first_offset_.push_back(chunks);
+            chunks += static_cast<std::size_t>(header.chunkCount());
+            header.sanityCheck(false, multi_part);
+            checkChunkSize(header, file_.path());
+            if (hasLongNames(header)) version |= Imf::LONG_NAMES_FLAG;
+            header.writeTo(stream);
+        }
+    } catch (const Error&) {
+        throw;
+    } catch (const std::exception& e) {
+        throw Error(ErrorKind::kOutput, std::string("OpenEXR refuses the header: ") + e.what(),
+                    file_.path());
+    }
+    if (multi_part) stream.data.push_back('\0');
+    std::string start;
+    put(start, std::int32_t{Imf::MAGIC});
+    put(start, std::int32_t{version});
+    file_.append(bytesOf(start));
+    file_.append(bytesOf(stream.data));
+
+    table_position_ = file_.size();
+    offsets_.assign(chunks, 0);
+    file_.append(std::as_bytes(std::span(offsets_)));
+}
+
+void ExrFile::append(std::size_t part, int chunk, std::span<const std::byte> packed) {
+    std::uint64_t& offset = offsets_.at(first_offset_[part] + static_cast<std::size_t>(chunk));
+    if (offset != 0) throw Error(ErrorKind::kInternal, "a chunk is written twice", file_.path());
+    offset = file_.size();
+    std::string start;
+    if (headers_.size() > 1) put(start, static_cast<std::int32_t>(part));
+    put(start, std::int32_t{headers_[part].dataWindow().min.y + chunk * kExrRowsPerChunk});
+    put(start, static_cast<std::int32_t>(packed.size()));
+    file_.append(bytesOf(start));
+    file_.append(packed);
+}
+
+void ExrFile::finish() {
+    for (const std::uint64_t offset : offsets_) {
+        if (offset == 0)
+            throw Error(ErrorKind::kInternal, "rows of the picture are missing", file_.path());
+    }
+    file_.writeAt(table_position_, std::as_bytes(std::span(offsets_)));
+    try {
+        Imf::MultiPartInputFile check(file_.temporaryPath().c_str(), 0, false);
+        bool same = check.parts() == static_cast<int>(headers_.size());
+        for (int part = 0; same && part < check.parts(); ++part) {
+            const Imf::Header& wanted = headers_[static_cast<std::size_t>(part)];
+            const Imf::Header& found = check.header(part);
+            same = check.partComplete(part) && found.dataWindow() == wanted.dataWindow() &&
+                   found.channels() == wanted.channels();
+        }
+        if (!same) {
+            throw Error(ErrorKind::kOutput, "the file reads back differently", file_.path(),
+                        "check the disk");
+        }
+    } catch (const Error&) {
+        throw;
+    } catch (const std::exception& e) {
+        throw Error(ErrorKind::kOutput, std::string("the file does not read back: ") + e.what(),
+                    file_.path(), "check the disk");
+    }
+}
+
+}  // namespace peeler

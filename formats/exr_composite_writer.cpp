@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// One part, no layers.
+#include "formats/exr_composite_writer.h"
+
+#include <utility>
+
+namespace peeler {
+
+ExrCompositeWriter::ExrCompositeWriter(std::string path, Provenance provenance,
+                                       std::array<float, 4> background, int level)
+    : path_(std::move(path)), provenance_(std::move(provenance)), options_{background, level} {}
+
+ExrCompositeWriter::~ExrCompositeWriter() = default;
+
+void ExrCompositeWriter::begin(const Plan& plan) {
+    std::vector<ExrPart> parts = {{"composite", plan.view.crop, ExrPart::kComposite}};
+    writer_ = std::make_unique<ExrBandWriter>(path_, std::move(parts), plan, provenance_, options_);
+}
+
+void ExrCompositeWriter::write(const LayeredImage& band) {
+    writer_->write(band);
+}
+
+void ExrCompositeWriter::finish() {
+    writer_->finish();
+    writer_.reset();
+}
+
+}  // namespace peeler

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Flat OpenEXR images: all layers composited.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+
+#include "core/sink.h"
+#include "formats/exr_band_writer.h"
+
+namespace peeler {
+
+/// Writes a single-part file: R,G,B,A as `Plan::color_type`, Z (float, +inf where nothing is) of
+/// the first fragment, dataWindow = crop, with the attributes of a layered file but `peeler:layer`.
+class ExrCompositeWriter : public Sink {
+  public:
+    /// `background`: premultiplied linear RGBA.
+    ExrCompositeWriter(std::string path, Provenance provenance,
+                       std::array<float, 4> background = {}, int level = kDefaultZipLevel);
+    ~ExrCompositeWriter() override;
+
+    /// Throws Error (kOutput) if the file cannot be created.
+    void begin(const Plan& plan) override;
+    void write(const LayeredImage& band) override;
+    void finish() override;
+
+  private:
+    std::string path_;
+    Provenance provenance_;
+    ExrBandOptions options_;
+    std::unique_ptr<ExrBandWriter> writer_;
+};
+
+}  // namespace peeler

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Layered depth images: one part of an OpenEXR file for each layer.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/sink.h"
+#include "formats/exr_band_writer.h"
+
+namespace peeler {
+
+struct ExrLdiOptions {
+    bool composite = true;         ///< begin with a part that shows all layers composited
+    int level = kDefaultZipLevel;  ///< of libdeflate, 1–12
+};
+
+/// "layer_000", "layer_001", …: at least three digits.
+std::string layerName(std::size_t layer);
+
+/// Writes part `composite` (R,G,B,A as `Plan::color_type`, Z of the first fragment; compositeOver()
+/// of the stored colours on nothing) and parts `layer_000`, `layer_001`, … front to back, each
+/// cropped to its layer's data window: R,G,B,A, Z and the extra channels of the bands. A picture
+/// without any fragment has the part `composite` alone, whatever the options say: a file must have
+/// a part. The same plan, provenance and pixels make the same bytes, however cut into bands.
+class ExrLdiWriter : public Sink {
+  public:
+    ExrLdiWriter(std::string path, Provenance provenance, ExrLdiOptions options = {});
+    ~ExrLdiWriter() override;
+
+    /// Throws Error (kOutput) if the file cannot be created.
+    void begin(const Plan& plan) override;
+    void write(const LayeredImage& band) override;
+    /// Throws Error (kInternal) if the bands had other fragments than the plan says.
+    void finish() override;
+
+  private:
+    std::string path_;
+    Provenance provenance_;
+    ExrLdiOptions options_;
+    std::uint64_t fragments_planned_ = 0;
+    std::unique_ptr<ExrBandWriter> writer_;
+};
+
+}  // namespace peeler

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of output formats.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/sink.h"
+
+namespace peeler {
+
+/// What the command line says about an output file. Fields that a format has no use for are
+/// ignored.
+struct OutputOptions {
+    std::string as;                     ///< kind; "" = the extension's first row in the table
+    bool composite_part = true;         ///< ldi: begin with a part `composite`
+    std::array<float, 4> background{};  ///< premultiplied linear RGBA; composite
+    float exposure = 0;                 ///< stops; PNG, JPEG, TIFF
+    std::string tone_map = "none";      ///< PNG, JPEG, TIFF
+    Provenance provenance;
+};
+
+/// One way to write a picture.
+struct OutputFormat {
+    std::vector<std::string_view> extensions;  ///< lower case, with the dot
+    std::string_view kind;                     ///< for --as
+    std::string_view summary;
+    std::unique_ptr<Sink> (*make)(const std::string& path, const OutputOptions& options);
+};
+
+/// Every format; of two rows with the same extension the first is the default.
+std::span<const OutputFormat> outputFormats();
+
+/// The row for a path (its extension, upper or lower case) and `--as`. Throws Error (kUsage) that
+/// lists the choices.
+const OutputFormat& findOutputFormat(const std::string& path, const std::string& as);
+
+/// A Sink for the path. Nothing is created on disk before its begin(). Throws like
+/// findOutputFormat, and Error (kUsage) if an option has a value that the format does not know.
+std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& options);
+
+}  // namespace peeler
