@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// The storage buffers a band's fragments are captured into.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/gl/objects.h"
+#include "core/layered_image.h"
+
+namespace peeler {
+
+/// Per pixel a slot; per fragment a depth, a primitive index and a packed colour, each in a buffer of its
+/// own. Grown on demand and reused from band to band: fresh memory costs more than rasterising into it.
+class BandBuffers {
+  public:
+    explicit BandBuffers(const gl::Functions& gl) : gl_(gl) {}
+
+    /// Bytes of one fragment in these buffers.
+    static std::size_t fragmentBytes(PixelType color_type) {
+        return sizeof(float) + sizeof(std::uint32_t) + 4 * pixelTypeSize(color_type);
+    }
+
+    void reserveSlots(std::size_t pixels) { reserve(slots_, pixels * sizeof(std::uint32_t)); }
+    void reserveFragments(std::size_t fragments, PixelType color_type) {
+        reserve(depths_, fragments * sizeof(float));
+        reserve(primitives_, fragments * sizeof(std::uint32_t));
+        reserve(colors_, fragments * 4 * pixelTypeSize(color_type));
+    }
+    /// Binds all at their PEELER_ binding points.
+    void bind() const;
+
+    const gl::Buffer& slots() const { return slots_; }
+    const gl::Buffer& depths() const { return depths_; }
+    const gl::Buffer& primitives() const { return primitives_; }
+    const gl::Buffer& colors() const { return colors_; }
+
+  private:
+    void reserve(gl::Buffer& buffer, std::size_t bytes) {
+        if (buffer && buffer.size() >= bytes) return;
+        buffer = {};  // free first: never hold both
+        buffer = gl::Buffer(gl_, bytes);
+    }
+
+    const gl::Functions& gl_;
+    gl::Buffer slots_, depths_, primitives_, colors_;
+};
+
+}  // namespace peeler

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/bands.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+#include "core/error.h"
+
+namespace peeler {
+namespace {
+
+// Kept free under a budget for what is not counted here: the writers' chunks and the driver's command buffers.
+constexpr std::uint64_t kReserve = 96ULL << 20;
+
+}  // namespace
+
+std::uint64_t residentBytes() {
+    unsigned long total = 0, resident = 0;
+    if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
+        if (std::fscanf(file, "%lu %lu", &total, &resident) != 2) resident = 0;
+        std::fclose(file);
+    }
+    return static_cast<std::uint64_t>(resident) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+BandLimits bandLimits(std::uint64_t budget, std::uint64_t resident, const BandCosts& costs) {
+    std::uint64_t available = costs.band_bytes;
+    if (budget) {
+        const std::uint64_t taken = resident + costs.fixed_bytes + kReserve;
+        available = std::min(available, budget > taken ? budget - taken : 0);
+    }
+    BandLimits limits;
+    // A quarter for what grows with pixels, the rest for fragments.
+    limits.pixels = std::min(available / 4 / costs.pixel_bytes,
+                             costs.storage_block_bytes / sizeof(std::uint32_t));
+    limits.fragments = std::min(available * 3 / 4 / costs.fragment_bytes,
+                                costs.storage_block_bytes / costs.largest_array_bytes);
+    return limits;
+}
+
+std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,
+                             const std::function<std::uint64_t(int y)>& row_fragments) {
+    const auto width = static_cast<std::uint64_t>(crop.width());
+    std::vector<Window> bands;
+    std::uint64_t fragments = 0;
+    for (int y = crop.y0; y < crop.y1; ++y) {
+        const std::uint64_t row = row_fragments(y);
+        if (row > limits.fragments || width > limits.pixels) {
+            throw Error(ErrorKind::kMemory,
+                        "one row of " + std::to_string(width) + " pixels with " + std::to_string(row) +
+                            " fragments does not fit the memory budget or the driver's buffers",
+                        "row " + std::to_string(y), "raise --memory, or render parts with --crop");
+        }
+        const auto rows = bands.empty() ? 0 : static_cast<std::uint64_t>(bands.back().height());
+        if (bands.empty() || fragments + row > limits.fragments || (rows + 1) * width > limits.pixels) {
+            bands.push_back({crop.x0, y, crop.x1, y});
+            fragments = 0;
+        }
+        bands.back().y1 = y + 1;
+        fragments += row;
+    }
+    return bands;
+}
+
+}  // namespace peeler

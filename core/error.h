@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one error type: what went wrong, where, and what to try.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace peeler {
+
+/// The cause of a failure. The values are the exit codes of the command line.
+enum class ErrorKind : int {
+    kInternal = 1,    ///< a bug of ours: an invariant did not hold
+    kUsage = 2,       ///< the command line asks for something that does not exist
+    kInput = 3,       ///< an input file is unreadable or invalid
+    kOutput = 4,      ///< an output could not be written
+    kDevice = 5,      ///< no usable GL device, or it was lost
+    kIncomplete = 6,  ///< fragments were left out and --strict forbids it
+    kMemory = 33,     ///< out of memory, or over the budget
+};
+
+/// Thrown by every layer. `what` is a sentence without a full stop; `where` is a path, a JSON pointer
+/// into the glTF ("/meshes/0/primitives/1"), a part name, or empty; `hint` says what to try, or is empty.
+class Error : public std::runtime_error {
+  public:
+    Error(ErrorKind kind, const std::string& what, std::string where = {}, std::string hint = {})
+        : std::runtime_error(what), kind_(kind), where_(std::move(where)), hint_(std::move(hint)) {}
+
+    ErrorKind kind() const noexcept { return kind_; }
+    const std::string& where() const noexcept { return where_; }
+    const std::string& hint() const noexcept { return hint_; }
+
+  private:
+    ErrorKind kind_;
+    std::string where_;
+    std::string hint_;
+};
+
+}  // namespace peeler

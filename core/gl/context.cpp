@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/gl/context.h"
+
+#include <array>
+#include <cstdlib>
+
+#include "core/error.h"
+#include "core/gl/backend.h"
+#include "core/gl/functions.h"
+
+namespace peeler::gl {
+namespace {
+
+// The table of backends, in the order `auto` tries them. OSMesa comes last: it is gone from Mesa 25.1.
+constexpr std::array<Backend, 2> kBackends = {{
+    {"egl", eglCandidates},
+    {"osmesa", osmesaCandidates},
+}};
+
+std::string text(const GLubyte* bytes) {
+    return bytes ? reinterpret_cast<const char*>(bytes) : "";
+}
+
+/// Fills version and limits of the current context; returns what it lacks, or "".
+std::string examine(const Functions& gl, Device& device) {
+    device.version = text(gl.GetString(GL_VERSION));
+    device.renderer = text(gl.GetString(GL_RENDERER));
+    device.vendor = text(gl.GetString(GL_VENDOR));
+    const bool software_name = device.renderer.find("llvmpipe") != std::string::npos ||
+                               device.renderer.find("softpipe") != std::string::npos ||
+                               device.renderer.find("SWR") != std::string::npos;
+    device.software = device.software || software_name;
+    // The surfaceless platform is Mesa's choice of driver: a GPU where there is one.
+    if (device.name.find("surfaceless") != std::string::npos) device.software = software_name;
+
+    const auto integer = [&](GLenum name) {
+        GLint value = 0;
+        gl.GetIntegerv(name, &value);
+        return value;
+    };
+    Limits& limits = device.limits;
+    GLint64 block = 0;
+    gl.GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block);
+    limits.shader_storage_block_size = block;
+    limits.fragment_storage_blocks = integer(GL_MAX_FRAGMENT_SHADER_STORAGE_BLOCKS);
+    limits.framebuffer_width = integer(GL_MAX_FRAMEBUFFER_WIDTH);
+    limits.framebuffer_height = integer(GL_MAX_FRAMEBUFFER_HEIGHT);
+    std::array<GLint, 2> viewport{};
+    gl.GetIntegerv(GL_MAX_VIEWPORT_DIMS, viewport.data());
+    limits.viewport_width = viewport[0];
+    limits.viewport_height = viewport[1];
+    limits.texture_size = integer(GL_MAX_TEXTURE_SIZE);
+    limits.subpixel_bits = integer(GL_SUBPIXEL_BITS);
+
+    const int major = integer(GL_MAJOR_VERSION), minor = integer(GL_MINOR_VERSION);
+    if (major * 10 + minor < 45) {
+        return "it has OpenGL " + std::to_string(major) + "." + std::to_string(minor) +
+               ", and 4.5 core is needed";
+    }
+    constexpr int kStorageBlocks = 4;  // slots, depth, primitive, colour
+    if (limits.fragment_storage_blocks < kStorageBlocks) {
+        return "it has " + std::to_string(limits.fragment_storage_blocks) +
+               " storage blocks in fragment shaders, and " + std::to_string(kStorageBlocks) +
+               " are needed";
+    }
+    return {};
+}
+
+/// Opens and examines; on failure returns null and leaves the reason in device.problem.
+std::unique_ptr<Context> tryOpen(Candidate& candidate, Device& device) {
+    device = candidate.device;
+    if (!device.problem.empty()) return nullptr;
+    auto context = candidate.open(device.problem);
+    if (!context) return nullptr;
+    device.problem = examine(context->functions(), device);
+    if (!device.problem.empty()) return nullptr;
+    return context;
+}
+
+struct Row {
+    const Backend* backend;
+    Candidate candidate;
+    int index;
+};
+
+std::vector<Row> allCandidates() {
+    std::vector<Row> rows;
+    for (const auto& backend : kBackends)
+        for (auto& candidate : backend.candidates())
+            rows.push_back({&backend, std::move(candidate), static_cast<int>(rows.size())});
+    return rows;
+}
+
+std::string quotedList(const std::vector<std::string>& names) {
+    std::string list;
+    for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
+    return list;
+}
+
+}  // namespace
+
+Context::Context() = default;
+Context::~Context() = default;
+
+std::vector<std::string> backendNames() {
+    std::vector<std::string> names;
+    for (const auto& backend : kBackends) names.emplace_back(backend.name);
+    return names;
+}
+
+std::vector<Device> listDevices() {
+    std::vector<Device> devices;
+    for (auto& row : allCandidates()) {
+        Device device;
+        const auto context = tryOpen(row.candidate, device);
+        device.index = row.index;
+        devices.push_back(std::move(device));
+    }
+    return devices;
+}
+
+std::unique_ptr<Context> createContext(const ContextRequest& request,
+                                       std::vector<std::string>* failed_attempts) {
+    bool known = request.backend == "auto";
+    for (const auto& backend : kBackends) known = known || request.backend == backend.name;
+    if (!known) {
+        throw Error(ErrorKind::kUsage, "there is no backend '" + request.backend + "'", "--backend",
+                    "choose auto, " + quotedList(backendNames()));
+    }
+    std::vector<std::string> attempts;
+    bool device_seen = request.device < 0;
+    for (auto& row : allCandidates()) {
+        if (request.backend != "auto" && request.backend != row.backend->name) continue;
+        if (request.device >= 0 && request.device != row.index) continue;
+        device_seen = true;
+        Device device;
+        auto context = tryOpen(row.candidate, device);
+        device.index = row.index;
+        if (context && request.require_gpu && device.software) {
+            device.problem = "it renders in software (" + device.renderer + ")";
+            context.reset();
+        }
+        if (context) {
+            context->setDevice(device);
+            if (failed_attempts) *failed_attempts = std::move(attempts);
+            return context;
+        }
+        attempts.push_back(device.backend + ", " + device.name + ": " + device.problem);
+    }
+    if (!device_seen) {
+        throw Error(ErrorKind::kDevice, "there is no such device",
+                    "--device " + std::to_string(request.device),
+                    "'peeler devices' lists them");
+    }
+    std::string reasons;
+    for (const auto& attempt : attempts) reasons += (reasons.empty() ? "" : "; ") + attempt;
+    throw Error(ErrorKind::kDevice, "no usable OpenGL 4.5 device: " + reasons, "",
+                request.require_gpu ? "leave out --require-gpu to render in software"
+                                    : "install Mesa (Debian: libegl1 libgl1-mesa-dri, or libosmesa6); "
+                                      "'peeler devices' shows every attempt");
+}
+
+}  // namespace peeler::gl

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// A headless OpenGL 4.5 core context, from EGL or OSMesa, chosen at run time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace peeler::gl {
+
+struct Functions;
+
+/// The limits that decide how a picture is cut into bands, and what else a user may ask for.
+struct Limits {
+    std::int64_t shader_storage_block_size = 0;  ///< bytes
+    int fragment_storage_blocks = 0;
+    int framebuffer_width = 0, framebuffer_height = 0;
+    int viewport_width = 0, viewport_height = 0;
+    int texture_size = 0;
+    int subpixel_bits = 0;
+};
+
+/// One way to get a context, and what came of trying it.
+struct Device {
+    std::string backend;    ///< a name of the backend table: "egl", "osmesa"
+    int index = 0;          ///< counts through all backends in the order they are tried: --device N
+    std::string name;       ///< what the backend calls it: "device 0 (/dev/dri/card0)", "surfaceless"
+    bool software = false;  ///< renders on the CPU
+    std::string version;    ///< GL_VERSION
+    std::string renderer;   ///< GL_RENDERER
+    std::string vendor;     ///< GL_VENDOR
+    Limits limits;
+    std::string problem;  ///< why it cannot be used, one sentence; empty if it can
+};
+
+/// A current context. Belongs to the thread that made it.
+class Context {
+  public:
+    Context();
+    virtual ~Context();
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+    const Functions& functions() const { return *functions_; }
+    const Device& device() const { return device_; }
+    void setDevice(const Device& device) { device_ = device; }
+
+  protected:
+    std::unique_ptr<Functions> functions_;
+    Device device_;
+};
+
+/// Names of the backend table, in the order `auto` tries them.
+std::vector<std::string> backendNames();
+
+/// Tries every device of every backend and reports each. Never throws for a device that does not work.
+std::vector<Device> listDevices();
+
+struct ContextRequest {
+    std::string backend = "auto";  ///< or a backend's name
+    int device = -1;               ///< an index of listDevices(), −1 = the first that works
+    bool require_gpu = false;      ///< refuse software renderers
+};
+
+/// Makes a context current on this thread. `failed_attempts` (may be null) receives one sentence for each
+/// device that was tried before the one that worked. Throws Error (kDevice) that lists every attempt, or
+/// (kUsage) for an unknown backend.
+std::unique_ptr<Context> createContext(const ContextRequest& request,
+                                       std::vector<std::string>* failed_attempts = nullptr);
+
+}  // namespace peeler::gl

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+// EGL without a window system: hardware devices, Mesa's software device, the surfaceless platform.
+#define EGL_NO_X11  // keep X's headers (and their macros) out
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+#include <dlfcn.h>
+
+#include <array>
+#include <cstring>
+#include <string_view>
+
+#include "core/gl/backend.h"
+#include "core/gl/functions.h"
+
+namespace peeler::gl {
+namespace {
+
+struct EglLibrary {
+    PFNEGLGETPROCADDRESSPROC proc_address = nullptr;
+    PFNEGLQUERYSTRINGPROC query_string = nullptr;
+    PFNEGLINITIALIZEPROC initialize = nullptr;
+    PFNEGLTERMINATEPROC terminate = nullptr;
+    PFNEGLBINDAPIPROC bind_api = nullptr;
+    PFNEGLCHOOSECONFIGPROC choose_config = nullptr;
+    PFNEGLCREATECONTEXTPROC create_context = nullptr;
+    PFNEGLDESTROYCONTEXTPROC destroy_context = nullptr;
+    PFNEGLMAKECURRENTPROC make_current = nullptr;
+    PFNEGLGETERRORPROC get_error = nullptr;
+    PFNEGLQUERYDEVICESEXTPROC query_devices = nullptr;             // may be missing
+    PFNEGLQUERYDEVICESTRINGEXTPROC query_device_string = nullptr;  // may be missing
+    PFNEGLGETPLATFORMDISPLAYEXTPROC get_platform_display = nullptr;
+    std::string client_extensions;
+    std::string problem;
+};
+
+template <class Function>
+void load(void* handle, const char* name, Function& function) {
+    function = reinterpret_cast<Function>(dlsym(handle, name));
+}
+
+bool hasWord(std::string_view list, std::string_view word) {
+    for (std::size_t at = list.find(word); at != std::string_view::npos; at = list.find(word, at + 1)) {
+        const bool starts = at == 0 || list[at - 1] == ' ';
+        const std::size_t end = at + word.size();
+        if (starts && (end == list.size() || list[end] == ' ')) return true;
+    }
+    return false;
+}
+
+const EglLibrary& library() {
+    static const EglLibrary loaded = [] {
+        EglLibrary lib;
+        // Never closed: drivers keep threads and exit handlers.
+        void* handle = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
+        if (!handle) {
+            lib.problem = "libEGL.so.1 is not installed (Debian: libegl1)";
+            return lib;
+        }
+        load(handle, "eglGetProcAddress", lib.proc_address);
+        load(handle, "eglQueryString", lib.query_string);
+        load(handle, "eglInitialize", lib.initialize);
+        load(handle, "eglTerminate", lib.terminate);
+        load(handle, "eglBindAPI", lib.bind_api);
+        load(handle, "eglChooseConfig", lib.choose_config);
+        load(handle, "eglCreateContext", lib.create_context);
+        load(handle, "eglDestroyContext", lib.destroy_context);
+        load(handle, "eglMakeCurrent", lib.make_current);
+        load(handle, "eglGetError", lib.get_error);
+        if (!lib.proc_address || !lib.query_string || !lib.initialize || !lib.terminate ||
+            !lib.bind_api || !lib.choose_config || !lib.create_context || !lib.destroy_context ||
+            !lib.make_current || !lib.get_error) {
+            lib.problem = "libEGL.so.1 lacks functions of EGL 1.4";
+            return lib;
+        }
+        const char* extensions = lib.query_string(EGL_NO_DISPLAY, EGL_EXTENSIONS);
+        lib.client_extensions = extensions ? extensions : "";
+        const auto extension = [&](const char* name, auto& function) {
+            function = reinterpret_cast<std::decay_t<decltype(function)>>(lib.proc_address(name));
+        };
+        extension("eglGetPlatformDisplayEXT", lib.get_platform_display);
+        if (hasWord(lib.client_extensions, "EGL_EXT_device_enumeration") ||
+            hasWord(lib.client_extensions, "EGL_EXT_device_base")) {
+            extension("eglQueryDevicesEXT", lib.query_devices);
+            extension("eglQueryDeviceStringEXT", lib.query_device_string);
+        }
+        if (!lib.get_platform_display)
+            lib.problem = "EGL has no EGL_EXT_platform_base: it cannot work without a window system";
+        return lib;
+    }();
+    return loaded;
+}
+
+class EglContext final : public Context {
+  public:
+    EglContext(EGLDisplay display, EGLContext context, const Device& device)
+        : display_(display), context_(context) {
+        device_ = device;
+        functions_ = std::make_unique<Functions>();
+    }
+    ~EglContext() override {
+        const auto& egl = library();
+        egl.make_current(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+        egl.destroy_context(display_, context_);
+        // The display stays initialised: it is shared by all contexts of the process.
+    }
+    Functions& mutableFunctions() { return *functions_; }
+
+  private:
+    EGLDisplay display_;
+    EGLContext context_;
+};
+
+std::string eglError(const char* call) {
+    constexpr std::array<std::pair<EGLint, const char*>, 6> kNames = {{
+        {EGL_NOT_INITIALIZED, "EGL_NOT_INITIALIZED"},
+        {EGL_BAD_ALLOC, "EGL_BAD_ALLOC"},
+        {EGL_BAD_ATTRIBUTE, "EGL_BAD_ATTRIBUTE"},
+        {EGL_BAD_MATCH, "EGL_BAD_MATCH"},
+        {EGL_BAD_CONFIG, "EGL_BAD_CONFIG"},
+        {EGL_BAD_PARAMETER, "EGL_BAD_PARAMETER"},
+    }};
+    const EGLint code = library().get_error();
+    for (const auto& [value, name] : kNames)
+        if (value == code) return std::string(call) + " failed (" + name + ")";
+    return std::string(call) + " failed (EGL error " + std::to_string(code) + ")";
+}
+
+std::unique_ptr<Context> open(EGLenum platform, void* native, const Device& device,
+                              std::string& problem) {
+    const auto& egl = library();
+    EGLDisplay display = egl.get_platform_display(platform, native, nullptr);
+    if (display == EGL_NO_DISPLAY) {
+        problem = eglError("eglGetPlatformDisplayEXT");
+        return nullptr;
+    }
+    if (!egl.initialize(display, nullptr, nullptr)) {
+        problem = eglError("eglInitialize");
+        return nullptr;
+    }
+    const char* text = egl.query_string(display, EGL_EXTENSIONS);
+    const std::string extensions = text ? text : "";
+    if (!hasWord(extensions, "EGL_KHR_surfaceless_context")) {
+        problem = "EGL_KHR_surfaceless_context is missing";
+        return nullptr;
+    }
+    if (!egl.bind_api(EGL_OPENGL_API)) {
+        problem = eglError("eglBindAPI(EGL_OPENGL_API)");
+        return nullptr;
+    }
+    EGLConfig config = nullptr;  // EGL_NO_CONFIG_KHR where the driver takes it
+    if (!hasWord(extensions, "EGL_KHR_no_config_context")) {
+        const std::array<EGLint, 3> wanted = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
+        EGLint found = 0;
+        if (!egl.choose_config(display, wanted.data(), &config, 1, &found) || found < 1) {
+            problem = "no EGL config renders OpenGL";
+            return nullptr;
+        }
+    }
+    std::vector<EGLint> attributes = {EGL_CONTEXT_MAJOR_VERSION,
+                                      4,
+                                      EGL_CONTEXT_MINOR_VERSION,
+                                      5,
+                                      EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                      EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT};
+#ifndef NDEBUG
+    attributes.insert(attributes.end(), {EGL_CONTEXT_OPENGL_DEBUG, EGL_TRUE});
+#endif
+    // First with reset notification, so that a lost GPU is noticed (glGetGraphicsResetStatus) and becomes
+    // exit code 5; not every driver takes the attribute (Mesa 22.3's llvmpipe does not).
+    std::vector<EGLint> robust = attributes;
+    robust.insert(robust.end(), {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
+                                 EGL_LOSE_CONTEXT_ON_RESET, EGL_NONE});
+    attributes.push_back(EGL_NONE);
+    EGLContext handle = egl.create_context(display, config, EGL_NO_CONTEXT, robust.data());
+    if (handle == EGL_NO_CONTEXT)
+        handle = egl.create_context(display, config, EGL_NO_CONTEXT, attributes.data());
+    if (handle == EGL_NO_CONTEXT) {
+        problem = eglError("eglCreateContext for OpenGL 4.5 core");
+        return nullptr;
+    }
+    auto context = std::make_unique<EglContext>(display, handle, device);
+    if (!egl.make_current(display, EGL_NO_SURFACE, EGL_NO_SURFACE, handle)) {
+        problem = eglError("eglMakeCurrent");
+        return nullptr;
+    }
+    const std::string missing =
+        loadFunctions(context->mutableFunctions(), [&egl](const char* name) {
+            return reinterpret_cast<void*>(egl.proc_address(name));
+        });
+    if (!missing.empty()) {
+        problem = "the function " + missing + " is missing";
+        return nullptr;
+    }
+    return context;
+}
+
+Candidate candidate(std::string name, bool software, EGLenum platform, void* native) {
+    Device device;
+    device.backend = "egl";
+    device.name = std::move(name);
+    device.software = software;
+    return {device, [=](std::string& problem) { return open(platform, native, device, problem); }};
+}
+
+std::string deviceName(EGLDeviceEXT device, int index, std::string_view extensions) {
+    const auto& egl = library();
+    std::string name = "device " + std::to_string(index);
+    if (hasWord(extensions, "EGL_EXT_device_drm")) {
+        if (const char* file = egl.query_device_string(device, EGL_DRM_DEVICE_FILE_EXT))
+            name += std::string(" (") + file + ")";
+    }
+    return name;
+}
+
+}  // namespace
+
+std::vector<Candidate> eglCandidates() {
+    const auto& egl = library();
+    if (!egl.problem.empty()) {
+        Device device;
+        device.backend = "egl";
+        device.name = "EGL";
+        device.problem = egl.problem;
+        return {{device, nullptr}};
+    }
+    std::vector<Candidate> hardware, software;
+    if (egl.query_devices && egl.query_device_string &&
+        hasWord(egl.client_extensions, "EGL_EXT_platform_device")) {
+        std::array<EGLDeviceEXT, 64> devices{};
+        EGLint count = 0;
+        if (!egl.query_devices(static_cast<EGLint>(devices.size()), devices.data(), &count)) count = 0;
+        for (int i = 0; i < count; ++i) {
+            EGLDeviceEXT device = devices[static_cast<std::size_t>(i)];
+            // The string is queried before any attribute: some drivers crash under cgroups otherwise.
+            const char* text = egl.query_device_string(device, EGL_EXTENSIONS);
+            const std::string extensions = text ? text : "";
+            const bool is_software = hasWord(extensions, "EGL_MESA_device_software");
+            const std::string name =
+                is_software ? "Mesa's software device" : deviceName(device, i, extensions);
+            (is_software ? software : hardware)
+                .push_back(candidate(name, is_software, EGL_PLATFORM_DEVICE_EXT, device));
+        }
+    }
+    if (hasWord(egl.client_extensions, "EGL_MESA_platform_surfaceless")) {
+        software.push_back(candidate("Mesa's surfaceless platform", true,
+                                     EGL_PLATFORM_SURFACELESS_MESA,
+                                     reinterpret_cast<void*>(EGL_DEFAULT_DISPLAY)));
+    }
+    hardware.insert(hardware.end(), software.begin(), software.end());
+    if (hardware.empty()) {
+        Device device;
+        device.backend = "egl";
+        device.name = "EGL";
+        device.problem = "EGL lists no device and has no surfaceless platform";
+        hardware.push_back({device, nullptr});
+    }
+    return hardware;
+}
+
+}  // namespace peeler::gl

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// OSMesa: Mesa's off-screen rasteriser, without any window system library.
+#include <dlfcn.h>
+
+#include <array>
+#include <cstdint>
+
+#include "core/gl/backend.h"
+#include "core/gl/functions.h"
+
+namespace peeler::gl {
+namespace {
+
+// From GL/osmesa.h, repeated here so that its package is not needed to build: the library is a run-time
+// choice (and dropped upstream in Mesa 25.1).
+using OSMesaContext = struct osmesa_context*;
+constexpr int kOsmesaFormat = 0x22, kOsmesaRgba = 0x1908;
+constexpr int kOsmesaDepthBits = 0x30, kOsmesaStencilBits = 0x31, kOsmesaProfile = 0x33;
+constexpr int kOsmesaCoreProfile = 0x34, kOsmesaMajor = 0x36, kOsmesaMinor = 0x37;
+
+struct OsmesaLibrary {
+    OSMesaContext (*create)(const int*, OSMesaContext) = nullptr;
+    void (*destroy)(OSMesaContext) = nullptr;
+    unsigned char (*make_current)(OSMesaContext, void*, GLenum, GLsizei, GLsizei) = nullptr;
+    void* (*proc_address)(const char*) = nullptr;
+    std::string problem;
+};
+
+const OsmesaLibrary& library() {
+    static const OsmesaLibrary loaded = [] {
+        OsmesaLibrary lib;
+        void* handle = nullptr;
+        // RTLD_LOCAL: it exports gl* symbols that would shadow libGL's. Never closed: Mesa keeps threads.
+        for (const char* name : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"})
+            if (!handle) handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
+        if (!handle) {
+            lib.problem = "libOSMesa.so.8 is not installed (Debian: libosmesa6)";
+            return lib;
+        }
+        lib.create = reinterpret_cast<decltype(lib.create)>(dlsym(handle, "OSMesaCreateContextAttribs"));
+        lib.destroy = reinterpret_cast<decltype(lib.destroy)>(dlsym(handle, "OSMesaDestroyContext"));
+        lib.make_current =
+            reinterpret_cast<decltype(lib.make_current)>(dlsym(handle, "OSMesaMakeCurrent"));
+        lib.proc_address =
+            reinterpret_cast<decltype(lib.proc_address)>(dlsym(handle, "OSMesaGetProcAddress"));
+        if (!lib.create || !lib.destroy || !lib.make_current || !lib.proc_address)
+            lib.problem = "libOSMesa is too old: OSMesaCreateContextAttribs is missing";
+        return lib;
+    }();
+    return loaded;
+}
+
+class OsmesaContextHolder final : public Context {
+  public:
+    OsmesaContextHolder(OSMesaContext context, const Device& device) : context_(context) {
+        device_ = device;
+        functions_ = std::make_unique<Functions>();
+    }
+    ~OsmesaContextHolder() override {
+        library().make_current(nullptr, nullptr, 0, 0, 0);
+        library().destroy(context_);
+    }
+    bool makeCurrent() {
+        return library().make_current(context_, buffer_.data(), GL_UNSIGNED_BYTE, kSize, kSize);
+    }
+    Functions& mutableFunctions() { return *functions_; }
+
+  private:
+    static constexpr int kSize = 4;  // OSMesa wants a colour buffer; we render to our own framebuffers
+    OSMesaContext context_;
+    std::array<std::uint32_t, static_cast<std::size_t>(kSize) * kSize> buffer_{};
+};
+
+std::unique_ptr<Context> open(const Device& device, std::string& problem) {
+    const std::array<int, 13> attributes = {kOsmesaFormat,  kOsmesaRgba,        kOsmesaDepthBits, 0,
+                                            kOsmesaStencilBits, 0,              kOsmesaProfile,
+                                            kOsmesaCoreProfile, kOsmesaMajor,   4,
+                                            kOsmesaMinor,   5,                  0};
+    OSMesaContext handle = library().create(attributes.data(), nullptr);
+    if (!handle) {
+        problem = "OSMesa has no OpenGL 4.5 core context";
+        return nullptr;
+    }
+    auto context = std::make_unique<OsmesaContextHolder>(handle, device);
+    if (!context->makeCurrent()) {
+        problem = "OSMesaMakeCurrent failed";
+        return nullptr;
+    }
+    const std::string missing = loadFunctions(
+        context->mutableFunctions(), [](const char* name) { return library().proc_address(name); });
+    if (!missing.empty()) {
+        problem = "the function " + missing + " is missing";
+        return nullptr;
+    }
+    return context;
+}
+
+}  // namespace
+
+std::vector<Candidate> osmesaCandidates() {
+    Device device;
+    device.backend = "osmesa";
+    device.name = "off-screen Mesa";
+    device.software = true;
+    device.problem = library().problem;
+    return {{device, [device](std::string& problem) { return open(device, problem); }}};
+}
+
+}  // namespace peeler::gl

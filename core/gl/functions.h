@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// The OpenGL functions peeler calls, loaded from whichever library made the context.
+#pragma once
+
+#include <GL/glcorearb.h>
+
+#include <functional>
+#include <string>
+
+namespace peeler::gl {
+
+// One list for the declarations and the loader. X(PFNGL…PROC stem, member name without "gl").
+#define PEELER_GL_FUNCTIONS(X)                                        \
+    X(ATTACHSHADER, AttachShader)                                     \
+    X(BEGINQUERY, BeginQuery)                                         \
+    X(BINDBUFFERBASE, BindBufferBase)                                 \
+    X(BINDBUFFERRANGE, BindBufferRange)                               \
+    X(BINDFRAMEBUFFER, BindFramebuffer)                               \
+    X(BINDSAMPLER, BindSampler)                                       \
+    X(BINDTEXTUREUNIT, BindTextureUnit)                               \
+    X(BINDVERTEXARRAY, BindVertexArray)                               \
+    X(CHECKNAMEDFRAMEBUFFERSTATUS, CheckNamedFramebufferStatus)       \
+    X(CLEARNAMEDBUFFERDATA, ClearNamedBufferData)                     \
+    X(CLEARNAMEDBUFFERSUBDATA, ClearNamedBufferSubData)               \
+    X(CLEARNAMEDFRAMEBUFFERFV, ClearNamedFramebufferfv)               \
+    X(CLEARNAMEDFRAMEBUFFERUIV, ClearNamedFramebufferuiv)             \
+    X(CLIPCONTROL, ClipControl)                                       \
+    X(COLORMASK, ColorMask)                                           \
+    X(COMPILESHADER, CompileShader)                                   \
+    X(CREATEBUFFERS, CreateBuffers)                                   \
+    X(CREATEFRAMEBUFFERS, CreateFramebuffers)                         \
+    X(CREATEPROGRAM, CreateProgram)                                   \
+    X(CREATEQUERIES, CreateQueries)                                   \
+    X(CREATESAMPLERS, CreateSamplers)                                 \
+    X(CREATESHADER, CreateShader)                                     \
+    X(CREATETEXTURES, CreateTextures)                                 \
+    X(CREATEVERTEXARRAYS, CreateVertexArrays)                         \
+    X(CULLFACE, CullFace)                                             \
+    X(DEBUGMESSAGECALLBACK, DebugMessageCallback)                     \
+    X(DELETEBUFFERS, DeleteBuffers)                                   \
+    X(DELETEFRAMEBUFFERS, DeleteFramebuffers)                         \
+    X(DELETEPROGRAM, DeleteProgram)                                   \
+    X(DELETEQUERIES, DeleteQueries)                                   \
+    X(DELETESAMPLERS, DeleteSamplers)                                 \
+    X(DELETESHADER, DeleteShader)                                     \
+    X(DELETETEXTURES, DeleteTextures)                                 \
+    X(DELETEVERTEXARRAYS, DeleteVertexArrays)                         \
+    X(DEPTHFUNC, DepthFunc)                                           \
+    X(DEPTHMASK, DepthMask)                                           \
+    X(DISABLE, Disable)                                               \
+    X(DISPATCHCOMPUTE, DispatchCompute)                               \
+    X(DRAWARRAYS, DrawArrays)                                         \
+    X(DRAWELEMENTS, DrawElements)                                     \
+    X(ENABLE, Enable)                                                 \
+    X(ENABLEVERTEXARRAYATTRIB, EnableVertexArrayAttrib)               \
+    X(ENDQUERY, EndQuery)                                             \
+    X(FINISH, Finish)                                                 \
+    X(FRONTFACE, FrontFace)                                           \
+    X(GENERATETEXTUREMIPMAP, GenerateTextureMipmap)                   \
+    X(GETERROR, GetError)                                             \
+    X(GETGRAPHICSRESETSTATUS, GetGraphicsResetStatus)                 \
+    X(GETINTEGER64V, GetInteger64v)                                   \
+    X(GETINTEGERV, GetIntegerv)                                       \
+    X(GETPROGRAMINFOLOG, GetProgramInfoLog)                           \
+    X(GETPROGRAMIV, GetProgramiv)                                     \
+    X(GETQUERYOBJECTUIV, GetQueryObjectuiv)                           \
+    X(GETSHADERINFOLOG, GetShaderInfoLog)                             \
+    X(GETSHADERIV, GetShaderiv)                                       \
+    X(GETSTRING, GetString)                                           \
+    X(LINKPROGRAM, LinkProgram)                                       \
+    X(MAPNAMEDBUFFERRANGE, MapNamedBufferRange)                       \
+    X(MEMORYBARRIER, MemoryBarrier)                                   \
+    X(NAMEDBUFFERSTORAGE, NamedBufferStorage)                         \
+    X(NAMEDFRAMEBUFFERDRAWBUFFERS, NamedFramebufferDrawBuffers)       \
+    X(NAMEDFRAMEBUFFERPARAMETERI, NamedFramebufferParameteri)         \
+    X(NAMEDFRAMEBUFFERTEXTURE, NamedFramebufferTexture)               \
+    X(PIXELSTOREI, PixelStorei)                                       \
+    X(PROGRAMUNIFORM4I, ProgramUniform4i)                             \
+    X(SAMPLERPARAMETERI, SamplerParameteri)                           \
+    X(SCISSOR, Scissor)                                               \
+    X(SHADERSOURCE, ShaderSource)                                     \
+    X(TEXTURESTORAGE2D, TextureStorage2D)                             \
+    X(TEXTURESUBIMAGE2D, TextureSubImage2D)                           \
+    X(UNMAPNAMEDBUFFER, UnmapNamedBuffer)                             \
+    X(USEPROGRAM, UseProgram)                                         \
+    X(VERTEXARRAYATTRIBBINDING, VertexArrayAttribBinding)             \
+    X(VERTEXARRAYATTRIBFORMAT, VertexArrayAttribFormat)               \
+    X(VERTEXARRAYELEMENTBUFFER, VertexArrayElementBuffer)             \
+    X(VERTEXARRAYVERTEXBUFFER, VertexArrayVertexBuffer)               \
+    X(VIEWPORT, Viewport)
+
+/// Function pointers of one context. OSMesa and EGL each have their own, so nothing here is global.
+struct Functions {
+#define X(stem, name) PFNGL##stem##PROC name = nullptr;
+    PEELER_GL_FUNCTIONS(X)
+#undef X
+};
+
+using ProcAddress = std::function<void*(const char* name)>;
+
+/// Loads every function. Returns the name of the first that is missing, or "".
+std::string loadFunctions(Functions& functions, const ProcAddress& lookup);
+
+}  // namespace peeler::gl

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/gl/objects.h"
+
+#include "core/error.h"
+
+namespace peeler::gl {
+
+Buffer::Mapping::Mapping(const Functions& gl, GLuint buffer, std::size_t bytes, GLbitfield access)
+    : gl_(&gl),
+      buffer_(buffer),
+      data_(gl.MapNamedBufferRange(buffer, 0, static_cast<GLsizeiptr>(bytes), access)) {
+    if (data_) return;
+    checkErrors(gl, "mapping a buffer");
+    throw Error(ErrorKind::kMemory,
+                "the driver cannot map a buffer of " + std::to_string(bytes) + " bytes");
+}
+
+namespace {
+GLuint newBuffer(const Functions& gl) {
+    GLuint name = 0;
+    gl.CreateBuffers(1, &name);
+    return name;
+}
+}  // namespace
+
+// A zero-sized storage is an error in GL; an empty scene is not one here.
+Buffer::Buffer(const Functions& gl, std::size_t bytes)
+    : Object(gl, newBuffer(gl)), size_(bytes ? bytes : 4) {
+    gl.NamedBufferStorage(name(), static_cast<GLsizeiptr>(size_), nullptr,
+                          GL_MAP_READ_BIT | GL_MAP_WRITE_BIT);
+    checkErrors(gl, "allocating " + std::to_string(size_) + " bytes of buffer storage");
+}
+
+Buffer::Mapping Buffer::read(std::size_t bytes) const {
+    return {gl(), name(), bytes ? bytes : 4, GL_MAP_READ_BIT};
+}
+
+Buffer::Mapping Buffer::overwrite(std::size_t bytes) const {
+    return {gl(), name(), bytes ? bytes : 4, GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_RANGE_BIT};
+}
+
+void Buffer::clearToZero(std::size_t bytes) const {
+    const GLuint zero = 0;
+    gl().ClearNamedBufferSubData(name(), GL_R32UI, 0, static_cast<GLsizeiptr>(bytes), GL_RED_INTEGER,
+                                 GL_UNSIGNED_INT, &zero);
+}
+
+void Buffer::bindStorage(unsigned binding) const {
+    gl().BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, name());
+}
+
+void Buffer::bindUniform(unsigned binding, std::size_t offset, std::size_t bytes) const {
+    gl().BindBufferRange(GL_UNIFORM_BUFFER, binding, name(), static_cast<GLintptr>(offset),
+                         static_cast<GLsizeiptr>(bytes));
+}
+
+Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height, int levels) {
+    GLuint name = 0;
+    gl.CreateTextures(GL_TEXTURE_2D, 1, &name);
+    Texture texture(gl, name);
+    gl.TextureStorage2D(name, levels, format, width, height);
+    checkErrors(gl, "allocating a texture of " + std::to_string(width) + "x" + std::to_string(height));
+    return texture;
+}
+
+Framebuffer makeFramebuffer(const Functions& gl, std::initializer_list<GLuint> colors, GLuint depth) {
+    GLuint name = 0;
+    gl.CreateFramebuffers(1, &name);
+    Framebuffer framebuffer(gl, name);
+    std::vector<GLenum> buffers;
+    for (const GLuint color : colors) {
+        const auto attachment = static_cast<GLenum>(GL_COLOR_ATTACHMENT0 + buffers.size());
+        gl.NamedFramebufferTexture(name, attachment, color, 0);
+        buffers.push_back(attachment);
+    }
+    if (depth) gl.NamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth, 0);
+    gl.NamedFramebufferDrawBuffers(name, static_cast<GLsizei>(buffers.size()), buffers.data());
+    if (gl.CheckNamedFramebufferStatus(name, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+        throw Error(ErrorKind::kDevice, "the driver does not take a framebuffer of peeler's");
+    return framebuffer;
+}
+
+Framebuffer makeEmptyFramebuffer(const Functions& gl, int width, int height) {
+    GLuint name = 0;
+    gl.CreateFramebuffers(1, &name);
+    gl.NamedFramebufferParameteri(name, GL_FRAMEBUFFER_DEFAULT_WIDTH, width);
+    gl.NamedFramebufferParameteri(name, GL_FRAMEBUFFER_DEFAULT_HEIGHT, height);
+    return {gl, name};
+}
+
+void waitForGpu(const Functions& gl) {
+    gl.MemoryBarrier(GL_CLIENT_MAPPED_BUFFER_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+    gl.Finish();
+}
+
+void checkErrors(const Functions& gl, const std::string& stage) {
+    if (gl.GetGraphicsResetStatus() != GL_NO_ERROR) {
+        throw Error(ErrorKind::kDevice, "the GL context was lost while " + stage, "",
+                    "the GPU was reset or taken away; try again, or --backend osmesa");
+    }
+    const GLenum code = gl.GetError();
+    if (code == GL_NO_ERROR) return;
+    if (code == GL_OUT_OF_MEMORY) {
+        throw Error(ErrorKind::kMemory, "the GL driver is out of memory while " + stage, "",
+                    "lower --memory or the picture's size");
+    }
+    throw Error(ErrorKind::kInternal, "GL error " + std::to_string(code) + " while " + stage);
+}
+
+void apply(const Functions& gl, const PassState& state) {
+    gl.BindFramebuffer(GL_FRAMEBUFFER, state.framebuffer);
+    gl.Viewport(0, 0, state.viewport_width, state.viewport_height);
+    gl.Enable(GL_SCISSOR_TEST);
+    gl.Scissor(state.scissor_x, state.scissor_y, state.scissor_width, state.scissor_height);
+    // Reversed Z: clip space depth 0–1, 1 at the near plane.
+    gl.ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    gl.Disable(GL_BLEND);
+    gl.Disable(GL_STENCIL_TEST);
+    gl.Disable(GL_DITHER);
+    gl.Disable(GL_MULTISAMPLE);
+    gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    if (state.depth_test) {
+        gl.Enable(GL_DEPTH_TEST);
+        gl.DepthFunc(GL_GREATER);
+        gl.DepthMask(GL_TRUE);
+    } else {
+        gl.Disable(GL_DEPTH_TEST);
+        gl.DepthMask(GL_FALSE);
+    }
+}
+
+}  // namespace peeler::gl

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Move-only owners of GL objects, and the state of a pass.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/gl/functions.h"
+
+namespace peeler::gl {
+
+/// Owns one GL name; `Delete` is the member of Functions that frees it. Must not outlive the context.
+template <auto Delete>
+class Object {
+  public:
+    Object() = default;
+    Object(const Functions& gl, GLuint name) : gl_(&gl), name_(name) {}
+    Object(Object&& other) noexcept
+        : gl_(other.gl_), name_(std::exchange(other.name_, 0U)) {}
+    Object& operator=(Object&& other) noexcept {
+        std::swap(gl_, other.gl_);
+        std::swap(name_, other.name_);
+        return *this;
+    }
+    ~Object() {
+        if (name_) (gl_->*Delete)(1, &name_);
+    }
+    GLuint name() const { return name_; }
+    explicit operator bool() const { return name_ != 0; }
+
+  protected:
+    const Functions& gl() const { return *gl_; }
+
+  private:
+    const Functions* gl_ = nullptr;
+    GLuint name_ = 0;
+};
+
+using Texture = Object<&Functions::DeleteTextures>;
+using SamplerObject = Object<&Functions::DeleteSamplers>;
+using VertexArray = Object<&Functions::DeleteVertexArrays>;
+using Framebuffer = Object<&Functions::DeleteFramebuffers>;
+
+/// Immutable storage of a fixed size, in the GPU's memory where there is one; the CPU gets at it by mapping.
+class Buffer : public Object<&Functions::DeleteBuffers> {
+  public:
+    /// A mapped range; unmapped with the object. No GPU command may use the buffer while it lives.
+    class Mapping {
+      public:
+        Mapping(const Functions& gl, GLuint buffer, std::size_t bytes, GLbitfield access);
+        Mapping(const Mapping&) = delete;
+        Mapping& operator=(const Mapping&) = delete;
+        ~Mapping() { gl_->UnmapNamedBuffer(buffer_); }
+        template <class T>
+        T* as() const {
+            return static_cast<T*>(data_);
+        }
+
+      private:
+        const Functions* gl_;
+        GLuint buffer_;
+        void* data_;
+    };
+
+    Buffer() = default;
+    /// Throws Error (kMemory) if the driver has no room.
+    Buffer(const Functions& gl, std::size_t bytes);
+
+    std::size_t size() const { return size_; }
+    /// The first `bytes`, for reading (after waitForGpu) or for overwriting as a whole.
+    Mapping read(std::size_t bytes) const;
+    Mapping overwrite(std::size_t bytes) const;
+    void clearToZero(std::size_t bytes) const;
+    void bindStorage(unsigned binding) const;
+    void bindUniform(unsigned binding, std::size_t offset, std::size_t bytes) const;
+
+  private:
+    std::size_t size_ = 0;
+};
+
+/// A texture with immutable 2D storage of one level.
+Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height, int levels = 1);
+
+/// A framebuffer with these colour attachments (0, 1, …) and, if not zero, a depth attachment.
+/// Throws Error (kDevice) if the driver does not take the combination.
+Framebuffer makeFramebuffer(const Functions& gl, std::initializer_list<GLuint> colors, GLuint depth);
+
+/// A framebuffer without any attachment, for passes that write to storage buffers only.
+Framebuffer makeEmptyFramebuffer(const Functions& gl, int width, int height);
+
+/// Makes what the GPU wrote to mapped buffers visible, and waits until it is.
+void waitForGpu(const Functions& gl);
+
+/// Throws Error (kDevice) if the context was lost, (kMemory) on GL_OUT_OF_MEMORY, (kInternal) on any other
+/// GL error. `stage` says where in the message.
+void checkErrors(const Functions& gl, const std::string& stage);
+
+/// All fixed-function state a geometry pass depends on. Set as a whole, so that nothing is inherited.
+struct PassState {
+    GLuint framebuffer = 0;
+    int viewport_width = 0, viewport_height = 0;
+    int scissor_x = 0, scissor_y = 0, scissor_width = 0, scissor_height = 0;  ///< y up
+    bool depth_test = false;  ///< GL_GREATER (reversed Z: the nearest wins, the first among equals)
+};
+void apply(const Functions& gl, const PassState& state);
+
+}  // namespace peeler::gl

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/gl/program.h"
+
+#include <array>
+#include <utility>
+
+#include "core/error.h"
+#include "core/gl/shader_sources.h"
+
+namespace peeler::gl {
+namespace {
+
+struct Stage {
+    std::string_view extension;
+    GLenum type;
+};
+constexpr std::array<Stage, 3> kStages = {{
+    {".vert", GL_VERTEX_SHADER},
+    {".frag", GL_FRAGMENT_SHADER},
+    {".comp", GL_COMPUTE_SHADER},
+}};
+
+GLenum stageOf(std::string_view file) {
+    for (const auto& stage : kStages)
+        if (file.ends_with(stage.extension)) return stage.type;
+    throw Error(ErrorKind::kInternal, "no shader stage has this extension", std::string(file));
+}
+
+template <class GetIv, class GetLog>
+std::string infoLog(GLuint name, GetIv get_iv, GetLog get_log) {
+    GLint length = 0;
+    get_iv(name, GL_INFO_LOG_LENGTH, &length);
+    std::string log(static_cast<std::size_t>(length), '\0');
+    if (length > 0) get_log(name, length, nullptr, log.data());
+    return log;
+}
+
+GLuint compile(const Functions& gl, std::string_view file, const std::string& prologue) {
+    const GLuint shader = gl.CreateShader(stageOf(file));
+    const std::string source = prologue + shaderText(file);
+    const char* text = source.c_str();
+    gl.ShaderSource(shader, 1, &text, nullptr);
+    gl.CompileShader(shader);
+    GLint compiled = GL_FALSE;
+    gl.GetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
+    if (compiled != GL_TRUE) {
+        const std::string log = infoLog(shader, gl.GetShaderiv, gl.GetShaderInfoLog);
+        gl.DeleteShader(shader);
+        throw Error(ErrorKind::kInternal, "a shader does not compile: " + log, std::string(file));
+    }
+    return shader;
+}
+
+}  // namespace
+
+Program::Program(const Functions& gl, const std::vector<std::string_view>& files,
+                 const std::vector<std::string>& definitions)
+    : gl_(&gl), name_(gl.CreateProgram()) {
+    std::string prologue = "#version 450 core\n";
+    for (const auto& definition : definitions) prologue += "#define " + definition + "\n";
+    std::string names;
+    for (const auto& file : files) {
+        const GLuint shader = compile(gl, file, prologue);
+        gl.AttachShader(name_, shader);
+        gl.DeleteShader(shader);  // freed with the program
+        names += std::string(names.empty() ? "" : " + ") + std::string(file);
+    }
+    gl.LinkProgram(name_);
+    GLint linked = GL_FALSE;
+    gl.GetProgramiv(name_, GL_LINK_STATUS, &linked);
+    if (linked != GL_TRUE) {
+        throw Error(ErrorKind::kInternal,
+                    "a program does not link: " +
+                        infoLog(name_, gl.GetProgramiv, gl.GetProgramInfoLog),
+                    names);
+    }
+}
+
+Program::Program(Program&& other) noexcept
+    : gl_(other.gl_), name_(std::exchange(other.name_, 0U)) {}
+
+Program& Program::operator=(Program&& other) noexcept {
+    std::swap(gl_, other.gl_);
+    std::swap(name_, other.name_);
+    return *this;
+}
+
+Program::~Program() {
+    if (name_) gl_->DeleteProgram(name_);
+}
+
+void Program::use() const { gl_->UseProgram(name_); }
+
+void Program::set(int location, int x, int y, int z, int w) const {
+    gl_->ProgramUniform4i(name_, location, x, y, z, w);
+}
+
+}  // namespace peeler::gl

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Counted A-buffer. The count pass has allocated every pixel's list exactly, so one geometry pass stores all
+// fragments, in whatever order they arrive.
+#include "core/peel/method.h"
+#include "core/scene_rasterizer.h"
+
+namespace peeler {
+namespace {
+
+class ABuffer final : public PeelMethod {
+  public:
+    bool takesAll() const override { return true; }
+    std::uint64_t tileBytes(std::uint64_t, bool) const override { return 0; }
+
+    int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t) override {
+        const auto& gl = rasterizer.functions();
+        const Window& tile = rasterizer.tile();
+        const auto framebuffer = gl::makeEmptyFramebuffer(gl, tile.width(), tile.height());
+        rasterizer.draw({.fragment_shader = "a_buffer.frag",
+                         .shades = true,
+                         .framebuffer = framebuffer.name()},
+                        area);
+        return 1;
+    }
+};
+
+}  // namespace
+
+std::unique_ptr<PeelMethod> makeABuffer() { return std::make_unique<ABuffer>(); }
+
+}  // namespace peeler

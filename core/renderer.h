@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a scene and a view to bands of fragments: count, plan, capture.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "core/gl/context.h"
+#include "core/scene.h"
+#include "core/sink.h"
+#include "core/view.h"
+
+namespace peeler {
+
+/// Which fragments are captured (architecture.md, "What a fragment is").
+enum class Surfaces : std::uint8_t {
+    kAll,         ///< every one; opaque surfaces hide nothing
+    kVisible,     ///< none behind the nearest fragment of an OPAQUE or MASK material
+    kTransparent  ///< like kVisible, without the OPAQUE and MASK fragments themselves
+};
+
+/// Which side of a triangle is rasterised.
+enum class Faces : std::uint8_t {
+    kGltf,   ///< as the material's doubleSided says
+    kFront,  ///< front faces only
+    kBack,   ///< back faces only
+    kBoth
+};
+
+enum class Shading : std::uint8_t { kPbr, kUnlit };
+
+struct CaptureSettings {
+    std::string method = "a-buffer";  ///< a name of the method table (core/peel/method.h)
+    Surfaces surfaces = Surfaces::kAll;
+    Faces faces = Faces::kGltf;
+    Shading shading = Shading::kPbr;
+    PixelType color_type = PixelType::kHalf;  ///< or kFloat
+    std::uint32_t max_layers = 0;             ///< nearest layers to keep; 0 = all
+    std::uint64_t memory = 0;                 ///< most resident bytes of the process; 0 = no budget
+    std::uint64_t band_bytes = 384ULL << 20;  ///< most bytes of a band; less under a tight budget
+};
+
+/// Milliseconds by stage ("upload", "count", "capture", "sort"), accumulated.
+using StageTimes = std::map<std::string, double>;
+
+struct CaptureReport {
+    std::uint64_t fragments_captured = 0;  ///< by the method; equals the count or capture() throws
+    int passes = 0;                        ///< geometry passes, the count pass not included
+    int bands = 0;
+};
+
+/// Called from the capturing thread with the share done, 0 to 1, never falling.
+using Progress = std::function<void(double)>;
+
+/// Owns the uploaded scene. One Renderer serves any number of views.
+class Renderer {
+  public:
+    /// Uploads what `contents` shows. All three must outlive the Renderer.
+    /// Throws Error (kMemory) if the driver has no room, (kInput) if a texture is larger than it takes.
+    Renderer(gl::Context& context, const Scene& scene, const SceneContents& contents);
+    ~Renderer();
+    Renderer(const Renderer&) = delete;
+    Renderer& operator=(const Renderer&) = delete;
+
+    /// The count pass: what capture() will deliver for these arguments.
+    /// Throws Error (kUsage) for an unknown method, (kMemory) if one row does not fit the budget,
+    /// (kDevice) if the context is lost.
+    Plan plan(const View& view, const CaptureSettings& settings);
+
+    /// Captures what the last plan() promised and hands each band to every sink, in order. begin() and
+    /// finish() of the sinks are the caller's. Throws what the sinks throw, and Error (kInternal) if any
+    /// pixel's fragments differ in number from the count.
+    CaptureReport capture(std::span<Sink* const> sinks, const Progress& progress = {});
+
+    const StageTimes& times() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace peeler

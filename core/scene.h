@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene as plain data: what a reader hands to the renderer. No file format's types here.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace peeler {
+
+/// The order and the numbers are those of OpenGL and glTF (GL_POINTS = 0 … GL_TRIANGLE_FAN = 6).
+enum class Topology : std::uint8_t {
+    kPoints,
+    kLines,
+    kLineLoop,
+    kLineStrip,
+    kTriangles,
+    kTriangleStrip,
+    kTriangleFan
+};
+
+enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
+
+/// Filters and wraps carry OpenGL's (and glTF's) numbers, e.g. 9729 = GL_LINEAR, 10497 = GL_REPEAT.
+struct Sampler {
+    int mag_filter = 9729;
+    int min_filter = 9987;
+    int wrap_s = 10497;
+    int wrap_t = 10497;
+    bool operator==(const Sampler&) const = default;
+};
+
+/// 8-bit RGBA, straight (unassociated) alpha as stored in the file, rows top to bottom.
+struct Image {
+    std::string name;
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> rgba;
+};
+
+/// One use of a texture by a material. uv' = transform · (u, v, 1) (KHR_texture_transform).
+struct TextureRef {
+    int image = -1;  ///< index into Scene::images, −1 = none
+    Sampler sampler;
+    int texcoord = 0;
+    glm::mat3 transform{1};
+
+    explicit operator bool() const { return image >= 0; }
+};
+
+/// glTF 2.0 §3.9: metallic-roughness. Factors are linear.
+struct Material {
+    std::string name;
+    glm::vec4 base_color{1};
+    TextureRef base_color_texture;  ///< sRGB, alpha linear
+    float metallic = 1, roughness = 1;
+    TextureRef metallic_roughness_texture;  ///< linear; G roughness, B metallic
+    TextureRef normal_texture;              ///< linear
+    float normal_scale = 1;
+    TextureRef occlusion_texture;  ///< linear; R
+    float occlusion_strength = 1;
+    TextureRef emissive_texture;  ///< sRGB
+    glm::vec3 emissive{0};
+    AlphaMode alpha_mode = AlphaMode::kOpaque;
+    float alpha_cutoff = 0.5F;
+    bool double_sided = false;
+    bool unlit = false;
+};
+
+/// Vertex arrays of equal length (or empty where the file has none), and an index list (or empty:
+/// the vertices in order). Every index is in range; readers check that.
+struct Primitive {
+    Topology topology = Topology::kTriangles;
+    int material = 0;  ///< index into Scene::materials, always valid
+    std::vector<glm::vec3> positions;
+    std::vector<glm::vec3> normals;
+    std::vector<glm::vec4> tangents;  ///< w = handedness ±1
+    std::array<std::vector<glm::vec2>, 2> texcoords;
+    std::vector<glm::vec4> colors;
+    std::vector<std::uint32_t> indices;
+};
+
+struct Mesh {
+    std::string name;
+    std::vector<Primitive> primitives;
+};
+
+/// A glTF camera (§3.10). Looks along −Z of its node.
+struct Camera {
+    std::string name;
+    bool perspective = true;
+    double yfov = 0.8;                   ///< radians; perspective
+    std::optional<double> aspect_ratio;  ///< width / height; perspective
+    double xmag = 1, ymag = 1;           ///< half extents in scene units; orthographic
+    double znear = 0.01;
+    std::optional<double> zfar;  ///< none = infinite
+};
+
+struct Node {
+    std::string name;
+    std::vector<int> children;
+    glm::dmat4 local{1};
+    int mesh = -1;
+    int camera = -1;
+};
+
+/// One root list of the file's `scenes`.
+struct SceneRoots {
+    std::string name;
+    std::vector<int> roots;
+};
+
+struct Scene {
+    std::vector<SceneRoots> scenes;  ///< at least one
+    int default_scene = 0;
+    std::vector<Node> nodes;  ///< a forest: every node has at most one parent, no cycles
+    std::vector<Mesh> meshes;
+    std::vector<Material> materials;  ///< at least one; the last is glTF's default material
+    std::vector<Image> images;
+    std::vector<Camera> cameras;
+
+    std::string generator, copyright;
+    std::vector<std::string> extensions_used, extensions_required;
+    std::uint64_t content_hash = 0;     ///< of all bytes that were read
+    std::vector<std::string> warnings;  ///< whole sentences, each once
+};
+
+/// A mesh in its place. `world` is the product of the node matrices from the root.
+struct MeshInstance {
+    int node = 0;
+    int mesh = 0;
+    glm::dmat4 world{1};
+};
+
+struct CameraInstance {
+    int node = 0;
+    int camera = 0;
+    glm::dmat4 world{1};
+};
+
+/// The meshes and cameras that one of the scenes shows, depth first: the draw order.
+struct SceneContents {
+    std::vector<MeshInstance> meshes;
+    std::vector<CameraInstance> cameras;
+};
+SceneContents contents(const Scene& scene, int scene_index);
+
+/// Axis-aligned bounds in world space; nothing if there is no vertex.
+struct Bounds {
+    glm::dvec3 min{0}, max{0};
+};
+std::optional<Bounds> bounds(const Scene& scene, const SceneContents& contents);
+
+}  // namespace peeler

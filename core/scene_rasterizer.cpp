@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/scene_rasterizer.h"
+
+#include <cstring>
+#include <string>
+
+#include "core/error.h"
+#include "shaders/interface.glsl"
+
+namespace peeler {
+namespace {
+
+constexpr std::size_t kDrawStride = (sizeof(shader::DrawRecord) + 255) / 256 * 256;
+
+// The shader variants: a bit and the definition it stands for.
+enum Variant : unsigned {
+    kVaryings = 1,
+    kTextured = 2,
+    kAlphaTest = 4,
+    kUnlit = 8,
+    kBounded = 16,
+    kColorFloat = 32,
+};
+constexpr std::pair<unsigned, const char*> kDefinitions[] = {
+    {kVaryings, "VARYINGS"}, {kTextured, "TEXTURED"}, {kAlphaTest, "ALPHA_TEST"},
+    {kUnlit, "UNLIT"},       {kBounded, "BOUNDED"},   {kColorFloat, "COLOR_FLOAT"},
+};
+
+struct Culling {
+    bool front, back;
+};
+
+Culling culling(Faces faces, bool double_sided) {
+    constexpr Culling kTable[] = {{false, true}, {false, true}, {true, false}, {false, false}};
+    if (faces == Faces::kGltf && double_sided) return {false, false};
+    return kTable[static_cast<std::size_t>(faces)];
+}
+
+}  // namespace
+
+SceneRasterizer::SceneRasterizer(const gl::Context& context, const GpuScene& scene)
+    : context_(context),
+      scene_(scene),
+      frame_record_(context.functions(), sizeof(shader::FrameRecord)),
+      draw_records_(context.functions(), scene.draws().size() * kDrawStride) {
+    const auto& gl = functions();
+    GLuint name = 0;
+    gl.CreateSamplers(1, &name);
+    nearest_ = gl::SamplerObject(gl, name);
+    gl.SamplerParameteri(name, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl.SamplerParameteri(name, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_PREVIOUS_COLOR_UNIT; ++unit)
+        gl.BindSampler(unit, name);
+}
+
+void SceneRasterizer::setView(const View& view, const CaptureSettings& settings) {
+    view_ = view;
+    settings_ = settings;
+    tile_ = band_ = {};
+}
+
+std::vector<Window> SceneRasterizer::tilesOf(const Window& area) const {
+    std::vector<Window> tiles;
+    const Window picture{0, 0, view_.width, view_.height};
+    for (int y = area.y0 / kTileSize * kTileSize; y < area.y1; y += kTileSize)
+        for (int x = area.x0 / kTileSize * kTileSize; x < area.x1; x += kTileSize)
+            tiles.push_back(intersect({x, y, x + kTileSize, y + kTileSize}, picture));
+    return tiles;
+}
+
+void SceneRasterizer::setTile(const Window& tile) {
+    if (tile == tile_) return;
+    tile_ = tile;
+    frame_dirty_ = true;
+    functions().Finish();  // the records are about to be overwritten
+    uploadDrawRecords();
+    if (settings_.surfaces != Surfaces::kAll) renderOpaqueBound();
+}
+
+void SceneRasterizer::setBand(const Window& band, std::uint32_t capacity) {
+    if (band == band_ && capacity == capacity_) return;
+    band_ = band;
+    capacity_ = capacity;
+    frame_dirty_ = true;
+}
+
+Window SceneRasterizer::inTile(const Window& area) const {
+    return {area.x0 - tile_.x0, tile_.y1 - area.y1, area.x1 - tile_.x0, tile_.y1 - area.y0};
+}
+
+std::uint64_t SceneRasterizer::boundBytes(std::uint64_t tile_pixels) const {
+    return settings_.surfaces == Surfaces::kAll ? 0 : tile_pixels * 8;
+}
+
+void SceneRasterizer::uploadDrawRecords() {
+    const double width = view_.width, height = view_.height;
+    const glm::dmat4 clip_from_view = view_.projection.matrix(
+        tile_.x0 / width, tile_.y0 / height, tile_.x1 / width, tile_.y1 / height);
+    const glm::dmat4 view_from_world = glm::inverse(view_.camera_to_world);
+    const auto& draws = scene_.draws();
+    const auto mapping = draw_records_.overwrite(draws.size() * kDrawStride);
+    for (std::size_t i = 0; i < draws.size(); ++i) {
+        // All products in double, so that large world coordinates cost no precision near the camera.
+        const glm::dmat4 view_from_model = view_from_world * draws[i].world;
+        shader::DrawRecord record{};
+        record.clip_from_model = glm::mat4(clip_from_view * view_from_model);
+        record.view_from_model = glm::mat4(view_from_model);
+        const glm::dmat3 linear(view_from_model);
+        if (glm::determinant(linear) != 0)
+            record.normal_from_model = glm::mat4(glm::transpose(glm::inverse(linear)));
+        record.ids = {draws[i].first_primitive, 0, draws[i].flags, 0};
+        std::memcpy(mapping.as<std::byte>() + i * kDrawStride, &record, sizeof record);
+    }
+}
+
+void SceneRasterizer::bindFrame() {
+    if (frame_dirty_) {
+        functions().Finish();
+        shader::FrameRecord record{};
+        record.world_from_view = glm::mat4(glm::dmat4(glm::dmat3(view_.camera_to_world)));
+        record.tile = {tile_.x0, tile_.y0, tile_.width(), tile_.height()};
+        record.band = {band_.x0, band_.y0, band_.width(), 0};
+        record.limits = {capacity_, 0, 0, 0};
+        record.flags = {view_.projection.perspective ? 0 : 1, 0, 0, 0};
+        const auto mapping = frame_record_.overwrite(sizeof record);
+        std::memcpy(mapping.as<std::byte>(), &record, sizeof record);
+        frame_dirty_ = false;
+    }
+    frame_record_.bindUniform(PEELER_FRAME_BLOCK, 0, sizeof(shader::FrameRecord));
+}
+
+const gl::Program& SceneRasterizer::program(std::vector<std::string_view> files,
+                                            const std::vector<std::string>& definitions) {
+    std::string key;
+    for (const auto& file : files) key += std::string(file) + " ";
+    for (const auto& definition : definitions) key += definition + " ";
+    const auto found = programs_.find(key);
+    if (found != programs_.end()) return found->second;
+    return programs_.emplace(key, gl::Program(functions(), files, definitions)).first->second;
+}
+
+const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const GpuDraw& draw) {
+    const GpuMaterial& material = scene_.materials()[draw.material];
+    unsigned bits = 0;
+    if (pass.shades) {
+        bits = kVaryings;
+        const bool unlit = settings_.shading == Shading::kUnlit || material.unlit;
+        if (unlit) bits |= kUnlit;
+        // An unlit surface shows its base colour alone.
+        if (unlit ? material.bindings[PEELER_BASE_COLOR_UNIT].texture != 0 : material.textured)
+            bits |= kTextured;
+        if (floatColor()) bits |= kColorFloat;
+    } else if (draw.alpha_tested) {
+        bits = kVaryings | kAlphaTest;
+        if (draw.textured_alpha) bits |= kTextured;
+    }
+    if (pass.bounded && settings_.surfaces != Surfaces::kAll) bits |= kBounded;
+
+    const gl::Program*& cached = variants_[{pass.fragment_shader, bits}];
+    if (!cached) {
+        std::vector<std::string> definitions;
+        for (const auto& [bit, definition] : kDefinitions)
+            if (bits & bit) definitions.emplace_back(definition);
+        cached = &program({"scene.vert", pass.fragment_shader}, definitions);
+    }
+    return *cached;
+}
+
+void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
+    const auto& gl = functions();
+    const Window scissor = inTile(area);
+    gl::apply(gl, {.framebuffer = pass.framebuffer,
+                   .viewport_width = tile_.width(),
+                   .viewport_height = tile_.height(),
+                   .scissor_x = scissor.x0,
+                   .scissor_y = scissor.y0,
+                   .scissor_width = scissor.width(),
+                   .scissor_height = scissor.height(),
+                   .depth_test = pass.depth_test});
+    bindFrame();
+    if (pass.bounded && settings_.surfaces != Surfaces::kAll) {
+        gl.BindTextureUnit(PEELER_OPAQUE_DEPTH_UNIT, bound_depth_.name());
+        gl.BindTextureUnit(PEELER_OPAQUE_PRIMITIVE_UNIT, bound_primitive_.name());
+    }
+    const gl::Program* current = nullptr;
+    std::size_t material = static_cast<std::size_t>(-1);
+    const auto& draws = scene_.draws();
+    for (std::size_t i = 0; i < draws.size(); ++i) {
+        const GpuDraw& draw = draws[i];
+        if (pass.opaque_only && !draw.opaque) continue;
+        if (!pass.opaque_only && draw.opaque && settings_.surfaces == Surfaces::kTransparent) continue;
+
+        const gl::Program& wanted = variant(pass, draw);
+        if (&wanted != current) wanted.use();
+        current = &wanted;
+        if (draw.material != material) {
+            material = draw.material;
+            scene_.bindMaterialRecord(material);
+            const GpuMaterial& gpu = scene_.materials()[material];
+            for (GLuint unit = 0; unit < PEELER_MATERIAL_UNITS; ++unit) {
+                if (!gpu.bindings[unit].texture) continue;
+                gl.BindTextureUnit(unit, gpu.bindings[unit].texture);
+                gl.BindSampler(unit, gpu.bindings[unit].sampler);
+            }
+        }
+        const Culling cull = culling(settings_.faces, scene_.materials()[material].double_sided);
+        if (cull.front || cull.back) {
+            gl.Enable(GL_CULL_FACE);
+            gl.CullFace(cull.front ? GL_FRONT : GL_BACK);
+        } else {
+            gl.Disable(GL_CULL_FACE);
+        }
+        gl.FrontFace(draw.mirrored ? GL_CW : GL_CCW);
+        draw_records_.bindUniform(PEELER_DRAW_BLOCK, i * kDrawStride, sizeof(shader::DrawRecord));
+        gl.BindVertexArray(scene_.vertexArray(draw));
+        if (draw.indexed) {
+            gl.DrawElements(draw.mode, draw.count, GL_UNSIGNED_INT,
+                            reinterpret_cast<const void*>(draw.index_offset));
+        } else {
+            gl.DrawArrays(draw.mode, 0, draw.count);
+        }
+    }
+}
+
+void SceneRasterizer::renderOpaqueBound() {
+    const auto& gl = functions();
+    const Window size{0, 0, tile_.width(), tile_.height()};
+    if (!bound_framebuffer_ || size != bound_size_) {
+        bound_framebuffer_ = {};
+        bound_depth_ = {};
+        bound_depth_ = gl::makeTexture2D(gl, GL_DEPTH_COMPONENT32F, size.x1, size.y1);
+        bound_primitive_ = gl::makeTexture2D(gl, GL_R32UI, size.x1, size.y1);
+        bound_framebuffer_ =
+            gl::makeFramebuffer(gl, {bound_primitive_.name()}, bound_depth_.name());
+        bound_size_ = size;
+    }
+    const GLuint framebuffer = bound_framebuffer_.name();
+    gl::apply(gl, {.framebuffer = framebuffer,
+                   .viewport_width = size.x1,
+                   .viewport_height = size.y1,
+                   .scissor_width = size.x1,
+                   .scissor_height = size.y1,
+                   .depth_test = true});
+    const float far = 0;
+    const GLuint none[4] = {0xFFFFFFFFU, 0, 0, 0};
+    gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &far);
+    gl.ClearNamedFramebufferuiv(framebuffer, GL_COLOR, 0, none);
+    draw({.fragment_shader = "opaque_depth.frag",
+          .opaque_only = true,
+          .bounded = false,
+          .framebuffer = framebuffer,
+          .depth_test = true},
+         tile_);
+}
+
+}  // namespace peeler

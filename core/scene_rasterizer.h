@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws the scene into a raster tile with one of the fragment shaders.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/gl/context.h"
+#include "core/gl/objects.h"
+#include "core/gl/program.h"
+#include "core/gpu_scene.h"
+#include "core/renderer.h"
+#include "core/view.h"
+
+namespace peeler {
+
+/// A geometry pass: which fragment shader sees which draws.
+struct GeometryPass {
+    std::string_view fragment_shader;
+    bool shades = false;       ///< looks at the surface's colour, not only at depth and alpha
+    bool opaque_only = false;  ///< only OPAQUE and MASK materials
+    bool bounded = true;       ///< fragments behind the opaque bound, if there is one, do not count
+    GLuint framebuffer = 0;
+    bool depth_test = false;
+};
+
+/// Rasterisation is repeatable only if the viewport never changes, so the picture is divided into raster
+/// tiles: a fixed grid that depends on its size alone. Inside a tile every pass of every method, band and
+/// crop uses the same viewport and merely another scissor; hence they agree bit for bit.
+class SceneRasterizer {
+  public:
+    static constexpr int kTileSize = 4096;
+
+    SceneRasterizer(const gl::Context& context, const GpuScene& scene);
+
+    void setView(const View& view, const CaptureSettings& settings);
+    /// The tiles of the view that touch `area`, row by row.
+    std::vector<Window> tilesOf(const Window& area) const;
+    /// Makes `tile` (one of tilesOf) the target. With --surfaces visible or transparent this renders the
+    /// opaque bound of the tile.
+    void setTile(const Window& tile);
+    /// The band whose buffers the fragments go to, and how many fragments they hold.
+    void setBand(const Window& band, std::uint32_t capacity);
+
+    /// Draws the scene into `area` (picture coordinates, inside the tile).
+    void draw(const GeometryPass& pass, const Window& area);
+
+    const Window& tile() const { return tile_; }
+    bool floatColor() const { return settings_.color_type == PixelType::kFloat; }
+    /// `area` relative to the tile, y up: x0, y0, x1, y1.
+    Window inTile(const Window& area) const;
+    /// Binds the record of view, tile and band for shaders other than draw()'s.
+    void bindFrame();
+    const gl::Functions& functions() const { return context_.functions(); }
+    /// A program of these files; cached.
+    const gl::Program& program(std::vector<std::string_view> files,
+                               const std::vector<std::string>& definitions);
+    /// Bytes of textures a tile needs for the opaque bound.
+    std::uint64_t boundBytes(std::uint64_t tile_pixels) const;
+
+  private:
+    const gl::Program& variant(const GeometryPass& pass, const GpuDraw& draw);
+    void uploadDrawRecords();
+    void renderOpaqueBound();
+
+    const gl::Context& context_;
+    const GpuScene& scene_;
+    gl::Buffer frame_record_, draw_records_;
+    std::map<std::string, gl::Program> programs_;
+    std::map<std::pair<std::string_view, unsigned>, const gl::Program*> variants_;
+    View view_;
+    CaptureSettings settings_;
+    Window tile_, band_;
+    std::uint32_t capacity_ = 0;
+    bool frame_dirty_ = true;
+    gl::Texture bound_depth_, bound_primitive_;
+    gl::Framebuffer bound_framebuffer_;
+    Window bound_size_;
+    gl::SamplerObject nearest_;
+};
+
+}  // namespace peeler

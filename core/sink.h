@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the count pass promises, and whoever takes the bands that follow.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/layered_image.h"
+#include "core/view.h"
+
+namespace peeler {
+
+/// What is known of one layer before it is captured.
+struct LayerPlan {
+    Window data_window;        ///< bounding box of the pixels that have this layer
+    std::uint64_t pixels = 0;  ///< how many of them
+};
+
+/// The result of the count pass: everything a writer must know to open its file.
+struct Plan {
+    View view;
+    std::vector<LayerPlan> layers;         ///< front to back; as many as will be stored
+    std::uint64_t fragments_counted = 0;   ///< by the count pass, without any layer limit
+    std::uint64_t fragments_stored = 0;    ///< after the layer limit
+    PixelType color_type = PixelType::kHalf;
+
+    bool complete() const { return fragments_counted == fragments_stored; }
+};
+
+/// Where a picture comes from: what the `peeler:` attributes say besides plan and view.
+struct Provenance {
+    std::string version, method, surfaces;
+    std::string scene;  ///< file name without folder
+    std::string scene_hash, settings_hash;
+    std::string renderer;  ///< GL_RENDERER
+    int frame = 0;
+    double time = 0;            ///< seconds
+    double frames_per_second = 0;  ///< 0 = does not apply
+};
+
+/// Takes a picture band by band. Bands arrive top to bottom without gaps, each as wide as the crop,
+/// together covering it. A Sink that is destroyed before finish() leaves nothing behind.
+class Sink {
+  public:
+    virtual ~Sink() = default;
+    virtual void begin(const Plan& plan) = 0;
+    /// The band is the caller's again when write returns.
+    virtual void write(const LayeredImage& band) = 0;
+    virtual void finish() = 0;
+};
+
+}  // namespace peeler

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/view.h"
+
+#include <cmath>
+
+namespace peeler {
+
+glm::dmat4 Projection::matrix(double u0, double v0, double u1, double v1) const {
+    const double left = half_width * (2 * u0 - 1), right = half_width * (2 * u1 - 1);
+    const double top = half_height * (1 - 2 * v0), bottom = half_height * (1 - 2 * v1);
+    glm::dmat4 m(0);  // m[column][row]
+    m[0][0] = 2 / (right - left);
+    m[1][1] = 2 / (top - bottom);
+    if (perspective) {
+        m[2][0] = (right + left) / (right - left);
+        m[2][1] = (top + bottom) / (top - bottom);
+        m[2][3] = -1;
+        const bool infinite = std::isinf(far);
+        m[2][2] = infinite ? 0 : near / (far - near);
+        m[3][2] = infinite ? near : near * far / (far - near);
+    } else {
+        m[3][0] = -(right + left) / (right - left);
+        m[3][1] = -(top + bottom) / (top - bottom);
+        m[2][2] = 1 / (far - near);
+        m[3][2] = far / (far - near);
+        m[3][3] = 1;
+    }
+    return m;
+}
+
+double Projection::linearZ(double depth) const {
+    if (!perspective) return far - depth * (far - near);
+    if (std::isinf(far)) return near / depth;
+    return near * far / (depth * (far - near) + near);
+}
+
+}  // namespace peeler

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// A rectangle of pixels.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+namespace peeler {
+
+/// Half-open rectangle [x0, x1) × [y0, y1) of pixels. The origin is the upper left corner of the
+/// display window, y points down (OpenEXR's convention).
+struct Window {
+    int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+
+    int width() const { return std::max(0, x1 - x0); }
+    int height() const { return std::max(0, y1 - y0); }
+    bool empty() const { return x1 <= x0 || y1 <= y0; }
+    std::uint64_t pixels() const {
+        return static_cast<std::uint64_t>(width()) * static_cast<std::uint64_t>(height());
+    }
+    bool operator==(const Window&) const = default;
+};
+
+/// The pixels that lie in both windows; possibly empty.
+inline Window intersect(const Window& a, const Window& b) {
+    return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
+}
+
+/// The smallest window that holds both; an empty one counts as nothing.
+inline Window unite(const Window& a, const Window& b) {
+    if (a.empty()) return b;
+    if (b.empty()) return a;
+    return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
+}
+
+}  // namespace peeler

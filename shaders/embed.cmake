@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: Apache-2.0
+# peeler_embed_shaders(OUT FOLDER): generates a C++ file that holds every *.glsl, *.vert, *.frag and
+# *.comp of FOLDER as a string, named by its file name, and sets OUT to the file's path.
+function(peeler_embed_shaders out folder)
+    file(GLOB shaders CONFIGURE_DEPENDS ${folder}/*.glsl ${folder}/*.vert ${folder}/*.frag ${folder}/*.comp)
+    set(generated ${CMAKE_CURRENT_BINARY_DIR}/shader_sources.cpp)
+    set(text "// Generated from shaders/ by embed.cmake.\n#include \"core/gl/shader_sources.h\"\n")
+    string(APPEND text "namespace peeler::gl {\nnamespace {\nconst ShaderSource kSources[] = {\n")
+    foreach(shader IN LISTS shaders)
+        get_filename_component(name ${shader} NAME)
+        file(READ ${shader} source)
+        string(APPEND text "{\"${name}\", R\"__glsl(${source})__glsl\"},\n")
+        set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${shader})
+    endforeach()
+    string(APPEND text "};\n}\nstd::span<const ShaderSource> embeddedShaders() { return kSources; }\n}\n")
+    file(CONFIGURE OUTPUT ${generated} CONTENT "${text}" @ONLY)
+    set(${out} ${generated} PARENT_SCOPE)
+endfunction()

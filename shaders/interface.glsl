@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// What C++ and GLSL agree on: bindings, locations and the records of uniform blocks (std140). Included by both.
+#ifdef __cplusplus
+#pragma once
+#include <cstdint>
+#include <glm/glm.hpp>
+namespace peeler::shader {
+using glm::ivec4;
+using glm::mat4;
+using glm::uvec4;
+using glm::vec4;
+#endif
+
+// Vertex attributes.
+#define PEELER_POSITION 0
+#define PEELER_NORMAL 1
+#define PEELER_TANGENT 2
+#define PEELER_TEXCOORD0 3
+#define PEELER_TEXCOORD1 4
+#define PEELER_COLOR 5
+
+// Uniform blocks.
+#define PEELER_FRAME_BLOCK 0
+#define PEELER_DRAW_BLOCK 1
+#define PEELER_MATERIAL_BLOCK 2
+
+// Storage blocks of a band.
+#define PEELER_SLOTS 0       // uint a pixel: where its next fragment goes (or how many it has: count pass)
+#define PEELER_DEPTHS 1      // float a fragment, buffer depth (reversed Z)
+#define PEELER_PRIMITIVES 2  // uint a fragment, index of the primitive in draw order
+#define PEELER_COLORS 3      // two halfs or four floats a fragment, see packColor
+
+// Texture units.
+#define PEELER_BASE_COLOR_UNIT 0
+#define PEELER_METALLIC_ROUGHNESS_UNIT 1
+#define PEELER_NORMAL_UNIT 2
+#define PEELER_OCCLUSION_UNIT 3
+#define PEELER_EMISSIVE_UNIT 4
+#define PEELER_MATERIAL_UNITS 5
+#define PEELER_OPAQUE_DEPTH_UNIT 5
+#define PEELER_OPAQUE_PRIMITIVE_UNIT 6
+#define PEELER_PREVIOUS_DEPTH_UNIT 7
+#define PEELER_PREVIOUS_PRIMITIVE_UNIT 8
+#define PEELER_PREVIOUS_COLOR_UNIT 9
+
+// Bits of DrawRecord.ids.z.
+#define PEELER_HAS_NORMALS 1u
+#define PEELER_HAS_TANGENTS 2u
+#define PEELER_HAS_COLORS 4u
+#define PEELER_IS_TRIANGLES 8u
+
+// Bits of MaterialRecord.flags.x; bit PEELER_FIRST_TEXTURE_BIT << unit says that a texture is bound there.
+#define PEELER_ALPHA_MASK 1u
+#define PEELER_ALPHA_BLEND 2u
+#define PEELER_UNLIT 4u
+#define PEELER_FIRST_TEXTURE_BIT 16u
+
+/// One raster tile of one band.
+struct FrameRecord {
+    mat4 world_from_view;  // rotation only
+    ivec4 tile;            // x0, y0 of the tile in the picture, its width and height; y down
+    ivec4 band;            // x0, y0 of the band in the picture, its row length; y down
+    uvec4 limits;          // x: fragments the band's buffers hold
+    ivec4 flags;           // x: 1 = orthographic
+};
+
+/// One primitive of one node.
+struct DrawRecord {
+    mat4 clip_from_model;
+    mat4 view_from_model;
+    mat4 normal_from_model;  // inverse transpose of view_from_model's linear part
+    uvec4 ids;               // x: draw-order index of its first primitive, z: bits above
+};
+
+struct MaterialRecord {
+    vec4 base_color;
+    vec4 emissive;                // w: alpha cutoff
+    vec4 factors;                 // metallic, roughness, normal scale, occlusion strength
+    vec4 texture_transform[10];   // two rows of a 3x3 matrix a texture unit; w of the first row: UV set
+    uvec4 flags;                  // x: bits above
+};
+
+#ifdef __cplusplus
+}  // namespace peeler::shader
+#endif

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The nearest fragment of the OPAQUE and MASK materials: the bound of --surfaces visible and transparent.
+#ifdef ALPHA_TEST
+#include "surface.glsl"
+#else
+#include "fragment.glsl"
+#endif
+
+layout(location = 0) out uint primitive;
+
+void main() {
+#ifdef ALPHA_TEST
+    if (!passesAlphaTest(baseColor(surfaceGradients()).a)) discard;
+#endif
+    Key key = fragmentKey();
+    primitive = key.primitive;
+    // Written, though it is what the fixed function would write: so that it equals gl_FragCoord.z bit for bit.
+    gl_FragDepth = key.depth;
+}

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one vertex shader: every pass must rasterise exactly the same positions.
+#include "interface.glsl"
+
+layout(std140, binding = PEELER_DRAW_BLOCK) uniform DrawBlock { DrawRecord draw; };
+
+layout(location = PEELER_POSITION) in vec3 position;
+invariant gl_Position;
+
+#ifdef VARYINGS  // defined in every pass that looks at the surface, not only at its position
+layout(location = PEELER_NORMAL) in vec3 normal;
+layout(location = PEELER_TANGENT) in vec4 tangent;
+layout(location = PEELER_TEXCOORD0) in vec2 texcoord0;
+layout(location = PEELER_TEXCOORD1) in vec2 texcoord1;
+layout(location = PEELER_COLOR) in vec4 color;
+
+out Surface {
+    vec3 position;  // view space
+    vec3 normal;    // view space
+    vec4 tangent;   // view space, w = handedness
+    vec4 texcoords;
+    vec4 color;
+} surface;
+#endif
+
+void main() {
+    gl_Position = draw.clip_from_model * vec4(position, 1.0);
+#ifdef VARYINGS
+    surface.position = (draw.view_from_model * vec4(position, 1.0)).xyz;
+    surface.normal = mat3(draw.normal_from_model) * normal;
+    surface.tangent = vec4(mat3(draw.view_from_model) * tangent.xyz, tangent.w);
+    surface.texcoords = vec4(texcoord0, texcoord1);
+    surface.color = color;
+#endif
+}

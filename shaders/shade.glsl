@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// The colour of an accepted fragment, as every method stores it.
+#include "lighting.glsl"
+
+#ifdef COLOR_FLOAT
+#define PACKED_COLOR uvec4
+PACKED_COLOR packColor(vec4 color) { return floatBitsToUint(color); }
+#else
+#define PACKED_COLOR uvec2
+// Packed here and not by the output format, so that every method rounds alike.
+PACKED_COLOR packColor(vec4 color) { return uvec2(packHalf2x16(color.rg), packHalf2x16(color.ba)); }
+#endif
+
+/// Premultiplied linear colour of a fragment whose baseColor() is `base`.
+PACKED_COLOR fragmentColor(vec4 base, Gradients g) {
+    vec3 rgb = base.rgb;
+#ifndef UNLIT
+    bool lit = (material.flags.x & PEELER_UNLIT) == 0u &&
+               (draw.ids.z & (PEELER_HAS_NORMALS | PEELER_IS_TRIANGLES)) != 0u;
+    if (lit) rgb = litColor(base.rgb, g);
+#endif
+    float alpha = coverage(base.a);
+    return packColor(vec4(min(rgb * alpha, vec3(65504.0)), alpha));
+}

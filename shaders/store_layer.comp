@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Appends a peeled layer, held in textures of a raster tile, to the lists of a band.
+#include "interface.glsl"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+#ifdef COLOR_FLOAT
+#define PACKED_COLOR uvec4
+#define PACKED(texel) texel
+#else
+#define PACKED_COLOR uvec2
+#define PACKED(texel) texel.rg
+#endif
+
+layout(std140, binding = PEELER_FRAME_BLOCK) uniform FrameBlock { FrameRecord frame; };
+layout(location = 0) uniform ivec4 area;  // x0, y0, x1, y1 inside the tile, y up
+
+layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D layer_depth;
+layout(binding = PEELER_PREVIOUS_PRIMITIVE_UNIT) uniform usampler2D layer_primitive;
+layout(binding = PEELER_PREVIOUS_COLOR_UNIT) uniform usampler2D layer_color;
+
+layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
+layout(std430, binding = PEELER_DEPTHS) writeonly buffer Depths { float depths[]; };
+layout(std430, binding = PEELER_PRIMITIVES) writeonly buffer Primitives { uint primitives[]; };
+layout(std430, binding = PEELER_COLORS) writeonly buffer Colors { PACKED_COLOR colors[]; };
+
+void main() {
+    ivec2 at = area.xy + ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, area.zw))) return;
+    float depth = texelFetch(layer_depth, at, 0).r;
+    if (!(depth > 0.0)) return;  // the pixel has no such layer
+    int x = frame.tile.x + at.x - frame.band.x;
+    int y = frame.tile.y + frame.tile.w - 1 - at.y - frame.band.y;
+    uint pixel = uint(y * frame.band.z + x);
+    uint slot = slots[pixel];
+    slots[pixel] = slot + 1u;
+    if (slot >= frame.limits.x) return;
+    depths[slot] = depth;
+    primitives[slot] = texelFetch(layer_primitive, at, 0).r;
+    colors[slot] = PACKED(texelFetch(layer_color, at, 0));
+}

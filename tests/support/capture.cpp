@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/capture.h"
+
+#include <Imath/half.h>
+
+#include <cstring>
+
+#include "support/test_support.h"
+
+namespace peeler::test {
+
+SceneBuilder::SceneBuilder() {
+    scene_.scenes.push_back({"test", {}});
+    scene_.materials.emplace_back();
+}
+
+int SceneBuilder::material(const glm::vec4& rgba, AlphaMode mode, bool double_sided) {
+    Material m;
+    m.base_color = rgba;
+    m.alpha_mode = mode;
+    m.double_sided = double_sided;
+    m.unlit = true;
+    scene_.materials.push_back(m);
+    return static_cast<int>(scene_.materials.size()) - 1;
+}
+
+int SceneBuilder::triangles(const std::vector<glm::vec3>& positions, int material,
+                            const glm::dmat4& placement) {
+    Primitive p;
+    p.positions = positions;
+    p.material = material;
+    scene_.meshes.push_back({"mesh", {p}});
+    return instance(static_cast<int>(scene_.meshes.size()) - 1, placement);
+}
+
+int SceneBuilder::quad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d,
+                       int material, const glm::dmat4& placement) {
+    return triangles({a, b, c, a, c, d}, material, placement);
+}
+
+int SceneBuilder::rectangle(float w, float h, float z, int material) {
+    return quad({-w, -h, z}, {w, -h, z}, {w, h, z}, {-w, h, z}, material);
+}
+
+int SceneBuilder::instance(int mesh, const glm::dmat4& placement) {
+    Node node;
+    node.local = placement;
+    node.mesh = mesh;
+    scene_.nodes.push_back(node);
+    const int index = static_cast<int>(scene_.nodes.size()) - 1;
+    scene_.scenes[0].roots.push_back(index);
+    return index;
+}
+
+View testView(int width, int height) {
+    View view;
+    view.width = width;
+    view.height = height;
+    view.crop = {0, 0, width, height};
+    view.projection.half_height = 0.5;
+    view.projection.half_width = 0.5 * width / height;
+    view.projection.near = 0.1;
+    return view;
+}
+
+void CollectSink::write(const LayeredImage& band) {
+    bands.push_back(band.window);
+    if (image.offsets.empty()) {
+        image = band;
+        return;
+    }
+    image.window = unite(image.window, band.window);
+    const std::uint32_t base = image.offsets.back();
+    for (std::size_t p = 1; p < band.offsets.size(); ++p) image.offsets.push_back(base + band.offsets[p]);
+    image.z.insert(image.z.end(), band.z.begin(), band.z.end());
+    image.color.data.insert(image.color.data.end(), band.color.data.begin(), band.color.data.end());
+}
+
+gl::Context& sharedContext() {
+    // Leaked on purpose: GL libraries run exit handlers of their own.
+    static gl::Context* context = gl::createContext({.backend = testBackend()}).release();
+    return *context;
+}
+
+Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings,
+                 gl::Context& context) {
+    const SceneContents shown = contents(scene, scene.default_scene);
+    Renderer renderer(context, scene, shown);
+    Captured result;
+    result.plan = renderer.plan(view, settings);
+    CollectSink collect;
+    Sink* sinks[] = {&collect};
+    result.report = renderer.capture(sinks);
+    result.image = std::move(collect.image);
+    result.bands = std::move(collect.bands);
+    return result;
+}
+
+namespace {
+template <class T>
+std::string firstDifference(const char* what, const std::vector<T>& a, const std::vector<T>& b) {
+    if (a.size() != b.size())
+        return std::string(what) + ": " + std::to_string(a.size()) + " and " + std::to_string(b.size());
+    for (std::size_t i = 0; i < a.size(); ++i)
+        if (std::memcmp(&a[i], &b[i], sizeof(T)) != 0) return what + (" " + std::to_string(i));
+    return {};
+}
+}  // namespace
+
+std::string difference(const LayeredImage& a, const LayeredImage& b) {
+    if (a.window != b.window) return "window";
+    std::string text = firstDifference("offset", a.offsets, b.offsets);
+    if (text.empty()) text = firstDifference("z", a.z, b.z);
+    if (text.empty()) text = firstDifference("colour byte", a.color.data, b.color.data);
+    return text;
+}
+
+glm::vec4 color(const LayeredImage& image, std::size_t fragment) {
+    glm::vec4 value;
+    for (int c = 0; c < 4; ++c) {
+        const std::size_t at = fragment * 4 + static_cast<std::size_t>(c);
+        value[c] = image.color.type == PixelType::kHalf
+                       ? static_cast<float>(image.color.as<Imath::half>()[at])
+                       : image.color.as<float>()[at];
+    }
+    return value;
+}
+
+}  // namespace peeler::test

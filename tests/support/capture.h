@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Capturing small scenes in tests, without any file.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/gl/context.h"
+#include "core/renderer.h"
+
+namespace peeler::test {
+
+/// A scene under construction: meshes of plain triangles with unlit materials.
+class SceneBuilder {
+  public:
+    SceneBuilder();
+    /// Adds a material and returns its index. `rgba` is the base colour, straight alpha.
+    int material(const glm::vec4& rgba, AlphaMode mode = AlphaMode::kBlend, bool double_sided = true);
+    /// Adds a mesh of triangles (three positions each) in its own node and returns the node.
+    int triangles(const std::vector<glm::vec3>& positions, int material,
+                  const glm::dmat4& placement = glm::dmat4(1));
+    /// A quad (two triangles) with these corners, counter-clockwise.
+    int quad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d, int material,
+             const glm::dmat4& placement = glm::dmat4(1));
+    /// A rectangle of half extents (w, h) facing +Z at z.
+    int rectangle(float w, float h, float z, int material);
+    /// A node that shows an existing mesh again.
+    int instance(int mesh, const glm::dmat4& placement);
+
+    const Scene& scene() const { return scene_; }
+    Scene& scene() { return scene_; }
+
+  private:
+    Scene scene_;
+};
+
+/// A view of the origin's surroundings: a perspective camera at the origin looking along -Z, with tan of half the
+/// vertical field of view 0.5, near 0.1 and no far plane.
+View testView(int width, int height);
+
+/// Collects all bands into one image.
+class CollectSink : public Sink {
+  public:
+    void begin(const Plan&) override {}
+    void write(const LayeredImage& band) override;
+    void finish() override {}
+    LayeredImage image;
+    std::vector<Window> bands;
+};
+
+struct Captured {
+    Plan plan;
+    CaptureReport report;
+    LayeredImage image;
+    std::vector<Window> bands;
+};
+
+/// The context of testBackend(), made once for the process. Throws if there is none.
+gl::Context& sharedContext();
+
+Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings = {},
+                 gl::Context& context = sharedContext());
+
+/// Bit for bit: windows, offsets, depth, colour. Returns "" or what differs first.
+std::string difference(const LayeredImage& a, const LayeredImage& b);
+
+/// The colour of a fragment as floats.
+glm::vec4 color(const LayeredImage& image, std::size_t fragment);
+
+}  // namespace peeler::test

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/test_support.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+extern char** environ;
+
+namespace peeler::test {
+
+namespace fs = std::filesystem;
+
+fs::path sourceDir() { return PEELER_SOURCE_DIR; }
+
+std::optional<fs::path> assetsDir() {
+    const char* variable = std::getenv("PEELER_ASSETS");
+    const fs::path path =
+        variable && *variable ? fs::path(variable) : sourceDir().parent_path() / "shared" / "assets";
+    std::error_code error;
+    if (!fs::is_directory(path, error)) return std::nullopt;
+    return path;
+}
+
+ScratchDir::ScratchDir() {
+    std::string pattern = (fs::temp_directory_path() / "peeler-test-XXXXXX").string();
+    if (!mkdtemp(pattern.data())) throw std::runtime_error("cannot make a scratch folder");
+    path_ = pattern;
+}
+
+ScratchDir::~ScratchDir() {
+    std::error_code error;
+    fs::permissions(path_, fs::perms::owner_all, error);
+    fs::remove_all(path_, error);
+}
+
+namespace {
+std::string slurp(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+}  // namespace
+
+CommandResult runCommand(const std::vector<std::string>& command,
+                         const std::vector<std::string>& environment, const fs::path& directory) {
+    const ScratchDir scratch;
+    const std::string out = scratch / "out", err = scratch / "err";
+
+    std::vector<std::string> variables = environment;
+    for (char** entry = environ; *entry; ++entry) {
+        const std::string text = *entry;
+        const std::string name = text.substr(0, text.find('=') + 1);
+        bool replaced = name == "DISPLAY=" || name == "WAYLAND_DISPLAY=";
+        for (const auto& own : environment) replaced = replaced || own.starts_with(name);
+        if (!replaced) variables.push_back(text);
+    }
+    std::vector<char*> argv, envp;
+    for (const auto& argument : command) argv.push_back(const_cast<char*>(argument.c_str()));
+    for (const auto& variable : variables) envp.push_back(const_cast<char*>(variable.c_str()));
+    argv.push_back(nullptr);
+    envp.push_back(nullptr);
+
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT, 0600);
+    posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT, 0600);
+    if (!directory.empty()) posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
+    pid_t pid = 0;
+    const int failed = posix_spawnp(&pid, argv[0], &actions, nullptr, argv.data(), envp.data());
+    posix_spawn_file_actions_destroy(&actions);
+    if (failed) throw std::runtime_error("cannot start " + command.front());
+
+    int status = 0;
+    waitpid(pid, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), slurp(out), slurp(err)};
+}
+
+CommandResult runPeeler(const std::vector<std::string>& arguments,
+                        const std::vector<std::string>& environment, const fs::path& directory) {
+    std::vector<std::string> command{PEELER_BINARY};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    return runCommand(command, environment, directory);
+}
+
+std::string testBackend() {
+    const char* variable = std::getenv("PEELER_TEST_BACKEND");
+    return variable && *variable ? variable : "egl";
+}
+
+}  // namespace peeler::test

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// What tests share: where things are, scratch folders, running the command.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace peeler::test {
+
+/// The repository's root.
+std::filesystem::path sourceDir();
+
+/// The folder of real models: $PEELER_ASSETS, else ../shared/assets beside the repository. Nothing if it
+/// is not there; tests then skip and say so (PEELER_REQUIRE_ASSETS below).
+std::optional<std::filesystem::path> assetsDir();
+
+/// A folder that is made fresh and removed with the object.
+class ScratchDir {
+  public:
+    ScratchDir();
+    ~ScratchDir();
+    ScratchDir(const ScratchDir&) = delete;
+    ScratchDir& operator=(const ScratchDir&) = delete;
+    const std::filesystem::path& path() const { return path_; }
+    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+
+  private:
+    std::filesystem::path path_;
+};
+
+/// What a finished command left behind.
+struct CommandResult {
+    int exit_code = -1;  ///< 128 + n if a signal ended it
+    std::string out, err;
+};
+
+/// Runs the built `peeler` with these arguments, DISPLAY and WAYLAND_DISPLAY unset. `environment` holds
+/// "NAME=value" entries to add; `directory` is where it runs (default: here).
+CommandResult runPeeler(const std::vector<std::string>& arguments,
+                        const std::vector<std::string>& environment = {},
+                        const std::filesystem::path& directory = {});
+
+/// The same for any program, looked up in PATH.
+CommandResult runCommand(const std::vector<std::string>& command,
+                         const std::vector<std::string>& environment = {},
+                         const std::filesystem::path& directory = {});
+
+/// "egl" or "osmesa" from PEELER_TEST_BACKEND (default egl).
+std::string testBackend();
+
+}  // namespace peeler::test
+
+#define PEELER_REQUIRE_ASSETS(variable)                                                       \
+    const auto variable##_optional = peeler::test::assetsDir();                               \
+    if (!variable##_optional)                                                                 \
+        GTEST_SKIP() << "no asset folder (set PEELER_ASSETS or put it at ../shared/assets)";  \
+    const std::filesystem::path& variable = *variable##_optional
