@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// OpenEXR files as they are: parts, attributes as text, chunks of pixels.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/layered_image.h"
+#include "core/window.h"
+
+struct _priv_exr_context_t;  // OpenEXRCore's
+
+namespace peeler {
+
+struct ExrInputChannel {
+    std::string name;
+    PixelType type = PixelType::kHalf;
+};
+
+struct ExrInputPart {
+    std::string name;         ///< "" in a single-part file without one
+    std::string type;         ///< "scanlineimage", "tiledimage", "deepscanline" or "deeptile"
+    std::string compression;  ///< "none", "zip", …
+    Window data_window, display_window;
+    std::vector<ExrInputChannel> channels;  ///< sorted by name
+    std::map<std::string, std::string>
+        attributes;  ///< those of type string, int, float, double, rational
+
+    const ExrInputChannel* channel(const std::string& wanted) const;
+    /// The text of an attribute, "" if there is none.
+    std::string attribute(const std::string& wanted) const;
+};
+
+/// Where decoded values of a channel go: pixel (x, y) to first + (x − window.x0)·size + (y −
+/// window.y0)· stride, converted to `type`.
+struct ExrTarget {
+    std::string name;
+    PixelType type = PixelType::kFloat;
+    std::byte* first = nullptr;
+    std::size_t stride = 0;  ///< bytes from row to row
+};
+
+/// An open file. Nothing in it is trusted: sizes are checked against limits and against the size of
+/// the file before anything is allocated by them.
+class ExrInput {
+  public:
+    /// Throws Error (kInput), `where` being the path.
+    explicit ExrInput(std::string path);
+    ~ExrInput();
+    ExrInput(const ExrInput&) = delete;
+    ExrInput& operator=(const ExrInput&) = delete;
+
+    const std::string& path() const { return path_; }
+    std::uint64_t bytes() const { return bytes_; }  ///< of the file
+    const std::vector<ExrInputPart>& parts() const { return parts_; }
+
+    /// Rows that are compressed together; chunks begin at the top of the data window.
+    int rowsPerChunk(std::size_t part) const;
+    /// Decodes the chunk that holds row `y` of a scan-line part and stores what lies in `window`
+    /// (inside the data window). Safe to call from several threads. Throws Error (kInput), `where`
+    /// being path and part.
+    void readChunk(std::size_t part, int y, const Window& window,
+                   std::span<const ExrTarget> targets) const;
+
+  private:
+    void readHeaders();
+    void checkSizes() const;
+    void check(int result, const std::string& part = {}) const;
+
+    std::string path_;
+    std::uint64_t bytes_ = 0;
+    _priv_exr_context_t* context_ = nullptr;
+    std::vector<ExrInputPart> parts_;
+};
+
+}  // namespace peeler
