@@ -78,7 +78,7 @@ constexpr ToneMap kToneMaps[] = {
 /// inside): they wait in `failure`.
 class AtomicProxy : public OIIO::Filesystem::IOProxy {
   public:
-    AtomicProxy(AtomicFile& file) : IOProxy(file.path(), Write), file_(file) {}
+    explicit AtomicProxy(AtomicFile& file) : IOProxy(file.path(), Write), file_(file) {}
 
     const char* proxytype() const override { return "peeler"; }
     std::size_t size() const override { return file_.size(); }
@@ -91,6 +91,7 @@ class AtomicProxy : public OIIO::Filesystem::IOProxy {
     std::size_t pwrite(const void* data, std::size_t bytes, std::int64_t offset) override {
         const std::span source(static_cast<const std::byte*>(data), bytes);
         const auto position = static_cast<std::uint64_t>(offset);
+        if (discards) return bytes;
         return guarded([&] {
             if (position == file_.size()) {
                 file_.append(source);
@@ -113,6 +114,7 @@ class AtomicProxy : public OIIO::Filesystem::IOProxy {
     }
 
     std::exception_ptr failure;
+    bool discards = false;  ///< writes succeed and do nothing
 
   private:
     template <class F>
@@ -150,8 +152,7 @@ float encodeSrgb(float linear) {
 /// The open file. `proxy` and `image` refer to `file`, so the order of members matters.
 struct ImageWriter::Output {
     explicit Output(const std::string& path) : file(path), proxy(file) {}
-    // A plugin that is destroyed open writes its end; it may fail, and the file goes anyway.
-    ~Output() { image.reset(); }
+    ~Output() { abandon(); }
 
     /// Throws unless `success`; what the disk said goes before what the plugin made of it.
     void check(bool success) {
@@ -163,6 +164,10 @@ struct ImageWriter::Output {
 
     template <class T>
     void writeRows(const CompositeImage& composite, float gain, const ToneMap& tone_map);
+
+    /// Closes an unfinished picture. libpng complains on stderr about missing rows, so it gets
+    /// them, black; nothing of it reaches the disk.
+    void abandon() noexcept;
 
     AtomicFile file;
     AtomicProxy proxy;
@@ -198,6 +203,21 @@ void ImageWriter::Output::writeRows(const CompositeImage& composite, float gain,
         const OIIO::TypeDesc type = sizeof(T) == 1 ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::UINT16;
         check(image->write_scanlines(next_row, next_row + rows, 0, type, first));
         next_row += rows;
+    }
+}
+
+void ImageWriter::Output::abandon() noexcept {
+    proxy.discards = true;
+    try {
+        if (!image || image->spec().height == 0) return;
+        const OIIO::ImageSpec& spec = image->spec();
+        const std::vector<std::byte> black(spec.scanline_bytes(true));
+        while (next_row < spec.height &&
+               image->write_scanline(next_row, 0, spec.format, black.data())) {
+            ++next_row;
+        }
+        image->close();
+    } catch (...) {  // the picture is lost anyway, and for a reason that is being reported
     }
 }
 

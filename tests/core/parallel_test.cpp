@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/parallel.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+namespace peeler {
+namespace {
+
+class Parallel : public testing::TestWithParam<int> {
+  protected:
+    void SetUp() override { setThreadCount(GetParam()); }
+    void TearDown() override { setThreadCount(0); }
+};
+
+TEST_P(Parallel, EveryItemOnce) {
+    for (const std::size_t items : {0U, 1U, 2U, 7U, 1000U}) {
+        std::vector<std::atomic<int>> calls(items);
+        parallelFor(items, [&](std::size_t i) { ++calls[i]; });
+        for (std::size_t i = 0; i < items; ++i)
+            ASSERT_EQ(calls[i], 1) << i << " of " << items;
+    }
+}
+
+TEST_P(Parallel, ManyShortLoops) {
+    std::atomic<std::size_t> sum{0};
+    for (int loop = 0; loop < 3000; ++loop)
+        parallelFor(5, [&](std::size_t i) { sum += i; });
+    EXPECT_EQ(sum, 30000U);
+}
+
+TEST_P(Parallel, ThrowsWhatABodyThrowsAndWorksAfterwards) {
+    for (int loop = 0; loop < 50; ++loop) {
+        try {
+            parallelFor(100, [&](std::size_t i) {
+                if (i % 10 == 3) throw std::runtime_error("item");
+            });
+            FAIL() << "nothing was thrown";
+        } catch (const std::runtime_error& e) {
+            EXPECT_STREQ(e.what(), "item");
+        }
+    }
+    std::atomic<int> calls{0};
+    parallelFor(10, [&](std::size_t) { ++calls; });
+    EXPECT_EQ(calls, 10);
+}
+
+TEST_P(Parallel, NestedLoopsRunOnTheirCaller) {
+    std::atomic<int> calls{0};
+    parallelFor(8, [&](std::size_t) {
+        const auto here = std::this_thread::get_id();
+        parallelFor(8, [&](std::size_t) {
+            if (std::this_thread::get_id() == here) ++calls;
+        });
+    });
+    EXPECT_EQ(calls, 64);
+}
+
+TEST_P(Parallel, LoopsOfSeveralThreadsDoNotMix) {
+    std::vector<std::thread> threads;
+    std::atomic<int> calls{0};
+    for (int t = 0; t < 4; ++t) {
+        threads.emplace_back([&] {
+            for (int loop = 0; loop < 100; ++loop)
+                parallelFor(10, [&](std::size_t) { ++calls; });
+        });
+    }
+    for (auto& thread : threads)
+        thread.join();
+    EXPECT_EQ(calls, 4000);
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, Parallel, testing::Values(1, 2, 5));
+
+TEST(ParallelThreads, CountIsWhatWasAskedForOrAtLeastOne) {
+    setThreadCount(3);
+    EXPECT_EQ(threadCount(), 3);
+    setThreadCount(0);
+    EXPECT_GE(threadCount(), 1);
+}
+
+}  // namespace
+}  // namespace peeler

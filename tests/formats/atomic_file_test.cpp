@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+// A file stands under its name only when it is whole; failures leave nothing and say why.
+#include "formats/atomic_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <functional>
+#include <iterator>
+
+#include "core/error.h"
+#include "formats/synthetic_image.h"
+#include "formats/writers.h"
+#include "support/test_support.h"
+
+namespace peeler {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::span<const std::byte> bytesOf(const std::string& text) {
+    return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+std::size_t filesIn(const fs::path& folder) {
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+/// The Error of an action, which must be of kind kOutput with where and hint.
+std::string outputError(const std::function<void()>& action) {
+    try {
+        action();
+    } catch (const Error& e) {
+        EXPECT_EQ(e.kind(), ErrorKind::kOutput) << e.what();
+        EXPECT_FALSE(e.where().empty());
+        EXPECT_FALSE(e.hint().empty());
+        return e.what();
+    }
+    ADD_FAILURE() << "nothing was thrown";
+    return {};
+}
+
+class Atomic : public testing::Test {
+  protected:
+    test::ScratchDir scratch;
+    fs::path path = scratch / "out.bin";
+};
+
+TEST_F(Atomic, AppendsAndPatchesThenStandsUnderItsName) {
+    std::string wanted;
+    AtomicFile file(path);
+    for (int i = 0; i < 300; ++i) {  // more than the buffer, in pieces smaller and larger than it
+        const std::string piece(i % 100 == 0 ? 3'000'000 : 7919, static_cast<char>('a' + i % 26));
+        file.append(bytesOf(piece));
+        wanted += piece;
+    }
+    EXPECT_EQ(file.size(), wanted.size());
+    file.writeAt(5, bytesOf("patched"));
+    wanted.replace(5, 7, "patched");
+    file.append(bytesOf("end"));
+    wanted += "end";
+    std::string back(10, ' ');
+    EXPECT_EQ(file.readAt(wanted.size() - 4, std::as_writable_bytes(std::span(back))), 4U);
+    EXPECT_FALSE(fs::exists(path));
+    file.commit();
+    EXPECT_TRUE(test::fileBytes(path) == wanted);
+    EXPECT_EQ(filesIn(scratch.path()), 1U);
+    EXPECT_THROW(file.writeAt(0, bytesOf("late")), Error);
+}
+
+TEST_F(Atomic, DestroyedBeforeCommitLeavesNothing) {
+    {
+        AtomicFile file(path);
+        file.append(bytesOf("half"));
+        file.flush();
+        EXPECT_EQ(filesIn(scratch.path()), 1U);
+        EXPECT_TRUE(
+            fs::path(file.temporaryPath()).filename().string().starts_with(".out.bin.peeler-"));
+    }
+    EXPECT_EQ(filesIn(scratch.path()), 0U);
+}
+
+TEST_F(Atomic, AnExistingFileIsReplacedOnlyAtCommit) {
+    std::ofstream(path) << "old";
+    {
+        AtomicFile file(path);
+        file.append(bytesOf("new"));
+        file.flush();
+        EXPECT_EQ(test::fileBytes(path), "old");
+    }
+    EXPECT_EQ(test::fileBytes(path), "old");
+    AtomicFile file(path);
+    file.append(bytesOf("new"));
+    file.commit();
+    EXPECT_EQ(test::fileBytes(path), "new");
+}
+
+TEST_F(Atomic, SymbolicLinksAreFollowed) {
+    fs::create_directory(scratch / "elsewhere");
+    std::ofstream(scratch / "elsewhere/real.bin") << "old";
+    fs::create_symlink("elsewhere/real.bin", path);
+    AtomicFile file(path);
+    file.append(bytesOf("new"));
+    file.commit();
+    EXPECT_TRUE(fs::is_symlink(path));
+    EXPECT_EQ(test::fileBytes(scratch / "elsewhere/real.bin"), "new");
+}
+
+TEST_F(Atomic, ModeHonoursTheUmask) {
+    const mode_t before = umask(027);
+    AtomicFile file(path);
+    umask(before);
+    file.commit();
+    struct stat status {};
+    ASSERT_EQ(stat(path.c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 0777U, 0640U);
+}
+
+TEST_F(Atomic, TwoWritersOfOneNameDoNotDisturbEachOther) {
+    AtomicFile a(path), b(path);
+    a.append(bytesOf("aaaa"));
+    b.append(bytesOf("b"));
+    a.commit();
+    EXPECT_EQ(test::fileBytes(path), "aaaa");
+    b.commit();
+    EXPECT_EQ(test::fileBytes(path), "b");
+}
+
+TEST_F(Atomic, ImpossiblePlacesAreSaidAtOnce) {
+    EXPECT_NE(outputError([&] { AtomicFile(scratch / "no/such/out"); }).find("does not exist"),
+              std::string::npos);
+    std::ofstream(scratch / "file") << "x";
+    outputError([&] { AtomicFile(scratch / "file/out"); });
+    EXPECT_NE(outputError([&] { AtomicFile{scratch.path()}; }).find("folder"), std::string::npos);
+    EXPECT_NE(outputError([&] { AtomicFile{(scratch / "sub/")}; }).find("folder"),
+              std::string::npos);
+    ASSERT_EQ(mkfifo((scratch / "pipe").c_str(), 0600), 0);
+    EXPECT_NE(outputError([&] { AtomicFile(scratch / "pipe"); }).find("regular"),
+              std::string::npos);
+    outputError([&] { AtomicFile("/dev/full"); });
+    if (geteuid() != 0) {
+        fs::permissions(scratch.path(), fs::perms::owner_read | fs::perms::owner_exec);
+        outputError([&] { AtomicFile{path}; });
+    }
+}
+
+TEST_F(Atomic, LongNamesWork) {
+    const fs::path longest = scratch / std::string(255, 'n');
+    AtomicFile file(longest);
+    file.commit();
+    EXPECT_TRUE(fs::exists(longest));
+}
+
+/// Runs in a child process, so that limits and signals end with it. Returns its wait status.
+int inChild(const std::function<void()>& action) {
+    const pid_t pid = fork();
+    if (pid == 0) {
+        action();
+        _exit(0);
+    }
+    int status = 0;
+    waitpid(pid, &status, 0);
+    return status;
+}
+
+TEST_F(Atomic, ASignalHandlerCanRemoveWhatIsUnfinished) {
+    const int status = inChild([&] {
+        signal(SIGTERM, [](int) {
+            removeTemporaryFiles();
+            _exit(42);
+        });
+        AtomicFile a(path), b(scratch / "other");
+        a.append(bytesOf("x"));
+        if (filesIn(scratch.path()) != 2) _exit(1);
+        raise(SIGTERM);
+    });
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 42);
+    EXPECT_EQ(filesIn(scratch.path()), 0U);
+}
+
+TEST_F(Atomic, KilledOutrightLeavesNothingUnderTheFinalName) {
+    std::ofstream(path) << "old";
+    const int status = inChild([&] {
+        AtomicFile file(path);
+        file.append(bytesOf("new"));
+        file.flush();
+        raise(SIGKILL);
+    });
+    EXPECT_TRUE(WIFSIGNALED(status));
+    EXPECT_EQ(test::fileBytes(path), "old");
+}
+
+TEST_F(Atomic, AFileSizeLimitIsAnErrorLikeAFullDisk) {
+    const int status = inChild([&] {
+        signal(SIGXFSZ, SIG_IGN);
+        const rlimit limit{100'000, 100'000};
+        setrlimit(RLIMIT_FSIZE, &limit);
+        try {
+            AtomicFile file(path);
+            file.append(bytesOf(std::string(200'000, 'x')));
+            file.commit();
+        } catch (const Error& e) {
+            _exit(e.kind() == ErrorKind::kOutput ? 4 : 1);
+        }
+    });
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 4);
+    EXPECT_EQ(filesIn(scratch.path()), 0U);
+}
+
+/// A file system of 256 KiB.
+class SmallDisk {
+  public:
+    explicit SmallDisk(fs::path where) : where_(std::move(where)) {
+        fs::create_directory(where_);
+        mounted_ = mount("none", where_.c_str(), "tmpfs", 0, "size=256k") == 0;
+    }
+    ~SmallDisk() {
+        if (mounted_) umount(where_.c_str());
+    }
+    SmallDisk(const SmallDisk&) = delete;
+    SmallDisk& operator=(const SmallDisk&) = delete;
+    bool mounted() const { return mounted_; }
+
+  private:
+    fs::path where_;
+    bool mounted_ = false;
+};
+
+TEST_F(Atomic, AFullDiskIsSaidByEveryFormatAndLeavesNothing) {
+    const fs::path folder = scratch / "disk";
+    const SmallDisk disk(folder);
+    if (!disk.mounted()) GTEST_SKIP() << "may not mount a small tmpfs (needs root)";
+    const auto picture =
+        test::makePicture({.seed = 5, .width = 640, .height = 480, .most_layers = 5});
+    for (const char* name : {"out.exr", "out.png", "out.jpg", "out.tif"}) {
+        SCOPED_TRACE(name);
+        const std::string what = outputError([&] {
+            const auto sink = makeSink(folder / name, {});
+            test::writePicture(*sink, picture, {50});
+        });
+        EXPECT_NE(what.find("No space left"), std::string::npos) << what;
+        EXPECT_EQ(filesIn(folder), 0U);
+    }
+}
+
+}  // namespace
+}  // namespace peeler
