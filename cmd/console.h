@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// The two streams of a command: the result on stdout, whole lines of messages on stderr.
+#pragma once
+
+#include <iosfwd>
+#include <string>
+#include <string_view>
+
+namespace peeler::cmd {
+
+/// Every message line begins with "peeler: " and a word that says what it is; text of several lines
+/// becomes several such lines. Control characters (a file name may hold any) are shown as \xNN.
+/// Belongs to one thread.
+class Console {
+  public:
+    /// The streams must outlive the Console. `terminal`: a person reads `err`, so a bar may be
+    /// drawn.
+    Console(std::ostream& out, std::ostream& err, bool terminal);
+    ~Console();
+    Console(const Console&) = delete;
+    Console& operator=(const Console&) = delete;
+
+    /// Quiet leaves out notes and bars; warnings and errors stay.
+    void setQuiet(bool quiet) { quiet_ = quiet; }
+    bool quiet() const { return quiet_; }
+    bool terminal() const { return terminal_; }
+
+    /// The asked-for result, to stdout, at once. Throws ReaderGone if nobody reads it any more, and
+    /// Error (kOutput) if it cannot be written for another reason.
+    void result(std::string_view text);
+
+    void error(std::string_view text) { message("error: ", text); }
+    void hint(std::string_view text) { message("hint: ", text); }
+    void warning(std::string_view text) { message("warning: ", text); }
+    /// What a person may want to know and a script need not.
+    void note(std::string_view text);
+    /// A line for programs, as it is.
+    void machineLine(std::string_view line);
+
+    /// Draws `text` over the previous bar; does nothing unless `err` is a terminal. Any message
+    /// clears the bar first.
+    void bar(std::string_view text);
+    void clearBar();
+
+  private:
+    void message(std::string_view word, std::string_view text);
+
+    std::ostream& out_;
+    std::ostream& err_;
+    bool terminal_;
+    bool quiet_ = false;
+    std::size_t bar_width_ = 0;
+};
+
+/// `text` with its control characters as \xNN: what a file says must not steer a terminal.
+std::string printable(std::string_view text);
+
+/// Thrown by Console::result: stdout is a pipe without a reader.
+struct ReaderGone {};
+
+}  // namespace peeler::cmd

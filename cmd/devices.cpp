@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler devices: every GL backend and device, and why one cannot be used.
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "cmd/options.h"
+#include "cmd/report.h"
+#include "cmd/resources.h"
+#include "cmd/verbs.h"
+#include "core/error.h"
+#include "core/gl/context.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+struct DevicesOptions {
+    bool json = false;
+};
+
+nlohmann::ordered_json toJson(const gl::Device& device) {
+    const gl::Limits& limits = device.limits;
+    nlohmann::ordered_json json;
+    json["index"] = device.index;
+    json["backend"] = device.backend;
+    json["name"] = device.name;
+    json["usable"] = device.problem.empty();
+    json["problem"] = device.problem;
+    json["software"] = device.software;
+    json["version"] = device.version;
+    json["renderer"] = device.renderer;
+    json["vendor"] = device.vendor;
+    json["limits"] = {
+        {"shaderStorageBlockSize", limits.shader_storage_block_size},
+        {"fragmentStorageBlocks", limits.fragment_storage_blocks},
+        {"framebufferWidth", limits.framebuffer_width},
+        {"framebufferHeight", limits.framebuffer_height},
+        {"viewportWidth", limits.viewport_width},
+        {"viewportHeight", limits.viewport_height},
+        {"textureSize", limits.texture_size},
+        {"subpixelBits", limits.subpixel_bits},
+    };
+    return json;
+}
+
+std::string toText(const gl::Device& device) {
+    const gl::Limits& limits = device.limits;
+    std::string text =
+        std::to_string(device.index) + "  " + device.backend + "  " + device.name + '\n';
+    const auto line = [&](const std::string& content) { text += "     " + content + '\n'; };
+    if (!device.renderer.empty()) line(device.renderer + (device.software ? " (software)" : ""));
+    if (!device.version.empty()) line("OpenGL " + device.version + ", " + device.vendor);
+    if (!device.problem.empty()) {
+        line("cannot be used: " + device.problem);
+        return text;
+    }
+    const auto area = [](int width, int height) {
+        return std::to_string(width) + " x " + std::to_string(height);
+    };
+    line("framebuffer " + area(limits.framebuffer_width, limits.framebuffer_height) +
+         ", viewport " + area(limits.viewport_width, limits.viewport_height) + ", texture " +
+         area(limits.texture_size, limits.texture_size));
+    line(std::to_string(limits.fragment_storage_blocks) + " storage blocks of " +
+         groupedText(static_cast<std::uint64_t>(
+             std::max<std::int64_t>(0, limits.shader_storage_block_size))) +
+         " bytes, " + std::to_string(limits.subpixel_bits) + " subpixel bits");
+    return text;
+}
+
+int listAll(const DevicesOptions& options, Console& console) {
+    setThreads(0);
+    const std::vector<gl::Device> devices = gl::listDevices();
+    if (options.json) {
+        nlohmann::ordered_json json;
+        json["devices"] = nlohmann::ordered_json::array();
+        for (const auto& device : devices)
+            json["devices"].push_back(toJson(device));
+        console.result(jsonText(json));
+    } else {
+        std::string text;
+        for (const auto& device : devices)
+            text += toText(device);
+        console.result(text);
+    }
+    if (std::any_of(devices.begin(), devices.end(),
+                    [](const gl::Device& device) { return device.problem.empty(); })) {
+        return 0;
+    }
+    throw Error(
+        ErrorKind::kDevice, "no GL device can be used", "",
+        "install a driver with OpenGL 4.5: Mesa (libegl1, libgl1-mesa-dri) renders without a GPU");
+}
+
+}  // namespace
+
+VerbAction declareDevices(CLI::App& app) {
+    const auto options = std::make_shared<DevicesOptions>();
+    app.add_flag("--json", options->json, "print JSON");
+    return [options](Console& console) { return listAll(*options, console); };
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler flatten: the layers of a file composited on the CPU, band by band.
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+
+#include "cmd/options.h"
+#include "cmd/output_options.h"
+#include "cmd/parse.h"
+#include "cmd/progress.h"
+#include "cmd/report.h"
+#include "cmd/resources.h"
+#include "cmd/verbs.h"
+#include "formats/exr_ldi_reader.h"
+#include "formats/writers.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a band may take: enough for wide chunks of many layers, little beside what a render takes.
+constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
+
+struct FlattenOptions {
+    fs::path input;
+    std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
+    int threads = 0;
+    OutputFlags output;
+    ReportFlags report;
+};
+
+/// Moves the first `limit` fragments of every pixel together and forgets the rest, and the channels
+/// that a composite does not show.
+void keepNearest(LayeredImage& image, std::uint32_t limit) {
+    image.extra.clear();
+    const std::size_t stride = image.color.stride();
+    std::uint32_t kept = 0;
+    for (std::size_t pixel = 0; pixel + 1 < image.offsets.size(); ++pixel) {
+        const std::uint32_t first = image.offsets[pixel];
+        const std::uint32_t count = std::min(image.count(pixel), limit);
+        std::copy_n(image.z.begin() + first, count, image.z.begin() + kept);
+        std::memmove(image.color.data.data() + kept * stride,
+                     image.color.data.data() + first * stride, count * stride);
+        // The list that starts here has been read; the next one's start has not.
+        image.offsets[pixel] = kept;
+        kept += count;
+    }
+    image.offsets.back() = kept;
+    image.z.resize(kept);
+    image.color.data.resize(kept * stride);
+}
+
+/// One run. run() lists its stages.
+class Flatten {
+  public:
+    Flatten(const FlattenOptions& options, Console& console)
+        : options_(options), console_(console) {}
+
+    void run() {
+        {
+            const StageTimer timer(result_.milliseconds, "total");
+            checkOptions();
+            open();
+            limitLayers();
+            composite();
+        }
+        tell();
+    }
+
+  private:
+    void checkOptions();
+    void open();
+    void limitLayers();
+    void composite();
+    void tell();
+
+    /// Reads the picture top to bottom, limited, and hands each band to `take`.
+    template <class Take>
+    void forEachBand(const std::string& stage, Take&& take);
+
+    const FlattenOptions& options_;
+    Console& console_;
+    std::unique_ptr<ExrLdiReader> reader_;
+    Plan plan_;
+    PictureResult result_;
+};
+
+void Flatten::checkOptions() {
+    console_.setQuiet(options_.report.quiet);
+    checkOutput(options_.output, options_.input);
+    checkReport(options_.report, options_.input, options_.output.path);
+    setThreads(options_.threads);
+}
+
+void Flatten::open() {
+    const StageTimer timer(result_.milliseconds, "load");
+    reader_ = std::make_unique<ExrLdiReader>(options_.input.string());
+    plan_ = reader_->info().plan;
+}
+
+template <class Take>
+void Flatten::forEachBand(const std::string& stage, Take&& take) {
+    ProgressReport progress(console_, options_.report.shownProgress(), stage);
+    const Window& crop = plan_.view.crop;
+    const int rows = reader_->rowsFor(kBandBytes);
+    LayeredImage band;
+    for (int y = crop.y0; y < crop.y1; y += rows) {
+        {
+            const StageTimer timer(result_.milliseconds, "load");
+            reader_->read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
+            if (options_.max_layers != 0) keepNearest(band, options_.max_layers);
+        }
+        take(band);
+        progress.update(static_cast<double>(band.window.y1 - crop.y0) / crop.height());
+    }
+}
+
+void Flatten::limitLayers() {
+    if (options_.max_layers == 0 || options_.max_layers >= plan_.layers.size()) return;
+    // The header tells how many fragments the picture shows, and comes before them: count first.
+    plan_.layers.resize(options_.max_layers);
+    plan_.fragments_stored = 0;
+    forEachBand("count",
+                [&](const LayeredImage& band) { plan_.fragments_stored += band.fragments(); });
+}
+
+void Flatten::composite() {
+    Provenance provenance = reader_->info().provenance;
+    provenance.version = PEELER_VERSION;
+    const auto writer =
+        makeSink(options_.output.path.string(), outputOptions(options_.output, provenance));
+    TimedSink sink(*writer, result_.milliseconds);
+    sink.begin(plan_);
+    forEachBand("flatten", [&](const LayeredImage& band) { sink.write(band); });
+    sink.finish();
+}
+
+void Flatten::tell() {
+    result_.output = options_.output.path;
+    result_.bytes = fs::file_size(options_.output.path);
+    result_.width = plan_.view.width;
+    result_.height = plan_.view.height;
+    result_.layers = plan_.layers.size();
+    result_.fragments_counted = plan_.fragments_counted;
+    result_.fragments_stored = plan_.fragments_stored;
+    result_.method = reader_->info().provenance.method;
+    result_.renderer = reader_->info().provenance.renderer;
+    result_.peak_memory = peakMemory();
+    tellResult(options_.report, result_, console_);
+}
+
+}  // namespace
+
+VerbAction declareFlatten(CLI::App& app) {
+    const auto options = std::make_shared<FlattenOptions>();
+    options->output.as = "composite";
+    addValue(
+        app, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
+        "a layered depth image (.exr)")
+        ->required();
+    addOutputOptions(app, options->output);
+    addValue(
+        app, "--layers", "N|all", options->max_layers,
+        [](const std::string& text) { return parseLayers(text); },
+        "composite the N nearest layers of every pixel (default: all)")
+        ->group("Layers");
+    addThreadsOption(app, options->threads);
+    addReportOptions(app, options->report);
+    return [options](Console& console) {
+        Flatten(*options, console).run();
+        return 0;
+    };
+}
+
+}  // namespace peeler::cmd

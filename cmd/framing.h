@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a camera stands and how it is turned: geometry without options or files.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <optional>
+
+#include "core/scene.h"
+#include "core/view.h"
+
+namespace peeler::cmd {
+
+/// Camera to world of a camera at `eye` that looks along `forward` with `up` upwards in the
+/// picture. Nothing if the two are parallel or one of them has no length.
+std::optional<glm::dmat4> lookAlong(const glm::dvec3& eye, const glm::dvec3& forward,
+                                    const glm::dvec3& up);
+
+/// Rotation and translation of a node's matrix, which may also scale, mirror and shear. The viewing
+/// axis (−Z) keeps its direction and +Y its side of it; the picture is never mirrored.
+/// Nothing if the matrix leaves no direction to look along.
+std::optional<glm::dmat4> rigid(const glm::dmat4& world);
+
+/// The world direction from which an unknown scene is looked at: from the front (+Z if `up` is +Y,
+/// glTF 2.0 §3.4; −Y if `up` is +Z, as modellers have it), a little from the right and from above.
+glm::dvec3 pleasingForward(const glm::dvec3& up);
+
+/// The largest extent of the bounds; a length that suits the place if they have none.
+double sceneSize(const Bounds& bounds);
+
+/// The eye, looking along `forward` at `target`, nearest to it from which all of `bounds` is inside
+/// the frame with a small margin. An orthographic frame has its size given; the eye is just placed
+/// in front.
+glm::dvec3 framingEye(const Bounds& bounds, const glm::dvec3& target, const glm::dvec3& forward,
+                      const glm::dvec3& up, const Projection& projection);
+
+/// Depth along the viewing axis of the nearest and the farthest corner of the bounds.
+struct DepthRange {
+    double nearest = 0, farthest = 0;
+};
+DepthRange depthRange(const Bounds& bounds, const glm::dmat4& camera_to_world);
+
+}  // namespace peeler::cmd

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+// Output paths, formats and reports: options, checks before any work, results after it.
+#include "cmd/output_options.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <system_error>
+#include <vector>
+
+#include "cmd/options.h"
+#include "cmd/parse.h"
+#include "core/error.h"
+#include "formats/atomic_file.h"
+#include "formats/image_writer.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Whether both name one file, however they are spelt; a file that is not there yet has only its
+/// spelling.
+bool sameFile(const fs::path& a, const fs::path& b) {
+    std::error_code failure;
+    if (fs::equivalent(a, b, failure)) return true;
+    return a.lexically_normal() == b.lexically_normal();
+}
+
+/// The folder takes a new file; nothing of it stays.
+void probe(const fs::path& path) {
+    const AtomicFile file(path.string());
+}
+
+std::vector<std::string_view> toneMapNames() {
+    std::vector<std::string_view> names;
+    for (const ToneMap& row : toneMaps())
+        names.push_back(row.name);
+    return names;
+}
+
+std::string toneMapNamed(const std::string& text) {
+    const auto names = toneMapNames();
+    if (std::find(names.begin(), names.end(), text) == names.end())
+        refuseName("tone map", text, names);
+    return text;
+}
+
+double parseExposure(const std::string& text) {
+    const double stops = parseNumber(text);
+    if (std::abs(stops) > 100) throw Error(ErrorKind::kUsage, "expected stops from -100 to 100");
+    return stops;
+}
+
+[[noreturn]] void refuseOption(const char* option, const std::string& what,
+                               const std::string& hint) {
+    throw Error(ErrorKind::kUsage, what, option, hint);
+}
+
+void checkFormat(const OutputFlags& flags) {
+    const OutputFormat& format = findOutputFormat(flags.path.string(), flags.as);
+    constexpr const char* kCompositeHint = "add --as composite, or choose another extension";
+    if (format.kind != "composite") {
+        if (flags.background)
+            refuseOption("--background", "layers have no background", kCompositeHint);
+        if (flags.exposure)
+            refuseOption("--exposure", "layers are stored as rendered", kCompositeHint);
+        if (flags.tone_map)
+            refuseOption("--tone-map", "layers are stored as rendered", kCompositeHint);
+        return;
+    }
+    if (flags.no_composite) {
+        refuseOption("--no-composite", "this output is nothing but the composite", "leave it out");
+    }
+    const bool linear = std::find(format.extensions.begin(), format.extensions.end(), ".exr") !=
+                        format.extensions.end();
+    constexpr const char* kLinear = "an EXR holds linear light as rendered";
+    constexpr const char* kDisplayHint = "write a .png, .jpg or .tif";
+    if (linear && flags.exposure) refuseOption("--exposure", kLinear, kDisplayHint);
+    if (linear && flags.tone_map) refuseOption("--tone-map", kLinear, kDisplayHint);
+}
+
+}  // namespace
+
+void addOutputOptions(CLI::App& app, OutputFlags& flags) {
+    const auto add = [&](const char* name, const char* value, auto& target, auto parse,
+                         const std::string& help) {
+        return addValue(app, name, value, target, parse, help)->group("Output");
+    };
+    std::string extensions;
+    std::set<std::string_view> known;
+    for (const OutputFormat& format : outputFormats()) {
+        for (const std::string_view extension : format.extensions) {
+            if (!known.insert(extension).second) continue;
+            extensions += (extensions.empty() ? "" : ", ") + std::string(extension);
+        }
+    }
+    add(
+        "-o,--output", "FILE", flags.path, [](const std::string& text) { return fs::path(text); },
+        "the file to write: " + extensions)
+        ->required();
+    app.add_flag("--no-clobber", flags.no_clobber, "fail if the file is there already")
+        ->group("Output");
+    add(
+        "--background", "COLOR", flags.background,
+        [](const std::string& text) { return parseColor(text); },
+        "behind a composite: transparent (default), r,g,b[,a] in linear light, or #rrggbb[aa] in "
+        "sRGB");
+    add("--exposure", "STOPS", flags.exposure, parseExposure,
+        "brightens (or darkens) .png, .jpg and .tif (default: 0)");
+    std::string maps;
+    for (const ToneMap& row : toneMaps()) {
+        maps += '\n' + std::string(row.name) + (maps.empty() ? " (default): " : ": ") +
+                std::string(row.summary);
+    }
+    add("--tone-map", "NAME", flags.tone_map, toneMapNamed,
+        "how .png, .jpg and .tif show bright light" + maps);
+}
+
+void addLayerOutputOptions(CLI::App& app, OutputFlags& flags) {
+    std::string kinds;
+    std::set<std::string_view> known;
+    std::vector<std::string_view> names;
+    for (const OutputFormat& format : outputFormats()) {
+        if (!known.insert(format.kind).second) continue;
+        names.push_back(format.kind);
+        kinds += (kinds.empty() ? "" : " or ") + std::string(format.kind);
+    }
+    addValue(
+        app, "--as", "KIND", flags.as,
+        [names](const std::string& text) {
+            if (std::find(names.begin(), names.end(), text) == names.end()) {
+                refuseName("kind", text, names);
+            }
+            return text;
+        },
+        kinds + " (default: by the extension; .exr holds layers)")
+        ->group("Output");
+    app.add_flag("--no-composite", flags.no_composite,
+                 "layers only, without the part that shows them composited")
+        ->group("Output");
+}
+
+void checkOutput(const OutputFlags& flags, const fs::path& input) {
+    checkFormat(flags);
+    if (sameFile(flags.path, input)) {
+        throw Error(ErrorKind::kUsage, "the output is the input", flags.path.string(),
+                    "choose another name for the output");
+    }
+    std::error_code failure;
+    if (flags.no_clobber && fs::exists(fs::symlink_status(flags.path, failure))) {
+        throw Error(ErrorKind::kOutput, "the file is there already", flags.path.string(),
+                    "remove it, choose another name, or leave --no-clobber out");
+    }
+    probe(flags.path);
+}
+
+OutputOptions outputOptions(const OutputFlags& flags, const Provenance& provenance) {
+    OutputOptions options;
+    options.as = flags.as;
+    options.composite_part = !flags.no_composite;
+    if (flags.background) {
+        options.background = *flags.background;
+        for (std::size_t i = 0; i < 3; ++i)
+            options.background[i] *= options.background[3];
+    }
+    if (flags.exposure) options.exposure = static_cast<float>(*flags.exposure);
+    if (flags.tone_map) options.tone_map = *flags.tone_map;
+    options.provenance = provenance;
+    return options;
+}
+
+ProgressStyle ReportFlags::shownProgress() const {
+    return quiet && progress != ProgressStyle::kJson ? ProgressStyle::kNone : progress;
+}
+
+void addReportOptions(CLI::App& app, ReportFlags& flags) {
+    app.add_flag("--json", flags.json, "print the result as JSON")->group("Messages");
+    addValue(
+        app, "--report", "FILE", flags.file, [](const std::string& text) { return fs::path(text); },
+        "write the result as JSON to a file")
+        ->group("Messages");
+    addChoice<ProgressStyle>(app, "--progress", flags.progress, kProgressStyles, "progress style",
+                             "how progress is told on stderr:")
+        ->group("Messages");
+    app.add_flag("-q,--quiet", flags.quiet, "warnings and errors only")->group("Messages");
+}
+
+void checkReport(const ReportFlags& flags, const fs::path& input, const fs::path& output) {
+    if (!flags.file) return;
+    if (sameFile(*flags.file, output) || sameFile(*flags.file, input)) {
+        throw Error(ErrorKind::kUsage, "the report would replace the input or the output",
+                    "--report " + flags.file->string(), "choose another name for the report");
+    }
+    probe(*flags.file);
+}
+
+void addThreadsOption(CLI::App& app, int& threads) {
+    addValue(
+        app, "--threads", "N", threads,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 0, 1024)); },
+        "processors to use (default: 0, all that the process may run on)")
+        ->group("Machine");
+}
+
+void tellResult(const ReportFlags& flags, const PictureResult& result, Console& console) {
+    const auto json = toJson(result);
+    if (flags.file) writeReport(*flags.file, json);
+    console.note(summary(result));
+    if (flags.json) console.result(jsonText(json));
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// What verbs that write a picture share: where it goes, in which form, and what is said about it.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "cmd/choices.h"
+#include "cmd/console.h"
+#include "cmd/report.h"
+#include "core/sink.h"
+#include "formats/writers.h"
+
+namespace CLI {
+class App;
+}
+
+namespace peeler::cmd {
+
+struct OutputFlags {
+    std::filesystem::path path;
+    std::string as;  ///< "" = by extension
+    bool no_composite = false;
+    bool no_clobber = false;
+    std::optional<std::array<float, 4>> background;  ///< straight linear RGBA
+    std::optional<double> exposure;                  ///< stops
+    std::optional<std::string> tone_map;
+};
+
+/// Declares -o, --no-clobber, --background, --exposure and --tone-map.
+void addOutputOptions(CLI::App& app, OutputFlags& flags);
+/// Declares --as and --no-composite, for verbs that have layers to write.
+void addLayerOutputOptions(CLI::App& app, OutputFlags& flags);
+
+/// Throws before any work is done: Error (kUsage) if the path names no format, an option does not
+/// apply to it or the output is the input; (kOutput) if the folder cannot be written to, or the
+/// file is there and must stay.
+void checkOutput(const OutputFlags& flags, const std::filesystem::path& input);
+
+/// What the format's writer is told; the background premultiplied.
+OutputOptions outputOptions(const OutputFlags& flags, const Provenance& provenance);
+
+struct ReportFlags {
+    bool json = false;
+    bool quiet = false;
+    std::optional<std::filesystem::path> file;
+    ProgressStyle progress = ProgressStyle::kAuto;
+
+    ProgressStyle shownProgress() const;
+};
+
+/// Declares --json, --report, --progress and --quiet.
+void addReportOptions(CLI::App& app, ReportFlags& flags);
+
+/// Throws like checkOutput if the report cannot be written, or would replace input or output.
+void checkReport(const ReportFlags& flags, const std::filesystem::path& input,
+                 const std::filesystem::path& output);
+
+/// The result as asked for: to the report file, as JSON on stdout, and as a line on stderr.
+void tellResult(const ReportFlags& flags, const PictureResult& result, Console& console);
+
+/// Declares --threads; 0 = as many as the process may run on.
+void addThreadsOption(CLI::App& app, int& threads);
+
+/// Passes everything on and adds the time that takes to the stage "write".
+class TimedSink : public Sink {
+  public:
+    TimedSink(Sink& sink, StageTimes& times) : sink_(sink), times_(times) {}
+    void begin(const Plan& plan) override {
+        const StageTimer timer(times_, "write");
+        sink_.begin(plan);
+    }
+    void write(const LayeredImage& band) override {
+        const StageTimer timer(times_, "write");
+        sink_.write(band);
+    }
+    void finish() override {
+        const StageTimer timer(times_, "write");
+        sink_.finish();
+    }
+
+  private:
+    Sink& sink_;
+    StageTimes& times_;
+};
+
+}  // namespace peeler::cmd

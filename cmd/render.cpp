@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler render: from a scene to the layers of one picture.
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "cmd/camera_options.h"
+#include "cmd/options.h"
+#include "cmd/output_options.h"
+#include "cmd/parse.h"
+#include "cmd/progress.h"
+#include "cmd/report.h"
+#include "cmd/resources.h"
+#include "cmd/settings.h"
+#include "cmd/verbs.h"
+#include "core/error.h"
+#include "core/gl/context.h"
+#include "core/peel/method.h"
+#include "core/renderer.h"
+#include "formats/gltf_reader.h"
+#include "formats/writers.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RenderOptions {
+    fs::path scene;
+    CameraOptions camera;
+    CaptureSettings capture;
+    gl::ContextRequest device;
+    int threads = 0;
+    bool strict = false;
+    OutputFlags output;
+    ReportFlags report;
+};
+
+/// One render. run() lists its stages; each leaves in the members what the next ones need.
+class Render {
+  public:
+    Render(const RenderOptions& options, Console& console) : options_(options), console_(console) {}
+
+    void run() {
+        {
+            const StageTimer timer(result_.milliseconds, "total");
+            checkOptions();
+            readScene();
+            chooseView();
+            makeContext();
+            upload();
+            plan();
+            capture();
+        }
+        tell();
+    }
+
+  private:
+    void checkOptions();
+    void readScene();
+    void chooseView();
+    void makeContext();
+    void upload();
+    void plan();
+    void capture();
+    void tell();
+
+    Provenance provenance() const;
+
+    const RenderOptions& options_;
+    Console& console_;
+    Scene scene_;
+    int scene_index_ = 0;
+    SceneContents contents_;
+    View view_;
+    std::unique_ptr<gl::Context> context_;  // before what lives in it
+    std::optional<Renderer> renderer_;
+    Plan plan_;
+    PictureResult result_;
+};
+
+void Render::checkOptions() {
+    console_.setQuiet(options_.report.quiet);
+    checkCameraOptions(options_.camera);
+    checkOutput(options_.output, options_.scene);
+    checkReport(options_.report, options_.scene, options_.output.path);
+    setThreads(options_.threads);
+}
+
+void Render::readScene() {
+    const StageTimer timer(result_.milliseconds, "load");
+    GltfOptions gltf;
+    gltf.strict = options_.strict;
+    scene_ = readGltf(options_.scene, gltf);
+    for (const std::string& warning : scene_.warnings)
+        console_.warning(warning);
+}
+
+void Render::chooseView() {
+    const StageTimer timer(result_.milliseconds, "load");
+    scene_index_ = chooseScene(scene_, options_.camera);
+    contents_ = contents(scene_, scene_index_);
+    view_ = makeView(scene_, contents_, options_.camera);
+}
+
+void Render::makeContext() {
+    const StageTimer timer(result_.milliseconds, "context");
+    context_ = gl::createContext(options_.device);
+    const gl::Device& device = context_->device();
+    const bool chosen = options_.device.backend != "auto" || options_.device.device >= 0;
+    if (device.software && !chosen) {
+        console_.note("no GPU can be used, so " + device.renderer + " renders in software (" +
+                      device.backend + "); peeler devices says why");
+    }
+}
+
+void Render::upload() {
+    renderer_.emplace(*context_, scene_, contents_);
+}
+
+void Render::plan() {
+    plan_ = renderer_->plan(view_, options_.capture);
+    if (options_.strict && !plan_.complete()) {
+        throw Error(ErrorKind::kIncomplete,
+                    "the layer limit leaves out " +
+                        countText(plan_.fragments_counted - plan_.fragments_stored, "fragment") +
+                        " of " + groupedText(plan_.fragments_counted),
+                    options_.output.path.string(), "use --layers all, or leave --strict out");
+    }
+}
+
+void Render::capture() {
+    const std::string path = options_.output.path.string();
+    const auto writer = makeSink(path, outputOptions(options_.output, provenance()));
+    TimedSink sink(*writer, result_.milliseconds);
+    sink.begin(plan_);
+    {
+        ProgressReport progress(console_, options_.report.shownProgress(), "render");
+        Sink* const sinks[] = {&sink};
+        result_.passes =
+            renderer_->capture(sinks, [&](double share) { progress.update(share); }).passes;
+    }
+    sink.finish();
+}
+
+Provenance Render::provenance() const {
+    Provenance provenance;
+    provenance.version = PEELER_VERSION;
+    provenance.method = options_.capture.method;
+    provenance.surfaces = nameOf<Surfaces>(kSurfaces, options_.capture.surfaces);
+    provenance.scene = options_.scene.filename().string();
+    provenance.scene_hash = hexText(scene_.content_hash);
+    provenance.settings_hash = settingsHash(scene_index_, view_, options_.capture);
+    provenance.renderer = context_->device().renderer;
+    return provenance;
+}
+
+void Render::tell() {
+    for (const auto& [stage, milliseconds] : renderer_->times())
+        result_.milliseconds[stage] += milliseconds;
+    result_.output = options_.output.path;
+    result_.bytes = fs::file_size(options_.output.path);
+    result_.width = view_.width;
+    result_.height = view_.height;
+    result_.layers = plan_.layers.size();
+    result_.fragments_counted = plan_.fragments_counted;
+    result_.fragments_stored = plan_.fragments_stored;
+    result_.method = options_.capture.method;
+    result_.renderer = context_->device().renderer;
+    result_.backend = context_->device().backend;
+    result_.peak_memory = peakMemory();
+    tellResult(options_.report, result_, console_);
+}
+
+std::string parseMethod(const std::string& text) {
+    std::vector<std::string_view> names;
+    for (const MethodInfo& method : peelMethods()) {
+        if (method.name == text) return text;
+        names.push_back(method.name);
+    }
+    refuseName("method", text, names);
+}
+
+std::string methodHelp() {
+    std::string help = "how layers are found; all give the same ones:";
+    for (const MethodInfo& method : peelMethods()) {
+        const bool first = &method == &peelMethods().front();
+        help += '\n' + std::string(method.name) + (first ? " (default): " : ": ") +
+                std::string(method.summary);
+    }
+    return help;
+}
+
+void addLayerOptions(CLI::App& app, CaptureSettings& capture) {
+    constexpr const char* kGroup = "Layers";
+    capture.method = peelMethods().front().name;
+    addValue(app, "--method", "NAME", capture.method, parseMethod, methodHelp())->group(kGroup);
+    addValue(
+        app, "--layers", "N|all", capture.max_layers,
+        [](const std::string& text) { return parseLayers(text); },
+        "keep the N nearest layers (default: all)")
+        ->group(kGroup);
+    addChoice<Surfaces>(app, "--surfaces", capture.surfaces, kSurfaces, "choice of surfaces",
+                        "which fragments become layers:")
+        ->group(kGroup);
+    addChoice<Faces>(app, "--faces", capture.faces, kFaces, "choice of faces",
+                     "which sides of triangles are drawn:")
+        ->group(kGroup);
+    addChoice<Shading>(app, "--shading", capture.shading, kShading, "shading",
+                       "how surfaces are coloured:")
+        ->group(kGroup);
+    addChoice<PixelType>(app, "--precision", capture.color_type, kPrecisions, "precision",
+                         "how colour is stored; Z is always 32 bits:")
+        ->group(kGroup);
+}
+
+std::uint64_t parseMemory(const std::string& text) {
+    const std::uint64_t bytes = parseBytes(text);
+    if (bytes < kLeastMemory) {
+        throw Error(ErrorKind::kUsage, "too little memory to render anything", "",
+                    "give at least " + std::to_string(kLeastMemory >> 20) + "M");
+    }
+    return bytes;
+}
+
+std::string parseBackend(const std::string& text) {
+    const std::vector<std::string> backends = gl::backendNames();
+    std::vector<std::string_view> names{"auto"};
+    names.insert(names.end(), backends.begin(), backends.end());
+    if (std::find(names.begin(), names.end(), text) == names.end())
+        refuseName("backend", text, names);
+    return text;
+}
+
+void addMachineOptions(CLI::App& app, RenderOptions& options) {
+    constexpr const char* kGroup = "Machine";
+    std::string backends = "auto (default)";
+    for (const std::string& name : gl::backendNames())
+        backends += ", " + name;
+    addValue(app, "--backend", "NAME", options.device.backend, parseBackend,
+             "where GL comes from: " + backends)
+        ->group(kGroup);
+    addValue(
+        app, "--device", "N", options.device.device,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 0, 9999)); },
+        "a device by its number in peeler devices (default: the first that works)")
+        ->group(kGroup);
+    app.add_flag("--require-gpu", options.device.require_gpu, "fail rather than render in software")
+        ->group(kGroup);
+    addThreadsOption(app, options.threads);
+    addValue(app, "--memory", "SIZE", options.capture.memory, parseMemory,
+             "most memory to use, e.g. 8G or 512M; the picture is rendered in bands that fit "
+             "(default: no limit)")
+        ->group(kGroup);
+}
+
+}  // namespace
+
+VerbAction declareRender(CLI::App& app) {
+    const auto options = std::make_shared<RenderOptions>();
+    addValue(
+        app, "SCENE", "", options->scene, [](const std::string& text) { return fs::path(text); },
+        "a glTF scene (.gltf or .glb)")
+        ->required();
+    addOutputOptions(app, options->output);
+    addLayerOutputOptions(app, options->output);
+    addCameraOptions(app, options->camera);
+    addLayerOptions(app, options->capture);
+    addMachineOptions(app, *options);
+    addReportOptions(app, options->report);
+    app.add_flag(
+           "--strict", options->strict,
+           wrapped(
+               "a missing texture is an error (exit code 3), and so is a layer limit that leaves "
+               "fragments out (6); no file is written then"))
+        ->group("Output");
+    return [options](Console& console) {
+        Render(*options, console).run();
+        return 0;
+    };
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers as people and as programs read them.
+#include "cmd/report.h"
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "formats/atomic_file.h"
+
+namespace peeler::cmd {
+
+namespace {
+constexpr const char* kStages[] = {"load", "context",   "upload", "count", "capture",
+                                   "sort", "composite", "encode", "write", "total"};
+}  // namespace
+
+nlohmann::ordered_json toJson(const PictureResult& result) {
+    nlohmann::ordered_json json;
+    json["output"] = result.output.string();
+    json["bytes"] = result.bytes;
+    json["width"] = result.width;
+    json["height"] = result.height;
+    json["layers"] = result.layers;
+    json["fragmentsCounted"] = result.fragments_counted;
+    json["fragmentsStored"] = result.fragments_stored;
+    json["complete"] = result.fragments_counted == result.fragments_stored;
+    json["method"] = result.method;
+    json["renderer"] = result.renderer;
+    json["backend"] = result.backend;
+    json["passes"] = result.passes;
+    json["peakMemory"] = result.peak_memory;
+    auto& milliseconds = json["milliseconds"];
+    for (const char* stage : kStages) {
+        const auto entry = result.milliseconds.find(stage);
+        const double spent = entry == result.milliseconds.end() ? 0 : entry->second;
+        milliseconds[stage] = std::round(spent * 1e3) / 1e3;
+    }
+    return json;
+}
+
+std::string summary(const PictureResult& result) {
+    std::string text = result.output.string() + ": " + countText(result.layers, "layer") + ", " +
+                       countText(result.fragments_stored, "fragment");
+    if (result.fragments_stored != result.fragments_counted) {
+        text += " of " + groupedText(result.fragments_counted);
+    }
+    const auto total = result.milliseconds.find("total");
+    const double spent = total == result.milliseconds.end() ? 0 : total->second;
+    return text + ", " + bytesText(result.bytes) + ", " +
+           groupedText(static_cast<std::uint64_t>(std::llround(spent))) + " ms";
+}
+
+std::string jsonText(const nlohmann::ordered_json& json) {
+    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
+}
+
+void writeReport(const std::filesystem::path& path, const nlohmann::ordered_json& json) {
+    const std::string text = jsonText(json);
+    AtomicFile file(path.string());
+    file.append(std::as_bytes(std::span(text)));
+    file.commit();
+}
+
+std::string hashText(const std::string& text) {
+    std::uint64_t hash = 0xcbf29ce484222325U;
+    for (const char c : text) {
+        hash ^= static_cast<unsigned char>(c);
+        hash *= 0x100000001b3U;
+    }
+    return hexText(hash);
+}
+
+std::string hexText(std::uint64_t value) {
+    char digits[17];
+    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(value));
+    return digits;
+}
+
+std::string groupedText(std::uint64_t value) {
+    std::string text = std::to_string(value);
+    for (std::size_t at = text.size(); at > 3;) {
+        at -= 3;
+        text.insert(at, 1, ',');
+    }
+    return text;
+}
+
+std::string bytesText(std::uint64_t bytes) {
+    constexpr const char* kUnits[] = {"B", "kB", "MB", "GB", "TB"};
+    if (bytes < 1000) return std::to_string(bytes) + " B";
+    double value = static_cast<double>(bytes);
+    std::size_t unit = 0;
+    while (value >= 999.95 && unit + 1 < std::size(kUnits)) {
+        value /= 1000;
+        ++unit;
+    }
+    char text[32];
+    std::snprintf(text, sizeof text, "%.1f %s", value, kUnits[unit]);
+    return text;
+}
+
+std::string countText(std::uint64_t count, const std::string& noun) {
+    return groupedText(count) + ' ' + noun + (count == 1 ? "" : "s");
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a command says of its work: stage times, the JSON result, the summary line.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "core/renderer.h"
+
+namespace peeler::cmd {
+
+/// Adds the time from construction to destruction to one stage.
+class StageTimer {
+  public:
+    StageTimer(StageTimes& times, const char* stage) : times_(times), stage_(stage) {}
+    ~StageTimer() {
+        times_[stage_] +=
+            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
+                .count();
+    }
+    StageTimer(const StageTimer&) = delete;
+    StageTimer& operator=(const StageTimer&) = delete;
+
+  private:
+    StageTimes& times_;
+    const char* stage_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// What became of one picture.
+struct PictureResult {
+    std::filesystem::path output;
+    std::uint64_t bytes = 0;
+    int width = 0, height = 0;  ///< display window
+    std::uint64_t layers = 0;
+    std::uint64_t fragments_counted = 0, fragments_stored = 0;
+    std::string method, renderer, backend;
+    int passes = 0;
+    std::uint64_t peak_memory = 0;  ///< bytes
+    StageTimes milliseconds;
+};
+
+/// The keys of cli.md, in that order, in camelCase like the peeler: attributes. Every stage is
+/// there, 0 where it did not happen.
+nlohmann::ordered_json toJson(const PictureResult& result);
+
+/// "out.exr: 24 layers, 7,123,456 fragments, 12.3 MB, 812 ms"
+std::string summary(const PictureResult& result);
+
+/// The text that --json prints and --report stores: indented, a newline at the end; bytes that are
+/// not UTF-8 (file names) replaced.
+std::string jsonText(const nlohmann::ordered_json& json);
+
+/// Stores a result under `path`, whole or not at all. Throws Error (kOutput).
+void writeReport(const std::filesystem::path& path, const nlohmann::ordered_json& json);
+
+/// 64-bit FNV-1a of the text, as 16 hexadecimal digits.
+std::string hashText(const std::string& text);
+std::string hexText(std::uint64_t value);
+
+/// "7,123,456"
+std::string groupedText(std::uint64_t value);
+
+/// "12.3 MB"
+std::string bytesText(std::uint64_t bytes);
+
+/// "1 layer", "2 layers"
+std::string countText(std::uint64_t count, const std::string& noun);
+
+}  // namespace peeler::cmd

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// The canonical JSON behind peeler:settingsHash.
+#include "cmd/settings.h"
+
+#include <nlohmann/json.hpp>
+
+#include "cmd/choices.h"
+#include "cmd/report.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// Infinity is no JSON number.
+nlohmann::json number(double value) {
+    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json("inf");
+}
+
+}  // namespace
+
+std::string settingsHash(int scene_index, const View& view, const CaptureSettings& capture) {
+    const Projection& projection = view.projection;
+    nlohmann::json matrix = nlohmann::json::array();
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 4; ++row)
+            matrix.push_back(view.camera_to_world[column][row]);
+    }
+    // nlohmann::json sorts its keys and prints the shortest digits that read back: the text is
+    // canonical.
+    const nlohmann::json settings = {
+        {"scene", scene_index},
+        {"cameraToWorld", matrix},
+        {"perspective", projection.perspective},
+        {"halfWidth", projection.half_width},
+        {"halfHeight", projection.half_height},
+        {"near", number(projection.near)},
+        {"far", number(projection.far)},
+        {"size", {view.width, view.height}},
+        {"crop", {view.crop.x0, view.crop.y0, view.crop.x1, view.crop.y1}},
+        {"layers", capture.max_layers},
+        {"surfaces", nameOf<Surfaces>(kSurfaces, capture.surfaces)},
+        {"faces", nameOf<Faces>(kFaces, capture.faces)},
+        {"shading", nameOf<Shading>(kShading, capture.shading)},
+        {"precision", nameOf<PixelType>(kPrecisions, capture.color_type)},
+    };
+    return hashText(settings.dump());
+}
+
+}  // namespace peeler::cmd

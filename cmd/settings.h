@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything that was asked for and changes pixels, as one hash.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "core/renderer.h"
+#include "core/view.h"
+
+namespace peeler::cmd {
+
+/// Two renders of the same scene file with the same hash have the same layers. Left out is what
+/// changes nothing: threads, memory, backend, and the method, since every method of the table is
+/// exact. 16 hexadecimal digits.
+std::string settingsHash(int scene_index, const View& view, const CaptureSettings& capture);
+
+}  // namespace peeler::cmd

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rows of the table of verbs.
+#include "cmd/verbs.h"
+
+namespace peeler::cmd {
+
+std::span<const Verb> verbs() {
+    static constexpr Verb kVerbs[] = {
+        {"render", "Render every layer of a glTF scene into one file", declareRender},
+        {"flatten", "Composite the layers of a file into one picture", declareFlatten},
+        {"info", "Tell what is in a scene or in a layered file", declareInfo},
+        {"devices", "List every GL backend and device, and why one cannot be used", declareDevices},
+    };
+    return kVerbs;
+}
+
+}  // namespace peeler::cmd
