@@ -50,11 +50,16 @@ struct Source {
     bool normalize = false;
 };
 
+constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
+
+/// `target(i)` is the element of `out` that element i of the source goes to, or kNowhere.
 template <typename In, typename Out, typename Target>
 void copyNumbers(const Source& source, std::size_t count, Out* out, const Target& target) {
     for (std::size_t i = 0; i < count; ++i) {
         const std::uint8_t* element = source.data + i * source.stride;
-        Out* to = out + target(i) * source.components;
+        const std::size_t place = target(i);
+        if (place == kNowhere) continue;
+        Out* to = out + place * source.components;
         for (std::size_t c = 0; c < source.components; ++c) {
             In value;
             std::memcpy(&value, element + c * sizeof(In), sizeof(In));
@@ -63,7 +68,6 @@ void copyNumbers(const Source& source, std::size_t count, Out* out, const Target
     }
 }
 
-/// `target(i)` is the element of `out` that element i of the source goes to.
 template <typename Out, typename Target>
 void copyElements(const Source& source, std::size_t count, Out* out, const Target& target) {
     switch (source.component_type) {
@@ -165,7 +169,7 @@ AccessorReader::Elements AccessorReader::elements(int accessor) const {
 }
 
 template <typename Out>
-void AccessorReader::applySparse(int accessor, std::vector<Out>& values) const {
+void AccessorReader::applySparse(int accessor, ElementRange range, std::vector<Out>& values) const {
     const tinygltf::Accessor& info = document_.model.accessors[static_cast<std::size_t>(accessor)];
     if (!info.sparse.isSparse) return;
     const std::string where = accessorPointer(accessor) + "/sparse";
@@ -197,11 +201,15 @@ void AccessorReader::applySparse(int accessor, std::vector<Out>& values) const {
     copyElements(
         packed(info.sparse.values.bufferView, info.sparse.values.byteOffset, info.componentType,
                static_cast<std::size_t>(components(accessor)), "/values"),
-        count, values.data(), [&](std::size_t i) { return std::size_t{places[i]}; });
+        count, values.data(), [&](std::size_t i) {
+            const std::size_t place = places[i];
+            return place >= range.first && place - range.first < range.count ? place - range.first
+                                                                             : kNowhere;
+        });
 }
 
 std::vector<float> AccessorReader::floats(int accessor, const AccessorFormat& format,
-                                          const std::string& use) const {
+                                          ElementRange range, const std::string& use) const {
     const tinygltf::Accessor& info = document_.model.accessors[static_cast<std::size_t>(accessor)];
     const int width = components(accessor);
     const bool is_matrix = info.type >= TINYGLTF_TYPE_MAT2 && info.type <= TINYGLTF_TYPE_MAT4;
@@ -220,10 +228,13 @@ std::vector<float> AccessorReader::floats(int accessor, const AccessorFormat& fo
                         (info.normalized ? " (normalized)" : "") +
                         ", which this use does not allow",
                     use, kHint);
-    const Elements source = elements(accessor);
-    std::vector<float> values(source.count * source.components);
-    if (source.data) copyElements(source, source.count, values.data(), kSamePlace);
-    applySparse(accessor, values);
+    Elements source = elements(accessor);
+    std::vector<float> values(range.count * source.components);
+    if (source.data) {
+        source.data += range.first * source.stride;
+        copyElements(source, range.count, values.data(), kSamePlace);
+    }
+    applySparse(accessor, range, values);
     return values;
 }
 
@@ -240,7 +251,7 @@ std::vector<std::uint32_t> AccessorReader::indices(int accessor, const std::stri
     const Elements source = elements(accessor);
     std::vector<std::uint32_t> values(source.count);
     if (source.data) copyElements(source, source.count, values.data(), kSamePlace);
-    applySparse(accessor, values);
+    applySparse(accessor, {0, source.count}, values);
     return values;
 }
 

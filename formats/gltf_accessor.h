@@ -25,6 +25,11 @@ struct AccessorFormat {
     std::initializer_list<ComponentFormat> allowed;
 };
 
+/// Elements first … first + count − 1, all of which the accessor has.
+struct ElementRange {
+    std::size_t first = 0, count = 0;
+};
+
 class AccessorReader {
   public:
     explicit AccessorReader(const GltfDocument& document) : document_(document) {}
@@ -33,11 +38,11 @@ class AccessorReader {
     std::size_t count(int accessor) const;
     int components(int accessor) const;
 
-    /// All numbers, element after element, as floats; integers normalised where the accessor says
-    /// so (glTF 2.0 §3.6.2.2; KHR_mesh_quantization). `use` is the JSON pointer of the reference:
-    /// the `where` of the error if the format is not allowed there. Damage in the accessor itself
-    /// is reported at its own pointer, before anything is allocated.
-    std::vector<float> floats(int accessor, const AccessorFormat& format,
+    /// The numbers of a range of elements, element after element, as floats; integers normalised
+    /// where the accessor says so (glTF 2.0 §3.6.2.2; KHR_mesh_quantization). `use` is the JSON
+    /// pointer of the reference: the `where` of the error if the format is not allowed there.
+    /// Damage in the accessor itself is reported at its own pointer, before anything is allocated.
+    std::vector<float> floats(int accessor, const AccessorFormat& format, ElementRange range,
                               const std::string& use) const;
 
     /// A SCALAR accessor of unsigned integers. `max_value` becomes the largest number of its type.
@@ -51,7 +56,7 @@ class AccessorReader {
     struct Elements;
     Elements elements(int accessor) const;
     template <typename Out>
-    void applySparse(int accessor, std::vector<Out>& values) const;
+    void applySparse(int accessor, ElementRange range, std::vector<Out>& values) const;
 
     const GltfDocument& document_;
 };

@@ -27,6 +27,15 @@ bool isVersion2(const json& version, bool only_2_0) {
     return only_2_0 ? text == "2.0" : text == "2" || text.rfind("2.", 0) == 0;
 }
 
+/// Reports the first node of the ring that this one is in.
+[[noreturn]] void failRing(const std::vector<int>& parents, std::size_t node) {
+    std::size_t first = node;
+    for (auto next = static_cast<std::size_t>(parents[node]); next != node;
+         next = static_cast<std::size_t>(parents[next]))
+        first = std::min(first, next);
+    fail("the node is its own ancestor", childPointer("/nodes", first));
+}
+
 /// §3.5.2: a node has one parent at most, and following parents ends at a root.
 void checkForest(const tinygltf::Model& model) {
     const std::size_t count = model.nodes.size();
@@ -50,8 +59,7 @@ void checkForest(const tinygltf::Model& model) {
         std::size_t node = i;
         while (!reaches_root[node]) {
             chain.push_back(node);
-            if (chain.size() > count)
-                fail("the node is its own ancestor", childPointer("/nodes", node));
+            if (chain.size() > count) failRing(parents, node);
             if (parents[node] < 0) break;
             node = static_cast<std::size_t>(parents[node]);
         }

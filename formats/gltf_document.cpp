@@ -21,6 +21,9 @@ using nlohmann::json;
 // tinygltf and the destructors of JSON values recurse; no real file nests deeper than extras do.
 constexpr int kMaxJsonDepth = 200;
 
+// A reader of warnings has seen enough then; a hostile file could have one for each of its bytes.
+constexpr std::size_t kMaxWarnings = 100;
+
 void checkDepth(std::string_view text, const std::string& path) {
     int depth = 0;
     bool in_string = false;
@@ -53,6 +56,11 @@ json take(json& gltf, const char* name) {
 }
 
 json parseJson(std::string_view text, const std::string& path) {
+    if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);  // a byte order mark
+    const std::size_t begin = text.find_first_not_of(" \t\r\n");
+    if (begin == std::string_view::npos || text[begin] != '{')
+        throw Error(ErrorKind::kInput, "the file is neither binary glTF nor JSON", path,
+                    "a scene is a .gltf or .glb file");
     checkDepth(text, path);
     try {
         return json::parse(text.begin(), text.end());
@@ -62,7 +70,7 @@ json parseJson(std::string_view text, const std::string& path) {
         if (const std::size_t end = what.find("] "); end != std::string::npos)
             what.erase(0, end + 2);
         throw Error(ErrorKind::kInput, "the file is not valid JSON: " + what, path,
-                    "a scene is a .gltf or .glb file; export it again if it is damaged");
+                    "copy or export the file again");
     }
 }
 
@@ -157,8 +165,11 @@ void listImages(GltfDocument& document, const json& images) {
 }  // namespace
 
 void GltfDocument::warn(const std::string& sentence) {
-    if (std::find(warnings.begin(), warnings.end(), sentence) == warnings.end())
-        warnings.push_back(sentence);
+    if (warnings.size() > kMaxWarnings ||
+        std::find(warnings.begin(), warnings.end(), sentence) != warnings.end())
+        return;
+    warnings.push_back(warnings.size() < kMaxWarnings ? sentence
+                                                      : "There is more to warn of than fits here.");
 }
 
 std::span<const std::uint8_t> GltfDocument::keep(std::vector<std::uint8_t> bytes) {

@@ -176,9 +176,7 @@ GltfFolder::GltfFolder(const fs::path& scene_file, std::uint64_t max_file_bytes)
     std::error_code error;
     const fs::path parent = scene_file.parent_path();
     folder_ = fs::canonical(parent.empty() ? fs::path(".") : parent, error);
-    if (error)
-        throw Error(ErrorKind::kInput, "the folder cannot be read: " + error.message(),
-                    parent.string());
+    if (error) failToOpen(scene_file, error.value());
 }
 
 std::vector<std::uint8_t> GltfFolder::read(const std::string& uri, const std::string& where) const {

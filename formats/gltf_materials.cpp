@@ -57,7 +57,10 @@ Sampler toSampler(const tinygltf::Model& model, const tinygltf::Texture& texture
 class MaterialReader {
   public:
     MaterialReader(GltfDocument& document, const GltfOptions& options, Scene& scene)
-        : document_(document), options_(options), scene_(scene) {}
+        : document_(document),
+          options_(options),
+          scene_(scene),
+          places_(document.images.size(), -1) {}
 
     void read() {
         const std::vector<tinygltf::Material>& sources = document_.model.materials;
@@ -147,9 +150,11 @@ class MaterialReader {
     /// The place in scene.images, which holds used images only.
     int sceneImage(int image) {
         if (image < 0) return -1;
-        const auto found = std::find(used_images_.begin(), used_images_.end(), image);
-        const auto place = static_cast<int>(found - used_images_.begin());
-        if (found == used_images_.end()) used_images_.push_back(image);
+        int& place = places_[static_cast<std::size_t>(image)];
+        if (place < 0) {
+            place = static_cast<int>(used_images_.size());
+            used_images_.push_back(image);
+        }
         return place;
     }
 
@@ -221,7 +226,8 @@ class MaterialReader {
     GltfDocument& document_;
     const GltfOptions& options_;
     Scene& scene_;
-    std::vector<int> used_images_;
+    std::vector<int> used_images_;  ///< the document's numbers, in the order of first use
+    std::vector<int> places_;       ///< for each of the document's images, where it stands there
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 // glTF meshes to the scene's: vertex attributes, indices, topology.
 #include "formats/gltf_meshes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -41,6 +42,13 @@ const AccessorFormat kTexcoord = {{2},
                                    {kUnsignedShort}}};
 const AccessorFormat kColor = {{3, 4}, {{kFloat}, {kUnsignedByte, true}, {kUnsignedShort, true}}};
 
+std::uint64_t bytesOf(const Primitive& primitive) {
+    const auto bytes = [](const auto& values) { return values.size() * sizeof(values[0]); };
+    return bytes(primitive.positions) + bytes(primitive.normals) + bytes(primitive.tangents) +
+           bytes(primitive.texcoords[0]) + bytes(primitive.texcoords[1]) + bytes(primitive.colors) +
+           bytes(primitive.indices);
+}
+
 class PrimitiveReader {
   public:
     PrimitiveReader(GltfDocument& document, const tinygltf::Primitive& source, std::string where)
@@ -55,14 +63,18 @@ class PrimitiveReader {
         }
         refuseCompressed(position->second);
         vertex_count_ = accessors_.count(position->second);
+        used_ = {0, vertex_count_};
         out.topology = static_cast<Topology>(source_.mode);
+        if (source_.indices >= 0) {
+            out.indices = indices();
+            keepUsedVertices(out.indices);
+        }
         out.positions = attribute<glm::vec3>("POSITION", kPosition);
         out.normals = attribute<glm::vec3>("NORMAL", kNormal);
         out.tangents = attribute<glm::vec4>("TANGENT", kTangent);
         out.texcoords[0] = attribute<glm::vec2>("TEXCOORD_0", kTexcoord);
         out.texcoords[1] = attribute<glm::vec2>("TEXCOORD_1", kTexcoord);
         out.colors = colors();
-        if (source_.indices >= 0) out.indices = indices();
         return dropIncomplete(out);
     }
 
@@ -89,7 +101,7 @@ class PrimitiveReader {
                             " elements, POSITION has " + std::to_string(vertex_count_),
                         where, "check the file with the Khronos glTF validator");
         components = accessors_.components(found->second);
-        std::vector<float> values = accessors_.floats(found->second, format, where);
+        std::vector<float> values = accessors_.floats(found->second, format, used_, where);
         for (float& value : values) {
             if (std::isfinite(value)) continue;
             if (std::strcmp(name, "POSITION") == 0)
@@ -141,9 +153,19 @@ class PrimitiveReader {
         return result;
     }
 
+    /// Exporters like to let all primitives share one large vertex array and index a stretch of it
+    /// each: without this, the array would be copied for every primitive.
+    void keepUsedVertices(std::vector<std::uint32_t>& indices) {
+        const auto [first, last] = std::minmax_element(indices.begin(), indices.end());
+        used_ = {*first, std::size_t{*last} - *first + 1};
+        if (used_.first == 0) return;
+        for (std::uint32_t& index : indices)
+            index -= static_cast<std::uint32_t>(used_.first);
+    }
+
     /// §3.7.2.1: vertices that do not fill a last point, line or triangle are ignored.
     bool dropIncomplete(Primitive& out) {
-        const std::size_t count = out.indices.empty() ? vertex_count_ : out.indices.size();
+        const std::size_t count = out.indices.empty() ? used_.count : out.indices.size();
         std::size_t usable = count, least = 1;
         switch (out.topology) {
             case Topology::kPoints:
@@ -196,12 +218,15 @@ class PrimitiveReader {
     const tinygltf::Primitive& source_;
     std::string where_;
     std::size_t vertex_count_ = 0;
+    ElementRange used_;  ///< of the vertices
 };
 
 }  // namespace
 
-std::vector<Mesh> readGltfMeshes(GltfDocument& document, int default_material) {
+std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& options,
+                                 int default_material) {
     std::vector<Mesh> meshes;
+    std::uint64_t geometry_bytes = 0;
     meshes.reserve(document.model.meshes.size());
     for (std::size_t i = 0; i < document.model.meshes.size(); ++i) {
         const tinygltf::Mesh& source = document.model.meshes[i];
@@ -213,8 +238,14 @@ std::vector<Mesh> readGltfMeshes(GltfDocument& document, int default_material) {
             if (!from.targets.empty()) document.has_morph_targets = true;
             Primitive primitive;
             primitive.material = from.material >= 0 ? from.material : default_material;
-            if (PrimitiveReader(document, from, where).read(primitive))
-                mesh.primitives.push_back(std::move(primitive));
+            if (!PrimitiveReader(document, from, where).read(primitive)) continue;
+            geometry_bytes += bytesOf(primitive);
+            if (geometry_bytes > options.max_geometry_bytes)
+                throw Error(ErrorKind::kInput,
+                            "the geometry needs more than the limit of " +
+                                std::to_string(options.max_geometry_bytes) + " bytes",
+                            where, "split the scene");
+            mesh.primitives.push_back(std::move(primitive));
         }
     }
     return meshes;

@@ -9,6 +9,7 @@ namespace peeler {
 
 /// All meshes of the document, in order. Primitives without a material get `default_material`.
 /// Primitives that draw nothing are left out with a warning.
-std::vector<Mesh> readGltfMeshes(GltfDocument& document, int default_material);
+std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& options,
+                                 int default_material);
 
 }  // namespace peeler

@@ -116,7 +116,8 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
         loadGltfDocument(document, path, options);
         Scene scene;
         readGltfMaterials(document, options, scene);
-        scene.meshes = readGltfMeshes(document, static_cast<int>(scene.materials.size()) - 1);
+        scene.meshes =
+            readGltfMeshes(document, options, static_cast<int>(scene.materials.size()) - 1);
         readNodes(document, scene);
         readScenes(document.model, scene);
         readCameras(document.model, scene);

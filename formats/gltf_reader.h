@@ -16,7 +16,10 @@ struct GltfOptions {
     bool strict = false;
     std::uint64_t max_file_bytes = std::uint64_t{2} << 30;  ///< of the scene and each file it names
     std::uint64_t max_image_bytes = std::uint64_t{1} << 30;  ///< of each image, decoded to RGBA
-    int max_image_dimension = 16384;                         ///< width and height, pixels
+    /// Of all vertices and indices together, as the scene holds them: many primitives may share the
+    /// same bytes of a small file.
+    std::uint64_t max_geometry_bytes = std::uint64_t{16} << 30;
+    int max_image_dimension = 16384;  ///< width and height, pixels
 };
 
 /// Reads the scene; whether it is JSON or binary is told by the content. Every index, range and

@@ -34,6 +34,8 @@ enum class Kind {
     kExtensions,  ///< object; the members named like rows are checked
 };
 
+constexpr const char* kHint = "check the file with the Khronos glTF validator";
+
 constexpr double kAnySize = 9007199254740992.0;  // 2^53: what JSON numbers hold exactly
 constexpr double kIntMax = std::numeric_limits<int>::max();
 
@@ -214,8 +216,6 @@ class SchemaCheck {
     }
 
   private:
-    static constexpr const char* kHint = "check the file with the Khronos glTF validator";
-
     [[noreturn]] static void refuse(const std::string& pointer, const std::string& rule,
                                     const json& value) {
         std::string shown = value.dump(-1, ' ', true, json::error_handler_t::replace);
@@ -352,16 +352,23 @@ class SchemaCheck {
     json& root_;
 };
 
-/// §3.10: a camera holds the object that its type names; schemas cannot say so in a table.
-void checkCameraKinds(const json& gltf) {
-    const auto cameras = gltf.find("cameras");
-    if (cameras == gltf.end()) return;
-    for (std::size_t i = 0; i < cameras->size(); ++i) {
-        const json& camera = (*cameras)[i];
+/// §5.11: strides are multiples of 4.
+void checkStrides(const json& views) {
+    for (std::size_t i = 0; i < views.size(); ++i)
+        if (const int stride = views[i].value("byteStride", 4); stride % 4 != 0)
+            throw Error(ErrorKind::kInput,
+                        "the value must be a multiple of 4, it is " + std::to_string(stride),
+                        childPointer("/bufferViews", i) + "/byteStride", kHint);
+}
+
+/// §3.10: a camera holds the object that its type names.
+void checkCameraKinds(const json& cameras) {
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+        const json& camera = cameras[i];
         const std::string& type = camera["type"].get_ref<const std::string&>();
         if (!camera.contains(type))
             throw Error(ErrorKind::kInput, "the required property \"" + type + "\" is missing",
-                        childPointer("/cameras", i));
+                        childPointer("/cameras", i), kHint);
     }
 }
 
@@ -386,7 +393,10 @@ std::string childPointer(const std::string& parent, std::size_t index) {
 
 void checkGltfSchema(json& gltf) {
     SchemaCheck(gltf).object(gltf, "", "root");
-    checkCameraKinds(gltf);
+    // What a table cannot say.
+    if (const auto views = gltf.find("bufferViews"); views != gltf.end()) checkStrides(*views);
+    if (const auto cameras = gltf.find("cameras"); cameras != gltf.end())
+        checkCameraKinds(*cameras);
 }
 
 }  // namespace peeler

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "formats/image_metadata.h"
 
 namespace peeler {
 namespace {
@@ -22,8 +23,7 @@ namespace {
 
 /// OpenImageIO's name of the format, told by the magic bytes; it would try any of its many readers
 /// itself, some of them fragile.
-const char* sniff(std::span<const std::uint8_t> bytes) {
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+const char* sniff(std::string_view text) {
     if (text.substr(0, 8) == "\x89PNG\r\n\x1A\n") return "png";
     if (text.substr(0, 3) == "\xFF\xD8\xFF") return "jpeg";
     if (text.substr(0, 4) == "RIFF" && text.size() >= 12 && text.substr(8, 4) == "WEBP")
@@ -64,8 +64,12 @@ void expandToRgba(std::vector<std::uint8_t>& rgba, std::size_t channels) {
 
 Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name,
                     const TextureLimits& limits) {
-    const char* format = sniff(bytes);
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const char* format = sniff(text);
     if (!format) fail("the image is neither PNG nor JPEG nor WebP");
+    std::vector<std::uint8_t> reduced;
+    if (format == std::string_view("png")) bytes = reduced = withoutPngMetadata(bytes);
+    if (format == std::string_view("jpeg")) bytes = reduced = withoutJpegMetadata(bytes);
     static std::once_flag limits_set;
     std::call_once(limits_set, [] { OIIO::attribute("limits:imagesize_MB", 4096); });
     try {

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// Real models load or are refused for an extension that they require; broken ones never do worse
+// than an input error.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "formats/gltf_reader.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> gltfFiles(const fs::path& folder) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        const fs::path extension = entry.path().extension();
+        if (entry.is_regular_file() && (extension == ".gltf" || extension == ".glb"))
+            files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+/// What the renderer relies on without looking again (core/scene.h).
+void expectSound(const Scene& scene) {
+    ASSERT_FALSE(scene.scenes.empty());
+    ASSERT_FALSE(scene.materials.empty());
+    ASSERT_GE(scene.default_scene, 0);
+    ASSERT_LT(static_cast<std::size_t>(scene.default_scene), scene.scenes.size());
+    for (const Mesh& mesh : scene.meshes) {
+        for (const Primitive& primitive : mesh.primitives) {
+            const std::size_t count = primitive.positions.size();
+            ASSERT_GT(count, 0U);
+            ASSERT_LT(static_cast<std::size_t>(primitive.material), scene.materials.size());
+            for (const std::uint32_t index : primitive.indices)
+                ASSERT_LT(index, count);
+            const auto expectCount = [&](std::size_t size) {
+                EXPECT_TRUE(size == 0 || size == count) << size;
+            };
+            expectCount(primitive.normals.size());
+            expectCount(primitive.tangents.size());
+            expectCount(primitive.texcoords[0].size());
+            expectCount(primitive.texcoords[1].size());
+            expectCount(primitive.colors.size());
+        }
+    }
+    for (const Material& material : scene.materials)
+        for (const TextureRef* texture :
+             {&material.base_color_texture, &material.metallic_roughness_texture,
+              &material.normal_texture, &material.occlusion_texture, &material.emissive_texture})
+            ASSERT_LT(texture->image, static_cast<int>(scene.images.size()));
+    for (const Image& image : scene.images)
+        ASSERT_EQ(image.rgba.size(), std::size_t{4} * static_cast<std::size_t>(image.width) *
+                                         static_cast<std::size_t>(image.height));
+    for (std::size_t i = 0; i < scene.scenes.size(); ++i)
+        bounds(scene, contents(scene, static_cast<int>(i)));
+}
+
+void expectReadable(const fs::path& folder, std::size_t at_least) {
+    const std::vector<fs::path> files = gltfFiles(folder);
+    std::size_t read = 0;
+    for (const fs::path& file : files) {
+        SCOPED_TRACE(file.string());
+        GltfOptions options;
+        options.strict = true;  // every texture of a sample model decodes
+        try {
+            expectSound(readGltf(file, options));
+            ++read;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput);
+            const bool refused = error.where().rfind("/extensionsRequired/", 0) == 0 ||
+                                 error.where() == "/asset/minVersion";
+            EXPECT_TRUE(refused) << error.what() << " at " << error.where();
+        }
+    }
+    EXPECT_GE(read, at_least) << "of " << files.size();
+}
+
+TEST(GltfAssets, SampleModelsAreRead) {
+    PEELER_REQUIRE_ASSETS(assets);
+    expectReadable(assets / "gltf-sample-assets", 40);
+}
+
+TEST(GltfAssets, GeneratedModelsAreRead) {
+    PEELER_REQUIRE_ASSETS(assets);
+    expectReadable(assets / "gltf-asset-generator", 50);
+}
+
+TEST(GltfAssets, MalformedFilesEndInASceneOrAnInputError) {
+    PEELER_REQUIRE_ASSETS(assets);
+    const std::vector<fs::path> files = gltfFiles(assets / "malformed-gltf");
+    EXPECT_FALSE(files.empty());
+    for (const fs::path& file : files) {
+        SCOPED_TRACE(file.string());
+        try {
+            expectSound(readGltf(file));
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput) << error.what();
+            EXPECT_FALSE(error.where().empty()) << error.what();
+        }
+    }
+}
+
+}  // namespace
+}  // namespace peeler::test

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Walking the node forest: order, world matrices, bounds, depth.
+#include "core/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "core/error.h"
+
+namespace peeler {
+namespace {
+
+glm::dmat4 moved(double x, double y, double z) {
+    return glm::translate(glm::dmat4(1), glm::dvec3(x, y, z));
+}
+
+Node node(const glm::dmat4& local, std::vector<int> children, int mesh = -1, int camera = -1) {
+    Node result;
+    result.local = local;
+    result.children = std::move(children);
+    result.mesh = mesh;
+    result.camera = camera;
+    return result;
+}
+
+Mesh meshOf(std::vector<glm::vec3> positions) {
+    Mesh mesh;
+    mesh.primitives.emplace_back().positions = std::move(positions);
+    return mesh;
+}
+
+TEST(SceneContents, ListsDepthFirstInTheFilesOrder) {
+    Scene scene;
+    scene.scenes = {{"", {4, 0}}};
+    scene.nodes = {node(glm::dmat4(1), {1, 3}, 0), node(glm::dmat4(1), {2}, 1),
+                   node(glm::dmat4(1), {}, 2), node(glm::dmat4(1), {}, 3),
+                   node(glm::dmat4(1), {}, 4)};
+    const SceneContents shown = contents(scene, 0);
+    std::vector<int> order;
+    for (const MeshInstance& instance : shown.meshes)
+        order.push_back(instance.mesh);
+    EXPECT_EQ(order, (std::vector<int>{4, 0, 1, 2, 3}));
+    EXPECT_EQ(shown.meshes[0].node, 4);
+}
+
+TEST(SceneContents, MultipliesParentTimesChild) {
+    Scene scene;
+    scene.scenes = {{"", {0}}};
+    const glm::dmat4 doubled = glm::scale(glm::dmat4(1), glm::dvec3(2));
+    scene.nodes = {node(doubled, {1}), node(moved(1, 2, 3), {}, 0, 0)};
+    const SceneContents shown = contents(scene, 0);
+    ASSERT_EQ(shown.meshes.size(), 1U);
+    EXPECT_EQ(glm::dvec3(shown.meshes[0].world[3]), glm::dvec3(2, 4, 6));
+    ASSERT_EQ(shown.cameras.size(), 1U);
+    EXPECT_EQ(shown.cameras[0].world, doubled * moved(1, 2, 3));
+}
+
+TEST(SceneContents, ShowsOnlyTheSceneAskedFor) {
+    Scene scene;
+    scene.scenes = {{"", {0}}, {"", {1}}, {"", {}}};
+    scene.nodes = {node(glm::dmat4(1), {}, 0), node(glm::dmat4(1), {}, 1)};
+    EXPECT_EQ(contents(scene, 1).meshes.at(0).mesh, 1);
+    EXPECT_TRUE(contents(scene, 2).meshes.empty());
+    EXPECT_THROW(contents(scene, 3), Error);
+    EXPECT_THROW(contents(scene, -1), Error);
+}
+
+TEST(SceneContents, TakesChainsOfAnyDepth) {
+    Scene scene;
+    const int depth = 300000;
+    scene.scenes = {{"", {0}}};
+    for (int i = 0; i < depth; ++i)
+        scene.nodes.push_back(node(moved(1, 0, 0),
+                                   i + 1 < depth ? std::vector{i + 1} : std::vector<int>{},
+                                   i + 1 < depth ? -1 : 0));
+    const SceneContents shown = contents(scene, 0);
+    ASSERT_EQ(shown.meshes.size(), 1U);
+    EXPECT_EQ(shown.meshes[0].world[3].x, depth);
+}
+
+TEST(SceneBounds, EncloseEveryInstanceInWorldSpace) {
+    Scene scene;
+    scene.scenes = {{"", {0, 1}}};
+    scene.meshes = {meshOf({{-1, 0, 0}, {1, 2, 3}})};
+    scene.nodes = {
+        node(moved(10, 0, 0), {}, 0),
+        node(glm::rotate(glm::dmat4(1), glm::radians(180.0), glm::dvec3(0, 0, 1)), {}, 0)};
+    const auto box = bounds(scene, contents(scene, 0));
+    ASSERT_TRUE(box);
+    EXPECT_NEAR(box->min.x, -1, 1e-12);
+    EXPECT_NEAR(box->min.y, -2, 1e-12);
+    EXPECT_NEAR(box->max.x, 11, 1e-12);
+    EXPECT_NEAR(box->max.z, 3, 1e-12);
+}
+
+TEST(SceneBounds, AreNothingWithoutVertices) {
+    Scene scene;
+    scene.scenes = {{"", {0}}};
+    scene.meshes = {meshOf({})};
+    scene.nodes = {node(glm::dmat4(1), {}, 0)};
+    EXPECT_FALSE(bounds(scene, contents(scene, 0)));
+}
+
+}  // namespace
+}  // namespace peeler

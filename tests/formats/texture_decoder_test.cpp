@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every kind of PNG becomes the RGBA that its numbers mean; JPEG and WebP open; damage is refused.
+#include "formats/texture_decoder.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+
+#include <string_view>
+
+#include "core/error.h"
+#include "formats/png_builder.h"
+
+namespace peeler::test {
+namespace {
+
+Bytes rgbaOf(const Bytes& file) {
+    return decodeTexture(file, "image").rgba;
+}
+
+/// An 8-bit RGB picture of one colour in a format that OpenImageIO writes; empty if it cannot.
+Bytes encoded(const std::string& format, int width, int height, const Bytes& color) {
+    const auto output = OIIO::ImageOutput::create(format);
+    if (!output) return {};
+    Bytes file;
+    OIIO::Filesystem::IOVecOutput memory(file);
+    if (!output->supports("ioproxy")) return {};
+    OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
+    OIIO::Filesystem::IOProxy* proxy = &memory;
+    spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    spec.attribute("CompressionQuality", 100);
+    Bytes pixels;
+    for (int i = 0; i < width * height; ++i)
+        pixels.insert(pixels.end(), color.begin(), color.end());
+    if (!output->open("image." + format, spec) ||
+        !output->write_image(OIIO::TypeDesc::UINT8, pixels.data()) || !output->close())
+        return {};
+    return file;
+}
+
+TEST(TextureDecoder, KeepsRgbaAsStored) {
+    // Straight alpha: colours under alpha 0 survive, nothing is multiplied.
+    const Bytes pixels = {10, 20, 30, 0, 200, 100, 50, 128};
+    const Image image = decodeTexture(png(2, 1, PngColor::kRgba, 8, pixels), "name");
+    EXPECT_EQ(image.name, "name");
+    EXPECT_EQ(image.width, 2);
+    EXPECT_EQ(image.height, 1);
+    EXPECT_EQ(image.rgba, pixels);
+}
+
+TEST(TextureDecoder, KeepsRowsTopToBottom) {
+    const Image image = decodeTexture(png(1, 2, PngColor::kRgb, 8, {1, 2, 3, 4, 5, 6}), "");
+    EXPECT_EQ(image.height, 2);
+    EXPECT_EQ(image.rgba, (Bytes{1, 2, 3, 255, 4, 5, 6, 255}));
+}
+
+TEST(TextureDecoder, IgnoresGammaAndColorSpaces) {
+    const std::vector<PngChunk> chunks = {{"gAMA", {0, 0, 0xFF, 0xFF}}};
+    EXPECT_EQ(rgbaOf(png(1, 1, PngColor::kRgba, 8, {100, 150, 200, 100}, chunks)),
+              (Bytes{100, 150, 200, 100}));
+}
+
+TEST(TextureDecoder, ExpandsGrey) {
+    EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kGrey, 8, {0, 77})),
+              (Bytes{0, 0, 0, 255, 77, 77, 77, 255}));
+    EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kGreyAlpha, 8, {9, 0, 77, 33})),
+              (Bytes{9, 9, 9, 0, 77, 77, 77, 33}));
+    // One bit a pixel: 0b01000000
+    EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kGrey, 1, {0x40})),
+              (Bytes{0, 0, 0, 255, 255, 255, 255, 255}));
+}
+
+TEST(TextureDecoder, ExpandsPalettes) {
+    const PngChunk palette = {"PLTE", {1, 2, 3, 4, 5, 6}};
+    EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kPalette, 8, {1, 0}, {palette})),
+              (Bytes{4, 5, 6, 255, 1, 2, 3, 255}));
+    EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kPalette, 8, {1, 0}, {palette, {"tRNS", {255, 128}}})),
+              (Bytes{4, 5, 6, 128, 1, 2, 3, 255}));
+}
+
+TEST(TextureDecoder, ReadsTransparentColors) {
+    EXPECT_EQ(
+        rgbaOf(png(2, 1, PngColor::kRgb, 8, {1, 2, 3, 4, 5, 6}, {{"tRNS", {0, 4, 0, 5, 0, 6}}})),
+        (Bytes{1, 2, 3, 255, 4, 5, 6, 0}));
+    EXPECT_EQ(rgbaOf(png(2, 1, PngColor::kGrey, 8, {7, 8}, {{"tRNS", {0, 8}}})),
+              (Bytes{7, 7, 7, 255, 8, 8, 8, 0}));
+}
+
+TEST(TextureDecoder, RoundsSixteenBits) {
+    EXPECT_EQ(rgbaOf(png(1, 1, PngColor::kRgba, 16, {255, 255, 0, 0, 0x80, 0x80, 0x40, 0x40})),
+              (Bytes{255, 0, 128, 64}));
+}
+
+TEST(TextureDecoder, NeverParsesMetadata) {
+    // A text whose checksum is wrong, a profile that is none: neither matters.
+    Bytes file = png(1, 1, PngColor::kRgb, 8, {1, 2, 3},
+                     {{"iCCP", {'x', 0, 0, 1, 2, 3}}, {"tEXt", {'a', 0, 'b'}}});
+    const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
+    file[text.find("tEXt") + 4] ^= 1;
+    EXPECT_EQ(rgbaOf(file), (Bytes{1, 2, 3, 255}));
+    // Its pixels' checksum does.
+    file[text.find("IDAT") + 8] ^= 1;
+    EXPECT_THROW(rgbaOf(file), Error);
+
+    Bytes jpeg = encoded("jpeg", 8, 8, {9, 9, 9});
+    const Bytes exif = {0xFF, 0xE1, 0, 10, 'E', 'x', 'i', 'f', 0, 0, 'I', 'I'};
+    jpeg.insert(jpeg.begin() + 2, exif.begin(), exif.end());
+    EXPECT_EQ(decodeTexture(jpeg, "").width, 8);
+}
+
+TEST(TextureDecoder, ReadsJpeg) {
+    const Bytes file = encoded("jpeg", 16, 8, {200, 100, 50});
+    ASSERT_FALSE(file.empty());
+    const Image image = decodeTexture(file, "");
+    EXPECT_EQ(image.width, 16);
+    EXPECT_EQ(image.height, 8);
+    EXPECT_NEAR(image.rgba[0], 200, 3);
+    EXPECT_NEAR(image.rgba[1], 100, 3);
+    EXPECT_NEAR(image.rgba[2], 50, 3);
+    EXPECT_EQ(image.rgba[3], 255);
+}
+
+TEST(TextureDecoder, RefusesOtherFormats) {
+    for (const char* text :
+         {"", "GIF89a......", "II*\0", "P6 1 1 255 abc", "v/1\1", "RIFF1234WAVE"}) {
+        const std::string bytes(text);
+        try {
+            decodeTexture({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, "");
+            ADD_FAILURE() << text;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput);
+            EXPECT_NE(std::string(error.what()).find("neither PNG nor JPEG"), std::string::npos);
+        }
+    }
+}
+
+TEST(TextureDecoder, NeverEndsOtherwiseThanInAnImageOrAnInputError) {
+    const std::vector<Bytes> files = {
+        png(8, 8, PngColor::kRgba, 8, Bytes(256, 99)),
+        png(2, 1, PngColor::kPalette, 8, {1, 0}, {{"PLTE", {1, 2, 3, 4, 5, 6}}}),
+        encoded("jpeg", 16, 16, {1, 2, 3})};
+    unsigned state = 1;  // a seed of its own: the same damage every time
+    const auto random = [&] { return state = state * 1664525U + 1013904223U, state >> 8U; };
+    const auto attempt = [](const Bytes& file) {
+        try {
+            const Image image = decodeTexture(file, "", {256, 1U << 20U});
+            EXPECT_EQ(image.rgba.size(), static_cast<std::size_t>(image.width * image.height) * 4);
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput);
+        }
+    };
+    for (const Bytes& file : files) {
+        for (std::size_t size = 0; size < file.size(); ++size)
+            attempt(Bytes(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(size)));
+        for (int round = 0; round < 500; ++round) {
+            Bytes damaged = file;
+            for (int i = 0; i < 3; ++i)
+                damaged[random() % damaged.size()] = static_cast<std::uint8_t>(random());
+            attempt(damaged);
+        }
+    }
+}
+
+TEST(TextureDecoder, RefusesPicturesThatAreTooLargeBeforeAllocating) {
+    // 2^31 − 1 pixels a side in the header of a file of 70 bytes.
+    Bytes file = png(1, 1, PngColor::kGrey, 8, {0});
+    for (const std::size_t offset : {16U, 20U}) {
+        file[offset] = 0x7F;
+        for (std::size_t i = 1; i < 4; ++i)
+            file[offset + i] = 0xFF;
+    }
+    EXPECT_THROW(decodeTexture(file, ""), Error);
+}
+
+}  // namespace
+}  // namespace peeler::test
