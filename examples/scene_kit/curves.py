@@ -33,6 +33,21 @@ def smooth3(points: Sequence[Vec3], steps: int) -> List[Vec3]:
     return out
 
 
+def simplified(points: Sequence[Vec2], tolerance: float) -> List[Vec2]:
+    """Fewer points, none of the others further off than `tolerance` (Douglas and Peucker, 1973)."""
+    (ax, ay), (bx, by) = points[0], points[-1]
+    length = math.hypot(bx - ax, by - ay)
+    worst, at = 0.0, 0
+    for i in range(1, len(points) - 1):
+        x, y = points[i]
+        off = abs((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / length
+        if off > worst:
+            worst, at = off, i
+    if worst <= tolerance:
+        return [points[0], points[-1]]
+    return simplified(points[:at + 1], tolerance)[:-1] + simplified(points[at:], tolerance)
+
+
 def arc(centre: Vec2, radius: float, start: float, end: float, steps: int) -> List[Vec2]:
     """From `start` to `end`, in degrees; both ends included."""
     angles = [math.radians(start + (end - start) * i / steps) for i in range(steps + 1)]

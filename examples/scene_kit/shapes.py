@@ -7,7 +7,7 @@ from typing import List, Optional, Sequence, Tuple
 
 from .glb import Geometry
 from .triangulate import area, triangulate
-from .vec import Vec2, Vec3, Vec4, add, cross, dot, normalize, rotate, scale, sub
+from .vec import Vec2, Vec3, Vec4, add, cross, dot, mix, normalize, rotate, scale, sub
 
 
 def moved(geometry: Geometry, at: Vec3 = (0.0, 0.0, 0.0), turn: Optional[Vec4] = None) -> Geometry:
@@ -29,7 +29,9 @@ def lathe(runs: Sequence[Sequence[Vec2]], segments: int = 64, uv: bool = False) 
     for a, b in zip(flat, flat[1:]):
         lengths.append(lengths[-1] + math.dist(a, b))
     done = 0
-    for run in runs:
+    for k, run in enumerate(runs):
+        if k and math.dist(runs[k - 1][-1], run[0]) > 1e-7:
+            raise ValueError(f"run {k} starts at {run[0]}, not where the one before it ends, {runs[k - 1][-1]}")
         rings: List[Tuple[int, int]] = []
         for i, (radius, height) in enumerate(run):
             normal = _profile_normal(run, i)
@@ -64,9 +66,16 @@ def _profile_normal(run: Sequence[Vec2], i: int) -> Vec2:
         neighbour = run[i + 1] if i == 0 else run[i - 1]
         outward = neighbour[0] if i == 0 else -neighbour[0]
         return (0.0, -1.0 if outward > 0 else 1.0)
-    a, b = run[max(0, i - 1)], run[min(len(run) - 1, i + 1)]
-    length = math.dist(a, b)
-    return ((b[1] - a[1]) / length, -(b[0] - a[0]) / length)
+    if i == 0 or i == len(run) - 1:
+        a, b = run[max(0, i - 1)], run[min(len(run) - 1, i + 1)]
+        tangent = (b[0] - a[0], b[1] - a[1])
+    else:
+        # The tangent of the parabola through three points: the nearer neighbour counts for more.
+        before, after = math.dist(run[i - 1], run[i]), math.dist(run[i], run[i + 1])
+        tangent = ((run[i][0] - run[i - 1][0]) * after / before + (run[i + 1][0] - run[i][0]) * before / after,
+                   (run[i][1] - run[i - 1][1]) * after / before + (run[i + 1][1] - run[i][1]) * before / after)
+    length = math.hypot(*tangent)
+    return (tangent[1] / length, -tangent[0] / length)
 
 
 def extrude(outer: Sequence[Vec2], holes: Sequence[Sequence[Vec2]], z0: float, z1: float,
@@ -114,21 +123,19 @@ def _wall(out: Geometry, ring: Sequence[Vec2], z0: float, z1: float, min_cosine:
         out.indices += [a, b, b + 1, a, b + 1, a + 1]
 
 
-def box(half: Vec3, uv: bool = False) -> Geometry:
-    """Six faces with sharp edges; each face carries the whole of the texture."""
+def box(half: Vec3) -> Geometry:
+    """Six faces with sharp edges."""
     out = Geometry()
     for axis in range(3):
         for sign in (1.0, -1.0):
             normal = tuple(sign if k == axis else 0.0 for k in range(3))
             right = tuple(1.0 if k == (axis + 1) % 3 else 0.0 for k in range(3))
-            up = scale(cross(normal, right), 1.0)  # right x up = normal
+            up = cross(normal, right)
             base = len(out.positions)
             for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
                 p = add(normal, add(scale(right, u), scale(up, v)))
                 out.positions.append((p[0] * half[0], p[1] * half[1], p[2] * half[2]))
                 out.normals.append(normal)
-                if uv:
-                    out.uvs.append(((u + 1) / 2, (1 - v) / 2))
             out.indices += [base, base + 1, base + 2, base, base + 2, base + 3]
     return out
 
@@ -214,9 +221,26 @@ def tube(path: Sequence[Vec3], radii: Sequence[float], segments: int = 12) -> Ge
     return out
 
 
-def quad(half_x: float, half_y: float, repeat: float = 1.0) -> Geometry:
-    """Upright in the xy plane, its front towards +z, the texture's top at +y."""
+def quad(half_x: float, half_y: float, tile: Optional[float] = None) -> Geometry:
+    """Upright in the xy plane, its front towards +z, the texture's top at +y.
+
+    The texture covers the quad once, or repeats every `tile` metres.
+    """
+    repeat_x, repeat_y = (2 * half_x / tile, 2 * half_y / tile) if tile else (1.0, 1.0)
     corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))
     return Geometry([(u * half_x, v * half_y, 0.0) for u, v in corners], [(0.0, 0.0, 1.0)] * 4,
-                    [((u + 1) / 2 * repeat, (1 - v) / 2 * repeat) for u, v in corners], [],
+                    [((u + 1) / 2 * repeat_x, (1 - v) / 2 * repeat_y) for u, v in corners], [],
                     [0, 1, 2, 0, 2, 3])
+
+
+def graded_wall(half_x: float, y0: float, y1: float, low: Vec3, high: Vec3, rows: int = 8) -> Geometry:
+    """A backdrop in the xy plane whose vertex colours run from `low` to `high` (linear)."""
+    out = Geometry()
+    for row in range(rows + 1):
+        t = row / rows
+        for x in (-half_x, half_x):
+            out.positions.append((x, y0 + (y1 - y0) * t, 0.0))
+            out.normals.append((0.0, 0.0, 1.0))
+            out.colors.append((*mix(low, high, t), 1.0))
+    _grid_indices(out, 0, 2, rows + 1, flip=False)
+    return out

@@ -31,11 +31,12 @@ def build() -> Glb:
                                            lambda x, y: float((x // 32 + y // 32) % 2), steps=2))
     floor = glb.material("floor", roughness=0.9, texture=slab)
 
-    glb.node("floor", glb.mesh("floor", (glb.store(quad(1.1, 0.5, 8.0)), floor)), turn=axis_angle(X, -90))
+    glb.node("floor", glb.mesh("floor", (glb.store(quad(1.25, 0.75, 0.25)), floor)), at=(0.0, 0.0, 0.2),
+             turn=axis_angle(X, -90))
     plinth = glb.mesh("plinth", (glb.store(cylinder(0.17, 0.0, 0.06, 48, bevel=0.006)), stone))
 
     # One geometry, two meshes that differ in nothing but the tint, two nodes at the same place.
-    left = glb.node("same quad twice", at=(-0.5, 0.0, 0.0))
+    left = glb.node("same quad twice", at=(-0.45, 0.0, 0.0))
     glb.node("same quad twice/plinth", plinth, parent=left)
     pane = glb.store(quad(0.14, 0.15))
     for name, material in (("red", red), ("blue", blue)):
@@ -50,13 +51,13 @@ def build() -> Glb:
         glb.node(f"same cube twice/{copy}", cube, at=(0.0, 0.161, 0.0), turn=axis_angle(Y, 34), parent=middle)
 
     # Each is in front of the next one, all the way round: no order of whole triangles is right.
-    right = glb.node("through each other", at=(0.5, 0.0, 0.0))
+    right = glb.node("through each other", at=(0.45, 0.0, 0.0))
     glb.node("through each other/plinth", plinth, parent=right)
     for k, material in enumerate(petals):
         a, b, c = (-0.15, -0.03, -0.07), (0.15, -0.06, 0.05), (0.13, 0.09, 0.07)
         glb.node(f"through each other/{k + 1}", glb.mesh(f"triangle {k + 1}", (glb.store(_triangle(a, b, c)), material)),
                  at=(0.0, 0.23, 0.0), turn=axis_angle(Z, 120.0 * k + 90.0), parent=right)
 
-    glb.perspective("main", (0.0, 0.42, 1.7), (0.0, 0.155, 0.0), math.radians(26))
+    glb.perspective("main", (0.0, 0.55, 1.75), (0.0, 0.135, 0.0), math.radians(25))
     glb.orthographic("front", (0.0, 0.2, 1.0), (0.0, 0.2, 0.0), 0.4, near=0.1, far=2.0)
     return glb

@@ -6,16 +6,21 @@ import math
 import random
 from typing import List, Sequence
 
-from scene_kit.curves import arc, smooth
+from scene_kit.curves import arc, simplified, smooth
 from scene_kit.glb import Geometry, Glb
 from scene_kit.noise import fractal, noise
 from scene_kit.png import dot_coverage, png, png_ramp
-from scene_kit.shapes import lathe, rounded_box, sphere
-from scene_kit.vec import Vec2, Vec3, X, Y, Z, axis_angle, lerp, quat_mul, srgb8
+from scene_kit.shapes import graded_wall, lathe, rounded_box, sphere
+from scene_kit.vec import Vec2, Vec3, X, Y, Z, axis_angle, lerp, quat_mul, smoothstep, srgb, srgb8
 
 TABLE_RADIUS = 0.42
 # Liquid stands this far off the wall, so that glass and liquid are two surfaces and not one.
 GAP = 0.0006
+
+# How far a simplified outline may leave the curve it stands for.
+TOLERANCE = 0.0001
+# A thin wall's share of the alpha of solid glass.
+THIN = 0.30
 
 Run = Sequence[Vec2]
 
@@ -28,11 +33,20 @@ def _rim(outer: Vec2, inner: Vec2) -> List[Vec2]:
 
 def _vessel(outer: List[Vec2], inner: List[Vec2], segments: int = 64) -> Geometry:
     """Outer wall from the axis up to the rim, inner wall from the rim down to the axis."""
-    return lathe([outer + _rim(outer[-1], inner[0])[1:-1] + inner], segments)
+    outer, inner = simplified(outer, TOLERANCE), simplified(inner, TOLERANCE)
+    out = lathe([outer + _rim(outer[-1], inner[0])[1:-1] + inner], segments)
+    # Solid glass below the inner wall's lowest point, and a rim that catches the light, tint more
+    # than a thin wall does.
+    bottom, rim = inner[-1][1], inner[0][1]
+    for _, y, _ in out.positions:
+        solid = max(1.0 - smoothstep(bottom, bottom + 0.02, y), smoothstep(rim - 0.004, rim, y))
+        out.colors.append((1.0, 1.0, 1.0, lerp(THIN, 1.0, solid)))
+    return out
 
 
 def _liquid(inner: Run, level: float, segments: int = 64) -> Geometry:
     """What fills an inner wall (given rim first) up to a level, with a little meniscus."""
+    inner = simplified(inner, TOLERANCE)
     wall = [(max(0.0, r - GAP), y + GAP) for r, y in reversed(inner) if y + GAP < level - 0.0005]
     wall[0] = (0.0, wall[0][1])
     below = max((p for p in inner if p[1] < level), key=lambda p: p[1])
@@ -51,60 +65,60 @@ def _cup(points: Sequence[Vec2], steps: int) -> List[Vec2]:
 
 
 WINE_INNER = list(reversed(_cup([(0.0, 0.104), (0.020, 0.109), (0.036, 0.127), (0.042, 0.150), (0.040, 0.178),
-                                 (0.0325, 0.2135)], 4)))
+                                 (0.0325, 0.2135)], 8)))
 
 
 def _wine_glass() -> Geometry:
-    foot = smooth([(0.0, 0.0035), (0.018, 0.0022), (0.034, 0.0)], 4)
+    foot = smooth([(0.0, 0.0035), (0.018, 0.0022), (0.034, 0.0)], 8)
     top = arc((0.0345, 0.0012), 0.0012, -90, 80, 4)
     stem = smooth([(0.030, 0.0034), (0.012, 0.0072), (0.0056, 0.016), (0.0040, 0.040), (0.0041, 0.075),
                    (0.0078, 0.0955), (0.0205, 0.1075), (0.0372, 0.1265), (0.0433, 0.150), (0.0413, 0.178),
-                   (0.0335, 0.2135)], 4)
+                   (0.0335, 0.2135)], 8)
     outer = foot + top + stem
     return _vessel(outer, WINE_INNER)
 
 
 FLUTE_INNER = list(reversed(_cup([(0.0, 0.092), (0.006, 0.096), (0.0165, 0.120), (0.0225, 0.160), (0.0235, 0.200),
-                                  (0.0215, 0.236)], 4)))
+                                  (0.0215, 0.236)], 8)))
 
 
 def _flute() -> Geometry:
-    foot = smooth([(0.0, 0.0030), (0.016, 0.0020), (0.029, 0.0)], 4)
+    foot = smooth([(0.0, 0.0030), (0.016, 0.0020), (0.029, 0.0)], 8)
     top = arc((0.0295, 0.0011), 0.0011, -90, 80, 4)
     stem = smooth([(0.025, 0.0030), (0.010, 0.0064), (0.0046, 0.015), (0.0036, 0.040), (0.0040, 0.070),
-                   (0.0070, 0.0905), (0.0175, 0.119), (0.0236, 0.160), (0.0245, 0.200), (0.0224, 0.236)], 4)
+                   (0.0070, 0.0905), (0.0175, 0.119), (0.0236, 0.160), (0.0245, 0.200), (0.0224, 0.236)], 8)
     return _vessel(foot + top + stem, FLUTE_INNER, 48)
 
 
 TUMBLER_INNER = list(reversed(_cup([(0.0, 0.014), (0.028, 0.0145), (0.0335, 0.019), (0.0345, 0.028), (0.0362, 0.060),
-                                    (0.0380, 0.095)], 4)))
+                                    (0.0380, 0.095)], 8)))
 
 
 def _tumbler() -> Geometry:
     outer = smooth([(0.0, 0.003), (0.020, 0.002), (0.031, 0.0), (0.0355, 0.004), (0.0366, 0.020), (0.0382, 0.060),
-                    (0.0398, 0.095)], 4)
+                    (0.0398, 0.095)], 8)
     return _vessel(outer, TUMBLER_INNER)
 
 
 BOTTLE_INNER = list(reversed(_cup([(0.0, 0.022), (0.020, 0.015), (0.031, 0.009), (0.0343, 0.020), (0.0345, 0.060),
                                    (0.0345, 0.150), (0.0335, 0.185), (0.022, 0.212), (0.0125, 0.232), (0.0105, 0.262),
-                                   (0.0100, 0.300)], 4)))
+                                   (0.0100, 0.300)], 8)))
 
 
 def _bottle() -> Geometry:
-    outer = (_cup([(0.0, 0.017), (0.018, 0.010), (0.030, 0.001), (0.0363, 0.008), (0.0375, 0.024)], 4)
+    outer = (_cup([(0.0, 0.017), (0.018, 0.010), (0.030, 0.001), (0.0363, 0.008), (0.0375, 0.024)], 8)
              + smooth([(0.0375, 0.024), (0.0375, 0.080), (0.0375, 0.150), (0.0365, 0.186), (0.0247, 0.214),
                        (0.0150, 0.234), (0.0132, 0.262), (0.0132, 0.280), (0.0150, 0.283), (0.0152, 0.294),
-                       (0.0138, 0.300)], 4)[1:])
+                       (0.0138, 0.300)], 8)[1:])
     return _vessel(outer, BOTTLE_INNER)
 
 
-BOWL_INNER = list(reversed(_cup([(0.0, 0.010), (0.030, 0.012), (0.056, 0.026), (0.068, 0.048), (0.071, 0.062)], 4)))
+BOWL_INNER = list(reversed(_cup([(0.0, 0.010), (0.030, 0.012), (0.056, 0.026), (0.068, 0.048), (0.071, 0.062)], 8)))
 
 
 def _bowl() -> Geometry:
     outer = smooth([(0.0, 0.003), (0.016, 0.002), (0.026, 0.0), (0.034, 0.003), (0.058, 0.0225), (0.0705, 0.047),
-                    (0.0738, 0.062)], 5)
+                    (0.0738, 0.062)], 8)
     return _vessel(outer, BOWL_INNER)
 
 
@@ -157,7 +171,7 @@ def _wood_png() -> bytes:
         seam = min(across, 1.0 - across) * size / boards
         return tone * (0.45 if seam < 1.2 else 1.0)
 
-    return png_ramp(size, size, [srgb8("#4a2a17"), srgb8("#8a5630"), srgb8("#b98251"), srgb8("#d3a273")], value, 32)
+    return png_ramp(size, size, [srgb8("#2b1a11"), srgb8("#54341f"), srgb8("#7a4f30"), srgb8("#946743")], value, 32)
 
 
 def _table() -> Geometry:
@@ -178,18 +192,20 @@ def build() -> Glb:
     wood = glb.material("oiled wood", roughness=0.55, texture=glb.texture("wood", _wood_png()))
     paper = glb.material("label", roughness=0.8, texture=glb.texture("label", _label_png()))
     cork = glb.material("cork", "#c79a6b", roughness=0.95)
-    crystal = glb.material("clear glass", "#b9d3d6", 0.16, **clear)
-    smoke = glb.material("smoke glass", "#5b6b7a", 0.24, **clear)
-    aqua = glb.material("aqua glass", "#4fb3b8", 0.22, **clear)
-    rose = glb.material("rose glass", "#d98a9a", 0.20, **clear)
-    green = glb.material("bottle green glass", "#1f5a38", 0.42, **clear)
-    cobalt = glb.material("cobalt glass", "#20409a", 0.38, **clear)
-    red_wine = glb.material("red wine", "#6d0f22", 0.5, **clear)
-    white_wine = glb.material("white wine", "#e6c75a", 0.34, **clear)
-    whisky = glb.material("whisky", "#c9701c", 0.44, **clear)
+    crystal = glb.material("clear glass", "#bcd0d4", 0.30, **clear)
+    smoke = glb.material("smoke glass", "#8d9aa6", 0.34, **clear)
+    aqua = glb.material("aqua glass", "#35a8b4", 0.45, **clear)
+    rose = glb.material("rose glass", "#e0607e", 0.45, **clear)
+    green = glb.material("bottle green glass", "#1c6234", 0.8, **clear)
+    cobalt = glb.material("cobalt glass", "#2044b4", 0.7, **clear)
+    red_wine = glb.material("red wine", "#74001a", 0.72, **clear)
+    white_wine = glb.material("white wine", "#eec040", 0.40, **clear)
+    whisky = glb.material("whisky", "#c86400", 0.6, **clear)
     water = glb.material("water", "#9fc9dc", 0.15, **clear)
     ice = glb.material("ice", "#e4f1f6", 0.24, mode="BLEND", roughness=0.2, double_sided=True)
 
+    wall = glb.store(graded_wall(1.4, -0.9, 1.3, srgb("#77808a"), srgb("#262d36")))
+    glb.node("backdrop", glb.mesh("backdrop", (wall, glb.material("backdrop", roughness=1.0))), at=(0.0, 0.0, -0.9))
     glb.node("table", glb.mesh("table", (glb.store(_table()), wood)), turn=axis_angle(Y, 12))
 
     shapes = {"wine glass": glb.store(_wine_glass()), "flute": glb.store(_flute()),
@@ -204,19 +220,19 @@ def build() -> Glb:
             glb.node(f"{name}/liquid", glb.mesh(f"liquid of {name}", (body, liquid)), parent=group)
         return group
 
-    wine = place("green bottle", "bottle", green, (-0.115, -0.155), red_wine, 0.168)
+    wine = place("green bottle", "bottle", green, (-0.135, -0.160), red_wine, 0.168)
     glb.node("green bottle/label", glb.mesh("label", (glb.store(_label(0.0380, 0.055, 0.135, 62.0)), paper)),
              turn=axis_angle(Y, 8), parent=wine)
     stopper = lathe([[(0.0, 0.0), (0.0092, 0.0)], [(0.0092, 0.0), (0.0095, 0.026)], [(0.0095, 0.026), (0.0095, 0.034)],
                      [(0.0095, 0.034), (0.0, 0.034)]], 32)
     glb.node("green bottle/cork", glb.mesh("cork", (glb.store(stopper), cork)), at=(0.0, 0.282, 0.0), parent=wine)
-    place("cobalt bottle", "bottle", cobalt, (0.035, -0.215))
+    place("cobalt bottle", "bottle", cobalt, (0.050, -0.215))
     place("red wine", "wine glass", crystal, (-0.03, -0.03), red_wine, 0.150)
     place("white wine", "wine glass", crystal, (0.135, -0.085), white_wine, 0.158)
-    place("empty glass", "wine glass", rose, (-0.205, 0.01))
-    place("flute", "flute", crystal, (0.225, -0.175), white_wine, 0.205)
+    place("empty glass", "wine glass", rose, (-0.225, 0.0))
+    place("flute", "flute", smoke, (0.225, -0.175), white_wine, 0.205)
     place("aqua tumbler", "tumbler", aqua, (0.205, 0.075), water, 0.066)
-    iced = place("whisky", "tumbler", smoke, (0.065, 0.115), whisky, 0.052)
+    iced = place("whisky", "tumbler", crystal, (0.065, 0.115), whisky, 0.052)
     place("bowl", "bowl", crystal, (-0.125, 0.155))
 
     cube = glb.mesh("ice cube", (glb.store(rounded_box((0.013, 0.013, 0.013), 0.0035)), ice))
@@ -226,7 +242,7 @@ def build() -> Glb:
 
     _marbles(glb)
 
-    glb.perspective("main", (0.05, 0.40, 0.98), (0.005, 0.100, -0.02), math.radians(24))
+    glb.perspective("main", (0.05, 0.43, 1.06), (0.005, 0.118, -0.02), math.radians(24.5))
     glb.perspective("top", (0.0, 1.3, 0.001), (0.0, 0.0, 0.0), math.radians(40), up=(0.0, 0.0, -1.0))
     return glb
 
@@ -235,7 +251,7 @@ def _marbles(glb: Glb) -> None:
     """Glass marbles in the bowl: a ring of six, one in the middle, three on top."""
     rng = random.Random(7)
     radius = 0.0155
-    ball = glb.store(sphere(radius, 32))
+    ball = glb.store(sphere(radius, 24))
     kinds = [glb.mesh(f"marble {name}", (ball, glb.material(f"marble {name}", colour, 0.5, mode="BLEND", roughness=0.05,
                                                            double_sided=True)))
              for name, colour in (("ruby", "#c81e3a"), ("amber", "#e8961e"), ("emerald", "#1e9a5a"),

@@ -6,8 +6,8 @@ import math
 
 from scene_kit.glb import CLAMP, Glb
 from scene_kit.png import Pixel, dot_coverage, png, png_ramp
-from scene_kit.shapes import quad, rounded_box
-from scene_kit.vec import X, Y, Vec3, axis_angle, lerp, smoothstep, srgb8
+from scene_kit.shapes import graded_wall, quad, rounded_box
+from scene_kit.vec import X, Y, Vec3, axis_angle, lerp, smoothstep, srgb, srgb8
 
 # Front to back: hue, and the alpha of the glass between digit and border.
 PANES = (("#e63946", 0.30), ("#f3722c", 0.36), ("#f9c74f", 0.30), ("#90be6d", 0.40), ("#2a9d8f", 0.34),
@@ -17,11 +17,11 @@ TEXELS_X, TEXELS_Y = 248, 312
 
 
 def _pane_texel(digit: str, colour: str, alpha: float, x: int, y: int) -> Pixel:
-    """Glass with a firmer border and a nearly white digit in its upper left corner."""
+    """Glass with a firmer border and a nearly white digit in the corner that no other pane covers."""
     border = min(x, y, TEXELS_X - 1 - x, TEXELS_Y - 1 - y)
     opacity = lerp(0.92, alpha, smoothstep(5.0, 8.0, border))
-    dot = 9.5
-    white = dot_coverage(digit, (x - 24) / dot, (y - 24) / dot, edge=0.14)
+    dot = 8.0
+    white = dot_coverage(digit, (x - (TEXELS_X - 14 - 5 * dot)) / dot, (y - 18) / dot, edge=0.14)
     opacity = lerp(opacity, 0.96, white)
     r, g, b = srgb8(colour)
     return (round(lerp(r, 252, white)), round(lerp(g, 250, white)), round(lerp(b, 245, white)),
@@ -33,7 +33,11 @@ def build() -> Glb:
     checker = glb.texture("checker", png_ramp(128, 128, [(238, 234, 226), (62, 66, 74)],
                                               lambda x, y: float((x // 64 + y // 64) % 2), steps=2))
     floor = glb.material("floor", roughness=0.85, texture=checker)
-    glb.node("floor", glb.mesh("floor", (glb.store(quad(1.6, 1.6, 8.0)), floor)), turn=axis_angle(X, -90))
+    glb.node("floor", glb.mesh("floor", (glb.store(quad(3.2, 2.0, 0.4)), floor)), turn=axis_angle(X, -90))
+
+    wall = glb.material("wall", roughness=1.0)
+    glb.node("backdrop", glb.mesh("backdrop", (glb.store(graded_wall(3.2, 0.0, 2.4, srgb("#aeb6bf"), srgb("#58626e"))), wall)),
+             at=(0.0, 0.0, -2.0))
 
     steel = glb.material("steel", "#3c4046", metallic=0.2, roughness=0.45)
     foot = glb.mesh("foot", (glb.store(rounded_box((0.035, 0.025, 0.05), 0.006)), steel))
@@ -44,13 +48,13 @@ def build() -> Glb:
         image = png(TEXELS_X, TEXELS_Y, lambda x, y: _pane_texel(digit, colour, alpha, x, y))
         texture = glb.texture(f"pane {digit}", image, CLAMP)
         material = glb.material(f"glass {digit}", texture=texture, mode="BLEND", roughness=0.15, double_sided=True)
-        at: Vec3 = (-0.60 + 0.15 * k, 0.0, 0.72 - 0.18 * k)
-        pane = glb.node(f"pane {digit}", at=at, turn=axis_angle(Y, 14.0 - 3.0 * k), parent=stack)
+        at: Vec3 = (-0.70 + 0.16 * k + 0.004 * k * k, 0.0, 0.72 - 0.18 * k)
+        pane = glb.node(f"pane {digit}", at=at, turn=axis_angle(Y, 10.0 - 1.8 * k), parent=stack)
         glb.node(f"pane {digit}/glass", glb.mesh(f"glass {digit}", (sheet, material)),
                  at=(0.0, 0.03 + HEIGHT / 2, 0.0), parent=pane)
         for side, x in (("left", -0.22), ("right", 0.22)):
             glb.node(f"pane {digit}/foot {side}", foot, at=(x, 0.025, 0.0), parent=pane)
 
-    glb.perspective("main", (-0.62, 1.0, 3.1), (-0.02, 0.38, 0.0), math.radians(26))
+    glb.perspective("main", (-0.95, 1.45, 4.7), (0.05, 0.36, 0.0), math.radians(16.5))
     glb.orthographic("front", (0.0, 0.42, 3.0), (0.0, 0.42, 0.0), 0.55, near=0.1, far=6.0)
     return glb

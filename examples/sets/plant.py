@@ -14,7 +14,7 @@ from scene_kit.shapes import cylinder, lathe, sphere, tube
 from scene_kit.vec import (Vec3, Y, add, cross, dot, lerp, mix, normalize, scale, smoothstep, srgb, srgb8, sub)
 
 GOLDEN_ANGLE = math.radians(137.50776)
-BRANCHES, LEAVES_PER_BRANCH = 9, 26
+BRANCHES, LEAVES_PER_BRANCH = 9, 30
 SOIL_HEIGHT = 0.150
 
 
@@ -130,16 +130,16 @@ def _pot() -> Geometry:
         [(0.0925, 0.130), (0.1010, 0.130)],
         arc((0.1010, 0.133), 0.003, -90, 0, 3) + [(0.1050, 0.164)] + arc((0.1000, 0.167), 0.005, 10, 90, 4)
         + arc((0.0945, 0.167), 0.005, 90, 175, 4),
-        [(0.0895, 0.166), (0.0840, 0.130)], [(0.0840, 0.130), (0.0620, 0.024), ],
+        [arc((0.0945, 0.167), 0.005, 90, 175, 4)[-1], (0.0840, 0.130), (0.0620, 0.024)],
         [(0.0620, 0.024), (0.0, 0.024)]], 64, uv=True)
 
 
 def _saucer() -> Geometry:
     return lathe([
         [(0.0, 0.0), (0.088, 0.0)],
-        [(0.088, 0.0), (0.118, 0.026)],
+        [(0.088, 0.0), (0.118, 0.027)],
         arc((0.1155, 0.027), 0.0025, 0, 180, 6),
-        [(0.113, 0.026), (0.086, 0.010)],
+        [(0.113, 0.027), (0.086, 0.010)],
         [(0.086, 0.010), (0.0, 0.010)]], 64, uv=True)
 
 
@@ -190,9 +190,9 @@ def build() -> Glb:
     terracotta = glb.material("terracotta", roughness=0.85, texture=glb.texture("clay", clay))
     earth = glb.material("soil", roughness=1.0)
     pebble = glb.material("pebble", "#b9b2a6", roughness=0.7)
-    shelf = glb.material("shelf", "#d9d2c5", roughness=0.7)
+    shelf = glb.material("shelf", "#8f877a", roughness=0.8)
 
-    glb.node("shelf", glb.mesh("shelf", (glb.store(cylinder(0.30, -0.022, 0.0, 96, bevel=0.003)), shelf)))
+    glb.node("shelf", glb.mesh("shelf", (glb.store(cylinder(0.26, -0.022, 0.0, 96, bevel=0.003)), shelf)))
     pot = glb.node("pot")
     glb.node("pot/saucer", glb.mesh("saucer", (glb.store(_saucer()), terracotta)), parent=pot)
     glb.node("pot/wall", glb.mesh("pot", (glb.store(_pot()), terracotta)), parent=pot)
@@ -216,12 +216,12 @@ def build() -> Glb:
                  glb.mesh(f"leaves {k + 1}", (glb.store(_leaves(rng, path, k)), leaf)), parent=branch)
 
     fallen = Geometry()
-    for x, z, angle in ((0.17, 0.14, 0.6), (-0.19, 0.10, 2.5)):
+    for x, z, angle in ((0.145, 0.135, 0.9), (-0.165, 0.085, 2.6)):
         fallen.append(_leaf((x, 0.006, z), (math.cos(angle), 0.0, math.sin(angle)), Y, 0.10, 0.048, 0.12, 0.2,
                             srgb("#d9b53c"), srgb("#b8682a")))
     glb.node("fallen leaves", glb.mesh("fallen leaves", (glb.store(fallen), leaf)))
 
-    glb.perspective("main", (0.0, 0.52, 1.55), (0.0, 0.315, 0.0), math.radians(28), aspect=1.0)
+    glb.perspective("main", (0.25, 0.62, 1.62), (0.0, 0.285, 0.0), math.radians(26), aspect=1.0)
     return glb
 
 

@@ -1,0 +1,33 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Installs the Debian 12 packages peeler needs, if any is missing.
+#   sh examples/install_dependencies.sh [build] [test]
+set -eu
+
+run="libegl1 libgl1-mesa-dri libosmesa6"
+build="g++ cmake ninja-build pkg-config libgl-dev libegl-dev libglm-dev libopenexr-dev
+    libopenimageio-dev libtinygltf-dev nlohmann-json3-dev libcli11-dev libdeflate-dev"
+test="libgtest-dev libembree-dev openexr openimageio-tools python3 clang-format clang-tidy"
+
+packages=$run
+for set in "$@"; do
+    case $set in
+    build) packages="$packages $build" ;;
+    test) packages="$packages $test" ;;
+    *) echo "usage: $0 [build] [test]" >&2; exit 2 ;;
+    esac
+done
+
+missing=
+for package in $packages; do
+    dpkg-query -W -f '${Status}\n' "$package" 2>/dev/null | grep -q '^install ok' ||
+        missing="$missing $package"
+done
+[ -n "$missing" ] || exit 0
+
+echo "installing:$missing" >&2
+sudo=
+[ "$(id -u)" -eq 0 ] || sudo=sudo
+$sudo apt-get update -qq
+# shellcheck disable=SC2086  # a list of words
+$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing

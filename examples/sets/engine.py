@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A two-stage gearbox in a see-through housing: gears, shafts, bearings, bolts, and oil in the sump."""
+from __future__ import annotations
+
+import math
+from typing import Dict, List, Sequence, Tuple
+
+from scene_kit.curves import arc, circle
+from scene_kit.glb import Geometry, Glb
+from scene_kit.shapes import cylinder, extrude, rounded_box, sphere
+from scene_kit.vec import IDENTITY, Vec2, Vec3, Vec4, X, Y, Z, axis_angle
+from scene_kit.machine import (UPRIGHT_TO_Z, bearing_ring, bolt, gear, hex_head, hull, pulley, ring, shaft, spun, torus,
+                               washer)
+
+MODULE = 0.004
+# Teeth of each pair; the shafts' distances follow from them.
+FIRST, SECOND = (15, 33), (17, 30)
+COUNTER_X = 0.0
+INPUT_X = COUNTER_X - MODULE * sum(FIRST) / 2
+OUTPUT_X = COUNTER_X + MODULE * sum(SECOND) / 2
+SHAFTS = (("input", INPUT_X), ("counter", COUNTER_X), ("output", OUTPUT_X))
+FIRST_Z, SECOND_Z = 0.028, -0.026
+
+HALF_DEPTH, PLATE, WALL = 0.058, 0.012, 0.006
+BORE, RACE = 0.010, 0.025  # shaft and bearing seat, radii
+CASE_CIRCLES = ((INPUT_X, 0.058), (COUNTER_X, 0.090), (OUTPUT_X, 0.084))
+SPLIT = 0.0008  # half the gasket between the halves of the housing
+
+
+def _case(inset: float) -> List[Vec2]:
+    """The housing's outline: a belt around three circles."""
+    points = [p for x, radius in CASE_CIRCLES for p in circle((x, 0.0), radius - inset, 72)]
+    return [(x, 0.0 if abs(y) < 1e-9 else y) for x, y in hull(points)]
+
+
+def _half(outline: Sequence[Vec2], split: float) -> List[Vec2]:
+    """What a convex outline has above y = `split`, from its right end over the top to its left end."""
+    above: List[Vec2] = []
+    ends: List[float] = []
+    for a, c in zip(outline, [*outline[1:], outline[0]]):
+        if a[1] > split + 1e-6:
+            above.append(a)
+        if (a[1] > split) != (c[1] > split):
+            ends.append(a[0] + (c[0] - a[0]) * (split - a[1]) / (c[1] - a[1]))
+    above.sort(key=lambda p: -p[0])
+    return [(max(ends), split), *above, (min(ends), split)]
+
+
+def _flipped(points: Sequence[Vec2]) -> List[Vec2]:
+    return [(x, -y) for x, y in reversed(points)]
+
+
+def _arch() -> List[Vec2]:
+    return _half(_case(0.0), SPLIT) + _half(_case(WALL), SPLIT)[::-1]
+
+
+def _end_plate() -> List[Vec2]:
+    """Half an end wall, with seats for half of each bearing."""
+    out = _half(_case(0.0), SPLIT)
+    lift = math.degrees(math.asin(SPLIT / RACE))
+    for _, x in SHAFTS:
+        out += arc((x, 0.0), RACE, 180 - lift, lift, 24)
+    return out
+
+
+def _rim_places(count: int) -> List[Vec2]:
+    """Evenly spread along the arch, in the middle of the end plate's edge."""
+    line = _half(_case(0.0075), 0.012)
+    steps = [math.dist(a, b) for a, b in zip(line, line[1:])]
+    places: List[Vec2] = []
+    for k in range(count):
+        want = sum(steps) * (k + 0.5) / count
+        for (a, b), step in zip(zip(line, line[1:]), steps):
+            if want <= step:
+                places.append((a[0] + (b[0] - a[0]) * want / step, a[1] + (b[1] - a[1]) * want / step))
+                break
+            want -= step
+    return places
+
+
+class _Builder:
+    """The file, its materials, and the meshes that many nodes share."""
+
+    def __init__(self) -> None:
+        self.glb = glb = Glb("Gearbox")
+        shell = dict(mode="BLEND", roughness=0.12, double_sided=True)
+        self.mat: Dict[str, int] = {
+            "gear": glb.material("gear steel", "#b4b9c0", metallic=1.0, roughness=0.34),
+            "bronze": glb.material("bronze", "#c8913f", metallic=1.0, roughness=0.30),
+            "copper": glb.material("copper", "#c9704a", metallic=1.0, roughness=0.28),
+            "shaft": glb.material("ground steel", "#dadde0", metallic=1.0, roughness=0.18),
+            "race": glb.material("bearing steel", "#8e959d", metallic=1.0, roughness=0.22),
+            "ball": glb.material("polished steel", "#eceef0", metallic=1.0, roughness=0.06),
+            "bolt": glb.material("black oxide", "#3a3b3f", metallic=0.9, roughness=0.42),
+            "zinc": glb.material("zinc plate", "#d9c98a", metallic=0.95, roughness=0.38),
+            "red": glb.material("red paint", "#b8232a", roughness=0.35),
+            "cast": glb.material("green enamel", "#2f5d50", roughness=0.5),
+            "iron": glb.material("cast iron", "#4b4d50", metallic=0.6, roughness=0.7),
+            "gasket": glb.material("gasket", "#22252a", roughness=0.9),
+            "upper": glb.material("upper housing", "#7fb4e0", 0.09, **shell),
+            "lower": glb.material("lower housing", "#a9bccb", 0.12, **shell),
+            "oil": glb.material("oil", "#e08a00", 0.5, **shell),
+        }
+        self._meshes: Dict[str, int] = {}
+
+    def mesh(self, name: str, *parts: Tuple[Geometry, str]) -> int:
+        if name not in self._meshes:
+            self._meshes[name] = self.glb.mesh(name, *((self.glb.store(g), self.mat[m]) for g, m in parts))
+        return self._meshes[name]
+
+    def put(self, name: str, mesh: int, at: Vec3 = (0.0, 0.0, 0.0), turn: Vec4 = IDENTITY, parent: int = -1) -> int:
+        return self.glb.node(name, mesh, at, turn, parent=None if parent < 0 else parent)
+
+
+def _housing(b: _Builder, root: int, bolt_mesh: int) -> None:
+    back = axis_angle(Y, 180)
+    for half, flip in (("upper", False), ("lower", True)):
+        shape = _flipped if flip else list
+        group = b.glb.node(f"housing/{half}", parent=root)
+        b.put(f"housing/{half}/shell", b.mesh(f"{half} shell", (extrude(shape(_arch()), [], -HALF_DEPTH, HALF_DEPTH), half)),
+              parent=group)
+        plate = b.mesh(f"{half} end plate", (extrude(shape(_end_plate()), [], 0.0, PLATE), half))
+        for side, z in (("front", HALF_DEPTH + 0.0002), ("back", -HALF_DEPTH - PLATE - 0.0002)):
+            b.put(f"housing/{half}/{side} plate", plate, (0.0, 0.0, z), parent=group)
+            for k, (x, y) in enumerate(_rim_places(9)):
+                z_bolt = HALF_DEPTH + PLATE + 0.0005
+                b.put(f"housing/{half}/{side} bolt {k + 1}", bolt_mesh,
+                      (x, -y if flip else y, z_bolt if side == "front" else -z_bolt),
+                      IDENTITY if side == "front" else back, parent=group)
+    right = CASE_CIRCLES[2][0] + CASE_CIRCLES[2][1]
+    left = CASE_CIRCLES[0][0] - CASE_CIRCLES[0][1]
+    flange = rounded_box((0.012, 0.005, HALF_DEPTH + PLATE), 0.0018, 2)
+    seam = rounded_box((0.012, SPLIT, HALF_DEPTH + PLATE), 0.0003, 1)
+    down = axis_angle(X, -90)  # +z to +y
+    nut = b.mesh("nut", (hex_head(0.0057, 0.004), "zinc"))
+    for side, x in (("left", left - 0.0122), ("right", right + 0.0122)):
+        for half, y in (("upper", 0.005 + SPLIT), ("lower", -0.005 - SPLIT)):
+            b.put(f"housing/{half}/flange {side}", b.mesh(f"{half} flange", (flange, half)), (x, y, 0.0), parent=root)
+        b.put(f"housing/gasket {side}", b.mesh("gasket", (seam, "gasket")), (x, 0.0, 0.0), parent=root)
+        for k in range(4):
+            z = -0.051 + 0.034 * k
+            b.put(f"housing/flange bolt {side} {k + 1}", bolt_mesh, (x, 0.0112, z), down, root)
+            b.put(f"housing/flange nut {side} {k + 1}", nut, (x, -0.0112, z), axis_angle(X, 90), root)
+
+    level = -0.046
+    sump = _flipped(_half(_case(WALL + 0.0008), -level))
+    b.put("housing/oil", b.mesh("oil", (extrude(sump, [], -HALF_DEPTH + 0.0008, HALF_DEPTH - 0.0008), "oil")), parent=root)
+    top = 0.0885
+    breather = b.mesh("breather", (spun([[(0.0, -0.006), (0.006, -0.006)], [(0.006, -0.006), (0.006, 0.004)],
+                                         [(0.006, 0.004), (0.013, 0.004)], [(0.013, 0.004), (0.013, 0.012)],
+                                         arc((0.009, 0.012), 0.004, 0, 90, 5) + [(0.0, 0.0175)]], 40), "bronze"))
+    b.put("housing/breather", breather, (0.052, top, -0.010), down, root)
+    b.put("housing/lifting eye", b.mesh("lifting eye", (torus(0.012, 0.0032), "zinc")), (-0.008, top + 0.0155, 0.012),
+          parent=root)
+
+
+def _bearing(b: _Builder, name: str, z: float, parent: int) -> None:
+    pitch, ball, width = (BORE + RACE) / 2, 0.0044, 0.013
+    at = b.glb.node(name, at=(0.0, 0.0, z), parent=parent)
+    inner = bearing_ring(BORE + 0.0002, pitch - 0.0026, width, pitch, ball, True)
+    outer = bearing_ring(pitch + 0.0026, RACE - 0.0003, width, pitch, ball, False)
+    b.put(f"{name}/inner race", b.mesh("inner race", (inner, "race")), parent=at)
+    b.put(f"{name}/outer race", b.mesh("outer race", (outer, "race")), parent=at)
+    ball_mesh = b.mesh("ball", (sphere(ball, 20), "ball"))
+    for k in range(9):
+        angle = 2 * math.pi * k / 9
+        b.put(f"{name}/ball {k + 1}", ball_mesh, (pitch * math.cos(angle), pitch * math.sin(angle), 0.0), parent=at)
+
+
+def _shafts(b: _Builder, root: int, screw: int) -> None:
+    reach = HALF_DEPTH + PLATE
+    middle = HALF_DEPTH + PLATE / 2
+    groups = {name: b.glb.node(name, at=(x, 0.0, 0.0), parent=root) for name, x in SHAFTS}
+    long_shaft = b.mesh("long shaft", (shaft([(BORE - 0.0001, 0.012 + PLATE), (0.0125, 2 * HALF_DEPTH),
+                                              (BORE - 0.0001, PLATE + 0.014), (0.0085, 0.036)], -reach - 0.012), "shaft"))
+    short_shaft = b.mesh("short shaft", (shaft([(BORE - 0.0001, PLATE + 0.002), (0.0125, 2 * HALF_DEPTH),
+                                                (BORE - 0.0001, PLATE + 0.002)], -reach - 0.002), "shaft"))
+    for name, group in groups.items():
+        b.put(f"{name}/shaft", short_shaft if name == "counter" else long_shaft, parent=group)
+        for side, z in (("front", middle), ("back", -middle)):
+            _bearing(b, f"{name}/{side} bearing", z, group)
+
+    for name, teeth, z, turn, material, spokes in (
+            ("input", FIRST[0], FIRST_Z, 0.0, "bronze", 0), ("counter", FIRST[1], FIRST_Z, 0.0, "gear", 6),
+            ("counter", SECOND[0], SECOND_Z, 0.0, "copper", 0), ("output", SECOND[1], SECOND_Z, 180.0 / SECOND[1], "gear", 5)):
+        # A tooth points at the neighbour on the right; an even wheel must turn by half a tooth to offer it a gap.
+        part = b.mesh(f"gear {teeth}", (gear(teeth, MODULE, 0.024, 0.0127, spokes), material))
+        b.put(f"{name}/gear of {teeth}", part, (0.0, 0.0, z), axis_angle(Z, turn) if turn else IDENTITY, groups[name])
+
+    b.put("input/pulley", b.mesh("pulley", (pulley(0.040, 0.026, 0.0086, 3), "red")), (0.0, 0.0, reach + 0.030),
+          parent=groups["input"])
+    nut = b.mesh("shaft nut", (hex_head(0.013, 0.007), "zinc"))
+    b.put("input/nut", nut, (0.0, 0.0, reach + 0.0462), parent=groups["input"])
+
+    holes = [circle((0.0, 0.0), 0.0086, 40)]
+    bolt_circle = [(0.0285 * math.cos(a), 0.0285 * math.sin(a)) for a in (2 * math.pi * k / 6 for k in range(6))]
+    holes += [circle(p, 0.0031, 16) for p in bolt_circle]
+    coupling = extrude(circle((0.0, 0.0), 0.038, 64), holes, -0.004, 0.005)
+    coupling.append(ring(0.0086, 0.017, -0.018, -0.004, 0.001))
+    disc = b.put("output/coupling", b.mesh("coupling", (coupling, "iron")), (0.0, 0.0, reach + 0.040), parent=groups["output"])
+    for k, (x, y) in enumerate(bolt_circle):
+        b.put(f"output/coupling/bolt {k + 1}", screw, (x, y, 0.0052), parent=disc)
+
+    # The counter shaft ends inside: covers over its bearings.
+    cover = b.mesh("bearing cover", (spun([[(0.0, 0.0), (0.032, 0.0)], [(0.032, 0.0), (0.032, 0.004)],
+                                           [(0.032, 0.004), (0.022, 0.004)], [(0.022, 0.004), (0.019, 0.009)],
+                                           [(0.019, 0.009), (0.0, 0.009)]], 56), "cast"))
+    for side, z, turn in (("front", reach + 0.003, IDENTITY), ("back", -reach - 0.003, axis_angle(Y, 180))):
+        lid = b.put(f"counter/{side} cover", cover, (0.0, 0.0, z), turn, groups["counter"])
+        for k in range(4):
+            angle = math.radians(45 + 90 * k)
+            b.put(f"counter/{side} cover/bolt {k + 1}", screw, (0.0268 * math.cos(angle), 0.0268 * math.sin(angle), 0.0042),
+                  parent=lid)
+
+
+def _base(b: _Builder, root: int) -> None:
+    group = b.glb.node("base", parent=root)
+    plate = rounded_box((0.215, 0.009, 0.100), 0.004, 3)
+    b.put("base/plate", b.mesh("base plate", (plate, "iron")), (0.012, -0.120, 0.0), parent=group)
+    # Follows the sump's belly with a millimetre to spare.
+    belly = _flipped(_half(_case(-0.001), 0.040))
+    saddle = b.mesh("saddle", (extrude([*belly, (0.176, -0.060), (0.182, -0.1105), (-0.150, -0.1105), (-0.144, -0.060)][::-1],
+                                       [], -0.007, 0.007), "cast"))
+    for side, z in (("front", 0.040), ("back", -0.040)):
+        b.put(f"base/{side} saddle", saddle, (0.0, 0.0, z), parent=group)
+    anchor = b.mesh("anchor", (bolt(0.006, 0.016), "bolt"), (washer(0.006), "zinc"))
+    for k, (x, z) in enumerate(((-0.180, 0.080), (0.204, 0.080), (0.204, -0.080), (-0.180, -0.080))):
+        b.put(f"base/anchor {k + 1}", anchor, (x, -0.1108, z), axis_angle(X, -90), group)
+
+
+def build() -> Glb:
+    b = _Builder()
+    root = b.glb.node("gearbox", at=(0.0, 0.129, 0.0))
+    bolt_mesh = b.mesh("bolt", (bolt(0.0029, 0.014), "bolt"), (washer(0.0029), "zinc"))
+    screw = b.mesh("screw", (bolt(0.0024, 0.008), "bolt"))
+    _base(b, root)
+    _housing(b, root, bolt_mesh)
+    _shafts(b, root, screw)
+    b.glb.perspective("main", (0.33, 0.37, 0.80), (0.012, 0.112, 0.0), math.radians(24.5))
+    b.glb.orthographic("top", (0.0, 1.0, 0.0), (0.0, 0.0, 0.0), 0.16, near=0.1, far=2.0, up=(0.0, 0.0, -1.0))
+    return b.glb
