@@ -10,8 +10,9 @@
 
 namespace peeler {
 
-/// Per pixel a slot; per fragment a depth, a primitive index and a packed colour, each in a buffer of its
-/// own. Grown on demand and reused from band to band: fresh memory costs more than rasterising into it.
+/// Per pixel a slot; per fragment a depth, a primitive index and a packed colour, each in a buffer
+/// of its own. Grown on demand and reused from band to band: fresh memory costs more than
+/// rasterising into it.
 class BandBuffers {
   public:
     explicit BandBuffers(const gl::Functions& gl) : gl_(gl) {}

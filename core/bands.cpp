@@ -12,7 +12,8 @@
 namespace peeler {
 namespace {
 
-// Kept free under a budget for what is not counted here: the writers' chunks and the driver's command buffers.
+// Kept free under a budget for what is not counted here: the writers' chunks and the driver's
+// command buffers.
 constexpr std::uint64_t kReserve = 96ULL << 20;
 
 }  // namespace
@@ -50,12 +51,14 @@ std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,
         const std::uint64_t row = row_fragments(y);
         if (row > limits.fragments || width > limits.pixels) {
             throw Error(ErrorKind::kMemory,
-                        "one row of " + std::to_string(width) + " pixels with " + std::to_string(row) +
+                        "one row of " + std::to_string(width) + " pixels with " +
+                            std::to_string(row) +
                             " fragments does not fit the memory budget or the driver's buffers",
                         "row " + std::to_string(y), "raise --memory, or render parts with --crop");
         }
         const auto rows = bands.empty() ? 0 : static_cast<std::uint64_t>(bands.back().height());
-        if (bands.empty() || fragments + row > limits.fragments || (rows + 1) * width > limits.pixels) {
+        if (bands.empty() || fragments + row > limits.fragments ||
+            (rows + 1) * width > limits.pixels) {
             bands.push_back({crop.x0, y, crop.x1, y});
             fragments = 0;
         }

@@ -21,20 +21,20 @@ struct BandLimits {
 
 /// What one band costs.
 struct BandCosts {
-    std::uint64_t band_bytes = 0;               ///< most bytes to spend on a band
-    std::uint64_t fragment_bytes = 0;           ///< bytes a fragment, in the buffers and in the hand-over
-    std::uint64_t largest_array_bytes = 0;      ///< bytes a fragment in the largest single buffer
-    std::uint64_t pixel_bytes = 0;              ///< bytes a pixel of the band
-    std::uint64_t fixed_bytes = 0;              ///< whatever the bands' size
-    std::uint64_t storage_block_bytes = 0;      ///< the driver's limit of one buffer binding
+    std::uint64_t band_bytes = 0;      ///< most bytes to spend on a band
+    std::uint64_t fragment_bytes = 0;  ///< bytes a fragment, in the buffers and in the hand-over
+    std::uint64_t largest_array_bytes = 0;  ///< bytes a fragment in the largest single buffer
+    std::uint64_t pixel_bytes = 0;          ///< bytes a pixel of the band
+    std::uint64_t fixed_bytes = 0;          ///< whatever the bands' size
+    std::uint64_t storage_block_bytes = 0;  ///< the driver's limit of one buffer binding
 };
 
 /// Limits under `budget` bytes for the whole process (0 = no budget), of which `resident` are in
 /// use already. A limit may come out too small for a row; cutBands says so.
 BandLimits bandLimits(std::uint64_t budget, std::uint64_t resident, const BandCosts& costs);
 
-/// Cuts the crop's rows into bands, top to bottom, as few as the limits allow. `row_fragments(y)` is the
-/// number of fragments of a row. Throws Error (kMemory) if one row alone is over a limit.
+/// Cuts the crop's rows into bands, top to bottom, as few as the limits allow. `row_fragments(y)`
+/// is the number of fragments of a row. Throws Error (kMemory) if one row alone is over a limit.
 std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,
                              const std::function<std::uint64_t(int y)>& row_fragments);
 

@@ -10,17 +10,17 @@
 
 namespace peeler {
 
-/// A flattened band: premultiplied linear RGBA in 32-bit float, and the camera Z of each pixel's first
-/// fragment (+inf where there is none). Row-major inside `window`.
+/// A flattened band: premultiplied linear RGBA in 32-bit float, and the camera Z of each pixel's
+/// first fragment (+inf where there is none). Row-major inside `window`.
 struct CompositeImage {
     Window window;
     std::vector<std::array<float, 4>> rgba;
     std::vector<float> z;
 };
 
-/// Front to back "over" of premultiplied colours (Porter & Duff 1984): C += (1 − A)·c, A += (1 − A)·a,
-/// in 32-bit float, in list order. `background` (premultiplied) goes last; all zero adds nothing.
-/// `out` is overwritten; its storage is reused.
+/// Front to back "over" of premultiplied colours (Porter & Duff 1984): C += (1 − A)·c, A += (1 −
+/// A)·a, in 32-bit float, in list order. `background` (premultiplied) goes last; all zero adds
+/// nothing. `out` is overwritten; its storage is reused.
 void compositeOver(const LayeredImage& image, const std::array<float, 4>& background,
                    CompositeImage& out);
 

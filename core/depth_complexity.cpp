@@ -12,9 +12,9 @@ DepthComplexity::DepthComplexity(const Window& crop, std::uint32_t max_layers)
       row_fragments_(static_cast<std::size_t>(crop.height())) {}
 
 void DepthComplexity::addRow(int y, std::span<const std::uint32_t> counts) {
-    // Layer k's window grows by the first and the last pixel of the row with more than k fragments. Scanning from
-    // either end, a pixel matters only for the layers above the highest count seen so far: each scan is
-    // linear in pixels + layers.
+    // Layer k's window grows by the first and the last pixel of the row with more than k fragments.
+    // Scanning from either end, a pixel matters only for the layers above the highest count seen so
+    // far: each scan is linear in pixels + layers.
     const auto capped = [this](std::uint32_t count) {
         return max_layers_ ? std::min(count, max_layers_) : count;
     };
@@ -34,7 +34,8 @@ void DepthComplexity::addRow(int y, std::span<const std::uint32_t> counts) {
     std::uint32_t seen_from_right = 0;
     for (std::size_t i = counts.size(); i-- > 0 && seen_from_right < seen;) {
         const int x = crop_.x0 + static_cast<int>(i);
-        for (const std::uint32_t layers = capped(counts[i]); seen_from_right < layers; ++seen_from_right)
+        for (const std::uint32_t layers = capped(counts[i]); seen_from_right < layers;
+             ++seen_from_right)
             windows_[seen_from_right] = unite(windows_[seen_from_right], {x, y, x + 1, y + 1});
     }
     row_fragments_[static_cast<std::size_t>(y - crop_.y0)] = total;

@@ -19,8 +19,9 @@ enum class ErrorKind : int {
     kMemory = 33,     ///< out of memory, or over the budget
 };
 
-/// Thrown by every layer. `what` is a sentence without a full stop; `where` is a path, a JSON pointer
-/// into the glTF ("/meshes/0/primitives/1"), a part name, or empty; `hint` says what to try, or is empty.
+/// Thrown by every layer. `what` is a sentence without a full stop; `where` is a path, a JSON
+/// pointer into the glTF ("/meshes/0/primitives/1"), a part name, or empty; `hint` says what to
+/// try, or is empty.
 class Error : public std::runtime_error {
   public:
     Error(ErrorKind kind, const std::string& what, std::string where = {}, std::string hint = {})

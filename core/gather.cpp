@@ -25,7 +25,8 @@ void sortShort(Entry* entries, std::size_t count) {
     for (std::size_t i = 1; i < count; ++i) {
         const Entry entry = entries[i];
         std::size_t at = i;
-        for (; at > 0 && precedes(entry, entries[at - 1]); --at) entries[at] = entries[at - 1];
+        for (; at > 0 && precedes(entry, entries[at - 1]); --at)
+            entries[at] = entries[at - 1];
         entries[at] = entry;
     }
 }

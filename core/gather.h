@@ -10,7 +10,8 @@
 
 namespace peeler {
 
-/// A band as it comes out of the capture: pixel p owns the fragments [first[p], first[p + 1]) of the arrays.
+/// A band as it comes out of the capture: pixel p owns the fragments [first[p], first[p + 1]) of
+/// the arrays.
 struct CapturedFragments {
     std::span<const std::uint32_t> first;  ///< pixels + 1 entries
     const float* depth;                    ///< reversed Z: larger is nearer
@@ -18,9 +19,9 @@ struct CapturedFragments {
     const void* color;                     ///< 4 halfs or 4 floats a fragment
 };
 
-/// Sorts every pixel's list by (depth, primitive), keeps the nearest `max_layers` (0 = all), turns buffer
-/// depth into camera Z and writes the result to `out`, whose window and colour type are set and whose
-/// storage is reused. Rows are done in parallel; the result does not depend on how.
+/// Sorts every pixel's list by (depth, primitive), keeps the nearest `max_layers` (0 = all), turns
+/// buffer depth into camera Z and writes the result to `out`, whose window and colour type are set
+/// and whose storage is reused. Rows are done in parallel; the result does not depend on how.
 void gather(const CapturedFragments& captured, const Projection& projection,
             std::uint32_t max_layers, LayeredImage& out);
 

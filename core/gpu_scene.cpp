@@ -11,12 +11,14 @@
 #include <tuple>
 
 #include "core/error.h"
+#include "core/mipmaps.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {
 namespace {
 
-// std140 records are bound one at a time, and 256 is the largest offset alignment GL allows a driver.
+// std140 records are bound one at a time, and 256 is the largest offset alignment GL allows a
+// driver.
 constexpr std::size_t kMaterialStride = (sizeof(shader::MaterialRecord) + 255) / 256 * 256;
 
 // Attributes a primitive lacks read these for every vertex (a binding of stride 0).
@@ -50,21 +52,30 @@ std::array<AttributeData, 6> attributes(const Primitive& p) {
 /// How many primitives GL makes of n vertices; also what gl_PrimitiveID counts.
 std::uint64_t primitiveCount(Topology topology, std::uint64_t n) {
     switch (topology) {
-        case Topology::kPoints: return n;
-        case Topology::kLines: return n / 2;
-        case Topology::kLineLoop: return n < 2 ? 0 : n;
-        case Topology::kLineStrip: return n < 2 ? 0 : n - 1;
-        case Topology::kTriangles: return n / 3;
+        case Topology::kPoints:
+            return n;
+        case Topology::kLines:
+            return n / 2;
+        case Topology::kLineLoop:
+            return n < 2 ? 0 : n;
+        case Topology::kLineStrip:
+            return n < 2 ? 0 : n - 1;
+        case Topology::kTriangles:
+            return n / 3;
         case Topology::kTriangleStrip:
-        case Topology::kTriangleFan: return n < 3 ? 0 : n - 2;
+        case Topology::kTriangleFan:
+            return n < 3 ? 0 : n - 2;
     }
     return 0;
 }
 
-bool isTriangles(Topology topology) { return topology >= Topology::kTriangles; }
+bool isTriangles(Topology topology) {
+    return topology >= Topology::kTriangles;
+}
 
 /// The textures of a material by unit, and whether they hold sRGB colours.
-std::array<std::pair<const TextureRef*, bool>, PEELER_MATERIAL_UNITS> textureRefs(const Material& m) {
+std::array<std::pair<const TextureRef*, bool>, PEELER_MATERIAL_UNITS> textureRefs(
+    const Material& m) {
     return {{{&m.base_color_texture, true},
              {&m.metallic_roughness_texture, false},
              {&m.normal_texture, false},
@@ -96,18 +107,22 @@ shader::MaterialRecord record(const Material& m) {
 gl::Texture uploadImage(const gl::Functions& gl, const Image& image, bool srgb, int largest) {
     if (image.width > largest || image.height > largest) {
         throw Error(ErrorKind::kInput,
-                    "the image is " + std::to_string(image.width) + "x" + std::to_string(image.height) +
-                        ", and the GL device takes " + std::to_string(largest),
+                    "the image is " + std::to_string(image.width) + "x" +
+                        std::to_string(image.height) + ", and the GL device takes " +
+                        std::to_string(largest),
                     image.name, "scale it down");
     }
-    int levels = 1;
-    while ((std::max(image.width, image.height) >> levels) > 0) ++levels;
-    auto texture = gl::makeTexture2D(gl, srgb ? GL_SRGB8_ALPHA8 : GL_RGBA8, image.width, image.height,
-                                     levels);
+    auto texture = gl::makeTexture2D(gl, srgb ? GL_SRGB8_ALPHA8 : GL_RGBA8, image.width,
+                                     image.height, mipmapLevels(image.width, image.height));
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    gl.TextureSubImage2D(texture.name(), 0, 0, 0, image.width, image.height, GL_RGBA,
-                         GL_UNSIGNED_BYTE, image.rgba.data());
-    gl.GenerateTextureMipmap(texture.name());
+    Image smaller;
+    const Image* level = &image;
+    for (GLint i = 0; i < mipmapLevels(image.width, image.height); ++i) {
+        if (i > 0) smaller = halved(*level, srgb);
+        if (i > 0) level = &smaller;
+        gl.TextureSubImage2D(texture.name(), i, 0, 0, level->width, level->height, GL_RGBA,
+                             GL_UNSIGNED_BYTE, level->rgba.data());
+    }
     return texture;
 }
 
@@ -157,7 +172,8 @@ void GpuScene::uploadMaterials(const gl::Context& context, const Scene& scene,
             gpu.textured = true;
             GLuint& texture = uploaded[{ref->image, srgb}];
             if (!texture) {
-                textures_.push_back(uploadImage(gl, scene.images[static_cast<std::size_t>(ref->image)],
+                textures_.push_back(uploadImage(gl,
+                                                scene.images[static_cast<std::size_t>(ref->image)],
                                                 srgb, context.device().limits.texture_size));
                 texture = textures_.back().name();
             }
@@ -202,7 +218,8 @@ void GpuScene::uploadGeometry(const gl::Functions& gl, const Scene& scene,
             const auto data = attributes(primitives[i]);
             for (std::size_t a = 0; a < data.size(); ++a)
                 entry->second.attribute_offsets[a] = place(data[a].bytes);
-            entry->second.index_offset = place(primitives[i].indices.size() * sizeof(std::uint32_t));
+            entry->second.index_offset =
+                place(primitives[i].indices.size() * sizeof(std::uint32_t));
         }
     }
 
@@ -212,7 +229,8 @@ void GpuScene::uploadGeometry(const gl::Functions& gl, const Scene& scene,
         auto* memory = mapping.as<std::byte>();
         std::memcpy(memory, kMissing.data(), sizeof kMissing);
         for (const auto& [key, where] : placed) {
-            const Primitive& p = scene.meshes[static_cast<std::size_t>(key.first)].primitives[key.second];
+            const Primitive& p =
+                scene.meshes[static_cast<std::size_t>(key.first)].primitives[key.second];
             const auto data = attributes(p);
             for (std::size_t a = 0; a < data.size(); ++a)
                 if (data[a].bytes)
@@ -225,7 +243,8 @@ void GpuScene::uploadGeometry(const gl::Functions& gl, const Scene& scene,
     }
 
     for (auto& [key, where] : placed) {
-        const Primitive& p = scene.meshes[static_cast<std::size_t>(key.first)].primitives[key.second];
+        const Primitive& p =
+            scene.meshes[static_cast<std::size_t>(key.first)].primitives[key.second];
         GLuint name = 0;
         gl.CreateVertexArrays(1, &name);
         where.vertex_array = vertex_arrays_.size();
@@ -265,7 +284,8 @@ void GpuScene::uploadGeometry(const gl::Functions& gl, const Scene& scene,
             next_primitive += primitiveCount(p.topology, vertices);
             if (next_primitive > std::numeric_limits<std::uint32_t>::max() ||
                 vertices > std::numeric_limits<GLsizei>::max()) {
-                throw Error(ErrorKind::kInput, "the scene has more primitives than 32 bits can count",
+                throw Error(ErrorKind::kInput,
+                            "the scene has more primitives than 32 bits can count",
                             "/meshes/" + std::to_string(instance.mesh), "render it in parts");
             }
             if (!p.normals.empty()) draw.flags |= PEELER_HAS_NORMALS;

@@ -40,8 +40,8 @@ struct FragmentArray {
 
 /// Per-pixel fragment lists in CSR form: pixel p (row-major inside `window`) owns the fragments
 /// [offsets[p], offsets[p + 1]), front to back, coincident ones in draw order. It is at once a deep
-/// image, a layered depth image (layer k is the k-th entry of every pixel that has one) and a set of
-/// ray hits. A band of rows is a LayeredImage too.
+/// image, a layered depth image (layer k is the k-th entry of every pixel that has one) and a set
+/// of ray hits. A band of rows is a LayeredImage too.
 struct LayeredImage {
     Window window;
     std::vector<std::uint32_t> offsets;  ///< window.pixels() + 1 entries, offsets[0] = 0

@@ -34,11 +34,12 @@ class StageTimer {
     Clock::time_point start_ = Clock::now();
 };
 
-// A pixel of a band costs a slot, an offset here and in the hand-over, and what a sink composites into.
+// A pixel of a band costs a slot, an offset here and in the hand-over, and what a sink composites
+// into.
 constexpr std::uint64_t kPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(float);
 
-// The counts of the whole picture are kept for the capture if they are no more than this share of the
-// budget (or this many bytes without one); otherwise each band is counted again.
+// The counts of the whole picture are kept for the capture if they are no more than this share of
+// the budget (or this many bytes without one); otherwise each band is counted again.
 constexpr std::uint64_t kKeptCountsShare = 6;
 constexpr std::uint64_t kKeptCountsBytes = 256ULL << 20;
 
@@ -84,7 +85,9 @@ Renderer::Renderer(gl::Context& context, const Scene& scene, const SceneContents
 
 Renderer::~Renderer() = default;
 
-const StageTimes& Renderer::times() const { return state_->times; }
+const StageTimes& Renderer::times() const {
+    return state_->times;
+}
 
 BandCosts Renderer::State::costs(const PeelMethod& method) const {
     const PixelType type = settings.color_type;
@@ -96,7 +99,8 @@ BandCosts Renderer::State::costs(const PeelMethod& method) const {
     costs.fragment_bytes = BandBuffers::fragmentBytes(type) + sizeof(float) + color;
     costs.largest_array_bytes = color;
     costs.pixel_bytes = kPixelBytes;
-    costs.fixed_bytes = method.tileBytes(tile, type == PixelType::kFloat) + rasterizer.boundBytes(tile);
+    costs.fixed_bytes =
+        method.tileBytes(tile, type == PixelType::kFloat) + rasterizer.boundBytes(tile);
     costs.storage_block_bytes =
         static_cast<std::uint64_t>(context.device().limits.shader_storage_block_size);
     return costs;
@@ -142,8 +146,8 @@ Plan Renderer::plan(const View& view, const CaptureSettings& settings) {
     s.complexity.emplace(crop, settings.max_layers);
 
     const std::uint64_t counts_bytes = crop.pixels() * sizeof(std::uint32_t);
-    const bool keep = counts_bytes <= (settings.memory ? settings.memory / kKeptCountsShare
-                                                       : kKeptCountsBytes);
+    const bool keep =
+        counts_bytes <= (settings.memory ? settings.memory / kKeptCountsShare : kKeptCountsBytes);
     s.kept_counts.clear();
     if (keep) s.kept_counts.resize(crop.pixels());
 
@@ -182,11 +186,12 @@ void Renderer::State::prefixSum(const Window& band, std::uint32_t limit) {
     if (kept_counts.empty())
         count(band, sum);
     else
-        sum(kept_counts.data() + static_cast<std::size_t>(band.y0 - crop.y0) *
-                                     static_cast<std::size_t>(crop.width()));
+        sum(kept_counts.data() +
+            static_cast<std::size_t>(band.y0 - crop.y0) * static_cast<std::size_t>(crop.width()));
 }
 
-/// The completeness certificate: the capture advanced every pixel's slot exactly to the next pixel's list.
+/// The completeness certificate: the capture advanced every pixel's slot exactly to the next
+/// pixel's list.
 void Renderer::State::checkSlots(const std::uint32_t* slots, const Window& band) const {
     for (std::size_t p = 0; p < band.pixels(); ++p) {
         if (slots[p] == first[p + 1]) continue;
@@ -194,9 +199,9 @@ void Renderer::State::checkSlots(const std::uint32_t* slots, const Window& band)
         const std::string pixel = std::to_string(band.x0 + static_cast<int>(p % width)) + ", " +
                                   std::to_string(band.y0 + static_cast<int>(p / width));
         throw Error(ErrorKind::kInternal,
-                    "method " + settings.method + " captured " + std::to_string(slots[p] - first[p]) +
-                        " fragments where " + std::to_string(first[p + 1] - first[p]) +
-                        " were counted",
+                    "method " + settings.method + " captured " +
+                        std::to_string(slots[p] - first[p]) + " fragments where " +
+                        std::to_string(first[p + 1] - first[p]) + " were counted",
                     "pixel " + pixel, "please report this with the scene and the GL renderer");
     }
 }
@@ -222,8 +227,8 @@ std::uint64_t Renderer::State::captureBand(PeelMethod& method, const Window& ban
             const Window area = intersect(tile, band);
             std::uint32_t layers = 0;
             for (int y = area.y0; y < area.y1; ++y) {
-                const auto row = static_cast<std::size_t>(y - band.y0) *
-                                 static_cast<std::size_t>(band.width());
+                const auto row =
+                    static_cast<std::size_t>(y - band.y0) * static_cast<std::size_t>(band.width());
                 for (int x = area.x0; x < area.x1; ++x) {
                     const auto p = row + static_cast<std::size_t>(x - band.x0);
                     layers = std::max(layers, first[p + 1] - first[p]);
@@ -259,13 +264,14 @@ CaptureReport Renderer::capture(std::span<Sink* const> sinks, const Progress& pr
     CaptureReport report;
     const auto method = findPeelMethod(s.settings.method)->create();
     const BandLimits limits = bandLimits(s.settings.memory, residentBytes(), s.costs(*method));
-    const auto bands = cutBands(s.plan.view.crop, limits,
-                                [&](int y) { return s.complexity->rowFragments(y); });
+    const auto bands =
+        cutBands(s.plan.view.crop, limits, [&](int y) { return s.complexity->rowFragments(y); });
     std::uint64_t stored = 0;
     for (const Window& band : bands) {
         report.fragments_captured += s.captureBand(*method, band, report);
         stored += s.band_image.fragments();
-        for (Sink* sink : sinks) sink->write(s.band_image);
+        for (Sink* sink : sinks)
+            sink->write(s.band_image);
         if (progress) {
             progress(static_cast<double>(band.y1 - s.plan.view.crop.y0) /
                      static_cast<double>(s.plan.view.crop.height()));

@@ -60,7 +60,8 @@ using Progress = std::function<void(double)>;
 class Renderer {
   public:
     /// Uploads what `contents` shows. All three must outlive the Renderer.
-    /// Throws Error (kMemory) if the driver has no room, (kInput) if a texture is larger than it takes.
+    /// Throws Error (kMemory) if the driver has no room, (kInput) if a texture is larger than it
+    /// takes.
     Renderer(gl::Context& context, const Scene& scene, const SceneContents& contents);
     ~Renderer();
     Renderer(const Renderer&) = delete;
@@ -71,9 +72,9 @@ class Renderer {
     /// (kDevice) if the context is lost.
     Plan plan(const View& view, const CaptureSettings& settings);
 
-    /// Captures what the last plan() promised and hands each band to every sink, in order. begin() and
-    /// finish() of the sinks are the caller's. Throws what the sinks throw, and Error (kInternal) if any
-    /// pixel's fragments differ in number from the count.
+    /// Captures what the last plan() promised and hands each band to every sink, in order. begin()
+    /// and finish() of the sinks are the caller's. Throws what the sinks throw, and Error
+    /// (kInternal) if any pixel's fragments differ in number from the count.
     CaptureReport capture(std::span<Sink* const> sinks, const Progress& progress = {});
 
     const StageTimes& times() const;

@@ -94,13 +94,14 @@ std::uint64_t SceneRasterizer::boundBytes(std::uint64_t tile_pixels) const {
 
 void SceneRasterizer::uploadDrawRecords() {
     const double width = view_.width, height = view_.height;
-    const glm::dmat4 clip_from_view = view_.projection.matrix(
-        tile_.x0 / width, tile_.y0 / height, tile_.x1 / width, tile_.y1 / height);
+    const glm::dmat4 clip_from_view = view_.projection.matrix(tile_.x0 / width, tile_.y0 / height,
+                                                              tile_.x1 / width, tile_.y1 / height);
     const glm::dmat4 view_from_world = glm::inverse(view_.camera_to_world);
     const auto& draws = scene_.draws();
     const auto mapping = draw_records_.overwrite(draws.size() * kDrawStride);
     for (std::size_t i = 0; i < draws.size(); ++i) {
-        // All products in double, so that large world coordinates cost no precision near the camera.
+        // All products in double, so that large world coordinates cost no precision near the
+        // camera.
         const glm::dmat4 view_from_model = view_from_world * draws[i].world;
         shader::DrawRecord record{};
         record.clip_from_model = glm::mat4(clip_from_view * view_from_model);
@@ -132,8 +133,10 @@ void SceneRasterizer::bindFrame() {
 const gl::Program& SceneRasterizer::program(std::vector<std::string_view> files,
                                             const std::vector<std::string>& definitions) {
     std::string key;
-    for (const auto& file : files) key += std::string(file) + " ";
-    for (const auto& definition : definitions) key += definition + " ";
+    for (const auto& file : files)
+        key += std::string(file) + " ";
+    for (const auto& definition : definitions)
+        key += definition + " ";
     const auto found = programs_.find(key);
     if (found != programs_.end()) return found->second;
     return programs_.emplace(key, gl::Program(functions(), files, definitions)).first->second;
@@ -188,7 +191,8 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     for (std::size_t i = 0; i < draws.size(); ++i) {
         const GpuDraw& draw = draws[i];
         if (pass.opaque_only && !draw.opaque) continue;
-        if (!pass.opaque_only && draw.opaque && settings_.surfaces == Surfaces::kTransparent) continue;
+        if (!pass.opaque_only && draw.opaque && settings_.surfaces == Surfaces::kTransparent)
+            continue;
 
         const gl::Program& wanted = variant(pass, draw);
         if (&wanted != current) wanted.use();

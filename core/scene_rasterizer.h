@@ -27,9 +27,10 @@ struct GeometryPass {
     bool depth_test = false;
 };
 
-/// Rasterisation is repeatable only if the viewport never changes, so the picture is divided into raster
-/// tiles: a fixed grid that depends on its size alone. Inside a tile every pass of every method, band and
-/// crop uses the same viewport and merely another scissor; hence they agree bit for bit.
+/// Rasterisation is repeatable only if the viewport never changes, so the picture is divided into
+/// raster tiles: a fixed grid that depends on its size alone. Inside a tile every pass of every
+/// method, band and crop uses the same viewport and merely another scissor; hence they agree bit
+/// for bit.
 class SceneRasterizer {
   public:
     static constexpr int kTileSize = 4096;
@@ -39,8 +40,8 @@ class SceneRasterizer {
     void setView(const View& view, const CaptureSettings& settings);
     /// The tiles of the view that touch `area`, row by row.
     std::vector<Window> tilesOf(const Window& area) const;
-    /// Makes `tile` (one of tilesOf) the target. With --surfaces visible or transparent this renders the
-    /// opaque bound of the tile.
+    /// Makes `tile` (one of tilesOf) the target. With --surfaces visible or transparent this
+    /// renders the opaque bound of the tile.
     void setTile(const Window& tile);
     /// The band whose buffers the fragments go to, and how many fragments they hold.
     void setBand(const Window& band, std::uint32_t capacity);

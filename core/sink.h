@@ -20,9 +20,9 @@ struct LayerPlan {
 /// The result of the count pass: everything a writer must know to open its file.
 struct Plan {
     View view;
-    std::vector<LayerPlan> layers;         ///< front to back; as many as will be stored
-    std::uint64_t fragments_counted = 0;   ///< by the count pass, without any layer limit
-    std::uint64_t fragments_stored = 0;    ///< after the layer limit
+    std::vector<LayerPlan> layers;        ///< front to back; as many as will be stored
+    std::uint64_t fragments_counted = 0;  ///< by the count pass, without any layer limit
+    std::uint64_t fragments_stored = 0;   ///< after the layer limit
     PixelType color_type = PixelType::kHalf;
 
     bool complete() const { return fragments_counted == fragments_stored; }
@@ -35,7 +35,7 @@ struct Provenance {
     std::string scene_hash, settings_hash;
     std::string renderer;  ///< GL_RENDERER
     int frame = 0;
-    double time = 0;            ///< seconds
+    double time = 0;               ///< seconds
     double frames_per_second = 0;  ///< 0 = does not apply
 };
 

@@ -23,13 +23,14 @@ struct Projection {
     /// sub-rectangle [u0, u1] × [v0, v1] of the picture, u right and v down, both 0–1.
     glm::dmat4 matrix(double u0 = 0, double v0 = 0, double u1 = 1, double v1 = 1) const;
 
-    /// Camera Z (positive in front, scene units) of a buffer depth. Monotone: never grows with depth.
+    /// Camera Z (positive in front, scene units) of a buffer depth. Monotone: never grows with
+    /// depth.
     double linearZ(double depth) const;
 };
 
 /// Everything that says which ray goes through which pixel.
 struct View {
-    std::string camera_name;       ///< "" if the camera is not from the scene
+    std::string camera_name;        ///< "" if the camera is not from the scene
     glm::dmat4 camera_to_world{1};  ///< rigid: rotation and translation only
     Projection projection;
     int width = 1280, height = 720;  ///< display window

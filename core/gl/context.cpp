@@ -11,7 +11,8 @@
 namespace peeler::gl {
 namespace {
 
-// The table of backends, in the order `auto` tries them. OSMesa comes last: it is gone from Mesa 25.1.
+// The table of backends, in the order `auto` tries them. OSMesa comes last: it is gone from
+// Mesa 25.1.
 constexpr std::array<Backend, 2> kBackends = {{
     {"egl", eglCandidates},
     {"osmesa", osmesaCandidates},
@@ -93,7 +94,8 @@ std::vector<Row> allCandidates() {
 
 std::string quotedList(const std::vector<std::string>& names) {
     std::string list;
-    for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
+    for (const auto& name : names)
+        list += (list.empty() ? "" : ", ") + name;
     return list;
 }
 
@@ -104,7 +106,8 @@ Context::~Context() = default;
 
 std::vector<std::string> backendNames() {
     std::vector<std::string> names;
-    for (const auto& backend : kBackends) names.emplace_back(backend.name);
+    for (const auto& backend : kBackends)
+        names.emplace_back(backend.name);
     return names;
 }
 
@@ -122,7 +125,8 @@ std::vector<Device> listDevices() {
 std::unique_ptr<Context> createContext(const ContextRequest& request,
                                        std::vector<std::string>* failed_attempts) {
     bool known = request.backend == "auto";
-    for (const auto& backend : kBackends) known = known || request.backend == backend.name;
+    for (const auto& backend : kBackends)
+        known = known || request.backend == backend.name;
     if (!known) {
         throw Error(ErrorKind::kUsage, "there is no backend '" + request.backend + "'", "--backend",
                     "choose auto, " + quotedList(backendNames()));
@@ -149,15 +153,16 @@ std::unique_ptr<Context> createContext(const ContextRequest& request,
     }
     if (!device_seen) {
         throw Error(ErrorKind::kDevice, "there is no such device",
-                    "--device " + std::to_string(request.device),
-                    "'peeler devices' lists them");
+                    "--device " + std::to_string(request.device), "'peeler devices' lists them");
     }
     std::string reasons;
-    for (const auto& attempt : attempts) reasons += (reasons.empty() ? "" : "; ") + attempt;
+    for (const auto& attempt : attempts)
+        reasons += (reasons.empty() ? "" : "; ") + attempt;
     throw Error(ErrorKind::kDevice, "no usable OpenGL 4.5 device: " + reasons, "",
-                request.require_gpu ? "leave out --require-gpu to render in software"
-                                    : "install Mesa (Debian: libegl1 libgl1-mesa-dri, or libosmesa6); "
-                                      "'peeler devices' shows every attempt");
+                request.require_gpu
+                    ? "leave out --require-gpu to render in software"
+                    : "install Mesa (Debian: libegl1 libgl1-mesa-dri, or libosmesa6); "
+                      "'peeler devices' shows every attempt");
 }
 
 }  // namespace peeler::gl

@@ -23,9 +23,9 @@ struct Limits {
 
 /// One way to get a context, and what came of trying it.
 struct Device {
-    std::string backend;    ///< a name of the backend table: "egl", "osmesa"
-    int index = 0;          ///< counts through all backends in the order they are tried: --device N
-    std::string name;       ///< what the backend calls it: "device 0 (/dev/dri/card0)", "surfaceless"
+    std::string backend;  ///< a name of the backend table: "egl", "osmesa"
+    int index = 0;        ///< counts through all backends in the order they are tried: --device N
+    std::string name;     ///< what the backend calls it: "device 0 (/dev/dri/card0)", "surfaceless"
     bool software = false;  ///< renders on the CPU
     std::string version;    ///< GL_VERSION
     std::string renderer;   ///< GL_RENDERER
@@ -53,7 +53,8 @@ class Context {
 /// Names of the backend table, in the order `auto` tries them.
 std::vector<std::string> backendNames();
 
-/// Tries every device of every backend and reports each. Never throws for a device that does not work.
+/// Tries every device of every backend and reports each. Never throws for a device that does not
+/// work.
 std::vector<Device> listDevices();
 
 struct ContextRequest {
@@ -62,9 +63,9 @@ struct ContextRequest {
     bool require_gpu = false;      ///< refuse software renderers
 };
 
-/// Makes a context current on this thread. `failed_attempts` (may be null) receives one sentence for each
-/// device that was tried before the one that worked. Throws Error (kDevice) that lists every attempt, or
-/// (kUsage) for an unknown backend.
+/// Makes a context current on this thread. `failed_attempts` (may be null) receives one sentence
+/// for each device that was tried before the one that worked. Throws Error (kDevice) that lists
+/// every attempt, or (kUsage) for an unknown backend.
 std::unique_ptr<Context> createContext(const ContextRequest& request,
                                        std::vector<std::string>* failed_attempts = nullptr);
 

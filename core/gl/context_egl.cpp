@@ -39,7 +39,8 @@ void load(void* handle, const char* name, Function& function) {
 }
 
 bool hasWord(std::string_view list, std::string_view word) {
-    for (std::size_t at = list.find(word); at != std::string_view::npos; at = list.find(word, at + 1)) {
+    for (std::size_t at = list.find(word); at != std::string_view::npos;
+         at = list.find(word, at + 1)) {
         const bool starts = at == 0 || list[at - 1] == ' ';
         const std::size_t end = at + word.size();
         if (starts && (end == list.size() || list[end] == ' ')) return true;
@@ -84,7 +85,8 @@ const EglLibrary& library() {
             extension("eglQueryDeviceStringEXT", lib.query_device_string);
         }
         if (!lib.get_platform_display)
-            lib.problem = "EGL has no EGL_EXT_platform_base: it cannot work without a window system";
+            lib.problem =
+                "EGL has no EGL_EXT_platform_base: it cannot work without a window system";
         return lib;
     }();
     return loaded;
@@ -156,17 +158,15 @@ std::unique_ptr<Context> open(EGLenum platform, void* native, const Device& devi
             return nullptr;
         }
     }
-    std::vector<EGLint> attributes = {EGL_CONTEXT_MAJOR_VERSION,
-                                      4,
-                                      EGL_CONTEXT_MINOR_VERSION,
-                                      5,
-                                      EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                      EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT};
+    std::vector<EGLint> attributes = {
+        EGL_CONTEXT_MAJOR_VERSION,       4,
+        EGL_CONTEXT_MINOR_VERSION,       5,
+        EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT};
 #ifndef NDEBUG
     attributes.insert(attributes.end(), {EGL_CONTEXT_OPENGL_DEBUG, EGL_TRUE});
 #endif
-    // First with reset notification, so that a lost GPU is noticed (glGetGraphicsResetStatus) and becomes
-    // exit code 5; not every driver takes the attribute (Mesa 22.3's llvmpipe does not).
+    // First with reset notification, so that a lost GPU is noticed (glGetGraphicsResetStatus) and
+    // becomes exit code 5; not every driver takes the attribute (Mesa 22.3's llvmpipe does not).
     std::vector<EGLint> robust = attributes;
     robust.insert(robust.end(), {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
                                  EGL_LOSE_CONTEXT_ON_RESET, EGL_NONE});
@@ -183,10 +183,9 @@ std::unique_ptr<Context> open(EGLenum platform, void* native, const Device& devi
         problem = eglError("eglMakeCurrent");
         return nullptr;
     }
-    const std::string missing =
-        loadFunctions(context->mutableFunctions(), [&egl](const char* name) {
-            return reinterpret_cast<void*>(egl.proc_address(name));
-        });
+    const std::string missing = loadFunctions(
+        context->mutableFunctions(),
+        [&egl](const char* name) { return reinterpret_cast<void*>(egl.proc_address(name)); });
     if (!missing.empty()) {
         problem = "the function " + missing + " is missing";
         return nullptr;
@@ -228,10 +227,12 @@ std::vector<Candidate> eglCandidates() {
         hasWord(egl.client_extensions, "EGL_EXT_platform_device")) {
         std::array<EGLDeviceEXT, 64> devices{};
         EGLint count = 0;
-        if (!egl.query_devices(static_cast<EGLint>(devices.size()), devices.data(), &count)) count = 0;
+        if (!egl.query_devices(static_cast<EGLint>(devices.size()), devices.data(), &count))
+            count = 0;
         for (int i = 0; i < count; ++i) {
             EGLDeviceEXT device = devices[static_cast<std::size_t>(i)];
-            // The string is queried before any attribute: some drivers crash under cgroups otherwise.
+            // The string is queried before any attribute: some drivers crash under cgroups
+            // otherwise.
             const char* text = egl.query_device_string(device, EGL_EXTENSIONS);
             const std::string extensions = text ? text : "";
             const bool is_software = hasWord(extensions, "EGL_MESA_device_software");

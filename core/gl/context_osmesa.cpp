@@ -11,8 +11,8 @@
 namespace peeler::gl {
 namespace {
 
-// From GL/osmesa.h, repeated here so that its package is not needed to build: the library is a run-time
-// choice (and dropped upstream in Mesa 25.1).
+// From GL/osmesa.h, repeated here so that its package is not needed to build: the library is a
+// run-time choice (and dropped upstream in Mesa 25.1).
 using OSMesaContext = struct osmesa_context*;
 constexpr int kOsmesaFormat = 0x22, kOsmesaRgba = 0x1908;
 constexpr int kOsmesaDepthBits = 0x30, kOsmesaStencilBits = 0x31, kOsmesaProfile = 0x33;
@@ -30,15 +30,18 @@ const OsmesaLibrary& library() {
     static const OsmesaLibrary loaded = [] {
         OsmesaLibrary lib;
         void* handle = nullptr;
-        // RTLD_LOCAL: it exports gl* symbols that would shadow libGL's. Never closed: Mesa keeps threads.
+        // RTLD_LOCAL: it exports gl* symbols that would shadow libGL's. Never closed: Mesa keeps
+        // threads.
         for (const char* name : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"})
             if (!handle) handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
         if (!handle) {
             lib.problem = "libOSMesa.so.8 is not installed (Debian: libosmesa6)";
             return lib;
         }
-        lib.create = reinterpret_cast<decltype(lib.create)>(dlsym(handle, "OSMesaCreateContextAttribs"));
-        lib.destroy = reinterpret_cast<decltype(lib.destroy)>(dlsym(handle, "OSMesaDestroyContext"));
+        lib.create =
+            reinterpret_cast<decltype(lib.create)>(dlsym(handle, "OSMesaCreateContextAttribs"));
+        lib.destroy =
+            reinterpret_cast<decltype(lib.destroy)>(dlsym(handle, "OSMesaDestroyContext"));
         lib.make_current =
             reinterpret_cast<decltype(lib.make_current)>(dlsym(handle, "OSMesaMakeCurrent"));
         lib.proc_address =
@@ -66,16 +69,26 @@ class OsmesaContextHolder final : public Context {
     Functions& mutableFunctions() { return *functions_; }
 
   private:
-    static constexpr int kSize = 4;  // OSMesa wants a colour buffer; we render to our own framebuffers
+    static constexpr int kSize =
+        4;  // OSMesa wants a colour buffer; we render to our own framebuffers
     OSMesaContext context_;
     std::array<std::uint32_t, static_cast<std::size_t>(kSize) * kSize> buffer_{};
 };
 
 std::unique_ptr<Context> open(const Device& device, std::string& problem) {
-    const std::array<int, 13> attributes = {kOsmesaFormat,  kOsmesaRgba,        kOsmesaDepthBits, 0,
-                                            kOsmesaStencilBits, 0,              kOsmesaProfile,
-                                            kOsmesaCoreProfile, kOsmesaMajor,   4,
-                                            kOsmesaMinor,   5,                  0};
+    const std::array<int, 13> attributes = {kOsmesaFormat,
+                                            kOsmesaRgba,
+                                            kOsmesaDepthBits,
+                                            0,
+                                            kOsmesaStencilBits,
+                                            0,
+                                            kOsmesaProfile,
+                                            kOsmesaCoreProfile,
+                                            kOsmesaMajor,
+                                            4,
+                                            kOsmesaMinor,
+                                            5,
+                                            0};
     OSMesaContext handle = library().create(attributes.data(), nullptr);
     if (!handle) {
         problem = "OSMesa has no OpenGL 4.5 core context";

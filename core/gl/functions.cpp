@@ -4,8 +4,8 @@
 namespace peeler::gl {
 
 std::string loadFunctions(Functions& functions, const ProcAddress& lookup) {
-#define X(stem, name)                                                                    \
-    functions.name = reinterpret_cast<PFNGL##stem##PROC>(lookup("gl" #name));            \
+#define X(stem, name)                                                         \
+    functions.name = reinterpret_cast<PFNGL##stem##PROC>(lookup("gl" #name)); \
     if (!functions.name) return "gl" #name;
     PEELER_GL_FUNCTIONS(X)
 #undef X

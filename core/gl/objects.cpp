@@ -41,8 +41,8 @@ Buffer::Mapping Buffer::overwrite(std::size_t bytes) const {
 
 void Buffer::clearToZero(std::size_t bytes) const {
     const GLuint zero = 0;
-    gl().ClearNamedBufferSubData(name(), GL_R32UI, 0, static_cast<GLsizeiptr>(bytes), GL_RED_INTEGER,
-                                 GL_UNSIGNED_INT, &zero);
+    gl().ClearNamedBufferSubData(name(), GL_R32UI, 0, static_cast<GLsizeiptr>(bytes),
+                                 GL_RED_INTEGER, GL_UNSIGNED_INT, &zero);
 }
 
 void Buffer::bindStorage(unsigned binding) const {
@@ -59,11 +59,13 @@ Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height,
     gl.CreateTextures(GL_TEXTURE_2D, 1, &name);
     Texture texture(gl, name);
     gl.TextureStorage2D(name, levels, format, width, height);
-    checkErrors(gl, "allocating a texture of " + std::to_string(width) + "x" + std::to_string(height));
+    checkErrors(gl,
+                "allocating a texture of " + std::to_string(width) + "x" + std::to_string(height));
     return texture;
 }
 
-Framebuffer makeFramebuffer(const Functions& gl, std::initializer_list<GLuint> colors, GLuint depth) {
+Framebuffer makeFramebuffer(const Functions& gl, std::initializer_list<GLuint> colors,
+                            GLuint depth) {
     GLuint name = 0;
     gl.CreateFramebuffers(1, &name);
     Framebuffer framebuffer(gl, name);

@@ -13,14 +13,14 @@
 
 namespace peeler::gl {
 
-/// Owns one GL name; `Delete` is the member of Functions that frees it. Must not outlive the context.
+/// Owns one GL name; `Delete` is the member of Functions that frees it. Must not outlive the
+/// context.
 template <auto Delete>
 class Object {
   public:
     Object() = default;
     Object(const Functions& gl, GLuint name) : gl_(&gl), name_(name) {}
-    Object(Object&& other) noexcept
-        : gl_(other.gl_), name_(std::exchange(other.name_, 0U)) {}
+    Object(Object&& other) noexcept : gl_(other.gl_), name_(std::exchange(other.name_, 0U)) {}
     Object& operator=(Object&& other) noexcept {
         std::swap(gl_, other.gl_);
         std::swap(name_, other.name_);
@@ -45,7 +45,8 @@ using SamplerObject = Object<&Functions::DeleteSamplers>;
 using VertexArray = Object<&Functions::DeleteVertexArrays>;
 using Framebuffer = Object<&Functions::DeleteFramebuffers>;
 
-/// Immutable storage of a fixed size, in the GPU's memory where there is one; the CPU gets at it by mapping.
+/// Immutable storage of a fixed size, in the GPU's memory where there is one; the CPU gets at it by
+/// mapping.
 class Buffer : public Object<&Functions::DeleteBuffers> {
   public:
     /// A mapped range; unmapped with the object. No GPU command may use the buffer while it lives.
@@ -87,7 +88,8 @@ Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height,
 
 /// A framebuffer with these colour attachments (0, 1, …) and, if not zero, a depth attachment.
 /// Throws Error (kDevice) if the driver does not take the combination.
-Framebuffer makeFramebuffer(const Functions& gl, std::initializer_list<GLuint> colors, GLuint depth);
+Framebuffer makeFramebuffer(const Functions& gl, std::initializer_list<GLuint> colors,
+                            GLuint depth);
 
 /// A framebuffer without any attachment, for passes that write to storage buffers only.
 Framebuffer makeEmptyFramebuffer(const Functions& gl, int width, int height);
@@ -95,11 +97,12 @@ Framebuffer makeEmptyFramebuffer(const Functions& gl, int width, int height);
 /// Makes what the GPU wrote to mapped buffers visible, and waits until it is.
 void waitForGpu(const Functions& gl);
 
-/// Throws Error (kDevice) if the context was lost, (kMemory) on GL_OUT_OF_MEMORY, (kInternal) on any other
-/// GL error. `stage` says where in the message.
+/// Throws Error (kDevice) if the context was lost, (kMemory) on GL_OUT_OF_MEMORY, (kInternal) on
+/// any other GL error. `stage` says where in the message.
 void checkErrors(const Functions& gl, const std::string& stage);
 
-/// All fixed-function state a geometry pass depends on. Set as a whole, so that nothing is inherited.
+/// All fixed-function state a geometry pass depends on. Set as a whole, so that nothing is
+/// inherited.
 struct PassState {
     GLuint framebuffer = 0;
     int viewport_width = 0, viewport_height = 0;

@@ -57,7 +57,8 @@ Program::Program(const Functions& gl, const std::vector<std::string_view>& files
                  const std::vector<std::string>& definitions)
     : gl_(&gl), name_(gl.CreateProgram()) {
     std::string prologue = "#version 450 core\n";
-    for (const auto& definition : definitions) prologue += "#define " + definition + "\n";
+    for (const auto& definition : definitions)
+        prologue += "#define " + definition + "\n";
     std::string names;
     for (const auto& file : files) {
         const GLuint shader = compile(gl, file, prologue);
@@ -69,10 +70,10 @@ Program::Program(const Functions& gl, const std::vector<std::string_view>& files
     GLint linked = GL_FALSE;
     gl.GetProgramiv(name_, GL_LINK_STATUS, &linked);
     if (linked != GL_TRUE) {
-        throw Error(ErrorKind::kInternal,
-                    "a program does not link: " +
-                        infoLog(name_, gl.GetProgramiv, gl.GetProgramInfoLog),
-                    names);
+        throw Error(
+            ErrorKind::kInternal,
+            "a program does not link: " + infoLog(name_, gl.GetProgramiv, gl.GetProgramInfoLog),
+            names);
     }
 }
 
@@ -89,7 +90,9 @@ Program::~Program() {
     if (name_) gl_->DeleteProgram(name_);
 }
 
-void Program::use() const { gl_->UseProgram(name_); }
+void Program::use() const {
+    gl_->UseProgram(name_);
+}
 
 void Program::set(int location, int x, int y, int z, int w) const {
     gl_->ProgramUniform4i(name_, location, x, y, z, w);

@@ -13,8 +13,8 @@ namespace peeler::gl {
 class Program {
   public:
     Program() = default;
-    /// Compiles and links the files (".vert", ".frag", ".comp" by extension) with "#define X" lines for
-    /// `definitions` ("NAME" or "NAME value"). Throws Error (kInternal) with the driver's log.
+    /// Compiles and links the files (".vert", ".frag", ".comp" by extension) with "#define X" lines
+    /// for `definitions` ("NAME" or "NAME value"). Throws Error (kInternal) with the driver's log.
     Program(const Functions& gl, const std::vector<std::string_view>& files,
             const std::vector<std::string>& definitions);
     Program(Program&& other) noexcept;

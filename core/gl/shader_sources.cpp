@@ -49,6 +49,8 @@ std::string expanded(const std::string& name) {
 
 }  // namespace
 
-std::string shaderText(std::string_view name) { return expanded(std::string(name)); }
+std::string shaderText(std::string_view name) {
+    return expanded(std::string(name));
+}
 
 }  // namespace peeler::gl

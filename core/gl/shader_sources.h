@@ -17,8 +17,8 @@ struct ShaderSource {
 std::span<const ShaderSource> embeddedShaders();
 
 /// The text of a shader file with its `#include "x"` lines replaced by the files they name (with
-/// include guards). Read from the folder in PEELER_SHADERS if that is set, else from the embedded ones.
-/// Throws Error (kInternal) if there is no such file.
+/// include guards). Read from the folder in PEELER_SHADERS if that is set, else from the embedded
+/// ones. Throws Error (kInternal) if there is no such file.
 std::string shaderText(std::string_view name);
 
 }  // namespace peeler::gl

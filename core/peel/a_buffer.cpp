@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counted A-buffer. The count pass has allocated every pixel's list exactly, so one geometry pass stores all
-// fragments, in whatever order they arrive.
+// Counted A-buffer. The count pass has allocated every pixel's list exactly, so one geometry pass
+// stores all fragments, in whatever order they arrive.
 #include "core/peel/method.h"
 #include "core/scene_rasterizer.h"
 
@@ -16,16 +16,17 @@ class ABuffer final : public PeelMethod {
         const auto& gl = rasterizer.functions();
         const Window& tile = rasterizer.tile();
         const auto framebuffer = gl::makeEmptyFramebuffer(gl, tile.width(), tile.height());
-        rasterizer.draw({.fragment_shader = "a_buffer.frag",
-                         .shades = true,
-                         .framebuffer = framebuffer.name()},
-                        area);
+        rasterizer.draw(
+            {.fragment_shader = "a_buffer.frag", .shades = true, .framebuffer = framebuffer.name()},
+            area);
         return 1;
     }
 };
 
 }  // namespace
 
-std::unique_ptr<PeelMethod> makeABuffer() { return std::make_unique<ABuffer>(); }
+std::unique_ptr<PeelMethod> makeABuffer() {
+    return std::make_unique<ABuffer>();
+}
 
 }  // namespace peeler

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Front-to-back depth peeling (Everitt, "Interactive Order-Independent Transparency", 2001), with the key (depth,
-// primitive) in place of depth alone: coincident fragments are peeled one after the other.
+// Front-to-back depth peeling (Everitt, "Interactive Order-Independent Transparency", 2001), with
+// the key (depth, primitive) in place of depth alone: coincident fragments are peeled one after the
+// other.
 #include <array>
 
 #include "core/peel/method.h"
@@ -22,9 +23,9 @@ class FrontToBack final : public PeelMethod {
     int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) override {
         const auto& gl = rasterizer.functions();
         allocate(rasterizer);
-        const std::vector<std::string> definitions =
-            rasterizer.floatColor() ? std::vector<std::string>{"COLOR_FLOAT"}
-                                    : std::vector<std::string>{};
+        const std::vector<std::string> definitions = rasterizer.floatColor()
+                                                         ? std::vector<std::string>{"COLOR_FLOAT"}
+                                                         : std::vector<std::string>{};
         const auto& store = rasterizer.program({"store_layer.comp"}, definitions);
         const Window inside = rasterizer.inTile(area);
 
@@ -69,8 +70,8 @@ class FrontToBack final : public PeelMethod {
         for (auto& side : sides_) {
             side.depth = gl::makeTexture2D(gl, GL_DEPTH_COMPONENT32F, size.x1, size.y1);
             side.primitive = gl::makeTexture2D(gl, GL_R32UI, size.x1, size.y1);
-            side.framebuffer = gl::makeFramebuffer(gl, {side.primitive.name(), color_.name()},
-                                                   side.depth.name());
+            side.framebuffer =
+                gl::makeFramebuffer(gl, {side.primitive.name(), color_.name()}, side.depth.name());
         }
         size_ = size;
     }
@@ -105,6 +106,8 @@ class FrontToBack final : public PeelMethod {
 
 }  // namespace
 
-std::unique_ptr<PeelMethod> makeFrontToBack() { return std::make_unique<FrontToBack>(); }
+std::unique_ptr<PeelMethod> makeFrontToBack() {
+    return std::make_unique<FrontToBack>();
+}
 
 }  // namespace peeler

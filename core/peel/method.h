@@ -18,16 +18,16 @@ class PeelMethod {
   public:
     virtual ~PeelMethod() = default;
 
-    /// True if capture() takes every fragment in any order; they are sorted afterwards. False if it delivers
-    /// the nearest layers front to back, so that a layer limit saves work.
+    /// True if capture() takes every fragment in any order; they are sorted afterwards. False if it
+    /// delivers the nearest layers front to back, so that a layer limit saves work.
     virtual bool takesAll() const = 0;
 
     /// Bytes of textures it needs for a raster tile of so many pixels.
     virtual std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const = 0;
 
-    /// Captures the pixels of `area`, which lies in the rasterizer's tile. The slot of each pixel holds the
-    /// index of its first fragment and must be advanced by one for every fragment stored. `layers` is the
-    /// number of layers to capture. Returns the geometry passes it took.
+    /// Captures the pixels of `area`, which lies in the rasterizer's tile. The slot of each pixel
+    /// holds the index of its first fragment and must be advanced by one for every fragment stored.
+    /// `layers` is the number of layers to capture. Returns the geometry passes it took.
     virtual int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) = 0;
 };
 

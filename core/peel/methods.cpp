@@ -17,7 +17,9 @@ constexpr std::array<MethodInfo, 2> kMethods = {{
 }};
 }  // namespace
 
-std::span<const MethodInfo> peelMethods() { return kMethods; }
+std::span<const MethodInfo> peelMethods() {
+    return kMethods;
+}
 
 const MethodInfo* findPeelMethod(std::string_view name) {
     for (const auto& method : kMethods)

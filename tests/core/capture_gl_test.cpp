@@ -24,7 +24,8 @@ class Capture : public testing::TestWithParam<std::string_view> {
 
 std::vector<std::string_view> methodNames() {
     std::vector<std::string_view> names;
-    for (const auto& method : peelMethods()) names.push_back(method.name);
+    for (const auto& method : peelMethods())
+        names.push_back(method.name);
     return names;
 }
 
@@ -116,8 +117,8 @@ TEST_P(Capture, CoincidentQuadsAreTwoLayersInDrawOrder) {
 TEST_P(Capture, WhatIsBehindTheCameraOrBeyondTheFarPlaneIsNoFragment) {
     SceneBuilder builder;
     const int grey = builder.material({0.5F, 0.5F, 0.5F, 1});
-    builder.rectangle(9, 9, 1, grey);      // behind
-    builder.rectangle(9, 9, -0.05F, grey); // nearer than the near plane
+    builder.rectangle(9, 9, 1, grey);       // behind
+    builder.rectangle(9, 9, -0.05F, grey);  // nearer than the near plane
     builder.rectangle(9, 9, -3, grey);
     builder.rectangle(9, 9, -50, grey);  // beyond the far plane
     View view = testView(16, 16);
@@ -164,7 +165,8 @@ TEST_P(Capture, VertexColourAlphaIsTestedPerFragment) {
     SceneBuilder builder;
     builder.rectangle(1, 1, -2, builder.material({1, 1, 1, 1}, AlphaMode::kMask));
     auto& primitive = builder.scene().meshes[0].primitives[0];
-    for (const auto& p : primitive.positions) primitive.colors.push_back({1, 1, 1, p.x > 0 ? 1 : 0});
+    for (const auto& p : primitive.positions)
+        primitive.colors.push_back({1, 1, 1, p.x > 0 ? 1 : 0});
     // Alpha runs from 0 at the left edge to 1 at the right: the cutoff 0.5 keeps the right half.
     const auto result = capture(builder.scene(), testView(64, 64), settings());
     EXPECT_EQ(result.plan.fragments_counted, 64U * 32U);
@@ -193,7 +195,7 @@ TEST_P(Capture, SurfacesVisibleStopsAtTheNearestOpaqueOne) {
 TEST_P(Capture, FacesFollowTheMaterialOrTheOption) {
     SceneBuilder builder;
     const int single = builder.material({1, 1, 1, 1}, AlphaMode::kBlend, false);
-    builder.rectangle(9, 9, -1, single);  // faces the camera
+    builder.rectangle(9, 9, -1, single);                                       // faces the camera
     builder.quad({-9, -9, -2}, {-9, 9, -2}, {9, 9, -2}, {9, -9, -2}, single);  // faces away
     const glm::dmat4 mirror(glm::dvec4(-1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, 1, 0),
                             glm::dvec4(0, 0, -2, 1));
@@ -226,7 +228,8 @@ TEST_P(Capture, LayerLimitKeepsTheNearestAndCountsTheRest) {
 TEST_P(Capture, TwoHundredLayersSurvive) {
     SceneBuilder builder;
     const int pane = builder.material({0.3F, 0.6F, 0.9F, 0.1F});
-    for (int i = 0; i < 200; ++i) builder.rectangle(0.9F, 0.9F, -2 - 0.001F * static_cast<float>(i), pane);
+    for (int i = 0; i < 200; ++i)
+        builder.rectangle(0.9F, 0.9F, -2 - 0.001F * static_cast<float>(i), pane);
     const auto result = capture(builder.scene(), testView(40, 40), settings());
     ASSERT_EQ(result.plan.layers.size(), 200U);
     const LayeredImage& image = result.image;
@@ -272,7 +275,8 @@ std::vector<HardScene> hardScenes() {
     const auto soup = [&](int count, float size, float z) {
         SceneBuilder builder;
         for (int i = 0; i < count; ++i) {
-            const int m = builder.material({unit(random), unit(random), unit(random), unit(random)});
+            const int m =
+                builder.material({unit(random), unit(random), unit(random), unit(random)});
             builder.triangles({point(size, z), point(size, z), point(size, z)}, m);
         }
         return builder.scene();
@@ -283,7 +287,8 @@ std::vector<HardScene> hardScenes() {
         SceneBuilder builder;  // one mesh, drawn three times in the same place
         builder.scene() = soup(40, 2, -3);
         for (int mesh = 0; mesh < 40; ++mesh)
-            for (int copy = 0; copy < 2; ++copy) builder.instance(mesh, glm::dmat4(1));
+            for (int copy = 0; copy < 2; ++copy)
+                builder.instance(mesh, glm::dmat4(1));
         scenes.push_back({"duplicated mesh", builder.scene()});
     }
     {

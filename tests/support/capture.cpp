@@ -33,8 +33,8 @@ int SceneBuilder::triangles(const std::vector<glm::vec3>& positions, int materia
     return instance(static_cast<int>(scene_.meshes.size()) - 1, placement);
 }
 
-int SceneBuilder::quad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d,
-                       int material, const glm::dmat4& placement) {
+int SceneBuilder::quad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c,
+                       const glm::vec3& d, int material, const glm::dmat4& placement) {
     return triangles({a, b, c, a, c, d}, material, placement);
 }
 
@@ -71,7 +71,8 @@ void CollectSink::write(const LayeredImage& band) {
     }
     image.window = unite(image.window, band.window);
     const std::uint32_t base = image.offsets.back();
-    for (std::size_t p = 1; p < band.offsets.size(); ++p) image.offsets.push_back(base + band.offsets[p]);
+    for (std::size_t p = 1; p < band.offsets.size(); ++p)
+        image.offsets.push_back(base + band.offsets[p]);
     image.z.insert(image.z.end(), band.z.begin(), band.z.end());
     image.color.data.insert(image.color.data.end(), band.color.data.begin(), band.color.data.end());
 }
@@ -100,7 +101,8 @@ namespace {
 template <class T>
 std::string firstDifference(const char* what, const std::vector<T>& a, const std::vector<T>& b) {
     if (a.size() != b.size())
-        return std::string(what) + ": " + std::to_string(a.size()) + " and " + std::to_string(b.size());
+        return std::string(what) + ": " + std::to_string(a.size()) + " and " +
+               std::to_string(b.size());
     for (std::size_t i = 0; i < a.size(); ++i)
         if (std::memcmp(&a[i], &b[i], sizeof(T)) != 0) return what + (" " + std::to_string(i));
     return {};

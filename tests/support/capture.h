@@ -16,13 +16,14 @@ class SceneBuilder {
   public:
     SceneBuilder();
     /// Adds a material and returns its index. `rgba` is the base colour, straight alpha.
-    int material(const glm::vec4& rgba, AlphaMode mode = AlphaMode::kBlend, bool double_sided = true);
+    int material(const glm::vec4& rgba, AlphaMode mode = AlphaMode::kBlend,
+                 bool double_sided = true);
     /// Adds a mesh of triangles (three positions each) in its own node and returns the node.
     int triangles(const std::vector<glm::vec3>& positions, int material,
                   const glm::dmat4& placement = glm::dmat4(1));
     /// A quad (two triangles) with these corners, counter-clockwise.
-    int quad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d, int material,
-             const glm::dmat4& placement = glm::dmat4(1));
+    int quad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d,
+             int material, const glm::dmat4& placement = glm::dmat4(1));
     /// A rectangle of half extents (w, h) facing +Z at z.
     int rectangle(float w, float h, float z, int material);
     /// A node that shows an existing mesh again.
@@ -35,8 +36,8 @@ class SceneBuilder {
     Scene scene_;
 };
 
-/// A view of the origin's surroundings: a perspective camera at the origin looking along -Z, with tan of half the
-/// vertical field of view 0.5, near 0.1 and no far plane.
+/// A view of the origin's surroundings: a perspective camera at the origin looking along -Z, with
+/// tan of half the vertical field of view 0.5, near 0.1 and no far plane.
 View testView(int width, int height);
 
 /// Collects all bands into one image.

@@ -18,12 +18,14 @@ namespace peeler::test {
 
 namespace fs = std::filesystem;
 
-fs::path sourceDir() { return PEELER_SOURCE_DIR; }
+fs::path sourceDir() {
+    return PEELER_SOURCE_DIR;
+}
 
 std::optional<fs::path> assetsDir() {
     const char* variable = std::getenv("PEELER_ASSETS");
-    const fs::path path =
-        variable && *variable ? fs::path(variable) : sourceDir().parent_path() / "shared" / "assets";
+    const fs::path path = variable && *variable ? fs::path(variable)
+                                                : sourceDir().parent_path() / "shared" / "assets";
     std::error_code error;
     if (!fs::is_directory(path, error)) return std::nullopt;
     return path;
@@ -58,12 +60,15 @@ CommandResult runCommand(const std::vector<std::string>& command,
         const std::string text = *entry;
         const std::string name = text.substr(0, text.find('=') + 1);
         bool replaced = name == "DISPLAY=" || name == "WAYLAND_DISPLAY=";
-        for (const auto& own : environment) replaced = replaced || own.starts_with(name);
+        for (const auto& own : environment)
+            replaced = replaced || own.starts_with(name);
         if (!replaced) variables.push_back(text);
     }
     std::vector<char*> argv, envp;
-    for (const auto& argument : command) argv.push_back(const_cast<char*>(argument.c_str()));
-    for (const auto& variable : variables) envp.push_back(const_cast<char*>(variable.c_str()));
+    for (const auto& argument : command)
+        argv.push_back(const_cast<char*>(argument.c_str()));
+    for (const auto& variable : variables)
+        envp.push_back(const_cast<char*>(variable.c_str()));
     argv.push_back(nullptr);
     envp.push_back(nullptr);
 
@@ -80,7 +85,8 @@ CommandResult runCommand(const std::vector<std::string>& command,
 
     int status = 0;
     waitpid(pid, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), slurp(out), slurp(err)};
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), slurp(out),
+            slurp(err)};
 }
 
 CommandResult runPeeler(const std::vector<std::string>& arguments,

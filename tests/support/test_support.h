@@ -12,8 +12,8 @@ namespace peeler::test {
 /// The repository's root.
 std::filesystem::path sourceDir();
 
-/// The folder of real models: $PEELER_ASSETS, else ../shared/assets beside the repository. Nothing if it
-/// is not there; tests then skip and say so (PEELER_REQUIRE_ASSETS below).
+/// The folder of real models: $PEELER_ASSETS, else ../shared/assets beside the repository. Nothing
+/// if it is not there; tests then skip and say so (PEELER_REQUIRE_ASSETS below).
 std::optional<std::filesystem::path> assetsDir();
 
 /// A folder that is made fresh and removed with the object.
@@ -36,8 +36,8 @@ struct CommandResult {
     std::string out, err;
 };
 
-/// Runs the built `peeler` with these arguments, DISPLAY and WAYLAND_DISPLAY unset. `environment` holds
-/// "NAME=value" entries to add; `directory` is where it runs (default: here).
+/// Runs the built `peeler` with these arguments, DISPLAY and WAYLAND_DISPLAY unset. `environment`
+/// holds "NAME=value" entries to add; `directory` is where it runs (default: here).
 CommandResult runPeeler(const std::vector<std::string>& arguments,
                         const std::vector<std::string>& environment = {},
                         const std::filesystem::path& directory = {});
@@ -52,8 +52,8 @@ std::string testBackend();
 
 }  // namespace peeler::test
 
-#define PEELER_REQUIRE_ASSETS(variable)                                                       \
-    const auto variable##_optional = peeler::test::assetsDir();                               \
-    if (!variable##_optional)                                                                 \
-        GTEST_SKIP() << "no asset folder (set PEELER_ASSETS or put it at ../shared/assets)";  \
+#define PEELER_REQUIRE_ASSETS(variable)                                                      \
+    const auto variable##_optional = peeler::test::assetsDir();                              \
+    if (!variable##_optional)                                                                \
+        GTEST_SKIP() << "no asset folder (set PEELER_ASSETS or put it at ../shared/assets)"; \
     const std::filesystem::path& variable = *variable##_optional

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+// An independent witness: plain OpenEXR reads the file, the matrices in its header alone say which
+// ray goes through a pixel, and Embree collects every hit of that ray.
+#include <ImathMatrix.h>
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
+#include <ImfStandardAttributes.h>
+#include <embree3/rtcore.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/scene.h"
+#include "formats/gltf_reader.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Triangle {
+    glm::dvec3 corner[3];
+};
+
+struct TriangleSoup {
+    std::vector<Triangle> triangles;
+    std::vector<float> vertices;      // 9 a triangle
+    std::vector<char> culled_behind;  // only front faces are to be hit
+};
+
+/// The world-space triangles of a scene, strips and fans taken apart.
+TriangleSoup soupOf(const Scene& scene) {
+    TriangleSoup soup;
+    for (const auto& instance : contents(scene, scene.default_scene).meshes) {
+        const bool mirrored = glm::determinant(glm::dmat3(instance.world)) < 0;
+        for (const auto& p : scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives) {
+            const Material& m = scene.materials[static_cast<std::size_t>(p.material)];
+            const std::size_t count = p.indices.empty() ? p.positions.size() : p.indices.size();
+            const auto corner = [&](std::size_t i) {
+                const std::size_t at = p.indices.empty() ? i : p.indices[i];
+                return glm::dvec3(instance.world * glm::dvec4(glm::dvec3(p.positions[at]), 1));
+            };
+            const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
+                Triangle t{{corner(a), corner(mirrored ? c : b), corner(mirrored ? b : c)}};
+                for (const auto& v : t.corner)
+                    for (int k = 0; k < 3; ++k)
+                        soup.vertices.push_back(static_cast<float>(v[k]));
+                soup.triangles.push_back(t);
+                soup.culled_behind.push_back(!m.double_sided);
+            };
+            if (p.topology == Topology::kTriangles)
+                for (std::size_t i = 0; i + 2 < count; i += 3)
+                    add(i, i + 1, i + 2);
+            if (p.topology == Topology::kTriangleStrip)
+                for (std::size_t i = 0; i + 2 < count; ++i)
+                    add(i, i + 1 + i % 2, i + 2 - i % 2);
+            if (p.topology == Topology::kTriangleFan)
+                for (std::size_t i = 1; i + 1 < count; ++i)
+                    add(0, i, i + 1);
+        }
+    }
+    return soup;
+}
+
+/// All hits of a ray, as Embree finds them.
+class AllHits {
+  public:
+    explicit AllHits(const TriangleSoup& soup) : soup_(soup) {
+        device_ = rtcNewDevice(nullptr);
+        scene_ = rtcNewScene(device_);
+        rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+        RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+        const std::size_t count = soup.triangles.size();
+        auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, count * 3));
+        std::copy(soup.vertices.begin(), soup.vertices.end(), vertices);
+        auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, count));
+        for (std::size_t i = 0; i < count * 3; ++i)
+            indices[i] = static_cast<unsigned>(i);
+        rtcSetGeometryIntersectFilterFunction(geometry, &AllHits::filter);
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometry(scene_, geometry);
+        rtcReleaseGeometry(geometry);
+        rtcCommitScene(scene_);
+    }
+    ~AllHits() {
+        rtcReleaseScene(scene_);
+        rtcReleaseDevice(device_);
+    }
+    AllHits(const AllHits&) = delete;
+    AllHits& operator=(const AllHits&) = delete;
+
+    std::vector<float> operator()(const glm::dvec3& origin, const glm::dvec3& direction,
+                                  bool cull) {
+        Collector collector;
+        rtcInitIntersectContext(&collector.context);
+        collector.soup = &soup_;
+        collector.cull = cull;
+        RTCRayHit ray{};
+        ray.ray.org_x = static_cast<float>(origin.x);
+        ray.ray.org_y = static_cast<float>(origin.y);
+        ray.ray.org_z = static_cast<float>(origin.z);
+        ray.ray.dir_x = static_cast<float>(direction.x);
+        ray.ray.dir_y = static_cast<float>(direction.y);
+        ray.ray.dir_z = static_cast<float>(direction.z);
+        ray.ray.tfar = std::numeric_limits<float>::infinity();
+        ray.ray.mask = 0xFFFFFFFFU;
+        ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        rtcIntersect1(scene_, &collector.context, &ray);
+        return collector.hits;
+    }
+
+  private:
+    struct Collector {
+        RTCIntersectContext context;  // first: Embree hands this pointer back
+        const TriangleSoup* soup;
+        bool cull;
+        std::vector<float> hits;
+    };
+    static void filter(const RTCFilterFunctionNArguments* arguments) {
+        auto* collector = reinterpret_cast<Collector*>(arguments->context);
+        const auto* ray = reinterpret_cast<const RTCRay*>(arguments->ray);
+        const auto* hit = reinterpret_cast<const RTCHit*>(arguments->hit);
+        arguments->valid[0] = 0;  // go on: we want them all
+        const float facing =
+            ray->dir_x * hit->Ng_x + ray->dir_y * hit->Ng_y + ray->dir_z * hit->Ng_z;
+        if (collector->cull && collector->soup->culled_behind[hit->primID] && facing >= 0) return;
+        collector->hits.push_back(ray->tfar);
+    }
+
+    const TriangleSoup& soup_;
+    RTCDevice device_;
+    RTCScene scene_;
+};
+
+glm::dmat4 fromImath(const Imath::M44f& m) {
+    // Imath multiplies row vectors from the left, GLM column vectors from the right: one is the
+    // other's transpose, and Imath's rows are GLM's columns.
+    glm::dmat4 out;
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j)
+            out[i][j] = static_cast<double>(m[i][j]);
+    return out;
+}
+
+struct LayeredFile {
+    int width = 0, height = 0;
+    glm::dmat4 world_to_camera{1}, world_to_ndc{1};
+    std::vector<std::vector<float>> depths;  // by pixel, front to back
+};
+
+LayeredFile readFile(const fs::path& path) {
+    Imf::MultiPartInputFile file(path.c_str());
+    LayeredFile result;
+    const auto& header = file.header(0);
+    const Imath::Box2i display = header.displayWindow();
+    result.width = display.max.x + 1;
+    result.height = display.max.y + 1;
+    result.world_to_camera = fromImath(Imf::worldToCamera(header));
+    result.world_to_ndc = fromImath(Imf::worldToNDC(header));
+    const auto width = static_cast<std::size_t>(result.width);
+    result.depths.resize(width * static_cast<std::size_t>(result.height));
+    for (int part = 0; part < file.parts(); ++part) {
+        if (!file.header(part).name().starts_with("layer_")) continue;
+        const Imath::Box2i window = file.header(part).dataWindow();
+        const auto columns = static_cast<std::size_t>(window.max.x - window.min.x + 1);
+        const auto rows = static_cast<std::size_t>(window.max.y - window.min.y + 1);
+        std::vector<float> z(columns * rows);
+        Imf::FrameBuffer buffer;
+        buffer.insert("Z", Imf::Slice::Make(Imf::FLOAT, z.data(), window));
+        Imf::InputPart input(file, part);
+        input.setFrameBuffer(buffer);
+        input.readPixels(window.min.y, window.max.y);
+        for (std::size_t y = 0; y < rows; ++y)
+            for (std::size_t x = 0; x < columns; ++x)
+                if (std::isfinite(z[y * columns + x]))
+                    result
+                        .depths[(y + static_cast<std::size_t>(window.min.y)) * width + x +
+                                static_cast<std::size_t>(window.min.x)]
+                        .push_back(z[y * columns + x]);
+    }
+    return result;
+}
+
+/// Pixels between a point and the nearest projected triangle edge.
+double distanceToEdge(const TriangleSoup& soup, const LayeredFile& file, double px, double py) {
+    double nearest = std::numeric_limits<double>::infinity();
+    const glm::dvec2 point(px, py);
+    for (const auto& triangle : soup.triangles) {
+        glm::dvec2 at[3];
+        bool in_front = true;
+        for (int i = 0; i < 3; ++i) {
+            const glm::dvec4 clip = file.world_to_ndc * glm::dvec4(triangle.corner[i], 1);
+            in_front = in_front && clip.w > 0;
+            at[i] = glm::dvec2(clip.x / clip.w * file.width, clip.y / clip.w * file.height);
+        }
+        if (!in_front) continue;
+        for (int i = 0; i < 3; ++i) {
+            const glm::dvec2 a = at[i], b = at[(i + 1) % 3], ab = b - a;
+            const double length = glm::dot(ab, ab);
+            const double t =
+                length > 0 ? std::clamp(glm::dot(point - a, ab) / length, 0.0, 1.0) : 0;
+            nearest = std::min(nearest, glm::length(point - a - t * ab));
+        }
+    }
+    return nearest;
+}
+
+void compareWithEmbree(const fs::path& scene_path, const std::string& faces, const fs::path& exr) {
+    const auto run = runPeeler({"render", scene_path, "-o", exr, "--size", "400x300", "--faces",
+                                faces, "--backend", testBackend(), "--quiet"});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const LayeredFile file = readFile(exr);
+    const TriangleSoup soup = soupOf(readGltf(scene_path));
+    AllHits all_hits(soup);
+    const glm::dmat4 world_from_ndc = glm::inverse(file.world_to_ndc);
+
+    std::size_t covered = 0, disagreeing = 0;
+    double worst_edge = 0;
+    for (int y = 0; y < file.height; ++y) {
+        for (int x = 0; x < file.width; ++x) {
+            const double u = (x + 0.5) / file.width, v = (y + 0.5) / file.height;
+            const auto unproject = [&](double depth) {
+                const glm::dvec4 p = world_from_ndc * glm::dvec4(u, v, depth, 1);
+                return glm::dvec3(p) / p.w;
+            };
+            // Any two depths give two points of the ray; it begins at the camera's plane (camera z
+            // = 0).
+            const glm::dvec3 a = unproject(0), b = unproject(0.5);
+            const auto camera_z = [&](const glm::dvec3& p) {
+                return (file.world_to_camera * glm::dvec4(p, 1)).z;
+            };
+            const double za = camera_z(a), zb = camera_z(b);
+            const glm::dvec3 per_z = (b - a) / (zb - za);  // advances camera z by one
+            const glm::dvec3 origin = a - za * per_z;
+            std::vector<float> hits = all_hits(origin, per_z, faces == "gltf");
+            std::sort(hits.begin(), hits.end());
+
+            const auto& depths = file.depths[static_cast<std::size_t>(y * file.width + x)];
+            if (hits.empty() && depths.empty()) continue;
+            ++covered;
+            bool agrees = hits.size() == depths.size();
+            for (std::size_t k = 0; agrees && k < hits.size(); ++k)
+                agrees = std::abs(hits[k] - depths[k]) <= 2e-4F * hits[k];
+            if (agrees) continue;
+            ++disagreeing;
+            worst_edge = std::max(worst_edge, distanceToEdge(soup, file, x + 0.5, y + 0.5));
+        }
+    }
+    RecordProperty("covered", static_cast<int>(covered));
+    RecordProperty("disagreeing", static_cast<int>(disagreeing));
+    std::printf(
+        "%s (--faces %s): %zu covered pixels, %zu disagree, farthest from an edge %.3f pixels\n",
+        scene_path.filename().c_str(), faces.c_str(), covered, disagreeing, worst_edge);
+    EXPECT_GT(covered, 1000U);
+    EXPECT_LE(static_cast<double>(disagreeing), 0.001 * static_cast<double>(covered));
+    EXPECT_LE(worst_edge, 1.0);
+}
+
+// Without MASK materials: the witness does not sample textures.
+const char* const kModels[] = {
+    "2CylinderEngine/glTF/2CylinderEngine.gltf",
+    "DamagedHelmet/glTF-Binary/DamagedHelmet.glb",
+    "Duck/glTF-Quantized/Duck.gltf",
+    "CesiumMilkTruck/glTF/CesiumMilkTruck.gltf",
+    "NegativeScaleTest/glTF/NegativeScaleTest.gltf",
+    "OrientationTest/glTF/OrientationTest.gltf",
+    "MetalRoughSpheresNoTextures/glTF-Binary/MetalRoughSpheresNoTextures.glb",
+};
+
+class Oracle : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Models, Oracle, testing::ValuesIn(kModels), [](const auto& info) {
+    const std::string path = info.param;
+    std::string name = path.substr(0, path.find('/'));
+    return name;
+});
+
+TEST_P(Oracle, EmbreeFindsTheSameHits) {
+    PEELER_REQUIRE_ASSETS(assets);
+    const ScratchDir scratch;
+    compareWithEmbree(assets / "gltf-sample-assets" / GetParam(), "both", scratch / "both.exr");
+    compareWithEmbree(assets / "gltf-sample-assets" / GetParam(), "gltf", scratch / "gltf.exr");
+}
+
+TEST(Oracle, EmbreeFindsTheSameHitsInTheExampleScenes) {
+    const ScratchDir scratch;
+    for (const char* scene : {"engine.glb", "coincident.glb"})
+        compareWithEmbree(sourceDir() / "examples" / "scenes" / scene, "both", scratch / "out.exr");
+}
+
+}  // namespace
+}  // namespace peeler::test

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/bands.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+
+namespace peeler {
+namespace {
+
+TEST(Bands, CoverTheCropWithoutGapsAndWithinTheLimits) {
+    const Window crop{10, 100, 60, 400};
+    const auto row = [](int y) { return static_cast<std::uint64_t>(y % 7) * 30; };
+    const BandLimits limits{1000, 50 * 20};
+    int next = crop.y0;
+    for (const Window& band : cutBands(crop, limits, row)) {
+        EXPECT_EQ(band.x0, crop.x0);
+        EXPECT_EQ(band.x1, crop.x1);
+        EXPECT_EQ(band.y0, next);
+        EXPECT_LE(band.height(), 20);
+        std::uint64_t fragments = 0;
+        for (int y = band.y0; y < band.y1; ++y)
+            fragments += row(y);
+        EXPECT_LE(fragments, limits.fragments);
+        next = band.y1;
+    }
+    EXPECT_EQ(next, crop.y1);
+}
+
+TEST(Bands, ARowThatDoesNotFitIsAMemoryErrorThatNamesIt) {
+    try {
+        cutBands({0, 0, 10, 10}, {100, 1000}, [](int y) { return y == 7 ? 101U : 1U; });
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kMemory);
+        EXPECT_EQ(error.where(), "row 7");
+    }
+}
+
+TEST(Bands, TheBudgetCountsWhatIsResidentAlready) {
+    BandCosts costs;
+    costs.band_bytes = 1ULL << 30;
+    costs.fragment_bytes = 28;
+    costs.largest_array_bytes = 8;
+    costs.pixel_bytes = 32;
+    costs.storage_block_bytes = 128ULL << 20;
+    const std::uint64_t megabyte = 1ULL << 20;
+    const auto roomy = bandLimits(0, 500 * megabyte, costs);
+    EXPECT_EQ(roomy.fragments, (128ULL << 20) / 8) << "the driver's limit of one block";
+    const auto tight = bandLimits(600 * megabyte, 400 * megabyte, costs);
+    EXPECT_LE(tight.fragments * 28 + tight.pixels * 32, 200 * megabyte);
+    EXPECT_GT(tight.fragments, 0U);
+    EXPECT_EQ(bandLimits(300 * megabyte, 400 * megabyte, costs).fragments, 0U);
+}
+
+TEST(Bands, ResidentMemoryIsRead) {
+    EXPECT_GT(residentBytes(), 1U << 20);
+}
+
+}  // namespace
+}  // namespace peeler

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/gl/context.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "support/capture.h"
+#include "support/test_support.h"
+
+namespace peeler::gl {
+namespace {
+
+TEST(Context, TheBackendAskedForIsTheBackendMade) {
+    const Device& device = test::sharedContext().device();
+    EXPECT_EQ(device.backend, test::testBackend());
+    EXPECT_TRUE(device.problem.empty());
+    EXPECT_FALSE(device.renderer.empty());
+    EXPECT_GE(device.limits.framebuffer_width, 16384);
+    EXPECT_GE(device.limits.shader_storage_block_size, 1 << 27);
+}
+
+TEST(Context, EveryListedDeviceWorksOrSaysWhyNot) {
+    const auto devices = listDevices();
+    ASSERT_FALSE(devices.empty());
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+        EXPECT_EQ(devices[i].index, static_cast<int>(i));
+        EXPECT_NE(devices[i].problem.empty(), devices[i].version.empty()) << devices[i].name;
+    }
+}
+
+ErrorKind kindOf(const ContextRequest& request) {
+    try {
+        createContext(request);
+    } catch (const Error& error) {
+        EXPECT_FALSE(error.hint().empty());
+        return error.kind();
+    }
+    return ErrorKind::kInternal;
+}
+
+TEST(Context, UnknownBackendsAndDevicesAreRefused) {
+    EXPECT_EQ(kindOf({.backend = "vulkan"}), ErrorKind::kUsage);
+    EXPECT_EQ(kindOf({.device = 99}), ErrorKind::kDevice);
+}
+
+TEST(Context, ASoftwareRendererIsRefusedWhereAGpuIsRequired) {
+    if (!test::sharedContext().device().software) GTEST_SKIP() << "this machine has a GPU";
+    EXPECT_EQ(kindOf({.backend = test::testBackend(), .require_gpu = true}), ErrorKind::kDevice);
+}
+
+}  // namespace
+}  // namespace peeler::gl

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/gather.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <numeric>
+#include <random>
+
+namespace peeler {
+namespace {
+
+TEST(Gather, SortsByDepthThenDrawOrderAndKeepsTheNearest) {
+    const unsigned seed = std::random_device{}();
+    std::printf("seed %u\n", seed);
+    std::mt19937 random(seed);
+    const Window window{0, 0, 31, 17};
+    for (const std::uint32_t limit : {0U, 3U}) {
+        std::vector<std::uint32_t> first{0};
+        for (std::size_t p = 0; p < window.pixels(); ++p)
+            first.push_back(first.back() + (p % 50 == 0 ? 120 : random() % 9));
+        const std::size_t n = first.back();
+        std::vector<float> depth(n);
+        std::vector<std::uint32_t> primitive(n);
+        std::vector<std::uint64_t> color(n);
+        std::iota(primitive.begin(), primitive.end(), 1U);
+        for (std::size_t p = 0; p < window.pixels(); ++p)
+            std::shuffle(primitive.begin() + first[p], primitive.begin() + first[p + 1], random);
+        for (std::size_t i = 0; i < n; ++i) {
+            depth[i] = 0.1F + 0.1F * static_cast<float>(random() % 5);  // many coincide
+            color[i] = i;
+        }
+        LayeredImage image;
+        image.window = window;
+        image.color.channels = {"R", "G", "B", "A"};
+        image.color.type = PixelType::kHalf;
+        Projection projection;
+        gather({first, depth.data(), primitive.data(), color.data()}, projection, limit, image);
+
+        const auto colors = image.color.as<std::uint64_t>();
+        for (std::size_t p = 0; p < window.pixels(); ++p) {
+            std::vector<std::size_t> order;
+            for (std::size_t i = first[p]; i < first[p + 1]; ++i)
+                order.push_back(i);
+            std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+                return depth[a] != depth[b] ? depth[a] > depth[b] : primitive[a] < primitive[b];
+            });
+            if (limit) order.resize(std::min<std::size_t>(order.size(), limit));
+            ASSERT_EQ(image.count(p), order.size());
+            for (std::size_t k = 0; k < order.size(); ++k) {
+                EXPECT_EQ(colors[image.offsets[p] + k], order[k]);
+                EXPECT_EQ(image.z[image.offsets[p] + k],
+                          static_cast<float>(projection.linearZ(double(depth[order[k]]))));
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace peeler
