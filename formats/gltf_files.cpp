@@ -71,12 +71,10 @@ std::string percentDecoded(std::string_view text) {
 /// RFC 3986 §3.1: a letter, then letters, digits, '+', '-', '.', up to a colon.
 bool hasScheme(std::string_view uri) {
     if (uri.empty() || !std::isalpha(static_cast<unsigned char>(uri[0]))) return false;
-    const std::size_t end =
-        std::find_if(
-            uri.begin(), uri.end(),
-            [](unsigned char c) { return !std::isalnum(c) && c != '+' && c != '-' && c != '.'; }) -
-        uri.begin();
-    return end < uri.size() && uri[end] == ':';
+    const auto end = std::find_if(uri.begin(), uri.end(), [](unsigned char c) {
+        return !std::isalnum(c) && c != '+' && c != '-' && c != '.';
+    });
+    return end != uri.end() && *end == ':';
 }
 
 bool startsWithIgnoringCase(std::string_view text, std::string_view prefix) {

@@ -90,6 +90,24 @@ TEST(GltfAssets, GeneratedModelsAreRead) {
     expectReadable(assets / "gltf-asset-generator", 50);
 }
 
+TEST(GltfAssets, TextureTransformTurnsTheArrowToTheGreenMarker) {
+    PEELER_REQUIRE_ASSETS(assets);
+    const Scene scene =
+        readGltf(assets / "gltf-sample-assets/TextureTransformTest/glTF/TextureTransformTest.gltf");
+    const auto named = [](const auto& items, const char* name) {
+        return *std::find_if(items.begin(), items.end(),
+                             [&](const auto& item) { return item.name == name; });
+    };
+    // The quad spans −0.5 … 0.5, its texture coordinates 0 … 1 with v down. The picture's arrow
+    // points from its upper left corner along the diagonal, so the marker must map to there.
+    const glm::dvec4 marker = named(scene.nodes, "Rotation - Correct").local[3];
+    const Material material = named(scene.materials, "Rotation");
+    const glm::vec3 uv =
+        material.base_color_texture.transform * glm::vec3(marker.x + 0.5, 0.5 - marker.y, 1);
+    EXPECT_NEAR(uv.x, uv.y, 1e-4);
+    EXPECT_GT(uv.x, 0.7);
+}
+
 TEST(GltfAssets, MalformedFilesEndInASceneOrAnInputError) {
     PEELER_REQUIRE_ASSETS(assets);
     const std::vector<fs::path> files = gltfFiles(assets / "malformed-gltf");
