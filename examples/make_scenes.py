@@ -20,8 +20,12 @@ NAMES = tuple(sorted(path.stem for path in (HERE / "sets").glob("[!_]*.py")))
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Writes peeler's example scenes.")
-    parser.add_argument("--out", type=Path, default=HERE / "scenes", help="folder (default: %(default)s)")
-    parser.add_argument("--check", action="store_true", help="compare with the files that are there")
+    parser.add_argument(
+        "--out", type=Path, default=HERE / "scenes", help="folder (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--check", action="store_true", help="compare with the files that are there"
+    )
     parser.add_argument("names", nargs="*", metavar="NAME", help="which ones (default: all)")
     options = parser.parse_args()
     unknown = sorted(set(options.names) - set(NAMES))

@@ -10,8 +10,12 @@ from .vec import Vec2, Vec3
 
 def _spline(p0: float, p1: float, p2: float, p3: float, t: float) -> float:
     """Catmull-Rom, uniform."""
-    return 0.5 * (2 * p1 + (p2 - p0) * t + (2 * p0 - 5 * p1 + 4 * p2 - p3) * t * t
-                  + (3 * p1 - p0 - 3 * p2 + p3) * t * t * t)
+    return 0.5 * (
+        2 * p1
+        + (p2 - p0) * t
+        + (2 * p0 - 5 * p1 + 4 * p2 - p3) * t * t
+        + (3 * p1 - p0 - 3 * p2 + p3) * t * t * t
+    )
 
 
 def smooth(points: Sequence[Vec2], steps: int) -> List[Vec2]:
@@ -27,8 +31,13 @@ def smooth3(points: Sequence[Vec3], steps: int) -> List[Vec3]:
         p0, p1, p2, p3 = points[max(0, i - 1)], points[i], points[i + 1], points[min(last, i + 2)]
         for s in range(steps):
             t = s / steps
-            out.append((_spline(p0[0], p1[0], p2[0], p3[0], t), _spline(p0[1], p1[1], p2[1], p3[1], t),
-                        _spline(p0[2], p1[2], p2[2], p3[2], t)))
+            out.append(
+                (
+                    _spline(p0[0], p1[0], p2[0], p3[0], t),
+                    _spline(p0[1], p1[1], p2[1], p3[1], t),
+                    _spline(p0[2], p1[2], p2[2], p3[2], t),
+                )
+            )
     out.append(points[last])
     return out
 
@@ -45,7 +54,7 @@ def simplified(points: Sequence[Vec2], tolerance: float) -> List[Vec2]:
             worst, at = off, i
     if worst <= tolerance:
         return [points[0], points[-1]]
-    return simplified(points[:at + 1], tolerance)[:-1] + simplified(points[at:], tolerance)
+    return simplified(points[: at + 1], tolerance)[:-1] + simplified(points[at:], tolerance)
 
 
 def arc(centre: Vec2, radius: float, start: float, end: float, steps: int) -> List[Vec2]:
@@ -64,8 +73,12 @@ def polygon(sides: int, radius: float) -> List[Vec2]:
 
 def rounded_rectangle(half_x: float, half_y: float, radius: float, steps: int = 6) -> List[Vec2]:
     x, y = half_x - radius, half_y - radius
-    return (arc((x, y), radius, 0, 90, steps) + arc((-x, y), radius, 90, 180, steps)
-            + arc((-x, -y), radius, 180, 270, steps) + arc((x, -y), radius, 270, 360, steps))
+    return (
+        arc((x, y), radius, 0, 90, steps)
+        + arc((-x, y), radius, 90, 180, steps)
+        + arc((-x, -y), radius, 180, 270, steps)
+        + arc((x, -y), radius, 270, 360, steps)
+    )
 
 
 def gear_outline(teeth: int, module: float, pressure: float = 20.0, flank: int = 4) -> List[Vec2]:
@@ -92,9 +105,13 @@ def gear_outline(teeth: int, module: float, pressure: float = 20.0, flank: int =
         middle = 2 * math.pi * tooth / teeth
         half_gap = math.pi / teeth
         if root < start - 1e-9:
-            outline.append(at(root, middle - half_angle(start) - 0.12 * (half_gap - half_angle(start))))
+            outline.append(
+                at(root, middle - half_angle(start) - 0.12 * (half_gap - half_angle(start)))
+            )
         outline += [at(r, middle - half_angle(r)) for r in radii]
         outline += [at(r, middle + half_angle(r)) for r in reversed(radii)]
         if root < start - 1e-9:
-            outline.append(at(root, middle + half_angle(start) + 0.12 * (half_gap - half_angle(start))))
+            outline.append(
+                at(root, middle + half_angle(start) + 0.12 * (half_gap - half_angle(start)))
+            )
     return outline

@@ -18,6 +18,7 @@ LINEAR, LINEAR_MIPMAP_LINEAR, CLAMP, REPEAT = 9729, 9987, 33071, 10497
 @dataclass
 class Geometry:
     """An indexed triangle list in metres; `uvs` and `colors` (linear) may be empty."""
+
     positions: List[Vec3] = field(default_factory=list)
     normals: List[Vec3] = field(default_factory=list)
     uvs: List[Vec2] = field(default_factory=list)
@@ -37,6 +38,7 @@ class Geometry:
 @dataclass(frozen=True)
 class Stored:
     """Accessors of a geometry that is in the buffer: several meshes may name it."""
+
     attributes: Tuple[Tuple[str, int], ...]
     indices: int
 
@@ -46,66 +48,142 @@ class Glb:
 
     def __init__(self, title: str) -> None:
         self.json: Dict[str, Any] = {
-            "asset": {"version": "2.0", "generator": "peeler make_scenes", "copyright": "CC0",
-                      "extras": {"title": title}},
-            "scene": 0, "scenes": [{"name": title, "nodes": []}],
+            "asset": {
+                "version": "2.0",
+                "generator": "peeler make_scenes",
+                "copyright": "CC0",
+                "extras": {"title": title},
+            },
+            "scene": 0,
+            "scenes": [{"name": title, "nodes": []}],
         }
         # One view for each layout keeps the JSON short; accessors point into it.
         self._views: Dict[Tuple[int, int], bytearray] = {}
         self._images: List[bytes] = []
 
     def _list(self, key: str) -> List[Any]:
-        return self.json.setdefault(key, [])
+        entries: List[Any] = self.json.setdefault(key, [])
+        return entries
 
     def _push(self, key: str, value: Dict[str, Any]) -> int:
         self._list(key).append(value)
         return len(self._list(key)) - 1
 
-    def _accessor(self, target: int, stride: int, component: int, shape: str, count: int, data: bytes,
-                  **extra: Any) -> int:
+    def _accessor(
+        self,
+        target: int,
+        stride: int,
+        component: int,
+        shape: str,
+        count: int,
+        data: bytes,
+        **extra: Any,
+    ) -> int:
         block = self._views.setdefault((target, stride), bytearray())
         view = list(self._views).index((target, stride))
         offset = len(block)
         block += data
-        return self._push("accessors", {"bufferView": view, "byteOffset": offset, "componentType": component,
-                                        "count": count, "type": shape, **extra})
+        return self._push(
+            "accessors",
+            {
+                "bufferView": view,
+                "byteOffset": offset,
+                "componentType": component,
+                "count": count,
+                "type": shape,
+                **extra,
+            },
+        )
 
     def store(self, geometry: Geometry) -> Stored:
         count = len(geometry.positions)
         positions = array("f", [v for p in geometry.positions for v in p])
-        bounds = {"min": [min(positions[k::3]) for k in range(3)], "max": [max(positions[k::3]) for k in range(3)]}
+        bounds = {
+            "min": [min(positions[k::3]) for k in range(3)],
+            "max": [max(positions[k::3]) for k in range(3)],
+        }
         attributes = [
-            ("POSITION", self._accessor(ARRAY_BUFFER, 12, FLOAT, "VEC3", count, _little(positions), **bounds)),
-            ("NORMAL", self._accessor(ARRAY_BUFFER, 12, FLOAT, "VEC3", count,
-                                      _little(array("f", [v for n in geometry.normals for v in n]))))]
+            (
+                "POSITION",
+                self._accessor(
+                    ARRAY_BUFFER, 12, FLOAT, "VEC3", count, _little(positions), **bounds
+                ),
+            ),
+            (
+                "NORMAL",
+                self._accessor(
+                    ARRAY_BUFFER,
+                    12,
+                    FLOAT,
+                    "VEC3",
+                    count,
+                    _little(array("f", [v for n in geometry.normals for v in n])),
+                ),
+            ),
+        ]
         if geometry.uvs:
             data = _little(array("f", [v for t in geometry.uvs for v in t]))
-            attributes.append(("TEXCOORD_0", self._accessor(ARRAY_BUFFER, 8, FLOAT, "VEC2", count, data)))
+            attributes.append(
+                ("TEXCOORD_0", self._accessor(ARRAY_BUFFER, 8, FLOAT, "VEC2", count, data))
+            )
         if geometry.colors:
             data = bytes(round(min(1.0, max(0.0, v)) * 255) for c in geometry.colors for v in c)
-            attributes.append(("COLOR_0", self._accessor(ARRAY_BUFFER, 4, UNSIGNED_BYTE, "VEC4", count, data,
-                                                         normalized=True)))
+            attributes.append(
+                (
+                    "COLOR_0",
+                    self._accessor(
+                        ARRAY_BUFFER, 4, UNSIGNED_BYTE, "VEC4", count, data, normalized=True
+                    ),
+                )
+            )
         wide = count > 65535
         data = _little(array("I" if wide else "H", geometry.indices))
-        indices = self._accessor(ELEMENT_ARRAY_BUFFER, 4 if wide else 2, UNSIGNED_INT if wide else UNSIGNED_SHORT,
-                                 "SCALAR", len(geometry.indices), data)
+        indices = self._accessor(
+            ELEMENT_ARRAY_BUFFER,
+            4 if wide else 2,
+            UNSIGNED_INT if wide else UNSIGNED_SHORT,
+            "SCALAR",
+            len(geometry.indices),
+            data,
+        )
         return Stored(tuple(attributes), indices)
 
     def texture(self, name: str, png: bytes, wrap: int = REPEAT) -> int:
         self._images.append(png)
-        image = self._push("images", {"name": name, "mimeType": "image/png", "bufferView": -len(self._images)})
-        sampler = {"magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR, "wrapS": wrap, "wrapT": wrap}
+        image = self._push(
+            "images", {"name": name, "mimeType": "image/png", "bufferView": -len(self._images)}
+        )
+        sampler = {
+            "magFilter": LINEAR,
+            "minFilter": LINEAR_MIPMAP_LINEAR,
+            "wrapS": wrap,
+            "wrapT": wrap,
+        }
         samplers = self._list("samplers")
         if sampler not in samplers:
             samplers.append(sampler)
-        return self._push("textures", {"name": name, "source": image, "sampler": samplers.index(sampler)})
+        return self._push(
+            "textures", {"name": name, "source": image, "sampler": samplers.index(sampler)}
+        )
 
-    def material(self, name: str, colour: str = "#ffffff", alpha: float = 1.0, metallic: float = 0.0,
-                 roughness: float = 0.5, texture: Optional[int] = None, mode: str = "OPAQUE",
-                 double_sided: bool = False, cutoff: float = 0.5) -> int:
+    def material(
+        self,
+        name: str,
+        colour: str = "#ffffff",
+        alpha: float = 1.0,
+        metallic: float = 0.0,
+        roughness: float = 0.5,
+        texture: Optional[int] = None,
+        mode: str = "OPAQUE",
+        double_sided: bool = False,
+        cutoff: float = 0.5,
+    ) -> int:
         """`colour` is sRGB. `mode` is OPAQUE, MASK or BLEND."""
-        surface: Dict[str, Any] = {"baseColorFactor": [round(c, 5) for c in (*srgb(colour), alpha)],
-                                   "metallicFactor": metallic, "roughnessFactor": roughness}
+        surface: Dict[str, Any] = {
+            "baseColorFactor": [round(c, 5) for c in (*srgb(colour), alpha)],
+            "metallicFactor": metallic,
+            "roughnessFactor": roughness,
+        }
         if texture is not None:
             surface["baseColorTexture"] = {"index": texture}
         material: Dict[str, Any] = {"name": name, "pbrMetallicRoughness": surface}
@@ -117,14 +195,38 @@ class Glb:
             material["doubleSided"] = True
         return self._push("materials", material)
 
+    def glass(self, name: str, colour: str, alpha: float, roughness: float) -> int:
+        """See-through from both sides."""
+        return self.material(
+            name, colour, alpha, roughness=roughness, mode="BLEND", double_sided=True
+        )
+
     def mesh(self, name: str, *parts: Tuple[Stored, int]) -> int:
         """Each part is a stored geometry and its material."""
-        return self._push("meshes", {"name": name, "primitives": [
-            {"attributes": dict(stored.attributes), "indices": stored.indices, "material": material}
-            for stored, material in parts]})
+        return self._push(
+            "meshes",
+            {
+                "name": name,
+                "primitives": [
+                    {
+                        "attributes": dict(stored.attributes),
+                        "indices": stored.indices,
+                        "material": material,
+                    }
+                    for stored, material in parts
+                ],
+            },
+        )
 
-    def node(self, name: str, mesh: Optional[int] = None, at: Vec3 = (0.0, 0.0, 0.0), turn: Vec4 = IDENTITY,
-             size: Vec3 = (1.0, 1.0, 1.0), parent: Optional[int] = None) -> int:
+    def node(
+        self,
+        name: str,
+        mesh: Optional[int] = None,
+        at: Vec3 = (0.0, 0.0, 0.0),
+        turn: Vec4 = IDENTITY,
+        size: Vec3 = (1.0, 1.0, 1.0),
+        parent: Optional[int] = None,
+    ) -> int:
         node: Dict[str, Any] = {"name": name}
         if mesh is not None:
             node["mesh"] = mesh
@@ -135,22 +237,47 @@ class Glb:
         if size != (1.0, 1.0, 1.0):
             node["scale"] = list(size)
         index = self._push("nodes", node)
-        siblings = (self.json["scenes"][0]["nodes"] if parent is None
-                    else self._list("nodes")[parent].setdefault("children", []))
+        siblings = (
+            self.json["scenes"][0]["nodes"]
+            if parent is None
+            else self._list("nodes")[parent].setdefault("children", [])
+        )
         siblings.append(index)
         return index
 
-    def perspective(self, name: str, eye: Vec3, target: Vec3, yfov: float, aspect: float = 16 / 9,
-                    near: float = 0.01, far: Optional[float] = None, up: Vec3 = Y) -> None:
+    def perspective(
+        self,
+        name: str,
+        eye: Vec3,
+        target: Vec3,
+        yfov: float,
+        aspect: float = 16 / 9,
+        near: float = 0.01,
+        far: Optional[float] = None,
+        up: Vec3 = Y,
+    ) -> None:
         lens: Dict[str, Any] = {"yfov": yfov, "aspectRatio": aspect, "znear": near}
         if far is not None:
             lens["zfar"] = far
-        self._camera(name, {"name": name, "type": "perspective", "perspective": lens}, eye, target, up)
+        self._camera(
+            name, {"name": name, "type": "perspective", "perspective": lens}, eye, target, up
+        )
 
-    def orthographic(self, name: str, eye: Vec3, target: Vec3, half_height: float, aspect: float = 16 / 9,
-                     near: float = 0.01, far: float = 10.0, up: Vec3 = Y) -> None:
+    def orthographic(
+        self,
+        name: str,
+        eye: Vec3,
+        target: Vec3,
+        half_height: float,
+        aspect: float = 16 / 9,
+        near: float = 0.01,
+        far: float = 10.0,
+        up: Vec3 = Y,
+    ) -> None:
         box = {"xmag": half_height * aspect, "ymag": half_height, "znear": near, "zfar": far}
-        self._camera(name, {"name": name, "type": "orthographic", "orthographic": box}, eye, target, up)
+        self._camera(
+            name, {"name": name, "type": "orthographic", "orthographic": box}, eye, target, up
+        )
 
     def _camera(self, name: str, camera: Dict[str, Any], eye: Vec3, target: Vec3, up: Vec3) -> None:
         index = self._push("cameras", camera)
@@ -174,14 +301,21 @@ class Glb:
             place(png)
         document = dict(self.json)
         if self._images:
-            document["images"] = [{**image, "bufferView": first_image - image["bufferView"] - 1}
-                                  for image in self.json["images"]]
+            document["images"] = [
+                {**image, "bufferView": first_image - image["bufferView"] - 1}
+                for image in self.json["images"]
+            ]
         buffer.extend(b"\0" * (-len(buffer) % 4))
         document["bufferViews"] = views
         document["buffers"] = [{"byteLength": len(buffer)}]
         text = json.dumps(document, separators=(",", ":")).encode()
         text += b" " * (-len(text) % 4)
-        chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(buffer), 0x004E4942) + buffer
+        chunks = (
+            struct.pack("<II", len(text), 0x4E4F534A)
+            + text
+            + struct.pack("<II", len(buffer), 0x004E4942)
+            + buffer
+        )
         return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
 
     def summary(self) -> Dict[str, int]:
@@ -191,8 +325,12 @@ class Glb:
             if "mesh" in node:
                 for part in self.json["meshes"][node["mesh"]]["primitives"]:
                     triangles += self.json["accessors"][part["indices"]]["count"] // 3
-        return {"nodes": len(self.json["nodes"]), "meshes": len(self.json["meshes"]),
-                "materials": len(self.json["materials"]), "triangles": triangles}
+        return {
+            "nodes": len(self.json["nodes"]),
+            "meshes": len(self.json["meshes"]),
+            "materials": len(self.json["materials"]),
+            "triangles": triangles,
+        }
 
 
 def _little(values: "array[Any]") -> bytes:

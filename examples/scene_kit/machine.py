@@ -18,12 +18,27 @@ def spun(runs: Sequence[Sequence[Vec2]], segments: int = 48) -> Geometry:
     return moved(lathe(runs, segments), turn=UPRIGHT_TO_Z)
 
 
-def ring(inner: float, outer: float, z0: float, z1: float, bevel: float, segments: int = 48) -> Geometry:
+def sharp(outline: Sequence[Vec2]) -> List[Sequence[Vec2]]:
+    """Every corner of the outline an edge, for `spun`; corners on top of each other are one."""
+    return [(p, q) for p, q in zip(outline, outline[1:]) if math.dist(p, q) > 1e-9]
+
+
+def ring(
+    inner: float, outer: float, z0: float, z1: float, bevel: float, segments: int = 48
+) -> Geometry:
     """A tube of rectangular section with its four edges cut."""
     b = bevel
-    corners = [(inner + b, z0), (outer - b, z0), (outer, z0 + b), (outer, z1 - b), (outer - b, z1), (inner + b, z1),
-               (inner, z1 - b), (inner, z0 + b)]
-    return spun([[a, c] for a, c in zip(corners, [*corners[1:], corners[0]])], segments)
+    corners = [
+        (inner + b, z0),
+        (outer - b, z0),
+        (outer, z0 + b),
+        (outer, z1 - b),
+        (outer - b, z1),
+        (inner + b, z1),
+        (inner, z1 - b),
+        (inner, z0 + b),
+    ]
+    return spun(sharp([*corners, corners[0]]), segments)
 
 
 def gear(teeth: int, module: float, width: float, bore: float, spokes: int = 0) -> Geometry:
@@ -50,13 +65,20 @@ def shaft(steps: Sequence[Tuple[float, float]], z0: float) -> Geometry:
     outline: List[Vec2] = [(0.0, z0)]
     z = z0
     for radius, length in steps:
-        outline += [(radius - b, z), (radius, z + b), (radius, z + length - b), (radius - b, z + length)]
+        outline += [
+            (radius - b, z),
+            (radius, z + b),
+            (radius, z + length - b),
+            (radius - b, z + length),
+        ]
         z += length
     outline.append((0.0, z))
-    return spun([[a, c] for a, c in zip(outline, outline[1:]) if math.dist(a, c) > 1e-9], 40)
+    return spun(sharp(outline), 40)
 
 
-def bearing_ring(inner: float, outer: float, width: float, ball_pitch: float, ball: float, groove_outside: bool) -> Geometry:
+def bearing_ring(
+    inner: float, outer: float, width: float, ball_pitch: float, ball: float, groove_outside: bool
+) -> Geometry:
     """One race; the groove in which the balls run is a bit wider than they are."""
     h, groove = width / 2, ball * 1.06
     wall = outer if groove_outside else inner
@@ -65,11 +87,27 @@ def bearing_ring(inner: float, outer: float, width: float, ball_pitch: float, ba
     if groove_outside:  # the inner race, rolled upon from outside
         track = arc((ball_pitch, 0.0), groove, 180 + reach, 180 - reach, 10)
         corners = [(inner + b, -h), (outer - b, -h), (outer, -h + b), track[0]]
-        after = [track[-1], (outer, h - b), (outer - b, h), (inner + b, h), (inner, h - b), (inner, -h + b), corners[0]]
+        after = [
+            track[-1],
+            (outer, h - b),
+            (outer - b, h),
+            (inner + b, h),
+            (inner, h - b),
+            (inner, -h + b),
+            corners[0],
+        ]
     else:
         track = arc((ball_pitch, 0.0), groove, reach, -reach, 10)
-        corners = [(inner + b, -h), (outer - b, -h), (outer, -h + b), (outer, h - b), (outer - b, h), (inner + b, h),
-                   (inner, h - b), track[0]]
+        corners = [
+            (inner + b, -h),
+            (outer - b, -h),
+            (outer, -h + b),
+            (outer, h - b),
+            (outer - b, h),
+            (inner + b, h),
+            (inner, h - b),
+            track[0],
+        ]
         after = [track[-1], (inner, -h + b), corners[0]]
     runs: List[Sequence[Vec2]] = [[a, c] for a, c in zip(corners, corners[1:])]
     runs.append(track)
@@ -81,14 +119,23 @@ def hex_head(radius: float, height: float) -> Geometry:
     """A hexagon with a low turned crown, from z = 0 up."""
     out = extrude(polygon(6, radius), [], 0.0, height)
     flat = radius * math.cos(math.pi / 6)
-    return out.append(spun([[(flat * 0.96, height), (flat * 0.80, height + radius * 0.10)],
-                            [(flat * 0.80, height + radius * 0.10), (0.0, height + radius * 0.10)]], 24))
+    return out.append(
+        spun(
+            [
+                [(flat * 0.96, height), (flat * 0.80, height + radius * 0.10)],
+                [(flat * 0.80, height + radius * 0.10), (0.0, height + radius * 0.10)],
+            ],
+            24,
+        )
+    )
 
 
 def bolt(thread: float, length: float) -> Geometry:
     """Head above z = 0, shank below."""
     out = hex_head(thread * 1.9, thread * 1.3)
-    return out.append(moved(cylinder(thread, -length, 0.0, 20, bevel=thread * 0.2), turn=UPRIGHT_TO_Z))
+    return out.append(
+        moved(cylinder(thread, -length, 0.0, 20, bevel=thread * 0.2), turn=UPRIGHT_TO_Z)
+    )
 
 
 def washer(thread: float) -> Geometry:
@@ -99,15 +146,32 @@ def pulley(radius: float, width: float, bore: float, grooves: int) -> Geometry:
     """V-belt grooves side by side, a recessed face, a hub."""
     pitch = width / grooves
     z = -width / 2
-    outline: List[Vec2] = [(bore, z), (bore * 2.0, z), (bore * 2.0, z + 0.006), (radius * 0.72, z + 0.006),
-                           (radius * 0.78, z), (radius, z)]
+    outline: List[Vec2] = [
+        (bore, z),
+        (bore * 2.0, z),
+        (bore * 2.0, z + 0.006),
+        (radius * 0.72, z + 0.006),
+        (radius * 0.78, z),
+        (radius, z),
+    ]
     for k in range(grooves):
         base = z + k * pitch
-        outline += [(radius, base + 0.16 * pitch), (radius - 0.5 * pitch, base + 0.38 * pitch),
-                    (radius - 0.5 * pitch, base + 0.62 * pitch), (radius, base + 0.84 * pitch)]
-    outline += [(radius, -z), (radius * 0.78, -z), (radius * 0.72, -z - 0.006), (bore * 2.0, -z - 0.006),
-                (bore * 2.0, -z + 0.003), (bore, -z + 0.003), (bore, z)]
-    return spun([[a, c] for a, c in zip(outline, outline[1:]) if math.dist(a, c) > 1e-9], 64)
+        outline += [
+            (radius, base + 0.16 * pitch),
+            (radius - 0.5 * pitch, base + 0.38 * pitch),
+            (radius - 0.5 * pitch, base + 0.62 * pitch),
+            (radius, base + 0.84 * pitch),
+        ]
+    outline += [
+        (radius, -z),
+        (radius * 0.78, -z),
+        (radius * 0.72, -z - 0.006),
+        (bore * 2.0, -z - 0.006),
+        (bore * 2.0, -z + 0.003),
+        (bore, -z + 0.003),
+        (bore, z),
+    ]
+    return spun(sharp(outline), 64)
 
 
 def torus(radius: float, thickness: float) -> Geometry:
@@ -121,9 +185,16 @@ def hull(points: Sequence[Vec2]) -> List[Vec2]:
     def half(run: Sequence[Vec2]) -> List[Vec2]:
         chain: List[Vec2] = []
         for p in run:
-            while len(chain) > 1 and ((chain[-1][0] - chain[-2][0]) * (p[1] - chain[-2][1])
-                                      - (chain[-1][1] - chain[-2][1]) * (p[0] - chain[-2][0])) <= 1e-15:
+            while (
+                len(chain) > 1
+                and (
+                    (chain[-1][0] - chain[-2][0]) * (p[1] - chain[-2][1])
+                    - (chain[-1][1] - chain[-2][1]) * (p[0] - chain[-2][0])
+                )
+                <= 1e-15
+            ):
                 chain.pop()
             chain.append(p)
         return chain[:-1]
+
     return half(ordered) + half(ordered[::-1])

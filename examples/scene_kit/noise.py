@@ -24,7 +24,7 @@ def noise(x: float, y: float, seed: int = 0) -> float:
 def fractal(x: float, y: float, seed: int = 0, octaves: int = 4) -> float:
     total, weight = 0.0, 0.0
     for octave in range(octaves):
-        amplitude = 0.5 ** octave
-        total += amplitude * noise(x * 2 ** octave, y * 2 ** octave, seed + octave)
+        amplitude = 0.5**octave
+        total += amplitude * noise(x * 2**octave, y * 2**octave, seed + octave)
         weight += amplitude
     return total / weight

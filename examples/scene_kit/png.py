@@ -2,6 +2,7 @@
 """A PNG writer (ISO/IEC 15948): 8-bit RGB, RGBA and palette images, and a tiny dot-matrix font."""
 from __future__ import annotations
 
+import math
 import struct
 import zlib
 from typing import Callable, Dict, Sequence, Tuple
@@ -22,8 +23,14 @@ def _filter_row(row: bytes, above: bytes, step: int) -> bytes:
     return bytes([kind]) + best
 
 
-def _encode(width: int, height: int, colour_type: int, step: int, rows: Sequence[bytes],
-            palette: bytes = b"") -> bytes:
+def _encode(
+    width: int,
+    height: int,
+    colour_type: int,
+    step: int,
+    rows: Sequence[bytes],
+    palette: bytes = b"",
+) -> bytes:
     body = bytearray()
     above = bytes(width * step)
     for row in rows:
@@ -44,16 +51,23 @@ def png(width: int, height: int, pixel: Callable[[int, int], Pixel]) -> bytes:
     return _encode(width, height, {3: 2, 4: 6}[channels], channels, rows)
 
 
-def png_ramp(width: int, height: int, ends: Sequence[Pixel], value: Callable[[int, int], float],
-             steps: int = 48) -> bytes:
+def png_ramp(
+    width: int,
+    height: int,
+    ends: Sequence[Pixel],
+    value: Callable[[int, int], float],
+    steps: int = 48,
+) -> bytes:
     """A palette image: `value` (0 to 1) looked up along a ramp through the colours `ends`."""
     palette = bytearray()
     for i in range(steps):
         t = i / (steps - 1) * (len(ends) - 1)
         k = min(int(t), len(ends) - 2)
         palette += bytes(round(a + (b - a) * (t - k)) for a, b in zip(ends[k], ends[k + 1]))
-    rows = [bytes(round(min(1.0, max(0.0, value(x, y))) * (steps - 1)) for x in range(width))
-            for y in range(height)]
+    rows = [
+        bytes(round(min(1.0, max(0.0, value(x, y))) * (steps - 1)) for x in range(width))
+        for y in range(height)
+    ]
     return _encode(width, height, 3, 1, rows, bytes(palette))
 
 
@@ -76,11 +90,14 @@ GLYPHS: Dict[str, Tuple[int, ...]] = {
 
 
 def dot_coverage(text: str, x: float, y: float, radius: float = 0.47, edge: float = 0.08) -> float:
-    """How much of the point (x, y) the text covers, 0 to 1; one unit is one dot, y down, 6 dots a letter."""
+    """How much of the point (x, y) the text covers, 0 to 1.
+
+    One unit is one dot, y is down, a letter takes six dots.
+    """
     if not (0.0 <= y < 7.0 and 0.0 <= x < 6.0 * len(text)):
         return 0.0
     column, row = int(x % 6.0), int(y)
     if column == 5 or not GLYPHS[text[int(x // 6.0)]][row] >> (4 - column) & 1:
         return 0.0
-    distance = ((x % 1.0 - 0.5) ** 2 + (y % 1.0 - 0.5) ** 2) ** 0.5
+    distance = math.hypot(x % 1.0 - 0.5, y % 1.0 - 0.5)
     return min(1.0, max(0.0, (radius - distance) / edge + 0.5))

@@ -7,57 +7,96 @@ from typing import List, Optional, Sequence, Tuple
 
 from .glb import Geometry
 from .triangulate import area, triangulate
-from .vec import Vec2, Vec3, Vec4, add, cross, dot, mix, normalize, rotate, scale, sub
+from .vec import (
+    IDENTITY,
+    X,
+    Y,
+    Z,
+    Vec2,
+    Vec3,
+    Vec4,
+    add,
+    cross,
+    dot,
+    mix,
+    normalize,
+    rotate,
+    scale,
+    sub,
+)
 
 
 def moved(geometry: Geometry, at: Vec3 = (0.0, 0.0, 0.0), turn: Optional[Vec4] = None) -> Geometry:
     """A rigid copy."""
-    spin = (lambda v: rotate(turn, v)) if turn else (lambda v: v)
-    return Geometry([add(spin(p), at) for p in geometry.positions], [spin(n) for n in geometry.normals],
-                    list(geometry.uvs), list(geometry.colors), list(geometry.indices))
+    spin = turn or IDENTITY
+    return Geometry(
+        [add(rotate(spin, p), at) for p in geometry.positions],
+        [rotate(spin, n) for n in geometry.normals],
+        list(geometry.uvs),
+        list(geometry.colors),
+        list(geometry.indices),
+    )
 
 
 def lathe(runs: Sequence[Sequence[Vec2]], segments: int = 64, uv: bool = False) -> Geometry:
     """Spins a profile (radius, height) about y.
 
-    Seen in the (radius, height) plane the profile has the solid on its left. Each run is smooth; the
-    edge between two runs is sharp. With `uv`, u goes once around and v down the profile's length.
+    Seen in the (radius, height) plane the profile has the solid on its left. Each run is smooth;
+    the edge between two runs is sharp. With `uv`, u goes once around, v down the profile's length.
     """
     out = Geometry()
     lengths = [0.0]
     flat = [p for run in runs for p in run]
-    for a, b in zip(flat, flat[1:]):
-        lengths.append(lengths[-1] + math.dist(a, b))
+    for p, q in zip(flat, flat[1:]):
+        lengths.append(lengths[-1] + math.dist(p, q))
+    for before, after in zip(runs, runs[1:]):
+        if math.dist(before[-1], after[0]) > 1e-7:
+            raise ValueError(f"a run starts at {after[0]}, but the one before ends at {before[-1]}")
     done = 0
-    for k, run in enumerate(runs):
-        if k and math.dist(runs[k - 1][-1], run[0]) > 1e-7:
-            raise ValueError(f"run {k} starts at {run[0]}, not where the one before it ends, {runs[k - 1][-1]}")
+    for run in runs:
         rings: List[Tuple[int, int]] = []
-        for i, (radius, height) in enumerate(run):
-            normal = _profile_normal(run, i)
-            pole = radius < 1e-9
+        for i, point in enumerate(run):
+            pole = point[0] < 1e-9
             count = 1 if pole and not uv else segments + (1 if uv else 0)
             rings.append((len(out.positions), count))
-            for k in range(count):
-                # The seam's angle is taken as zero again so that both its sides agree to the bit.
-                angle = 2 * math.pi * (k % segments) / segments
-                c, s = math.cos(angle), math.sin(angle)
-                out.positions.append((radius * c, height, radius * s))
-                out.normals.append((normal[0] * c, normal[1], normal[0] * s))
-                if uv:
-                    out.uvs.append((1.0 - k / segments, 1.0 - lengths[done + i] / lengths[-1]))
+            _put_ring(out, point, _profile_normal(run, i), count, segments)
+            if uv:
+                v = 1.0 - lengths[done + i] / lengths[-1]
+                out.uvs += [(1.0 - k / segments, v) for k in range(count)]
         for i in range(len(run) - 1):
-            (low, low_count), (high, high_count) = rings[i], rings[i + 1]
-            low_pole, high_pole = run[i][0] < 1e-9, run[i + 1][0] < 1e-9
-            for k in range(segments):
-                a, b = low + k % low_count, low + (k + 1) % low_count
-                c, d = high + k % high_count, high + (k + 1) % high_count
-                if not low_pole:
-                    out.indices += [a, d, b] if high_pole else [a, c, b]
-                if not high_pole:
-                    out.indices += [b, c, d] if not low_pole else [a, c, d]
+            _join_rings(out, rings[i], rings[i + 1], run[i][0], run[i + 1][0], segments)
         done += len(run)
     return out
+
+
+def _put_ring(out: Geometry, point: Vec2, normal: Vec2, count: int, segments: int) -> None:
+    radius, height = point
+    for k in range(count):
+        # The seam's angle is taken as zero again so that both its sides agree to the bit.
+        angle = 2 * math.pi * (k % segments) / segments
+        c, s = math.cos(angle), math.sin(angle)
+        out.positions.append((radius * c, height, radius * s))
+        out.normals.append((normal[0] * c, normal[1], normal[0] * s))
+
+
+def _join_rings(
+    out: Geometry,
+    low: Tuple[int, int],
+    high: Tuple[int, int],
+    low_radius: float,
+    high_radius: float,
+    segments: int,
+) -> None:
+    """Rings are (first vertex, vertices); at the axis a quad is only one triangle."""
+    for k in range(segments):
+        a, b = low[0] + k % low[1], low[0] + (k + 1) % low[1]
+        c, d = high[0] + k % high[1], high[0] + (k + 1) % high[1]
+        if low_radius < 1e-9:
+            out.indices += [a, c, d]
+        elif high_radius < 1e-9:
+            out.indices += [a, d, b]
+        else:
+            out.indices += [a, c, b, b, c, d]
 
 
 def _profile_normal(run: Sequence[Vec2], i: int) -> Vec2:
@@ -72,15 +111,24 @@ def _profile_normal(run: Sequence[Vec2], i: int) -> Vec2:
     else:
         # The tangent of the parabola through three points: the nearer neighbour counts for more.
         before, after = math.dist(run[i - 1], run[i]), math.dist(run[i], run[i + 1])
-        tangent = ((run[i][0] - run[i - 1][0]) * after / before + (run[i + 1][0] - run[i][0]) * before / after,
-                   (run[i][1] - run[i - 1][1]) * after / before + (run[i + 1][1] - run[i][1]) * before / after)
+        tangent = (
+            (run[i][0] - run[i - 1][0]) * after / before
+            + (run[i + 1][0] - run[i][0]) * before / after,
+            (run[i][1] - run[i - 1][1]) * after / before
+            + (run[i + 1][1] - run[i][1]) * before / after,
+        )
     length = math.hypot(*tangent)
     return (tangent[1] / length, -tangent[0] / length)
 
 
-def extrude(outer: Sequence[Vec2], holes: Sequence[Sequence[Vec2]], z0: float, z1: float,
-            crease: float = 30.0) -> Geometry:
-    """A flat outline with holes, from z0 to z1. Walls are smooth where they bend less than `crease`."""
+def extrude(
+    outer: Sequence[Vec2],
+    holes: Sequence[Sequence[Vec2]],
+    z0: float,
+    z1: float,
+    crease: float = 30.0,
+) -> Geometry:
+    """A flat outline with holes, from z0 to z1; walls are smooth where they bend below `crease`."""
     out = Geometry()
     flat = [*outer, *(p for hole in holes for p in hole)]
     triangles = triangulate(outer, holes)
@@ -89,7 +137,9 @@ def extrude(outer: Sequence[Vec2], holes: Sequence[Sequence[Vec2]], z0: float, z
         out.positions += [(x, y, z) for x, y in flat]
         out.normals += [(0.0, 0.0, normal)] * len(flat)
         for a, b, c in triangles:
-            out.indices += [base + a, base + b, base + c] if normal > 0 else [base + a, base + c, base + b]
+            out.indices += (
+                [base + a, base + b, base + c] if normal > 0 else [base + a, base + c, base + b]
+            )
     for loop, is_hole in [(outer, False), *((hole, True) for hole in holes)]:
         # Walking with the solid on the left puts the outside on the right.
         ring = list(loop) if (area(loop) > 0) != is_hole else list(reversed(loop))
@@ -100,9 +150,9 @@ def extrude(outer: Sequence[Vec2], holes: Sequence[Sequence[Vec2]], z0: float, z
 def _wall(out: Geometry, ring: Sequence[Vec2], z0: float, z1: float, min_cosine: float) -> None:
     n = len(ring)
     facing: List[Vec2] = []
-    for a, b in zip(ring, [*ring[1:], ring[0]]):
-        length = math.dist(a, b)
-        facing.append(((b[1] - a[1]) / length, -(b[0] - a[0]) / length))
+    for p, q in zip(ring, [*ring[1:], ring[0]]):
+        length = math.dist(p, q)
+        facing.append(((q[1] - p[1]) / length, -(q[0] - p[0]) / length))
     # The pair of vertices at corner i that edge i-1 ends on and that edge i starts from.
     ends, starts = [0] * n, [0] * n
     for i in range(n):
@@ -128,8 +178,7 @@ def box(half: Vec3) -> Geometry:
     out = Geometry()
     for axis in range(3):
         for sign in (1.0, -1.0):
-            normal = tuple(sign if k == axis else 0.0 for k in range(3))
-            right = tuple(1.0 if k == (axis + 1) % 3 else 0.0 for k in range(3))
+            normal, right = scale((X, Y, Z)[axis], sign), (Y, Z, X)[axis]
             up = cross(normal, right)
             base = len(out.positions)
             for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
@@ -157,7 +206,10 @@ def rounded_box(half: Vec3, radius: float, steps: int = 3) -> Geometry:
                 for u in us:
                     q = [0.0, 0.0, 0.0]
                     q[axis], q[ku], q[kv] = sign * half[axis], u, v
-                    core = tuple(min(half[k] - radius, max(radius - half[k], q[k])) for k in range(3))
+                    cx, cy, cz = (
+                        min(half[k] - radius, max(radius - half[k], q[k])) for k in range(3)
+                    )
+                    core: Vec3 = (cx, cy, cz)
                     normal = normalize(sub((q[0], q[1], q[2]), core))
                     out.positions.append(add(core, scale(normal, radius)))
                     out.normals.append(normal)
@@ -176,16 +228,26 @@ def _grid_indices(out: Geometry, base: int, columns: int, rows: int, flip: bool)
 
 def sphere(radius: float, segments: int = 32) -> Geometry:
     half = segments // 2
-    profile = [(radius * math.sin(math.pi * i / half) if 0 < i < half else 0.0,
-                -radius * math.cos(math.pi * i / half)) for i in range(half + 1)]
+    profile = [
+        (
+            radius * math.sin(math.pi * i / half) if 0 < i < half else 0.0,
+            -radius * math.cos(math.pi * i / half),
+        )
+        for i in range(half + 1)
+    ]
     return lathe([profile], segments)
 
 
-def cylinder(radius: float, y0: float, y1: float, segments: int = 32, bevel: float = 0.0,
-             uv: bool = False) -> Geometry:
+def cylinder(
+    radius: float, y0: float, y1: float, segments: int = 32, bevel: float = 0.0, uv: bool = False
+) -> Geometry:
     """Closed at both ends, its rims cut at 45 degrees if there is a bevel."""
     r, b = radius, bevel
-    runs: List[List[Vec2]] = [[(0.0, y0), (r - b, y0)], [(r, y0 + b), (r, y1 - b)], [(r - b, y1), (0.0, y1)]]
+    runs: List[List[Vec2]] = [
+        [(0.0, y0), (r - b, y0)],
+        [(r, y0 + b), (r, y1 - b)],
+        [(r - b, y1), (0.0, y1)],
+    ]
     if b > 0:
         runs.insert(1, [(r - b, y0), (r, y0 + b)])
         runs.insert(3, [(r, y1 - b), (r - b, y1)])
@@ -228,12 +290,18 @@ def quad(half_x: float, half_y: float, tile: Optional[float] = None) -> Geometry
     """
     repeat_x, repeat_y = (2 * half_x / tile, 2 * half_y / tile) if tile else (1.0, 1.0)
     corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    return Geometry([(u * half_x, v * half_y, 0.0) for u, v in corners], [(0.0, 0.0, 1.0)] * 4,
-                    [((u + 1) / 2 * repeat_x, (1 - v) / 2 * repeat_y) for u, v in corners], [],
-                    [0, 1, 2, 0, 2, 3])
+    return Geometry(
+        [(u * half_x, v * half_y, 0.0) for u, v in corners],
+        [(0.0, 0.0, 1.0)] * 4,
+        [((u + 1) / 2 * repeat_x, (1 - v) / 2 * repeat_y) for u, v in corners],
+        [],
+        [0, 1, 2, 0, 2, 3],
+    )
 
 
-def graded_wall(half_x: float, y0: float, y1: float, low: Vec3, high: Vec3, rows: int = 8) -> Geometry:
+def graded_wall(
+    half_x: float, y0: float, y1: float, low: Vec3, high: Vec3, rows: int = 8
+) -> Geometry:
     """A backdrop in the xy plane whose vertex colours run from `low` to `high` (linear)."""
     out = Geometry()
     for row in range(rows + 1):

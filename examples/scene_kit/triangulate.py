@@ -35,19 +35,26 @@ def _bridge(outer: List[int], hole: List[int], points: Sequence[Vec2]) -> List[i
     candidate = max(edge, (edge + 1) % len(outer), key=lambda i: points[outer[i]][0])
     hit, corner = (best_x, m[1]), points[outer[candidate]]
     triangle = (m, hit, corner) if _turn(m, hit, corner) > 0 else (m, corner, hit)
-    blockers = [i for i, index in enumerate(outer)
-                if points[index] != corner and _turn(*triangle) != 0 and _inside(points[index], *triangle)]
+    blockers = [
+        i
+        for i, index in enumerate(outer)
+        if points[index] != corner and _turn(*triangle) != 0 and _inside(points[index], *triangle)
+    ]
     if blockers:
+
         def slope(i: int) -> Tuple[float, float]:
             p = points[outer[i]]
             dx, dy = p[0] - m[0], abs(p[1] - m[1])
             return (dy / dx if dx > 0 else float("inf"), dx)
+
         candidate = min(blockers, key=slope)
-    around = hole[start:] + hole[:start + 1]
-    return outer[:candidate + 1] + around + outer[candidate:]
+    around = hole[start:] + hole[: start + 1]
+    return outer[: candidate + 1] + around + outer[candidate:]
 
 
-def triangulate(outer: Sequence[Vec2], holes: Sequence[Sequence[Vec2]] = ()) -> List[Tuple[int, int, int]]:
+def triangulate(
+    outer: Sequence[Vec2], holes: Sequence[Sequence[Vec2]] = ()
+) -> List[Tuple[int, int, int]]:
     """Counter-clockwise triangles; indices run through `outer`, then through each hole as given."""
     points: List[Vec2] = list(outer)
     loop = list(range(len(outer)))
@@ -70,8 +77,11 @@ def triangulate(outer: Sequence[Vec2], holes: Sequence[Sequence[Vec2]] = ()) -> 
         ia, ib, ic = loop[(i - 1) % n], loop[i % n], loop[(i + 1) % n]
         a, b, c = points[ia], points[ib], points[ic]
         convex = _turn(a, b, c) > 1e-16
-        if convex and not any(_inside(points[k], a, b, c) for k in loop
-                              if points[k] != a and points[k] != b and points[k] != c):
+        if convex and not any(
+            _inside(points[k], a, b, c)
+            for k in loop
+            if points[k] != a and points[k] != b and points[k] != c
+        ):
             triangles.append((ia, ib, ic))
             del loop[i % n]
             misses = 0

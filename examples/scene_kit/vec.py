@@ -64,10 +64,12 @@ def quat_mul(a: Vec4, b: Vec4) -> Vec4:
     """Turns by `b` first, then by `a`."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
-    return (aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-            aw * bw - ax * bx - ay * by - az * bz)
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
 
 
 def rotate(q: Vec4, v: Vec3) -> Vec3:
@@ -104,8 +106,10 @@ def from_axes(x: Vec3, y: Vec3, z: Vec3) -> Vec4:
 
 def srgb(code: str) -> Vec3:
     """`"#rrggbb"` as it would be picked on a screen, made linear: what glTF's factors are."""
+
     def linear(c: float) -> float:
-        return c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
+        return c / 12.92 if c <= 0.04045 else math.pow((c + 0.055) / 1.055, 2.4)
+
     r, g, b = srgb8(code)
     return (linear(r / 255.0), linear(g / 255.0), linear(b / 255.0))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A two-stage gearbox in a see-through housing: gears, shafts, bearings, bolts, and oil in the sump."""
+"""A two-stage gearbox in a see-through housing: gears, shafts, bearings, bolts, oil."""
 from __future__ import annotations
 
 import math
@@ -7,10 +7,22 @@ from typing import Dict, List, Sequence, Tuple
 
 from scene_kit.curves import arc, circle
 from scene_kit.glb import Geometry, Glb
-from scene_kit.shapes import cylinder, extrude, rounded_box, sphere
+from scene_kit.shapes import extrude, rounded_box, sphere
 from scene_kit.vec import IDENTITY, Vec2, Vec3, Vec4, X, Y, Z, axis_angle
-from scene_kit.machine import (UPRIGHT_TO_Z, bearing_ring, bolt, gear, hex_head, hull, pulley, ring, shaft, spun, torus,
-                               washer)
+from scene_kit.machine import (
+    bearing_ring,
+    bolt,
+    gear,
+    hex_head,
+    hull,
+    pulley,
+    ring,
+    shaft,
+    sharp,
+    spun,
+    torus,
+    washer,
+)
 
 MODULE = 0.004
 # Teeth of each pair; the shafts' distances follow from them.
@@ -25,6 +37,11 @@ HALF_DEPTH, PLATE, WALL = 0.058, 0.012, 0.006
 BORE, RACE = 0.010, 0.025  # shaft and bearing seat, radii
 CASE_CIRCLES = ((INPUT_X, 0.058), (COUNTER_X, 0.090), (OUTPUT_X, 0.084))
 SPLIT = 0.0008  # half the gasket between the halves of the housing
+FLANGE_REACH = HALF_DEPTH + PLATE
+FLANGES = (
+    ("left", CASE_CIRCLES[0][0] - CASE_CIRCLES[0][1] - 0.0122),
+    ("right", CASE_CIRCLES[2][0] + CASE_CIRCLES[2][1] + 0.0122),
+)
 
 
 def _case(inset: float) -> List[Vec2]:
@@ -34,7 +51,7 @@ def _case(inset: float) -> List[Vec2]:
 
 
 def _half(outline: Sequence[Vec2], split: float) -> List[Vec2]:
-    """What a convex outline has above y = `split`, from its right end over the top to its left end."""
+    """What a convex outline has above y = `split`, from right over the top to left."""
     above: List[Vec2] = []
     ends: List[float] = []
     for a, c in zip(outline, [*outline[1:], outline[0]]):
@@ -72,7 +89,9 @@ def _rim_places(count: int) -> List[Vec2]:
         want = sum(steps) * (k + 0.5) / count
         for (a, b), step in zip(zip(line, line[1:]), steps):
             if want <= step:
-                places.append((a[0] + (b[0] - a[0]) * want / step, a[1] + (b[1] - a[1]) * want / step))
+                places.append(
+                    (a[0] + (b[0] - a[0]) * want / step, a[1] + (b[1] - a[1]) * want / step)
+                )
                 break
             want -= step
     return places
@@ -83,7 +102,6 @@ class _Builder:
 
     def __init__(self) -> None:
         self.glb = glb = Glb("Gearbox")
-        shell = dict(mode="BLEND", roughness=0.12, double_sided=True)
         self.mat: Dict[str, int] = {
             "gear": glb.material("gear steel", "#b4b9c0", metallic=1.0, roughness=0.34),
             "bronze": glb.material("bronze", "#c8913f", metallic=1.0, roughness=0.30),
@@ -97,61 +115,81 @@ class _Builder:
             "cast": glb.material("green enamel", "#2f5d50", roughness=0.5),
             "iron": glb.material("cast iron", "#4b4d50", metallic=0.6, roughness=0.7),
             "gasket": glb.material("gasket", "#22252a", roughness=0.9),
-            "upper": glb.material("upper housing", "#7fb4e0", 0.09, **shell),
-            "lower": glb.material("lower housing", "#a9bccb", 0.12, **shell),
-            "oil": glb.material("oil", "#e08a00", 0.5, **shell),
+            "upper": glb.glass("upper housing", "#7fb4e0", 0.09, 0.12),
+            "lower": glb.glass("lower housing", "#a9bccb", 0.12, 0.12),
+            "oil": glb.glass("oil", "#e08a00", 0.5, 0.12),
         }
         self._meshes: Dict[str, int] = {}
 
     def mesh(self, name: str, *parts: Tuple[Geometry, str]) -> int:
         if name not in self._meshes:
-            self._meshes[name] = self.glb.mesh(name, *((self.glb.store(g), self.mat[m]) for g, m in parts))
+            self._meshes[name] = self.glb.mesh(
+                name, *((self.glb.store(g), self.mat[m]) for g, m in parts)
+            )
         return self._meshes[name]
 
-    def put(self, name: str, mesh: int, at: Vec3 = (0.0, 0.0, 0.0), turn: Vec4 = IDENTITY, parent: int = -1) -> int:
+    def put(
+        self,
+        name: str,
+        mesh: int,
+        at: Vec3 = (0.0, 0.0, 0.0),
+        turn: Vec4 = IDENTITY,
+        parent: int = -1,
+    ) -> int:
         return self.glb.node(name, mesh, at, turn, parent=None if parent < 0 else parent)
 
 
+DOWN, UP, BACK = axis_angle(X, 90), axis_angle(X, -90), axis_angle(Y, 180)  # where +z goes
+
+
 def _housing(b: _Builder, root: int, bolt_mesh: int) -> None:
-    back = axis_angle(Y, 180)
     for half, flip in (("upper", False), ("lower", True)):
-        shape = _flipped if flip else list
         group = b.glb.node(f"housing/{half}", parent=root)
-        b.put(f"housing/{half}/shell", b.mesh(f"{half} shell", (extrude(shape(_arch()), [], -HALF_DEPTH, HALF_DEPTH), half)),
-              parent=group)
-        plate = b.mesh(f"{half} end plate", (extrude(shape(_end_plate()), [], 0.0, PLATE), half))
-        for side, z in (("front", HALF_DEPTH + 0.0002), ("back", -HALF_DEPTH - PLATE - 0.0002)):
-            b.put(f"housing/{half}/{side} plate", plate, (0.0, 0.0, z), parent=group)
-            for k, (x, y) in enumerate(_rim_places(9)):
-                z_bolt = HALF_DEPTH + PLATE + 0.0005
-                b.put(f"housing/{half}/{side} bolt {k + 1}", bolt_mesh,
-                      (x, -y if flip else y, z_bolt if side == "front" else -z_bolt),
-                      IDENTITY if side == "front" else back, parent=group)
-    right = CASE_CIRCLES[2][0] + CASE_CIRCLES[2][1]
-    left = CASE_CIRCLES[0][0] - CASE_CIRCLES[0][1]
-    flange = rounded_box((0.012, 0.005, HALF_DEPTH + PLATE), 0.0018, 2)
-    seam = rounded_box((0.012, SPLIT, HALF_DEPTH + PLATE), 0.0003, 1)
-    down = axis_angle(X, -90)  # +z to +y
+        _half_housing(b, group, half, flip, bolt_mesh)
     nut = b.mesh("nut", (hex_head(0.0057, 0.004), "zinc"))
-    for side, x in (("left", left - 0.0122), ("right", right + 0.0122)):
-        for half, y in (("upper", 0.005 + SPLIT), ("lower", -0.005 - SPLIT)):
-            b.put(f"housing/{half}/flange {side}", b.mesh(f"{half} flange", (flange, half)), (x, y, 0.0), parent=root)
-        b.put(f"housing/gasket {side}", b.mesh("gasket", (seam, "gasket")), (x, 0.0, 0.0), parent=root)
+    seam = b.mesh("gasket", (rounded_box((0.012, SPLIT, FLANGE_REACH), 0.0003, 1), "gasket"))
+    for side, x in FLANGES:
+        b.put(f"housing/gasket {side}", seam, (x, 0.0, 0.0), parent=root)
         for k in range(4):
             z = -0.051 + 0.034 * k
-            b.put(f"housing/flange bolt {side} {k + 1}", bolt_mesh, (x, 0.0112, z), down, root)
-            b.put(f"housing/flange nut {side} {k + 1}", nut, (x, -0.0112, z), axis_angle(X, 90), root)
+            b.put(f"housing/flange bolt {side} {k + 1}", bolt_mesh, (x, 0.0112, z), UP, root)
+            b.put(f"housing/flange nut {side} {k + 1}", nut, (x, -0.0112, z), DOWN, root)
+    _oil_and_fittings(b, root)
 
-    level = -0.046
-    sump = _flipped(_half(_case(WALL + 0.0008), -level))
-    b.put("housing/oil", b.mesh("oil", (extrude(sump, [], -HALF_DEPTH + 0.0008, HALF_DEPTH - 0.0008), "oil")), parent=root)
+
+def _half_housing(b: _Builder, group: int, half: str, flip: bool, bolt_mesh: int) -> None:
+    """Shell, two end plates and two flanges, and the bolts that hold the plates."""
+    name = f"housing/{half}"
+    arch, plate_outline = _arch(), _end_plate()
+    if flip:
+        arch, plate_outline = _flipped(arch), _flipped(plate_outline)
+    shell = b.mesh(f"{half} shell", (extrude(arch, [], -HALF_DEPTH, HALF_DEPTH), half))
+    b.put(f"{name}/shell", shell, parent=group)
+    plate = b.mesh(f"{half} end plate", (extrude(plate_outline, [], 0.0, PLATE), half))
+    flange = b.mesh(f"{half} flange", (rounded_box((0.012, 0.005, FLANGE_REACH), 0.0018, 2), half))
+    sign = -1.0 if flip else 1.0
+    for side, x in FLANGES:
+        b.put(f"{name}/flange {side}", flange, (x, sign * (0.005 + SPLIT), 0.0), parent=group)
+    for side, z in (("front", HALF_DEPTH + 0.0002), ("back", -HALF_DEPTH - PLATE - 0.0002)):
+        b.put(f"{name}/{side} plate", plate, (0.0, 0.0, z), parent=group)
+        head = math.copysign(HALF_DEPTH + PLATE + 0.0005, z)
+        for k, (x, y) in enumerate(_rim_places(9)):
+            at = (x, sign * y, head)
+            b.put(f"{name}/{side} bolt {k + 1}", bolt_mesh, at, IDENTITY if z > 0 else BACK, group)
+
+
+def _oil_and_fittings(b: _Builder, root: int) -> None:
+    level, gap = -0.046, 0.0008
+    sump = _flipped(_half(_case(WALL + gap), -level))
+    oil = b.mesh("oil", (extrude(sump, [], -HALF_DEPTH + gap, HALF_DEPTH - gap), "oil"))
+    b.put("housing/oil", oil, parent=root)
     top = 0.0885
-    breather = b.mesh("breather", (spun([[(0.0, -0.006), (0.006, -0.006)], [(0.006, -0.006), (0.006, 0.004)],
-                                         [(0.006, 0.004), (0.013, 0.004)], [(0.013, 0.004), (0.013, 0.012)],
-                                         arc((0.009, 0.012), 0.004, 0, 90, 5) + [(0.0, 0.0175)]], 40), "bronze"))
-    b.put("housing/breather", breather, (0.052, top, -0.010), down, root)
-    b.put("housing/lifting eye", b.mesh("lifting eye", (torus(0.012, 0.0032), "zinc")), (-0.008, top + 0.0155, 0.012),
-          parent=root)
+    profile = [(0.0, -0.006), (0.006, -0.006), (0.006, 0.004), (0.013, 0.004), (0.013, 0.012)]
+    cap = arc((0.009, 0.012), 0.004, 0, 90, 5) + [(0.0, 0.0175)]
+    breather = b.mesh("breather", (spun([*sharp(profile), cap], 40), "bronze"))
+    b.put("housing/breather", breather, (0.052, top, -0.010), UP, root)
+    eye = b.mesh("lifting eye", (torus(0.012, 0.0032), "zinc"))
+    b.put("housing/lifting eye", eye, (-0.008, top + 0.0155, 0.012), parent=root)
 
 
 def _bearing(b: _Builder, name: str, z: float, parent: int) -> None:
@@ -164,53 +202,82 @@ def _bearing(b: _Builder, name: str, z: float, parent: int) -> None:
     ball_mesh = b.mesh("ball", (sphere(ball, 20), "ball"))
     for k in range(9):
         angle = 2 * math.pi * k / 9
-        b.put(f"{name}/ball {k + 1}", ball_mesh, (pitch * math.cos(angle), pitch * math.sin(angle), 0.0), parent=at)
+        b.put(
+            f"{name}/ball {k + 1}",
+            ball_mesh,
+            (pitch * math.cos(angle), pitch * math.sin(angle), 0.0),
+            parent=at,
+        )
 
 
 def _shafts(b: _Builder, root: int, screw: int) -> None:
-    reach = HALF_DEPTH + PLATE
-    middle = HALF_DEPTH + PLATE / 2
     groups = {name: b.glb.node(name, at=(x, 0.0, 0.0), parent=root) for name, x in SHAFTS}
-    long_shaft = b.mesh("long shaft", (shaft([(BORE - 0.0001, 0.012 + PLATE), (0.0125, 2 * HALF_DEPTH),
-                                              (BORE - 0.0001, PLATE + 0.014), (0.0085, 0.036)], -reach - 0.012), "shaft"))
-    short_shaft = b.mesh("short shaft", (shaft([(BORE - 0.0001, PLATE + 0.002), (0.0125, 2 * HALF_DEPTH),
-                                                (BORE - 0.0001, PLATE + 0.002)], -reach - 0.002), "shaft"))
+    seat = BORE - 0.0001
+    inside = (0.0125, 2 * HALF_DEPTH)
+    stub, tail = (seat, PLATE + 0.002), (seat, PLATE + 0.012)
+    out = [tail, inside, (seat, PLATE + 0.014), (0.0085, 0.036)]
+    long_shaft = b.mesh("long shaft", (shaft(out, -FLANGE_REACH - 0.012), "shaft"))
+    short_shaft = b.mesh(
+        "short shaft", (shaft([stub, inside, stub], -FLANGE_REACH - 0.002), "shaft")
+    )
     for name, group in groups.items():
         b.put(f"{name}/shaft", short_shaft if name == "counter" else long_shaft, parent=group)
-        for side, z in (("front", middle), ("back", -middle)):
+        for side, z in (("front", HALF_DEPTH + PLATE / 2), ("back", -HALF_DEPTH - PLATE / 2)):
             _bearing(b, f"{name}/{side} bearing", z, group)
 
-    for name, teeth, z, turn, material, spokes in (
-            ("input", FIRST[0], FIRST_Z, 0.0, "bronze", 0), ("counter", FIRST[1], FIRST_Z, 0.0, "gear", 6),
-            ("counter", SECOND[0], SECOND_Z, 0.0, "copper", 0), ("output", SECOND[1], SECOND_Z, 180.0 / SECOND[1], "gear", 5)):
-        # A tooth points at the neighbour on the right; an even wheel must turn by half a tooth to offer it a gap.
-        part = b.mesh(f"gear {teeth}", (gear(teeth, MODULE, 0.024, 0.0127, spokes), material))
-        b.put(f"{name}/gear of {teeth}", part, (0.0, 0.0, z), axis_angle(Z, turn) if turn else IDENTITY, groups[name])
+    for name, teeth, z, turn, material, holes in (
+        ("input", FIRST[0], FIRST_Z, 0.0, "bronze", 0),
+        ("counter", FIRST[1], FIRST_Z, 0.0, "gear", 6),
+        ("counter", SECOND[0], SECOND_Z, 0.0, "copper", 0),
+        ("output", SECOND[1], SECOND_Z, 180.0 / SECOND[1], "gear", 5),
+    ):
+        # A tooth points at the neighbour on the right; a wheel with an even number of teeth must
+        # turn by half a tooth to offer it a gap.
+        wheel = b.mesh(f"gear {teeth}", (gear(teeth, MODULE, 0.024, 0.0127, holes), material))
+        spin = axis_angle(Z, turn) if turn else IDENTITY
+        b.put(f"{name}/gear of {teeth}", wheel, (0.0, 0.0, z), spin, groups[name])
 
-    b.put("input/pulley", b.mesh("pulley", (pulley(0.040, 0.026, 0.0086, 3), "red")), (0.0, 0.0, reach + 0.030),
-          parent=groups["input"])
+    _pulley(b, groups["input"])
+    _coupling(b, groups["output"], screw)
+    _covers(b, groups["counter"], screw)
+
+
+def _pulley(b: _Builder, group: int) -> None:
+    wheel = b.mesh("pulley", (pulley(0.040, 0.026, 0.0086, 3), "red"))
+    b.put("input/pulley", wheel, (0.0, 0.0, FLANGE_REACH + 0.030), parent=group)
     nut = b.mesh("shaft nut", (hex_head(0.013, 0.007), "zinc"))
-    b.put("input/nut", nut, (0.0, 0.0, reach + 0.0462), parent=groups["input"])
+    b.put("input/nut", nut, (0.0, 0.0, FLANGE_REACH + 0.0462), parent=group)
 
-    holes = [circle((0.0, 0.0), 0.0086, 40)]
-    bolt_circle = [(0.0285 * math.cos(a), 0.0285 * math.sin(a)) for a in (2 * math.pi * k / 6 for k in range(6))]
-    holes += [circle(p, 0.0031, 16) for p in bolt_circle]
-    coupling = extrude(circle((0.0, 0.0), 0.038, 64), holes, -0.004, 0.005)
-    coupling.append(ring(0.0086, 0.017, -0.018, -0.004, 0.001))
-    disc = b.put("output/coupling", b.mesh("coupling", (coupling, "iron")), (0.0, 0.0, reach + 0.040), parent=groups["output"])
-    for k, (x, y) in enumerate(bolt_circle):
-        b.put(f"output/coupling/bolt {k + 1}", screw, (x, y, 0.0052), parent=disc)
 
-    # The counter shaft ends inside: covers over its bearings.
-    cover = b.mesh("bearing cover", (spun([[(0.0, 0.0), (0.032, 0.0)], [(0.032, 0.0), (0.032, 0.004)],
-                                           [(0.032, 0.004), (0.022, 0.004)], [(0.022, 0.004), (0.019, 0.009)],
-                                           [(0.019, 0.009), (0.0, 0.009)]], 56), "cast"))
-    for side, z, turn in (("front", reach + 0.003, IDENTITY), ("back", -reach - 0.003, axis_angle(Y, 180))):
-        lid = b.put(f"counter/{side} cover", cover, (0.0, 0.0, z), turn, groups["counter"])
+def _coupling(b: _Builder, group: int, screw: int) -> None:
+    places = circle((0.0, 0.0), 0.0285, 6)
+    holes = [circle((0.0, 0.0), 0.0086, 40), *(circle(p, 0.0031, 16) for p in places)]
+    disc = extrude(circle((0.0, 0.0), 0.038, 64), holes, -0.004, 0.005)
+    disc.append(ring(0.0086, 0.017, -0.018, -0.004, 0.001))
+    mesh = b.mesh("coupling", (disc, "iron"))
+    node = b.put("output/coupling", mesh, (0.0, 0.0, FLANGE_REACH + 0.040), parent=group)
+    for k, (x, y) in enumerate(places):
+        b.put(f"output/coupling/bolt {k + 1}", screw, (x, y, 0.0052), parent=node)
+
+
+def _covers(b: _Builder, group: int, screw: int) -> None:
+    """The counter shaft ends inside: lids over its bearings."""
+    profile = [
+        (0.0, 0.0),
+        (0.032, 0.0),
+        (0.032, 0.004),
+        (0.022, 0.004),
+        (0.019, 0.009),
+        (0.0, 0.009),
+    ]
+    cover = b.mesh("bearing cover", (spun(sharp(profile), 56), "cast"))
+    for side, z in (("front", FLANGE_REACH + 0.003), ("back", -FLANGE_REACH - 0.003)):
+        turn = IDENTITY if z > 0 else BACK
+        lid = b.put(f"counter/{side} cover", cover, (0.0, 0.0, z), turn, group)
         for k in range(4):
             angle = math.radians(45 + 90 * k)
-            b.put(f"counter/{side} cover/bolt {k + 1}", screw, (0.0268 * math.cos(angle), 0.0268 * math.sin(angle), 0.0042),
-                  parent=lid)
+            at = (0.0268 * math.cos(angle), 0.0268 * math.sin(angle), 0.0042)
+            b.put(f"counter/{side} cover/bolt {k + 1}", screw, at, parent=lid)
 
 
 def _base(b: _Builder, root: int) -> None:
@@ -219,13 +286,14 @@ def _base(b: _Builder, root: int) -> None:
     b.put("base/plate", b.mesh("base plate", (plate, "iron")), (0.012, -0.120, 0.0), parent=group)
     # Follows the sump's belly with a millimetre to spare.
     belly = _flipped(_half(_case(-0.001), 0.040))
-    saddle = b.mesh("saddle", (extrude([*belly, (0.176, -0.060), (0.182, -0.1105), (-0.150, -0.1105), (-0.144, -0.060)][::-1],
-                                       [], -0.007, 0.007), "cast"))
+    foot = [(-0.144, -0.060), (-0.150, -0.1105), (0.182, -0.1105), (0.176, -0.060)]
+    saddle = b.mesh("saddle", (extrude(foot + belly[::-1], [], -0.007, 0.007), "cast"))
     for side, z in (("front", 0.040), ("back", -0.040)):
         b.put(f"base/{side} saddle", saddle, (0.0, 0.0, z), parent=group)
     anchor = b.mesh("anchor", (bolt(0.006, 0.016), "bolt"), (washer(0.006), "zinc"))
-    for k, (x, z) in enumerate(((-0.180, 0.080), (0.204, 0.080), (0.204, -0.080), (-0.180, -0.080))):
-        b.put(f"base/anchor {k + 1}", anchor, (x, -0.1108, z), axis_angle(X, -90), group)
+    corners = ((-0.180, 0.080), (0.204, 0.080), (0.204, -0.080), (-0.180, -0.080))
+    for k, (x, z) in enumerate(corners):
+        b.put(f"base/anchor {k + 1}", anchor, (x, -0.1108, z), UP, group)
 
 
 def build() -> Glb:
@@ -237,5 +305,7 @@ def build() -> Glb:
     _housing(b, root, bolt_mesh)
     _shafts(b, root, screw)
     b.glb.perspective("main", (0.33, 0.37, 0.80), (0.012, 0.112, 0.0), math.radians(24.5))
-    b.glb.orthographic("top", (0.0, 1.0, 0.0), (0.0, 0.0, 0.0), 0.16, near=0.1, far=2.0, up=(0.0, 0.0, -1.0))
+    b.glb.orthographic(
+        "top", (0.0, 1.0, 0.0), (0.0, 0.0, 0.0), 0.16, near=0.1, far=2.0, up=(0.0, 0.0, -1.0)
+    )
     return b.glb

@@ -1,0 +1,23 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# From a fresh Debian 12 to the first layered picture: installs what is missing, builds, renders a scene.
+set -eu
+cd "$(dirname "$0")/.."
+
+sh examples/install_dependencies.sh build
+
+cmake --preset release -DPEELER_BUILD_TESTS=OFF
+cmake --build --preset release -j "$(nproc)" --target peeler
+
+out=build/quickstart
+mkdir -p "$out"
+unset DISPLAY WAYLAND_DISPLAY || true
+peeler=build/release/peeler
+
+# Every layer of the scene: a multi-part OpenEXR file.
+"$peeler" render examples/scenes/glasses.glb -o "$out/glasses.exr"
+# The same layers, flattened: a PNG.
+"$peeler" flatten "$out/glasses.exr" -o "$out/glasses.png" --background '#f2f0ec'
+"$peeler" info "$out/glasses.exr"
+
+echo "wrote $out/glasses.exr (every layer) and $out/glasses.png (the composite)"
