@@ -275,8 +275,8 @@ const char* const kModels[] = {
 };
 
 class Oracle : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Models, Oracle, testing::ValuesIn(kModels), [](const auto& info) {
-    const std::string path = info.param;
+INSTANTIATE_TEST_SUITE_P(Models, Oracle, testing::ValuesIn(kModels), [](const auto& row) {
+    const std::string path = row.param;
     std::string name = path.substr(0, path.find('/'));
     return name;
 });

@@ -29,8 +29,8 @@ std::vector<std::string_view> methodNames() {
     return names;
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Capture, testing::ValuesIn(methodNames()), [](const auto& info) {
-    std::string name(info.param);
+INSTANTIATE_TEST_SUITE_P(Methods, Capture, testing::ValuesIn(methodNames()), [](const auto& row) {
+    std::string name(row.param);
     for (char& c : name)
         if (c == '-') c = '_';
     return name;
@@ -236,7 +236,7 @@ TEST_P(Capture, TwoHundredLayersSurvive) {
     for (std::size_t p = 0; p < image.window.pixels(); ++p)
         for (std::uint32_t f = image.offsets[p]; f + 1 < image.offsets[p + 1]; ++f)
             EXPECT_LT(image.z[f], image.z[f + 1]);
-    if (GetParam() == "front-to-back") EXPECT_EQ(result.report.passes, 200);
+    EXPECT_EQ(result.report.passes, GetParam() == "front-to-back" ? 200 : 1);
 }
 
 TEST_P(Capture, AnEmptySceneHasNoLayers) {

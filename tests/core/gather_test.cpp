@@ -19,7 +19,8 @@ TEST(Gather, SortsByDepthThenDrawOrderAndKeepsTheNearest) {
     for (const std::uint32_t limit : {0U, 3U}) {
         std::vector<std::uint32_t> first{0};
         for (std::size_t p = 0; p < window.pixels(); ++p)
-            first.push_back(first.back() + (p % 50 == 0 ? 120 : random() % 9));
+            first.push_back(first.back() +
+                            (p % 50 == 0 ? 120U : static_cast<std::uint32_t>(random() % 9)));
         const std::size_t n = first.back();
         std::vector<float> depth(n);
         std::vector<std::uint32_t> primitive(n);
