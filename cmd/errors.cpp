@@ -13,17 +13,34 @@ namespace peeler::cmd {
 
 namespace {
 
-constexpr const char* kOurBug =
-    "this is a bug in peeler; please report it with the command that shows it";
+/// What to try where the error itself does not know: nobody is left with a bare refusal.
+struct DefaultHint {
+    ErrorKind kind;
+    const char* hint;
+};
+constexpr DefaultHint kDefaultHints[] = {
+    {ErrorKind::kInternal,
+     "this is a bug in peeler; please report it with the command that shows it"},
+    {ErrorKind::kUsage, "see peeler --help"},
+    {ErrorKind::kInput, "check that the file is there and whole; peeler info tells what it holds"},
+    {ErrorKind::kOutput, "check the folder and the space on its disk"},
+    {ErrorKind::kDevice, "peeler devices lists what can be used, and why the rest cannot"},
+    {ErrorKind::kIncomplete, "leave --strict out to keep what there is"},
+    {ErrorKind::kMemory, "use a smaller --size, fewer --layers or a higher --memory"},
+};
+
+std::string hintOf(const Error& error) {
+    if (!error.hint().empty()) return error.hint();
+    for (const DefaultHint& row : kDefaultHints) {
+        if (row.kind == error.kind()) return row.hint;
+    }
+    return "";
+}
 
 int report(Console& console, const Error& error) {
     const std::string what = error.what();
     console.error(error.where().empty() ? what : what + ": " + error.where());
-    if (!error.hint().empty()) {
-        console.hint(error.hint());
-    } else if (error.kind() == ErrorKind::kInternal) {
-        console.hint(kOurBug);
-    }
+    console.hint(hintOf(error));
     return static_cast<int>(error.kind());
 }
 
@@ -37,8 +54,7 @@ int runReported(Console& console, const std::function<int()>& work) {
     } catch (const ReaderGone&) {
         return 128 + SIGPIPE;
     } catch (const std::bad_alloc&) {
-        return report(console, Error(ErrorKind::kMemory, "out of memory", "",
-                                     "use a smaller --size, fewer --layers or a lower --memory"));
+        return report(console, Error(ErrorKind::kMemory, "out of memory"));
     } catch (const std::exception& error) {
         return report(console, Error(ErrorKind::kInternal, error.what()));
     } catch (...) {

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is printed where: lines, errors, progress, results.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "cmd/console.h"
+#include "cmd/errors.h"
+#include "cmd/progress.h"
+#include "cmd/report.h"
+#include "cmd/settings.h"
+#include "core/error.h"
+
+namespace peeler::cmd {
+namespace {
+
+struct Streams {
+    std::ostringstream out, err;
+};
+
+/// Lines of a text; every one must end.
+std::vector<std::string> lines(const std::string& text) {
+    EXPECT_TRUE(text.empty() || text.back() == '\n') << text;
+    std::vector<std::string> result;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);)
+        result.push_back(line);
+    return result;
+}
+
+TEST(Console, WritesWholeLines) {
+    Streams streams;
+    Console console(streams.out, streams.err, false);
+    console.warning("one\ntwo\n");
+    console.note("three");
+    console.setQuiet(true);
+    console.note("four");
+    console.error("five");
+    EXPECT_EQ(streams.err.str(),
+              "peeler: warning: one\npeeler: warning: two\npeeler: three\npeeler: error: five\n");
+    EXPECT_EQ(streams.out.str(), "");
+}
+
+TEST(Console, ShowsControlCharacters) {
+    Streams streams;
+    Console console(streams.out, streams.err, false);
+    console.error("a\x1b[31m\rb\x7f");
+    EXPECT_EQ(streams.err.str(), "peeler: error: a\\x1b[31m\\x0db\\x7f\n");
+}
+
+TEST(Console, DrawsBarsOnTerminalsOnlyAndClearsThem) {
+    Streams plain, terminal;
+    {
+        Console console(plain.out, plain.err, false);
+        console.bar("half");
+    }
+    EXPECT_EQ(plain.err.str(), "");
+    {
+        Console console(terminal.out, terminal.err, true);
+        console.bar("half");
+        console.bar("all");
+        console.warning("w");
+    }
+    EXPECT_EQ(terminal.err.str(), "\rhalf\rall \r   \rpeeler: warning: w\n");
+}
+
+TEST(Console, ResultThatCannotBeWrittenIsAnError) {
+    Streams streams;
+    Console console(streams.out, streams.err, false);
+    streams.out.setstate(std::ios::badbit);
+    const int code = runReported(console, [&] {
+        console.result("{}");
+        return 0;
+    });
+    EXPECT_EQ(code, 4);
+    EXPECT_TRUE(streams.err.str().starts_with("peeler: error: cannot write the result"))
+        << streams.err.str();
+}
+
+TEST(Errors, SayWhatWhereAndWhatToTry) {
+    Streams streams;
+    Console console(streams.out, streams.err, false);
+    const int code = runReported(console, []() -> int {
+        throw Error(ErrorKind::kInput, "index out of range", "/meshes/0",
+                    "export it again\nor fix it");
+    });
+    EXPECT_EQ(code, 3);
+    EXPECT_EQ(streams.err.str(),
+              "peeler: error: index out of range: /meshes/0\n"
+              "peeler: hint: export it again\npeeler: hint: or fix it\n");
+}
+
+TEST(Errors, HaveTheExitCodesOfTheContract) {
+    Streams streams;
+    Console console(streams.out, streams.err, false);
+    for (const auto& [kind, code] : {std::pair{ErrorKind::kInternal, 1},
+                                     {ErrorKind::kUsage, 2},
+                                     {ErrorKind::kInput, 3},
+                                     {ErrorKind::kOutput, 4},
+                                     {ErrorKind::kDevice, 5},
+                                     {ErrorKind::kIncomplete, 6},
+                                     {ErrorKind::kMemory, 33}}) {
+        EXPECT_EQ(runReported(console, [k = kind]() -> int { throw Error(k, "x"); }), code);
+    }
+    EXPECT_EQ(runReported(console, []() -> int { throw std::bad_alloc(); }), 33);
+    EXPECT_EQ(runReported(console, []() -> int { throw std::runtime_error("x"); }), 1);
+    EXPECT_EQ(runReported(console, []() -> int { throw 7; }), 1);
+    const std::string before = streams.err.str();
+    EXPECT_EQ(runReported(console, []() -> int { throw ReaderGone{}; }), 141);
+    EXPECT_EQ(runReported(console, [] { return 0; }), 0);
+    EXPECT_EQ(streams.err.str(), before);
+}
+
+/// A clock that stands still until it is told to go on.
+struct HandClock {
+    std::chrono::steady_clock::time_point now{};
+    ProgressReport::Clock clock() {
+        return [this] { return now; };
+    }
+    void pass(double seconds) {
+        now += std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+            std::chrono::duration<double>(seconds));
+    }
+};
+
+TEST(Progress, PlainIsAtMostALineASecondAndTenPercent) {
+    Streams streams;
+    Console console(streams.out, streams.err, false);
+    HandClock hand;
+    ProgressReport progress(console, ProgressStyle::kAuto, "render", hand.clock());
+    progress.update(0.5);  // no second has passed
+    hand.pass(1.5);
+    progress.update(0.05);  // no tenth either
+    progress.update(0.2);
+    progress.update(0.9);
+    hand.pass(1);
+    progress.update(0.29);
+    progress.update(0.3);
+    EXPECT_EQ(streams.err.str(), "peeler: render 20 %\npeeler: render 30 %\n");
+}
+
+TEST(Progress, OnePlainLineForEveryTenthBeforeTheEnd) {
+    Streams streams;
+    Console console(streams.out, streams.err, false);
+    HandClock hand;
+    {
+        ProgressReport progress(console, ProgressStyle::kPlain, "render", hand.clock());
+        for (int i = 0; i <= 1000; ++i) {
+            hand.pass(1);
+            progress.update(i / 1000.0);
+        }
+    }
+    EXPECT_EQ(lines(streams.err.str()).size(), 9U);
+}
+
+TEST(Progress, BarIsClearedAtTheEnd) {
+    Streams streams;
+    Console console(streams.out, streams.err, true);
+    HandClock hand;
+    {
+        ProgressReport progress(console, ProgressStyle::kAuto, "render", hand.clock());
+        progress.update(0.5);
+        EXPECT_NE(streams.err.str().find("[###############...............] 50 %"),
+                  std::string::npos)
+            << streams.err.str();
+        progress.update(0.51);  // too soon
+        EXPECT_EQ(streams.err.str().find("51"), std::string::npos);
+    }
+    EXPECT_EQ(streams.err.str().find('\n'), std::string::npos);
+    EXPECT_EQ(streams.err.str().back(), '\r');
+}
+
+TEST(Progress, JsonLinesBeginAtZeroAndEndAtOne) {
+    Streams streams;
+    Console console(streams.out, streams.err, false);
+    console.setQuiet(true);  // it was asked for by name
+    HandClock hand;
+    {
+        ProgressReport progress(console, ProgressStyle::kJson, "render", hand.clock());
+        progress.update(0.001);
+        hand.pass(0.5);
+        progress.update(0.5);
+        progress.update(1);
+        progress.update(1);
+    }
+    const auto text = lines(streams.err.str());
+    ASSERT_EQ(text.size(), 3U);
+    double last = -1;
+    for (const auto& line : text) {
+        const auto json = nlohmann::json::parse(line);
+        EXPECT_EQ(json.at("stage"), "render");
+        EXPECT_GT(json.at("progress").get<double>(), last);
+        last = json.at("progress");
+    }
+    EXPECT_EQ(last, 1);
+}
+
+TEST(Progress, NoneSaysNothing) {
+    Streams streams;
+    Console console(streams.out, streams.err, true);
+    HandClock hand;
+    ProgressReport progress(console, ProgressStyle::kNone, "render", hand.clock());
+    hand.pass(10);
+    progress.update(0.5);
+    EXPECT_EQ(streams.err.str(), "");
+}
+
+TEST(Report, HasEveryKeyOfTheContract) {
+    PictureResult result;
+    result.output = "out\xff.exr";  // not UTF-8
+    result.fragments_counted = 10;
+    result.fragments_stored = 9;
+    result.milliseconds["load"] = 1.23456;
+    const auto json = nlohmann::json::parse(jsonText(toJson(result)));
+    for (const char* key :
+         {"output", "bytes", "width", "height", "layers", "fragmentsCounted", "fragmentsStored",
+          "complete", "method", "renderer", "backend", "passes", "peakMemory", "milliseconds"}) {
+        EXPECT_TRUE(json.contains(key)) << key;
+    }
+    EXPECT_EQ(json.size(), 14U);
+    EXPECT_EQ(json["complete"], false);
+    for (const char* stage : {"load", "context", "upload", "count", "capture", "sort", "composite",
+                              "encode", "write", "total"}) {
+        EXPECT_TRUE(json["milliseconds"].contains(stage)) << stage;
+    }
+    EXPECT_EQ(json["milliseconds"]["load"], 1.235);
+}
+
+TEST(Report, SummaryIsOneLine) {
+    PictureResult result;
+    result.output = "out.exr";
+    result.layers = 1;
+    result.fragments_counted = result.fragments_stored = 1234567;
+    result.bytes = 1'500'000;
+    result.milliseconds["total"] = 812.4;
+    EXPECT_EQ(summary(result), "out.exr: 1 layer, 1,234,567 fragments, 1.5 MB, 812 ms");
+    result.fragments_counted = 2'000'000;
+    EXPECT_EQ(summary(result),
+              "out.exr: 1 layer, 1,234,567 fragments of 2,000,000, 1.5 MB, 812 ms");
+}
+
+TEST(Report, Numbers) {
+    EXPECT_EQ(groupedText(0), "0");
+    EXPECT_EQ(groupedText(999), "999");
+    EXPECT_EQ(groupedText(1000), "1,000");
+    EXPECT_EQ(bytesText(999), "999 B");
+    EXPECT_EQ(bytesText(1000), "1.0 kB");
+    EXPECT_EQ(bytesText(999'999), "1.0 MB");
+    // The FNV-1a test vectors of its authors.
+    EXPECT_EQ(hashText(""), "cbf29ce484222325");
+    EXPECT_EQ(hashText("foobar"), "85944171f73967e8");
+}
+
+TEST(SettingsHash, ChangesWithWhatChangesPixels) {
+    const View view;
+    const CaptureSettings capture;
+    const std::string hash = settingsHash(0, view, capture);
+    EXPECT_EQ(hash, settingsHash(0, view, capture));
+    EXPECT_EQ(hash.size(), 16U);
+
+    CaptureSettings same = capture;
+    same.method = "front-to-back";
+    same.memory = 1U << 30;
+    EXPECT_EQ(hash, settingsHash(0, view, same));
+
+    CaptureSettings limited = capture;
+    limited.max_layers = 3;
+    View moved = view;
+    moved.camera_to_world[3][0] = 1e-300;
+    View cropped = view;
+    cropped.crop = {0, 0, 1, 1};
+    EXPECT_NE(hash, settingsHash(1, view, capture));
+    EXPECT_NE(hash, settingsHash(0, view, limited));
+    EXPECT_NE(hash, settingsHash(0, moved, capture));
+    EXPECT_NE(hash, settingsHash(0, cropped, capture));
+}
+
+}  // namespace
+}  // namespace peeler::cmd

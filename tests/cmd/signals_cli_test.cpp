@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// A render that is told to stop leaves nothing behind.
+#include <gtest/gtest.h>
+#include <sys/types.h>
+
+#include <chrono>
+#include <csignal>
+#include <future>
+#include <string>
+#include <thread>
+
+#include "cmd/tiny_gltf.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+/// The process that writes a temporary file (its name holds the number) once there are bytes in it;
+/// 0 after a minute without one.
+pid_t waitForWriter(const fs::path& folder, const std::future<CommandResult>& run) {
+    const std::string mark = ".peeler-";
+    for (int i = 0; i < 6000; ++i) {
+        if (run.wait_for(10ms) == std::future_status::ready) return 0;
+        for (const auto& entry : fs::directory_iterator(folder)) {
+            const std::string name = entry.path().filename();
+            const std::size_t at = name.find(mark);
+            std::error_code gone;
+            if (at == std::string::npos || entry.file_size(gone) == 0 || gone) continue;
+            return static_cast<pid_t>(std::stol(name.substr(at + mark.size())));
+        }
+    }
+    return 0;
+}
+
+class Signals : public testing::TestWithParam<int> {};
+
+TEST_P(Signals, LeaveNothingBehind) {
+    const int number = GetParam();
+    // A shell's background job ignores SIGINT, and so would what it starts.
+    std::signal(number, SIG_DFL);
+    const ScratchDir scratch;
+    const fs::path out = scratch / "out";
+    fs::create_directory(out);
+    const fs::path scene = writeScene(scratch.path(), stackScene(60));
+    // Minutes of work in small bands.
+    auto run = std::async(std::launch::async, [&] {
+        return runPeeler({"render", scene.string(), "-o", (out / "a.exr").string(), "--size",
+                          "4096x4096", "--memory", "1G"});
+    });
+    const pid_t writer = waitForWriter(out, run);
+    if (writer > 0) kill(writer, number);
+    const CommandResult result = run.get();
+    ASSERT_GT(writer, 0) << result.err;
+    EXPECT_EQ(result.exit_code, 128 + number) << result.err;
+    EXPECT_EQ(result.out, "");
+    EXPECT_TRUE(fs::is_empty(out)) << "a temporary file was left behind";
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, Signals, testing::Values(SIGTERM, SIGINT, SIGHUP),
+                         [](const auto& each) { return "Signal" + std::to_string(each.param); });
+
+}  // namespace
+}  // namespace peeler::test

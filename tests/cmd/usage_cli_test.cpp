@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// The command line itself: help, versions, and what is refused before any work.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "cmd/tiny_gltf.h"
+#include "cmd/verbs.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+TEST(Help, ListsEveryVerbWithItsSummary) {
+    const CommandResult result = runPeeler({"--help"});
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_EQ(result.err, "");
+    for (const cmd::Verb& verb : cmd::verbs()) {
+        EXPECT_TRUE(contains(result.out, std::string(verb.name))) << verb.name;
+        EXPECT_TRUE(contains(result.out, std::string(verb.summary))) << verb.name;
+    }
+}
+
+TEST(Help, OfEveryVerbFitsATerminal) {
+    for (const cmd::Verb& verb : cmd::verbs()) {
+        const CommandResult result = runPeeler({std::string(verb.name), "--help"});
+        EXPECT_EQ(result.exit_code, 0) << verb.name;
+        EXPECT_EQ(result.err, "") << verb.name;
+        EXPECT_TRUE(contains(result.out, std::string(verb.summary))) << result.out;
+        EXPECT_TRUE(contains(result.out, "--json")) << result.out;
+        for (std::size_t at = 0, end; at < result.out.size(); at = end + 1) {
+            end = result.out.find('\n', at);
+            ASSERT_NE(end, std::string::npos) << "the last line does not end";
+            EXPECT_LE(end - at, 100U) << result.out.substr(at, end - at);
+        }
+    }
+}
+
+TEST(Help, ListsTheChoicesOfTheTables) {
+    const std::string help = runPeeler({"render", "--help"}).out;
+    for (const char* part :
+         {"a-buffer (default)", "front-to-back", "visible", "transparent", "unlit", "osmesa",
+          "Camera:", "Picture:", "Layers:", "Output:", "Machine:", "Messages:"}) {
+        EXPECT_TRUE(contains(help, part)) << part;
+    }
+}
+
+TEST(Version, IsOneLineOnStdout) {
+    const CommandResult result = runPeeler({"--version"});
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_TRUE(result.out.starts_with("peeler ")) << result.out;
+    EXPECT_EQ(result.out.find('\n'), result.out.size() - 1);
+    EXPECT_EQ(result.err, "");
+}
+
+TEST(Usage, NoVerbShowsTheHelpOnStderr) {
+    const CommandResult result = runPeeler({});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(result.out, "");
+    EXPECT_TRUE(contains(result.err, "render"));
+    EXPECT_TRUE(contains(result.err, "peeler: error: no verb given"));
+}
+
+/// One command line that is refused, and what the message must hold.
+struct Refused {
+    std::vector<std::string> arguments;  ///< SCENE and OUT stand for paths
+    std::vector<std::string> parts;
+};
+
+class Refusals : public testing::TestWithParam<Refused> {};
+
+TEST_P(Refusals, SayWhatWhereAndWhatToTry) {
+    const ScratchDir scratch;
+    const fs::path out = scratch / "out";
+    fs::create_directory(out);
+    const fs::path scene = writeScene(scratch.path(), stackScene(2));
+    std::vector<std::string> arguments = GetParam().arguments;
+    for (std::string& argument : arguments) {
+        if (argument == "SCENE") argument = scene.string();
+        if (argument.starts_with("OUT/")) argument = out.string() + argument.substr(3);
+    }
+    const CommandResult result = runPeeler(arguments);
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    EXPECT_EQ(result.out, "");
+    EXPECT_TRUE(result.err.starts_with("peeler: error: ")) << result.err;
+    for (const std::string& part : GetParam().parts) {
+        EXPECT_TRUE(contains(result.err, part)) << "no \"" << part << "\" in\n" << result.err;
+    }
+    EXPECT_TRUE(fs::is_empty(out));
+}
+
+/// `peeler render SCENE -o OUT/a.exr` and these.
+Refused render(std::vector<std::string> options, std::vector<std::string> parts) {
+    std::vector<std::string> arguments{"render", "SCENE", "-o", "OUT/a.exr"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    return {arguments, std::move(parts)};
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Names, Refusals,
+    testing::Values(
+        Refused{{"rendre"}, {"unknown verb: rendre", "did you mean 'render'?"}},
+        render({"--metod", "x"}, {"unknown option: --metod", "did you mean '--method'?"}),
+        render({"extra.gltf"}, {"one argument too many: extra.gltf"}),
+        render({"--method", "a-bufer"}, {"unknown method 'a-bufer'", "--method a-bufer",
+                                         "did you mean 'a-buffer'?", "a-buffer, front-to-back"}),
+        render({"--camera", "fornt"}, {"unknown camera: --camera fornt", "did you mean 'front'?"}),
+        render({"--camera", "7"}, {"unknown camera: --camera 7", "an index from 0 to 0"}),
+        render({"--scene", "other"}, {"unknown scene: --scene other"}),
+        render({"--surfaces", "visble"}, {"did you mean 'visible'?"}),
+        render({"--faces", "sides"}, {"gltf, front, back, both"}),
+        render({"--backend", "eglo"}, {"did you mean 'egl'?", "auto, egl, osmesa"}),
+        render({"--as", "png"}, {"--as png", "ldi, composite"})));
+
+INSTANTIATE_TEST_SUITE_P(
+    Values, Refusals,
+    testing::Values(render({"--size", "0x100"}, {"--size 0x100", "from 1 to 65536"}),
+                    render({"--size", "-5x100"}, {"--size -5x100"}),
+                    render({"--size", "99999999999x2"}, {"--size 99999999999x2"}),
+                    render({"--size", "65536x65536"}, {"more than 1073741824 pixels"}),
+                    render({"--size", "big"}, {"--size big"}),
+                    render({"--fov", "nan"}, {"--fov nan"}),
+                    render({"--fov", "180"}, {"between 0 and 180"}),
+                    render({"--eye", "1,2"}, {"x,y,z"}), render({"--layers", "0"}, {"--layers 0"}),
+                    render({"--memory", "1M"}, {"too little memory", "64M"}),
+                    render({"--memory", "lots"}, {"8G"}),
+                    render({"--threads", "-1"}, {"--threads -1"}),
+                    render({"--crop", "0,0,1281,10"}, {"outside the picture", "1280 x 720"}),
+                    render({"--size"}, {"--size", "see peeler render --help"})));
+
+INSTANTIATE_TEST_SUITE_P(
+    Contradictions, Refusals,
+    testing::Values(
+        render({"--camera", "0", "--fov", "30"}, {"--camera"}),
+        render({"--fov", "30", "--ortho-height", "2"}, {"--fov, --ortho-height"}),
+        render({"--eye", "0,5,0", "--target", "0,0,0", "--up", "0,1,0"}, {"parallel", "--up"}),
+        render({"--eye", "-1,-1,-1", "--target", "-1,-1,-1"}, {"--eye, --target"}),
+        render({"--near", "5", "--far", "1"}, {"--near, --far"}),
+        render({"--background", "1,1,1"}, {"layers have no background", "--as composite"}),
+        render({"--exposure", "1"}, {"--exposure", "--as composite"}),
+        render({"--as", "composite", "--no-composite"}, {"--no-composite"}),
+        render({"--as", "composite", "--tone-map", "aces"}, {"linear light", ".png"}),
+        Refused{{"render", "SCENE", "-o", "SCENE"}, {"scene.gltf"}},
+        Refused{{"render", "SCENE", "-o", "OUT/a.xyz"}, {"a.xyz", ".png"}},
+        Refused{{"render", "SCENE", "-o", "OUT/a.png", "--as", "ldi"}, {"ldi"}},
+        Refused{{"render", "SCENE"}, {"--output", "see peeler render --help"}},
+        Refused{{"render", "-o", "OUT/a.exr"}, {"SCENE"}},
+        render({"--report", "OUT/a.exr"}, {"--report", "replace"}),
+        Refused{{"flatten", "SCENE", "-o", "OUT/a.exr", "--layers", "none"}, {"--layers none"}}));
+
+TEST(Usage, OutputThatIsTheInputIsRefused) {
+    const ScratchDir scratch;
+    writeScene(scratch.path());
+    fs::create_symlink(scratch / "scene.gltf", scratch / "same.exr");
+    const CommandResult result = runPeeler(
+        {"render", (scratch / "scene.gltf").string(), "-o", (scratch / "same.exr").string()});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_TRUE(contains(result.err, "the output is the input")) << result.err;
+    EXPECT_GT(fs::file_size(scratch / "scene.gltf"), 100U);
+}
+
+}  // namespace
+}  // namespace peeler::test
