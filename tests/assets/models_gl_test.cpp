@@ -25,7 +25,7 @@ std::size_t compareMethods(const fs::path& path, const CaptureSettings& base) {
     const int index = scene.default_scene;
     const View view = cmd::makeView(scene, contents(scene, index), camera);
     const auto reference = capture(scene, view, base);
-    EXPECT_TRUE(reference.plan.complete());
+    EXPECT_EQ(reference.plan.complete(), base.max_layers == 0);
     for (const auto& method : peelMethods()) {
         if (method.name == base.method) continue;
         CaptureSettings settings = base;
@@ -44,7 +44,7 @@ TEST(Models, EveryMethodGivesTheSameLayers) {
     for (const auto& model : models)
         fragments += compareMethods(model, {});
     std::printf("%zu models, %zu fragments\n", models.size(), fragments);
-    EXPECT_GT(fragments, 1000000U);
+    EXPECT_GT(fragments, 300000U);
 }
 
 TEST(Models, EveryMethodGivesTheSameLayersOfTheExampleScenes) {
@@ -52,8 +52,8 @@ TEST(Models, EveryMethodGivesTheSameLayersOfTheExampleScenes) {
     for (const auto& entry : fs::directory_iterator(sourceDir() / "examples" / "scenes")) {
         if (entry.path().extension() != ".glb") continue;
         ++scenes;
-        EXPECT_GT(compareMethods(entry.path(), {}), 10000U);
-        EXPECT_GT(compareMethods(entry.path(), {.surfaces = Surfaces::kVisible}), 10000U);
+        EXPECT_GT(compareMethods(entry.path(), {}), 1000U);
+        EXPECT_GT(compareMethods(entry.path(), {.surfaces = Surfaces::kVisible}), 1000U);
         EXPECT_GT(compareMethods(entry.path(), {.color_type = PixelType::kFloat, .max_layers = 3}),
                   0U);
     }

@@ -253,8 +253,6 @@ void compareWithEmbree(const fs::path& scene_path, const std::string& faces, con
             worst_edge = std::max(worst_edge, distanceToEdge(soup, file, x + 0.5, y + 0.5));
         }
     }
-    RecordProperty("covered", static_cast<int>(covered));
-    RecordProperty("disagreeing", static_cast<int>(disagreeing));
     std::printf(
         "%s (--faces %s): %zu covered pixels, %zu disagree, farthest from an edge %.3f pixels\n",
         scene_path.filename().c_str(), faces.c_str(), covered, disagreeing, worst_edge);
