@@ -131,7 +131,8 @@ View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::
 }
 
 /// A camera from numbers, or none at all: what is not given is found by framing the scene.
-View builtCamera(const CameraOptions& options, const Bounds& bounds) {
+View builtCamera(const CameraOptions& options, const Scene& scene, const SceneContents& contents,
+                 const Bounds& bounds) {
     View view;
     setSize(view, options.size, 16.0 / 9);
     Projection& projection = view.projection;
@@ -141,13 +142,22 @@ View builtCamera(const CameraOptions& options, const Bounds& bounds) {
                                  : std::tan(glm::radians(options.fov.value_or(kDefaultFov)) / 2);
     projection.half_width = projection.half_height * aspectOf(view);
 
-    const glm::dvec3 target = options.target.value_or((bounds.min + bounds.max) * 0.5);
+    glm::dvec3 target = options.target.value_or((bounds.min + bounds.max) * 0.5);
     const glm::dvec3 up = glm::normalize(options.up.value_or(glm::dvec3(0, 1, 0)));
     glm::dvec3 eye;
     if (options.eye) {
         eye = *options.eye;
     } else {
-        eye = framingEye(bounds, target, pleasingForward(up), up, projection);
+        const glm::dvec3 forward = pleasingForward(up);
+        const double size = sceneSize(bounds);
+        const auto reached = [&](const glm::dvec3& direction) {
+            const double far = reach(scene, contents, target, direction);
+            return std::isfinite(far) ? far : 0.5 * size * glm::length(direction);  // empty
+        };
+        const bool centred = options.target.has_value();
+        const glm::dvec3 offset = framingEye(reached, size, centred, forward, up, projection);
+        eye = target + offset;
+        if (!centred) target = eye - forward * glm::dot(offset, forward);
     }
     if (eye == target) {
         throw Error(ErrorKind::kUsage,
@@ -164,8 +174,8 @@ View builtCamera(const CameraOptions& options, const Bounds& bounds) {
     }
     view.camera_to_world = *place;
 
-    const double reach = std::min(sceneSize(bounds), glm::length(target - eye));
-    projection.near = projection.perspective ? 1e-4 * reach : 0;
+    const double scale = std::min(sceneSize(bounds), glm::length(target - eye));
+    projection.near = projection.perspective ? 1e-4 * scale : 0;
     return view;
 }
 
@@ -319,7 +329,7 @@ View makeView(const Scene& scene, const SceneContents& contents, const CameraOpt
         view = sceneCamera(scene, contents.cameras[chosen], names[chosen], options.size);
     } else {
         if (options.camera) chooseFrom("camera", *options.camera, {});
-        view = builtCamera(options, box);
+        view = builtCamera(options, scene, contents, box);
     }
     view.projection.half_width = view.projection.half_height * aspectOf(view);
     setDepthRange(view, options, box);

@@ -132,10 +132,10 @@ void Flatten::composite() {
     provenance.version = PEELER_VERSION;
     const auto writer =
         makeSink(options_.output.path.string(), outputOptions(options_.output, provenance));
-    TimedSink sink(*writer, result_.milliseconds);
-    sink.begin(plan_);
-    forEachBand("flatten", [&](const LayeredImage& band) { sink.write(band); });
-    sink.finish();
+    writer->begin(plan_);
+    forEachBand("flatten", [&](const LayeredImage& band) { writer->write(band); });
+    writer->finish();
+    add(result_.milliseconds, writer->times());
 }
 
 void Flatten::tell() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Look-at, rigid parts of node matrices, and fitting a box into a frame.
+// Look-at, rigid parts of node matrices, and fitting a scene into a frame.
 #include "cmd/framing.h"
 
 #include <algorithm>
@@ -33,25 +33,6 @@ std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
                                                i & 4 ? bounds.max.z : bounds.min.z};
     }
     return points;
-}
-
-/// A corner as the camera's axes see it from `target`.
-struct SeenCorner {
-    double right, up, depth;
-};
-
-std::array<SeenCorner, 8> seenCorners(const Bounds& bounds, const glm::dvec3& target,
-                                      const glm::dvec3& forward, const glm::dvec3& up) {
-    const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
-    const glm::dvec3 above = glm::cross(right, forward);
-    std::array<SeenCorner, 8> seen{};
-    const auto points = corners(bounds);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const glm::dvec3 offset = points[i] - target;
-        seen[i] = {std::abs(glm::dot(offset, right)), std::abs(glm::dot(offset, above)),
-                   glm::dot(offset, forward)};
-    }
-    return seen;
 }
 
 }  // namespace
@@ -93,20 +74,28 @@ double sceneSize(const Bounds& bounds) {
     return std::max(1.0, 1e-3 * std::max({place.x, place.y, place.z}));
 }
 
-glm::dvec3 framingEye(const Bounds& bounds, const glm::dvec3& target, const glm::dvec3& forward,
+glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::dvec3& forward,
                       const glm::dvec3& up, const Projection& projection) {
-    const double size = sceneSize(bounds);
-    double distance = -std::numeric_limits<double>::infinity();
-    for (const SeenCorner& corner : seenCorners(bounds, target, forward, up)) {
-        // Flat and single-point scenes need no room sideways, but the eye must stay in front of
-        // them.
-        distance = std::max(distance, 0.05 * size - corner.depth);
-        if (!projection.perspective) continue;
-        distance =
-            std::max(distance, corner.right / (kFill * projection.half_width) - corner.depth);
-        distance = std::max(distance, corner.up / (kFill * projection.half_height) - corner.depth);
+    const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
+    const glm::dvec3 above = glm::cross(right, forward);
+    // Flat and single-point scenes need no room sideways, but the eye must stay in front of them.
+    double distance = reach(-forward) + 0.05 * size;
+    glm::dvec2 shift(0);
+    const std::array<std::pair<glm::dvec3, double>, 2> axes = {
+        {{right, projection.half_width}, {above, projection.half_height}}};
+    for (int i = 0; i < 2; ++i) {
+        const auto& [axis, half] = axes[static_cast<std::size_t>(i)];
+        // How far the scene stands out beyond each of two planes through the origin that are
+        // parallel to the frustum's sides (a perspective camera) or to the axis.
+        const double slope = projection.perspective ? kFill * half : 0;
+        const double positive = reach(axis - slope * forward);
+        const double negative = reach(-axis - slope * forward);
+        if (!centred) shift[i] = (positive - negative) / 2;
+        if (slope > 0)
+            distance =
+                std::max(distance, std::max(positive - shift[i], negative + shift[i]) / slope);
     }
-    return target - forward * std::max(distance, 0.05 * size);
+    return right * shift.x + above * shift.y - forward * distance;
 }
 
 DepthRange depthRange(const Bounds& bounds, const glm::dmat4& camera_to_world) {

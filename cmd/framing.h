@@ -2,6 +2,7 @@
 // Where a camera stands and how it is turned: geometry without options or files.
 #pragma once
 
+#include <functional>
 #include <glm/glm.hpp>
 #include <optional>
 
@@ -27,10 +28,14 @@ glm::dvec3 pleasingForward(const glm::dvec3& up);
 /// The largest extent of the bounds; a length that suits the place if they have none.
 double sceneSize(const Bounds& bounds);
 
-/// The eye, looking along `forward` at `target`, nearest to it from which all of `bounds` is inside
-/// the frame with a small margin. An orthographic frame has its size given; the eye is just placed
-/// in front.
-glm::dvec3 framingEye(const Bounds& bounds, const glm::dvec3& target, const glm::dvec3& forward,
+/// How far a scene reaches from an origin along a direction: the largest dot product.
+using Reach = std::function<double(const glm::dvec3& direction)>;
+
+/// The eye of a camera that looks along `forward`, relative to the origin of `reach`, so near that
+/// the scene just fits into the frame with a small margin. `centred` keeps the origin in the middle
+/// of the picture, otherwise the scene is. An orthographic frame has its size given; the eye is
+/// just placed in front. `size` is the scene's, for what has no extent.
+glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::dvec3& forward,
                       const glm::dvec3& up, const Projection& projection);
 
 /// Depth along the viewing axis of the nearest and the farthest corner of the bounds.

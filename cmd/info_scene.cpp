@@ -59,7 +59,7 @@ Elements elementsOf(const Mesh& mesh) {
     return sum;
 }
 
-constexpr const char* kAlphaModes[] = {"OPAQUE", "MASK", "BLEND"};
+constexpr std::array<const char*, 3> kAlphaModes = {"OPAQUE", "MASK", "BLEND"};
 
 std::array<std::uint64_t, 3> materialsByAlphaMode(const Scene& scene) {
     std::array<std::uint64_t, 3> counts{};
@@ -170,7 +170,7 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     json["triangles"] = facts.elements.triangles;
     json["lines"] = facts.elements.lines;
     json["points"] = facts.elements.points;
-    for (std::size_t i = 0; i < facts.materials.size(); ++i) {
+    for (std::size_t i = 0; i < kAlphaModes.size(); ++i) {
         json["materials"][kAlphaModes[i]] = facts.materials[i];
     }
     json["textures"] = Json::array();
@@ -250,7 +250,7 @@ std::string toText(const SceneFacts& facts, const InfoOptions& options) {
     if (!scene.generator.empty()) text += ", written by " + printable(scene.generator);
     text += "\ndraws: " + elementsText(facts.elements) + '\n';
     text += "materials:";
-    for (std::size_t i = 0; i < facts.materials.size(); ++i) {
+    for (std::size_t i = 0; i < kAlphaModes.size(); ++i) {
         text += (i == 0 ? " " : ", ") + groupedText(facts.materials[i]) + ' ' + kAlphaModes[i];
     }
     text += "\ntextures: " + groupedText(scene.images.size()) + '\n';

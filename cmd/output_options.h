@@ -64,26 +64,4 @@ void tellResult(const ReportFlags& flags, const PictureResult& result, Console& 
 /// Declares --threads; 0 = as many as the process may run on.
 void addThreadsOption(CLI::App& app, int& threads);
 
-/// Passes everything on and adds the time that takes to the stage "write".
-class TimedSink : public Sink {
-  public:
-    TimedSink(Sink& sink, StageTimes& times) : sink_(sink), times_(times) {}
-    void begin(const Plan& plan) override {
-        const StageTimer timer(times_, "write");
-        sink_.begin(plan);
-    }
-    void write(const LayeredImage& band) override {
-        const StageTimer timer(times_, "write");
-        sink_.write(band);
-    }
-    void finish() override {
-        const StageTimer timer(times_, "write");
-        sink_.finish();
-    }
-
-  private:
-    Sink& sink_;
-    StageTimes& times_;
-};
-
 }  // namespace peeler::cmd

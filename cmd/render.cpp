@@ -134,15 +134,16 @@ void Render::plan() {
 void Render::capture() {
     const std::string path = options_.output.path.string();
     const auto writer = makeSink(path, outputOptions(options_.output, provenance()));
-    TimedSink sink(*writer, result_.milliseconds);
-    sink.begin(plan_);
+    writer->begin(plan_);
     {
         ProgressReport progress(console_, options_.report.shownProgress(), "render");
-        Sink* const sinks[] = {&sink};
+        Sink* const sinks[] = {writer.get()};
         result_.passes =
             renderer_->capture(sinks, [&](double share) { progress.update(share); }).passes;
     }
-    sink.finish();
+    writer->finish();
+    add(result_.milliseconds, renderer_->times());
+    add(result_.milliseconds, writer->times());
 }
 
 Provenance Render::provenance() const {
@@ -158,8 +159,6 @@ Provenance Render::provenance() const {
 }
 
 void Render::tell() {
-    for (const auto& [stage, milliseconds] : renderer_->times())
-        result_.milliseconds[stage] += milliseconds;
     result_.output = options_.output.path;
     result_.bytes = fs::file_size(options_.output.path);
     result_.width = view_.width;

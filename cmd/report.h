@@ -2,33 +2,14 @@
 // What a command says of its work: stage times, the JSON result, the summary line.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "core/renderer.h"
+#include "core/stage_times.h"
 
 namespace peeler::cmd {
-
-/// Adds the time from construction to destruction to one stage.
-class StageTimer {
-  public:
-    StageTimer(StageTimes& times, const char* stage) : times_(times), stage_(stage) {}
-    ~StageTimer() {
-        times_[stage_] +=
-            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
-                .count();
-    }
-    StageTimer(const StageTimer&) = delete;
-    StageTimer& operator=(const StageTimer&) = delete;
-
-  private:
-    StageTimes& times_;
-    const char* stage_;
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 /// What became of one picture.
 struct PictureResult {

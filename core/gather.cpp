@@ -33,6 +33,16 @@ void sortShort(Entry* entries, std::size_t count) {
 
 constexpr std::size_t kShort = 48;
 
+/// resize() for contents that will be overwritten: never holds the old and the new storage at once.
+template <class T>
+void resizeAnew(std::vector<T>& values, std::size_t size) {
+    if (values.capacity() < size) {
+        values = {};
+        values.reserve(size);
+    }
+    values.resize(size);
+}
+
 template <class Color>
 void gatherRow(const CapturedFragments& captured, const Projection& projection,
                std::size_t first_pixel, std::size_t pixels, LayeredImage& out,
@@ -69,7 +79,7 @@ struct FloatColor {
 void gather(const CapturedFragments& captured, const Projection& projection,
             std::uint32_t max_layers, LayeredImage& out) {
     const std::size_t pixels = out.window.pixels();
-    out.offsets.resize(pixels + 1);
+    resizeAnew(out.offsets, pixels + 1);
     out.offsets[0] = 0;
     for (std::size_t p = 0; p < pixels; ++p) {
         std::uint32_t kept = captured.first[p + 1] - captured.first[p];
@@ -77,8 +87,8 @@ void gather(const CapturedFragments& captured, const Projection& projection,
         out.offsets[p + 1] = out.offsets[p] + kept;
     }
     const std::size_t fragments = out.offsets[pixels];
-    out.z.resize(fragments);
-    out.color.data.resize(fragments * out.color.stride());
+    resizeAnew(out.z, fragments);
+    resizeAnew(out.color.data, fragments * out.color.stride());
 
     const auto width = static_cast<std::size_t>(out.window.width());
     const auto rows = static_cast<std::size_t>(out.window.height());

@@ -101,7 +101,8 @@ Image halved(const Image& image, bool srgb) {
                 }
             }
             for (std::size_t c = 0; c < 4; ++c) {
-                const auto step = static_cast<std::size_t>(std::min(1.0F, sum[c]) * 4096 + 0.5F);
+                const auto step =
+                    static_cast<std::size_t>(std::lround(std::min(1.0F, sum[c]) * 4096));
                 *to++ = (c < 3 ? color : plain).encode[step];
             }
         }

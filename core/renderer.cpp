@@ -2,7 +2,6 @@
 #include "core/renderer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <optional>
 
 #include "core/band_buffers.h"
@@ -16,23 +15,6 @@
 
 namespace peeler {
 namespace {
-
-/// Adds the time until it goes out of scope to a stage.
-class StageTimer {
-  public:
-    StageTimer(StageTimes& times, const char* stage) : milliseconds_(times[stage]) {}
-    ~StageTimer() {
-        const std::chrono::duration<double, std::milli> passed = Clock::now() - start_;
-        milliseconds_ += passed.count();
-    }
-    StageTimer(const StageTimer&) = delete;
-    StageTimer& operator=(const StageTimer&) = delete;
-
-  private:
-    using Clock = std::chrono::steady_clock;
-    double& milliseconds_;
-    Clock::time_point start_ = Clock::now();
-};
 
 // A pixel of a band costs a slot, an offset here and in the hand-over, and what a sink composites
 // into.
@@ -163,8 +145,9 @@ Plan Renderer::plan(const View& view, const CaptureSettings& settings) {
                 s.complexity->addRow(y, {counts + row, width});
             }
             if (keep) {
-                std::copy_n(counts, band.pixels(),
-                            s.kept_counts.begin() + (band.y0 - crop.y0) * crop.width());
+                std::copy_n(
+                    counts, band.pixels(),
+                    s.kept_counts.data() + static_cast<std::size_t>(band.y0 - crop.y0) * width);
             }
         });
     }

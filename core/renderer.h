@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -12,6 +11,7 @@
 #include "core/gl/context.h"
 #include "core/scene.h"
 #include "core/sink.h"
+#include "core/stage_times.h"
 #include "core/view.h"
 
 namespace peeler {
@@ -43,9 +43,6 @@ struct CaptureSettings {
     std::uint64_t memory = 0;                 ///< most resident bytes of the process; 0 = no budget
     std::uint64_t band_bytes = 384ULL << 20;  ///< most bytes of a band; less under a tight budget
 };
-
-/// Milliseconds by stage ("upload", "count", "capture", "sort"), accumulated.
-using StageTimes = std::map<std::string, double>;
 
 struct CaptureReport {
     std::uint64_t fragments_captured = 0;  ///< by the method; equals the count or capture() throws

@@ -52,4 +52,20 @@ std::optional<Bounds> bounds(const Scene& scene, const SceneContents& contents) 
     return result;
 }
 
+double reach(const Scene& scene, const SceneContents& contents, const glm::dvec3& origin,
+             const glm::dvec3& direction) {
+    double farthest = -std::numeric_limits<double>::infinity();
+    for (const MeshInstance& instance : contents.meshes) {
+        // The direction is taken to the mesh instead of every vertex to the world.
+        const glm::dvec3 local = glm::transpose(glm::dmat3(instance.world)) * direction;
+        const double offset = glm::dot(glm::dvec3(instance.world[3]) - origin, direction);
+        for (const Primitive& primitive :
+             scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives) {
+            for (const glm::vec3& position : primitive.positions)
+                farthest = std::max(farthest, glm::dot(local, glm::dvec3(position)) + offset);
+        }
+    }
+    return farthest;
+}
+
 }  // namespace peeler

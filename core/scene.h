@@ -153,4 +153,9 @@ struct Bounds {
 };
 std::optional<Bounds> bounds(const Scene& scene, const SceneContents& contents);
 
+/// How far the vertices reach along a world direction: the largest dot(direction, p − origin). −inf
+/// if there is no vertex. Tighter than the bounds when looking at them askew.
+double reach(const Scene& scene, const SceneContents& contents, const glm::dvec3& origin,
+             const glm::dvec3& direction);
+
 }  // namespace peeler

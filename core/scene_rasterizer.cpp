@@ -130,7 +130,7 @@ void SceneRasterizer::bindFrame() {
     frame_record_.bindUniform(PEELER_FRAME_BLOCK, 0, sizeof(shader::FrameRecord));
 }
 
-const gl::Program& SceneRasterizer::program(std::vector<std::string_view> files,
+const gl::Program& SceneRasterizer::program(const std::vector<std::string_view>& files,
                                             const std::vector<std::string>& definitions) {
     std::string key;
     for (const auto& file : files)

@@ -57,7 +57,7 @@ class SceneRasterizer {
     void bindFrame();
     const gl::Functions& functions() const { return context_.functions(); }
     /// A program of these files; cached.
-    const gl::Program& program(std::vector<std::string_view> files,
+    const gl::Program& program(const std::vector<std::string_view>& files,
                                const std::vector<std::string>& definitions);
     /// Bytes of textures a tile needs for the opaque bound.
     std::uint64_t boundBytes(std::uint64_t tile_pixels) const;

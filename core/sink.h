@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/layered_image.h"
+#include "core/stage_times.h"
 #include "core/view.h"
 
 namespace peeler {
@@ -48,6 +49,8 @@ class Sink {
     /// The band is the caller's again when write returns.
     virtual void write(const LayeredImage& band) = 0;
     virtual void finish() = 0;
+    /// Where its time went: "composite", "encode", "write".
+    virtual StageTimes times() const { return {}; }
 };
 
 }  // namespace peeler

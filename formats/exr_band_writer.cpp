@@ -20,7 +20,7 @@ namespace peeler {
 namespace {
 
 constexpr std::uint32_t kNoFragment = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t kChunksInFlight = 64;  ///< bounds the memory of packed chunks
+constexpr std::size_t kBytesInFlight = 16U << 20;  ///< of chunks before packing: bounds the memory
 
 std::vector<ExrChannel> colorChannels(PixelType type, int color, int z) {
     return {{"R", type, color, 0, 4},
@@ -174,20 +174,26 @@ void ExrBandWriter::write(const LayeredImage& band) {
     if (!exr_) open(band);
     check(band);
     if (!composite_channels_.empty()) {
+        const StageTimer timer(times_, "composite");
         compositeOver(band, options_.background, band_composite_);
         compositeOver(carried_, options_.background, carried_composite_);
     }
     next_row_ = band.window.y1;
     fragments_seen_ += band.fragments();
     const std::vector<Job> jobs = finishedChunks(next_row_);
-    for (std::size_t i = 0; i < jobs.size(); i += kChunksInFlight) {
-        run(std::span(jobs).subspan(i, std::min(kChunksInFlight, jobs.size() - i)), band);
+    for (std::size_t first = 0; first < jobs.size();) {
+        std::size_t end = first;
+        for (std::size_t bytes = 0; end < jobs.size() && bytes < kBytesInFlight; ++end)
+            bytes += rawBytes(jobs[end]);
+        run(std::span(jobs).subspan(first, end - first), band);
+        first = end;
     }
     carry(band);
 }
 
 void ExrBandWriter::finish() {
     if (!exr_) throw Error(ErrorKind::kInternal, "no band was written", file_.path());
+    const StageTimer timer(times_, "write");
     exr_->finish();
     file_.commit();
 }
@@ -264,6 +270,16 @@ std::vector<ExrBandWriter::Job> ExrBandWriter::finishedChunks(int end_row) {
 
 void ExrBandWriter::run(std::span<const Job> jobs, const LayeredImage& band) {
     packed_.resize(std::max(packed_.size(), jobs.size()));
+    {
+        const StageTimer timer(times_, "encode");
+        encode(jobs, band);
+    }
+    const StageTimer timer(times_, "write");
+    for (std::size_t i = 0; i < jobs.size(); ++i)
+        exr_->append(jobs[i].part, jobs[i].chunk, packed_[i]);
+}
+
+void ExrBandWriter::encode(std::span<const Job> jobs, const LayeredImage& band) {
     std::mutex mutex;
     std::atomic<std::uint64_t> written{0};
     parallelFor(jobs.size(), [&](std::size_t i) {
@@ -282,17 +298,20 @@ void ExrBandWriter::run(std::span<const Job> jobs, const LayeredImage& band) {
         idle_packers_.push_back(std::move(packer));
     });
     fragments_written_ += written;
-    for (std::size_t i = 0; i < jobs.size(); ++i)
-        exr_->append(jobs[i].part, jobs[i].chunk, packed_[i]);
+}
+
+std::size_t ExrBandWriter::rawBytes(const Job& job) const {
+    const ExrPart& part = parts_[job.part];
+    return static_cast<std::size_t>(part.window.width()) *
+           static_cast<std::size_t>(job.y1 - job.y0) * pixelBytes(channels(part));
 }
 
 std::uint64_t ExrBandWriter::gather(const Job& job, const LayeredImage& band,
                                     ExrChunkPacker& packer) const {
     const ExrPart& part = parts_[job.part];
     const auto width = static_cast<std::size_t>(part.window.width());
-    const auto height = static_cast<std::size_t>(job.y1 - job.y0);
     const std::vector<ExrChannel>& part_channels = channels(part);
-    std::byte* out = packer.raw(width * height * pixelBytes(part_channels)).data();
+    std::byte* out = packer.raw(rawBytes(job)).data();
     std::vector<std::uint32_t> row(width);
     std::uint64_t found = 0;
     for (int y = job.y0; y < job.y1; ++y) {

@@ -57,6 +57,7 @@ class ExrBandWriter {
     /// Throws Error (kInternal) if rows are missing.
     void finish();
 
+    const StageTimes& times() const { return times_; }
     std::uint64_t fragmentsSeen() const { return fragments_seen_; }        ///< in all bands
     std::uint64_t fragmentsWritten() const { return fragments_written_; }  ///< into parts of layers
 
@@ -71,6 +72,8 @@ class ExrBandWriter {
     void check(const LayeredImage& band) const;
     std::vector<Job> finishedChunks(int end_row);
     void run(std::span<const Job> jobs, const LayeredImage& band);
+    void encode(std::span<const Job> jobs, const LayeredImage& band);
+    std::size_t rawBytes(const Job& job) const;
     std::uint64_t gather(const Job& job, const LayeredImage& band, ExrChunkPacker& packer) const;
     void carry(const LayeredImage& band);
     const std::vector<ExrChannel>& channels(const ExrPart& part) const;
@@ -89,6 +92,7 @@ class ExrBandWriter {
     std::vector<std::vector<std::byte>> packed_;  ///< of the chunks in flight
     std::vector<std::unique_ptr<ExrChunkPacker>> idle_packers_;
     std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;
+    StageTimes times_;
 };
 
 }  // namespace peeler

@@ -23,6 +23,7 @@ void ExrCompositeWriter::write(const LayeredImage& band) {
 
 void ExrCompositeWriter::finish() {
     writer_->finish();
+    times_ = writer_->times();
     writer_.reset();
 }
 

@@ -24,12 +24,14 @@ class ExrCompositeWriter : public Sink {
     void begin(const Plan& plan) override;
     void write(const LayeredImage& band) override;
     void finish() override;
+    StageTimes times() const override { return times_; }
 
   private:
     std::string path_;
     Provenance provenance_;
     ExrBandOptions options_;
     std::unique_ptr<ExrBandWriter> writer_;
+    StageTimes times_;
 };
 
 }  // namespace peeler

@@ -12,7 +12,7 @@
 #include "core/layered_image.h"
 #include "core/window.h"
 
-struct _priv_exr_context_t;  // OpenEXRCore's
+struct _priv_exr_context_t;  // OpenEXRCore's; NOLINT(bugprone-reserved-identifier)
 
 namespace peeler {
 

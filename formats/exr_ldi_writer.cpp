@@ -52,6 +52,7 @@ void ExrLdiWriter::finish() {
                     path_, "please report this with the scene");
     }
     writer_->finish();
+    times_ = writer_->times();
     writer_.reset();
 }
 

@@ -33,6 +33,7 @@ class ExrLdiWriter : public Sink {
     void write(const LayeredImage& band) override;
     /// Throws Error (kInternal) if the bands had other fragments than the plan says.
     void finish() override;
+    StageTimes times() const override { return times_; }
 
   private:
     std::string path_;
@@ -40,6 +41,7 @@ class ExrLdiWriter : public Sink {
     ExrLdiOptions options_;
     std::uint64_t fragments_planned_ = 0;
     std::unique_ptr<ExrBandWriter> writer_;
+    StageTimes times_;
 };
 
 }  // namespace peeler

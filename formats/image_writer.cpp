@@ -261,7 +261,11 @@ void ImageWriter::begin(const Plan& plan) {
 }
 
 void ImageWriter::write(const LayeredImage& band) {
-    compositeOver(band, options_.background, composite_);
+    {
+        const StageTimer timer(times_, "composite");
+        compositeOver(band, options_.background, composite_);
+    }
+    const StageTimer timer(times_, "encode");  // the plugin writes as it encodes
     const float gain = std::exp2(options_.exposure);
     if (format_ == "tiff") {
         output_->writeRows<std::uint16_t>(composite_, gain, *tone_map_);
@@ -275,6 +279,7 @@ void ImageWriter::finish() {
     if (output_->next_row != spec.height) {
         throw Error(ErrorKind::kInternal, "rows of the picture are missing", path_);
     }
+    const StageTimer timer(times_, "write");
     output_->check(output_->image->close());
     output_->file.commit();
     output_.reset();

@@ -46,6 +46,7 @@ class ImageWriter : public Sink {
     void begin(const Plan& plan) override;
     void write(const LayeredImage& band) override;
     void finish() override;
+    StageTimes times() const override { return times_; }
 
   private:
     struct Output;
@@ -54,6 +55,7 @@ class ImageWriter : public Sink {
     const ToneMap* tone_map_ = nullptr;
     std::unique_ptr<Output> output_;
     CompositeImage composite_;
+    StageTimes times_;
 };
 
 }  // namespace peeler

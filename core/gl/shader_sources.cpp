@@ -39,7 +39,8 @@ std::string expanded(const std::string& name) {
             const auto end = line.find('"', kInclude.size());
             const std::string file = line.substr(kInclude.size(), end - kInclude.size());
             const std::string guard = guardOf(file);
-            out += "#ifndef " + guard + "\n#define " + guard + "\n" + expanded(file) + "#endif\n";
+            out.append("#ifndef ").append(guard).append("\n#define ").append(guard).append("\n");
+            out.append(expanded(file)).append("#endif\n");
         } else {
             out += line + '\n';
         }

@@ -23,7 +23,11 @@ Scene boxScene(const Bounds& box) {
     scene.materials.emplace_back();
     Primitive primitive;
     primitive.topology = Topology::kPoints;
-    primitive.positions = {glm::vec3(box.min), glm::vec3(box.max)};
+    for (int i = 0; i < 8; ++i) {
+        primitive.positions.emplace_back(i & 1 ? box.max.x : box.min.x,
+                                         i & 2 ? box.max.y : box.min.y,
+                                         i & 4 ? box.max.z : box.min.z);
+    }
     scene.meshes.push_back({"box", {primitive}});
     Node node;
     node.mesh = 0;

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the time goes.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <string>
+
+namespace peeler {
+
+/// Milliseconds by stage ("upload", "count", "capture", "sort", "composite", "encode", "write", …).
+using StageTimes = std::map<std::string, double>;
+
+/// Adds the time from construction to destruction to one stage.
+class StageTimer {
+  public:
+    StageTimer(StageTimes& times, const char* stage) : milliseconds_(times[stage]) {}
+    ~StageTimer() {
+        const std::chrono::duration<double, std::milli> passed = Clock::now() - start_;
+        milliseconds_ += passed.count();
+    }
+    StageTimer(const StageTimer&) = delete;
+    StageTimer& operator=(const StageTimer&) = delete;
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    double& milliseconds_;  // a map's nodes stay where they are
+    Clock::time_point start_ = Clock::now();
+};
+
+inline void add(StageTimes& to, const StageTimes& from) {
+    for (const auto& [stage, milliseconds] : from)
+        to[stage] += milliseconds;
+}
+
+}  // namespace peeler
