@@ -79,7 +79,8 @@ glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::
     const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
     const glm::dvec3 above = glm::cross(right, forward);
     // Flat and single-point scenes need no room sideways, but the eye must stay in front of them.
-    double distance = reach(-forward) + 0.05 * size;
+    // The origin, too, stays in front: the camera looks at it, and it may lie outside the scene.
+    double distance = std::max(reach(-forward), 0.0) + 0.05 * size;
     glm::dvec2 shift(0);
     const std::array<std::pair<glm::dvec3, double>, 2> axes = {
         {{right, projection.half_width}, {above, projection.half_height}}};
