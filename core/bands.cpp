@@ -14,7 +14,9 @@ namespace {
 
 // Kept free under a budget for what is not counted here: the writers' chunks and the driver's
 // command buffers.
-constexpr std::uint64_t kReserve = 96ULL << 20;
+constexpr std::uint64_t kMegabyte = 1ULL << 20;
+constexpr std::uint64_t kReserve = 96 * kMegabyte;
+constexpr std::uint64_t kLeastBand = 8 * kMegabyte;
 
 }  // namespace
 
@@ -31,7 +33,17 @@ BandLimits bandLimits(std::uint64_t budget, std::uint64_t resident, const BandCo
     std::uint64_t available = costs.band_bytes;
     if (budget) {
         const std::uint64_t taken = resident + costs.fixed_bytes + kReserve;
-        available = std::min(available, budget > taken ? budget - taken : 0);
+        if (budget < taken + kLeastBand) {
+            const auto megabytes = [](std::uint64_t bytes) {
+                return std::to_string((bytes + kMegabyte - 1) / kMegabyte) + "M";
+            };
+            throw Error(ErrorKind::kMemory,
+                        "the memory budget is " + megabytes(budget) + ", and " +
+                            megabytes(resident) + " are in use before the first band",
+                        "--memory " + megabytes(budget),
+                        "give at least " + megabytes(taken + kLeastBand));
+        }
+        available = std::min(available, budget - taken);
     }
     BandLimits limits;
     // A quarter for what grows with pixels, the rest for fragments.

@@ -30,7 +30,8 @@ struct BandCosts {
 };
 
 /// Limits under `budget` bytes for the whole process (0 = no budget), of which `resident` are in
-/// use already. A limit may come out too small for a row; cutBands says so.
+/// use already. Throws Error (kMemory) if next to nothing is left; a limit may still come out too
+/// small for a row: cutBands says so.
 BandLimits bandLimits(std::uint64_t budget, std::uint64_t resident, const BandCosts& costs);
 
 /// Cuts the crop's rows into bands, top to bottom, as few as the limits allow. `row_fragments(y)`

@@ -103,7 +103,7 @@ std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string&
     std::uint32_t bits = 0;
     int count = 0;
     for (const char c : text) {
-        const int value = values[static_cast<unsigned char>(c)];
+        const int value = int{values[static_cast<unsigned char>(c)]};  // -1: not of the alphabet
         if (value < 0)
             throw Error(ErrorKind::kInput, "the data URI is not valid base64", where,
                         "export the file again");

@@ -19,9 +19,10 @@ glm::dmat4 localMatrix(const tinygltf::Node& source, const std::string& where,
                        GltfDocument& document) {
     glm::dmat4 result(1);
     if (!source.matrix.empty()) {
+        auto value = source.matrix.begin();  // column after column, as in GLM
         for (int column = 0; column < 4; ++column)
             for (int row = 0; row < 4; ++row)
-                result[column][row] = source.matrix[static_cast<std::size_t>(column * 4 + row)];
+                result[column][row] = *value++;
         return result;
     }
     if (!source.rotation.empty()) {

@@ -134,7 +134,7 @@ class AtomicProxy : public OIIO::Filesystem::IOProxy {
 template <class T>
 T quantize(float value) {
     constexpr float kMax = static_cast<float>(std::numeric_limits<T>::max());
-    return static_cast<T>(std::clamp(value, 0.0F, 1.0F) * kMax + 0.5F);
+    return static_cast<T>(std::lround(std::clamp(value, 0.0F, 1.0F) * kMax));
 }
 
 }  // namespace

@@ -50,7 +50,13 @@ TEST(Bands, TheBudgetCountsWhatIsResidentAlready) {
     const auto tight = bandLimits(600 * megabyte, 400 * megabyte, costs);
     EXPECT_LE(tight.fragments * 28 + tight.pixels * 32, 200 * megabyte);
     EXPECT_GT(tight.fragments, 0U);
-    EXPECT_EQ(bandLimits(300 * megabyte, 400 * megabyte, costs).fragments, 0U);
+    try {
+        bandLimits(300 * megabyte, 400 * megabyte, costs);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kMemory);
+        EXPECT_EQ(error.hint(), "give at least 504M");
+    }
 }
 
 TEST(Bands, ResidentMemoryIsRead) {

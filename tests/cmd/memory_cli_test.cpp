@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Memory budgets: kept, without any effect on the file.
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path engine() {
+    return sourceDir() / "examples" / "scenes" / "engine.glb";
+}
+
+std::string bytesOf(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+nlohmann::json render(const fs::path& out, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"render", engine(), "-o", out, "--json", "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const CommandResult run = runPeeler(arguments);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return nlohmann::json::parse(run.out);
+}
+
+TEST(Memory, AHugePictureStaysUnderItsBudget) {
+    const ScratchDir scratch;
+    const auto json =
+        render(scratch / "huge.exr", {"--size", "8192x4096", "--faces", "both", "--memory", "2G"});
+    EXPECT_GE(json.at("layers"), 20);
+    EXPECT_EQ(json.at("complete"), true);
+    const auto peak = json.at("peakMemory").get<std::uint64_t>();
+    std::printf("8192x4096, %d layers: peak %.0f MB\n", json.at("layers").get<int>(),
+                static_cast<double>(peak) / 1e6);
+    EXPECT_LT(peak, 2ULL << 30);
+}
+
+TEST(Memory, ABudgetCutsBandsAndChangesNoByte) {
+    const ScratchDir scratch;
+    const std::vector<std::string> size = {"--size", "1600x1200"};
+    render(scratch / "free.exr", size);
+    const std::string expected = bytesOf(scratch / "free.exr");
+    for (const std::string budget : {"420M", "600M"}) {
+        auto arguments = size;
+        arguments.insert(arguments.end(), {"--memory", budget});
+        const auto json = render(scratch / "tight.exr", arguments);
+        EXPECT_LT(json.at("peakMemory").get<std::uint64_t>(), std::stoull(budget) << 20);
+        EXPECT_TRUE(bytesOf(scratch / "tight.exr") == expected) << budget;
+    }
+}
+
+TEST(Memory, ABudgetThatIsTooSmallIsSaidAndLeavesNoFile) {
+    const ScratchDir scratch;
+    const CommandResult run =
+        runPeeler({"render", engine(), "-o", scratch / "out.exr", "--memory", "100M"});
+    EXPECT_EQ(run.exit_code, 33);
+    EXPECT_NE(run.err.find("give at least"), std::string::npos) << run.err;
+    EXPECT_TRUE(fs::is_empty(scratch.path()));
+}
+
+}  // namespace
+}  // namespace peeler::test
