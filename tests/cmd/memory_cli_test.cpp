@@ -4,8 +4,6 @@
 
 #include <cstdint>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "support/test_support.h"
@@ -17,11 +15,6 @@ namespace fs = std::filesystem;
 
 fs::path engine() {
     return sourceDir() / "examples" / "scenes" / "engine.glb";
-}
-
-std::string bytesOf(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
 nlohmann::json render(const fs::path& out, const std::vector<std::string>& more) {

@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -23,12 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
-
-std::string slurp(const fs::path& path) {
-    std::ostringstream text;
-    text << std::ifstream(path, std::ios::binary).rdbuf();
-    return text.str();
-}
 
 class Results : public testing::Test {
   protected:
@@ -63,7 +56,7 @@ TEST_F(Results, JsonHasEveryKey) {
     const fs::path report = scratch_ / "report.json";
     const CommandResult result = render({"--json", "--report", report.string()});
     ASSERT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_EQ(slurp(report), result.out);
+    EXPECT_EQ(bytesOf(report), result.out);
     const Json json = Json::parse(result.out);
     EXPECT_EQ(json.at("output"), image_.string());
     EXPECT_EQ(json.at("bytes"), fs::file_size(image_));
@@ -169,14 +162,14 @@ TEST_F(Results, FlatImagesAreWritten) {
     second.insert(second.end(), look.begin(), look.end());
     ASSERT_EQ(runPeeler(first).exit_code, 0);
     ASSERT_EQ(runPeeler(second).exit_code, 0);
-    EXPECT_EQ(slurp(direct), slurp(flat));
+    EXPECT_EQ(bytesOf(direct), bytesOf(flat));
 }
 
 TEST_F(Results, MethodsAndThreadsGiveTheSameFileButForTheMethodsName) {
     ASSERT_EQ(render({"--threads", "1"}).exit_code, 0);
-    const std::string one = slurp(image_);
+    const std::string one = bytesOf(image_);
     ASSERT_EQ(render({"--threads", "3"}).exit_code, 0);
-    EXPECT_EQ(slurp(image_), one);
+    EXPECT_EQ(bytesOf(image_), one);
     const auto hash = [&] {
         return Json::parse(runPeeler({"info", "--json", image_.string()}).out)
             .at("attributes")

@@ -71,7 +71,7 @@ TEST_F(Atomic, AppendsAndPatchesThenStandsUnderItsName) {
     EXPECT_EQ(file.readAt(wanted.size() - 4, std::as_writable_bytes(std::span(back))), 4U);
     EXPECT_FALSE(fs::exists(path));
     file.commit();
-    EXPECT_TRUE(test::fileBytes(path) == wanted);
+    EXPECT_TRUE(test::bytesOf(path) == wanted);
     EXPECT_EQ(filesIn(scratch.path()), 1U);
     EXPECT_THROW(file.writeAt(0, bytesOf("late")), Error);
 }
@@ -94,13 +94,13 @@ TEST_F(Atomic, AnExistingFileIsReplacedOnlyAtCommit) {
         AtomicFile file(path);
         file.append(bytesOf("new"));
         file.flush();
-        EXPECT_EQ(test::fileBytes(path), "old");
+        EXPECT_EQ(test::bytesOf(path), "old");
     }
-    EXPECT_EQ(test::fileBytes(path), "old");
+    EXPECT_EQ(test::bytesOf(path), "old");
     AtomicFile file(path);
     file.append(bytesOf("new"));
     file.commit();
-    EXPECT_EQ(test::fileBytes(path), "new");
+    EXPECT_EQ(test::bytesOf(path), "new");
 }
 
 TEST_F(Atomic, SymbolicLinksAreFollowed) {
@@ -111,7 +111,7 @@ TEST_F(Atomic, SymbolicLinksAreFollowed) {
     file.append(bytesOf("new"));
     file.commit();
     EXPECT_TRUE(fs::is_symlink(path));
-    EXPECT_EQ(test::fileBytes(scratch / "elsewhere/real.bin"), "new");
+    EXPECT_EQ(test::bytesOf(scratch / "elsewhere/real.bin"), "new");
 }
 
 TEST_F(Atomic, ModeHonoursTheUmask) {
@@ -129,9 +129,9 @@ TEST_F(Atomic, TwoWritersOfOneNameDoNotDisturbEachOther) {
     a.append(bytesOf("aaaa"));
     b.append(bytesOf("b"));
     a.commit();
-    EXPECT_EQ(test::fileBytes(path), "aaaa");
+    EXPECT_EQ(test::bytesOf(path), "aaaa");
     b.commit();
-    EXPECT_EQ(test::fileBytes(path), "b");
+    EXPECT_EQ(test::bytesOf(path), "b");
 }
 
 TEST_F(Atomic, ImpossiblePlacesAreSaidAtOnce) {
@@ -196,7 +196,7 @@ TEST_F(Atomic, KilledOutrightLeavesNothingUnderTheFinalName) {
         raise(SIGKILL);
     });
     EXPECT_TRUE(WIFSIGNALED(status));
-    EXPECT_EQ(test::fileBytes(path), "old");
+    EXPECT_EQ(test::bytesOf(path), "old");
 }
 
 TEST_F(Atomic, AFileSizeLimitIsAnErrorLikeAFullDisk) {

@@ -169,13 +169,13 @@ TEST_F(ExrLdi, BytesDoNotDependOnBandsOrThreads) {
     const SyntheticPicture picture = makePicture({.seed = 21, .width = 97, .height = 130});
     setThreadCount(1);
     writeLdi(scratch / "a.exr", picture);
-    const std::string whole = test::fileBytes(scratch / "a.exr");
+    const std::string whole = test::bytesOf(scratch / "a.exr");
     ASSERT_FALSE(whole.empty());
     const std::vector<std::vector<int>> cuts = {{1}, {2, 15}, {16}, {17}, {31, 1, 64}};
     for (std::size_t i = 0; i < cuts.size(); ++i) {
         setThreadCount(static_cast<int>(i) + 1);
         writeLdi(scratch / "b.exr", picture, cuts[i]);
-        EXPECT_TRUE(test::fileBytes(scratch / "b.exr") == whole) << "cut " << i;
+        EXPECT_TRUE(test::bytesOf(scratch / "b.exr") == whole) << "cut " << i;
     }
 }
 
@@ -364,7 +364,7 @@ TEST_F(ExrLdi, DamagedFilesAreErrorsNotCrashes) {
     const SyntheticPicture picture = makePicture({.seed = 81, .width = 40, .height = 30});
     const fs::path path = scratch / "out.exr";
     writeLdi(path, picture);
-    const std::string good = test::fileBytes(path);
+    const std::string good = test::bytesOf(path);
     constexpr std::uint32_t kSeed = 5;
     std::mt19937 random(kSeed);
     int refused = 0;

@@ -142,7 +142,7 @@ TEST_F(ImageFile, SameInputSameBytesHoweverCut) {
         for (const auto& heights : {std::vector{1000}, {1}, {64, 3}}) {
             const auto sink = makeSink(scratch / name, {});
             test::writePicture(*sink, picture, heights);
-            files.push_back(test::fileBytes(scratch / name));
+            files.push_back(test::bytesOf(scratch / name));
         }
         EXPECT_TRUE(files[0] == files[1] && files[0] == files[2]) << name;
         const Pixels pixels = readBack(scratch / name);

@@ -141,9 +141,4 @@ inline void writePicture(Sink& sink, const SyntheticPicture& picture,
     sink.finish();
 }
 
-inline std::string fileBytes(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 }  // namespace peeler::test

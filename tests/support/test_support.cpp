@@ -43,12 +43,10 @@ ScratchDir::~ScratchDir() {
     fs::remove_all(path_, error);
 }
 
-namespace {
-std::string slurp(const fs::path& path) {
+std::string bytesOf(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
-}  // namespace
 
 CommandResult runCommand(const std::vector<std::string>& command,
                          const std::vector<std::string>& environment, const fs::path& directory) {
@@ -85,8 +83,8 @@ CommandResult runCommand(const std::vector<std::string>& command,
 
     int status = 0;
     waitpid(pid, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), slurp(out),
-            slurp(err)};
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), bytesOf(out),
+            bytesOf(err)};
 }
 
 CommandResult runPeeler(const std::vector<std::string>& arguments,

@@ -16,6 +16,9 @@ std::filesystem::path sourceDir();
 /// if it is not there; tests then skip and say so (PEELER_REQUIRE_ASSETS below).
 std::optional<std::filesystem::path> assetsDir();
 
+/// The contents of a file; empty if it is not there.
+std::string bytesOf(const std::filesystem::path& path);
+
 /// A folder that is made fresh and removed with the object.
 class ScratchDir {
   public:
