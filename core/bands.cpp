@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <string>
 
 #include "core/error.h"
@@ -30,27 +31,29 @@ std::uint64_t residentBytes() {
 }
 
 BandLimits bandLimits(std::uint64_t budget, std::uint64_t resident, const BandCosts& costs) {
-    std::uint64_t available = costs.band_bytes;
+    std::uint64_t available = costs.band_bytes, hard = std::numeric_limits<std::uint64_t>::max();
     if (budget) {
         const std::uint64_t taken = resident + costs.fixed_bytes + kReserve;
         if (budget < taken + kLeastBand) {
             const auto megabytes = [](std::uint64_t bytes) {
                 return std::to_string((bytes + kMegabyte - 1) / kMegabyte) + "M";
             };
-            throw Error(ErrorKind::kMemory,
-                        "the memory budget is " + megabytes(budget) + ", and " +
-                            megabytes(resident) + " are in use before the first band",
-                        "--memory " + megabytes(budget),
-                        "give at least " + megabytes(taken + kLeastBand));
+            throw Error(
+                ErrorKind::kMemory,
+                "the memory budget is " + megabytes(budget) + ", and " +
+                    megabytes(resident + costs.fixed_bytes) + " are needed besides the bands",
+                "--memory " + megabytes(budget), "give at least " + megabytes(taken + kLeastBand));
         }
-        available = std::min(available, budget - taken);
+        hard = budget - taken;
+        available = std::min(available, hard);
     }
     BandLimits limits;
     // A quarter for what grows with pixels, the rest for fragments.
     limits.pixels = std::min(available / 4 / costs.pixel_bytes,
                              costs.storage_block_bytes / sizeof(std::uint32_t));
-    limits.fragments = std::min(available * 3 / 4 / costs.fragment_bytes,
-                                costs.storage_block_bytes / costs.largest_array_bytes);
+    const std::uint64_t driver = costs.storage_block_bytes / costs.largest_array_bytes;
+    limits.fragments = std::min(available * 3 / 4 / costs.fragment_bytes, driver);
+    limits.row_fragments = std::min(hard / 4 * 3 / costs.fragment_bytes, driver);
     return limits;
 }
 
@@ -61,7 +64,7 @@ std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,
     std::uint64_t fragments = 0;
     for (int y = crop.y0; y < crop.y1; ++y) {
         const std::uint64_t row = row_fragments(y);
-        if (row > limits.fragments || width > limits.pixels) {
+        if (row > std::max(limits.fragments, limits.row_fragments) || width > limits.pixels) {
             throw Error(ErrorKind::kMemory,
                         "one row of " + std::to_string(width) + " pixels with " +
                             std::to_string(row) +

@@ -17,11 +17,12 @@ std::uint64_t residentBytes();
 struct BandLimits {
     std::uint64_t fragments = 0;
     std::uint64_t pixels = 0;
+    std::uint64_t row_fragments = 0;  ///< of a band of one row, if it may hold more than others
 };
 
 /// What one band costs.
 struct BandCosts {
-    std::uint64_t band_bytes = 0;      ///< most bytes to spend on a band
+    std::uint64_t band_bytes = 0;      ///< most bytes to spend on a band of several rows
     std::uint64_t fragment_bytes = 0;  ///< bytes a fragment, in the buffers and in the hand-over
     std::uint64_t largest_array_bytes = 0;  ///< bytes a fragment in the largest single buffer
     std::uint64_t pixel_bytes = 0;          ///< bytes a pixel of the band

@@ -42,6 +42,17 @@ void DepthComplexity::addRow(int y, std::span<const std::uint32_t> counts) {
     counted_ += total;
 }
 
+std::uint64_t DepthComplexity::mostFragments(int rows) const {
+    const auto height = static_cast<std::size_t>(std::max(0, rows));
+    std::uint64_t most = 0, sum = 0;
+    for (std::size_t y = 0; y < row_fragments_.size() && height > 0; ++y) {
+        sum += row_fragments_[y];
+        if (y >= height) sum -= row_fragments_[y - height];
+        most = std::max(most, sum);
+    }
+    return most;
+}
+
 std::vector<LayerPlan> DepthComplexity::layers() const {
     std::vector<LayerPlan> plans(windows_.size());
     std::uint64_t pixels = 0;

@@ -26,6 +26,8 @@ class DepthComplexity {
     std::uint64_t rowFragments(int y) const {
         return row_fragments_[static_cast<std::size_t>(y - crop_.y0)];
     }
+    /// The most fragments that so many consecutive rows hold together.
+    std::uint64_t mostFragments(int rows) const;
 
   private:
     Window crop_;

@@ -54,6 +54,7 @@ struct Renderer::State {
         return largest;
     }
     BandCosts costs(const PeelMethod& method) const;
+    std::uint64_t bytesOf(std::span<Sink* const> sinks) const;
     void drawCounts(const Window& band);
     template <class Take>
     void count(const Window& band, Take&& take);
@@ -86,6 +87,22 @@ BandCosts Renderer::State::costs(const PeelMethod& method) const {
     costs.storage_block_bytes =
         static_cast<std::uint64_t>(context.device().limits.shader_storage_block_size);
     return costs;
+}
+
+/// What the sinks hold besides a band.
+std::uint64_t Renderer::State::bytesOf(std::span<Sink* const> sinks) const {
+    const std::uint64_t fragment = sizeof(float) + 4 * pixelTypeSize(settings.color_type);
+    const auto width = static_cast<std::uint64_t>(plan.view.crop.width());
+    std::uint64_t bytes = 0;
+    for (const Sink* sink : sinks) {
+        const SinkMemory memory = sink->memory();
+        const std::uint64_t pixels = static_cast<std::uint64_t>(memory.rows) * width;
+        std::uint64_t fragments = complexity->mostFragments(memory.rows);
+        if (settings.max_layers) fragments = std::min(fragments, pixels * settings.max_layers);
+        const std::uint64_t rows = fragments * fragment + pixels * kPixelBytes;
+        bytes += 2 * rows + memory.bytes;  // twice: those of the last band and of this one
+    }
+    return bytes;
 }
 
 /// Draws the count pass of a band into the slots.
@@ -246,7 +263,9 @@ CaptureReport Renderer::capture(std::span<Sink* const> sinks, const Progress& pr
     State& s = *state_;
     CaptureReport report;
     const auto method = findPeelMethod(s.settings.method)->create();
-    const BandLimits limits = bandLimits(s.settings.memory, residentBytes(), s.costs(*method));
+    BandCosts costs = s.costs(*method);
+    costs.fixed_bytes += s.bytesOf(sinks);
+    const BandLimits limits = bandLimits(s.settings.memory, residentBytes(), costs);
     const auto bands =
         cutBands(s.plan.view.crop, limits, [&](int y) { return s.complexity->rowFragments(y); });
     std::uint64_t stored = 0;

@@ -40,6 +40,12 @@ struct Provenance {
     double frames_per_second = 0;  ///< 0 = does not apply
 };
 
+/// What a sink holds besides the band it is given; the capture leaves room for it under a budget.
+struct SinkMemory {
+    int rows = 0;             ///< of fragments, kept from one band to the next
+    std::uint64_t bytes = 0;  ///< whatever the bands
+};
+
 /// Takes a picture band by band. Bands arrive top to bottom without gaps, each as wide as the crop,
 /// together covering it. A Sink that is destroyed before finish() leaves nothing behind.
 class Sink {
@@ -49,6 +55,8 @@ class Sink {
     /// The band is the caller's again when write returns.
     virtual void write(const LayeredImage& band) = 0;
     virtual void finish() = 0;
+    /// Asked after begin().
+    virtual SinkMemory memory() const { return {}; }
     /// Where its time went: "composite", "encode", "write".
     virtual StageTimes times() const { return {}; }
 };

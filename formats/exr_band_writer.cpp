@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::uint32_t kNoFragment = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kBytesInFlight = 16U << 20;  ///< of chunks before packing: bounds the memory
+constexpr std::size_t kCopies = 3;                 ///< of a chunk in flight: raw, filtered, packed
 
 std::vector<ExrChannel> colorChannels(PixelType type, int color, int z) {
     return {{"R", type, color, 0, 4},
@@ -133,6 +134,22 @@ void appendFragments(const LayeredImage& from, std::size_t begin, std::size_t en
         append(from.extra[i], to.extra[i]);
 }
 
+/// Room in `to` for the rows of `from` from y0 on, so that appending them moves nothing.
+void reserveRows(const LayeredImage& from, int y0, LayeredImage& to) {
+    if (y0 >= from.window.y1) return;
+    const std::size_t first = from.pixelIndex(from.window.x0, std::max(y0, from.window.y0));
+    const std::size_t pixels = from.window.pixels() - first;
+    const std::size_t fragments = from.fragments() - from.offsets[first];
+    const auto reserve = [](auto& values, std::size_t more) {
+        values.reserve(values.capacity() + more);
+    };
+    reserve(to.offsets, pixels + 1);
+    reserve(to.z, fragments);
+    reserve(to.color.data, fragments * to.color.stride());
+    for (FragmentArray& array : to.extra)
+        reserve(array.data, fragments * array.stride());
+}
+
 /// Appends the rows [y0, y1) of `from` below those of `to`, which is as wide.
 void appendRows(const LayeredImage& from, int y0, int y1, LayeredImage& to) {
     const std::size_t first = from.pixelIndex(from.window.x0, y0);
@@ -189,6 +206,15 @@ void ExrBandWriter::write(const LayeredImage& band) {
         first = end;
     }
     carry(band);
+}
+
+SinkMemory ExrBandWriter::memory() const {
+    int width = 0;
+    for (const ExrPart& part : parts_)
+        width = std::max(width, part.window.width());
+    const std::uint64_t pixel = 4 * pixelTypeSize(plan_.color_type) + sizeof(float);
+    return {kExrRowsPerChunk - 1,
+            kCopies * static_cast<std::uint64_t>(width) * kExrRowsPerChunk * pixel};
 }
 
 void ExrBandWriter::finish() {
@@ -277,6 +303,20 @@ void ExrBandWriter::run(std::span<const Job> jobs, const LayeredImage& band) {
     const StageTimer timer(times_, "write");
     for (std::size_t i = 0; i < jobs.size(); ++i)
         exr_->append(jobs[i].part, jobs[i].chunk, packed_[i]);
+    boundBuffers();
+}
+
+/// Frees the buffers kept for reuse where they have become many: left alone, each would grow in
+/// time to the largest chunk.
+void ExrBandWriter::boundBuffers() {
+    std::size_t kept = 0;
+    for (const auto& packed : packed_)
+        kept += packed.capacity();
+    for (const auto& packer : idle_packers_)
+        kept += packer->bytesKept();
+    if (kept <= kCopies * kBytesInFlight) return;
+    packed_.clear();
+    idle_packers_.clear();
 }
 
 void ExrBandWriter::encode(std::span<const Job> jobs, const LayeredImage& band) {
@@ -337,6 +377,8 @@ void ExrBandWriter::carry(const LayeredImage& band) {
         needed = std::min(needed, parts_[part].window.y0 + next_chunk_[part] * kExrRowsPerChunk);
     }
     LayeredImage kept = emptyImage(band, needed);
+    reserveRows(carried_, needed, kept);
+    reserveRows(band, needed, kept);
     if (needed < carried_.window.y1) appendRows(carried_, needed, carried_.window.y1, kept);
     appendRows(band, std::max(needed, band.window.y0), band.window.y1, kept);
     carried_ = std::move(kept);

@@ -57,6 +57,8 @@ class ExrBandWriter {
     /// Throws Error (kInternal) if rows are missing.
     void finish();
 
+    /// The rows it keeps, and what a chunk of the widest part takes while it is packed.
+    SinkMemory memory() const;
     const StageTimes& times() const { return times_; }
     std::uint64_t fragmentsSeen() const { return fragments_seen_; }        ///< in all bands
     std::uint64_t fragmentsWritten() const { return fragments_written_; }  ///< into parts of layers
@@ -72,6 +74,7 @@ class ExrBandWriter {
     void check(const LayeredImage& band) const;
     std::vector<Job> finishedChunks(int end_row);
     void run(std::span<const Job> jobs, const LayeredImage& band);
+    void boundBuffers();
     void encode(std::span<const Job> jobs, const LayeredImage& band);
     std::size_t rawBytes(const Job& job) const;
     std::uint64_t gather(const Job& job, const LayeredImage& band, ExrChunkPacker& packer) const;

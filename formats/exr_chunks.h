@@ -35,6 +35,7 @@ class ExrChunkPacker {
     /// Packs raw() into `out`: bytes apart, differences, zlib; or as it is where that does not
     /// shrink it.
     void pack(std::vector<std::byte>& out);
+    std::size_t bytesKept() const { return raw_.capacity() + filtered_.capacity(); }
 
   private:
     libdeflate_compressor* compressor_;

@@ -24,6 +24,7 @@ class ExrCompositeWriter : public Sink {
     void begin(const Plan& plan) override;
     void write(const LayeredImage& band) override;
     void finish() override;
+    SinkMemory memory() const override { return writer_->memory(); }
     StageTimes times() const override { return times_; }
 
   private:

@@ -33,6 +33,7 @@ class ExrLdiWriter : public Sink {
     void write(const LayeredImage& band) override;
     /// Throws Error (kInternal) if the bands had other fragments than the plan says.
     void finish() override;
+    SinkMemory memory() const override { return writer_->memory(); }
     StageTimes times() const override { return times_; }
 
   private:

@@ -37,6 +37,22 @@ TEST(Bands, ARowThatDoesNotFitIsAMemoryErrorThatNamesIt) {
     }
 }
 
+TEST(Bands, ARowMayHoldMoreThanABandOfSeveral) {
+    const auto row = [](int y) { return y == 1 ? 250U : 60U; };
+    const auto bands = cutBands({0, 0, 10, 4}, {100, 1000, 250}, row);
+    ASSERT_EQ(bands.size(), 4U);
+    EXPECT_EQ(bands[1], (Window{0, 1, 10, 2}));
+    BandCosts costs;
+    costs.band_bytes = 1 << 20;
+    costs.fragment_bytes = 28;
+    costs.largest_array_bytes = 8;
+    costs.pixel_bytes = 32;
+    costs.storage_block_bytes = 128ULL << 20;
+    EXPECT_EQ(bandLimits(0, 0, costs).row_fragments, (128ULL << 20) / 8) << "no budget";
+    const std::uint64_t gigabyte = 1ULL << 30;
+    EXPECT_LE(bandLimits(gigabyte, gigabyte / 2, costs).row_fragments * 28, gigabyte / 2);
+}
+
 TEST(Bands, TheBudgetCountsWhatIsResidentAlready) {
     BandCosts costs;
     costs.band_bytes = 1ULL << 30;

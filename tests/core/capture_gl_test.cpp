@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/bands.h"
 #include "core/composite.h"
 #include "core/error.h"
 #include "core/peel/method.h"
@@ -342,6 +343,61 @@ TEST(Bands, DoNotChangeTheResult) {
                           part.image.z[part.image.offsets[b] + k]);
             }
         }
+    }
+}
+
+TEST(Bands, MethodsAndSurfacesAgreeAcrossRasterTiles) {
+    auto scenes = hardScenes();
+    Scene& scene = scenes[0].scene;
+    for (std::size_t i = 0; i < scene.materials.size(); i += 3)
+        scene.materials[i].alpha_mode = AlphaMode::kOpaque;
+    View view = testView(4200, 150);
+    view.projection.half_width = 0.5;  // all of it, stretched over two tiles
+    view.crop = {3900, 10, 4200, 140};
+    for (const Surfaces surfaces : {Surfaces::kAll, Surfaces::kVisible, Surfaces::kTransparent}) {
+        CaptureSettings s;
+        s.surfaces = surfaces;
+        const auto whole = capture(scene, view, s);
+        for (const auto& method : peelMethods()) {
+            s.method = method.name;
+            s.band_bytes = 1 << 19;
+            const auto cut = capture(scene, view, s);
+            EXPECT_GT(cut.bands.size(), 3U);
+            EXPECT_EQ(difference(whole.image, cut.image), "") << method.name;
+            s.max_layers = 2;
+            const auto nearest = capture(scene, view, s);
+            for (std::size_t p = 0; p < view.crop.pixels(); ++p) {
+                ASSERT_EQ(nearest.image.count(p), std::min(2U, whole.image.count(p)));
+                for (std::uint32_t k = 0; k < nearest.image.count(p); ++k) {
+                    ASSERT_EQ(nearest.image.z[nearest.image.offsets[p] + k],
+                              whole.image.z[whole.image.offsets[p] + k]);
+                }
+            }
+            s.max_layers = 0;
+        }
+    }
+}
+
+TEST(Bands, LeaveRoomForWhatTheSinksHold) {
+    struct LargeSink : CollectSink {
+        SinkMemory memory() const override { return {0, bytes}; }
+        std::uint64_t bytes = 0;
+    } sink;
+    SceneBuilder builder;
+    builder.rectangle(1, 1, -2, builder.material({1, 1, 1, 0.5F}));
+    const SceneContents shown = contents(builder.scene(), 0);
+    Renderer renderer(sharedContext(), builder.scene(), shown);
+    CaptureSettings s;
+    s.memory = residentBytes() + (512ULL << 20);
+    renderer.plan(testView(64, 64), s);
+    Sink* sinks[] = {&sink};
+    EXPECT_NO_THROW(renderer.capture(sinks));
+    sink.bytes = 512ULL << 20;
+    try {
+        renderer.capture(sinks);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kMemory);
     }
 }
 

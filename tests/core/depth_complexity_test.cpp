@@ -50,6 +50,16 @@ TEST(DepthComplexity, AgreesWithBruteForceOnRandomCounts) {
             EXPECT_EQ(layers[k].data_window, expected[k].data_window) << k;
             EXPECT_EQ(layers[k].pixels, expected[k].pixels) << k;
         }
+        for (int rows = 0; rows < 12; ++rows) {
+            std::uint64_t most = 0;
+            for (int y0 = crop.y0; y0 < crop.y1; ++y0) {
+                std::uint64_t sum = 0;
+                for (int y = y0; y < std::min(y0 + rows, crop.y1); ++y)
+                    sum += complexity.rowFragments(y);
+                most = std::max(most, sum);
+            }
+            EXPECT_EQ(complexity.mostFragments(rows), most);
+        }
         EXPECT_EQ(complexity.counted(), counted);
         EXPECT_EQ(complexity.stored(), stored);
     }
