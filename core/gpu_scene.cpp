@@ -293,6 +293,7 @@ void GpuScene::uploadGeometry(const gl::Functions& gl, const Scene& scene,
             if (!p.tangents.empty() && !p.normals.empty()) draw.flags |= PEELER_HAS_TANGENTS;
             if (!p.colors.empty()) draw.flags |= PEELER_HAS_COLORS;
             if (isTriangles(p.topology)) draw.flags |= PEELER_IS_TRIANGLES;
+            if (draw.mirrored) draw.flags |= PEELER_MIRRORED;
             draw.opaque = m.alpha_mode != AlphaMode::kBlend;
             if (m.alpha_mode != AlphaMode::kOpaque) {
                 draw.textured_alpha = static_cast<bool>(m.base_color_texture);

@@ -48,6 +48,7 @@ using glm::vec4;
 #define PEELER_HAS_TANGENTS 2u
 #define PEELER_HAS_COLORS 4u
 #define PEELER_IS_TRIANGLES 8u
+#define PEELER_MIRRORED 16u
 
 // Bits of MaterialRecord.flags.x; bit PEELER_FIRST_TEXTURE_BIT << unit says that a texture is bound there.
 #define PEELER_ALPHA_MASK 1u

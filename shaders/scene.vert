@@ -28,7 +28,9 @@ void main() {
 #ifdef VARYINGS
     surface.position = (draw.view_from_model * vec4(position, 1.0)).xyz;
     surface.normal = mat3(draw.normal_from_model) * normal;
-    surface.tangent = vec4(mat3(draw.view_from_model) * tangent.xyz, tangent.w);
+    // A cross product does not turn with a reflection; the bitangent made of it must.
+    float handedness = (draw.ids.z & PEELER_MIRRORED) != 0u ? -tangent.w : tangent.w;
+    surface.tangent = vec4(mat3(draw.view_from_model) * tangent.xyz, handedness);
     surface.texcoords = vec4(texcoord0, texcoord1);
     surface.color = color;
 #endif

@@ -20,5 +20,8 @@ PACKED_COLOR fragmentColor(vec4 base, Gradients g) {
     if (lit) rgb = litColor(base.rgb, g);
 #endif
     float alpha = coverage(base.a);
-    return packColor(vec4(min(rgb * alpha, vec3(65504.0)), alpha));
+    // What a half holds, whatever the vertex colours; and no NaN (a degenerate facet), which would
+    // spoil the composite.
+    rgb = clamp(rgb * alpha, vec3(-65504.0), vec3(65504.0));
+    return packColor(vec4(mix(rgb, vec3(0.0), isnan(rgb)), alpha));
 }

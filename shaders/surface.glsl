@@ -45,8 +45,9 @@ vec4 sampled(sampler2D map, int unit, Gradients g) {
     vec2 dx = second ? g.texcoords_dx.zw : g.texcoords_dx.xy;
     vec2 dy = second ? g.texcoords_dy.zw : g.texcoords_dy.xy;
     precise vec2 at = vec2(dot(row0.xyz, vec3(uv, 1.0)), dot(row1, vec3(uv, 1.0)));
-    return textureGrad(map, at, vec2(dot(row0.xy, dx), dot(row1.xy, dx)),
-                       vec2(dot(row0.xy, dy), dot(row1.xy, dy)));
+    precise vec2 at_dx = vec2(dot(row0.xy, dx), dot(row1.xy, dx));
+    precise vec2 at_dy = vec2(dot(row0.xy, dy), dot(row1.xy, dy));
+    return textureGrad(map, at, at_dx, at_dy);
 }
 #endif
 
@@ -73,13 +74,13 @@ float coverage(float alpha) {
     return (material.flags.x & PEELER_ALPHA_BLEND) != 0u ? clamp(alpha, 0.0, 1.0) : 1.0;
 }
 
-/// Unit shading normal in view space, on the side of the viewer's face.
+/// Unit shading normal in view space, on the side of the viewer's face: a back face has the opposite of
+/// the front face's normal, bumps and all (glTF 2.0 §3.9.6).
 vec3 shadingNormal(Gradients g) {
     vec3 facet = cross(g.position_dx, g.position_dy);  // toward the viewer, whatever the winding
     vec3 normal = dot(facet, facet) > 0.0 ? normalize(facet) : vec3(0.0, 0.0, 1.0);
-    float side = 1.0;
+    float side = gl_FrontFacing ? 1.0 : -1.0;
     if ((draw.ids.z & PEELER_HAS_NORMALS) != 0u && dot(surface.normal, surface.normal) > 0.0) {
-        side = gl_FrontFacing ? 1.0 : -1.0;
         normal = side * normalize(surface.normal);
     }
 #ifdef TEXTURED
@@ -88,7 +89,8 @@ vec3 shadingNormal(Gradients g) {
         mapped.xy *= material.factors.z;
         vec3 tangent, bitangent;
         if ((draw.ids.z & PEELER_HAS_TANGENTS) != 0u) {
-            tangent = surface.tangent.xyz;
+            float size = dot(surface.tangent.xyz, surface.tangent.xyz);  // the node may scale it
+            tangent = surface.tangent.xyz * (size > 0.0 ? side * inversesqrt(size) : 0.0);
             bitangent = side * cross(normal, tangent) * surface.tangent.w;
         } else {
             // Tangent frame from derivatives (Schüler, "Followup: Normal Mapping Without Precomputed
@@ -101,8 +103,10 @@ vec3 shadingNormal(Gradients g) {
             // glTF's V runs down the image while its normal maps point +Y up the image.
             bitangent = -(across_y * dx.y + across_x * dy.y);
             float scale = max(dot(tangent, tangent), dot(bitangent, bitangent));
-            tangent *= scale > 0.0 ? inversesqrt(scale) : 0.0;
-            bitangent *= scale > 0.0 ? inversesqrt(scale) : 0.0;
+            // An interpolated normal may lean away from the viewer, and the frame turns with it.
+            float facing = dot(normal, facet) < 0.0 ? -side : side;
+            tangent *= scale > 0.0 ? facing * inversesqrt(scale) : 0.0;
+            bitangent *= scale > 0.0 ? facing * inversesqrt(scale) : 0.0;
         }
         vec3 bent = tangent * mapped.x + bitangent * mapped.y + normal * mapped.z;
         if (dot(bent, bent) > 0.0) normal = normalize(bent);
