@@ -49,8 +49,6 @@ SceneRasterizer::SceneRasterizer(const gl::Context& context, const GpuScene& sce
     nearest_ = gl::SamplerObject(gl, name);
     gl.SamplerParameteri(name, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     gl.SamplerParameteri(name, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_PREVIOUS_COLOR_UNIT; ++unit)
-        gl.BindSampler(unit, name);
 }
 
 void SceneRasterizer::setView(const View& view, const CaptureSettings& settings) {
@@ -128,6 +126,9 @@ void SceneRasterizer::bindFrame() {
         frame_dirty_ = false;
     }
     frame_record_.bindUniform(PEELER_FRAME_BLOCK, 0, sizeof(shader::FrameRecord));
+    // Without it an integer texture is incomplete: filters are linear unless told.
+    for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_PREVIOUS_COLOR_UNIT; ++unit)
+        functions().BindSampler(unit, nearest_.name());
 }
 
 const gl::Program& SceneRasterizer::program(const std::vector<std::string_view>& files,
@@ -232,6 +233,7 @@ void SceneRasterizer::renderOpaqueBound() {
     if (!bound_framebuffer_ || size != bound_size_) {
         bound_framebuffer_ = {};
         bound_depth_ = {};
+        bound_primitive_ = {};
         bound_depth_ = gl::makeTexture2D(gl, GL_DEPTH_COMPONENT32F, size.x1, size.y1);
         bound_primitive_ = gl::makeTexture2D(gl, GL_R32UI, size.x1, size.y1);
         bound_framebuffer_ =

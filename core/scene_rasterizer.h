@@ -53,7 +53,8 @@ class SceneRasterizer {
     bool floatColor() const { return settings_.color_type == PixelType::kFloat; }
     /// `area` relative to the tile, y up: x0, y0, x1, y1.
     Window inTile(const Window& area) const;
-    /// Binds the record of view, tile and band for shaders other than draw()'s.
+    /// Binds the record of view, tile and band, and the sampler of the peels' textures, for shaders
+    /// other than draw()'s.
     void bindFrame();
     const gl::Functions& functions() const { return context_.functions(); }
     /// A program of these files; cached.
