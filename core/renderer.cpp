@@ -30,7 +30,7 @@ constexpr std::uint64_t kKeptCountsBytes = 256ULL << 20;
 struct Renderer::State {
     State(gl::Context& ctx, const Scene& scene, const SceneContents& contents)
         : context(ctx),
-          gpu_scene((StageTimer(times, "upload"), ctx), scene, contents),
+          gpu_scene(timed(times, "upload", [&] { return GpuScene(ctx, scene, contents); })),
           rasterizer(ctx, gpu_scene),
           buffers(ctx.functions()) {}
 

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "core/capture_settings.h"
 #include "core/gl/context.h"
 #include "core/scene.h"
 #include "core/sink.h"
@@ -15,34 +16,6 @@
 #include "core/view.h"
 
 namespace peeler {
-
-/// Which fragments are captured (architecture.md, "What a fragment is").
-enum class Surfaces : std::uint8_t {
-    kAll,         ///< every one; opaque surfaces hide nothing
-    kVisible,     ///< none behind the nearest fragment of an OPAQUE or MASK material
-    kTransparent  ///< like kVisible, without the OPAQUE and MASK fragments themselves
-};
-
-/// Which side of a triangle is rasterised.
-enum class Faces : std::uint8_t {
-    kGltf,   ///< as the material's doubleSided says
-    kFront,  ///< front faces only
-    kBack,   ///< back faces only
-    kBoth
-};
-
-enum class Shading : std::uint8_t { kPbr, kUnlit };
-
-struct CaptureSettings {
-    std::string method = "a-buffer";  ///< a name of the method table (core/peel/method.h)
-    Surfaces surfaces = Surfaces::kAll;
-    Faces faces = Faces::kGltf;
-    Shading shading = Shading::kPbr;
-    PixelType color_type = PixelType::kHalf;  ///< or kFloat
-    std::uint32_t max_layers = 0;             ///< nearest layers to keep; 0 = all
-    std::uint64_t memory = 0;                 ///< most resident bytes of the process; 0 = no budget
-    std::uint64_t band_bytes = 384ULL << 20;  ///< most bytes of a band; less under a tight budget
-};
 
 struct CaptureReport {
     std::uint64_t fragments_captured = 0;  ///< by the method; equals the count or capture() throws

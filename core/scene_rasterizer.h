@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/capture_settings.h"
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
 #include "core/gl/program.h"
 #include "core/gpu_scene.h"
-#include "core/renderer.h"
 #include "core/view.h"
 
 namespace peeler {

@@ -28,6 +28,13 @@ class StageTimer {
     Clock::time_point start_ = Clock::now();
 };
 
+/// What `work()` returns; its time goes to the stage.
+template <class Work>
+auto timed(StageTimes& times, const char* stage, Work&& work) {
+    const StageTimer timer(times, stage);
+    return work();
+}
+
 inline void add(StageTimes& to, const StageTimes& from) {
     for (const auto& [stage, milliseconds] : from)
         to[stage] += milliseconds;

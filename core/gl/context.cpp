@@ -2,7 +2,7 @@
 #include "core/gl/context.h"
 
 #include <array>
-#include <cstdlib>
+#include <cstdio>
 
 #include "core/error.h"
 #include "core/gl/backend.h"
@@ -67,6 +67,14 @@ std::string examine(const Functions& gl, Device& device) {
     return {};
 }
 
+#ifndef NDEBUG
+void APIENTRY printMessage(GLenum, GLenum type, GLuint, GLenum, GLsizei, const GLchar* message,
+                           const void*) {
+    if (type == GL_DEBUG_TYPE_ERROR || type == GL_DEBUG_TYPE_UNDEFINED_BEHAVIOR)
+        std::fprintf(stderr, "GL: %s\n", message);
+}
+#endif
+
 /// Opens and examines; on failure returns null and leaves the reason in device.problem.
 std::unique_ptr<Context> tryOpen(Candidate& candidate, Device& device) {
     device = candidate.device;
@@ -75,6 +83,11 @@ std::unique_ptr<Context> tryOpen(Candidate& candidate, Device& device) {
     if (!context) return nullptr;
     device.problem = examine(context->functions(), device);
     if (!device.problem.empty()) return nullptr;
+#ifndef NDEBUG
+    const Functions& gl = context->functions();
+    gl.Enable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+    gl.DebugMessageCallback(printMessage, nullptr);
+#endif
     return context;
 }
 

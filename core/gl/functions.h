@@ -12,7 +12,6 @@ namespace peeler::gl {
 // One list for the declarations and the loader. X(PFNGL…PROC stem, member name without "gl").
 #define PEELER_GL_FUNCTIONS(X)                                  \
     X(ATTACHSHADER, AttachShader)                               \
-    X(BEGINQUERY, BeginQuery)                                   \
     X(BINDBUFFERBASE, BindBufferBase)                           \
     X(BINDBUFFERRANGE, BindBufferRange)                         \
     X(BINDFRAMEBUFFER, BindFramebuffer)                         \
@@ -20,7 +19,6 @@ namespace peeler::gl {
     X(BINDTEXTUREUNIT, BindTextureUnit)                         \
     X(BINDVERTEXARRAY, BindVertexArray)                         \
     X(CHECKNAMEDFRAMEBUFFERSTATUS, CheckNamedFramebufferStatus) \
-    X(CLEARNAMEDBUFFERDATA, ClearNamedBufferData)               \
     X(CLEARNAMEDBUFFERSUBDATA, ClearNamedBufferSubData)         \
     X(CLEARNAMEDFRAMEBUFFERFV, ClearNamedFramebufferfv)         \
     X(CLEARNAMEDFRAMEBUFFERUIV, ClearNamedFramebufferuiv)       \
@@ -30,7 +28,6 @@ namespace peeler::gl {
     X(CREATEBUFFERS, CreateBuffers)                             \
     X(CREATEFRAMEBUFFERS, CreateFramebuffers)                   \
     X(CREATEPROGRAM, CreateProgram)                             \
-    X(CREATEQUERIES, CreateQueries)                             \
     X(CREATESAMPLERS, CreateSamplers)                           \
     X(CREATESHADER, CreateShader)                               \
     X(CREATETEXTURES, CreateTextures)                           \
@@ -40,7 +37,6 @@ namespace peeler::gl {
     X(DELETEBUFFERS, DeleteBuffers)                             \
     X(DELETEFRAMEBUFFERS, DeleteFramebuffers)                   \
     X(DELETEPROGRAM, DeleteProgram)                             \
-    X(DELETEQUERIES, DeleteQueries)                             \
     X(DELETESAMPLERS, DeleteSamplers)                           \
     X(DELETESHADER, DeleteShader)                               \
     X(DELETETEXTURES, DeleteTextures)                           \
@@ -53,7 +49,6 @@ namespace peeler::gl {
     X(DRAWELEMENTS, DrawElements)                               \
     X(ENABLE, Enable)                                           \
     X(ENABLEVERTEXARRAYATTRIB, EnableVertexArrayAttrib)         \
-    X(ENDQUERY, EndQuery)                                       \
     X(FINISH, Finish)                                           \
     X(FRONTFACE, FrontFace)                                     \
     X(GETERROR, GetError)                                       \
@@ -62,7 +57,6 @@ namespace peeler::gl {
     X(GETINTEGERV, GetIntegerv)                                 \
     X(GETPROGRAMINFOLOG, GetProgramInfoLog)                     \
     X(GETPROGRAMIV, GetProgramiv)                               \
-    X(GETQUERYOBJECTUIV, GetQueryObjectuiv)                     \
     X(GETSHADERINFOLOG, GetShaderInfoLog)                       \
     X(GETSHADERIV, GetShaderiv)                                 \
     X(GETSTRING, GetString)                                     \

@@ -83,7 +83,7 @@ class Buffer : public Object<&Functions::DeleteBuffers> {
     std::size_t size_ = 0;
 };
 
-/// A texture with immutable 2D storage of one level.
+/// A texture with immutable 2D storage.
 Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height, int levels = 1);
 
 /// A framebuffer with these colour attachments (0, 1, …) and, if not zero, a depth attachment.

@@ -55,7 +55,7 @@ GLuint compile(const Functions& gl, std::string_view file, const std::string& pr
 
 Program::Program(const Functions& gl, const std::vector<std::string_view>& files,
                  const std::vector<std::string>& definitions)
-    : gl_(&gl), name_(gl.CreateProgram()) {
+    : Program(gl) {  // delegated, so that the destructor runs if what follows throws
     std::string prologue = "#version 450 core\n";
     for (const auto& definition : definitions)
         prologue += "#define " + definition + "\n";

@@ -13,6 +13,7 @@ namespace peeler::gl {
 class Program {
   public:
     Program() = default;
+    explicit Program(const Functions& gl) : gl_(&gl), name_(gl.CreateProgram()) {}
     /// Compiles and links the files (".vert", ".frag", ".comp" by extension) with "#define X" lines
     /// for `definitions` ("NAME" or "NAME value"). Throws Error (kInternal) with the driver's log.
     Program(const Functions& gl, const std::vector<std::string_view>& files,
