@@ -16,8 +16,10 @@ namespace fs = std::filesystem;
 TEST(Models, RenderCompletelyAndAlikeOnBothBackends) {
     PEELER_REQUIRE_ASSETS(assets);
     const ScratchDir scratch;
-    const auto models = staticModels(assets);
+    auto models = staticModels(assets);
     ASSERT_GT(models.size(), 40U);
+    for (const auto& entry : fs::directory_iterator(sourceDir() / "examples" / "scenes"))
+        if (entry.path().extension() == ".glb") models.push_back(entry.path());
     for (const auto& model : models) {
         SCOPED_TRACE(model.string());
         std::string bytes[2];

@@ -4,12 +4,14 @@
 
 #include <cmath>
 #include <random>
+#include <thread>
 
 #include "core/bands.h"
 #include "core/composite.h"
 #include "core/error.h"
 #include "core/peel/method.h"
 #include "support/capture.h"
+#include "support/test_support.h"
 
 namespace peeler::test {
 namespace {
@@ -315,6 +317,23 @@ TEST(Methods, AgreeBitForBitOnHardScenes) {
             EXPECT_EQ(difference(reference.image, capture(scene, view, s).image), "")
                 << name << ", " << method.name;
         }
+    }
+}
+
+TEST(Backends, AgreeBitForBitOnHardScenes) {
+    if (!sharedContext().device().software) GTEST_SKIP() << "a GPU rounds as it likes";
+    const std::string other = testBackend() == "egl" ? "osmesa" : "egl";
+    const View view = testView(160, 120);
+    for (const auto& [name, scene] : hardScenes()) {
+        const auto here = capture(scene, view);
+        LayeredImage there;
+        // A context belongs to the thread that makes it, so the other backend's gets one of its
+        // own.
+        std::thread([&, &shown = scene] {
+            const auto context = gl::createContext({.backend = other});
+            there = capture(shown, view, {}, *context).image;
+        }).join();
+        EXPECT_EQ(difference(here.image, there), "") << name << " on " << other;
     }
 }
 
