@@ -170,17 +170,23 @@ const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const GpuD
     return *cached;
 }
 
+gl::PassState SceneRasterizer::passState(GLuint framebuffer, const Window& area) const {
+    const Window scissor = inTile(area);
+    return {.framebuffer = framebuffer,
+            .viewport_width = tile_.width(),
+            .viewport_height = tile_.height(),
+            .scissor_x = scissor.x0,
+            .scissor_y = scissor.y0,
+            .scissor_width = scissor.width(),
+            .scissor_height = scissor.height()};
+}
+
 void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     const auto& gl = functions();
-    const Window scissor = inTile(area);
-    gl::apply(gl, {.framebuffer = pass.framebuffer,
-                   .viewport_width = tile_.width(),
-                   .viewport_height = tile_.height(),
-                   .scissor_x = scissor.x0,
-                   .scissor_y = scissor.y0,
-                   .scissor_width = scissor.width(),
-                   .scissor_height = scissor.height(),
-                   .depth_test = pass.depth_test});
+    gl::PassState state = passState(pass.framebuffer, area);
+    state.depth_test = pass.depth_test;
+    state.max_blending = pass.max_blending;
+    gl::apply(gl, state);
     bindFrame();
     if (pass.bounded && settings_.surfaces != Surfaces::kAll) {
         gl.BindTextureUnit(PEELER_OPAQUE_DEPTH_UNIT, bound_depth_.name());
@@ -241,12 +247,9 @@ void SceneRasterizer::renderOpaqueBound() {
         bound_size_ = size;
     }
     const GLuint framebuffer = bound_framebuffer_.name();
-    gl::apply(gl, {.framebuffer = framebuffer,
-                   .viewport_width = size.x1,
-                   .viewport_height = size.y1,
-                   .scissor_width = size.x1,
-                   .scissor_height = size.y1,
-                   .depth_test = true});
+    gl::PassState clearing = passState(framebuffer, tile_);
+    clearing.depth_test = gl::DepthTest::kNearest;  // a clear heeds the depth mask
+    gl::apply(gl, clearing);
     const float far = 0;
     const GLuint none[4] = {0xFFFFFFFFU, 0, 0, 0};
     gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &far);
@@ -255,7 +258,7 @@ void SceneRasterizer::renderOpaqueBound() {
           .opaque_only = true,
           .bounded = false,
           .framebuffer = framebuffer,
-          .depth_test = true},
+          .depth_test = gl::DepthTest::kNearest},
          tile_);
 }
 

@@ -24,7 +24,8 @@ struct GeometryPass {
     bool opaque_only = false;  ///< only OPAQUE and MASK materials
     bool bounded = true;       ///< fragments behind the opaque bound, if there is one, do not count
     GLuint framebuffer = 0;
-    bool depth_test = false;
+    gl::DepthTest depth_test = gl::DepthTest::kOff;
+    bool max_blending = false;
 };
 
 /// Rasterisation is repeatable only if the viewport never changes, so the picture is divided into
@@ -50,6 +51,8 @@ class SceneRasterizer {
     void draw(const GeometryPass& pass, const Window& area);
 
     const Window& tile() const { return tile_; }
+    /// The tile's viewport and `area` as scissor.
+    gl::PassState passState(GLuint framebuffer, const Window& area) const;
     bool floatColor() const { return settings_.color_type == PixelType::kFloat; }
     /// `area` relative to the tile, y up: x0, y0, x1, y1.
     Window inTile(const Window& area) const;

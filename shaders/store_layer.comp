@@ -27,15 +27,15 @@ layout(std430, binding = PEELER_COLORS) writeonly buffer Colors { PACKED_COLOR c
 void main() {
     ivec2 at = area.xy + ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, area.zw))) return;
-    float depth = texelFetch(layer_depth, at, 0).r;
-    if (!(depth > 0.0)) return;  // the pixel has no such layer
+    uint primitive = texelFetch(layer_primitive, at, 0).r;
+    if (primitive == 0u) return;  // the pixel has no such layer
     int x = frame.tile.x + at.x - frame.band.x;
     int y = frame.tile.y + frame.tile.w - 1 - at.y - frame.band.y;
     uint pixel = uint(y * frame.band.z + x);
     uint slot = slots[pixel];
     slots[pixel] = slot + 1u;
     if (slot >= frame.limits.x) return;
-    depths[slot] = depth;
-    primitives[slot] = texelFetch(layer_primitive, at, 0).r;
+    depths[slot] = texelFetch(layer_depth, at, 0).r;
+    primitives[slot] = primitive;
     colors[slot] = PACKED(texelFetch(layer_color, at, 0));
 }

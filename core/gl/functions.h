@@ -18,6 +18,7 @@ namespace peeler::gl {
     X(BINDSAMPLER, BindSampler)                                 \
     X(BINDTEXTUREUNIT, BindTextureUnit)                         \
     X(BINDVERTEXARRAY, BindVertexArray)                         \
+    X(BLENDEQUATION, BlendEquation)                             \
     X(CHECKNAMEDFRAMEBUFFERSTATUS, CheckNamedFramebufferStatus) \
     X(CLEARNAMEDBUFFERSUBDATA, ClearNamedBufferSubData)         \
     X(CLEARNAMEDFRAMEBUFFERFV, ClearNamedFramebufferfv)         \

@@ -116,14 +116,19 @@ void apply(const Functions& gl, const PassState& state) {
     gl.Scissor(state.scissor_x, state.scissor_y, state.scissor_width, state.scissor_height);
     // Reversed Z: clip space depth 0–1, 1 at the near plane.
     gl.ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-    gl.Disable(GL_BLEND);
+    if (state.max_blending) {
+        gl.Enable(GL_BLEND);
+        gl.BlendEquation(GL_MAX);
+    } else {
+        gl.Disable(GL_BLEND);
+    }
     gl.Disable(GL_STENCIL_TEST);
     gl.Disable(GL_DITHER);
     gl.Disable(GL_MULTISAMPLE);
     gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-    if (state.depth_test) {
+    if (state.depth_test != DepthTest::kOff) {
         gl.Enable(GL_DEPTH_TEST);
-        gl.DepthFunc(GL_GREATER);
+        gl.DepthFunc(state.depth_test == DepthTest::kNearest ? GL_GREATER : GL_LEQUAL);
         gl.DepthMask(GL_TRUE);
     } else {
         gl.Disable(GL_DEPTH_TEST);

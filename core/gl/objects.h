@@ -101,13 +101,21 @@ void waitForGpu(const Functions& gl);
 /// any other GL error. `stage` says where in the message.
 void checkErrors(const Functions& gl, const std::string& stage);
 
+/// Which fragment a depth buffer keeps. Reversed Z: nearer is greater.
+enum class DepthTest {
+    kOff,
+    kNearest,  ///< the first drawn among equals
+    kFarthest  ///< the last drawn among equals
+};
+
 /// All fixed-function state a geometry pass depends on. Set as a whole, so that nothing is
 /// inherited.
 struct PassState {
     GLuint framebuffer = 0;
     int viewport_width = 0, viewport_height = 0;
     int scissor_x = 0, scissor_y = 0, scissor_width = 0, scissor_height = 0;  ///< y up
-    bool depth_test = false;  ///< GL_GREATER (reversed Z: the nearest wins, the first among equals)
+    DepthTest depth_test = DepthTest::kOff;
+    bool max_blending = false;  ///< every component keeps its largest value
 };
 void apply(const Functions& gl, const PassState& state);
 

@@ -12,7 +12,7 @@ import pathlib
 import subprocess
 import tempfile
 
-METHODS = ("a-buffer", "front-to-back")
+METHODS = ("a-buffer", "front-to-back", "two-pass", "back-to-front", "dual")
 STAGES = ("load", "context", "upload", "count", "capture", "sort", "composite", "encode", "write", "total")
 
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Front-to-back peeling (Everitt 2001): the nearest fragment behind the previous layer. "Behind" is the lexicographic
-// key (depth, primitive), so coincident fragments are peeled one after the other; among equal depths the
-// depth test (greater) keeps the first drawn, which has the smallest primitive index.
+// Depth peeling (Everitt 2001): the next fragment beyond the previous layer. "Beyond" is the lexicographic key (depth,
+// primitive), so coincident fragments are peeled one after the other. Among equal depths the depth test keeps the first
+// drawn (front to back) or the last (BACKWARD), which is the next one by primitive index.
 #include "shade.glsl"
 
 layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_depth;
@@ -18,8 +18,11 @@ void main() {
     if (!inRange(key)) discard;
     ivec2 at = ivec2(gl_FragCoord.xy);
     Key previous = Key(texelFetch(previous_depth, at, 0).r, texelFetch(previous_primitive, at, 0).r);
+#ifdef BACKWARD
+    if (!precedes(key, previous)) discard;
+#else
     if (!precedes(previous, key)) discard;
-
+#endif
     primitive = key.primitive;
     color = fragmentColor(base, gradients);
     gl_FragDepth = key.depth;  // exactly what the next pass will compare with

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/peel/layer_targets.h"
+
+#include "shaders/interface.glsl"
+
+namespace peeler {
+std::uint64_t LayerTargets::bytes(std::uint64_t tile_pixels, bool float_color) {
+    constexpr std::uint64_t kKeys = 2 * (sizeof(float) + sizeof(std::uint32_t));
+    return tile_pixels * (kKeys + (float_color ? 16 : 8));
+}
+
+void LayerTargets::allocate(const SceneRasterizer& rasterizer) {
+    const auto& gl = rasterizer.functions();
+    const Window size{0, 0, rasterizer.tile().width(), rasterizer.tile().height()};
+    if (size == size_) return;
+    color_ = {};
+    sides_ = {};
+    color_ =
+        gl::makeTexture2D(gl, rasterizer.floatColor() ? GL_RGBA32UI : GL_RG32UI, size.x1, size.y1);
+    color_only_ = gl::makeFramebuffer(gl, {color_.name()}, 0);
+    for (auto& side : sides_) {
+        side.depth = gl::makeTexture2D(gl, GL_DEPTH_COMPONENT32F, size.x1, size.y1);
+        side.primitive = gl::makeTexture2D(gl, GL_R32UI, size.x1, size.y1);
+        side.key = gl::makeFramebuffer(gl, {side.primitive.name()}, side.depth.name());
+        side.key_and_color =
+            gl::makeFramebuffer(gl, {side.primitive.name(), color_.name()}, side.depth.name());
+    }
+    size_ = size;
+}
+
+void LayerTargets::clear(const SceneRasterizer& rasterizer, const Window& area, int i, float depth,
+                         GLuint primitive) const {
+    const auto& gl = rasterizer.functions();
+    const GLuint framebuffer = sides_[static_cast<std::size_t>(i)].key.name();
+    gl::PassState state = rasterizer.passState(framebuffer, area);
+    state.depth_test = gl::DepthTest::kNearest;  // a clear heeds the depth mask
+    gl::apply(gl, state);
+    const std::array<GLuint, 4> key = {primitive, 0, 0, 0};
+    gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &depth);
+    gl.ClearNamedFramebufferuiv(framebuffer, GL_COLOR, 0, key.data());
+}
+
+GLuint LayerTargets::framebuffer(int i, Attachments attachments) const {
+    const Side& side = sides_[static_cast<std::size_t>(i)];
+    if (attachments == kColor) return color_only_.name();
+    return attachments == kKey ? side.key.name() : side.key_and_color.name();
+}
+
+void LayerTargets::bindForReading(const gl::Functions& gl, int i) const {
+    const Side& side = sides_[static_cast<std::size_t>(i)];
+    gl.BindTextureUnit(PEELER_PREVIOUS_DEPTH_UNIT, side.depth.name());
+    gl.BindTextureUnit(PEELER_PREVIOUS_PRIMITIVE_UNIT, side.primitive.name());
+}
+
+void LayerTargets::store(SceneRasterizer& rasterizer, const Window& area, int i) const {
+    const auto& gl = rasterizer.functions();
+    std::vector<std::string> definitions;
+    if (rasterizer.floatColor()) definitions.emplace_back("COLOR_FLOAT");
+    const auto& program = rasterizer.program({"store_layer.comp"}, definitions);
+    const Window inside = rasterizer.inTile(area);
+    bindForReading(gl, i);
+    gl.BindTextureUnit(PEELER_PREVIOUS_COLOR_UNIT, color_.name());
+    rasterizer.bindFrame();
+    program.use();
+    program.set(0, inside.x0, inside.y0, inside.x1, inside.y1);
+    gl.DispatchCompute(static_cast<GLuint>(inside.width() + 15) / 16,
+                       static_cast<GLuint>(inside.height() + 15) / 16, 1);
+    gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+}
+
+}  // namespace peeler

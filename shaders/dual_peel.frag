@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Dual depth peeling (Bavoil & Myers 2008): fragments at the front or back depth of the previous pass are peeled, those
+// between set the range of the next. Peeled fragments are appended to their pixel's list, all that coincide at
+// once; so none is lost, and the lists are sorted afterwards.
+#include "shade.glsl"
+
+layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_range;
+
+layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
+layout(std430, binding = PEELER_DEPTHS) writeonly buffer Depths { float depths[]; };
+layout(std430, binding = PEELER_PRIMITIVES) writeonly buffer Primitives { uint primitives[]; };
+layout(std430, binding = PEELER_COLORS) writeonly buffer Colors { PACKED_COLOR colors[]; };
+
+layout(location = 0) out vec2 range;
+
+void main() {
+    Gradients gradients = surfaceGradients();
+    vec4 base = baseColor(gradients);
+    if (!passesAlphaTest(base.a)) discard;
+    Key key = fragmentKey();
+    if (!inRange(key)) discard;
+    vec2 previous = texelFetch(previous_range, ivec2(gl_FragCoord.xy), 0).rg;
+    float front = previous.x, back = -previous.y;
+    if (key.depth > front || key.depth < back) discard;  // peeled before
+    if (key.depth < front && key.depth > back) {
+        range = vec2(key.depth, -key.depth);
+        return;
+    }
+    uint slot = atomicAdd(slots[pixelIndex()], 1u);
+    if (slot < frame.limits.x) {
+        depths[slot] = key.depth;
+        primitives[slot] = key.primitive;
+        colors[slot] = fragmentColor(base, gradients);
+    }
+    discard;
+}

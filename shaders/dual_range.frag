@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Dual depth peeling, first pass: nearest and farthest depth of every pixel, by MAX blending of (depth, -depth).
+#ifdef ALPHA_TEST
+#include "surface.glsl"
+#else
+#include "fragment.glsl"
+#endif
+
+layout(location = 0) out vec2 range;
+
+void main() {
+#ifdef ALPHA_TEST
+    if (!passesAlphaTest(baseColor(surfaceGradients()).a)) discard;
+#endif
+    Key key = fragmentKey();
+    if (!inRange(key)) discard;
+    range = vec2(key.depth, -key.depth);
+}

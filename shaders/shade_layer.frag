@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// The second of two passes: the colour of the fragment whose key the first has found.
+#include "shade.glsl"
+
+layout(binding = PEELER_PREVIOUS_PRIMITIVE_UNIT) uniform usampler2D layer_primitive;
+
+layout(location = 0) out PACKED_COLOR color;
+
+void main() {
+    Gradients gradients = surfaceGradients();
+    // A primitive has one fragment a pixel, so its index says it all.
+    if (fragmentKey().primitive != texelFetch(layer_primitive, ivec2(gl_FragCoord.xy), 0).r) discard;
+    color = fragmentColor(baseColor(gradients), gradients);
+}

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+// Methods, backends, bands and raster tiles: the same fragments, bit for bit.
+#include <gtest/gtest.h>
+
+#include <random>
+#include <thread>
+
+#include "core/bands.h"
+#include "core/error.h"
+#include "core/peel/method.h"
+#include "core/scene_rasterizer.h"
+#include "support/capture.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+/// Scenes that have broken peelers before.
+struct HardScene {
+    const char* name;
+    Scene scene;
+};
+
+std::vector<HardScene> hardScenes() {
+    std::vector<HardScene> scenes;
+    std::mt19937 random(20011);  // the seed is fixed: a failure is repeatable
+    std::uniform_real_distribution<float> unit(0, 1);
+    const auto point = [&](float size, float z) {
+        return glm::vec3((unit(random) - 0.5F) * size, (unit(random) - 0.5F) * size,
+                         z + (unit(random) - 0.5F) * size);
+    };
+    const auto soup = [&](int count, float size, float z) {
+        SceneBuilder builder;
+        for (int i = 0; i < count; ++i) {
+            const int m =
+                builder.material({unit(random), unit(random), unit(random), unit(random)});
+            builder.triangles({point(size, z), point(size, z), point(size, z)}, m);
+        }
+        return builder.scene();
+    };
+    scenes.push_back({"interpenetrating triangles", soup(150, 3, -4)});
+    scenes.push_back({"across the near plane and behind the camera", soup(100, 6, 0)});
+    {
+        SceneBuilder builder;  // one mesh, drawn three times in the same place
+        builder.scene() = soup(40, 2, -3);
+        for (int mesh = 0; mesh < 40; ++mesh)
+            for (int copy = 0; copy < 2; ++copy)
+                builder.instance(mesh, glm::dmat4(1));
+        scenes.push_back({"duplicated mesh", builder.scene()});
+    }
+    {
+        SceneBuilder builder;  // slivers seen nearly edge-on
+        for (int i = 0; i < 60; ++i) {
+            const float y = 0.001F * static_cast<float>(i - 30);
+            builder.quad({-1, y, -1}, {1, y, -1}, {1, y * 1.01F, -9}, {-1, y * 1.01F, -9},
+                         builder.material({0.4F, 0.5F, 0.6F, 0.3F}));
+        }
+        scenes.push_back({"grazing quads", builder.scene()});
+    }
+    return scenes;
+}
+
+TEST(Methods, AgreeBitForBitOnHardScenes) {
+    for (const auto& [name, scene] : hardScenes()) {
+        const View view = testView(160, 120);
+        const auto reference = capture(scene, view);
+        EXPECT_GT(reference.image.fragments(), 1000U) << name;
+        for (const auto& method : peelMethods()) {
+            CaptureSettings s;
+            s.method = method.name;
+            EXPECT_EQ(difference(reference.image, capture(scene, view, s).image), "")
+                << name << ", " << method.name;
+        }
+    }
+}
+
+TEST(Backends, AgreeBitForBitOnHardScenes) {
+    if (!sharedContext().device().software) GTEST_SKIP() << "a GPU rounds as it likes";
+    const std::string other = testBackend() == "egl" ? "osmesa" : "egl";
+    const View view = testView(160, 120);
+    for (const auto& [name, scene] : hardScenes()) {
+        const auto here = capture(scene, view);
+        LayeredImage there;
+        // A context belongs to the thread that makes it, so the other backend's gets one of its
+        // own.
+        std::thread([&, &shown = scene] {
+            const auto context = gl::createContext({.backend = other});
+            there = capture(shown, view, {}, *context).image;
+        }).join();
+        EXPECT_EQ(difference(here.image, there), "") << name << " on " << other;
+    }
+}
+
+TEST(Bands, DoNotChangeTheResult) {
+    const auto scenes = hardScenes();
+    const View view = testView(320, 240);
+    const auto whole = capture(scenes[0].scene, view);
+    ASSERT_EQ(whole.bands.size(), 1U);
+    for (const auto& method : peelMethods()) {
+        CaptureSettings small;
+        small.method = method.name;
+        small.band_bytes = 1 << 20;
+        const auto cut = capture(scenes[0].scene, view, small);
+        EXPECT_GT(cut.bands.size(), 3U);
+        EXPECT_EQ(difference(whole.image, cut.image), "") << method.name;
+    }
+    View cropped = view;
+    cropped.crop = {13, 57, 301, 199};
+    const auto part = capture(scenes[0].scene, cropped);
+    for (int y = cropped.crop.y0; y < cropped.crop.y1; ++y) {
+        for (int x = cropped.crop.x0; x < cropped.crop.x1; ++x) {
+            const std::size_t a = whole.image.pixelIndex(x, y), b = part.image.pixelIndex(x, y);
+            ASSERT_EQ(whole.image.count(a), part.image.count(b));
+            for (std::uint32_t k = 0; k < whole.image.count(a); ++k) {
+                ASSERT_EQ(whole.image.z[whole.image.offsets[a] + k],
+                          part.image.z[part.image.offsets[b] + k]);
+            }
+        }
+    }
+}
+
+TEST(Bands, MethodsAndSurfacesAgreeAcrossRasterTiles) {
+    auto scenes = hardScenes();
+    Scene& scene = scenes[0].scene;
+    for (std::size_t i = 0; i < scene.materials.size(); i += 3)
+        scene.materials[i].alpha_mode = AlphaMode::kOpaque;
+    View view = testView(4200, 150);
+    view.projection.half_width = 0.5;  // all of it, stretched over two tiles
+    view.crop = {3900, 10, 4200, 140};
+    for (const Surfaces surfaces : {Surfaces::kAll, Surfaces::kVisible, Surfaces::kTransparent}) {
+        CaptureSettings s;
+        s.surfaces = surfaces;
+        const auto whole = capture(scene, view, s);
+        for (const auto& method : peelMethods()) {
+            s.method = method.name;
+            s.band_bytes = 1 << 19;
+            const auto cut = capture(scene, view, s);
+            EXPECT_GT(cut.bands.size(), 3U);
+            EXPECT_EQ(difference(whole.image, cut.image), "") << method.name;
+            s.max_layers = 2;
+            const auto nearest = capture(scene, view, s);
+            for (std::size_t p = 0; p < view.crop.pixels(); ++p) {
+                ASSERT_EQ(nearest.image.count(p), std::min(2U, whole.image.count(p)));
+                for (std::uint32_t k = 0; k < nearest.image.count(p); ++k) {
+                    ASSERT_EQ(nearest.image.z[nearest.image.offsets[p] + k],
+                              whole.image.z[whole.image.offsets[p] + k]);
+                }
+            }
+            s.max_layers = 0;
+        }
+    }
+}
+TEST(Bands, LeaveRoomForWhatTheSinksHold) {
+    struct LargeSink : CollectSink {
+        SinkMemory memory() const override { return {0, bytes}; }
+        std::uint64_t bytes = 0;
+    } sink;
+    SceneBuilder builder;
+    builder.rectangle(1, 1, -2, builder.material({1, 1, 1, 0.5F}));
+    const SceneContents shown = contents(builder.scene(), 0);
+    Renderer renderer(sharedContext(), builder.scene(), shown);
+    CaptureSettings s;
+    s.memory = residentBytes() + (512ULL << 20);
+    renderer.plan(testView(64, 64), s);
+    Sink* sinks[] = {&sink};
+    EXPECT_NO_THROW(renderer.capture(sinks));
+    sink.bytes = 512ULL << 20;
+    try {
+        renderer.capture(sinks);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kMemory);
+    }
+}
+
+}  // namespace
+}  // namespace peeler::test

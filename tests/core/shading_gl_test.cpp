@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the surface shaders compute.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/peel/method.h"
+#include "support/capture.h"
+
+namespace peeler::test {
+namespace {
+
+/// A quad of 2x2 at z = -2 that looks at the camera, with UVs and, if asked for, normals and
+/// tangents. Its normal map leans to +X, or the normals themselves do.
+Scene leaningQuad(bool mapped, bool normals, bool tangents) {
+    SceneBuilder builder;
+    Scene& scene = builder.scene();
+    const int lit = builder.material({0.8F, 0.6F, 0.4F, 1}, AlphaMode::kOpaque);
+    builder.rectangle(1, 1, -2, lit);
+    Material& material = scene.materials[static_cast<std::size_t>(lit)];
+    material.unlit = false;
+    material.metallic = 0;
+    material.roughness = 0.5F;
+    const glm::vec3 texel = glm::vec3(218, 150, 200) / 255.0F * 2.0F - 1.0F;
+    Primitive& p = scene.meshes[0].primitives[0];
+    for (const glm::vec3& position : p.positions) {
+        p.texcoords[0].push_back({position.x / 2 + 0.5F, 0.5F - position.y / 2});
+        if (normals) p.normals.push_back(mapped ? glm::vec3(0, 0, 1) : glm::normalize(texel));
+        if (tangents) p.tangents.push_back({1, 0, 0, 1});
+    }
+    if (mapped) {
+        scene.images.push_back({"leaning", 1, 1, {218, 150, 200, 255}});
+        material.normal_texture.image = 0;
+    }
+    return scene;
+}
+
+TEST(Shading, NormalMapsTurnWithTheSurface) {
+    // Turned around, mirrored, scaled: a normal map must look like the geometry it stands for.
+    const auto scaled = [](double x, double y, double z, double back) {
+        glm::dmat4 m(1);
+        m[0][0] = x, m[1][1] = y, m[2][2] = z, m[3][2] = back;
+        return m;
+    };
+    const std::pair<const char*, glm::dmat4> placements[] = {
+        {"as it is", scaled(1, 1, 1, 0)},
+        {"large", scaled(50, 50, 50, 48)},
+        {"small", scaled(0.01, 0.01, 0.01, -0.18)},
+        {"mirrored", scaled(-1, 1, 1, 0)},
+        {"turned around", scaled(-1, 1, -1, -4)},
+        {"turned around and mirrored", scaled(1, 1, -1, -4)}};
+    for (const auto& [name, placement] : placements) {
+        const auto seen = [&, &m = placement](bool mapped, bool normals, bool tangents) {
+            Scene scene = leaningQuad(mapped, normals, tangents);
+            scene.nodes[0].local = m;
+            const auto result = capture(scene, testView(9, 9));
+            const std::size_t center = result.image.pixelIndex(4, 4);
+            EXPECT_EQ(result.image.count(center), 1U) << name;
+            return color(result.image, result.image.offsets[center]);
+        };
+        const glm::vec4 expected = seen(false, true, false);
+        for (const auto& [normals, tangents] :
+             {std::pair{true, true}, {true, false}, {false, false}}) {
+            const glm::vec4 mapped = seen(true, normals, tangents);
+            for (int c = 0; c < 3; ++c)
+                EXPECT_NEAR(mapped[c], expected[c], 2e-3 * expected[c])
+                    << name << ", normals " << normals << ", tangents " << tangents;
+        }
+    }
+}
+
+TEST(Shading, NoColourIsBeyondAHalf) {
+    SceneBuilder builder;
+    builder.rectangle(1, 1, -2, builder.material({1, 1, 1, 1}));
+    auto& primitive = builder.scene().meshes[0].primitives[0];
+    primitive.colors.assign(primitive.positions.size(), {1e30F, -1e30F, 0.5F, 1});
+    for (const PixelType type : {PixelType::kHalf, PixelType::kFloat}) {
+        CaptureSettings s;
+        s.color_type = type;
+        const auto result = capture(builder.scene(), testView(4, 4), s);
+        EXPECT_EQ(color(result.image, 0), glm::vec4(65504, -65504, 0.5F, 1));
+    }
+}
+
+}  // namespace
+}  // namespace peeler::test
