@@ -17,23 +17,14 @@ class BackToFront final : public PeelMethod {
     }
 
     int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) override {
-        targets_.allocate(rasterizer);
-        // Behind everything: no fragment has depth 0. A pixel without the layer keeps the key (1,
-        // 0), in front of which there is nothing: it stays finished.
-        targets_.clear(rasterizer, area, 1, 0, 0xFFFFFFFFU);
-        for (std::uint32_t layer = 0; layer < layers; ++layer) {
-            const int current = static_cast<int>(layer % 2), previous = 1 - current;
-            targets_.clear(rasterizer, area, current, 1, 0);
-            targets_.bindForReading(rasterizer.functions(), previous);
-            rasterizer.draw(
-                {.fragment_shader = "peel_layer_backward.frag",
-                 .shades = true,
-                 .framebuffer = targets_.framebuffer(current, LayerTargets::kKeyAndColor),
-                 .depth_test = gl::DepthTest::kFarthest},
-                area);
-            targets_.store(rasterizer, area, current);
-        }
-        return static_cast<int>(layers);
+        // Before any layer, behind everything: no fragment has depth 0. In front of the key (1, 0)
+        // of a pixel without the layer there is nothing: it stays finished.
+        return targets_.peel(rasterizer, area, layers,
+                             {.shader = "peel_layer_backward.frag",
+                              .depth_test = gl::DepthTest::kFarthest,
+                              .first_depth = 0,
+                              .first_primitive = 0xFFFFFFFFU,
+                              .empty_depth = 1});
     }
 
   private:

@@ -17,22 +17,14 @@ class FrontToBack final : public PeelMethod {
     }
 
     int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) override {
-        targets_.allocate(rasterizer);
-        // In front of everything: the near plane has depth 1, and keys start at 1.
-        targets_.clear(rasterizer, area, 1, 1, 0);
-        for (std::uint32_t layer = 0; layer < layers; ++layer) {
-            const int current = static_cast<int>(layer % 2), previous = 1 - current;
-            targets_.clear(rasterizer, area, current, 0, 0);
-            targets_.bindForReading(rasterizer.functions(), previous);
-            rasterizer.draw(
-                {.fragment_shader = "peel_layer.frag",
-                 .shades = true,
-                 .framebuffer = targets_.framebuffer(current, LayerTargets::kKeyAndColor),
-                 .depth_test = gl::DepthTest::kNearest},
-                area);
-            targets_.store(rasterizer, area, current);
-        }
-        return static_cast<int>(layers);
+        // Before any layer, in front of everything: the near plane has depth 1, and keys start
+        // at 1.
+        return targets_.peel(rasterizer, area, layers,
+                             {.shader = "peel_layer.frag",
+                              .depth_test = gl::DepthTest::kNearest,
+                              .first_depth = 1,
+                              .first_primitive = 0,
+                              .empty_depth = 0});
     }
 
   private:

@@ -28,6 +28,24 @@ void LayerTargets::allocate(const SceneRasterizer& rasterizer) {
     size_ = size;
 }
 
+int LayerTargets::peel(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers,
+                       const Direction& direction) {
+    allocate(rasterizer);
+    clear(rasterizer, area, 1, direction.first_depth, direction.first_primitive);
+    for (std::uint32_t layer = 0; layer < layers; ++layer) {
+        const int current = static_cast<int>(layer % 2), previous = 1 - current;
+        clear(rasterizer, area, current, direction.empty_depth, 0);
+        bindForReading(rasterizer.functions(), previous);
+        rasterizer.draw({.fragment_shader = direction.shader,
+                         .shades = true,
+                         .framebuffer = framebuffer(current, kKeyAndColor),
+                         .depth_test = direction.depth_test},
+                        area);
+        store(rasterizer, area, current);
+    }
+    return static_cast<int>(layers);
+}
+
 void LayerTargets::clear(const SceneRasterizer& rasterizer, const Window& area, int i, float depth,
                          GLuint primitive) const {
     const auto& gl = rasterizer.functions();

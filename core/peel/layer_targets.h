@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string_view>
 
 #include "core/gl/objects.h"
 #include "core/scene_rasterizer.h"
@@ -15,6 +16,15 @@ namespace peeler {
 /// both.
 class LayerTargets {
   public:
+    /// From which end layers are peeled.
+    struct Direction {
+        std::string_view shader;   ///< compares with the previous layer and shades
+        gl::DepthTest depth_test;  ///< which of the fragments beyond it is next
+        float first_depth;         ///< the key before any layer
+        GLuint first_primitive;
+        float empty_depth;  ///< of a pixel without the layer; with primitive 0 nothing is beyond it
+    };
+
     enum Attachments { kKey, kKeyAndColor, kColor };
 
     /// Bytes of all textures.
@@ -22,6 +32,11 @@ class LayerTargets {
 
     /// (Re)allocates for the rasterizer's tile.
     void allocate(const SceneRasterizer& rasterizer);
+
+    /// Peels `layers` layers of `area`, one geometry pass each, and stores them; returns the
+    /// passes.
+    int peel(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers,
+             const Direction& direction);
 
     /// Sets the key of side `i` in `area`. Primitive 0 means to store(): no fragment.
     void clear(const SceneRasterizer& rasterizer, const Window& area, int i, float depth,
