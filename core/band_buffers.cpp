@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/band_buffers.h"
 
+#include <algorithm>
+
 #include "shaders/interface.glsl"
 
 namespace peeler {
@@ -10,6 +12,21 @@ void BandBuffers::bind() const {
     if (depths_) depths_.bindStorage(PEELER_DEPTHS);
     if (primitives_) primitives_.bindStorage(PEELER_PRIMITIVES);
     if (colors_) colors_.bindStorage(PEELER_COLORS);
+    if (counts_) counts_.bindStorage(PEELER_COUNTS);
+}
+
+void BandBuffers::clearForComposite(std::span<const std::uint32_t> counts) {
+    const std::size_t words = counts.size() * sizeof(std::uint32_t);
+    reserveSlots(counts.size());
+    reserve(depths_, words);
+    reserve(primitives_, 2 * words);
+    reserve(colors_, 4 * words);
+    reserve(counts_, words);
+    slots_.clearToZero(words);
+    depths_.clearToZero(words);
+    primitives_.clearToZero(2 * words);
+    const auto mapping = counts_.overwrite(words);
+    std::copy(counts.begin(), counts.end(), mapping.as<std::uint32_t>());
 }
 
 }  // namespace peeler

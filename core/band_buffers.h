@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// The storage buffers a band's fragments are captured into.
+// The storage buffers a band's fragments are captured into, or its composite.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "core/gl/objects.h"
 #include "core/layered_image.h"
 
 namespace peeler {
 
-/// Per pixel a slot; per fragment a depth, a primitive index and a packed colour, each in a buffer
-/// of its own. Grown on demand and reused from band to band: fresh memory costs more than
-/// rasterising into it.
+/// For layers: per pixel a slot; per fragment a depth, a primitive index and a packed colour, each
+/// in a buffer of its own. For a composite: per pixel a slot, a count, a depth, two stamps (in the
+/// place of the primitives) and a colour in 32-bit float. Grown on demand and reused from band to
+/// band: fresh memory costs more than rasterising into it.
 class BandBuffers {
   public:
     explicit BandBuffers(const gl::Functions& gl) : gl_(gl) {}
@@ -22,12 +24,17 @@ class BandBuffers {
         return sizeof(float) + sizeof(std::uint32_t) + 4 * pixelTypeSize(color_type);
     }
 
+    /// Bytes of one pixel of a composite.
+    static std::size_t compositeBytes() { return 5 * sizeof(std::uint32_t) + 4 * sizeof(float); }
+
     void reserveSlots(std::size_t pixels) { reserve(slots_, pixels * sizeof(std::uint32_t)); }
     void reserveFragments(std::size_t fragments, PixelType color_type) {
         reserve(depths_, fragments * sizeof(float));
         reserve(primitives_, fragments * sizeof(std::uint32_t));
         reserve(colors_, fragments * 4 * pixelTypeSize(color_type));
     }
+    /// Room for a composite of so many pixels: the counts are these, all else is 0.
+    void clearForComposite(std::span<const std::uint32_t> counts);
     /// Binds all at their PEELER_ binding points.
     void bind() const;
 
@@ -44,7 +51,7 @@ class BandBuffers {
     }
 
     const gl::Functions& gl_;
-    gl::Buffer slots_, depths_, primitives_, colors_;
+    gl::Buffer slots_, depths_, primitives_, colors_, counts_;
 };
 
 }  // namespace peeler

@@ -26,6 +26,12 @@ enum class Faces : std::uint8_t {
 
 enum class Shading : std::uint8_t { kPbr, kUnlit };
 
+/// What becomes of fragments behind the layers that a limit keeps.
+enum class Tail : std::uint8_t {
+    kDrop,
+    kBlend  ///< composites: blended behind them as a weighted average
+};
+
 struct CaptureSettings {
     std::string method = "a-buffer";  ///< a name of the method table (core/peel/method.h)
     Surfaces surfaces = Surfaces::kAll;
@@ -33,6 +39,11 @@ struct CaptureSettings {
     Shading shading = Shading::kPbr;
     PixelType color_type = PixelType::kHalf;  ///< or kFloat
     std::uint32_t max_layers = 0;             ///< nearest layers to keep; 0 = all
+    double occlusion_ratio = 0;  ///< the first layer on fewer than this share of the pixels is last
+    Tail tail = Tail::kDrop;
+    int samples = 1;  ///< sub-pixel positions a pixel, merged into one picture
+    /// Bands are handed over composited: one fragment in every pixel that has any, in 32-bit float.
+    bool composite = false;
     std::uint64_t memory = 0;                 ///< most resident bytes of the process; 0 = no budget
     std::uint64_t band_bytes = 384ULL << 20;  ///< most bytes of a band; less under a tight budget
 };

@@ -9,56 +9,141 @@
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/parallel.h"
 
 namespace peeler {
 namespace {
 
-float toFloat(float value) {
-    return value;
+using Color = std::array<float, 4>;
+
+/// a + (1 − a.a)·b
+Color over(const Color& a, const Color& b) {
+    const float rest = 1.0F - a[3];
+    Color sum = a;
+    for (std::size_t c = 0; c < 4; ++c)
+        sum[c] += rest * b[c];
+    return sum;
 }
-float toFloat(std::uint16_t half_bits) {
-    return imath_half_to_float(half_bits);
+
+Color colorOf(const float* components) {
+    return {components[0], components[1], components[2], components[3]};
+}
+Color colorOf(const std::uint16_t* halfs) {
+    return {imath_half_to_float(halfs[0]), imath_half_to_float(halfs[1]),
+            imath_half_to_float(halfs[2]), imath_half_to_float(halfs[3])};
 }
 
 template <class T>
-void compositeRow(const LayeredImage& image, std::size_t first_pixel, std::size_t pixels,
-                  const std::array<float, 4>& background, CompositeImage& out) {
-    const T* colors = image.color.as<T>().data();
-    for (std::size_t p = first_pixel; p < first_pixel + pixels; ++p) {
-        const std::uint32_t begin = image.offsets[p], end = image.offsets[p + 1];
-        std::array<float, 4> sum{};
-        for (std::uint32_t f = begin; f < end; ++f) {
-            const T* color = colors + std::size_t{4} * f;
-            const float rest = 1.0F - sum[3];
-            for (std::size_t c = 0; c < 4; ++c)
-                sum[c] += rest * toFloat(color[c]);
-        }
-        const float rest = 1.0F - sum[3];
+Color overInOrder(const T* colors, std::size_t count) {
+    Color sum{};
+    for (std::size_t f = 0; f < count; ++f)
+        sum = over(sum, colorOf(colors + 4 * f));
+    return sum;
+}
+
+template <class T>
+Color sumOf(const T* colors, std::size_t count) {
+    Color sum{};
+    for (std::size_t f = 0; f < count; ++f) {
+        const Color color = colorOf(colors + 4 * f);
         for (std::size_t c = 0; c < 4; ++c)
-            sum[c] += rest * background[c];
-        out.rgba[p] = sum;
-        out.z[p] = begin < end ? image.z[begin] : std::numeric_limits<float>::infinity();
+            sum[c] += color[c];
+    }
+    return sum;
+}
+
+template <class T>
+Color averageOf(const T* colors, std::size_t count) {
+    const Color sum = sumOf(colors, count);
+    if (!(sum[3] > 0)) return {};
+    const auto n = static_cast<float>(count);
+    const float covered = 1.0F - std::pow(std::max(0.0F, 1.0F - sum[3] / n), n);
+    const float scale = covered / sum[3];
+    return {sum[0] * scale, sum[1] * scale, sum[2] * scale, covered};
+}
+
+/// Calls one(colors of the pixel, their number) for every pixel; the result goes in front of the
+/// background.
+template <class T, class One>
+void compositePixels(const LayeredImage& image, const Color& background, CompositeImage& out,
+                     const One& one) {
+    const T* colors = image.color.as<T>().data();
+    const auto width = static_cast<std::size_t>(image.window.width());
+    parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
+        for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
+            const std::uint32_t begin = image.offsets[p], count = image.count(p);
+            out.rgba[p] = over(one(colors + std::size_t{4} * begin, count), background);
+            out.z[p] = count > 0 ? image.z[begin] : std::numeric_limits<float>::infinity();
+        }
+    });
+}
+
+template <class One>
+void compositeWith(const LayeredImage& image, const Color& background, CompositeImage& out,
+                   const One& one) {
+    out.window = image.window;
+    out.rgba.resize(image.window.pixels());
+    out.z.resize(image.window.pixels());
+    if (image.color.type == PixelType::kFloat) {
+        compositePixels<float>(image, background, out, one);
+    } else {
+        compositePixels<std::uint16_t>(image, background, out, one);
     }
 }
 
 }  // namespace
 
-void compositeOver(const LayeredImage& image, const std::array<float, 4>& background,
-                   CompositeImage& out) {
-    out.window = image.window;
-    out.rgba.resize(image.window.pixels());
-    out.z.resize(image.window.pixels());
-    const auto width = static_cast<std::size_t>(image.window.width());
-    parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
-        if (image.color.type == PixelType::kFloat) {
-            compositeRow<float>(image, row * width, width, background, out);
-        } else {
-            compositeRow<std::uint16_t>(image, row * width, width, background, out);
-        }
+void compositeOver(const LayeredImage& image, const Color& background, CompositeImage& out) {
+    compositeWith(image, background, out,
+                  [](const auto* colors, std::size_t count) { return overInOrder(colors, count); });
+}
+
+void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
+                      CompositeImage& out) {
+    const std::size_t limit = layers ? layers : std::numeric_limits<std::size_t>::max();
+    compositeWith(image, {}, out, [=](const auto* colors, std::size_t count) {
+        const std::size_t kept = std::min(count, limit);
+        const Color front = overInOrder(colors, kept);
+        if (tail == Tail::kDrop || kept == count) return front;
+        return over(front, averageOf(colors + 4 * kept, count - kept));
     });
+}
+
+void compositeWeightedAverage(const LayeredImage& image, const Color& background,
+                              CompositeImage& out) {
+    compositeWith(image, background, out,
+                  [](const auto* colors, std::size_t count) { return averageOf(colors, count); });
+}
+
+void compositeWeightedSum(const LayeredImage& image, const Color& background, CompositeImage& out) {
+    compositeWith(image, background, out,
+                  [](const auto* colors, std::size_t count) { return sumOf(colors, count); });
+}
+
+void toSingleLayer(const CompositeImage& composite, LayeredImage& out) {
+    const std::size_t pixels = composite.window.pixels();
+    out.window = composite.window;
+    out.color = {{"R", "G", "B", "A"}, PixelType::kFloat, std::move(out.color.data)};
+    out.color.data.resize(pixels * sizeof(Color));
+    out.extra.clear();
+    out.z.resize(pixels);
+    out.offsets.resize(pixels + 1);
+    auto* colors = out.color.as<Color>().data();
+    std::uint32_t filled = 0;
+    for (std::size_t p = 0; p < pixels; ++p) {
+        out.offsets[p] = filled;
+        if (!(composite.z[p] < std::numeric_limits<float>::infinity())) continue;
+        out.z[filled] = composite.z[p];
+        colors[filled++] = composite.rgba[p];
+    }
+    out.offsets[pixels] = filled;
+    out.z.resize(filled);
+    out.color.data.resize(filled * sizeof(Color));
 }
 
 }  // namespace peeler

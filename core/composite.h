@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/capture_settings.h"
 #include "core/layered_image.h"
 
 namespace peeler {
@@ -23,5 +24,23 @@ struct CompositeImage {
 /// nothing. `out` is overwritten; its storage is reused.
 void compositeOver(const LayeredImage& image, const std::array<float, 4>& background,
                    CompositeImage& out);
+
+/// The nearest `layers` fragments of every pixel like that (0 = all), without a background; what is
+/// behind them as a weighted average, if `tail` says so. `out` is overwritten.
+void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
+                      CompositeImage& out);
+
+/// Weighted average (Bavoil & Myers 2008, section 4) of n fragments: C = ΣA·C / ΣA, A = ΣA / n,
+/// C·(1 − (1 − A)^n) + background·(1 − A)^n.
+void compositeWeightedAverage(const LayeredImage& image, const std::array<float, 4>& background,
+                              CompositeImage& out);
+
+/// Weighted sum (Meshkin 2007): ΣA·C + background·(1 − ΣA). Alpha may exceed 1.
+void compositeWeightedSum(const LayeredImage& image, const std::array<float, 4>& background,
+                          CompositeImage& out);
+
+/// A composite as a layered image of one layer, in 32-bit float: a fragment in every pixel whose Z
+/// is finite. Compositing that gives the composite again. `out` is overwritten.
+void toSingleLayer(const CompositeImage& composite, LayeredImage& out);
 
 }  // namespace peeler

@@ -5,25 +5,18 @@
 
 namespace peeler {
 
-DepthComplexity::DepthComplexity(const Window& crop, std::uint32_t max_layers)
-    : crop_(crop),
-      max_layers_(max_layers),
-      histogram_(1),
-      row_fragments_(static_cast<std::size_t>(crop.height())) {}
+DepthComplexity::DepthComplexity(const Window& crop)
+    : crop_(crop), histogram_(1), row_fragments_(static_cast<std::size_t>(crop.height())) {}
 
 void DepthComplexity::addRow(int y, std::span<const std::uint32_t> counts) {
     // Layer k's window grows by the first and the last pixel of the row with more than k fragments.
     // Scanning from either end, a pixel matters only for the layers above the highest count seen so
     // far: each scan is linear in pixels + layers.
-    const auto capped = [this](std::uint32_t count) {
-        return max_layers_ ? std::min(count, max_layers_) : count;
-    };
     std::uint64_t total = 0;
     std::uint32_t seen = 0;
     for (std::size_t i = 0; i < counts.size(); ++i) {
         total += counts[i];
-        const std::uint32_t layers = capped(counts[i]);
-        stored_ += layers;
+        const std::uint32_t layers = counts[i];
         if (layers >= histogram_.size()) histogram_.resize(layers + std::size_t{1});
         ++histogram_[layers];
         if (layers > windows_.size()) windows_.resize(layers);
@@ -34,8 +27,7 @@ void DepthComplexity::addRow(int y, std::span<const std::uint32_t> counts) {
     std::uint32_t seen_from_right = 0;
     for (std::size_t i = counts.size(); i-- > 0 && seen_from_right < seen;) {
         const int x = crop_.x0 + static_cast<int>(i);
-        for (const std::uint32_t layers = capped(counts[i]); seen_from_right < layers;
-             ++seen_from_right)
+        for (; seen_from_right < counts[i]; ++seen_from_right)
             windows_[seen_from_right] = unite(windows_[seen_from_right], {x, y, x + 1, y + 1});
     }
     row_fragments_[static_cast<std::size_t>(y - crop_.y0)] = total;
@@ -53,13 +45,14 @@ std::uint64_t DepthComplexity::mostFragments(int rows) const {
     return most;
 }
 
-std::vector<LayerPlan> DepthComplexity::layers() const {
+std::vector<LayerPlan> DepthComplexity::layers(std::uint32_t limit) const {
     std::vector<LayerPlan> plans(windows_.size());
     std::uint64_t pixels = 0;
     for (std::size_t k = windows_.size(); k-- > 0;) {
         pixels += histogram_[k + 1];  // all pixels with more than k layers
         plans[k] = {windows_[k], pixels};
     }
+    if (limit != 0 && limit < plans.size()) plans.resize(limit);
     return plans;
 }
 

@@ -13,15 +13,14 @@ namespace peeler {
 /// Accumulates the count pass row by row.
 class DepthComplexity {
   public:
-    DepthComplexity(const Window& crop, std::uint32_t max_layers);
+    explicit DepthComplexity(const Window& crop);
 
     /// The counts of row y (display-window coordinates), crop.width() of them, left to right.
     void addRow(int y, std::span<const std::uint32_t> counts);
 
-    /// One entry a layer that will be stored, front to back.
-    std::vector<LayerPlan> layers() const;
+    /// One entry a layer, front to back; the nearest `limit` of them (0 = all).
+    std::vector<LayerPlan> layers(std::uint32_t limit = 0) const;
     std::uint64_t counted() const { return counted_; }
-    std::uint64_t stored() const { return stored_; }
     /// Fragments counted in row y, without the layer limit.
     std::uint64_t rowFragments(int y) const {
         return row_fragments_[static_cast<std::size_t>(y - crop_.y0)];
@@ -31,11 +30,10 @@ class DepthComplexity {
 
   private:
     Window crop_;
-    std::uint32_t max_layers_;
-    std::vector<Window> windows_;           // by layer, capped by max_layers
-    std::vector<std::uint64_t> histogram_;  // pixels by their number of layers, capped likewise
+    std::vector<Window> windows_;           // by layer
+    std::vector<std::uint64_t> histogram_;  // pixels by their number of layers
     std::vector<std::uint64_t> row_fragments_;
-    std::uint64_t counted_ = 0, stored_ = 0;
+    std::uint64_t counted_ = 0;
 };
 
 }  // namespace peeler

@@ -49,6 +49,8 @@ void gatherRow(const CapturedFragments& captured, const Projection& projection,
                std::vector<Entry>& entries) {
     const auto* colors = static_cast<const Color*>(captured.color);
     auto* out_colors = reinterpret_cast<Color*>(out.color.data.data());
+    std::uint32_t* out_primitives =
+        out.extra.empty() ? nullptr : out.extra.front().as<std::uint32_t>().data();
     for (std::size_t p = first_pixel; p < first_pixel + pixels; ++p) {
         const std::uint32_t begin = captured.first[p], end = captured.first[p + 1];
         entries.clear();
@@ -63,6 +65,7 @@ void gatherRow(const CapturedFragments& captured, const Projection& projection,
             const double depth = static_cast<double>(entries[k].depth);
             out.z[to + k] = static_cast<float>(projection.linearZ(depth));
             out_colors[to + k] = colors[entries[k].index];
+            if (out_primitives) out_primitives[to + k] = entries[k].primitive;
         }
     }
 }
@@ -89,6 +92,8 @@ void gather(const CapturedFragments& captured, const Projection& projection,
     const std::size_t fragments = out.offsets[pixels];
     resizeAnew(out.z, fragments);
     resizeAnew(out.color.data, fragments * out.color.stride());
+    for (FragmentArray& primitives : out.extra)
+        resizeAnew(primitives.data, fragments * primitives.stride());
 
     const auto width = static_cast<std::size_t>(out.window.width());
     const auto rows = static_cast<std::size_t>(out.window.height());

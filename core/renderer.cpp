@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <optional>
 
-#include "core/band_buffers.h"
+#include "core/band_capture.h"
 #include "core/bands.h"
+#include "core/composite.h"
 #include "core/depth_complexity.h"
 #include "core/error.h"
-#include "core/gather.h"
-#include "core/gpu_scene.h"
 #include "core/peel/method.h"
-#include "core/scene_rasterizer.h"
+#include "core/supersampling.h"
 
 namespace peeler {
 namespace {
@@ -20,47 +19,63 @@ namespace {
 // into.
 constexpr std::uint64_t kPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(float);
 
-// The counts of the whole picture are kept for the capture if they are no more than this share of
-// the budget (or this many bytes without one); otherwise each band is counted again.
-constexpr std::uint64_t kKeptCountsShare = 6;
-constexpr std::uint64_t kKeptCountsBytes = 256ULL << 20;
+// What the planning has found is kept for the capture if it is no more than this share of the
+// budget (or this many bytes without one); otherwise it is found again.
+constexpr std::uint64_t kKeptShare = 6;
+constexpr std::uint64_t kKeptBytes = 256ULL << 20;
+
+std::uint64_t bytesOf(const LayeredImage& image) {
+    return image.offsets.size() * sizeof(std::uint32_t) + image.z.size() * sizeof(float) +
+           image.color.data.size();
+}
 
 }  // namespace
 
 struct Renderer::State {
     State(gl::Context& ctx, const Scene& scene, const SceneContents& contents)
-        : context(ctx),
-          gpu_scene(timed(times, "upload", [&] { return GpuScene(ctx, scene, contents); })),
-          rasterizer(ctx, gpu_scene),
-          buffers(ctx.functions()) {}
+        : context(ctx), band_capture(ctx, scene, contents, times) {}
 
     gl::Context& context;
     StageTimes times;
-    GpuScene gpu_scene;
-    SceneRasterizer rasterizer;
-    BandBuffers buffers;
+    BandCapture band_capture;
 
     CaptureSettings settings;
+    const MethodInfo* method = nullptr;
+    std::unique_ptr<LayerMethod> layer_method;
+    std::unique_ptr<CompositeMethod> composite_method;  // used if there is one
     Plan plan;
-    std::optional<DepthComplexity> complexity;
-    std::vector<std::uint32_t> kept_counts;  // of the whole crop, or empty
-    std::vector<std::uint32_t> first;        // of the band being captured
-    LayeredImage band_image;
+    std::uint32_t limit = 0;                 // nearest layers to keep; 0 = all
+    std::vector<View> views;                 // one a sample
+    std::optional<DepthComplexity> samples;  // of all views together
+    std::optional<DepthComplexity> merged;   // of the layers they merge into
+    std::vector<std::uint32_t> kept_counts;  // of the whole crop, or empty; one view only
+    std::vector<LayeredImage> merged_bands;  // likewise, what several views merge into
+    std::vector<std::uint32_t> counts;       // of the band being captured
+    LayeredImage image;
+    CompositeImage composite;
+    CaptureReport report;
 
-    std::uint64_t largestTilePixels() const {
-        std::uint64_t largest = 0;
-        for (const auto& tile : rasterizer.tilesOf(plan.view.crop))
-            largest = std::max(largest, tile.pixels());
-        return largest;
+    bool mergesLayers() const { return views.size() > 1 && !settings.composite; }
+    bool fitsKept(std::uint64_t bytes) const {
+        return bytes <= (settings.memory ? settings.memory / kKeptShare : kKeptBytes);
     }
-    BandCosts costs(const PeelMethod& method) const;
-    std::uint64_t bytesOf(std::span<Sink* const> sinks) const;
-    void drawCounts(const Window& band);
-    template <class Take>
-    void count(const Window& band, Take&& take);
-    void prefixSum(const Window& band, std::uint32_t limit);
-    std::uint64_t captureBand(PeelMethod& method, const Window& band, CaptureReport& report);
-    void checkSlots(const std::uint32_t* slots, const Window& band) const;
+    BandCosts costs() const;
+    std::uint64_t rowFragments(int y) const;
+    std::uint64_t bytesOfSinks(std::span<Sink* const> sinks) const;
+    std::vector<Window> bands(std::uint64_t fixed_bytes) const;
+
+    void chooseMethod();
+    void chooseViews(const View& view);
+    void countViews();
+    void mergeViews();
+    void limitLayers();
+    void fillPlan();
+
+    std::span<const std::uint32_t> countsOf(const Window& band);
+    void captureLayers(const Window& band, std::uint32_t most, LayeredImage& out);
+    void compositeView(const Window& band, CompositeImage& out);
+    void captureMerged(const Window& band, LayeredImage& out);
+    void render(const Window& band, LayeredImage& out);
 };
 
 Renderer::Renderer(gl::Context& context, const Scene& scene, const SceneContents& contents)
@@ -72,219 +87,288 @@ const StageTimes& Renderer::times() const {
     return state_->times;
 }
 
-BandCosts Renderer::State::costs(const PeelMethod& method) const {
+void Renderer::State::chooseMethod() {
+    method = findPeelMethod(settings.method);
+    if (!method)
+        throw Error(ErrorKind::kUsage, "there is no method '" + settings.method + "'", "--method");
+    if (!settings.composite && !method->exact()) {
+        throw Error(ErrorKind::kUsage,
+                    settings.method + " finds no layers: it approximates their composite",
+                    "--method " + settings.method, "write a composite, or choose another method");
+    }
+    const bool limited = settings.max_layers != 0 || settings.occlusion_ratio > 0;
+    if (limited && !method->exact()) {
+        throw Error(ErrorKind::kUsage, settings.method + " takes all fragments at once",
+                    "--method " + settings.method,
+                    "leave the layer limit out, or choose another method");
+    }
+    layer_method = method->exact() ? method->layers() : nullptr;
+    composite_method = settings.composite && method->composite ? method->composite() : nullptr;
+}
+
+void Renderer::State::chooseViews(const View& view) {
+    views.clear();
+    for (const glm::dvec2& position : samplePositions(settings.samples)) {
+        views.push_back(view);
+        views.back().sample = position;
+    }
+    band_capture.setView(views.front(), settings);
+}
+
+BandCosts Renderer::State::costs() const {
     const PixelType type = settings.color_type;
     const std::uint64_t color = 4 * pixelTypeSize(type);
-    const std::uint64_t tile = largestTilePixels();
+    const std::uint64_t tile = band_capture.tilePixels();
+    const bool float_color = type == PixelType::kFloat;
     BandCosts costs;
     // Large enough by default that geometry is not drawn many times, small enough to stay warm.
     costs.band_bytes = settings.band_bytes;
-    costs.fragment_bytes = BandBuffers::fragmentBytes(type) + sizeof(float) + color;
-    costs.largest_array_bytes = color;
     costs.pixel_bytes = kPixelBytes;
-    costs.fixed_bytes =
-        method.tileBytes(tile, type == PixelType::kFloat) + rasterizer.boundBytes(tile);
+    costs.fixed_bytes = band_capture.tileBytes();
+    if (composite_method) {
+        // A pixel is a fragment: see rowFragments().
+        costs.fixed_bytes += composite_method->tileBytes(tile, float_color);
+        costs.fragment_bytes = band_capture.pixelBytes() + 3 * 5 * sizeof(float);
+        costs.largest_array_bytes = 4 * sizeof(float);
+    } else {
+        costs.fixed_bytes += layer_method->tileBytes(tile, float_color);
+        costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color;
+        costs.largest_array_bytes = color;
+        // All samples are held until they are merged, with their primitives and while sorting.
+        if (mergesLayers()) costs.fragment_bytes += color + 16 * sizeof(float);
+    }
     costs.storage_block_bytes =
         static_cast<std::uint64_t>(context.device().limits.shader_storage_block_size);
     return costs;
 }
 
+std::uint64_t Renderer::State::rowFragments(int y) const {
+    return composite_method ? static_cast<std::uint64_t>(plan.view.crop.width())
+                            : samples->rowFragments(y);
+}
+
 /// What the sinks hold besides a band.
-std::uint64_t Renderer::State::bytesOf(std::span<Sink* const> sinks) const {
+std::uint64_t Renderer::State::bytesOfSinks(std::span<Sink* const> sinks) const {
     const std::uint64_t fragment = sizeof(float) + 4 * pixelTypeSize(settings.color_type);
     const auto width = static_cast<std::uint64_t>(plan.view.crop.width());
     std::uint64_t bytes = 0;
     for (const Sink* sink : sinks) {
         const SinkMemory memory = sink->memory();
         const std::uint64_t pixels = static_cast<std::uint64_t>(memory.rows) * width;
-        std::uint64_t fragments = complexity->mostFragments(memory.rows);
-        if (settings.max_layers) fragments = std::min(fragments, pixels * settings.max_layers);
+        std::uint64_t fragments = samples->mostFragments(memory.rows);
+        if (limit) fragments = std::min(fragments, pixels * limit);
+        if (settings.composite) fragments = pixels;
         const std::uint64_t rows = fragments * fragment + pixels * kPixelBytes;
         bytes += 2 * rows + memory.bytes;  // twice: those of the last band and of this one
     }
     return bytes;
 }
 
-/// Draws the count pass of a band into the slots.
-void Renderer::State::drawCounts(const Window& band) {
-    const auto& gl = context.functions();
-    buffers.reserveSlots(band.pixels());
-    buffers.slots().clearToZero(band.pixels() * sizeof(std::uint32_t));
-    buffers.bind();
-    rasterizer.setBand(band, 0);
-    for (const Window& tile : rasterizer.tilesOf(band)) {
-        rasterizer.setTile(tile);
-        const auto framebuffer = gl::makeEmptyFramebuffer(gl, tile.width(), tile.height());
-        rasterizer.draw({.fragment_shader = "count.frag", .framebuffer = framebuffer.name()},
-                        intersect(tile, band));
-    }
-    gl::waitForGpu(gl);
-    gl::checkErrors(gl, "counting fragments");
+std::vector<Window> Renderer::State::bands(std::uint64_t fixed_bytes) const {
+    BandCosts with_sinks = costs();
+    with_sinks.fixed_bytes += fixed_bytes;
+    return cutBands(plan.view.crop, bandLimits(settings.memory, residentBytes(), with_sinks),
+                    [&](int y) { return rowFragments(y); });
 }
 
-/// Counts the fragments of a band's pixels and hands the array to `take`.
-template <class Take>
-void Renderer::State::count(const Window& band, Take&& take) {
-    const StageTimer timer(times, "count");
-    drawCounts(band);
-    const auto mapping = buffers.slots().read(band.pixels() * sizeof(std::uint32_t));
-    take(mapping.as<const std::uint32_t>());
+/// The count pass of every view.
+void Renderer::State::countViews() {
+    const Window& crop = plan.view.crop;
+    const auto width = static_cast<std::size_t>(crop.width());
+    samples.emplace(crop);
+    kept_counts.clear();
+    if (views.size() == 1 && fitsKept(crop.pixels() * sizeof(std::uint32_t)))
+        kept_counts.resize(crop.pixels());
+
+    BandCosts counting = costs();
+    counting.pixel_bytes = 2 * sizeof(std::uint32_t);
+    BandLimits limits = bandLimits(settings.memory, residentBytes(), counting);
+    limits.fragments = 1;  // none are stored while counting
+    for (const View& view : views) {
+        band_capture.setView(view, settings);
+        for (const Window& band : cutBands(crop, limits, [](int) { return 0; })) {
+            band_capture.count(band, counts);
+            const auto first = static_cast<std::size_t>(band.y0 - crop.y0) * width;
+            for (int y = band.y0; y < band.y1; ++y) {
+                const auto row = static_cast<std::size_t>(y - band.y0) * width;
+                samples->addRow(y, {counts.data() + row, width});
+            }
+            if (!kept_counts.empty())
+                std::copy(counts.begin(), counts.end(),
+                          kept_counts.begin() + static_cast<std::ptrdiff_t>(first));
+        }
+    }
+}
+
+/// Only merging tells how many layers several views have together.
+void Renderer::State::mergeViews() {
+    merged.reset();
+    merged_bands.clear();
+    if (!mergesLayers()) return;
+    merged.emplace(plan.view.crop);
+    const auto width = static_cast<std::size_t>(plan.view.crop.width());
+    std::uint64_t kept = 0;
+    bool keeps = true;
+    std::vector<std::uint32_t> row(width);
+    for (const Window& band : bands(0)) {
+        captureMerged(band, image);
+        for (int y = band.y0; y < band.y1; ++y) {
+            for (std::size_t x = 0; x < width; ++x)
+                row[x] = image.count(static_cast<std::size_t>(y - band.y0) * width + x);
+            merged->addRow(y, row);
+        }
+        kept += bytesOf(image);
+        keeps = keeps && fitsKept(kept);
+        if (keeps) merged_bands.push_back(image);
+    }
+    if (!keeps) merged_bands.clear();
+}
+
+/// --layers and --occlusion-ratio: the first layer that touches fewer pixels than the ratio is the
+/// last one, as if a pass had found it out.
+void Renderer::State::limitLayers() {
+    limit = settings.max_layers;
+    if (!(settings.occlusion_ratio > 0)) return;
+    const auto layers = (merged ? *merged : *samples).layers();
+    const std::uint64_t views_counted = merged ? 1 : views.size();
+    const double enough =
+        settings.occlusion_ratio * static_cast<double>(plan.view.crop.pixels() * views_counted);
+    const auto few = std::find_if(layers.begin(), layers.end(), [&](const LayerPlan& layer) {
+        return static_cast<double>(layer.pixels) < enough;
+    });
+    if (few == layers.end()) return;
+    const auto found = static_cast<std::uint32_t>(few - layers.begin()) + 1;
+    limit = limit ? std::min(limit, found) : found;
+}
+
+void Renderer::State::fillPlan() {
+    const DepthComplexity& complexity = merged ? *merged : *samples;
+    plan.color_type = settings.color_type;
+    plan.samples = settings.samples;
+    plan.layers = complexity.layers(method->exact() ? limit : 0);
+    plan.fragments_counted = complexity.counted();
+    plan.fragments_stored = 0;
+    for (const LayerPlan& layer : plan.layers)
+        plan.fragments_stored += layer.pixels;
+    if (settings.composite && settings.tail == Tail::kBlend)
+        plan.fragments_blended = plan.fragments_counted - plan.fragments_stored;
 }
 
 Plan Renderer::plan(const View& view, const CaptureSettings& settings) {
     State& s = *state_;
-    const MethodInfo* method = findPeelMethod(settings.method);
-    if (!method)
-        throw Error(ErrorKind::kUsage, "there is no method '" + settings.method + "'", "--method");
     s.settings = settings;
     s.plan = {};
     s.plan.view = view;
-    s.plan.color_type = settings.color_type;
-    s.rasterizer.setView(view, settings);
-    const Window& crop = view.crop;
-    s.complexity.emplace(crop, settings.max_layers);
-
-    const std::uint64_t counts_bytes = crop.pixels() * sizeof(std::uint32_t);
-    const bool keep =
-        counts_bytes <= (settings.memory ? settings.memory / kKeptCountsShare : kKeptCountsBytes);
-    s.kept_counts.clear();
-    if (keep) s.kept_counts.resize(crop.pixels());
-
-    BandCosts costs = s.costs(*method->create());
-    costs.pixel_bytes = sizeof(std::uint32_t);
-    BandLimits limits = bandLimits(settings.memory, residentBytes(), costs);
-    limits.fragments = 1;  // none are stored while counting
-    const auto width = static_cast<std::size_t>(crop.width());
-    for (const Window& band : cutBands(crop, limits, [](int) { return 0; })) {
-        s.count(band, [&](const std::uint32_t* counts) {
-            for (int y = band.y0; y < band.y1; ++y) {
-                const auto row = static_cast<std::size_t>(y - band.y0) * width;
-                s.complexity->addRow(y, {counts + row, width});
-            }
-            if (keep) {
-                std::copy_n(
-                    counts, band.pixels(),
-                    s.kept_counts.data() + static_cast<std::size_t>(band.y0 - crop.y0) * width);
-            }
-        });
-    }
-    s.plan.layers = s.complexity->layers();
-    s.plan.fragments_counted = s.complexity->counted();
-    s.plan.fragments_stored = s.complexity->stored();
+    s.chooseMethod();
+    s.chooseViews(view);
+    s.countViews();
+    s.mergeViews();
+    s.limitLayers();
+    s.fillPlan();
     return s.plan;
 }
 
-/// Fills `first`: where each pixel's list begins in the band's buffers, and the end of the last.
-void Renderer::State::prefixSum(const Window& band, std::uint32_t limit) {
-    first.resize(band.pixels() + 1);
-    const auto sum = [&](const std::uint32_t* counts) {
-        first[0] = 0;
-        for (std::size_t p = 0; p < band.pixels(); ++p)
-            first[p + 1] = first[p] + (limit ? std::min(counts[p], limit) : counts[p]);
-    };
-    const Window& crop = plan.view.crop;
-    if (kept_counts.empty())
-        count(band, sum);
-    else
-        sum(kept_counts.data() +
-            static_cast<std::size_t>(band.y0 - crop.y0) * static_cast<std::size_t>(crop.width()));
-}
-
-/// The completeness certificate: the capture advanced every pixel's slot exactly to the next
-/// pixel's list.
-void Renderer::State::checkSlots(const std::uint32_t* slots, const Window& band) const {
-    for (std::size_t p = 0; p < band.pixels(); ++p) {
-        if (slots[p] == first[p + 1]) continue;
-        const auto width = static_cast<std::size_t>(band.width());
-        const std::string pixel = std::to_string(band.x0 + static_cast<int>(p % width)) + ", " +
-                                  std::to_string(band.y0 + static_cast<int>(p / width));
-        throw Error(ErrorKind::kInternal,
-                    "method " + settings.method + " captured " +
-                        std::to_string(slots[p] - first[p]) + " fragments where " +
-                        std::to_string(first[p + 1] - first[p]) + " were counted",
-                    "pixel " + pixel, "please report this with the scene and the GL renderer");
+/// The fragments of every pixel of a band of the current view.
+std::span<const std::uint32_t> Renderer::State::countsOf(const Window& band) {
+    if (kept_counts.empty()) {
+        band_capture.count(band, counts);
+        return counts;
     }
+    const Window& crop = plan.view.crop;
+    const auto first =
+        static_cast<std::size_t>(band.y0 - crop.y0) * static_cast<std::size_t>(crop.width());
+    return std::span(kept_counts).subspan(first, band.pixels());
 }
 
-/// Captures one band into band_image; returns the fragments captured.
-std::uint64_t Renderer::State::captureBand(PeelMethod& method, const Window& band,
-                                           CaptureReport& report) {
-    const auto& gl = context.functions();
-    prefixSum(band, method.takesAll() ? 0 : settings.max_layers);
-    const std::size_t pixels = band.pixels(), fragments = first[pixels];
-    {
-        const StageTimer timer(times, "capture");
-        buffers.reserveSlots(pixels);
-        buffers.reserveFragments(fragments, settings.color_type);
-        {
-            const auto mapping = buffers.slots().overwrite(pixels * sizeof(std::uint32_t));
-            std::copy_n(first.begin(), pixels, mapping.as<std::uint32_t>());
-        }
-        buffers.bind();
-        rasterizer.setBand(band, static_cast<std::uint32_t>(fragments));
-        int passes = 0;
-        for (const Window& tile : rasterizer.tilesOf(band)) {
-            const Window area = intersect(tile, band);
-            std::uint32_t layers = 0;
-            for (int y = area.y0; y < area.y1; ++y) {
-                const auto row =
-                    static_cast<std::size_t>(y - band.y0) * static_cast<std::size_t>(band.width());
-                for (int x = area.x0; x < area.x1; ++x) {
-                    const auto p = row + static_cast<std::size_t>(x - band.x0);
-                    layers = std::max(layers, first[p + 1] - first[p]);
-                }
-            }
-            if (layers == 0) continue;
-            rasterizer.setTile(tile);
-            passes += method.capture(rasterizer, area, layers);
-        }
-        report.passes = std::max(report.passes, passes);
-        gl::waitForGpu(gl);
-        gl::checkErrors(gl, "capturing fragments");
+void Renderer::State::captureLayers(const Window& band, std::uint32_t most, LayeredImage& out) {
+    report.passes += band_capture.layers(
+        *layer_method,
+        {.band = band, .counts = countsOf(band), .layers = most, .primitives = mergesLayers()},
+        out);
+}
+
+void Renderer::State::compositeView(const Window& band, CompositeImage& out) {
+    LayeredImage layers;
+    if (composite_method) {
+        report.passes += band_capture.composite(*composite_method,
+                                                {.band = band,
+                                                 .counts = countsOf(band),
+                                                 .layers = limit,
+                                                 .tail = settings.tail == Tail::kBlend},
+                                                out);
+        return;
+    }
+    captureLayers(band, settings.tail == Tail::kBlend ? 0 : limit, layers);
+    const StageTimer timer(times, "composite");
+    compositeNearest(layers, limit, settings.tail, out);
+}
+
+void Renderer::State::captureMerged(const Window& band, LayeredImage& out) {
+    std::vector<LayeredImage> images(views.size());
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        band_capture.setView(views[i], settings);
+        captureLayers(band, 0, images[i]);
     }
     const StageTimer timer(times, "sort");
-    {
-        const auto slots = buffers.slots().read(pixels * sizeof(std::uint32_t));
-        checkSlots(slots.as<const std::uint32_t>(), band);
+    mergeSamples(
+        images, [&](std::uint32_t primitive) { return band_capture.drawOf(primitive); },
+        settings.color_type, out);
+}
+
+/// What the sinks get of a band.
+void Renderer::State::render(const Window& band, LayeredImage& out) {
+    if (!settings.composite) {
+        if (mergesLayers())
+            captureMerged(band, out);
+        else
+            captureLayers(band, limit, out);
+        if (mergesLayers() && limit) keepNearest(out, limit);
+        return;
     }
-    const auto depths = buffers.depths().read(fragments * sizeof(float));
-    const auto primitives = buffers.primitives().read(fragments * sizeof(std::uint32_t));
-    const auto colors = buffers.colors().read(fragments * 4 * pixelTypeSize(settings.color_type));
-    band_image.window = band;
-    band_image.color.channels = {"R", "G", "B", "A"};
-    band_image.color.type = settings.color_type;
-    gather({first, depths.as<const float>(), primitives.as<const std::uint32_t>(),
-            colors.as<const void>()},
-           plan.view.projection, settings.max_layers, band_image);
-    return fragments;
+    CompositeImage sample;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        if (views.size() > 1) band_capture.setView(views[i], settings);
+        compositeView(band, views.size() > 1 ? sample : composite);
+        if (views.size() > 1) addToMean(sample, static_cast<int>(i), settings.samples, composite);
+    }
+    toSingleLayer(composite, out);
 }
 
 CaptureReport Renderer::capture(std::span<Sink* const> sinks, const Progress& progress) {
     State& s = *state_;
-    CaptureReport report;
-    const auto method = findPeelMethod(s.settings.method)->create();
-    BandCosts costs = s.costs(*method);
-    costs.fixed_bytes += s.bytesOf(sinks);
-    const BandLimits limits = bandLimits(s.settings.memory, residentBytes(), costs);
-    const auto bands =
-        cutBands(s.plan.view.crop, limits, [&](int y) { return s.complexity->rowFragments(y); });
+    s.report = {};
     std::uint64_t stored = 0;
-    for (const Window& band : bands) {
-        report.fragments_captured += s.captureBand(*method, band, report);
-        stored += s.band_image.fragments();
+    int passes = 0;
+    const Window& crop = s.plan.view.crop;
+    const auto take = [&](LayeredImage& image) {
+        stored += image.fragments();
         for (Sink* sink : sinks)
-            sink->write(s.band_image);
+            sink->write(image);
         if (progress) {
-            progress(static_cast<double>(band.y1 - s.plan.view.crop.y0) /
-                     static_cast<double>(s.plan.view.crop.height()));
+            progress(static_cast<double>(image.window.y1 - crop.y0) /
+                     static_cast<double>(crop.height()));
+        }
+        passes = std::max(passes, s.report.passes);
+        s.report.passes = 0;
+        ++s.report.bands;
+    };
+    if (!s.merged_bands.empty()) {
+        for (LayeredImage& image : s.merged_bands) {
+            if (s.limit) keepNearest(image, s.limit);
+            take(image);
+        }
+    } else {
+        for (const Window& band : s.bands(s.bytesOfSinks(sinks))) {
+            s.render(band, s.image);
+            take(s.image);
         }
     }
-    report.bands = static_cast<int>(bands.size());
-    if (stored != s.plan.fragments_stored) {
+    s.report.passes = passes;
+    if (!s.settings.composite && stored != s.plan.fragments_stored) {
         throw Error(ErrorKind::kInternal, std::to_string(stored) + " fragments were captured and " +
                                               std::to_string(s.plan.fragments_stored) + " planned");
     }
-    return report;
+    return s.report;
 }
 
 }  // namespace peeler

@@ -18,8 +18,7 @@
 namespace peeler {
 
 struct CaptureReport {
-    std::uint64_t fragments_captured = 0;  ///< by the method; equals the count or capture() throws
-    int passes = 0;                        ///< geometry passes, the count pass not included
+    int passes = 0;  ///< geometry passes over a band, the count pass not included
     int bands = 0;
 };
 
@@ -37,14 +36,16 @@ class Renderer {
     Renderer(const Renderer&) = delete;
     Renderer& operator=(const Renderer&) = delete;
 
-    /// The count pass: what capture() will deliver for these arguments.
-    /// Throws Error (kUsage) for an unknown method, (kMemory) if one row does not fit the budget,
-    /// (kDevice) if the context is lost.
+    /// The count pass: what capture() will deliver for these arguments. (Several samples have to be
+    /// merged for that, too.)
+    /// Throws Error (kUsage) for an unknown method or one that makes composites only, (kMemory) if
+    /// one row does not fit the budget, (kDevice) if the context is lost.
     Plan plan(const View& view, const CaptureSettings& settings);
 
-    /// Captures what the last plan() promised and hands each band to every sink, in order. begin()
-    /// and finish() of the sinks are the caller's. Throws what the sinks throw, and Error
-    /// (kInternal) if any pixel's fragments differ in number from the count.
+    /// Captures what the last plan() promised and hands each band to every sink, in order; once per
+    /// plan(). With CaptureSettings::composite a band has one fragment in every pixel that has any:
+    /// the composite. begin() and finish() of the sinks are the caller's. Throws what the sinks
+    /// throw, and Error (kInternal) if any pixel's fragments differ in number from the count.
     CaptureReport capture(std::span<Sink* const> sinks, const Progress& progress = {});
 
     const StageTimes& times() const;

@@ -2,6 +2,8 @@
 #include "core/scene_rasterizer.h"
 
 #include <cstring>
+#include <iterator>
+#include <sstream>
 #include <string>
 
 #include "core/error.h"
@@ -19,11 +21,10 @@ enum Variant : unsigned {
     kAlphaTest = 4,
     kUnlit = 8,
     kBounded = 16,
-    kColorFloat = 32,
 };
 constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kVaryings, "VARYINGS"}, {kTextured, "TEXTURED"}, {kAlphaTest, "ALPHA_TEST"},
-    {kUnlit, "UNLIT"},       {kBounded, "BOUNDED"},   {kColorFloat, "COLOR_FLOAT"},
+    {kUnlit, "UNLIT"},       {kBounded, "BOUNDED"},
 };
 
 struct Culling {
@@ -34,6 +35,11 @@ Culling culling(Faces faces, bool double_sided) {
     constexpr Culling kTable[] = {{false, true}, {false, true}, {true, false}, {false, false}};
     if (faces == Faces::kGltf && double_sided) return {false, false};
     return kTable[static_cast<std::size_t>(faces)];
+}
+
+void use(const gl::Program& program, const ShaderArgument& argument) {
+    program.use();
+    if (argument) program.set(0, (*argument)[0], (*argument)[1], (*argument)[2], (*argument)[3]);
 }
 
 }  // namespace
@@ -49,9 +55,12 @@ SceneRasterizer::SceneRasterizer(const gl::Context& context, const GpuScene& sce
     nearest_ = gl::SamplerObject(gl, name);
     gl.SamplerParameteri(name, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     gl.SamplerParameteri(name, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl.CreateVertexArrays(1, &name);
+    no_vertices_ = gl::VertexArray(gl, name);
 }
 
 void SceneRasterizer::setView(const View& view, const CaptureSettings& settings) {
+    if (settings.color_type != settings_.color_type) variants_.clear();  // they are made for one
     view_ = view;
     settings_ = settings;
     tile_ = band_ = {};
@@ -72,13 +81,14 @@ void SceneRasterizer::setTile(const Window& tile) {
     frame_dirty_ = true;
     functions().Finish();  // the records are about to be overwritten
     uploadDrawRecords();
-    if (settings_.surfaces != Surfaces::kAll) renderOpaqueBound();
+    if (bounded()) renderOpaqueBound();
 }
 
-void SceneRasterizer::setBand(const Window& band, std::uint32_t capacity) {
-    if (band == band_ && capacity == capacity_) return;
+void SceneRasterizer::setBand(const Window& band, std::uint32_t capacity, std::uint32_t layers) {
+    if (band == band_ && capacity == capacity_ && layers == layers_) return;
     band_ = band;
     capacity_ = capacity;
+    layers_ = layers;
     frame_dirty_ = true;
 }
 
@@ -87,13 +97,16 @@ Window SceneRasterizer::inTile(const Window& area) const {
 }
 
 std::uint64_t SceneRasterizer::boundBytes(std::uint64_t tile_pixels) const {
-    return settings_.surfaces == Surfaces::kAll ? 0 : tile_pixels * 8;
+    return bounded() ? tile_pixels * 8 : 0;
 }
 
 void SceneRasterizer::uploadDrawRecords() {
     const double width = view_.width, height = view_.height;
-    const glm::dmat4 clip_from_view = view_.projection.matrix(tile_.x0 / width, tile_.y0 / height,
-                                                              tile_.x1 / width, tile_.y1 / height);
+    // GL samples at pixel centres: the picture is shifted until the wanted place is there.
+    const glm::dvec2 shift = view_.sample - glm::dvec2(0.5);
+    const glm::dmat4 clip_from_view =
+        view_.projection.matrix((tile_.x0 + shift.x) / width, (tile_.y0 + shift.y) / height,
+                                (tile_.x1 + shift.x) / width, (tile_.y1 + shift.y) / height);
     const glm::dmat4 view_from_world = glm::inverse(view_.camera_to_world);
     const auto& draws = scene_.draws();
     const auto mapping = draw_records_.overwrite(draws.size() * kDrawStride);
@@ -119,7 +132,7 @@ void SceneRasterizer::bindFrame() {
         record.world_from_view = glm::mat4(glm::dmat4(glm::dmat3(view_.camera_to_world)));
         record.tile = {tile_.x0, tile_.y0, tile_.width(), tile_.height()};
         record.band = {band_.x0, band_.y0, band_.width(), 0};
-        record.limits = {capacity_, 0, 0, 0};
+        record.limits = {capacity_, layers_, 0, 0};
         record.flags = {view_.projection.perspective ? 0 : 1, 0, 0, 0};
         const auto mapping = frame_record_.overwrite(sizeof record);
         std::memcpy(mapping.as<std::byte>(), &record, sizeof record);
@@ -132,15 +145,16 @@ void SceneRasterizer::bindFrame() {
 }
 
 const gl::Program& SceneRasterizer::program(const std::vector<std::string_view>& files,
-                                            const std::vector<std::string>& definitions) {
-    std::string key;
+                                            std::string_view definitions) {
+    std::string key(definitions);
+    if (floatColor()) key += " COLOR_FLOAT";
+    std::istringstream words(key);
+    const std::vector<std::string> list{std::istream_iterator<std::string>(words), {}};
     for (const auto& file : files)
-        key += std::string(file) + " ";
-    for (const auto& definition : definitions)
-        key += definition + " ";
+        key += " " + std::string(file);
     const auto found = programs_.find(key);
     if (found != programs_.end()) return found->second;
-    return programs_.emplace(key, gl::Program(functions(), files, definitions)).first->second;
+    return programs_.emplace(key, gl::Program(functions(), files, list)).first->second;
 }
 
 const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const GpuDraw& draw) {
@@ -153,18 +167,17 @@ const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const GpuD
         // An unlit surface shows its base colour alone.
         if (unlit ? material.bindings[PEELER_BASE_COLOR_UNIT].texture != 0 : material.textured)
             bits |= kTextured;
-        if (floatColor()) bits |= kColorFloat;
     } else if (draw.alpha_tested) {
         bits = kVaryings | kAlphaTest;
         if (draw.textured_alpha) bits |= kTextured;
     }
-    if (pass.bounded && settings_.surfaces != Surfaces::kAll) bits |= kBounded;
+    if (pass.bounded && bounded()) bits |= kBounded;
 
-    const gl::Program*& cached = variants_[{pass.fragment_shader, bits}];
+    const gl::Program*& cached = variants_[{pass.fragment_shader, pass.definitions, bits}];
     if (!cached) {
-        std::vector<std::string> definitions;
+        std::string definitions(pass.definitions);
         for (const auto& [bit, definition] : kDefinitions)
-            if (bits & bit) definitions.emplace_back(definition);
+            if (bits & bit) definitions.append(" ").append(definition);
         cached = &program({"scene.vert", pass.fragment_shader}, definitions);
     }
     return *cached;
@@ -181,14 +194,45 @@ gl::PassState SceneRasterizer::passState(GLuint framebuffer, const Window& area)
             .scissor_height = scissor.height()};
 }
 
+bool SceneRasterizer::shown(const GeometryPass& pass, const GpuDraw& draw) const {
+    // The pass that finds the bound is the one for which opaque surfaces are always there.
+    const bool hidden = pass.bounded && settings_.surfaces == Surfaces::kTransparent && draw.opaque;
+    if (hidden) return false;
+    return pass.draws == Draws::kAll || (pass.draws == Draws::kOpaque) == draw.opaque;
+}
+
+void SceneRasterizer::cover(const CoverPass& pass, const Window& area) {
+    const auto& gl = functions();
+    gl::PassState state = passState(pass.framebuffer, area);
+    state.depth_test = pass.depth_test;
+    state.blend = pass.blend;
+    gl::apply(gl, state);
+    gl.Disable(GL_CULL_FACE);
+    bindFrame();
+    use(program({"cover.vert", pass.fragment_shader}, pass.definitions), pass.argument);
+    gl.BindVertexArray(no_vertices_.name());
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void SceneRasterizer::compute(std::string_view shader, std::string_view definitions,
+                              const Window& area) {
+    constexpr int kGroup = 16;  // local_size_x and _y of every compute shader
+    const Window inside = inTile(area);
+    bindFrame();
+    use(program({shader}, definitions), {{inside.x0, inside.y0, inside.x1, inside.y1}});
+    functions().DispatchCompute(static_cast<GLuint>((inside.width() + kGroup - 1) / kGroup),
+                                static_cast<GLuint>((inside.height() + kGroup - 1) / kGroup), 1);
+    functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+}
+
 void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     const auto& gl = functions();
     gl::PassState state = passState(pass.framebuffer, area);
     state.depth_test = pass.depth_test;
-    state.max_blending = pass.max_blending;
+    state.blend = pass.blend;
     gl::apply(gl, state);
     bindFrame();
-    if (pass.bounded && settings_.surfaces != Surfaces::kAll) {
+    if (pass.bounded && bounded()) {
         gl.BindTextureUnit(PEELER_OPAQUE_DEPTH_UNIT, bound_depth_.name());
         gl.BindTextureUnit(PEELER_OPAQUE_PRIMITIVE_UNIT, bound_primitive_.name());
     }
@@ -197,12 +241,10 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     const auto& draws = scene_.draws();
     for (std::size_t i = 0; i < draws.size(); ++i) {
         const GpuDraw& draw = draws[i];
-        if (pass.opaque_only && !draw.opaque) continue;
-        if (!pass.opaque_only && draw.opaque && settings_.surfaces == Surfaces::kTransparent)
-            continue;
+        if (!shown(pass, draw)) continue;
 
         const gl::Program& wanted = variant(pass, draw);
-        if (&wanted != current) wanted.use();
+        if (&wanted != current) use(wanted, pass.argument);
         current = &wanted;
         if (draw.material != material) {
             material = draw.material;
@@ -255,7 +297,7 @@ void SceneRasterizer::renderOpaqueBound() {
     gl.ClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &far);
     gl.ClearNamedFramebufferuiv(framebuffer, GL_COLOR, 0, none);
     draw({.fragment_shader = "opaque_depth.frag",
-          .opaque_only = true,
+          .draws = Draws::kOpaque,
           .bounded = false,
           .framebuffer = framebuffer,
           .depth_test = gl::DepthTest::kNearest},

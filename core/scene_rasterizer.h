@@ -2,10 +2,12 @@
 // Draws the scene into a raster tile with one of the fragment shaders.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string_view>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "core/capture_settings.h"
@@ -17,15 +19,37 @@
 
 namespace peeler {
 
+/// Four integers for a shader's uniform at location 0.
+using ShaderArgument = std::optional<std::array<int, 4>>;
+
+/// Which draws a geometry pass shows, by the alpha mode of their materials.
+enum class Draws : std::uint8_t {
+    kAll,
+    kOpaque,  ///< OPAQUE and MASK
+    kBlended  ///< BLEND
+};
+
 /// A geometry pass: which fragment shader sees which draws.
 struct GeometryPass {
     std::string_view fragment_shader;
-    bool shades = false;       ///< looks at the surface's colour, not only at depth and alpha
-    bool opaque_only = false;  ///< only OPAQUE and MASK materials
-    bool bounded = true;       ///< fragments behind the opaque bound, if there is one, do not count
+    std::string_view definitions = "";  ///< for the preprocessor, separated by spaces
+    bool shades = false;  ///< looks at the surface's colour, not only at depth and alpha
+    Draws draws = Draws::kAll;
+    bool bounded = true;  ///< fragments behind the opaque bound, if there is one, do not count
     GLuint framebuffer = 0;
     gl::DepthTest depth_test = gl::DepthTest::kOff;
-    bool max_blending = false;
+    std::array<gl::Blend, gl::kMaxAttachments> blend{};
+    ShaderArgument argument{};
+};
+
+/// A pass without geometry: the fragment shader runs once for every pixel.
+struct CoverPass {
+    std::string_view fragment_shader = "";
+    std::string_view definitions = "";
+    GLuint framebuffer = 0;
+    gl::DepthTest depth_test = gl::DepthTest::kOff;
+    std::array<gl::Blend, gl::kMaxAttachments> blend{};
+    ShaderArgument argument{};
 };
 
 /// Rasterisation is repeatable only if the viewport never changes, so the picture is divided into
@@ -44,30 +68,38 @@ class SceneRasterizer {
     /// Makes `tile` (one of tilesOf) the target. With --surfaces visible or transparent this
     /// renders the opaque bound of the tile.
     void setTile(const Window& tile);
-    /// The band whose buffers the fragments go to, and how many fragments they hold.
-    void setBand(const Window& band, std::uint32_t capacity);
+    /// The band whose buffers the fragments go to, how many fragments they hold, and how many of
+    /// the nearest layers a composite shows in order.
+    void setBand(const Window& band, std::uint32_t capacity, std::uint32_t layers);
 
     /// Draws the scene into `area` (picture coordinates, inside the tile).
     void draw(const GeometryPass& pass, const Window& area);
+    /// Runs a fragment shader over `area`.
+    void cover(const CoverPass& pass, const Window& area);
+    /// Runs a compute shader over `area`, which is also its argument.
+    void compute(std::string_view shader, std::string_view definitions, const Window& area);
 
     const Window& tile() const { return tile_; }
     /// The tile's viewport and `area` as scissor.
     gl::PassState passState(GLuint framebuffer, const Window& area) const;
+    /// Whether opaque surfaces hide what is behind them.
+    bool bounded() const { return settings_.surfaces != Surfaces::kAll; }
     bool floatColor() const { return settings_.color_type == PixelType::kFloat; }
-    /// `area` relative to the tile, y up: x0, y0, x1, y1.
-    Window inTile(const Window& area) const;
-    /// Binds the record of view, tile and band, and the sampler of the peels' textures, for shaders
-    /// other than draw()'s.
-    void bindFrame();
     const gl::Functions& functions() const { return context_.functions(); }
-    /// A program of these files; cached.
-    const gl::Program& program(const std::vector<std::string_view>& files,
-                               const std::vector<std::string>& definitions);
     /// Bytes of textures a tile needs for the opaque bound.
     std::uint64_t boundBytes(std::uint64_t tile_pixels) const;
 
   private:
+    /// Binds the record of view, tile and band, and the sampler of the peels' textures.
+    void bindFrame();
+    /// A program of these files; cached. The definitions are separated by spaces; COLOR_FLOAT joins
+    /// them where colours are stored as floats.
+    const gl::Program& program(const std::vector<std::string_view>& files,
+                               std::string_view definitions);
+    bool shown(const GeometryPass& pass, const GpuDraw& draw) const;
     const gl::Program& variant(const GeometryPass& pass, const GpuDraw& draw);
+    /// `area` relative to the tile, y up: x0, y0, x1, y1.
+    Window inTile(const Window& area) const;
     void uploadDrawRecords();
     void renderOpaqueBound();
 
@@ -75,16 +107,19 @@ class SceneRasterizer {
     const GpuScene& scene_;
     gl::Buffer frame_record_, draw_records_;
     std::map<std::string, gl::Program> programs_;
-    std::map<std::pair<std::string_view, unsigned>, const gl::Program*> variants_;
+    /// By fragment shader, definitions and variant bits.
+    std::map<std::tuple<std::string_view, std::string_view, unsigned>, const gl::Program*>
+        variants_;
     View view_;
     CaptureSettings settings_;
     Window tile_, band_;
-    std::uint32_t capacity_ = 0;
+    std::uint32_t capacity_ = 0, layers_ = 0;
     bool frame_dirty_ = true;
     gl::Texture bound_depth_, bound_primitive_;
     gl::Framebuffer bound_framebuffer_;
     Window bound_size_;
     gl::SamplerObject nearest_;
+    gl::VertexArray no_vertices_;
 };
 
 }  // namespace peeler

@@ -24,8 +24,11 @@ struct Plan {
     std::vector<LayerPlan> layers;        ///< front to back; as many as will be stored
     std::uint64_t fragments_counted = 0;  ///< by the count pass, without any layer limit
     std::uint64_t fragments_stored = 0;   ///< after the layer limit
+    std::uint64_t fragments_blended = 0;  ///< those beyond it, if a composite blends them
     PixelType color_type = PixelType::kHalf;
+    int samples = 1;  ///< sub-pixel positions; of several, what they merge into is counted
 
+    /// Whether every fragment is in its place.
     bool complete() const { return fragments_counted == fragments_stored; }
 };
 

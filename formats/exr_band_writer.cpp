@@ -239,12 +239,13 @@ void ExrBandWriter::open(const LayeredImage& first_band) {
     sortByName(composite_channels_);
 
     std::vector<Imf::Header> headers;
-    bool composite = false;
+    bool composite = false, layered = false;
     for (const ExrPart& part : parts_) {
         Imf::Header header = exrHeader(plan_, provenance_, part.window);
         header.setName(part.name);
         if (part.layer != ExrPart::kComposite) {
             header.insert("peeler:layer", Imf::IntAttribute(part.layer));
+            layered = true;
         }
         composite = composite || part.layer == ExrPart::kComposite;
         for (const ExrChannel& channel : channels(part)) {
@@ -258,15 +259,19 @@ void ExrBandWriter::open(const LayeredImage& first_band) {
     if (!composite) composite_channels_.clear();
     exr_ = std::make_unique<ExrFile>(file_, std::move(headers));
     carried_ = emptyImage(first_band, next_row_);
+    // Layers are stored as they come; a composite is converted.
+    if (layered && first_band.color.type != plan_.color_type)
+        throw Error(ErrorKind::kInternal, "a band's colours do not fit the plan", file_.path());
 }
 
 void ExrBandWriter::check(const LayeredImage& band) const {
     const Window& crop = plan_.view.crop;
+    const PixelType type = carried_.color.type;
     bool good = band.window.x0 == crop.x0 && band.window.x1 == crop.x1 &&
                 band.window.y0 == next_row_ && band.window.y1 <= crop.y1 &&
                 band.offsets.size() == band.window.pixels() + 1 && band.offsets.front() == 0 &&
-                band.offsets.back() == band.fragments() && band.color.type == plan_.color_type &&
-                band.color.data.size() == band.fragments() * 4 * pixelTypeSize(plan_.color_type) &&
+                band.offsets.back() == band.fragments() && band.color.type == type &&
+                band.color.data.size() == band.fragments() * 4 * pixelTypeSize(type) &&
                 band.extra.size() == carried_.extra.size();
     for (std::size_t i = 0; good && i < band.extra.size(); ++i) {
         good = band.extra[i].channels == carried_.extra[i].channels &&

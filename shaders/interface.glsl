@@ -29,6 +29,9 @@ using glm::vec4;
 #define PEELER_DEPTHS 1      // float a fragment, buffer depth (reversed Z)
 #define PEELER_PRIMITIVES 2  // uint a fragment, index of the primitive in draw order
 #define PEELER_COLORS 3      // two halfs or four floats a fragment, see packColor
+#define PEELER_COUNTS 4      // uint a pixel: its fragments, as the count pass found them
+// A composite has one depth (of the nearest fragment) and one colour (four floats) a pixel, and in place of primitives:
+#define PEELER_STAMPS 2      // two uints a pixel: the last pass that composited a front and a back fragment
 
 // Texture units.
 #define PEELER_BASE_COLOR_UNIT 0
@@ -42,6 +45,11 @@ using glm::vec4;
 #define PEELER_PREVIOUS_DEPTH_UNIT 7
 #define PEELER_PREVIOUS_PRIMITIVE_UNIT 8
 #define PEELER_PREVIOUS_COLOR_UNIT 9
+// When a composite is put together, and no geometry is drawn:
+#define PEELER_FRONT_UNIT 5
+#define PEELER_BACK_UNIT 6
+#define PEELER_TAIL_SUM_UNIT 7
+#define PEELER_TAIL_COUNT_UNIT 8
 
 // Bits of DrawRecord.ids.z.
 #define PEELER_HAS_NORMALS 1u
@@ -61,7 +69,7 @@ struct FrameRecord {
     mat4 world_from_view;  // rotation only
     ivec4 tile;            // x0, y0 of the tile in the picture, its width and height; y down
     ivec4 band;            // x0, y0 of the band in the picture, its row length; y down
-    uvec4 limits;          // x: fragments the band's buffers hold
+    uvec4 limits;          // x: fragments the band's buffers hold, y: nearest layers that a composite shows in order
     ivec4 flags;           // x: 1 = orthographic
 };
 

@@ -1,15 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The colour of an accepted fragment, as every method stores it.
 #include "lighting.glsl"
-
-#ifdef COLOR_FLOAT
-#define PACKED_COLOR uvec4
-PACKED_COLOR packColor(vec4 color) { return floatBitsToUint(color); }
-#else
-#define PACKED_COLOR uvec2
-// Packed here and not by the output format, so that every method rounds alike.
-PACKED_COLOR packColor(vec4 color) { return uvec2(packHalf2x16(color.rg), packHalf2x16(color.ba)); }
-#endif
+#include "packed_color.glsl"
 
 /// Premultiplied linear colour of a fragment whose baseColor() is `base`.
 PACKED_COLOR fragmentColor(vec4 base, Gradients g) {
@@ -25,3 +17,6 @@ PACKED_COLOR fragmentColor(vec4 base, Gradients g) {
     rgb = clamp(rgb * alpha, vec3(-65504.0), vec3(65504.0));
     return packColor(vec4(mix(rgb, vec3(0.0), isnan(rgb)), alpha));
 }
+
+/// The same as it is composited: what a stored fragment's colour unpacks to.
+vec4 compositedColor(vec4 base, Gradients g) { return unpackColor(fragmentColor(base, g)); }

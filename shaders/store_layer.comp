@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Appends a peeled layer, held in textures of a raster tile, to the lists of a band.
 #include "interface.glsl"
+#include "packed_color.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
-
-#ifdef COLOR_FLOAT
-#define PACKED_COLOR uvec4
-#define PACKED(texel) texel
-#else
-#define PACKED_COLOR uvec2
-#define PACKED(texel) texel.rg
-#endif
 
 layout(std140, binding = PEELER_FRAME_BLOCK) uniform FrameBlock { FrameRecord frame; };
 layout(location = 0) uniform ivec4 area;  // x0, y0, x1, y1 inside the tile, y up
@@ -37,5 +30,5 @@ void main() {
     if (slot >= frame.limits.x) return;
     depths[slot] = texelFetch(layer_depth, at, 0).r;
     primitives[slot] = primitive;
-    colors[slot] = PACKED(texelFetch(layer_color, at, 0));
+    colors[slot] = packedTexel(texelFetch(layer_color, at, 0));
 }

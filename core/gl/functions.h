@@ -18,7 +18,8 @@ namespace peeler::gl {
     X(BINDSAMPLER, BindSampler)                                 \
     X(BINDTEXTUREUNIT, BindTextureUnit)                         \
     X(BINDVERTEXARRAY, BindVertexArray)                         \
-    X(BLENDEQUATION, BlendEquation)                             \
+    X(BLENDEQUATIONI, BlendEquationi)                           \
+    X(BLENDFUNCSEPARATEI, BlendFuncSeparatei)                   \
     X(CHECKNAMEDFRAMEBUFFERSTATUS, CheckNamedFramebufferStatus) \
     X(CLEARNAMEDBUFFERSUBDATA, ClearNamedBufferSubData)         \
     X(CLEARNAMEDFRAMEBUFFERFV, ClearNamedFramebufferfv)         \
@@ -45,10 +46,12 @@ namespace peeler::gl {
     X(DEPTHFUNC, DepthFunc)                                     \
     X(DEPTHMASK, DepthMask)                                     \
     X(DISABLE, Disable)                                         \
+    X(DISABLEI, Disablei)                                       \
     X(DISPATCHCOMPUTE, DispatchCompute)                         \
     X(DRAWARRAYS, DrawArrays)                                   \
     X(DRAWELEMENTS, DrawElements)                               \
     X(ENABLE, Enable)                                           \
+    X(ENABLEI, Enablei)                                         \
     X(ENABLEVERTEXARRAYATTRIB, EnableVertexArrayAttrib)         \
     X(FINISH, Finish)                                           \
     X(FRONTFACE, FrontFace)                                     \

@@ -64,8 +64,7 @@ Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height,
     return texture;
 }
 
-Framebuffer makeFramebuffer(const Functions& gl, std::initializer_list<GLuint> colors,
-                            GLuint depth) {
+Framebuffer makeFramebuffer(const Functions& gl, const std::vector<GLuint>& colors, GLuint depth) {
     GLuint name = 0;
     gl.CreateFramebuffers(1, &name);
     Framebuffer framebuffer(gl, name);
@@ -109,6 +108,38 @@ void checkErrors(const Functions& gl, const std::string& stage) {
     throw Error(ErrorKind::kInternal, "GL error " + std::to_string(code) + " while " + stage);
 }
 
+namespace {
+
+struct BlendRow {
+    GLenum equation, source_rgb, destination_rgb, source_alpha, destination_alpha;
+};
+// By Blend, kMax first.
+constexpr BlendRow kBlendRows[] = {
+    {GL_MAX, GL_ONE, GL_ONE, GL_ONE, GL_ONE},
+    {GL_FUNC_ADD, GL_ONE, GL_ONE, GL_ONE, GL_ONE},
+    {GL_FUNC_ADD, GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA},
+    {GL_FUNC_ADD, GL_DST_ALPHA, GL_ONE, GL_ZERO, GL_ONE_MINUS_SRC_ALPHA},
+};
+
+void apply(const Functions& gl, GLuint attachment, Blend blend) {
+    if (blend == Blend::kOff) {
+        gl.Disablei(GL_BLEND, attachment);
+        return;
+    }
+    const BlendRow& row = kBlendRows[static_cast<std::size_t>(blend) - 1];
+    gl.Enablei(GL_BLEND, attachment);
+    gl.BlendEquationi(attachment, row.equation);
+    gl.BlendFuncSeparatei(attachment, row.source_rgb, row.destination_rgb, row.source_alpha,
+                          row.destination_alpha);
+}
+
+GLenum depthFunction(DepthTest test) {
+    constexpr GLenum kFunctions[] = {GL_ALWAYS, GL_GREATER, GL_LEQUAL, GL_ALWAYS};
+    return kFunctions[static_cast<std::size_t>(test)];
+}
+
+}  // namespace
+
 void apply(const Functions& gl, const PassState& state) {
     gl.BindFramebuffer(GL_FRAMEBUFFER, state.framebuffer);
     gl.Viewport(0, 0, state.viewport_width, state.viewport_height);
@@ -116,19 +147,15 @@ void apply(const Functions& gl, const PassState& state) {
     gl.Scissor(state.scissor_x, state.scissor_y, state.scissor_width, state.scissor_height);
     // Reversed Z: clip space depth 0–1, 1 at the near plane.
     gl.ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-    if (state.max_blending) {
-        gl.Enable(GL_BLEND);
-        gl.BlendEquation(GL_MAX);
-    } else {
-        gl.Disable(GL_BLEND);
-    }
+    for (GLuint i = 0; i < kMaxAttachments; ++i)
+        apply(gl, i, state.blend[i]);
     gl.Disable(GL_STENCIL_TEST);
     gl.Disable(GL_DITHER);
     gl.Disable(GL_MULTISAMPLE);
     gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     if (state.depth_test != DepthTest::kOff) {
         gl.Enable(GL_DEPTH_TEST);
-        gl.DepthFunc(state.depth_test == DepthTest::kNearest ? GL_GREATER : GL_LEQUAL);
+        gl.DepthFunc(depthFunction(state.depth_test));
         gl.DepthMask(GL_TRUE);
     } else {
         gl.Disable(GL_DEPTH_TEST);

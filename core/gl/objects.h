@@ -2,9 +2,9 @@
 // Move-only owners of GL objects, and the state of a pass.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <initializer_list>
 #include <string>
 #include <utility>
 #include <vector>
@@ -88,8 +88,7 @@ Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height,
 
 /// A framebuffer with these colour attachments (0, 1, …) and, if not zero, a depth attachment.
 /// Throws Error (kDevice) if the driver does not take the combination.
-Framebuffer makeFramebuffer(const Functions& gl, std::initializer_list<GLuint> colors,
-                            GLuint depth);
+Framebuffer makeFramebuffer(const Functions& gl, const std::vector<GLuint>& colors, GLuint depth);
 
 /// A framebuffer without any attachment, for passes that write to storage buffers only.
 Framebuffer makeEmptyFramebuffer(const Functions& gl, int width, int height);
@@ -104,9 +103,23 @@ void checkErrors(const Functions& gl, const std::string& stage);
 /// Which fragment a depth buffer keeps. Reversed Z: nearer is greater.
 enum class DepthTest {
     kOff,
-    kNearest,  ///< the first drawn among equals
-    kFarthest  ///< the last drawn among equals
+    kNearest,   ///< the first drawn among equals
+    kFarthest,  ///< the last drawn among equals
+    kReplace    ///< whatever is drawn
 };
+
+/// How what a pass writes meets what a colour attachment holds. Colours are premultiplied.
+enum class Blend : std::uint8_t {
+    kOff,
+    kMax,    ///< every component keeps its largest value
+    kAdd,    ///< sums
+    kOver,   ///< in front of what is there: dst = src + (1 − src.a)·dst
+    kUnder,  ///< behind what is there; dst.a is the light that still gets through, 1 at first:
+             ///< dst.rgb += dst.a·src.rgb, dst.a *= 1 − src.a
+};
+
+/// The most colour attachments a pass of peeler's has.
+inline constexpr std::size_t kMaxAttachments = 5;
 
 /// All fixed-function state a geometry pass depends on. Set as a whole, so that nothing is
 /// inherited.
@@ -115,7 +128,7 @@ struct PassState {
     int viewport_width = 0, viewport_height = 0;
     int scissor_x = 0, scissor_y = 0, scissor_width = 0, scissor_height = 0;  ///< y up
     DepthTest depth_test = DepthTest::kOff;
-    bool max_blending = false;  ///< every component keeps its largest value
+    std::array<Blend, kMaxAttachments> blend{};  ///< by attachment
 };
 void apply(const Functions& gl, const PassState& state);
 

@@ -7,7 +7,7 @@
 namespace peeler {
 namespace {
 
-class ABuffer final : public PeelMethod {
+class ABuffer final : public LayerMethod {
   public:
     bool takesAll() const override { return true; }
     std::uint64_t tileBytes(std::uint64_t, bool) const override { return 0; }
@@ -25,7 +25,7 @@ class ABuffer final : public PeelMethod {
 
 }  // namespace
 
-std::unique_ptr<PeelMethod> makeABuffer() {
+std::unique_ptr<LayerMethod> makeABuffer() {
     return std::make_unique<ABuffer>();
 }
 

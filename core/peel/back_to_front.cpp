@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Back-to-front depth peeling (Everitt 2001 with the tests turned round): the farthest layer first.
+#include "core/peel/composite_targets.h"
 #include "core/peel/layer_targets.h"
 #include "core/peel/method.h"
 
 namespace peeler {
 namespace {
 
-class BackToFront final : public PeelMethod {
+class BackToFront final : public LayerMethod {
   public:
     // A layer's index from the front is known only when all have been peeled, so the lists are put
     // in order afterwards.
@@ -17,24 +18,54 @@ class BackToFront final : public PeelMethod {
     }
 
     int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) override {
-        // Before any layer, behind everything: no fragment has depth 0. In front of the key (1, 0)
-        // of a pixel without the layer there is nothing: it stays finished.
-        return targets_.peel(rasterizer, area, layers,
-                             {.shader = "peel_layer_backward.frag",
-                              .depth_test = gl::DepthTest::kFarthest,
-                              .first_depth = 0,
-                              .first_primitive = 0xFFFFFFFFU,
-                              .empty_depth = 1});
+        layers_.begin(rasterizer, area, kFarthestFirst);
+        return layers_.peel(rasterizer, area, layers, kFarthestFirst,
+                            [&](int, int side) { layers_.store(rasterizer, area, side); });
     }
 
   private:
-    LayerTargets targets_;
+    LayerTargets layers_;
+};
+
+/// Each layer goes over those before it. Layers beyond a limit come first and are left out, or
+/// summed up as the tail.
+class BackToFrontComposite final : public CompositeMethod {
+  public:
+    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
+        return LayerTargets::bytes(tile_pixels, float_color) +
+               CompositeTargets::bytes(CompositeTargets::kBack | CompositeTargets::kTail,
+                                       tile_pixels);
+    }
+
+    int composite(SceneRasterizer& rasterizer, const CompositeArea& area) override {
+        const unsigned parts = CompositeTargets::kBack | (area.tail ? CompositeTargets::kTail : 0U);
+        targets_.begin(rasterizer, area.window, parts);
+        layers_.begin(rasterizer, area.window, kFarthestFirst);
+        const int passes = layers_.peel(
+            rasterizer, area.window, area.deepest, kFarthestFirst, [&](int layer, int side) {
+                layers_.blend(rasterizer, area.window, side,
+                              {.definitions = area.tail ? "BACKWARD TAIL" : "BACKWARD",
+                               .framebuffer = targets_.framebuffer(rasterizer, parts),
+                               .blend = CompositeTargets::blending(parts),
+                               .argument = {{layer, 0, 0, 0}}});
+            });
+        targets_.resolve(rasterizer, area.window);
+        return passes;
+    }
+
+  private:
+    LayerTargets layers_;
+    CompositeTargets targets_;
 };
 
 }  // namespace
 
-std::unique_ptr<PeelMethod> makeBackToFront() {
+std::unique_ptr<LayerMethod> makeBackToFront() {
     return std::make_unique<BackToFront>();
+}
+
+std::unique_ptr<CompositeMethod> makeBackToFrontComposite() {
+    return std::make_unique<BackToFrontComposite>();
 }
 
 }  // namespace peeler

@@ -3,7 +3,10 @@
 // NVIDIA 2008): front and back at once, from the nearest and farthest depth in a two-channel target
 // with MAX blending.
 #include <array>
+#include <string_view>
 
+#include "core/peel/composite_targets.h"
+#include "core/peel/layer_targets.h"
 #include "core/peel/method.h"
 #include "core/scene_rasterizer.h"
 #include "shaders/interface.glsl"
@@ -11,69 +14,234 @@
 namespace peeler {
 namespace {
 
-class Dual final : public PeelMethod {
+using gl::Blend;
+
+/// Textures of one kind, one side read and the other written.
+class PingPong {
+  public:
+    static constexpr std::uint64_t kRangeBytes = 2 * 2 * sizeof(float);
+
+    void allocate(const SceneRasterizer& rasterizer, GLenum format) {
+        const Window size{0, 0, rasterizer.tile().width(), rasterizer.tile().height()};
+        if (size == size_) return;
+        sides_ = {};
+        for (auto& side : sides_)
+            side = gl::makeTexture2D(rasterizer.functions(), format, size.x1, size.y1);
+        size_ = size;
+    }
+    GLuint side(int pass) const { return sides_[static_cast<std::size_t>(pass % 2)].name(); }
+
+  private:
+    std::array<gl::Texture, 2> sides_;
+    Window size_;
+};
+
+/// Clears attachments 0 (a range: nearer than nothing, and no depth lies between) and the others
+/// (nothing).
+void clear(SceneRasterizer& rasterizer, const Window& area, GLuint framebuffer, int first,
+           int attachments) {
+    const auto& gl = rasterizer.functions();
+    gl::apply(gl, rasterizer.passState(framebuffer, area));
+    constexpr std::array<float, 4> kEmptyRange = {-1, -2, 0, 0}, kNothing = {};
+    for (int i = first; i < attachments; ++i)
+        gl.ClearNamedFramebufferfv(framebuffer, GL_COLOR, i,
+                                   i == 0 ? kEmptyRange.data() : kNothing.data());
+}
+
+/// The pass before the first: nearest and farthest depth of every pixel.
+void drawFirstRange(SceneRasterizer& rasterizer, const Window& area, GLuint texture) {
+    const auto framebuffer = gl::makeFramebuffer(rasterizer.functions(), {texture}, 0);
+    clear(rasterizer, area, framebuffer.name(), 0, 1);
+    rasterizer.draw({.fragment_shader = "dual_range.frag",
+                     .framebuffer = framebuffer.name(),
+                     .blend = {Blend::kMax}},
+                    area);
+}
+
+class Dual final : public LayerMethod {
   public:
     bool takesAll() const override { return true; }
 
     std::uint64_t tileBytes(std::uint64_t tile_pixels, bool) const override {
-        return tile_pixels * 2 * 2 * sizeof(float);
+        return tile_pixels * PingPong::kRangeBytes;
     }
 
     int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) override {
-        allocate(rasterizer);
-        draw(rasterizer, area, 0, "dual_range.frag", false);
+        const auto& gl = rasterizer.functions();
+        ranges_.allocate(rasterizer, GL_RG32F);
+        drawFirstRange(rasterizer, area, ranges_.side(0));
         // Each pass takes a layer from the front and one from the back; coincident ones go
         // together.
         const int passes = static_cast<int>((layers + 1) / 2);
         for (int pass = 1; pass <= passes; ++pass) {
-            rasterizer.functions().BindTextureUnit(PEELER_PREVIOUS_DEPTH_UNIT,
-                                                   sides_[1 - pass % 2].range.name());
-            draw(rasterizer, area, pass % 2, "dual_peel.frag", true);
+            const auto framebuffer = gl::makeFramebuffer(gl, {ranges_.side(pass)}, 0);
+            clear(rasterizer, area, framebuffer.name(), 0, 1);
+            gl.BindTextureUnit(PEELER_PREVIOUS_DEPTH_UNIT, ranges_.side(pass - 1));
+            rasterizer.draw({.fragment_shader = "dual_peel.frag",
+                             .shades = true,
+                             .framebuffer = framebuffer.name(),
+                             .blend = {Blend::kMax}},
+                            area);
         }
         return passes + 1;
     }
 
   private:
-    struct Side {
-        gl::Texture range;  ///< (nearest depth, minus farthest depth)
-        gl::Framebuffer framebuffer;
-    };
+    PingPong ranges_;
+};
 
-    void allocate(const SceneRasterizer& rasterizer) {
-        const auto& gl = rasterizer.functions();
-        const Window size{0, 0, rasterizer.tile().width(), rasterizer.tile().height()};
-        if (size == size_) return;
-        sides_ = {};
-        for (auto& side : sides_) {
-            side.range = gl::makeTexture2D(gl, GL_RG32F, size.x1, size.y1);
-            side.framebuffer = gl::makeFramebuffer(gl, {side.range.name()}, 0);
+/// What both variants of compositing on the fly share: the ranges, and pixels where fragments
+/// coincide at a peeled depth. Those come up short and are peeled once more from the front, by keys
+/// that tell coincident fragments apart.
+class DualComposite : public CompositeMethod {
+  public:
+    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
+        return tile_pixels * PingPong::kRangeBytes + LayerTargets::bytes(tile_pixels, float_color) +
+               CompositeTargets::bytes(kParts | CompositeTargets::kTail, tile_pixels);
+    }
+
+    int composite(SceneRasterizer& rasterizer, const CompositeArea& area) override {
+        parts_ = kParts | (area.tail ? CompositeTargets::kTail : 0U);
+        targets_.begin(rasterizer, area.window, parts_);
+        ranges_.allocate(rasterizer, GL_RG32F);
+        drawFirstRange(rasterizer, area.window, ranges_.side(0));
+        begin(rasterizer, area.window);
+        // From the back, all that a limit leaves out has to be passed, unless the front gets there
+        // before.
+        const std::uint32_t all = (area.deepest + 1) / 2;
+        const int passes = static_cast<int>(area.tail ? all : std::min(area.layers, all));
+        for (int pass = 1; pass <= passes; ++pass) {
+            rasterizer.functions().BindTextureUnit(PEELER_PREVIOUS_DEPTH_UNIT,
+                                                   ranges_.side(pass - 1));
+            peel(rasterizer, area.window, pass);
         }
-        size_ = size;
+        end(rasterizer, area.window, passes);
+        const int more = finishShort(rasterizer, area);
+        targets_.resolve(rasterizer, area.window);
+        return passes + 1 + more;
     }
 
-    void draw(SceneRasterizer& rasterizer, const Window& area, int side, const char* shader,
-              bool shades) const {
-        const GLuint framebuffer = sides_[static_cast<std::size_t>(side)].framebuffer.name();
-        const auto& gl = rasterizer.functions();
-        gl::apply(gl, rasterizer.passState(framebuffer, area));
-        // An empty range: nearer than nothing, and no depth lies between.
-        const std::array<float, 4> empty = {-1, -2, 0, 0};
-        gl.ClearNamedFramebufferfv(framebuffer, GL_COLOR, 0, empty.data());
-        rasterizer.draw({.fragment_shader = shader,
-                         .shades = shades,
+  protected:
+    static constexpr unsigned kParts = CompositeTargets::kFront | CompositeTargets::kBack;
+
+    virtual void begin(SceneRasterizer&, const Window&) {}
+    virtual void peel(SceneRasterizer& rasterizer, const Window& area, int pass) = 0;
+    virtual void end(SceneRasterizer&, const Window&, int /*passes*/) {}
+
+    /// The range, front, back and, where there is a tail, its sums.
+    void draw(SceneRasterizer& rasterizer, const Window& area, int pass, GLuint framebuffer,
+              std::string_view definitions,
+              const std::array<Blend, gl::kMaxAttachments>& blend) const {
+        rasterizer.draw({.fragment_shader = "dual_composite.frag",
+                         .definitions = definitions,
+                         .shades = true,
                          .framebuffer = framebuffer,
-                         .max_blending = true},
+                         .blend = blend,
+                         .argument = {{pass, 0, 0, 0}}},
                         area);
+        rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    }
+    bool hasTail() const { return (parts_ & CompositeTargets::kTail) != 0; }
+
+    PingPong ranges_;
+    CompositeTargets targets_;
+    unsigned parts_ = 0;
+
+  private:
+    int finishShort(SceneRasterizer& rasterizer, const CompositeArea& area);
+
+    LayerTargets layers_;
+};
+
+int DualComposite::finishShort(SceneRasterizer& rasterizer, const CompositeArea& area) {
+    CompositeArea again = area;
+    again.layers = area.layersMissing();
+    if (again.layers == 0) return 0;
+    rasterizer.cover({.fragment_shader = "reopen_pixels.frag",
+                      .definitions = hasTail() ? "TAIL" : "",
+                      .framebuffer = targets_.framebuffer(rasterizer, parts_)},
+                     area.window);
+    layers_.beginFinished(rasterizer, area.window);
+    rasterizer.cover({.fragment_shader = "reopen_pixels.frag",
+                      .definitions = "KEY",
+                      .framebuffer = layers_.framebuffer(1, LayerTargets::kKey),
+                      .depth_test = gl::DepthTest::kReplace},
+                     area.window);
+    rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    return compositeNearestFirst(rasterizer, again, layers_, targets_);
+}
+
+/// The variant that the paper hopes for: every target with a blend equation of its own. The front
+/// goes under what has been peeled, the back over it, in the geometry pass itself.
+class IndependentBlending final : public DualComposite {
+  protected:
+    void peel(SceneRasterizer& rasterizer, const Window& area, int pass) override {
+        const auto& gl = rasterizer.functions();
+        std::vector<GLuint> textures = targets_.textures(parts_);
+        textures.insert(textures.begin(), ranges_.side(pass));
+        const auto framebuffer = gl::makeFramebuffer(gl, textures, 0);
+        clear(rasterizer, area, framebuffer.name(), 0, 1);
+        auto blend = CompositeTargets::blending(parts_, 1);
+        blend[0] = Blend::kMax;
+        draw(rasterizer, area, pass, framebuffer.name(), hasTail() ? "TAIL" : "", blend);
+    }
+};
+
+/// The variant of the paper: all targets with MAX blending, which a GPU of 2008 had one equation
+/// for. Works for colours that are not negative. The composite of the fronts only grows, so each
+/// pass writes it anew from the last one's; the back is blended after each pass.
+class MaxBlending final : public DualComposite {
+  public:
+    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
+        return DualComposite::tileBytes(tile_pixels, float_color) +
+               3 * CompositeTargets::bytes(CompositeTargets::kBack, tile_pixels);
     }
 
-    std::array<Side, 2> sides_;
-    Window size_;
+  protected:
+    void begin(SceneRasterizer& rasterizer, const Window& area) override {
+        const auto& gl = rasterizer.functions();
+        fronts_.allocate(rasterizer, GL_RGBA32F);
+        back_.allocate(rasterizer, GL_RGBA32F);
+        const auto framebuffer = gl::makeFramebuffer(gl, {ranges_.side(0), fronts_.side(0)}, 0);
+        clear(rasterizer, area, framebuffer.name(), 1, 2);
+    }
+
+    void peel(SceneRasterizer& rasterizer, const Window& area, int pass) override {
+        const auto& gl = rasterizer.functions();
+        std::vector<GLuint> textures = {ranges_.side(pass), fronts_.side(pass), back_.side(0)};
+        if (hasTail()) {
+            const auto tail = targets_.textures(CompositeTargets::kTail);
+            textures.insert(textures.end(), tail.begin(), tail.end());
+        }
+        const auto framebuffer = gl::makeFramebuffer(gl, textures, 0);
+        clear(rasterizer, area, framebuffer.name(), 0, 3);
+        gl.BindTextureUnit(PEELER_PREVIOUS_COLOR_UNIT, fronts_.side(pass - 1));
+        draw(rasterizer, area, pass, framebuffer.name(),
+             hasTail() ? "MAX_BLENDING TAIL" : "MAX_BLENDING",
+             {Blend::kMax, Blend::kMax, Blend::kMax, Blend::kAdd, Blend::kAdd});
+        targets_.blendOverBack(rasterizer, area, back_.side(0));
+    }
+
+    void end(SceneRasterizer& rasterizer, const Window& area, int passes) override {
+        targets_.blendOverBack(rasterizer, area, fronts_.side(passes));
+    }
+
+  private:
+    PingPong fronts_, back_;
 };
 
 }  // namespace
 
-std::unique_ptr<PeelMethod> makeDual() {
+std::unique_ptr<LayerMethod> makeDual() {
     return std::make_unique<Dual>();
+}
+
+std::unique_ptr<CompositeMethod> makeDualComposite() {
+    return std::make_unique<IndependentBlending>();
+}
+
+std::unique_ptr<CompositeMethod> makeDualMaxComposite() {
+    return std::make_unique<MaxBlending>();
 }
 
 }  // namespace peeler

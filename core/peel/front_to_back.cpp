@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Front-to-back depth peeling (Everitt, "Interactive Order-Independent Transparency", 2001), with
 // the key (depth, primitive) in place of depth alone: coincident fragments are peeled one after the
-// other.
+// other. Everitt's occlusion query after each pass, which tells when nothing is left, is not
+// needed: the count pass has told before.
+#include "core/peel/composite_targets.h"
 #include "core/peel/layer_targets.h"
 #include "core/peel/method.h"
 
 namespace peeler {
 namespace {
 
-class FrontToBack final : public PeelMethod {
+class FrontToBack final : public LayerMethod {
   public:
     bool takesAll() const override { return false; }
 
@@ -17,24 +19,46 @@ class FrontToBack final : public PeelMethod {
     }
 
     int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) override {
-        // Before any layer, in front of everything: the near plane has depth 1, and keys start
-        // at 1.
-        return targets_.peel(rasterizer, area, layers,
-                             {.shader = "peel_layer.frag",
-                              .depth_test = gl::DepthTest::kNearest,
-                              .first_depth = 1,
-                              .first_primitive = 0,
-                              .empty_depth = 0});
+        layers_.begin(rasterizer, area, kNearestFirst);
+        return layers_.peel(rasterizer, area, layers, kNearestFirst,
+                            [&](int, int side) { layers_.store(rasterizer, area, side); });
     }
 
   private:
-    LayerTargets targets_;
+    LayerTargets layers_;
+};
+
+/// Each layer goes under those before it by separate blend functions: C += T·c, T *= 1 − a.
+class FrontToBackComposite final : public CompositeMethod {
+  public:
+    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
+        return LayerTargets::bytes(tile_pixels, float_color) +
+               CompositeTargets::bytes(CompositeTargets::kFront | CompositeTargets::kTail,
+                                       tile_pixels);
+    }
+
+    int composite(SceneRasterizer& rasterizer, const CompositeArea& area) override {
+        targets_.begin(rasterizer, area.window,
+                       CompositeTargets::kFront | (area.tail ? CompositeTargets::kTail : 0U));
+        layers_.begin(rasterizer, area.window, kNearestFirst);
+        const int passes = compositeNearestFirst(rasterizer, area, layers_, targets_);
+        targets_.resolve(rasterizer, area.window);
+        return passes;
+    }
+
+  private:
+    LayerTargets layers_;
+    CompositeTargets targets_;
 };
 
 }  // namespace
 
-std::unique_ptr<PeelMethod> makeFrontToBack() {
+std::unique_ptr<LayerMethod> makeFrontToBack() {
     return std::make_unique<FrontToBack>();
+}
+
+std::unique_ptr<CompositeMethod> makeFrontToBackComposite() {
+    return std::make_unique<FrontToBackComposite>();
 }
 
 }  // namespace peeler

@@ -4,6 +4,7 @@
 #include "shaders/interface.glsl"
 
 namespace peeler {
+
 std::uint64_t LayerTargets::bytes(std::uint64_t tile_pixels, bool float_color) {
     constexpr std::uint64_t kKeys = 2 * (sizeof(float) + sizeof(std::uint32_t));
     return tile_pixels * (kKeys + (float_color ? 16 : 8));
@@ -28,22 +29,52 @@ void LayerTargets::allocate(const SceneRasterizer& rasterizer) {
     size_ = size;
 }
 
-int LayerTargets::peel(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers,
-                       const Direction& direction) {
+void LayerTargets::begin(const SceneRasterizer& rasterizer, const Window& area,
+                         const PeelDirection& direction) {
     allocate(rasterizer);
     clear(rasterizer, area, 1, direction.first_depth, direction.first_primitive);
-    for (std::uint32_t layer = 0; layer < layers; ++layer) {
-        const int current = static_cast<int>(layer % 2), previous = 1 - current;
+}
+
+void LayerTargets::beginFinished(const SceneRasterizer& rasterizer, const Window& area) {
+    allocate(rasterizer);
+    clear(rasterizer, area, 1, 0, 0xFFFFFFFFU);  // nothing is behind it
+}
+
+int LayerTargets::peel(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers,
+                       const PeelDirection& direction, const Take& take) {
+    for (int layer = 0; layer < static_cast<int>(layers); ++layer) {
+        const int current = layer % 2, previous = 1 - current;
         clear(rasterizer, area, current, direction.empty_depth, 0);
         bindForReading(rasterizer.functions(), previous);
-        rasterizer.draw({.fragment_shader = direction.shader,
+        rasterizer.draw({.fragment_shader = "peel_layer.frag",
+                         .definitions = direction.definitions,
                          .shades = true,
                          .framebuffer = framebuffer(current, kKeyAndColor),
                          .depth_test = direction.depth_test},
                         area);
-        store(rasterizer, area, current);
+        take(layer, current);
     }
     return static_cast<int>(layers);
+}
+
+int LayerTargets::peelInTwo(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers,
+                            const Take& take) {
+    for (int layer = 0; layer < static_cast<int>(layers); ++layer) {
+        const int current = layer % 2, previous = 1 - current;
+        clear(rasterizer, area, current, kNearestFirst.empty_depth, 0);
+        bindForReading(rasterizer.functions(), previous);
+        rasterizer.draw({.fragment_shader = "peel_key.frag",
+                         .framebuffer = framebuffer(current, kKey),
+                         .depth_test = kNearestFirst.depth_test},
+                        area);
+        bindForReading(rasterizer.functions(), current);
+        rasterizer.draw({.fragment_shader = "shade_layer.frag",
+                         .shades = true,
+                         .framebuffer = framebuffer(current, kColor)},
+                        area);
+        take(layer, current);
+    }
+    return 2 * static_cast<int>(layers);
 }
 
 void LayerTargets::clear(const SceneRasterizer& rasterizer, const Window& area, int i, float depth,
@@ -72,17 +103,18 @@ void LayerTargets::bindForReading(const gl::Functions& gl, int i) const {
 
 void LayerTargets::store(SceneRasterizer& rasterizer, const Window& area, int i) const {
     const auto& gl = rasterizer.functions();
-    std::vector<std::string> definitions;
-    if (rasterizer.floatColor()) definitions.emplace_back("COLOR_FLOAT");
-    const auto& program = rasterizer.program({"store_layer.comp"}, definitions);
-    const Window inside = rasterizer.inTile(area);
     bindForReading(gl, i);
     gl.BindTextureUnit(PEELER_PREVIOUS_COLOR_UNIT, color_.name());
-    rasterizer.bindFrame();
-    program.use();
-    program.set(0, inside.x0, inside.y0, inside.x1, inside.y1);
-    gl.DispatchCompute(static_cast<GLuint>(inside.width() + 15) / 16,
-                       static_cast<GLuint>(inside.height() + 15) / 16, 1);
+    rasterizer.compute("store_layer.comp", "", area);
+}
+
+void LayerTargets::blend(SceneRasterizer& rasterizer, const Window& area, int i,
+                         CoverPass pass) const {
+    const auto& gl = rasterizer.functions();
+    bindForReading(gl, i);
+    gl.BindTextureUnit(PEELER_PREVIOUS_COLOR_UNIT, color_.name());
+    pass.fragment_shader = "blend_layer.frag";
+    rasterizer.cover(pass, area);
     gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string_view>
 
 #include "core/gl/objects.h"
@@ -11,44 +12,69 @@
 
 namespace peeler {
 
+/// From which end layers are peeled.
+struct PeelDirection {
+    std::string_view definitions;  ///< of peel_layer.frag
+    gl::DepthTest depth_test;      ///< which of the fragments beyond the previous layer is next
+    float first_depth;             ///< the key before any layer
+    GLuint first_primitive;
+    float empty_depth;  ///< of a pixel without the layer; with primitive 0 nothing is beyond it
+};
+
+/// Before any layer, in front of everything: the near plane has depth 1, and keys start at 1.
+inline constexpr PeelDirection kNearestFirst = {"", gl::DepthTest::kNearest, 1, 0, 0};
+/// Before any layer, behind everything: no fragment has depth 0. In front of the key (1, 0) of a
+/// pixel without the layer there is nothing: it stays finished.
+inline constexpr PeelDirection kFarthestFirst = {"BACKWARD", gl::DepthTest::kFarthest, 0,
+                                                 0xFFFFFFFFU, 1};
+
 /// Two sides of (depth, primitive) textures as large as a raster tile: the layer being peeled is
 /// rendered into one while the previous layer is read from the other. One colour texture serves
 /// both.
 class LayerTargets {
   public:
-    /// From which end layers are peeled.
-    struct Direction {
-        std::string_view shader;   ///< compares with the previous layer and shades
-        gl::DepthTest depth_test;  ///< which of the fragments beyond it is next
-        float first_depth;         ///< the key before any layer
-        GLuint first_primitive;
-        float empty_depth;  ///< of a pixel without the layer; with primitive 0 nothing is beyond it
-    };
+    /// What is done with each layer, `side` and the colour holding it.
+    using Take = std::function<void(int layer, int side)>;
 
     enum Attachments { kKey, kKeyAndColor, kColor };
 
     /// Bytes of all textures.
     static std::uint64_t bytes(std::uint64_t tile_pixels, bool float_color);
 
-    /// (Re)allocates for the rasterizer's tile.
-    void allocate(const SceneRasterizer& rasterizer);
+    /// Gets ready to peel from this end: (re)allocates for the rasterizer's tile, and sets the key
+    /// before the first layer.
+    void begin(const SceneRasterizer& rasterizer, const Window& area,
+               const PeelDirection& direction);
+    /// Likewise, but finishes every pixel; the caller's next pass into framebuffer(1, kKey) opens
+    /// the pixels to be peeled.
+    void beginFinished(const SceneRasterizer& rasterizer, const Window& area);
 
-    /// Peels `layers` layers of `area`, one geometry pass each, and stores them; returns the
-    /// passes.
+    /// Peels `layers` layers of `area`, one geometry pass each; returns the passes.
     int peel(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers,
-             const Direction& direction);
+             const PeelDirection& direction, const Take& take);
+    /// The same from the front with two geometry passes each: the first finds the key and shades
+    /// nothing, the second shades the one fragment that has it.
+    int peelInTwo(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers,
+                  const Take& take);
 
-    /// Sets the key of side `i` in `area`. Primitive 0 means to store(): no fragment.
-    void clear(const SceneRasterizer& rasterizer, const Window& area, int i, float depth,
-               GLuint primitive) const;
     GLuint framebuffer(int i, Attachments attachments) const;
     /// Makes side `i` what the shaders read as the previous layer.
     void bindForReading(const gl::Functions& gl, int i) const;
+    /// The side that holds the last of so many layers.
+    static int sideOf(std::uint32_t layers) { return static_cast<int>((layers + 1) % 2); }
+
     /// Appends the layer of side `i` to the lists of the band: one fragment of every pixel of
     /// `area` that has one.
     void store(SceneRasterizer& rasterizer, const Window& area, int i) const;
+    /// Runs blend_layer.frag on the layer of side `i`. The pass needs everything but its shader.
+    void blend(SceneRasterizer& rasterizer, const Window& area, int i, CoverPass pass) const;
 
   private:
+    void allocate(const SceneRasterizer& rasterizer);
+    /// Sets the key of side `i` in `area`. Primitive 0 means to store() and blend(): no fragment.
+    void clear(const SceneRasterizer& rasterizer, const Window& area, int i, float depth,
+               GLuint primitive) const;
+
     struct Side {
         gl::Texture depth, primitive;
         gl::Framebuffer key, key_and_color;

@@ -1,26 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
-
 #include "core/peel/method.h"
 
 namespace peeler {
 
 // Each is defined in the file of its name.
-std::unique_ptr<PeelMethod> makeABuffer();
-std::unique_ptr<PeelMethod> makeFrontToBack();
-std::unique_ptr<PeelMethod> makeTwoPass();
-std::unique_ptr<PeelMethod> makeBackToFront();
-std::unique_ptr<PeelMethod> makeDual();
+std::unique_ptr<LayerMethod> makeABuffer();
+std::unique_ptr<LayerMethod> makeFrontToBack();
+std::unique_ptr<CompositeMethod> makeFrontToBackComposite();
+std::unique_ptr<LayerMethod> makeTwoPass();
+std::unique_ptr<CompositeMethod> makeTwoPassComposite();
+std::unique_ptr<LayerMethod> makeBackToFront();
+std::unique_ptr<CompositeMethod> makeBackToFrontComposite();
+std::unique_ptr<LayerMethod> makeDual();
+std::unique_ptr<CompositeMethod> makeDualComposite();
+std::unique_ptr<CompositeMethod> makeDualMaxComposite();
+std::unique_ptr<CompositeMethod> makeWeightedAverage();
+std::unique_ptr<CompositeMethod> makeWeightedSum();
+std::unique_ptr<CompositeMethod> makeUnsorted();
 
 namespace {
-constexpr std::array<MethodInfo, 5> kMethods = {{
-    {"a-buffer", "counted A-buffer: all fragments in one geometry pass, then sorted", makeABuffer},
+constexpr MethodInfo kMethods[] = {
+    {"a-buffer", "counted A-buffer: all fragments in one geometry pass, then sorted", makeABuffer,
+     nullptr},
     {"front-to-back", "depth peeling (Everitt 2001): one geometry pass a layer, nearest first",
-     makeFrontToBack},
-    {"two-pass", "the next layer's depth first, then the colour where it is equal", makeTwoPass},
-    {"back-to-front", "depth peeling from the farthest layer to the nearest", makeBackToFront},
-    {"dual", "dual depth peeling (Bavoil & Myers 2008): front and back at once", makeDual},
-}};
+     makeFrontToBack, makeFrontToBackComposite},
+    {"two-pass", "the next layer's depth first, then the colour where it is equal", makeTwoPass,
+     makeTwoPassComposite},
+    {"back-to-front", "depth peeling from the farthest layer to the nearest", makeBackToFront,
+     makeBackToFrontComposite},
+    {"dual", "dual depth peeling (Bavoil & Myers 2008): front and back at once", makeDual,
+     makeDualComposite},
+    {"dual-max", "the same with MAX blending of every target, as it was published", makeDual,
+     makeDualMaxComposite},
+    {"weighted-average",
+     "order-independent: every fragment has the pixel's average colour and "
+     "opacity (Bavoil & Myers 2008)",
+     nullptr, makeWeightedAverage},
+    {"weighted-sum", "order-independent: opacities and colours are added (Meshkin 2007)", nullptr,
+     makeWeightedSum},
+    {"unsorted", "plain blending in draw order, for comparison", nullptr, makeUnsorted},
+};
 }  // namespace
 
 std::span<const MethodInfo> peelMethods() {

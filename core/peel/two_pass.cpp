@@ -2,13 +2,17 @@
 // Two passes a layer: the first finds the key of the next fragment and shades nothing, the second
 // shades the one fragment with that key. Every kept fragment is shaded exactly once, whatever lies
 // behind it.
+#include <array>
+
+#include "core/peel/composite_targets.h"
 #include "core/peel/layer_targets.h"
 #include "core/peel/method.h"
+#include "shaders/interface.glsl"
 
 namespace peeler {
 namespace {
 
-class TwoPass final : public PeelMethod {
+class TwoPass final : public LayerMethod {
   public:
     bool takesAll() const override { return false; }
 
@@ -17,35 +21,62 @@ class TwoPass final : public PeelMethod {
     }
 
     int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) override {
-        const auto& gl = rasterizer.functions();
-        targets_.allocate(rasterizer);
-        targets_.clear(rasterizer, area, 1, 1, 0);
-        for (std::uint32_t layer = 0; layer < layers; ++layer) {
-            const int current = static_cast<int>(layer % 2), previous = 1 - current;
-            targets_.clear(rasterizer, area, current, 0, 0);
-            targets_.bindForReading(gl, previous);
-            rasterizer.draw({.fragment_shader = "peel_key.frag",
-                             .framebuffer = targets_.framebuffer(current, LayerTargets::kKey),
-                             .depth_test = gl::DepthTest::kNearest},
-                            area);
-            targets_.bindForReading(gl, current);
-            rasterizer.draw({.fragment_shader = "shade_layer.frag",
-                             .shades = true,
-                             .framebuffer = targets_.framebuffer(current, LayerTargets::kColor)},
-                            area);
-            targets_.store(rasterizer, area, current);
-        }
-        return 2 * static_cast<int>(layers);
+        layers_.begin(rasterizer, area, kNearestFirst);
+        return layers_.peelInTwo(rasterizer, area, layers,
+                                 [&](int, int side) { layers_.store(rasterizer, area, side); });
     }
 
   private:
-    LayerTargets targets_;
+    LayerTargets layers_;
+};
+
+/// Ping-pong compositing, for GPUs that cannot blend into float targets: each layer is put under
+/// the composite of those before it, which is read from one texture and written to the other.
+class TwoPassComposite final : public CompositeMethod {
+  public:
+    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
+        return LayerTargets::bytes(tile_pixels, float_color) +
+               2 * CompositeTargets::bytes(CompositeTargets::kBack, tile_pixels) +
+               CompositeTargets::bytes(CompositeTargets::kTail, tile_pixels);
+    }
+
+    int composite(SceneRasterizer& rasterizer, const CompositeArea& area) override {
+        const auto& gl = rasterizer.functions();
+        constexpr auto kBack = CompositeTargets::kBack;
+        // The last layer lands in targets_, whose tail, if any, goes behind it.
+        std::array<CompositeTargets*, 2> sides = {&targets_, &other_};
+        if (area.layers % 2 == 0) std::swap(sides[0], sides[1]);
+        targets_.begin(rasterizer, area.window, kBack | (area.tail ? CompositeTargets::kTail : 0U));
+        other_.begin(rasterizer, area.window, kBack);
+        layers_.begin(rasterizer, area.window, kNearestFirst);
+        int passes =
+            layers_.peelInTwo(rasterizer, area.window, area.layers, [&](int layer, int side) {
+                CompositeTargets& to = *sides[static_cast<std::size_t>(layer % 2)];
+                const CompositeTargets& from = *sides[static_cast<std::size_t>(1 - layer % 2)];
+                gl.BindTextureUnit(PEELER_FRONT_UNIT, from.textures(kBack).front());
+                layers_.blend(rasterizer, area.window, side,
+                              {.definitions = "PING_PONG",
+                               .framebuffer = to.framebuffer(rasterizer, kBack),
+                               .argument = {{layer, 0, 0, 0}}});
+            });
+        if (area.tail) passes += targets_.addTail(rasterizer, area.window, layers_, area.layers);
+        targets_.resolve(rasterizer, area.window);
+        return passes;
+    }
+
+  private:
+    LayerTargets layers_;
+    CompositeTargets targets_, other_;
 };
 
 }  // namespace
 
-std::unique_ptr<PeelMethod> makeTwoPass() {
+std::unique_ptr<LayerMethod> makeTwoPass() {
     return std::make_unique<TwoPass>();
+}
+
+std::unique_ptr<CompositeMethod> makeTwoPassComposite() {
+    return std::make_unique<TwoPassComposite>();
 }
 
 }  // namespace peeler

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/band_capture.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "core/error.h"
+#include "core/gather.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::uint32_t kNoLimit = 0xFFFFFFFFU;
+
+std::uint32_t limitOf(const BandRequest& request) {
+    return request.layers ? request.layers : kNoLimit;
+}
+
+/// The largest value of the pixels of `area`, which lies in `band`.
+template <class Value>
+std::uint32_t largest(const Window& band, const Window& area, Value&& value) {
+    std::uint32_t most = 0;
+    for (int y = area.y0; y < area.y1; ++y) {
+        const auto row =
+            static_cast<std::size_t>(y - band.y0) * static_cast<std::size_t>(band.width());
+        for (int x = area.x0; x < area.x1; ++x)
+            most = std::max(most, value(row + static_cast<std::size_t>(x - band.x0)));
+    }
+    return most;
+}
+
+}  // namespace
+
+BandCapture::BandCapture(gl::Context& context, const Scene& scene, const SceneContents& contents,
+                         StageTimes& times)
+    : context_(context),
+      times_(times),
+      gpu_scene_(timed(times, "upload", [&] { return GpuScene(context, scene, contents); })),
+      rasterizer_(context, gpu_scene_),
+      buffers_(context.functions()) {}
+
+void BandCapture::setView(const View& view, const CaptureSettings& settings) {
+    view_ = view;
+    settings_ = settings;
+    rasterizer_.setView(view, settings);
+}
+
+std::uint32_t BandCapture::drawOf(std::uint32_t primitive) const {
+    const auto& draws = gpu_scene_.draws();
+    const auto after = std::upper_bound(
+        draws.begin(), draws.end(), primitive,
+        [](std::uint32_t key, const GpuDraw& draw) { return key < draw.first_primitive; });
+    return static_cast<std::uint32_t>(after - draws.begin()) - 1;
+}
+
+std::uint64_t BandCapture::fragmentBytes() const {
+    return BandBuffers::fragmentBytes(settings_.color_type);
+}
+
+std::uint64_t BandCapture::pixelBytes() const {
+    return BandBuffers::compositeBytes();
+}
+
+std::uint64_t BandCapture::tilePixels() const {
+    std::uint64_t largest = 0;
+    for (const Window& tile : rasterizer_.tilesOf(view_.crop))
+        largest = std::max(largest, tile.pixels());
+    return largest;
+}
+
+template <class F>
+void BandCapture::forEachTile(const Window& band, F&& f) {
+    for (const Window& tile : rasterizer_.tilesOf(band))
+        f(tile, intersect(tile, band));
+}
+
+void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) {
+    const StageTimer timer(times_, "count");
+    buffers_.reserveSlots(band.pixels());
+    buffers_.slots().clearToZero(band.pixels() * sizeof(std::uint32_t));
+    buffers_.bind();
+    rasterizer_.setBand(band, 0, 0);
+    forEachTile(band, [&](const Window& tile, const Window& area) {
+        rasterizer_.setTile(tile);
+        const auto framebuffer = gl::makeEmptyFramebuffer(gl(), tile.width(), tile.height());
+        rasterizer_.draw({.fragment_shader = "count.frag", .framebuffer = framebuffer.name()},
+                         area);
+    });
+    gl::waitForGpu(gl());
+    gl::checkErrors(gl(), "counting fragments");
+    const auto mapping = buffers_.slots().read(band.pixels() * sizeof(std::uint32_t));
+    const auto* slots = mapping.as<const std::uint32_t>();
+    counts.assign(slots, slots + band.pixels());
+}
+
+/// The completeness certificate: the capture advanced every pixel's slot from `first` exactly to
+/// `end`.
+void BandCapture::checkSlots(const std::uint32_t* slots, const Window& band,
+                             std::span<const std::uint32_t> first,
+                             std::span<const std::uint32_t> end) const {
+    for (std::size_t p = 0; p < band.pixels(); ++p) {
+        if (slots[p] == end[p]) continue;
+        const auto width = static_cast<std::size_t>(band.width());
+        const std::string pixel = std::to_string(band.x0 + static_cast<int>(p % width)) + ", " +
+                                  std::to_string(band.y0 + static_cast<int>(p / width));
+        const std::uint32_t begin = first.empty() ? 0 : first[p];
+        throw Error(ErrorKind::kInternal,
+                    "method " + settings_.method + " captured " + std::to_string(slots[p] - begin) +
+                        " fragments where " + std::to_string(end[p] - begin) + " were counted",
+                    "pixel " + pixel, "please report this with the scene and the GL renderer");
+    }
+}
+
+int BandCapture::layers(LayerMethod& method, const BandRequest& request, LayeredImage& out) {
+    const Window& band = request.band;
+    const std::size_t pixels = band.pixels();
+    const std::uint32_t limit = method.takesAll() ? kNoLimit : limitOf(request);
+    first_.resize(pixels + 1);
+    first_[0] = 0;
+    for (std::size_t p = 0; p < pixels; ++p)
+        first_[p + 1] = first_[p] + std::min(request.counts[p], limit);
+    const std::size_t fragments = first_[pixels];
+
+    int passes = 0;
+    {
+        const StageTimer timer(times_, "capture");
+        buffers_.reserveSlots(pixels);
+        buffers_.reserveFragments(fragments, settings_.color_type);
+        {
+            const auto mapping = buffers_.slots().overwrite(pixels * sizeof(std::uint32_t));
+            std::copy_n(first_.begin(), pixels, mapping.as<std::uint32_t>());
+        }
+        buffers_.bind();
+        rasterizer_.setBand(band, static_cast<std::uint32_t>(fragments), 0);
+        forEachTile(band, [&](const Window& tile, const Window& area) {
+            const std::uint32_t layers =
+                largest(band, area, [&](std::size_t p) { return first_[p + 1] - first_[p]; });
+            if (layers == 0) return;
+            rasterizer_.setTile(tile);
+            passes += method.capture(rasterizer_, area, layers);
+        });
+        gl::waitForGpu(gl());
+        gl::checkErrors(gl(), "capturing fragments");
+    }
+    const StageTimer timer(times_, "sort");
+    {
+        const auto slots = buffers_.slots().read(pixels * sizeof(std::uint32_t));
+        checkSlots(slots.as<const std::uint32_t>(), band, first_, std::span(first_).subspan(1));
+    }
+    const auto depths = buffers_.depths().read(fragments * sizeof(float));
+    const auto primitives = buffers_.primitives().read(fragments * sizeof(std::uint32_t));
+    const auto colors = buffers_.colors().read(fragments * 4 * pixelTypeSize(settings_.color_type));
+    out.window = band;
+    out.color.channels = {"R", "G", "B", "A"};
+    out.color.type = settings_.color_type;
+    out.extra.clear();
+    if (request.primitives) out.extra.push_back({{kPrimitiveChannel}, PixelType::kUint, {}});
+    gather({first_, depths.as<const float>(), primitives.as<const std::uint32_t>(),
+            colors.as<const void>()},
+           view_.projection, request.layers, out);
+    return passes;
+}
+
+int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
+                           CompositeImage& out) {
+    const StageTimer timer(times_, "capture");
+    const Window& band = request.band;
+    const std::uint32_t limit = limitOf(request);
+    buffers_.clearForComposite(request.counts);
+    buffers_.bind();
+    rasterizer_.setBand(band, 0, limit);
+    int passes = 0;
+    forEachTile(band, [&](const Window& tile, const Window& window) {
+        CompositeArea area;
+        area.window = window;
+        area.deepest = largest(band, window, [&](std::size_t p) { return request.counts[p]; });
+        if (area.deepest == 0) return;
+        area.layers = std::min(area.deepest, limit);
+        area.tail = request.tail && area.deepest > area.layers;
+        area.layersMissing = [&] {
+            gl::waitForGpu(gl());
+            const auto slots = buffers_.slots().read(band.pixels() * sizeof(std::uint32_t));
+            const auto* done = slots.as<const std::uint32_t>();
+            return largest(band, window, [&](std::size_t p) {
+                const std::uint32_t wanted = std::min(request.counts[p], limit);
+                return done[p] == wanted ? 0 : wanted;
+            });
+        };
+        rasterizer_.setTile(tile);
+        passes += method.composite(rasterizer_, area);
+    });
+    gl::waitForGpu(gl());
+    gl::checkErrors(gl(), "compositing fragments");
+    readComposite(request, out);
+    return passes;
+}
+
+void BandCapture::readComposite(const BandRequest& request, CompositeImage& out) {
+    const std::size_t pixels = request.band.pixels();
+    {
+        std::vector<std::uint32_t> expected(request.counts.begin(), request.counts.end());
+        if (!request.tail) {
+            for (std::uint32_t& count : expected)
+                count = std::min(count, limitOf(request));
+        }
+        const auto slots = buffers_.slots().read(pixels * sizeof(std::uint32_t));
+        checkSlots(slots.as<const std::uint32_t>(), request.band, {}, expected);
+    }
+    const auto depths = buffers_.depths().read(pixels * sizeof(float));
+    const auto colors = buffers_.colors().read(pixels * 4 * sizeof(float));
+    const auto* depth = depths.as<const float>();
+    const auto* color = colors.as<const std::array<float, 4>>();
+    out.window = request.band;
+    out.rgba.assign(color, color + pixels);
+    out.z.resize(pixels);
+    for (std::size_t p = 0; p < pixels; ++p) {
+        const double z = view_.projection.linearZ(static_cast<double>(depth[p]));
+        out.z[p] =
+            request.counts[p] ? static_cast<float>(z) : std::numeric_limits<float>::infinity();
+    }
+}
+
+}  // namespace peeler

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// One band of one view through the GPU: counted, captured or composited.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/band_buffers.h"
+#include "core/bands.h"
+#include "core/capture_settings.h"
+#include "core/composite.h"
+#include "core/gpu_scene.h"
+#include "core/layered_image.h"
+#include "core/peel/method.h"
+#include "core/scene_rasterizer.h"
+#include "core/stage_times.h"
+#include "core/view.h"
+
+namespace peeler {
+
+/// How much of every pixel a band shall show.
+struct BandRequest {
+    Window band;
+    std::span<const std::uint32_t> counts;  ///< of the band's pixels, as count() found them
+    std::uint32_t layers = 0;               ///< the nearest to keep; 0 = all
+    bool tail = false;                      ///< composite: blend the others behind them
+    bool primitives = false;  ///< layers: with their draw-order keys as an extra array
+};
+
+/// Owns the uploaded scene and the buffers. "count", "capture" and "sort" are added to the times.
+class BandCapture {
+  public:
+    /// Throws like GpuScene.
+    BandCapture(gl::Context& context, const Scene& scene, const SceneContents& contents,
+                StageTimes& times);
+
+    void setView(const View& view, const CaptureSettings& settings);
+
+    /// The fragments of every pixel of the band. Overwrites `counts`.
+    void count(const Window& band, std::vector<std::uint32_t>& counts);
+
+    /// Captures a band's fragments and sorts them into `out`. Returns the geometry passes. Throws
+    /// Error (kInternal) if any pixel's fragments differ in number from the count.
+    int layers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
+
+    /// Composites a band. Returns and throws like layers().
+    int composite(CompositeMethod& method, const BandRequest& request, CompositeImage& out);
+
+    /// The draw that a primitive's key belongs to: one primitive of one node.
+    std::uint32_t drawOf(std::uint32_t primitive) const;
+
+    /// What bands cost besides what the hand-over and sinks take: a fragment of layers(), or a
+    /// pixel of composite().
+    std::uint64_t fragmentBytes() const;
+    std::uint64_t pixelBytes() const;
+    /// Pixels of the largest raster tile that the crop touches, and bytes of the textures that
+    /// every method needs for it.
+    std::uint64_t tilePixels() const;
+    std::uint64_t tileBytes() const { return rasterizer_.boundBytes(tilePixels()); }
+
+  private:
+    const gl::Functions& gl() const { return context_.functions(); }
+    /// Calls f(tile, area of the band in it).
+    template <class F>
+    void forEachTile(const Window& band, F&& f);
+    void checkSlots(const std::uint32_t* slots, const Window& band,
+                    std::span<const std::uint32_t> first, std::span<const std::uint32_t> end) const;
+    void readComposite(const BandRequest& request, CompositeImage& out);
+
+    gl::Context& context_;
+    StageTimes& times_;
+    GpuScene gpu_scene_;
+    SceneRasterizer rasterizer_;
+    BandBuffers buffers_;
+    View view_;
+    CaptureSettings settings_;
+    std::vector<std::uint32_t> first_;  ///< of the band being captured, pixels + 1 entries
+};
+
+}  // namespace peeler

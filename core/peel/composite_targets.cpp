@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/peel/composite_targets.h"
+
+#include <string>
+
+#include "shaders/interface.glsl"
+
+namespace peeler {
+namespace {
+
+using gl::Blend;
+
+struct Attachment {
+    unsigned part;
+    Blend blend;
+    std::uint64_t bytes;  // a pixel
+};
+// In the order of framebuffers.
+constexpr Attachment kAttachments[] = {{CompositeTargets::kFront, Blend::kUnder, 16},
+                                       {CompositeTargets::kBack, Blend::kOver, 16},
+                                       {CompositeTargets::kTail, Blend::kAdd, 16},
+                                       {CompositeTargets::kTail, Blend::kAdd, 4}};
+
+}  // namespace
+
+std::uint64_t CompositeTargets::bytes(unsigned parts, std::uint64_t tile_pixels) {
+    std::uint64_t bytes = 0;
+    for (const Attachment& attachment : kAttachments)
+        if (parts & attachment.part) bytes += attachment.bytes * tile_pixels;
+    return bytes;
+}
+
+void CompositeTargets::begin(SceneRasterizer& rasterizer, const Window& area, unsigned parts) {
+    const auto& gl = rasterizer.functions();
+    const Window size{0, 0, rasterizer.tile().width(), rasterizer.tile().height()};
+    if (size != size_) {
+        *this = {};
+        size_ = size;
+    }
+    const auto make = [&](gl::Texture& texture, unsigned part, GLenum format) {
+        if ((parts & part) && !texture) texture = gl::makeTexture2D(gl, format, size.x1, size.y1);
+    };
+    make(front_, kFront, GL_RGBA32F);
+    make(back_, kBack, GL_RGBA32F);
+    make(tail_sum_, kTail, GL_RGBA32F);
+    make(tail_count_, kTail, GL_R32F);
+    parts_ = parts;
+
+    const GLuint all = framebuffer(rasterizer, parts);
+    gl::apply(gl, rasterizer.passState(all, area));
+    const bool has_front = (parts & kFront) != 0;
+    for (GLint i = 0; i < static_cast<GLint>(textures(parts).size()); ++i) {
+        const float empty[4] = {0, 0, 0, has_front && i == 0 ? 1.0F : 0.0F};
+        gl.ClearNamedFramebufferfv(all, GL_COLOR, i, empty);
+    }
+}
+
+std::vector<GLuint> CompositeTargets::textures(unsigned parts) const {
+    std::vector<GLuint> names;
+    if (parts & kFront) names.push_back(front_.name());
+    if (parts & kBack) names.push_back(back_.name());
+    if (parts & kTail) names.insert(names.end(), {tail_sum_.name(), tail_count_.name()});
+    return names;
+}
+
+GLuint CompositeTargets::framebuffer(const SceneRasterizer& rasterizer, unsigned parts) {
+    gl::Framebuffer& framebuffer = framebuffers_[parts];
+    if (!framebuffer) framebuffer = gl::makeFramebuffer(rasterizer.functions(), textures(parts), 0);
+    return framebuffer.name();
+}
+
+std::array<Blend, gl::kMaxAttachments> CompositeTargets::blending(unsigned parts,
+                                                                  std::size_t first) {
+    std::array<Blend, gl::kMaxAttachments> blend{};
+    for (const Attachment& attachment : kAttachments)
+        if (parts & attachment.part) blend[first++] = attachment.blend;
+    return blend;
+}
+
+int CompositeTargets::addTail(SceneRasterizer& rasterizer, const Window& area,
+                              const LayerTargets& layers, std::uint32_t last) {
+    layers.bindForReading(rasterizer.functions(), LayerTargets::sideOf(last));
+    rasterizer.draw({.fragment_shader = "accumulate.frag",
+                     .definitions = "BEHIND",
+                     .shades = true,
+                     .framebuffer = framebuffer(rasterizer, kTail),
+                     .blend = blending(kTail)},
+                    area);
+    return 1;
+}
+
+int CompositeTargets::addFragments(SceneRasterizer& rasterizer, const Window& area) {
+    rasterizer.draw({.fragment_shader = "accumulate.frag",
+                     .shades = true,
+                     .draws = rasterizer.bounded() ? Draws::kBlended : Draws::kAll,
+                     .framebuffer = framebuffer(rasterizer, kTail),
+                     .blend = blending(kTail)},
+                    area);
+    return 1;
+}
+
+int CompositeTargets::blendUnsorted(SceneRasterizer& rasterizer, const Window& area) {
+    rasterizer.draw({.fragment_shader = "unsorted.frag",
+                     .shades = true,
+                     .draws = rasterizer.bounded() ? Draws::kBlended : Draws::kAll,
+                     .framebuffer = framebuffer(rasterizer, kBack),
+                     .blend = blending(kBack)},
+                    area);
+    return 1;
+}
+
+int CompositeTargets::addOpaque(SceneRasterizer& rasterizer, const Window& area) {
+    if (!rasterizer.bounded()) return 0;
+    // Of the opaque fragments only the bound itself is not behind it.
+    rasterizer.draw({.fragment_shader = "unsorted.frag",
+                     .shades = true,
+                     .draws = Draws::kOpaque,
+                     .framebuffer = framebuffer(rasterizer, kBack)},
+                    area);
+    return 1;
+}
+
+void CompositeTargets::blendOverBack(SceneRasterizer& rasterizer, const Window& area,
+                                     GLuint texture) {
+    rasterizer.functions().BindTextureUnit(PEELER_FRONT_UNIT, texture);
+    rasterizer.cover({.fragment_shader = "blend_texture.frag",
+                      .framebuffer = framebuffer(rasterizer, kBack),
+                      .blend = blending(kBack)},
+                     area);
+}
+
+void CompositeTargets::resolve(SceneRasterizer& rasterizer, const Window& area,
+                               const char* definitions) {
+    const auto& gl = rasterizer.functions();
+    std::string all = definitions;
+    if (parts_ & kFront) all += " FRONT";
+    if (parts_ & kBack) all += " BACK";
+    if (parts_ & kTail) all += " TAIL";
+    gl.BindTextureUnit(PEELER_FRONT_UNIT, front_.name());
+    gl.BindTextureUnit(PEELER_BACK_UNIT, back_.name());
+    gl.BindTextureUnit(PEELER_TAIL_SUM_UNIT, tail_sum_.name());
+    gl.BindTextureUnit(PEELER_TAIL_COUNT_UNIT, tail_count_.name());
+    gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // slots
+    rasterizer.compute("resolve.comp", all, area);
+}
+
+int compositeNearestFirst(SceneRasterizer& rasterizer, const CompositeArea& area,
+                          LayerTargets& layers, CompositeTargets& targets) {
+    constexpr auto kFront = CompositeTargets::kFront;
+    int passes =
+        layers.peel(rasterizer, area.window, area.layers, kNearestFirst, [&](int layer, int side) {
+            layers.blend(rasterizer, area.window, side,
+                         {.framebuffer = targets.framebuffer(rasterizer, kFront),
+                          .blend = CompositeTargets::blending(kFront),
+                          .argument = {{layer, 0, 0, 0}}});
+        });
+    if (area.tail) passes += targets.addTail(rasterizer, area.window, layers, area.layers);
+    return passes;
+}
+
+}  // namespace peeler

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// The render targets in which a composite comes about, and the passes that methods share.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "core/gl/objects.h"
+#include "core/peel/layer_targets.h"
+#include "core/peel/method.h"
+#include "core/scene_rasterizer.h"
+
+namespace peeler {
+
+/// Textures as large as a raster tile, 32-bit float. What is peeled from the front goes under
+/// `front`, what is peeled from behind over `back`, and what has no order is summed up in `tail`.
+class CompositeTargets {
+  public:
+    enum Part : unsigned {
+        kFront = 1,  ///< RGBA; alpha is the light that still gets through
+        kBack = 2,   ///< RGBA, premultiplied
+        kTail = 4    ///< RGBA sum of premultiplied colours, and the number of fragments
+    };
+    static std::uint64_t bytes(unsigned parts, std::uint64_t tile_pixels);
+
+    /// (Re)allocates for the rasterizer's tile and empties `area`.
+    void begin(SceneRasterizer& rasterizer, const Window& area, unsigned parts);
+
+    /// The parts as attachments, in the order above (the tail's sum before its count).
+    GLuint framebuffer(const SceneRasterizer& rasterizer, unsigned parts);
+    std::vector<GLuint> textures(unsigned parts) const;
+    /// How each of those attachments is blended; those after `first` others that are not.
+    static std::array<gl::Blend, gl::kMaxAttachments> blending(unsigned parts,
+                                                               std::size_t first = 0);
+
+    /// Sums up what lies behind the last of so many layers: one geometry pass.
+    int addTail(SceneRasterizer& rasterizer, const Window& area, const LayerTargets& layers,
+                std::uint32_t last);
+    /// Sums up all fragments, or with an opaque bound those in front of it: one geometry pass.
+    int addFragments(SceneRasterizer& rasterizer, const Window& area);
+    /// Blends the same fragments over the back in draw order: one geometry pass.
+    int blendUnsorted(SceneRasterizer& rasterizer, const Window& area);
+    /// With --surfaces visible, puts the nearest opaque surface into the back: 1 geometry pass, or
+    /// none.
+    int addOpaque(SceneRasterizer& rasterizer, const Window& area);
+    /// Blends a texture of premultiplied colours over the back.
+    void blendOverBack(SceneRasterizer& rasterizer, const Window& area, GLuint texture);
+
+    /// Writes colours of the band: front, then back, then the average of the tail; `definitions`
+    /// (TAIL_FIRST, WEIGHTED_SUM) change that.
+    void resolve(SceneRasterizer& rasterizer, const Window& area, const char* definitions = "");
+
+  private:
+    gl::Texture front_, back_, tail_sum_, tail_count_;
+    std::map<unsigned, gl::Framebuffer> framebuffers_;
+    unsigned parts_ = 0;
+    Window size_;
+};
+
+/// Front to back: peels `area.layers` layers and blends each under the front, then the tail.
+/// begin() of both is the caller's, so that pixels may be left out. Returns the geometry passes.
+int compositeNearestFirst(SceneRasterizer& rasterizer, const CompositeArea& area,
+                          LayerTargets& layers, CompositeTargets& targets);
+
+}  // namespace peeler

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sums of all fragments of a pixel, in no order: what weighted average and weighted sum need, and the tail of a
+// composite that stops after some layers (BEHIND: only what lies behind the last layer).
+#include "shade.glsl"
+
+#ifdef BEHIND
+layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_depth;
+layout(binding = PEELER_PREVIOUS_PRIMITIVE_UNIT) uniform usampler2D previous_primitive;
+#else
+layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // they order like the floats
+#endif
+
+layout(location = 0) out vec4 sum;  // of premultiplied colours
+layout(location = 1) out float count;
+
+void main() {
+    Gradients gradients = surfaceGradients();
+    vec4 base = baseColor(gradients);
+    if (!passesAlphaTest(base.a)) discard;
+    Key key = fragmentKey();
+    if (!inRange(key)) discard;
+#ifdef BEHIND
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    Key previous = Key(texelFetch(previous_depth, at, 0).r, texelFetch(previous_primitive, at, 0).r);
+    if (!precedes(previous, key)) discard;
+#else
+    atomicMax(depth_bits[pixelIndex()], floatBitsToUint(key.depth));
+#endif
+    sum = compositedColor(base, gradients);
+    count = 1.0;
+}

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// A fragment's colour as it is stored: four halfs or, with COLOR_FLOAT, four floats.
+#ifdef COLOR_FLOAT
+#define PACKED_COLOR uvec4
+PACKED_COLOR packColor(vec4 color) { return floatBitsToUint(color); }
+vec4 unpackColor(PACKED_COLOR color) { return uintBitsToFloat(color); }
+PACKED_COLOR packedTexel(uvec4 texel) { return texel; }
+#else
+#define PACKED_COLOR uvec2
+// Packed here and not by the output format, so that every method rounds alike.
+PACKED_COLOR packColor(vec4 color) { return uvec2(packHalf2x16(color.rg), packHalf2x16(color.ba)); }
+vec4 unpackColor(PACKED_COLOR color) { return vec4(unpackHalf2x16(color.r), unpackHalf2x16(color.g)); }
+PACKED_COLOR packedTexel(uvec4 texel) { return texel.rg; }
+#endif

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pixels that do not hold what they should are made ready to be peeled anew; the others are left as they are.
+// KEY: the key before the first layer. Otherwise: the composite, empty.
+#include "fragment.glsl"
+
+layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
+layout(std430, binding = PEELER_COUNTS) readonly buffer Counts { uint counts[]; };
+
+#ifdef KEY
+layout(location = 0) out uint primitive;
+#else
+layout(location = 0) out vec4 front_color;
+layout(location = 1) out vec4 back_color;
+#ifdef TAIL
+layout(location = 2) out vec4 tail_sum;
+layout(location = 3) out float tail_count;
+#endif
+#endif
+
+void main() {
+    uint pixel = pixelIndex();
+    if (slots[pixel] == min(counts[pixel], frame.limits.y)) discard;
+#ifdef KEY
+    slots[pixel] = 0u;
+    primitive = 0u;
+    gl_FragDepth = 1.0;
+#else
+    front_color = vec4(0.0, 0.0, 0.0, 1.0);
+    back_color = vec4(0.0);
+#ifdef TAIL
+    tail_sum = vec4(0.0);
+    tail_count = 0.0;
+#endif
+#endif
+}

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Puts a composite together: FRONT (peeled from the front, alpha is the light that gets through), BACK (peeled from
+// behind, premultiplied) and TAIL (sums in no order) become one premultiplied colour a pixel of the band.
+#include "interface.glsl"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+layout(std140, binding = PEELER_FRAME_BLOCK) uniform FrameBlock { FrameRecord frame; };
+layout(location = 0) uniform ivec4 area;  // x0, y0, x1, y1 inside the tile, y up
+
+layout(binding = PEELER_FRONT_UNIT) uniform sampler2D front_color;
+layout(binding = PEELER_BACK_UNIT) uniform sampler2D back_color;
+layout(binding = PEELER_TAIL_SUM_UNIT) uniform sampler2D tail_sum;
+layout(binding = PEELER_TAIL_COUNT_UNIT) uniform sampler2D tail_count;
+
+layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
+layout(std430, binding = PEELER_COLORS) writeonly buffer Colors { vec4 colors[]; };
+
+vec4 over(vec4 a, vec4 b) { return a + (1.0 - a.a) * b; }
+
+/// Weighted average (Bavoil & Myers 2008, section 4): n fragments, each of the average colour and opacity.
+vec4 average(vec4 sum, float n) {
+    if (sum.a <= 0.0) return vec4(0.0);
+    float covered = 1.0 - pow(max(0.0, 1.0 - sum.a / n), n);
+    return vec4(sum.rgb / sum.a * covered, covered);
+}
+
+void main() {
+    ivec2 at = area.xy + ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, area.zw))) return;
+    int x = frame.tile.x + at.x - frame.band.x;
+    int y = frame.tile.y + frame.tile.w - 1 - at.y - frame.band.y;
+    uint pixel = uint(y * frame.band.z + x);
+
+    vec4 front = vec4(0.0), back = vec4(0.0), tail = vec4(0.0);
+#ifdef FRONT
+    front = texelFetch(front_color, at, 0);
+    front.a = 1.0 - front.a;
+#endif
+#ifdef BACK
+    back = texelFetch(back_color, at, 0);
+#endif
+#ifdef TAIL
+    float n = texelFetch(tail_count, at, 0).r;
+    tail = texelFetch(tail_sum, at, 0);
+#ifndef WEIGHTED_SUM
+    tail = average(tail, n);
+#endif
+    slots[pixel] += uint(n);
+#endif
+#ifdef TAIL_FIRST
+    colors[pixel] = over(tail, back);
+#else
+    colors[pixel] = over(front, over(back, tail));
+#endif
+}

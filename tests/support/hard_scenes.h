@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes that have broken peelers before.
+#pragma once
+
+#include <vector>
+
+#include "core/scene.h"
+
+namespace peeler::test {
+
+struct HardScene {
+    const char* name;
+    Scene scene;
+};
+
+/// The same every time.
+std::vector<HardScene> hardScenes();
+
+}  // namespace peeler::test
