@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // peeler flatten: the layers of a file composited on the CPU, band by band.
 #include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 
@@ -12,6 +11,7 @@
 #include "cmd/report.h"
 #include "cmd/resources.h"
 #include "cmd/verbs.h"
+#include "core/nearest.h"
 #include "formats/exr_ldi_reader.h"
 #include "formats/writers.h"
 
@@ -31,27 +31,6 @@ struct FlattenOptions {
     OutputFlags output;
     ReportFlags report;
 };
-
-/// Moves the first `limit` fragments of every pixel together and forgets the rest, and the channels
-/// that a composite does not show.
-void keepNearest(LayeredImage& image, std::uint32_t limit) {
-    image.extra.clear();
-    const std::size_t stride = image.color.stride();
-    std::uint32_t kept = 0;
-    for (std::size_t pixel = 0; pixel + 1 < image.offsets.size(); ++pixel) {
-        const std::uint32_t first = image.offsets[pixel];
-        const std::uint32_t count = std::min(image.count(pixel), limit);
-        std::copy_n(image.z.begin() + first, count, image.z.begin() + kept);
-        std::memmove(image.color.data.data() + kept * stride,
-                     image.color.data.data() + first * stride, count * stride);
-        // The list that starts here has been read; the next one's start has not.
-        image.offsets[pixel] = kept;
-        kept += count;
-    }
-    image.offsets.back() = kept;
-    image.z.resize(kept);
-    image.color.data.resize(kept * stride);
-}
 
 /// One run. run() lists its stages.
 class Flatten {
