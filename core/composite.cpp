@@ -9,6 +9,7 @@
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "core/parallel.h"
@@ -25,10 +26,12 @@ float toFloat(std::uint16_t half_bits) {
 
 template <class T>
 void compositeRow(const LayeredImage& image, std::size_t first_pixel, std::size_t pixels,
-                  const std::array<float, 4>& background, CompositeImage& out) {
+                  const std::array<float, 4>& background, std::uint32_t limit,
+                  CompositeImage& out) {
     const T* colors = image.color.as<T>().data();
     for (std::size_t p = first_pixel; p < first_pixel + pixels; ++p) {
-        const std::uint32_t begin = image.offsets[p], end = image.offsets[p + 1];
+        const std::uint32_t begin = image.offsets[p];
+        const std::uint32_t end = begin + std::min(image.count(p), limit);
         std::array<float, 4> sum{};
         for (std::uint32_t f = begin; f < end; ++f) {
             const T* color = colors + std::size_t{4} * f;
@@ -47,18 +50,29 @@ void compositeRow(const LayeredImage& image, std::size_t first_pixel, std::size_
 }  // namespace
 
 void compositeOver(const LayeredImage& image, const std::array<float, 4>& background,
-                   CompositeImage& out) {
+                   CompositeImage& out, std::uint32_t limit) {
     out.window = image.window;
     out.rgba.resize(image.window.pixels());
     out.z.resize(image.window.pixels());
     const auto width = static_cast<std::size_t>(image.window.width());
     parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
         if (image.color.type == PixelType::kFloat) {
-            compositeRow<float>(image, row * width, width, background, out);
+            compositeRow<float>(image, row * width, width, background, limit, out);
         } else {
-            compositeRow<std::uint16_t>(image, row * width, width, background, out);
+            compositeRow<std::uint16_t>(image, row * width, width, background, limit, out);
         }
     });
+}
+
+std::array<float, 4> colorOf(const LayeredImage& image, std::size_t fragment) {
+    std::array<float, 4> color{};
+    for (std::size_t c = 0; c < 4; ++c) {
+        const std::size_t at = 4 * fragment + c;
+        color[c] = image.color.type == PixelType::kFloat
+                       ? image.color.as<float>()[at]
+                       : toFloat(image.color.as<std::uint16_t>()[at]);
+    }
+    return color;
 }
 
 }  // namespace peeler

@@ -3,10 +3,6 @@
 // the threads do.
 #include "core/difference.h"
 
-// Without the lookup table Imath's conversions are all in the header: core links no OpenEXR.
-#define IMATH_HALF_NO_LOOKUP_TABLE
-#include <Imath/half.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,17 +20,6 @@ double distance(double a, double b) {
     if (a == b || (std::isnan(a) && std::isnan(b))) return 0;
     const double apart = std::abs(a - b);
     return std::isnan(apart) ? kInfinity : apart;
-}
-
-std::array<float, 4> colorOf(const LayeredImage& image, std::size_t fragment) {
-    std::array<float, 4> color{};
-    for (std::size_t c = 0; c < 4; ++c) {
-        const std::size_t at = 4 * fragment + c;
-        color[c] = image.color.type == PixelType::kFloat
-                       ? image.color.as<float>()[at]
-                       : imath_half_to_float(image.color.as<std::uint16_t>()[at]);
-    }
-    return color;
 }
 
 /// Adds the channels of one colour; returns the largest difference.
