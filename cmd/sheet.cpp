@@ -173,6 +173,10 @@ void Sheet::writeSheet() {
     SheetLook look;
     look.columns = options_.columns;
     look.background = options_.output.background;
+    // Grey means depth there, so what is behind it is not grey.
+    constexpr std::array<float, 4> kBehindDepth{0.42F, 0.55F, 0.74F, 1};
+    if (options_.cells.show == SheetShow::kDepth && !look.background)
+        look.background = kBehindDepth;
     look.exposure = static_cast<float>(options_.output.exposure.value_or(0));
     look.tone_map = options_.output.tone_map.value_or(look.tone_map);
     const CompositeImage page = layOut(cells_.cells(), look);
@@ -253,7 +257,8 @@ std::set<std::string> sceneOptionsGiven(const CLI::App& app) {
 
 constexpr const char* kFooter =
     "Of a layered file the sheet shows what is in it: camera and machine options and those of\n"
-    "the layers but --layers are for scenes. Where a cell is transparent a checkerboard shows.";
+    "the layers but --layers are for scenes. Where a cell is transparent a checkerboard shows,\n"
+    "behind depths a plain blue. A cell's error is that of linear premultiplied R, G, B and A.";
 
 }  // namespace
 

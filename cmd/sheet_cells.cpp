@@ -156,7 +156,7 @@ SheetCell SheetCells::finishCell(const Pending& pending) const {
     cell.label = everything ? "composite" : "layer " + std::to_string(pending.layer);
     cell.detail = countText(pending.fragments, "fragment");
     if (settings_.show == SheetShow::kDepth && !everything) {
-        cell.detail = text("Z %.4g white to %.4g black", nearest_, farthest_);
+        cell.detail = text("Z %.3g-%.3g, near white", nearest_, farthest_);
         showDepth(cell.picture);
     }
     return cell;

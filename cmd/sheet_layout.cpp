@@ -35,9 +35,9 @@ struct Layout {
     int gap = 0, caption = 0;
 
     int x(int column) const { return gap + column * (cell_width + gap); }
-    int y(int row) const { return gap + row * (cell_height + caption + gap); }
+    int y(int row) const { return gap + row * (cell_height + caption + 2 * gap); }
     int width() const { return x(columns); }
-    int height() const { return y(rows); }
+    int height() const { return y(rows) - gap; }
 };
 
 std::size_t longestLine(const std::vector<SheetCell>& cells) {
