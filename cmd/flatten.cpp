@@ -11,6 +11,7 @@
 #include "cmd/report.h"
 #include "cmd/resources.h"
 #include "cmd/verbs.h"
+#include "core/nearest.h"
 #include "formats/exr_ldi_reader.h"
 #include "formats/writers.h"
 

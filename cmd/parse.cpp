@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/srgb.h"
 
 namespace peeler::cmd {
 
@@ -43,10 +44,8 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
     }
 }
 
-/// IEC 61966-2-1, the decoding that glTF and the PNG writer use too.
 float decodeSrgb(int byte) {
-    const double v = byte / 255.0;
-    return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+    return static_cast<float>(linearFromSrgb(byte / 255.0));
 }
 
 std::array<float, 4> parseHexColor(std::string_view digits) {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // peeler render: from a scene to the layers of one picture.
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <optional>
 
 #include "cmd/camera_options.h"
+#include "cmd/capture_options.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
-#include "cmd/parse.h"
 #include "cmd/progress.h"
 #include "cmd/report.h"
 #include "cmd/resources.h"
@@ -16,7 +15,6 @@
 #include "cmd/verbs.h"
 #include "core/error.h"
 #include "core/gl/context.h"
-#include "core/peel/method.h"
 #include "core/renderer.h"
 #include "formats/gltf_reader.h"
 #include "formats/writers.h"
@@ -107,13 +105,7 @@ void Render::chooseView() {
 
 void Render::makeContext() {
     const StageTimer timer(result_.milliseconds, "context");
-    context_ = gl::createContext(options_.device);
-    const gl::Device& device = context_->device();
-    const bool chosen = options_.device.backend != "auto" || options_.device.device >= 0;
-    if (device.software && !chosen) {
-        console_.note("no GPU can be used, so " + device.renderer + " renders in software (" +
-                      device.backend + "); peeler devices says why");
-    }
+    context_ = openContext(options_.device, console_);
 }
 
 void Render::upload() {
@@ -173,88 +165,6 @@ void Render::tell() {
     tellResult(options_.report, result_, console_);
 }
 
-std::string parseMethod(const std::string& text) {
-    std::vector<std::string_view> names;
-    for (const MethodInfo& method : peelMethods()) {
-        if (method.name == text) return text;
-        names.push_back(method.name);
-    }
-    refuseName("method", text, names);
-}
-
-std::string methodHelp() {
-    std::string help = "how layers are found; all give the same ones:";
-    for (const MethodInfo& method : peelMethods()) {
-        const bool first = &method == &peelMethods().front();
-        help += '\n' + std::string(method.name) + (first ? " (default): " : ": ") +
-                std::string(method.summary);
-    }
-    return help;
-}
-
-void addLayerOptions(CLI::App& app, CaptureSettings& capture) {
-    constexpr const char* kGroup = "Layers";
-    capture.method = peelMethods().front().name;
-    addValue(app, "--method", "NAME", capture.method, parseMethod, methodHelp())->group(kGroup);
-    addValue(
-        app, "--layers", "N|all", capture.max_layers,
-        [](const std::string& text) { return parseLayers(text); },
-        "keep the N nearest layers (default: all)")
-        ->group(kGroup);
-    addChoice<Surfaces>(app, "--surfaces", capture.surfaces, kSurfaces, "choice of surfaces",
-                        "which fragments become layers:")
-        ->group(kGroup);
-    addChoice<Faces>(app, "--faces", capture.faces, kFaces, "choice of faces",
-                     "which sides of triangles are drawn:")
-        ->group(kGroup);
-    addChoice<Shading>(app, "--shading", capture.shading, kShading, "shading",
-                       "how surfaces are coloured:")
-        ->group(kGroup);
-    addChoice<PixelType>(app, "--precision", capture.color_type, kPrecisions, "precision",
-                         "how colour is stored; Z is always 32 bits:")
-        ->group(kGroup);
-}
-
-std::uint64_t parseMemory(const std::string& text) {
-    const std::uint64_t bytes = parseBytes(text);
-    if (bytes < kLeastMemory) {
-        throw Error(ErrorKind::kUsage, "too little memory to render anything", "",
-                    "give at least " + std::to_string(kLeastMemory >> 20) + "M");
-    }
-    return bytes;
-}
-
-std::string parseBackend(const std::string& text) {
-    const std::vector<std::string> backends = gl::backendNames();
-    std::vector<std::string_view> names{"auto"};
-    names.insert(names.end(), backends.begin(), backends.end());
-    if (std::find(names.begin(), names.end(), text) == names.end())
-        refuseName("backend", text, names);
-    return text;
-}
-
-void addMachineOptions(CLI::App& app, RenderOptions& options) {
-    constexpr const char* kGroup = "Machine";
-    std::string backends = "auto (default)";
-    for (const std::string& name : gl::backendNames())
-        backends += ", " + name;
-    addValue(app, "--backend", "NAME", options.device.backend, parseBackend,
-             "where GL comes from: " + backends)
-        ->group(kGroup);
-    addValue(
-        app, "--device", "N", options.device.device,
-        [](const std::string& text) { return static_cast<int>(parseInteger(text, 0, 9999)); },
-        "a device by its number in peeler devices (default: the first that works)")
-        ->group(kGroup);
-    app.add_flag("--require-gpu", options.device.require_gpu, "fail rather than render in software")
-        ->group(kGroup);
-    addThreadsOption(app, options.threads);
-    addValue(app, "--memory", "SIZE", options.capture.memory, parseMemory,
-             "most memory to use, e.g. 8G or 512M; the picture is rendered in bands that fit "
-             "(default: no limit)")
-        ->group(kGroup);
-}
-
 }  // namespace
 
 VerbAction declareRender(CLI::App& app) {
@@ -267,7 +177,7 @@ VerbAction declareRender(CLI::App& app) {
     addLayerOutputOptions(app, options->output);
     addCameraOptions(app, options->camera);
     addLayerOptions(app, options->capture);
-    addMachineOptions(app, *options);
+    addMachineOptions(app, options->device, options->threads, options->capture);
     addReportOptions(app, options->report);
     app.add_flag(
            "--strict", options->strict,

@@ -98,9 +98,17 @@ void compositeWith(const LayeredImage& image, const Color& background, Composite
 
 }  // namespace
 
-void compositeOver(const LayeredImage& image, const Color& background, CompositeImage& out) {
-    compositeWith(image, background, out,
-                  [](const auto* colors, std::size_t count) { return overInOrder(colors, count); });
+void compositeOver(const LayeredImage& image, const Color& background, CompositeImage& out,
+                   std::uint32_t limit) {
+    compositeWith(image, background, out, [=](const auto* colors, std::size_t count) {
+        return overInOrder(colors, std::min<std::size_t>(count, limit));
+    });
+}
+
+Color colorOf(const LayeredImage& image, std::size_t fragment) {
+    return image.color.type == PixelType::kFloat
+               ? colorOf(image.color.as<float>().data() + 4 * fragment)
+               : colorOf(image.color.as<std::uint16_t>().data() + 4 * fragment);
 }
 
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,

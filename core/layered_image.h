@@ -57,8 +57,4 @@ struct LayeredImage {
     std::uint32_t count(std::size_t pixel) const { return offsets[pixel + 1] - offsets[pixel]; }
 };
 
-/// Moves the first `limit` fragments of every pixel together and forgets the rest, and the extra
-/// arrays.
-void keepNearest(LayeredImage& image, std::uint32_t limit);
-
 }  // namespace peeler

@@ -6,17 +6,10 @@
 #include <cmath>
 
 #include "core/parallel.h"
+#include "core/srgb.h"
 
 namespace peeler {
 namespace {
-
-// IEC 61966-2-1.
-float linearFromSrgb(float v) {
-    return v <= 0.04045F ? v / 12.92F : std::pow((v + 0.055F) / 1.055F, 2.4F);
-}
-float srgbFromLinear(float v) {
-    return v <= 0.0031308F ? v * 12.92F : 1.055F * std::pow(v, 1 / 2.4F) - 0.055F;
-}
 
 struct Tables {
     std::array<float, 256> decode{};

@@ -9,6 +9,7 @@
 #include "core/composite.h"
 #include "core/depth_complexity.h"
 #include "core/error.h"
+#include "core/nearest.h"
 #include "core/peel/method.h"
 #include "core/supersampling.h"
 

@@ -45,18 +45,6 @@ struct MergedRow {
     std::vector<Color> colors;
 };
 
-Color colorOf(const LayeredImage& image, std::uint32_t fragment) {
-    Color color{};
-    for (std::size_t c = 0; c < 4; ++c) {
-        const std::size_t at = std::size_t{4} * fragment + c;
-        color[c] =
-            image.color.type == PixelType::kFloat
-                ? static_cast<double>(image.color.as<float>()[at])
-                : static_cast<double>(imath_half_to_float(image.color.as<std::uint16_t>()[at]));
-    }
-    return color;
-}
-
 /// Merges the pixels of a row one after the other; the storage is reused.
 class RowMerger {
   public:
@@ -145,12 +133,12 @@ void RowMerger::composite(MergedRow& row) const {
         for (std::size_t s = 0; s < samples_.size(); ++s) {
             if (group.members[s] < 0) continue;
             const Entry& entry = entries_[static_cast<std::size_t>(group.members[s])];
-            const Color color = colorOf(samples_[s], entry.fragment);
+            const auto color = colorOf(samples_[s], entry.fragment);
             for (std::size_t c = 0; c < 4; ++c) {
-                seen[c] += through[s] * color[c];
-                plain[c] += color[c];
+                seen[c] += through[s] * static_cast<double>(color[c]);
+                plain[c] += static_cast<double>(color[c]);
             }
-            through[s] *= 1 - color[3];
+            through[s] *= 1 - static_cast<double>(color[3]);
         }
         const bool hidden = all_through < kNothing;
         const double weight = hidden ? static_cast<double>(samples_.size()) : all_through;

@@ -16,6 +16,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/srgb.h"
 #include "formats/atomic_file.h"
 
 namespace peeler {
@@ -146,7 +147,7 @@ std::span<const ToneMap> toneMaps() {
 float encodeSrgb(float linear) {
     if (!(linear > 0)) return 0;
     if (linear >= 1) return 1;
-    return linear <= 0.0031308F ? 12.92F * linear : 1.055F * std::pow(linear, 1 / 2.4F) - 0.055F;
+    return srgbFromLinear(linear);
 }
 
 /// The open file. `proxy` and `image` refer to `file`, so the order of members matters.

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "core/error.h"
+#include "core/nearest.h"
 #include "core/peel/method.h"
 #include "support/capture.h"
 #include "support/hard_scenes.h"

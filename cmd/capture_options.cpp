@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// The options of the groups Layers and Machine.
+#include "cmd/capture_options.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "cmd/options.h"
+#include "cmd/output_options.h"
+#include "cmd/parse.h"
+#include "cmd/resources.h"
+#include "core/error.h"
+#include "core/peel/method.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+std::string parseMethod(const std::string& text) {
+    std::vector<std::string_view> names;
+    for (const MethodInfo& method : peelMethods()) {
+        if (method.name == text) return text;
+        names.push_back(method.name);
+    }
+    refuseName("method", text, names);
+}
+
+std::string methodHelp() {
+    std::string help = "how layers are found; all give the same ones:";
+    for (const MethodInfo& method : peelMethods()) {
+        const bool first = &method == &peelMethods().front();
+        help += '\n' + std::string(method.name) + (first ? " (default): " : ": ") +
+                std::string(method.summary);
+    }
+    return help;
+}
+
+std::uint64_t parseMemory(const std::string& text) {
+    const std::uint64_t bytes = parseBytes(text);
+    if (bytes < kLeastMemory) {
+        throw Error(ErrorKind::kUsage, "too little memory to render anything", "",
+                    "give at least " + std::to_string(kLeastMemory >> 20) + "M");
+    }
+    return bytes;
+}
+
+std::string parseBackend(const std::string& text) {
+    const std::vector<std::string> backends = gl::backendNames();
+    std::vector<std::string_view> names{"auto"};
+    names.insert(names.end(), backends.begin(), backends.end());
+    if (std::find(names.begin(), names.end(), text) == names.end())
+        refuseName("backend", text, names);
+    return text;
+}
+
+}  // namespace
+
+void addLayerOptions(CLI::App& app, CaptureSettings& capture) {
+    constexpr const char* kGroup = "Layers";
+    capture.method = peelMethods().front().name;
+    addValue(app, "--method", "NAME", capture.method, parseMethod, methodHelp())->group(kGroup);
+    addValue(
+        app, "--layers", "N|all", capture.max_layers,
+        [](const std::string& text) { return parseLayers(text); },
+        "keep the N nearest layers (default: all)")
+        ->group(kGroup);
+    addChoice<Surfaces>(app, "--surfaces", capture.surfaces, kSurfaces, "choice of surfaces",
+                        "which fragments become layers:")
+        ->group(kGroup);
+    addChoice<Faces>(app, "--faces", capture.faces, kFaces, "choice of faces",
+                     "which sides of triangles are drawn:")
+        ->group(kGroup);
+    addChoice<Shading>(app, "--shading", capture.shading, kShading, "shading",
+                       "how surfaces are coloured:")
+        ->group(kGroup);
+    addChoice<PixelType>(app, "--precision", capture.color_type, kPrecisions, "precision",
+                         "how colour is stored; Z is always 32 bits:")
+        ->group(kGroup);
+}
+
+void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,
+                       CaptureSettings& capture) {
+    constexpr const char* kGroup = "Machine";
+    std::string backends = "auto (default)";
+    for (const std::string& name : gl::backendNames())
+        backends += ", " + name;
+    addValue(app, "--backend", "NAME", device.backend, parseBackend,
+             "where GL comes from: " + backends)
+        ->group(kGroup);
+    addValue(
+        app, "--device", "N", device.device,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 0, 9999)); },
+        "a device by its number in peeler devices (default: the first that works)")
+        ->group(kGroup);
+    app.add_flag("--require-gpu", device.require_gpu, "fail rather than render in software")
+        ->group(kGroup);
+    addThreadsOption(app, threads);
+    addValue(app, "--memory", "SIZE", capture.memory, parseMemory,
+             "most memory to use, e.g. 8G or 512M; the picture is rendered in bands that fit "
+             "(default: no limit)")
+        ->group(kGroup);
+}
+
+std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console) {
+    auto context = gl::createContext(request);
+    const gl::Device& device = context->device();
+    const bool chosen = request.backend != "auto" || request.device >= 0;
+    if (device.software && !chosen) {
+        console.note("no GPU can be used, so " + device.renderer + " renders in software (" +
+                     device.backend + "); peeler devices says why");
+    }
+    return context;
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// What verbs that capture a scene share: which fragments, and on which device.
+#pragma once
+
+#include <memory>
+
+#include "cmd/console.h"
+#include "core/capture_settings.h"
+#include "core/gl/context.h"
+
+namespace CLI {
+class App;
+}
+
+namespace peeler::cmd {
+
+/// Declares --method, --layers, --surfaces, --faces, --shading and --precision.
+void addLayerOptions(CLI::App& app, CaptureSettings& capture);
+
+/// Declares --backend, --device, --require-gpu, --threads and --memory.
+void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,
+                       CaptureSettings& capture);
+
+/// The context that is asked for; says so if it is a software one that nobody chose.
+std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console);
+
+}  // namespace peeler::cmd

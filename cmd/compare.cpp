@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler compare: how far two pictures are apart, layer by layer, band by band.
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "cmd/compare_result.h"
+#include "cmd/compared_image.h"
+#include "cmd/options.h"
+#include "cmd/output_options.h"
+#include "cmd/parse.h"
+#include "cmd/progress.h"
+#include "cmd/report.h"
+#include "cmd/resources.h"
+#include "cmd/verbs.h"
+#include "core/color_ramp.h"
+#include "core/error.h"
+#include "formats/picture_file.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What the bands of each of the two files may take.
+constexpr std::uint64_t kBandBytes = std::uint64_t{192} << 20;
+
+struct CompareOptions {
+    fs::path a, b;
+    bool composites = false;
+    Thresholds thresholds;
+    std::optional<fs::path> heatmap;
+    std::optional<double> heatmap_max;
+    int threads = 0;
+    ReportFlags report;
+};
+
+/// One comparison. run() lists its stages.
+class Compare {
+  public:
+    Compare(const CompareOptions& options, Console& console)
+        : options_(options), console_(console) {}
+
+    int run() {
+        checkOptions();
+        open();
+        compare();
+        writeHeatmap();
+        return tell();
+    }
+
+  private:
+    void checkOptions();
+    void open();
+    void compare();
+    void writeHeatmap();
+    int tell();
+
+    const CompareOptions& options_;
+    Console& console_;
+    std::unique_ptr<ComparedImage> a_, b_;
+    Comparison comparison_;
+    std::vector<float> differences_;  ///< of every pixel, if there will be a heat map
+    std::optional<HeatmapResult> heatmap_;
+};
+
+void Compare::checkOptions() {
+    console_.setQuiet(options_.report.quiet);
+    const fs::path heatmap = options_.heatmap.value_or(fs::path());
+    OutputFlags output;
+    output.path = heatmap;
+    output.as = "composite";
+    for (const fs::path& input : {options_.a, options_.b}) {
+        if (options_.heatmap) checkOutput(output, input);
+        checkReport(options_.report, input, heatmap);
+    }
+    if (options_.heatmap_max && !options_.heatmap) {
+        throw Error(ErrorKind::kUsage, "there is no heat map to scale", "--heatmap-max",
+                    "add --heatmap FILE");
+    }
+    setThreads(options_.threads);
+}
+
+void Compare::open() {
+    a_ = std::make_unique<ComparedImage>(options_.a.string());
+    b_ = std::make_unique<ComparedImage>(options_.b.string());
+    checkComparable(*a_, *b_);
+    comparison_.a = {a_->path(), a_->layered(), a_->layers()};
+    comparison_.b = {b_->path(), b_->layered(), b_->layers()};
+    comparison_.width = a_->window().width();
+    comparison_.height = a_->window().height();
+    comparison_.by_layer = a_->layered() && b_->layered() && !options_.composites;
+    comparison_.difference.layers.resize(comparison_.by_layer ? std::max(a_->layers(), b_->layers())
+                                                              : 0);
+    if (options_.heatmap) differences_.resize(a_->window().pixels());
+}
+
+void Compare::compare() {
+    ProgressReport progress(console_, options_.report.shownProgress(), "compare");
+    LayeredDifference& sum = comparison_.difference;
+    const auto width = static_cast<std::size_t>(comparison_.width);
+    const int step = std::min(a_->rowsFor(kBandBytes), b_->rowsFor(kBandBytes));
+    LayeredImage layers_a, layers_b;
+    CompositeImage flat_a, flat_b;
+    for (int y = 0; y < comparison_.height; y += step) {
+        const int rows = std::min(step, comparison_.height - y);
+        const auto pixels = static_cast<std::size_t>(rows) * width;
+        std::span<float> differences;
+        if (!differences_.empty())
+            differences = {differences_.data() + static_cast<std::size_t>(y) * width, pixels};
+        if (comparison_.by_layer) {
+            a_->read(y, rows, layers_a);
+            b_->read(y, rows, layers_b);
+            addDifference(layers_a, layers_b, sum, differences);
+        } else {
+            a_->read(y, rows, flat_a);
+            b_->read(y, rows, flat_b);
+            addDifference(flat_a, flat_b, sum.composite, differences);
+            sum.pixels += pixels;
+        }
+        progress.update(static_cast<double>(y + rows) / comparison_.height);
+    }
+}
+
+void Compare::writeHeatmap() {
+    if (!options_.heatmap) return;
+    float largest = 0;
+    for (const float value : differences_) {
+        if (value < std::numeric_limits<float>::infinity()) largest = std::max(largest, value);
+    }
+    heatmap_ = HeatmapResult{.path = options_.heatmap->string(),
+                             .color = options_.heatmap_max.value_or(largest > 0 ? largest : 1),
+                             .count = comparison_.difference.largest_count};
+    CompositeImage picture;
+    picture.window = {0, 0, comparison_.width, comparison_.height};
+    picture.rgba.reserve(differences_.size());
+    for (const float value : differences_) {
+        const std::array<float, 3> color =
+            value < 0 ? blueToCyan(-value / static_cast<float>(heatmap_->count))
+                      : inferno(static_cast<float>(value / heatmap_->color));
+        picture.rgba.push_back({color[0], color[1], color[2], 1});
+    }
+    OutputOptions output;
+    output.provenance.version = PEELER_VERSION;
+    writePicture(heatmap_->path, picture, output);
+}
+
+int Compare::tell() {
+    const std::vector<ThresholdResult> results = judge(comparison_, options_.thresholds);
+    const auto json = toJson(comparison_, results, heatmap_);
+    if (options_.report.file) writeReport(*options_.report.file, json);
+    if (options_.report.json) {
+        console_.result(jsonText(json));
+    } else if (!console_.quiet()) {
+        console_.result(toText(comparison_, heatmap_));
+    }
+    int code = 0;
+    for (const ThresholdResult& result : results) {
+        if (!result.exceeded) continue;
+        console_.error(toText(result));
+        code = 1;
+    }
+    return code;
+}
+
+double parseLimit(const std::string& text) {
+    if (text == "inf") return std::numeric_limits<double>::infinity();
+    const double value = parseNumber(text);
+    if (value < 0) throw Error(ErrorKind::kUsage, "expected a number from 0, or inf");
+    return value;
+}
+
+void addThresholds(CLI::App& app, Thresholds& thresholds) {
+    constexpr const char* kGroup = "Thresholds";
+    addValue(
+        app, "--max-count", "N", thresholds.max_count,
+        [](const std::string& text) {
+            return static_cast<std::uint64_t>(
+                parseInteger(text, 0, std::numeric_limits<std::int64_t>::max()));
+        },
+        "pixels whose number of fragments may differ (default: 0)")
+        ->group(kGroup);
+    addValue(app, "--max-depth", "X", thresholds.max_depth, parseLimit,
+             "largest difference of depth, scene units (default: 0)")
+        ->group(kGroup);
+    addValue(app, "--max-color", "X", thresholds.max_color, parseLimit,
+             "largest difference of a colour channel (default: 0, unless one of the next two is "
+             "given)")
+        ->group(kGroup);
+    addValue(app, "--max-rmse", "X", thresholds.max_rmse, parseLimit,
+             "root mean square of the colour differences")
+        ->group(kGroup);
+    addValue(app, "--min-psnr", "DB", thresholds.min_psnr, parseLimit,
+             "least peak signal-to-noise ratio of colour, for a peak of 1; inf: no difference")
+        ->group(kGroup);
+}
+
+void addHeatmap(CLI::App& app, CompareOptions& options) {
+    addValue(
+        app, "--heatmap", "FILE", options.heatmap,
+        [](const std::string& text) { return fs::path(text); },
+        "a picture (.png, .jpg, .tif) of every pixel's largest colour difference, black to "
+        "yellow; pixels whose fragment counts differ go from blue to cyan")
+        ->group("Output");
+    addValue(
+        app, "--heatmap-max", "X", options.heatmap_max,
+        [](const std::string& text) { return parsePositive(text); },
+        "the difference that is shown yellow (default: the largest)")
+        ->group("Output");
+}
+
+constexpr const char* kFooter =
+    "Two layered files are compared fragment by fragment, the k-th of a pixel with the\n"
+    "k-th, and thresholds apply to the fragments that both have. A layered file against a\n"
+    "flat one (PNG, JPEG, TIFF, or EXR without layers) is compared by its composite.\n"
+    "Colours are compared linear and premultiplied: 8- and 16-bit images are decoded from\n"
+    "sRGB first. NaN differs infinitely from any number, and not from NaN.\n\n"
+    "Exit codes: 0 within the thresholds, 1 beyond them, 2 if the sizes or crops differ.";
+
+}  // namespace
+
+VerbAction declareCompare(CLI::App& app) {
+    const auto options = std::make_shared<CompareOptions>();
+    const auto path = [](const std::string& text) { return fs::path(text); };
+    addValue(app, "A", "", options->a, path, "an image")->required();
+    addValue(app, "B", "", options->b, path, "another of the same size and crop")->required();
+    app.add_flag("--composites", options->composites,
+                 "compare the composites of layered files, not their layers");
+    addThresholds(app, options->thresholds);
+    addHeatmap(app, *options);
+    addThreadsOption(app, options->threads);
+    addReportOptions(app, options->report);
+    app.footer(kFooter);
+    return [options](Console& console) { return Compare(*options, console).run(); };
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// A picture made smaller by averaging areas, as its rows arrive.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace peeler {
+
+/// Every pixel of the result is the average of the area it covers in the source (a box filter); a
+/// source pixel on an edge counts for both sides, by area. Give it linear light, premultiplied.
+class BoxFilter {
+  public:
+    using Pixel = std::array<float, 4>;
+
+    /// The result is no larger than the source, in either direction.
+    BoxFilter(int source_width, int source_height, int width, int height);
+
+    /// The next row of the source, top to bottom.
+    void addRow(std::span<const Pixel> row);
+
+    /// Row-major; whole after the last row.
+    const std::vector<Pixel>& pixels() const { return pixels_; }
+
+  private:
+    /// A source index's share in two neighbours of the result.
+    struct Share {
+        std::size_t first = 0;
+        float in_first = 0, in_next = 0;
+    };
+    static std::vector<Share> shares(int source, int result);
+    void add(const Share& row);
+
+    std::size_t width_;
+    std::vector<Share> columns_, rows_;
+    std::vector<Pixel> pixels_;
+    std::vector<Pixel> narrow_;  ///< the row being added, as wide as the result
+    std::size_t next_row_ = 0;
+};
+
+}  // namespace peeler

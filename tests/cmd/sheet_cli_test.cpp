@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// sheet: which cells there are, where they stand and what they show.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cmd/tiny_gltf.h"
+#include "core/srgb.h"
+#include "formats/flat_image.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// Five half transparent red triangles, each filling the picture of 96 x 64 pixels.
+class SheetCommand : public testing::Test {
+  protected:
+    void SetUp() override {
+        scene_ = writeScene(scratch_.path(), stackScene(5)).string();
+        layers_ = (scratch_ / "layers.exr").string();
+        sheet_ = (scratch_ / "sheet.png").string();
+        const CommandResult result = runPeeler({"render", scene_, "-o", layers_, "--size", "96x64",
+                                                "--precision", "float", "--shading", "unlit"});
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+    }
+
+    CommandResult sheet(const std::vector<std::string>& more) const {
+        std::vector<std::string> arguments{"sheet", layers_, "-o", sheet_};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return runPeeler(arguments);
+    }
+    Json cells(std::vector<std::string> more) const {
+        more.emplace_back("--json");
+        const CommandResult result = sheet(more);
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return Json::parse(result.out);
+    }
+    static std::vector<std::string> labels(const Json& json) {
+        std::vector<std::string> all;
+        for (const Json& cell : json.at("cells"))
+            all.push_back(cell.at("label"));
+        return all;
+    }
+
+    ScratchDir scratch_;
+    std::string scene_, layers_, sheet_;
+};
+
+TEST_F(SheetCommand, HasTheCompositeAndEveryLayer) {
+    const Json json = cells({});
+    EXPECT_EQ(labels(json), (std::vector<std::string>{"composite", "layer 0", "layer 1", "layer 2",
+                                                      "layer 3", "layer 4"}));
+    EXPECT_EQ(json.at("cells").at(0).at("detail"), "30,720 fragments");
+    EXPECT_EQ(json.at("cells").at(3).at("detail"), "6,144 fragments");
+    EXPECT_EQ(json.at("cellsOmitted"), 0);
+    const CompositeImage page = readFlatImage(sheet_).image;
+    EXPECT_EQ(page.window.width(), json.at("width"));
+    EXPECT_EQ(page.window.height(), json.at("height"));
+    // Three columns of 96 pixels and four gaps of 4.
+    EXPECT_EQ(page.window.width(), 3 * 96 + 4 * 4);
+}
+
+TEST_F(SheetCommand, CellsShowTheirPixels) {
+    // Unlit base colour (1, 0, 0, 0.5) over black: red is 0.5 of one layer, 1 - 2^-5 of all five.
+    ASSERT_EQ(sheet({"--background", "#000000"}).exit_code, 0);
+    const CompositeImage page = readFlatImage(sheet_).image;
+    const auto at = [&](int column, int from_bottom) {
+        const int x = 4 + column * 100 + 48, y = page.window.height() - from_bottom;
+        return page.rgba[static_cast<std::size_t>(y * page.window.width() + x)];
+    };
+    const int lower = 20, upper = lower + 64 + 2 * 4 + 21;
+    EXPECT_NEAR(at(0, upper)[0], 1 - 1 / 32.0, 0.01);  // composite
+    EXPECT_NEAR(at(1, upper)[0], 0.5, 0.01);           // layer 0
+    EXPECT_NEAR(at(2, lower)[0], 0.5, 0.01);           // layer 4
+    EXPECT_NEAR(at(0, upper)[1], 0, 0.01);
+}
+
+TEST_F(SheetCommand, OfASceneEqualsThatOfItsFile) {
+    ASSERT_EQ(sheet({}).exit_code, 0);
+    const std::string of_file = bytesOf(sheet_);
+    const CommandResult result =
+        runPeeler({"sheet", scene_, "-o", sheet_, "--size", "96x64", "--precision", "float",
+                   "--shading", "unlit", "--memory", "2G"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(bytesOf(sheet_), of_file);
+}
+
+TEST_F(SheetCommand, ProgressionComesNearer) {
+    const Json json = cells({"--progression"});
+    EXPECT_EQ(labels(json), (std::vector<std::string>{"1 layer", "2 layers", "3 layers", "4 layers",
+                                                      "all 5 layers"}));
+    // Of all, red and alpha are 1 - 2^-5; of k, 1 - 2^-k; green and blue are 0.
+    for (int k = 1; k <= 5; ++k) {
+        const Json& cell = json.at("cells").at(static_cast<std::size_t>(k - 1));
+        const double apart = std::exp2(-k) - std::exp2(-5);
+        EXPECT_NEAR(cell.at("max"), apart, 1e-6) << k;
+        EXPECT_NEAR(cell.at("rmse"), apart / std::sqrt(2), 1e-6) << k;
+    }
+    EXPECT_EQ(json.at("cells").at(0).at("detail"), "RMSE 0.33, 9.6 dB");
+}
+
+TEST_F(SheetCommand, TooManyCellsAreLeftOutAndSaidSo) {
+    const CommandResult result = sheet({"--cells", "3"});
+    EXPECT_NE(result.err.find("3 cells of 6 left out; --cells 6 shows all"), std::string::npos)
+        << result.err;
+    EXPECT_EQ(labels(cells({"--cells", "3"})),
+              (std::vector<std::string>{"composite", "layer 0", "layer 1"}));
+    EXPECT_EQ(labels(cells({"--cells", "3", "--progression"})),
+              (std::vector<std::string>{"1 layer", "2 layers", "all 5 layers"}));
+    EXPECT_EQ(labels(cells({"--cells", "1", "--progression"})),
+              (std::vector<std::string>{"all 5 layers"}));
+}
+
+TEST_F(SheetCommand, TheNearestLayersOnly) {
+    const Json json = cells({"--layers", "2"});
+    EXPECT_EQ(labels(json), (std::vector<std::string>{"composite", "layer 0", "layer 1"}));
+    EXPECT_EQ(json.at("cells").at(0).at("detail"), "12,288 fragments");
+    EXPECT_EQ(json.at("complete"), false);
+}
+
+TEST_F(SheetCommand, DepthIsWhiteNearAndDarkFar) {
+    const Json json = cells({"--show", "depth", "--columns", "5"});
+    ASSERT_EQ(json.at("cells").size(), 5U);
+    EXPECT_EQ(json.at("cells").at(0).at("label"), "layer 0");
+    EXPECT_EQ(json.at("cells").at(0).at("detail"), "Z 3-3.4, near white");
+    const CompositeImage page = readFlatImage(sheet_).image;
+    for (int layer = 0; layer < 5; ++layer) {
+        const int x = 4 + layer * 100 + 48, y = page.window.height() - 30;
+        const float value = page.rgba[static_cast<std::size_t>(y * page.window.width() + x)][0];
+        EXPECT_NEAR(srgbFromLinear(value), 1 - 0.94 * layer / 4, 0.01) << layer;
+    }
+}
+
+TEST_F(SheetCommand, ColumnsAndCellWidth) {
+    const Json json = cells({"--columns", "6", "--cell-width", "48"});
+    EXPECT_EQ(json.at("width"), 6 * 48 + 7 * 4);
+    EXPECT_EQ(json.at("height"), 4 + 21 + 32 + 4);
+}
+
+TEST_F(SheetCommand, SaysWhatDoesNotGoTogether) {
+    struct Row {
+        std::vector<std::string> options;
+        std::string part;
+    };
+    const Row rows[] = {{{"--fov", "30"}, "--fov"},
+                        {{"--size", "10x10"}, "--size"},
+                        {{"--method", "dual"}, "--method"},
+                        {{"--progression", "--show", "depth"}, "--progression"},
+                        {{"--show", "colour"}, "did you mean 'color'?"},
+                        {{"--cells", "0"}, "--cells 0"},
+                        {{"-o", (scratch_ / "sheet.exr").string()}, ".png"}};
+    for (const Row& row : rows) {
+        const CommandResult result = sheet(row.options);
+        EXPECT_EQ(result.exit_code, 2) << result.err;
+        EXPECT_NE(result.err.find(row.part), std::string::npos) << result.err;
+    }
+    EXPECT_FALSE(fs::exists(sheet_));
+    EXPECT_EQ(sheet({"--layers", "3", "--threads", "1"}).exit_code, 0);
+    EXPECT_EQ(runPeeler({"sheet", sheet_, "-o", (scratch_ / "other.png").string()}).exit_code, 3);
+}
+
+TEST_F(SheetCommand, OfNothingIsOneEmptyCell) {
+    const std::string scene =
+        writeScene(scratch_.path(), Json::parse(R"({"asset": {"version": "2.0"}})")).string();
+    for (const char* more : {"--progression", "--json"}) {
+        const CommandResult result = runPeeler({"sheet", scene, "-o", sheet_, more});
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+    }
+}
+
+}  // namespace
+}  // namespace peeler::test

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// Glyphs and cells in their places.
+#include "cmd/sheet_layout.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "cmd/bitmap_font.h"
+#include "core/error.h"
+
+namespace peeler::cmd {
+namespace {
+
+using Pixel = std::array<float, 4>;
+constexpr Pixel kInk{1, 1, 1, 1};
+
+CompositeImage blank(int width, int height) {
+    CompositeImage picture;
+    picture.window = {0, 0, width, height};
+    picture.rgba.resize(picture.window.pixels());
+    return picture;
+}
+
+std::string drawn(const CompositeImage& picture) {
+    std::string text;
+    for (int y = 0; y < picture.window.height(); ++y) {
+        for (int x = 0; x < picture.window.width(); ++x) {
+            const auto pixel = static_cast<std::size_t>(y * picture.window.width() + x);
+            text += picture.rgba[pixel] == kInk ? '#' : '.';
+        }
+        text += '\n';
+    }
+    return text;
+}
+
+TEST(BitmapFont, DrawsGlyphs) {
+    CompositeImage picture = blank(12, 7);
+    drawText(picture, 0, 0, 1, kInk, "E7");
+    EXPECT_EQ(drawn(picture),
+              "#####.#####.\n"
+              "#.........#.\n"
+              "#........#..\n"
+              "####....#...\n"
+              "#......#....\n"
+              "#......#....\n"
+              "#####..#....\n");
+}
+
+TEST(BitmapFont, ScalesAndClips) {
+    CompositeImage picture = blank(4, 4);
+    drawText(picture, -2, -2, 2, kInk, "L");  // the corner of dots 1-2, 1-2 holds no ink
+    EXPECT_EQ(drawn(picture), "....\n....\n....\n....\n");
+    drawText(picture, 0, 0, 2, kInk, "L");
+    EXPECT_EQ(drawn(picture), "##..\n##..\n##..\n##..\n");
+}
+
+TEST(BitmapFont, EveryCharacterHasItsOwnGlyph) {
+    std::set<std::string> glyphs;
+    for (char c = ' '; c <= '~'; ++c) {
+        CompositeImage picture = blank(kTextAdvance, kTextHeight);
+        drawText(picture, 0, 0, 1, kInk, std::string(1, c));
+        EXPECT_TRUE(glyphs.insert(drawn(picture)).second) << c;
+    }
+    CompositeImage known = blank(6, 7), unknown = blank(6, 7);
+    drawText(known, 0, 0, 1, kInk, "?");
+    drawText(unknown, 0, 0, 1, kInk, "\xc3");
+    EXPECT_EQ(drawn(known), drawn(unknown));
+}
+
+std::vector<SheetCell> cells(int count, int width, int height) {
+    std::vector<SheetCell> all(static_cast<std::size_t>(count));
+    for (SheetCell& cell : all) {
+        cell.label = "x";
+        cell.picture = blank(width, height);
+    }
+    return all;
+}
+
+TEST(SheetLayout, IsNearlySquareUnlessColumnsAreGiven) {
+    struct Row {
+        int cells, columns, across, down;
+    };
+    for (const Row& row : {Row{1, 0, 1, 1}, Row{4, 0, 2, 2}, Row{5, 0, 3, 2}, Row{10, 0, 4, 3},
+                           Row{10, 5, 5, 2}, Row{3, 8, 3, 1}}) {
+        SheetLook look;
+        look.columns = row.columns;
+        const CompositeImage page = layOut(cells(row.cells, 40, 20), look);
+        EXPECT_EQ(page.window.width(), 4 + row.across * 44) << row.cells;
+        EXPECT_EQ(page.window.height(), row.down * (21 + 20 + 8)) << row.cells;
+        EXPECT_EQ(page.rgba.size(), page.window.pixels());
+        for (const Pixel& pixel : page.rgba)
+            ASSERT_EQ(pixel[3], 1);
+    }
+}
+
+TEST(SheetLayout, ExposureActsOnCellsAlone) {
+    std::vector<SheetCell> one = cells(1, 40, 20);
+    for (Pixel& pixel : one[0].picture.rgba)
+        pixel = {0.1F, 0.1F, 0.1F, 0.5F};
+    SheetLook look;
+    look.background = Pixel{0, 0, 0, 1};
+    const CompositeImage plain = layOut(one, look);
+    look.exposure = 1;
+    const CompositeImage brighter = layOut(one, look);
+    EXPECT_EQ(plain.rgba.front(), brighter.rgba.front());  // the page
+    const std::size_t inside = plain.rgba.size() - 10 * 48 - 20;
+    EXPECT_FLOAT_EQ(plain.rgba[inside][0], 0.1F);
+    EXPECT_FLOAT_EQ(brighter.rgba[inside][0], 0.2F);
+}
+
+TEST(SheetLayout, RefusesAPageThatIsTooLarge) {
+    EXPECT_THROW(layOut(cells(9, 30'000, 1), {}), Error);
+}
+
+}  // namespace
+}  // namespace peeler::cmd

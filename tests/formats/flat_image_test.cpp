@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is written comes back linear and premultiplied, whatever the format.
+#include "formats/flat_image.h"
+
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/error.h"
+#include "core/srgb.h"
+#include "formats/picture_file.h"
+#include "support/test_support.h"
+
+namespace peeler {
+namespace {
+
+using Pixel = std::array<float, 4>;
+
+class FlatImageFile : public testing::Test {
+  protected:
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+
+    /// Two pixels beside each other: half covered, and opaque.
+    std::string write(const std::string& name) const {
+        CompositeImage picture;
+        picture.window = {0, 0, 2, 1};
+        picture.rgba = {Pixel{0.1F, 0.2F, 0.3F, 0.5F}, Pixel{0.5F, 0.25F, 1, 1}};
+        writePicture(path(name), picture, {});
+        return path(name);
+    }
+
+    void expectPixels(const FlatImage& flat, float tolerance) const {
+        ASSERT_EQ(flat.image.rgba.size(), 2U);
+        const Pixel expected[] = {{0.1F, 0.2F, 0.3F, 0.5F}, {0.5F, 0.25F, 1, 1}};
+        for (std::size_t p = 0; p < 2; ++p) {
+            for (std::size_t c = 0; c < 4; ++c)
+                EXPECT_NEAR(flat.image.rgba[p][c], expected[p][c], tolerance) << p << ' ' << c;
+        }
+    }
+
+    test::ScratchDir scratch_;
+};
+
+TEST_F(FlatImageFile, PngTiffAndExr) {
+    expectPixels(readFlatImage(write("a.png")), 0.005F);
+    expectPixels(readFlatImage(write("a.tif")), 0.00003F);
+    const FlatImage exr = readFlatImage(write("a.exr"));
+    expectPixels(exr, 0);
+    EXPECT_TRUE(exr.placed);
+    EXPECT_EQ(exr.width, 2);
+    EXPECT_EQ(exr.image.window, (Window{0, 0, 2, 1}));
+    EXPECT_FALSE(readFlatImage(path("a.png")).placed);
+}
+
+TEST_F(FlatImageFile, JpegHasNoAlpha) {
+    const FlatImage flat = readFlatImage(write("a.jpg"));
+    EXPECT_EQ(flat.image.rgba[0][3], 1);
+    EXPECT_NEAR(flat.image.rgba[1][2], 1, 0.05);
+}
+
+/// Writes samples as they are with OpenImageIO.
+template <class T>
+void writeSamples(const std::string& path, OIIO::ImageSpec spec, const std::vector<T>& samples) {
+    const auto output = OIIO::ImageOutput::create(path);
+    ASSERT_TRUE(output && output->open(path, spec));
+    ASSERT_TRUE(output->write_image(OIIO::BaseTypeFromC<T>::value, samples.data()));
+    ASSERT_TRUE(output->close());
+}
+
+TEST_F(FlatImageFile, GreyWithAndWithoutAlpha) {
+    writeSamples<std::uint8_t>(path("g.png"), OIIO::ImageSpec(1, 1, 1, OIIO::TypeDesc::UINT8),
+                               {188});
+    const Pixel grey = readFlatImage(path("g.png")).image.rgba[0];
+    EXPECT_NEAR(grey[0], 0.5029, 1e-4);
+    EXPECT_EQ(grey[2], grey[0]);
+    EXPECT_EQ(grey[3], 1);
+}
+
+TEST_F(FlatImageFile, FloatingPointTiffIsLinear) {
+    writeSamples<float>(path("f.tif"), OIIO::ImageSpec(1, 1, 3, OIIO::TypeDesc::FLOAT),
+                        {0.5F, 7, -1});
+    EXPECT_EQ(readFlatImage(path("f.tif")).image.rgba[0], (Pixel{0.5F, 7, -1, 1}));
+}
+
+TEST_F(FlatImageFile, ExrChannelsInAnyPlaceAndTiles) {
+    OIIO::ImageSpec spec(40, 40, 5, OIIO::TypeDesc::FLOAT);
+    spec.channelnames = {"A", "B", "G", "R", "depth"};
+    spec.x = 10;
+    spec.full_width = 100;
+    spec.full_height = 60;
+    spec.tile_width = spec.tile_height = 16;
+    std::vector<float> samples;
+    for (int i = 0; i < 40 * 40; ++i)
+        samples.insert(samples.end(), {0.5F, 0.3F, 0.2F, 0.1F, 99});
+    const auto output = OIIO::ImageOutput::create("openexr");
+    ASSERT_TRUE(output->open(path("t.exr"), spec));
+    ASSERT_TRUE(output->write_image(OIIO::TypeDesc::FLOAT, samples.data()));
+    ASSERT_TRUE(output->close());
+    const FlatImage flat = readFlatImage(path("t.exr"));
+    EXPECT_EQ(flat.image.window, (Window{10, 0, 50, 40}));
+    EXPECT_EQ(flat.width, 100);
+    EXPECT_EQ(flat.height, 60);
+    EXPECT_EQ(flat.image.rgba[777], (Pixel{0.1F, 0.2F, 0.3F, 0.5F}));
+}
+
+TEST_F(FlatImageFile, WhatIsWrongIsSaid) {
+    const auto refused = [](const std::string& file, const FlatImageLimits& limits = {}) {
+        try {
+            readFlatImage(file, limits);
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput);
+            EXPECT_EQ(error.where(), file);
+            return std::string(error.what());
+        }
+        return std::string("nothing");
+    };
+    std::ofstream(path("text.png")) << "not a picture";
+    EXPECT_NE(refused(path("text.png")).find("neither"), std::string::npos);
+    EXPECT_NE(refused(path("missing.png")).find("cannot read"), std::string::npos);
+    const std::string png = write("a.png");
+    EXPECT_NE(refused(png, {.max_side = 1}).find("larger than the limit"), std::string::npos);
+    EXPECT_NE(refused(png, {.max_bytes = 31}).find("larger than the limit"), std::string::npos);
+    const std::string bytes = test::bytesOf(png);
+    for (const std::size_t kept : {std::size_t{8}, std::size_t{20}, bytes.size() - 20}) {
+        std::ofstream(path("cut.png"), std::ios::binary) << bytes.substr(0, kept);
+        EXPECT_NE(refused(path("cut.png")), "nothing") << kept;
+    }
+}
+
+}  // namespace
+}  // namespace peeler
