@@ -36,7 +36,7 @@ inline constexpr Choice<Faces> kFaces[] = {
     {"both", Faces::kBoth, "both, whatever the material says"},
 };
 inline constexpr Choice<Shading> kShading[] = {
-    {"pbr", Shading::kPbr, "metallic-roughness under the built-in light"},
+    {"pbr", Shading::kPbr, "metallic-roughness under the scene's lights, or the built-in one"},
     {"unlit", Shading::kUnlit, "base colour alone"},
 };
 inline constexpr Choice<PixelType> kPrecisions[] = {

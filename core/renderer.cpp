@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/gather.h"
 #include "core/gpu_scene.h"
+#include "core/lighting.h"
 #include "core/peel/method.h"
 #include "core/scene_rasterizer.h"
 
@@ -31,12 +32,14 @@ struct Renderer::State {
     State(gl::Context& ctx, const Scene& scene, const SceneContents& contents)
         : context(ctx),
           gpu_scene(timed(times, "upload", [&] { return GpuScene(ctx, scene, contents); })),
+          lighting(ctx.functions(), scene, contents),
           rasterizer(ctx, gpu_scene),
           buffers(ctx.functions()) {}
 
     gl::Context& context;
     StageTimes times;
     GpuScene gpu_scene;
+    Lighting lighting;
     SceneRasterizer rasterizer;
     BandBuffers buffers;
 
@@ -140,6 +143,8 @@ Plan Renderer::plan(const View& view, const CaptureSettings& settings) {
     s.plan = {};
     s.plan.view = view;
     s.plan.color_type = settings.color_type;
+    s.lighting.setView(view.camera_to_world);
+    s.rasterizer.setLighting(s.lighting);
     s.rasterizer.setView(view, settings);
     const Window& crop = view.crop;
     s.complexity.emplace(crop, settings.max_layers);

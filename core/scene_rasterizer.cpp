@@ -20,10 +20,12 @@ enum Variant : unsigned {
     kUnlit = 8,
     kBounded = 16,
     kColorFloat = 32,
+    kPunctual = 64,
 };
 constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kVaryings, "VARYINGS"}, {kTextured, "TEXTURED"}, {kAlphaTest, "ALPHA_TEST"},
     {kUnlit, "UNLIT"},       {kBounded, "BOUNDED"},   {kColorFloat, "COLOR_FLOAT"},
+    {kPunctual, "PUNCTUAL"},
 };
 
 struct Culling {
@@ -126,6 +128,7 @@ void SceneRasterizer::bindFrame() {
         frame_dirty_ = false;
     }
     frame_record_.bindUniform(PEELER_FRAME_BLOCK, 0, sizeof(shader::FrameRecord));
+    if (lighting_) lighting_->bind();
     // Without it an integer texture is incomplete: filters are linear unless told.
     for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_PREVIOUS_COLOR_UNIT; ++unit)
         functions().BindSampler(unit, nearest_.name());
@@ -150,6 +153,7 @@ const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const GpuD
         bits = kVaryings;
         const bool unlit = settings_.shading == Shading::kUnlit || material.unlit;
         if (unlit) bits |= kUnlit;
+        if (!unlit && lighting_ && lighting_->punctual()) bits |= kPunctual;
         // An unlit surface shows its base colour alone.
         if (unlit ? material.bindings[PEELER_BASE_COLOR_UNIT].texture != 0 : material.textured)
             bits |= kTextured;

@@ -13,6 +13,7 @@
 #include "core/gl/objects.h"
 #include "core/gl/program.h"
 #include "core/gpu_scene.h"
+#include "core/lighting.h"
 #include "core/view.h"
 
 namespace peeler {
@@ -39,6 +40,9 @@ class SceneRasterizer {
     SceneRasterizer(const gl::Context& context, const GpuScene& scene);
 
     void setView(const View& view, const CaptureSettings& settings);
+    /// What shines on the scene from now on; must stay until it is set anew. Its view is the
+    /// caller's to set.
+    void setLighting(const Lighting& lighting) { lighting_ = &lighting; }
     /// The tiles of the view that touch `area`, row by row.
     std::vector<Window> tilesOf(const Window& area) const;
     /// Makes `tile` (one of tilesOf) the target. With --surfaces visible or transparent this
@@ -76,6 +80,7 @@ class SceneRasterizer {
     gl::Buffer frame_record_, draw_records_;
     std::map<std::string, gl::Program> programs_;
     std::map<std::pair<std::string_view, unsigned>, const gl::Program*> variants_;
+    const Lighting* lighting_ = nullptr;
     View view_;
     CaptureSettings settings_;
     Window tile_, band_;

@@ -8,6 +8,7 @@ namespace peeler::shader {
 using glm::ivec4;
 using glm::mat4;
 using glm::uvec4;
+using glm::vec3;
 using glm::vec4;
 #endif
 
@@ -29,6 +30,7 @@ using glm::vec4;
 #define PEELER_DEPTHS 1      // float a fragment, buffer depth (reversed Z)
 #define PEELER_PRIMITIVES 2  // uint a fragment, index of the primitive in draw order
 #define PEELER_COLORS 3      // two halfs or four floats a fragment, see packColor
+#define PEELER_LIGHTS 7      // LightCount, then a LightRecord a light
 
 // Texture units.
 #define PEELER_BASE_COLOR_UNIT 0
@@ -56,6 +58,9 @@ using glm::vec4;
 #define PEELER_UNLIT 4u
 #define PEELER_FIRST_TEXTURE_BIT 16u
 
+// The built-in key light: unit, toward the light, world space.
+#define PEELER_KEY_DIRECTION vec3(-0.4364358, 0.7637626, 0.4755910)
+
 /// One raster tile of one band.
 struct FrameRecord {
     mat4 world_from_view;  // rotation only
@@ -79,6 +84,18 @@ struct MaterialRecord {
     vec4 factors;                 // metallic, roughness, normal scale, occlusion strength
     vec4 texture_transform[10];   // two rows of a 3x3 matrix a texture unit; w of the first row: UV set
     uvec4 flags;                  // x: bits above
+};
+
+struct LightCount {
+    uvec4 lights;  // x
+};
+
+/// One light (std430), in view space.
+struct LightRecord {
+    vec4 position;  // w = 1; directional: w = 0, unit, toward the light
+    vec4 axis;      // unit, against the direction in which it shines; w: 1 / range, 0 = infinite
+    vec4 color;     // times intensity: lux if directional, else candela
+    vec4 cone;      // x: scale, y: offset of the cosine with the axis
 };
 
 #ifdef __cplusplus
