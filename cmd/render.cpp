@@ -31,6 +31,7 @@ struct RenderOptions {
     fs::path scene;
     CameraOptions camera;
     CaptureSettings capture;
+    std::optional<int> shadow_size;
     gl::ContextRequest device;
     int threads = 0;
     bool strict = false;
@@ -71,6 +72,7 @@ class Render {
 
     const RenderOptions& options_;
     Console& console_;
+    CaptureSettings capture_;
     Scene scene_;
     int scene_index_ = 0;
     SceneContents contents_;
@@ -87,6 +89,13 @@ void Render::checkOptions() {
     checkOutput(options_.output, options_.scene);
     checkReport(options_.report, options_.scene, options_.output.path);
     setThreads(options_.threads);
+    capture_ = options_.capture;
+    if (!options_.shadow_size) return;
+    if (!capture_.shadows) {
+        throw Error(ErrorKind::kUsage, "there are no shadows whose maps have a size",
+                    "--shadow-size " + std::to_string(*options_.shadow_size), "add --shadows");
+    }
+    capture_.shadow_size = *options_.shadow_size;
 }
 
 void Render::readScene() {
@@ -121,7 +130,7 @@ void Render::upload() {
 }
 
 void Render::plan() {
-    plan_ = renderer_->plan(view_, options_.capture);
+    plan_ = renderer_->plan(view_, capture_);
     if (options_.strict && !plan_.complete()) {
         throw Error(ErrorKind::kIncomplete,
                     "the layer limit leaves out " +
@@ -149,11 +158,11 @@ void Render::capture() {
 Provenance Render::provenance() const {
     Provenance provenance;
     provenance.version = PEELER_VERSION;
-    provenance.method = options_.capture.method;
-    provenance.surfaces = nameOf<Surfaces>(kSurfaces, options_.capture.surfaces);
+    provenance.method = capture_.method;
+    provenance.surfaces = nameOf<Surfaces>(kSurfaces, capture_.surfaces);
     provenance.scene = options_.scene.filename().string();
     provenance.scene_hash = hexText(scene_.content_hash);
-    provenance.settings_hash = settingsHash(scene_index_, view_, options_.capture);
+    provenance.settings_hash = settingsHash(scene_index_, view_, capture_);
     provenance.renderer = context_->device().renderer;
     return provenance;
 }
@@ -166,7 +175,7 @@ void Render::tell() {
     result_.layers = plan_.layers.size();
     result_.fragments_counted = plan_.fragments_counted;
     result_.fragments_stored = plan_.fragments_stored;
-    result_.method = options_.capture.method;
+    result_.method = capture_.method;
     result_.renderer = context_->device().renderer;
     result_.backend = context_->device().backend;
     result_.peak_memory = peakMemory();
@@ -190,6 +199,19 @@ std::string methodHelp() {
                 std::string(method.summary);
     }
     return help;
+}
+
+void addLightOptions(CLI::App& app, RenderOptions& options) {
+    constexpr const char* kGroup = "Light";
+    app.add_flag("--shadows", options.capture.shadows,
+                 wrapped("directional and spot lights, the built-in one too, cast shadows of all "
+                         "OPAQUE and MASK surfaces; point lights do not"))
+        ->group(kGroup);
+    addValue(
+        app, "--shadow-size", "N", options.shadow_size,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, kMaxSide)); },
+        "texels a side of each light's shadow map (default: 2048)")
+        ->group(kGroup);
 }
 
 void addLayerOptions(CLI::App& app, CaptureSettings& capture) {
@@ -267,6 +289,7 @@ VerbAction declareRender(CLI::App& app) {
     addLayerOutputOptions(app, options->output);
     addCameraOptions(app, options->camera);
     addLayerOptions(app, options->capture);
+    addLightOptions(app, *options);
     addMachineOptions(app, *options);
     addReportOptions(app, options->report);
     app.add_flag(

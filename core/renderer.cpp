@@ -139,6 +139,7 @@ Plan Renderer::plan(const View& view, const CaptureSettings& settings) {
     const MethodInfo* method = findPeelMethod(settings.method);
     if (!method)
         throw Error(ErrorKind::kUsage, "there is no method '" + settings.method + "'", "--method");
+    s.lighting.castShadows(*this, s.context, settings);  // plans and captures, too
     s.settings = settings;
     s.plan = {};
     s.plan.view = view;

@@ -21,11 +21,12 @@ enum Variant : unsigned {
     kBounded = 16,
     kColorFloat = 32,
     kPunctual = 64,
+    kShadowed = 128,
 };
 constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kVaryings, "VARYINGS"}, {kTextured, "TEXTURED"}, {kAlphaTest, "ALPHA_TEST"},
     {kUnlit, "UNLIT"},       {kBounded, "BOUNDED"},   {kColorFloat, "COLOR_FLOAT"},
-    {kPunctual, "PUNCTUAL"},
+    {kPunctual, "PUNCTUAL"}, {kShadowed, "SHADOWED"},
 };
 
 struct Culling {
@@ -130,7 +131,7 @@ void SceneRasterizer::bindFrame() {
     frame_record_.bindUniform(PEELER_FRAME_BLOCK, 0, sizeof(shader::FrameRecord));
     if (lighting_) lighting_->bind();
     // Without it an integer texture is incomplete: filters are linear unless told.
-    for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_PREVIOUS_COLOR_UNIT; ++unit)
+    for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_SHADOW_UNIT; ++unit)
         functions().BindSampler(unit, nearest_.name());
 }
 
@@ -154,6 +155,7 @@ const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const GpuD
         const bool unlit = settings_.shading == Shading::kUnlit || material.unlit;
         if (unlit) bits |= kUnlit;
         if (!unlit && lighting_ && lighting_->punctual()) bits |= kPunctual;
+        if (!unlit && lighting_ && lighting_->shadowed()) bits |= kShadowed;
         // An unlit surface shows its base colour alone.
         if (unlit ? material.bindings[PEELER_BASE_COLOR_UNIT].texture != 0 : material.textured)
             bits |= kTextured;
@@ -201,7 +203,7 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     const auto& draws = scene_.draws();
     for (std::size_t i = 0; i < draws.size(); ++i) {
         const GpuDraw& draw = draws[i];
-        if (pass.opaque_only && !draw.opaque) continue;
+        if ((pass.opaque_only || settings_.opaque_only) && !draw.opaque) continue;
         if (!pass.opaque_only && draw.opaque && settings_.surfaces == Surfaces::kTransparent)
             continue;
 

@@ -44,6 +44,7 @@ using glm::vec4;
 #define PEELER_PREVIOUS_DEPTH_UNIT 7
 #define PEELER_PREVIOUS_PRIMITIVE_UNIT 8
 #define PEELER_PREVIOUS_COLOR_UNIT 9
+#define PEELER_SHADOW_UNIT 10
 
 // Bits of DrawRecord.ids.z.
 #define PEELER_HAS_NORMALS 1u
@@ -96,6 +97,9 @@ struct LightRecord {
     vec4 axis;      // unit, against the direction in which it shines; w: 1 / range, 0 = infinite
     vec4 color;     // times intensity: lux if directional, else candela
     vec4 cone;      // x: scale, y: offset of the cosine with the axis
+    // To the light's shadow map: x and y from -1 to 1, y up (perspective: times z), z depth along the light's axis.
+    mat4 map_from_view;
+    vec4 map;  // x: layer of the map, -1 = none; y: 1 = perspective
 };
 
 #ifdef __cplusplus

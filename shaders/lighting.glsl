@@ -11,8 +11,11 @@
 // With PUNCTUAL the scene has lights of its own, in photometric units: 1 lux on a white diffuse surface gives a radiance
 // of 1 / pi. The key light is off then, and the environment dimmed to what fills shadows.
 #include "surface.glsl"
-#ifdef PUNCTUAL
+#if defined(PUNCTUAL) || defined(SHADOWED)
 #include "lights.glsl"
+#endif
+#ifdef SHADOWED
+#include "shadows.glsl"
 #endif
 
 const float kPi = 3.14159265358979;
@@ -120,12 +123,20 @@ vec3 litColor(vec3 base, Gradients g) {
     for (uint i = 0u; i < count.lights.x; ++i) {
         vec3 toward = towardLight(lights[i], surface.position);
         vec3 reflected_share = reflectance(surface_here, world_from_view * toward, n_dot_l);
-        if (n_dot_l > 0.0)
-            radiance += irradiance(lights[i], surface.position, toward) * n_dot_l * reflected_share;
+        if (n_dot_l <= 0.0) continue;
+        vec3 light = irradiance(lights[i], surface.position, toward);
+#ifdef SHADOWED
+        light *= visibility(lights[i], surface.position);
+#endif
+        radiance += light * n_dot_l * reflected_share;
     }
 #else
     vec3 reflected_share = reflectance(surface_here, kKeyDirection, n_dot_l);
-    radiance += kKeyRadiance * n_dot_l * reflected_share;
+    vec3 key = kKeyRadiance;
+#ifdef SHADOWED
+    if (n_dot_l > 0.0) key *= visibility(lights[0], surface.position);
+#endif
+    radiance += key * n_dot_l * reflected_share;
 #endif
     return radiance + emissive;
 }

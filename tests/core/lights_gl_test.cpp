@@ -28,26 +28,17 @@ constexpr LightType kDirectional = LightType::kDirectional, kPoint = LightType::
 class Wall {
   public:
     Wall() {
-        Scene& scene = builder_.scene();
-        const int white = builder_.material({1, 1, 1, 1}, AlphaMode::kOpaque);
-        Material& material = scene.materials[static_cast<std::size_t>(white)];
-        material.unlit = false;
-        material.metallic = 0;
+        const int white = builder_.lit(builder_.material({1, 1, 1, 1}, AlphaMode::kOpaque));
         builder_.rectangle(4, 4, -4, white);
     }
 
     void add(const Light& added, const glm::dvec3& at, const glm::dvec3& forward = {0, 0, -1}) {
-        Scene& scene = builder_.scene();
-        Node node;
-        node.local = *lookAlong(
-            at, forward, std::abs(forward.y) > 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0));
+        const glm::dvec3 up = std::abs(forward.y) > 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+        glm::dmat4 placement = *lookAlong(at, forward, up);
         // The scale of a node has no effect on its light.
         for (int axis = 0; axis < 3; ++axis)
-            node.local[axis] *= 3.0;
-        node.light = static_cast<int>(scene.lights.size());
-        scene.lights.push_back(added);
-        scene.scenes[0].roots.push_back(static_cast<int>(scene.nodes.size()));
-        scene.nodes.push_back(node);
+            placement[axis] *= 3.0;
+        builder_.light(added, placement);
     }
 
     /// The colour that the pixels of a 65x65 picture see, less what the environment adds (which is
