@@ -27,7 +27,7 @@ const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std
     throw Error(
         ErrorKind::kUsage, "unknown light", "--camera " + camera,
         choiceHint(camera, "lights", std::vector<std::string_view>(listed.begin(), listed.end())) +
-            "; or an index from 0 to " + std::to_string(lights.size() - 1));
+            "; or an index from light:0 to light:" + std::to_string(lights.size() - 1));
 }
 
 }  // namespace

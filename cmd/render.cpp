@@ -83,6 +83,19 @@ class Render {
     PictureResult result_;
 };
 
+/// What shadows are made of, for an output that shows nothing else.
+void chooseCasters(CaptureSettings& capture) {
+    const CaptureSettings usual;
+    if (capture.max_layers != usual.max_layers || capture.surfaces != usual.surfaces ||
+        capture.faces != usual.faces || capture.shadows) {
+        throw Error(ErrorKind::kUsage, "a shadow map shows both faces of all opaque surfaces",
+                    "--as midpoint-depth", "leave --layers, --surfaces, --faces and --shadows out");
+    }
+    capture.opaque_only = true;
+    capture.faces = Faces::kBoth;
+    capture.shading = Shading::kUnlit;
+}
+
 void Render::checkOptions() {
     console_.setQuiet(options_.report.quiet);
     checkCameraOptions(options_.camera);
@@ -90,6 +103,8 @@ void Render::checkOptions() {
     checkReport(options_.report, options_.scene, options_.output.path);
     setThreads(options_.threads);
     capture_ = options_.capture;
+    if (findOutputFormat(options_.output.path.string(), options_.output.as).casters)
+        chooseCasters(capture_);
     if (!options_.shadow_size) return;
     if (!capture_.shadows) {
         throw Error(ErrorKind::kUsage, "there are no shadows whose maps have a size",
@@ -159,7 +174,8 @@ Provenance Render::provenance() const {
     Provenance provenance;
     provenance.version = PEELER_VERSION;
     provenance.method = capture_.method;
-    provenance.surfaces = nameOf<Surfaces>(kSurfaces, capture_.surfaces);
+    provenance.surfaces =
+        capture_.opaque_only ? "opaque" : nameOf<Surfaces>(kSurfaces, capture_.surfaces);
     provenance.scene = options_.scene.filename().string();
     provenance.scene_hash = hexText(scene_.content_hash);
     provenance.settings_hash = settingsHash(scene_index_, view_, capture_);
