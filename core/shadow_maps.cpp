@@ -37,7 +37,7 @@ class MapSink final : public Sink {
     std::vector<float> texels_;
 };
 
-void checkSize(const gl::Limits& limits, int size, int layers) {
+void checkSize(const gl::Limits& limits, int size, int layers, std::uint64_t memory) {
     if (size > limits.texture_size) {
         throw Error(ErrorKind::kUsage,
                     "the GL device takes textures of " + std::to_string(limits.texture_size) +
@@ -49,6 +49,14 @@ void checkSize(const gl::Limits& limits, int size, int layers) {
                     std::to_string(layers) + " lights cast shadows, and the GL device takes " +
                         std::to_string(limits.texture_layers) + " shadow maps",
                     "", "render without --shadows, or with fewer lights");
+    }
+    const auto side = static_cast<std::uint64_t>(size);
+    const std::uint64_t bytes = side * side * static_cast<std::uint64_t>(layers) * sizeof(float);
+    if (memory && bytes > memory) {
+        throw Error(ErrorKind::kMemory,
+                    std::to_string(layers) + " shadow maps take " + std::to_string(bytes >> 20) +
+                        " MiB, more than --memory allows",
+                    "--shadow-size " + std::to_string(size), "make the shadow maps smaller");
     }
 }
 
@@ -66,7 +74,7 @@ ShadowMaps::ShadowMaps(Renderer& renderer, const gl::Context& context,
         view->crop = {0, 0, size_, size_};
         maps_[i] = {layers++, std::move(*view)};
     }
-    checkSize(context.device().limits, size_, layers);
+    checkSize(context.device().limits, size_, layers, settings.memory);
     if (layers == 0) return;
     const auto& gl = context.functions();
     texture_ = gl::makeTexture2DArray(gl, GL_R32F, size_, size_, layers);

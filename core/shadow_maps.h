@@ -32,7 +32,7 @@ class ShadowMaps {
     /// Captures them through `renderer`, whose last plan is forgotten. `settings` say how large
     /// they are and how much memory there is.
     /// Throws Error (kUsage) if the device takes no textures of this size, (kInput) if it takes no
-    /// array of so many, and what Renderer throws.
+    /// array of so many, (kMemory) if they alone pass the budget, and what Renderer throws.
     ShadowMaps(Renderer& renderer, const gl::Context& context,
                const std::vector<PlacedLight>& lights, const Scene& scene,
                const SceneContents& contents, const CaptureSettings& settings);

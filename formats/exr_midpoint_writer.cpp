@@ -70,7 +70,7 @@ SinkMemory ExrMidpointWriter::memory() const {
     // The rows of a chunk: kept, raw, filtered and packed. Those of a band are what other sinks
     // composite into.
     const auto width = static_cast<std::uint64_t>(plan_.view.crop.width());
-    return {0, 4 * kExrRowsPerChunk * width * sizeof(float)};
+    return {0, 4 * width * sizeof(float) * kExrRowsPerChunk};
 }
 
 }  // namespace peeler

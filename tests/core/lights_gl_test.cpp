@@ -200,6 +200,14 @@ TEST(Lights, ThereMayBeHundreds) {
     EXPECT_NEAR(wall.atCenter().g, 5 * (0.96 + 0.04 / 4) / std::numbers::pi, 1e-4);
 }
 
+TEST(Lights, OnTheSurfaceSpoilNothing) {
+    Wall wall;
+    wall.add(light(kPoint, 5), Wall::point(32, 32));
+    wall.add(light(kPoint, 5), Wall::point(32, 32) + glm::dvec3(0, 0, 1e-12));
+    wall.add(light(kDirectional, 1), {0, 0, 0});
+    EXPECT_NEAR(wall.atCenter().g, (0.96 + 0.04 / 4) / std::numbers::pi, 1e-5);
+}
+
 TEST(Lights, ThatHaveNoDirectionAreRefused) {
     Scene scene;
     scene.lights.resize(1);
