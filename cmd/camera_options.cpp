@@ -3,13 +3,13 @@
 #include "cmd/camera_options.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "cmd/choices.h"
 #include "cmd/framing.h"
+#include "cmd/light_camera.h"
 #include "cmd/options.h"
 #include "core/error.h"
 
@@ -36,19 +36,10 @@ glm::dvec3 parseDirection(std::string_view text) {
     return direction;
 }
 
-/// The place in `names` of a name, else of an index; a name that looks like a number wins.
+/// The place in `names` of a name, else of an index.
 std::size_t chooseFrom(const std::string& kind, const std::string& text,
                        const std::vector<std::vector<std::string>>& names) {
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        if (!text.empty() && std::find(names[i].begin(), names[i].end(), text) != names[i].end()) {
-            return i;
-        }
-    }
-    std::size_t index = 0;
-    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), index);
-    if (failure == std::errc() && end == text.data() + text.size() && index < names.size())
-        return index;
-
+    if (const auto found = findNameOrIndex(text, names)) return *found;
     std::vector<std::string_view> listed;
     for (const auto& alternatives : names)
         listed.emplace_back(alternatives.front());
@@ -127,6 +118,16 @@ View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::
     view.camera_to_world = *place;
     projection.near = camera.znear;
     projection.far = camera.zfar.value_or(kInfinity);
+    return view;
+}
+
+/// One of the lights: at least what it lights, more where the size has another aspect ratio.
+View viewOfLight(const CameraOptions& options, const Scene& scene, const SceneContents& contents) {
+    View view = lightCamera(scene, contents, *options.camera);
+    Projection& projection = view.projection;
+    setSize(view, options.size, projection.half_width / projection.half_height);
+    projection.half_height =
+        std::max(projection.half_height, projection.half_width / aspectOf(view));
     return view;
 }
 
@@ -214,7 +215,8 @@ void addCameraOptions(CLI::App& app, CameraOptions& options) {
     add("--camera", "NAME|INDEX", options.camera, text,
         "one of the scene's cameras; the index counts in draw order, as peeler info lists them "
         "(default: "
-        "the first; the whole scene framed if there is none)");
+        "the first; the whole scene framed if there is none); light:NAME or light:INDEX is what a "
+        "directional or spot light sees, light:key the built-in one of a scene without lights");
     add("--eye", "X,Y,Z", options.eye, vector,
         "where a camera of your own stands (default: where it sees the whole scene)");
     add("--target", "X,Y,Z", options.target, vector,
@@ -315,7 +317,9 @@ View makeView(const Scene& scene, const SceneContents& contents, const CameraOpt
                     "look for huge translations or scales in the nodes");
     }
     View view;
-    if (!options.buildsCamera() && !contents.cameras.empty()) {
+    if (options.camera && namesLight(*options.camera)) {
+        view = viewOfLight(options, scene, contents);
+    } else if (!options.buildsCamera() && !contents.cameras.empty()) {
         const std::vector<std::string> names = cameraNames(scene, contents);
         std::size_t chosen = 0;
         if (options.camera) {

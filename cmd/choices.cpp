@@ -3,7 +3,9 @@
 #include "cmd/choices.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
+#include <system_error>
 
 namespace peeler::cmd {
 
@@ -75,6 +77,19 @@ std::string choiceHint(std::string_view text, const std::string& plural,
     }
     if (names.size() > kShown) hint += " and " + std::to_string(names.size() - kShown) + " more";
     return hint;
+}
+
+std::optional<std::size_t> findNameOrIndex(std::string_view text,
+                                           const std::vector<std::vector<std::string>>& names) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (!text.empty() && std::find(names[i].begin(), names[i].end(), text) != names[i].end())
+            return i;
+    }
+    std::size_t index = 0;
+    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), index);
+    if (failure == std::errc() && end == text.data() + text.size() && index < names.size())
+        return index;
+    return std::nullopt;
 }
 
 void refuseName(const std::string& kind, std::string_view text,

@@ -2,6 +2,7 @@
 // The named choices of the command line, each a table, and what to say to a name that is in none.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -36,7 +37,7 @@ inline constexpr Choice<Faces> kFaces[] = {
     {"both", Faces::kBoth, "both, whatever the material says"},
 };
 inline constexpr Choice<Shading> kShading[] = {
-    {"pbr", Shading::kPbr, "metallic-roughness under the built-in light"},
+    {"pbr", Shading::kPbr, "metallic-roughness under the scene's lights, or the built-in one"},
     {"unlit", Shading::kUnlit, "base colour alone"},
 };
 inline constexpr Choice<PixelType> kPrecisions[] = {
@@ -66,6 +67,11 @@ std::string_view nearestName(std::string_view text, std::span<const std::string_
 /// most 20.
 std::string choiceHint(std::string_view text, const std::string& plural,
                        std::span<const std::string_view> names);
+
+/// The place in `names` of a name (each entry lists the names of one thing), else of an index; a
+/// name that looks like a number wins. Nothing if it is neither.
+std::optional<std::size_t> findNameOrIndex(std::string_view text,
+                                           const std::vector<std::vector<std::string>>& names);
 
 /// Throws Error (kUsage) for a name that is not among `names`. `kind` is what it names: "method".
 [[noreturn]] void refuseName(const std::string& kind, std::string_view text,

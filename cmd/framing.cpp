@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Look-at, rigid parts of node matrices, and fitting a scene into a frame.
+// Fitting a scene into a frame.
 #include "cmd/framing.h"
 
 #include <algorithm>
@@ -14,17 +14,6 @@ namespace {
 /// Share of the frame that a framed scene may fill.
 constexpr double kFill = 0.94;
 
-/// Directions closer than this (sine of the angle) count as parallel.
-constexpr double kParallel = 1e-7;
-
-/// Unit length, or nothing. Divides by the largest component first: a tiny scene's matrix may hold
-/// numbers whose squares vanish.
-std::optional<glm::dvec3> normalized(const glm::dvec3& v) {
-    const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-    if (!(largest > 0) || !std::isfinite(largest)) return std::nullopt;
-    return glm::normalize(v / largest);
-}
-
 std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
     std::array<glm::dvec3, 8> points;
     for (int i = 0; i < 8; ++i) {
@@ -36,22 +25,6 @@ std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
 }
 
 }  // namespace
-
-std::optional<glm::dmat4> lookAlong(const glm::dvec3& eye, const glm::dvec3& forward,
-                                    const glm::dvec3& up) {
-    const auto ahead = normalized(forward), upwards = normalized(up);
-    if (!ahead || !upwards) return std::nullopt;
-    const glm::dvec3 side = glm::cross(*ahead, *upwards);
-    if (glm::length(side) < kParallel) return std::nullopt;
-    const glm::dvec3 right = glm::normalize(side);
-    const glm::dvec3 above = glm::normalize(glm::cross(right, *ahead));
-    return glm::dmat4(glm::dvec4(right, 0), glm::dvec4(above, 0), glm::dvec4(-*ahead, 0),
-                      glm::dvec4(eye, 1));
-}
-
-std::optional<glm::dmat4> rigid(const glm::dmat4& world) {
-    return lookAlong(glm::dvec3(world[3]), -glm::dvec3(world[2]), glm::dvec3(world[1]));
-}
 
 glm::dvec3 pleasingForward(const glm::dvec3& up) {
     const double azimuth = glm::radians(35.0), elevation = glm::radians(20.0);

@@ -4,22 +4,12 @@
 
 #include <functional>
 #include <glm/glm.hpp>
-#include <optional>
 
+#include "core/placement.h"
 #include "core/scene.h"
 #include "core/view.h"
 
 namespace peeler::cmd {
-
-/// Camera to world of a camera at `eye` that looks along `forward` with `up` upwards in the
-/// picture. Nothing if the two are parallel or one of them has no length.
-std::optional<glm::dmat4> lookAlong(const glm::dvec3& eye, const glm::dvec3& forward,
-                                    const glm::dvec3& up);
-
-/// Rotation and translation of a node's matrix, which may also scale, mirror and shear. The viewing
-/// axis (−Z) keeps its direction and +Y its side of it; the picture is never mirrored.
-/// Nothing if the matrix leaves no direction to look along.
-std::optional<glm::dmat4> rigid(const glm::dmat4& world);
 
 /// The world direction from which an unknown scene is looked at: from the front (+Z if `up` is +Y,
 /// glTF 2.0 §3.4; −Y if `up` is +Z, as modellers have it), a little from the right and from above.

@@ -12,6 +12,7 @@
 #include "cmd/camera_options.h"
 #include "cmd/info_kinds.h"
 #include "cmd/report.h"
+#include "core/lights.h"
 #include "core/scene.h"
 #include "formats/gltf_reader.h"
 
@@ -99,6 +100,7 @@ struct SceneFacts {
     Elements elements;
     std::optional<Bounds> box;
     std::vector<std::string> cameras;
+    std::vector<PlacedLight> lights;  ///< none of peeler's own
     std::vector<ExtensionUse> extensions;
     std::array<std::uint64_t, 3> materials{};
 };
@@ -112,6 +114,7 @@ SceneFacts gather(const std::filesystem::path& path) {
     }
     facts.box = bounds(facts.scene, facts.shown);
     facts.cameras = cameraNames(facts.scene, facts.shown);
+    if (!facts.shown.lights.empty()) facts.lights = placedLights(facts.scene, facts.shown);
     facts.extensions = extensionsOf(facts.scene);
     facts.materials = materialsByAlphaMode(facts.scene);
     return facts;
@@ -136,12 +139,41 @@ Json cameraJson(const Camera& camera) {
     return json;
 }
 
+constexpr std::array<const char*, 3> kLightTypes = {"directional", "point", "spot"};
+
+const char* typeOf(const Light& light) {
+    return kLightTypes[static_cast<std::size_t>(light.type)];
+}
+
+Json lightJson(const PlacedLight& placed) {
+    const Light& light = placed.light;
+    Json json;
+    json["name"] = placed.name;
+    json["type"] = typeOf(light);
+    json["color"] = vectorJson(light.color);
+    json["intensity"] = light.intensity;
+    json["range"] = light.range ? Json(*light.range) : Json();
+    if (light.type == LightType::kSpot) {
+        json["innerConeAngle"] = light.inner_cone;
+        json["outerConeAngle"] = light.outer_cone;
+    }
+    return json;
+}
+
+std::string lightText(const PlacedLight& placed) {
+    char strength[64];
+    std::snprintf(strength, sizeof strength, ", %.6g %s", placed.light.intensity,
+                  placed.light.type == LightType::kDirectional ? "lx" : "cd");
+    return printable(placed.name) + ", " + typeOf(placed.light) + strength;
+}
+
 Json nodeJson(const Scene& scene, const Node& node) {
     Json json;
     json["name"] = node.name;
     json["children"] = node.children;
     json["mesh"] = node.mesh >= 0 ? Json(node.mesh) : Json();
     json["camera"] = node.camera >= 0 ? Json(node.camera) : Json();
+    json["light"] = node.light >= 0 ? Json(node.light) : Json();
     if (node.mesh >= 0) {
         const Elements elements = elementsOf(scene.meshes[static_cast<std::size_t>(node.mesh)]);
         json["triangles"] = elements.triangles;
@@ -186,6 +218,9 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
             cameraJson(scene.cameras[static_cast<std::size_t>(facts.shown.cameras[i].camera)]));
         json["cameras"].push_back(camera);
     }
+    json["lights"] = Json::array();
+    for (const PlacedLight& light : facts.lights)
+        json["lights"].push_back(lightJson(light));
     json["bounds"] =
         facts.box ? Json{{"min", vectorJson(facts.box->min)}, {"max", vectorJson(facts.box->max)}}
                   : Json();
@@ -238,6 +273,7 @@ std::string treeText(const Scene& scene) {
                 ": " + elementsText(elementsOf(scene.meshes[static_cast<std::size_t>(node.mesh)]));
         }
         if (node.camera >= 0) text += " [camera]";
+        if (node.light >= 0) text += " [light]";
         text += '\n';
         push(node.children, depth + 1);
     }
@@ -273,6 +309,9 @@ std::string toText(const SceneFacts& facts, const InfoOptions& options) {
         text += "  " + std::to_string(i) + "  " + printable(facts.cameras[i]) +
                 (scene.cameras[camera].perspective ? ", perspective\n" : ", orthographic\n");
     }
+    text += facts.lights.empty() ? "lights: none\n" : "lights:\n";
+    for (std::size_t i = 0; i < facts.lights.size(); ++i)
+        text += "  " + std::to_string(i) + "  " + lightText(facts.lights[i]) + '\n';
     text += facts.extensions.empty() ? "extensions: none\n" : "extensions:\n";
     for (const ExtensionUse& use : facts.extensions) {
         text += "  " + printable(use.name) + (use.supported ? ": supported" : ": not supported") +

@@ -68,6 +68,8 @@ void checkFormat(const OutputFlags& flags) {
             refuseOption("--exposure", "layers are stored as rendered", kCompositeHint);
         if (flags.tone_map)
             refuseOption("--tone-map", "layers are stored as rendered", kCompositeHint);
+        if (flags.no_composite && format.casters)
+            refuseOption("--no-composite", "this output has no composite", "leave it out");
         return;
     }
     if (flags.no_composite) {

@@ -29,6 +29,7 @@ struct RenderOptions {
     fs::path scene;
     CameraOptions camera;
     CaptureSettings capture;
+    std::optional<int> shadow_size;
     gl::ContextRequest device;
     int threads = 0;
     bool strict = false;
@@ -69,6 +70,7 @@ class Render {
 
     const RenderOptions& options_;
     Console& console_;
+    CaptureSettings capture_;
     Scene scene_;
     int scene_index_ = 0;
     SceneContents contents_;
@@ -79,12 +81,34 @@ class Render {
     PictureResult result_;
 };
 
+/// What shadows are made of, for an output that shows nothing else.
+void chooseCasters(CaptureSettings& capture) {
+    const CaptureSettings usual;
+    if (capture.max_layers != usual.max_layers || capture.surfaces != usual.surfaces ||
+        capture.faces != usual.faces || capture.shadows) {
+        throw Error(ErrorKind::kUsage, "a shadow map shows both faces of all opaque surfaces",
+                    "--as midpoint-depth", "leave --layers, --surfaces, --faces and --shadows out");
+    }
+    capture.opaque_only = true;
+    capture.faces = Faces::kBoth;
+    capture.shading = Shading::kUnlit;
+}
+
 void Render::checkOptions() {
     console_.setQuiet(options_.report.quiet);
     checkCameraOptions(options_.camera);
     checkOutput(options_.output, options_.scene);
     checkReport(options_.report, options_.scene, options_.output.path);
     setThreads(options_.threads);
+    capture_ = options_.capture;
+    if (findOutputFormat(options_.output.path.string(), options_.output.as).casters)
+        chooseCasters(capture_);
+    if (!options_.shadow_size) return;
+    if (!capture_.shadows) {
+        throw Error(ErrorKind::kUsage, "there are no shadows whose maps have a size",
+                    "--shadow-size " + std::to_string(*options_.shadow_size), "add --shadows");
+    }
+    capture_.shadow_size = *options_.shadow_size;
 }
 
 void Render::readScene() {
@@ -113,7 +137,7 @@ void Render::upload() {
 }
 
 void Render::plan() {
-    plan_ = renderer_->plan(view_, options_.capture);
+    plan_ = renderer_->plan(view_, capture_);
     if (options_.strict && !plan_.complete()) {
         throw Error(ErrorKind::kIncomplete,
                     "the layer limit leaves out " +
@@ -141,11 +165,12 @@ void Render::capture() {
 Provenance Render::provenance() const {
     Provenance provenance;
     provenance.version = PEELER_VERSION;
-    provenance.method = options_.capture.method;
-    provenance.surfaces = nameOf<Surfaces>(kSurfaces, options_.capture.surfaces);
+    provenance.method = capture_.method;
+    provenance.surfaces =
+        capture_.opaque_only ? "opaque" : nameOf<Surfaces>(kSurfaces, capture_.surfaces);
     provenance.scene = options_.scene.filename().string();
     provenance.scene_hash = hexText(scene_.content_hash);
-    provenance.settings_hash = settingsHash(scene_index_, view_, options_.capture);
+    provenance.settings_hash = settingsHash(scene_index_, view_, capture_);
     provenance.renderer = context_->device().renderer;
     return provenance;
 }
@@ -158,11 +183,24 @@ void Render::tell() {
     result_.layers = plan_.layers.size();
     result_.fragments_counted = plan_.fragments_counted;
     result_.fragments_stored = plan_.fragments_stored;
-    result_.method = options_.capture.method;
+    result_.method = capture_.method;
     result_.renderer = context_->device().renderer;
     result_.backend = context_->device().backend;
     result_.peak_memory = peakMemory();
     tellResult(options_.report, result_, console_);
+}
+
+void addLightOptions(CLI::App& app, RenderOptions& options) {
+    constexpr const char* kGroup = "Light";
+    app.add_flag("--shadows", options.capture.shadows,
+                 wrapped("directional and spot lights, the built-in one too, cast shadows of all "
+                         "OPAQUE and MASK surfaces; point lights do not"))
+        ->group(kGroup);
+    addValue(
+        app, "--shadow-size", "N", options.shadow_size,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, kMaxSide)); },
+        "texels a side of each light's shadow map (default: 2048)")
+        ->group(kGroup);
 }
 
 }  // namespace
@@ -177,6 +215,7 @@ VerbAction declareRender(CLI::App& app) {
     addLayerOutputOptions(app, options->output);
     addCameraOptions(app, options->camera);
     addLayerOptions(app, options->capture);
+    addLightOptions(app, *options);
     addMachineOptions(app, options->device, options->threads, options->capture);
     addReportOptions(app, options->report);
     app.add_flag(

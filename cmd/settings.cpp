@@ -27,7 +27,7 @@ std::string settingsHash(int scene_index, const View& view, const CaptureSetting
     }
     // nlohmann::json sorts its keys and prints the shortest digits that read back: the text is
     // canonical.
-    const nlohmann::json settings = {
+    nlohmann::json settings = {
         {"scene", scene_index},
         {"cameraToWorld", matrix},
         {"perspective", projection.perspective},
@@ -43,6 +43,9 @@ std::string settingsHash(int scene_index, const View& view, const CaptureSetting
         {"shading", nameOf<Shading>(kShading, capture.shading)},
         {"precision", nameOf<PixelType>(kPrecisions, capture.color_type)},
     };
+    // Only where they are on, so that a picture without them keeps its hash.
+    if (capture.shadows) settings["shadows"] = capture.shadow_size;
+    if (capture.opaque_only) settings["opaqueOnly"] = true;
     return hashText(settings.dump());
 }
 

@@ -37,6 +37,8 @@ class BandCapture {
                 StageTimes& times);
 
     void setView(const View& view, const CaptureSettings& settings);
+    /// What shines on the scene; must outlive its use. To be set before the view.
+    void setLighting(const Lighting& lighting) { rasterizer_.setLighting(lighting); }
 
     /// The fragments of every pixel of the band. Overwrites `counts`.
     void count(const Window& band, std::vector<std::uint32_t>& counts);

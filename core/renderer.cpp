@@ -9,6 +9,7 @@
 #include "core/composite.h"
 #include "core/depth_complexity.h"
 #include "core/error.h"
+#include "core/lighting.h"
 #include "core/nearest.h"
 #include "core/peel/method.h"
 #include "core/supersampling.h"
@@ -34,11 +35,14 @@ std::uint64_t bytesOf(const LayeredImage& image) {
 
 struct Renderer::State {
     State(gl::Context& ctx, const Scene& scene, const SceneContents& contents)
-        : context(ctx), band_capture(ctx, scene, contents, times) {}
+        : context(ctx),
+          band_capture(ctx, scene, contents, times),
+          lighting(ctx.functions(), scene, contents) {}
 
     gl::Context& context;
     StageTimes times;
     BandCapture band_capture;
+    Lighting lighting;
 
     CaptureSettings settings;
     const MethodInfo* method = nullptr;
@@ -257,9 +261,12 @@ void Renderer::State::fillPlan() {
 
 Plan Renderer::plan(const View& view, const CaptureSettings& settings) {
     State& s = *state_;
+    s.lighting.castShadows(*this, s.context, settings);  // plans and captures, too
     s.settings = settings;
     s.plan = {};
     s.plan.view = view;
+    s.lighting.setView(view.camera_to_world);
+    s.band_capture.setLighting(s.lighting);
     s.chooseMethod();
     s.chooseViews(view);
     s.countViews();

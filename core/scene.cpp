@@ -31,6 +31,7 @@ SceneContents contents(const Scene& scene, int scene_index) {
         const glm::dmat4 world = next.parent_world * node.local;
         if (node.mesh >= 0) result.meshes.push_back({next.node, node.mesh, world});
         if (node.camera >= 0) result.cameras.push_back({next.node, node.camera, world});
+        if (node.light >= 0) result.lights.push_back({next.node, node.light, world});
         push(node.children, world);
     }
     return result;

@@ -98,12 +98,25 @@ struct Camera {
     std::optional<double> zfar;  ///< none = infinite
 };
 
+enum class LightType : std::uint8_t { kDirectional, kPoint, kSpot };
+
+/// A punctual light (KHR_lights_punctual). Shines along −Z of its node, whose scale has no effect.
+struct Light {
+    std::string name;
+    LightType type = LightType::kDirectional;
+    glm::dvec3 color{1};          ///< linear
+    double intensity = 1;         ///< lux if directional, else candela
+    std::optional<double> range;  ///< scene units, none = infinite; point and spot
+    double inner_cone = 0, outer_cone = 0.7853981633974483;  ///< half angles, radians; spot
+};
+
 struct Node {
     std::string name;
     std::vector<int> children;
     glm::dmat4 local{1};
     int mesh = -1;
     int camera = -1;
+    int light = -1;
 };
 
 /// One root list of the file's `scenes`.
@@ -120,6 +133,7 @@ struct Scene {
     std::vector<Material> materials;  ///< at least one; the last is glTF's default material
     std::vector<Image> images;
     std::vector<Camera> cameras;
+    std::vector<Light> lights;
 
     std::string generator, copyright;
     std::vector<std::string> extensions_used, extensions_required;
@@ -140,10 +154,17 @@ struct CameraInstance {
     glm::dmat4 world{1};
 };
 
-/// The meshes and cameras that one of the scenes shows, depth first: the draw order.
+struct LightInstance {
+    int node = 0;
+    int light = 0;
+    glm::dmat4 world{1};
+};
+
+/// What one of the scenes shows, depth first: the draw order.
 struct SceneContents {
     std::vector<MeshInstance> meshes;
     std::vector<CameraInstance> cameras;
+    std::vector<LightInstance> lights;
 };
 SceneContents contents(const Scene& scene, int scene_index);
 

@@ -21,10 +21,13 @@ enum Variant : unsigned {
     kAlphaTest = 4,
     kUnlit = 8,
     kBounded = 16,
+    kPunctual = 32,
+    kShadowed = 64,
 };
 constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kVaryings, "VARYINGS"}, {kTextured, "TEXTURED"}, {kAlphaTest, "ALPHA_TEST"},
-    {kUnlit, "UNLIT"},       {kBounded, "BOUNDED"},
+    {kUnlit, "UNLIT"},       {kBounded, "BOUNDED"},   {kPunctual, "PUNCTUAL"},
+    {kShadowed, "SHADOWED"},
 };
 
 struct Culling {
@@ -139,8 +142,9 @@ void SceneRasterizer::bindFrame() {
         frame_dirty_ = false;
     }
     frame_record_.bindUniform(PEELER_FRAME_BLOCK, 0, sizeof(shader::FrameRecord));
+    if (lighting_) lighting_->bind();
     // Without it an integer texture is incomplete: filters are linear unless told.
-    for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_PREVIOUS_COLOR_UNIT; ++unit)
+    for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_SHADOW_UNIT; ++unit)
         functions().BindSampler(unit, nearest_.name());
 }
 
@@ -164,6 +168,8 @@ const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const GpuD
         bits = kVaryings;
         const bool unlit = settings_.shading == Shading::kUnlit || material.unlit;
         if (unlit) bits |= kUnlit;
+        if (!unlit && lighting_ && lighting_->punctual()) bits |= kPunctual;
+        if (!unlit && lighting_ && lighting_->shadowed()) bits |= kShadowed;
         // An unlit surface shows its base colour alone.
         if (unlit ? material.bindings[PEELER_BASE_COLOR_UNIT].texture != 0 : material.textured)
             bits |= kTextured;
@@ -197,7 +203,7 @@ gl::PassState SceneRasterizer::passState(GLuint framebuffer, const Window& area)
 bool SceneRasterizer::shown(const GeometryPass& pass, const GpuDraw& draw) const {
     // The pass that finds the bound is the one for which opaque surfaces are always there.
     const bool hidden = pass.bounded && settings_.surfaces == Surfaces::kTransparent && draw.opaque;
-    if (hidden) return false;
+    if (hidden || (settings_.opaque_only && !draw.opaque)) return false;
     return pass.draws == Draws::kAll || (pass.draws == Draws::kOpaque) == draw.opaque;
 }
 

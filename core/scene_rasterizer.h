@@ -15,6 +15,7 @@
 #include "core/gl/objects.h"
 #include "core/gl/program.h"
 #include "core/gpu_scene.h"
+#include "core/lighting.h"
 #include "core/view.h"
 
 namespace peeler {
@@ -63,6 +64,9 @@ class SceneRasterizer {
     SceneRasterizer(const gl::Context& context, const GpuScene& scene);
 
     void setView(const View& view, const CaptureSettings& settings);
+    /// What shines on the scene from now on; must stay until it is set anew. Its view is the
+    /// caller's to set.
+    void setLighting(const Lighting& lighting) { lighting_ = &lighting; }
     /// The tiles of the view that touch `area`, row by row.
     std::vector<Window> tilesOf(const Window& area) const;
     /// Makes `tile` (one of tilesOf) the target. With --surfaces visible or transparent this
@@ -110,6 +114,7 @@ class SceneRasterizer {
     /// By fragment shader, definitions and variant bits.
     std::map<std::tuple<std::string_view, std::string_view, unsigned>, const gl::Program*>
         variants_;
+    const Lighting* lighting_ = nullptr;
     View view_;
     CaptureSettings settings_;
     Window tile_, band_;

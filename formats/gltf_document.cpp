@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "formats/gltf_checks.h"
 #include "formats/gltf_container.h"
+#include "formats/gltf_lights.h"
 #include "formats/gltf_schema.h"
 
 namespace peeler {
@@ -75,10 +76,13 @@ json parseJson(std::string_view text, const std::string& path) {
 }
 
 /// tinygltf reads and decodes whatever buffers and images name, in the current folder too, wants a
-/// buffer view for every index accessor, and gives up where an animation or a light that we do not
-/// use is odd. It never sees these: the arrays have been taken out before, the rest goes here.
+/// buffer view for every index accessor, and gives up where an animation or a light is odd. It
+/// never sees these: the arrays have been taken out before, the rest goes here.
 json withoutWhatTinygltfMishandles(json gltf) {
     gltf.erase("extensions");
+    if (const auto nodes = gltf.find("nodes"); nodes != gltf.end())
+        for (json& node : *nodes)
+            node.erase("extensions");
     if (const auto meshes = gltf.find("meshes"); meshes != gltf.end())
         for (json& mesh : *meshes)
             for (json& primitive : mesh["primitives"])
@@ -191,6 +195,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     const json buffers = take(gltf, "buffers"), images = take(gltf, "images");
     document.has_animations = !take(gltf, "animations").empty();
     document.has_skins = !take(gltf, "skins").empty();
+    readGltfLights(gltf, document);
     document.model = parseModel(gltf, name);
     checkGltfModel(document.model);
     readBuffers(document, buffers, container);

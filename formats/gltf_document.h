@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "core/scene.h"
 #include "formats/gltf_files.h"
 #include "formats/gltf_reader.h"
 
@@ -35,6 +36,9 @@ struct GltfDocument {
         int buffer_view = -1;
     };
     std::vector<ImageSource> images;
+
+    std::vector<Light> lights;
+    std::vector<int> node_lights;  ///< of each node: an index into `lights`, −1 = none
 
     bool has_animations = false, has_skins = false, has_morph_targets = false;
 

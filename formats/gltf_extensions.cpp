@@ -13,7 +13,7 @@ const std::vector<GltfExtension>& gltfExtensions() {
         {"EXT_texture_webp", true, "WebP textures"},
         {"KHR_animation_pointer", false, "animations are not evaluated yet"},
         {"KHR_draco_mesh_compression", false, "the uncompressed fallback is read"},
-        {"KHR_lights_punctual", false, "the lights of the file are not used yet"},
+        {"KHR_lights_punctual", true, "directional, point and spot lights"},
         {"KHR_materials_anisotropy", false, "materials are shaded without it"},
         {"KHR_materials_clearcoat", false, "materials are shaded without it"},
         {"KHR_materials_dispersion", false, "materials are shaded without it"},

@@ -51,6 +51,7 @@ void readNodes(GltfDocument& document, Scene& scene) {
         node.children = source.children;
         node.mesh = source.mesh;
         node.camera = source.camera;
+        node.light = document.node_lights[i];
         node.local = localMatrix(source, childPointer("/nodes", i), document);
     }
 }
@@ -122,6 +123,7 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
         readNodes(document, scene);
         readScenes(document.model, scene);
         readCameras(document.model, scene);
+        scene.lights = std::move(document.lights);
         warnOfWhatIsIgnored(document);
         scene.generator = document.model.asset.generator;
         scene.copyright = document.model.asset.copyright;

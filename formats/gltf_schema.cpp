@@ -25,13 +25,13 @@ enum class Kind {
     kNumbers,     ///< array of `max` numbers
     kInteger,     ///< min … max
     kEnum,        ///< integer; `of` lists the allowed values
-    kIndex,       ///< into the top-level array `of`
+    kIndex,       ///< into the array at the path `of` from the root
     kIndices,     ///< array of such
     kIndexMap,    ///< object with such values
     kIndexMaps,   ///< array of such objects
     kObject,      ///< `of` is the name of the rows
     kObjects,     ///< array of such
-    kExtensions,  ///< object; the members named like rows are checked
+    kExtensions,  ///< object; members named like rows, or like rows of "owner/name", are checked
 };
 
 constexpr const char* kHint = "check the file with the Khronos glTF validator";
@@ -171,6 +171,18 @@ constexpr Property kProperties[] = {
     {"KHR_texture_transform", "texCoord", Kind::kInteger, "", false, 0, kIntMax},
     {"KHR_materials_emissive_strength", "emissiveStrength", Kind::kNumber},
     {"EXT_texture_webp", "source", Kind::kIndex, "images"},
+
+    // KHR_lights_punctual names one member in the root and another in nodes.
+    {"root/KHR_lights_punctual", "lights", Kind::kObjects, "light", true},
+    {"node/KHR_lights_punctual", "light", Kind::kIndex, "extensions/KHR_lights_punctual/lights",
+     true},
+    {"light", "type", Kind::kString, "", true},  // an unknown one is no error
+    {"light", "color", Kind::kNumbers, "", false, 0, 3},
+    {"light", "intensity", Kind::kNumber},
+    {"light", "range", Kind::kPositive},
+    {"light", "spot", Kind::kObject, "spot"},
+    {"spot", "innerConeAngle", Kind::kNumber},
+    {"spot", "outerConeAngle", Kind::kPositive},
 };
 
 /// The rows of one owner.
@@ -256,7 +268,7 @@ class SchemaCheck {
                 object(value, pointer, rule.of);
                 break;
             case Kind::kExtensions:
-                extensions(value, pointer);
+                extensions(value, pointer, rule.owner);
                 break;
             case Kind::kStrings:
             case Kind::kNumbers:
@@ -325,9 +337,9 @@ class SchemaCheck {
     }
 
     void index(json& value, const std::string& pointer, const char* array_name) {
-        const auto array = root_.find(array_name);
-        const std::size_t size = array != root_.end() && array->is_array()
-                                     ? std::min<std::size_t>(array->size(), 1U << 31U)
+        const json::json_pointer place('/' + std::string(array_name));
+        const std::size_t size = root_.contains(place) && root_[place].is_array()
+                                     ? std::min<std::size_t>(root_[place].size(), 1U << 31U)
                                      : 0;
         integer(value, pointer, 0, kIntMax);
         if (value.get<std::size_t>() >= size)
@@ -343,10 +355,11 @@ class SchemaCheck {
             index(element, childPointer(pointer, key), array_name);
     }
 
-    void extensions(json& value, const std::string& pointer) {
+    void extensions(json& value, const std::string& pointer, const std::string& owner) {
         if (!value.is_object()) refuse(pointer, "must be an object", value);
         for (const auto& [key, element] : value.items())
-            if (!rowsOf(key).empty()) object(element, childPointer(pointer, key), key);
+            for (const std::string& name : {key, owner + '/' + key})
+                if (!rowsOf(name).empty()) object(element, childPointer(pointer, key), name);
     }
 
     json& root_;

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "formats/exr_composite_writer.h"
 #include "formats/exr_ldi_writer.h"
+#include "formats/exr_midpoint_writer.h"
 #include "formats/image_writer.h"
 
 namespace peeler {
@@ -22,6 +23,10 @@ std::unique_ptr<Sink> makeExrComposite(const std::string& path, const OutputOpti
     return std::make_unique<ExrCompositeWriter>(path, options.provenance, options.background);
 }
 
+std::unique_ptr<Sink> makeExrMidpoint(const std::string& path, const OutputOptions& options) {
+    return std::make_unique<ExrMidpointWriter>(path, options.provenance);
+}
+
 template <const char* format>
 std::unique_ptr<Sink> makeImage(const std::string& path, const OutputOptions& options) {
     return std::make_unique<ImageWriter>(
@@ -34,10 +39,15 @@ std::unique_ptr<Sink> makeImage(const std::string& path, const OutputOptions& op
 
 constexpr char kPng[] = "png", kJpeg[] = "jpeg", kTiff[] = "tiff";  // OpenImageIO's names
 
-const std::array<OutputFormat, 5>& table() {
-    static const std::array<OutputFormat, 5> rows = {{
+const std::array<OutputFormat, 6>& table() {
+    static const std::array<OutputFormat, 6> rows = {{
         {{".exr"}, "ldi", "layered depth image: one OpenEXR part a layer", makeLdi},
         {{".exr"}, "composite", "flat OpenEXR image: R,G,B,A and the first Z", makeExrComposite},
+        {{".exr"},
+         "midpoint-depth",
+         "midpoint shadow map: Z halfway between the two nearest opaque surfaces",
+         makeExrMidpoint,
+         true},
         {{".png"}, "composite", "8-bit sRGB with straight alpha", makeImage<kPng>},
         {{".jpg", ".jpeg"}, "composite", "8-bit sRGB without alpha", makeImage<kJpeg>},
         {{".tif", ".tiff"}, "composite", "16-bit sRGB with straight alpha", makeImage<kTiff>},

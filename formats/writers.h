@@ -30,6 +30,8 @@ struct OutputFormat {
     std::string_view kind;                     ///< for --as
     std::string_view summary;
     std::unique_ptr<Sink> (*make)(const std::string& path, const OutputOptions& options);
+    /// It shows what casts shadows: both faces of OPAQUE and MASK surfaces, every layer of them.
+    bool casters = false;
 };
 
 /// Every format; of two rows with the same extension the first is the default.

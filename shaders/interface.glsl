@@ -8,6 +8,7 @@ namespace peeler::shader {
 using glm::ivec4;
 using glm::mat4;
 using glm::uvec4;
+using glm::vec3;
 using glm::vec4;
 #endif
 
@@ -32,6 +33,7 @@ using glm::vec4;
 #define PEELER_COUNTS 4      // uint a pixel: its fragments, as the count pass found them
 // A composite has one depth (of the nearest fragment) and one colour (four floats) a pixel, and in place of primitives:
 #define PEELER_STAMPS 2      // two uints a pixel: the last pass that composited a front and a back fragment
+#define PEELER_LIGHTS 7      // LightCount, then a LightRecord a light
 
 // Texture units.
 #define PEELER_BASE_COLOR_UNIT 0
@@ -45,6 +47,7 @@ using glm::vec4;
 #define PEELER_PREVIOUS_DEPTH_UNIT 7
 #define PEELER_PREVIOUS_PRIMITIVE_UNIT 8
 #define PEELER_PREVIOUS_COLOR_UNIT 9
+#define PEELER_SHADOW_UNIT 10
 // When a composite is put together, and no geometry is drawn:
 #define PEELER_FRONT_UNIT 5
 #define PEELER_BACK_UNIT 6
@@ -63,6 +66,9 @@ using glm::vec4;
 #define PEELER_ALPHA_BLEND 2u
 #define PEELER_UNLIT 4u
 #define PEELER_FIRST_TEXTURE_BIT 16u
+
+// The built-in key light: unit, toward the light, world space.
+#define PEELER_KEY_DIRECTION vec3(-0.4364358, 0.7637626, 0.4755910)
 
 /// One raster tile of one band.
 struct FrameRecord {
@@ -87,6 +93,21 @@ struct MaterialRecord {
     vec4 factors;                 // metallic, roughness, normal scale, occlusion strength
     vec4 texture_transform[10];   // two rows of a 3x3 matrix a texture unit; w of the first row: UV set
     uvec4 flags;                  // x: bits above
+};
+
+struct LightCount {
+    uvec4 lights;  // x
+};
+
+/// One light (std430), in view space.
+struct LightRecord {
+    vec4 position;  // w = 1; directional: w = 0, unit, toward the light
+    vec4 axis;      // unit, against the direction in which it shines; w: 1 / range, 0 = infinite
+    vec4 color;     // times intensity: lux if directional, else candela
+    vec4 cone;      // x: scale, y: offset of the cosine with the axis
+    // To the light's shadow map: x and y from -1 to 1, y up (perspective: times z), z depth along the light's axis.
+    mat4 map_from_view;
+    vec4 map;  // x: layer of the map, -1 = none; y: 1 = perspective
 };
 
 #ifdef __cplusplus

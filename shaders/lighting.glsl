@@ -1,19 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-// The built-in light and the metallic-roughness BRDF (glTF 2.0, appendix B).
+// The lights and the metallic-roughness BRDF (glTF 2.0, appendix B).
+//
+// Without lights in the scene:
 //
 // One key light (directional, warm white, from above, left and in front of a viewer who looks along -Z) and a soft
 // environment: a studio with a pale floor, a bright horizon, a blue-grey dome and one large soft box around
-// the key light. Both are fixed in world space (+Y up). No shadows. A white diffuse surface that faces the
+// the key light. Both are fixed in world space (+Y up). A white diffuse surface that faces the
 // key light comes out at about 1.
+//
+// With PUNCTUAL the scene has lights of its own, in photometric units: 1 lux on a white diffuse surface gives a radiance
+// of 1 / pi. The key light is off then, and the environment dimmed to what fills shadows.
 #include "surface.glsl"
+#if defined(PUNCTUAL) || defined(SHADOWED)
+#include "lights.glsl"
+#endif
+#ifdef SHADOWED
+#include "shadows.glsl"
+#endif
 
 const float kPi = 3.14159265358979;
-const vec3 kKeyDirection = vec3(-0.4364358, 0.7637626, 0.4755910);  // unit, toward the light, world
+const vec3 kKeyDirection = PEELER_KEY_DIRECTION;
 const vec3 kKeyRadiance = vec3(2.15, 2.05, 1.90);                   // irradiance at normal incidence
 const vec3 kFloor = vec3(0.26, 0.25, 0.24);
 const vec3 kHorizon = vec3(0.62, 0.63, 0.65);
 const vec3 kZenith = vec3(0.38, 0.44, 0.54);
 const vec3 kSoftBox = vec3(1.9, 1.85, 1.75);
+const float kFill = 0.1;  // the environment's share beside punctual lights
 
 /// Radiance of the environment from `direction` (world), blurred as a lobe of this roughness would.
 vec3 environmentRadiance(vec3 direction, float roughness) {
@@ -52,6 +64,24 @@ vec3 specularLobe(vec3 f0, float alpha, float n_dot_l, float n_dot_v, float n_do
     return fresnel * distribution * visibility;
 }
 
+/// The surface at a fragment, as the BRDF takes it; directions in world space.
+struct Reflector {
+    vec3 diffuse, f0;
+    float alpha, n_dot_v;
+    vec3 n, v;
+};
+
+/// Radiance toward the viewer for light of irradiance 1 (at normal incidence) from the unit direction `l`, but for
+/// the cosine at the surface, which is returned in `n_dot_l`.
+vec3 reflectance(Reflector s, vec3 l, out float n_dot_l) {
+    vec3 h = normalize(s.v + l);
+    n_dot_l = clamp(dot(s.n, l), 0.0, 1.0);
+    float v_dot_h = clamp(dot(s.v, h), 0.0, 1.0);
+    vec3 lobe = specularLobe(s.f0, s.alpha, n_dot_l, s.n_dot_v, clamp(dot(s.n, h), 0.0, 1.0), v_dot_h);
+    vec3 fresnel = s.f0 + (1.0 - s.f0) * pow(1.0 - v_dot_h, 5.0);
+    return (1.0 - fresnel) * s.diffuse / kPi + lobe;
+}
+
 /// Outgoing radiance toward the viewer, not yet multiplied by alpha. `base` is baseColor().
 vec3 litColor(vec3 base, Gradients g) {
     float metallic = material.factors.x, roughness = material.factors.y, occlusion = 1.0;
@@ -86,10 +116,27 @@ vec3 litColor(vec3 base, Gradients g) {
     vec3 specular = f0 * scale_bias.x + scale_bias.y;
     vec3 radiance = occlusion * (diffuse * (1.0 - specular) * environmentDiffuse(n) + specular * reflected);
 
-    vec3 h = normalize(v + kKeyDirection);
-    float n_dot_l = clamp(dot(n, kKeyDirection), 0.0, 1.0), v_dot_h = clamp(dot(v, h), 0.0, 1.0);
-    vec3 lobe = specularLobe(f0, alpha, n_dot_l, n_dot_v, clamp(dot(n, h), 0.0, 1.0), v_dot_h);
-    vec3 fresnel = f0 + (1.0 - f0) * pow(1.0 - v_dot_h, 5.0);
-    radiance += kKeyRadiance * n_dot_l * ((1.0 - fresnel) * diffuse / kPi + lobe);
+    Reflector surface_here = Reflector(diffuse, f0, alpha, n_dot_v, n, v);
+    float n_dot_l;
+#ifdef PUNCTUAL
+    radiance *= kFill;
+    for (uint i = 0u; i < count.lights.x; ++i) {
+        vec3 toward = towardLight(lights[i], surface.position);
+        vec3 reflected_share = reflectance(surface_here, world_from_view * toward, n_dot_l);
+        if (n_dot_l <= 0.0) continue;
+        vec3 light = irradiance(lights[i], surface.position, toward);
+#ifdef SHADOWED
+        light *= visibility(lights[i], surface.position);
+#endif
+        radiance += light * n_dot_l * reflected_share;
+    }
+#else
+    vec3 reflected_share = reflectance(surface_here, kKeyDirection, n_dot_l);
+    vec3 key = kKeyRadiance;
+#ifdef SHADOWED
+    if (n_dot_l > 0.0) key *= visibility(lights[0], surface.position);
+#endif
+    radiance += key * n_dot_l * reflected_share;
+#endif
     return radiance + emissive;
 }

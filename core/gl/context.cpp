@@ -51,6 +51,7 @@ std::string examine(const Functions& gl, Device& device) {
     limits.viewport_width = viewport[0];
     limits.viewport_height = viewport[1];
     limits.texture_size = integer(GL_MAX_TEXTURE_SIZE);
+    limits.texture_layers = integer(GL_MAX_ARRAY_TEXTURE_LAYERS);
     limits.subpixel_bits = integer(GL_SUBPIXEL_BITS);
 
     const int major = integer(GL_MAJOR_VERSION), minor = integer(GL_MINOR_VERSION);
@@ -58,7 +59,7 @@ std::string examine(const Functions& gl, Device& device) {
         return "it has OpenGL " + std::to_string(major) + "." + std::to_string(minor) +
                ", and 4.5 core is needed";
     }
-    constexpr int kStorageBlocks = 4;  // slots, depth, primitive, colour
+    constexpr int kStorageBlocks = 5;  // slots, depth, primitive, colour, lights
     if (limits.fragment_storage_blocks < kStorageBlocks) {
         return "it has " + std::to_string(limits.fragment_storage_blocks) +
                " storage blocks in fragment shaders, and " + std::to_string(kStorageBlocks) +

@@ -18,6 +18,7 @@ struct Limits {
     int framebuffer_width = 0, framebuffer_height = 0;
     int viewport_width = 0, viewport_height = 0;
     int texture_size = 0;
+    int texture_layers = 0;  ///< of an array
     int subpixel_bits = 0;
 };
 

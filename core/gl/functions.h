@@ -77,7 +77,9 @@ namespace peeler::gl {
     X(SCISSOR, Scissor)                                         \
     X(SHADERSOURCE, ShaderSource)                               \
     X(TEXTURESTORAGE2D, TextureStorage2D)                       \
+    X(TEXTURESTORAGE3D, TextureStorage3D)                       \
     X(TEXTURESUBIMAGE2D, TextureSubImage2D)                     \
+    X(TEXTURESUBIMAGE3D, TextureSubImage3D)                     \
     X(UNMAPNAMEDBUFFER, UnmapNamedBuffer)                       \
     X(USEPROGRAM, UseProgram)                                   \
     X(VERTEXARRAYATTRIBBINDING, VertexArrayAttribBinding)       \

@@ -64,6 +64,16 @@ Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height,
     return texture;
 }
 
+Texture makeTexture2DArray(const Functions& gl, GLenum format, int width, int height, int layers) {
+    GLuint name = 0;
+    gl.CreateTextures(GL_TEXTURE_2D_ARRAY, 1, &name);
+    Texture texture(gl, name);
+    gl.TextureStorage3D(name, 1, format, width, height, layers);
+    checkErrors(gl, "allocating " + std::to_string(layers) + " textures of " +
+                        std::to_string(width) + "x" + std::to_string(height));
+    return texture;
+}
+
 Framebuffer makeFramebuffer(const Functions& gl, const std::vector<GLuint>& colors, GLuint depth) {
     GLuint name = 0;
     gl.CreateFramebuffers(1, &name);

@@ -86,6 +86,9 @@ class Buffer : public Object<&Functions::DeleteBuffers> {
 /// A texture with immutable 2D storage.
 Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height, int levels = 1);
 
+/// The same, an array of layers without mipmaps.
+Texture makeTexture2DArray(const Functions& gl, GLenum format, int width, int height, int layers);
+
 /// A framebuffer with these colour attachments (0, 1, …) and, if not zero, a depth attachment.
 /// Throws Error (kDevice) if the driver does not take the combination.
 Framebuffer makeFramebuffer(const Functions& gl, const std::vector<GLuint>& colors, GLuint depth);

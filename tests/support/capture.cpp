@@ -52,6 +52,22 @@ int SceneBuilder::instance(int mesh, const glm::dmat4& placement) {
     return index;
 }
 
+void SceneBuilder::light(const Light& light, const glm::dmat4& placement) {
+    Node node;
+    node.local = placement;
+    node.light = static_cast<int>(scene_.lights.size());
+    scene_.lights.push_back(light);
+    scene_.scenes[0].roots.push_back(static_cast<int>(scene_.nodes.size()));
+    scene_.nodes.push_back(node);
+}
+
+int SceneBuilder::lit(int material) {
+    Material& m = scene_.materials[static_cast<std::size_t>(material)];
+    m.unlit = false;
+    m.metallic = 0;
+    return material;
+}
+
 View testView(int width, int height) {
     View view;
     view.width = width;

@@ -28,6 +28,10 @@ class SceneBuilder {
     int rectangle(float w, float h, float z, int material);
     /// A node that shows an existing mesh again.
     int instance(int mesh, const glm::dmat4& placement);
+    /// A light in a node of its own, which shines along −Z of `placement`.
+    void light(const Light& light, const glm::dmat4& placement);
+    /// The same material, shaded by the lights instead of unlit: dielectric, roughness 1.
+    int lit(int material);
 
     const Scene& scene() const { return scene_; }
     Scene& scene() { return scene_; }

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+// Punctual lights against the formulas of KHR_lights_punctual.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/lights.h"
+#include "core/placement.h"
+#include "support/capture.h"
+
+namespace peeler::test {
+namespace {
+
+Light light(LightType type, double intensity, const glm::dvec3& rgb = glm::dvec3(1)) {
+    Light result;
+    result.type = type;
+    result.intensity = intensity;
+    result.color = rgb;
+    return result;
+}
+constexpr LightType kDirectional = LightType::kDirectional, kPoint = LightType::kPoint;
+
+/// A rough white wall of half extents (4, 4) at z = −4 that faces the camera at the origin, and
+/// whatever lights are added. Its diffuse share is 0.96 of base colour; the rest is specular.
+class Wall {
+  public:
+    Wall() {
+        const int white = builder_.lit(builder_.material({1, 1, 1, 1}, AlphaMode::kOpaque));
+        builder_.rectangle(4, 4, -4, white);
+    }
+
+    void add(const Light& added, const glm::dvec3& at, const glm::dvec3& forward = {0, 0, -1}) {
+        const glm::dvec3 up = std::abs(forward.y) > 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+        glm::dmat4 placement = *lookAlong(at, forward, up);
+        // The scale of a node has no effect on its light.
+        for (int axis = 0; axis < 3; ++axis)
+            placement[axis] *= 3.0;
+        builder_.light(added, placement);
+    }
+
+    /// The colour that the pixels of a 65x65 picture see, less what the environment adds (which is
+    /// what remains with the lights at 0): from the lights alone. Row by row.
+    std::vector<glm::dvec3> seen() {
+        std::vector<glm::dvec3> bright = colors();
+        std::vector<double> intensities;
+        for (Light& shining : builder_.scene().lights) {
+            intensities.push_back(shining.intensity);
+            shining.intensity = 0;
+        }
+        const std::vector<glm::dvec3> dark = colors();
+        for (std::size_t i = 0; i < intensities.size(); ++i)
+            builder_.scene().lights[i].intensity = intensities[i];
+        for (std::size_t p = 0; p < bright.size(); ++p)
+            bright[p] -= dark[p];
+        return bright;
+    }
+    glm::dvec3 atCenter() { return seen()[32 * 65 + 32]; }
+
+    /// Where the ray of a pixel meets the wall.
+    static glm::dvec3 point(int x, int y) {
+        return {4 * 0.5 * ((x + 0.5) / 65 * 2 - 1), 4 * 0.5 * (1 - (y + 0.5) / 65 * 2), -4};
+    }
+
+  private:
+    std::vector<glm::dvec3> colors() const {
+        CaptureSettings s;
+        s.color_type = PixelType::kFloat;
+        const auto result = capture(builder_.scene(), testView(65, 65), s);
+        std::vector<glm::dvec3> values;
+        for (std::size_t f = 0; f < result.image.fragments(); ++f)
+            values.emplace_back(glm::vec3(color(result.image, f)));
+        EXPECT_EQ(values.size(), 65U * 65U);
+        return values;
+    }
+
+    SceneBuilder builder_;
+};
+
+/// Radiance / irradiance of the wall for light along l and the view along v (unit, away from the
+/// surface), its normal +Z: glTF 2.0, appendix B, roughness 1, white.
+double brdf(const glm::dvec3& l, const glm::dvec3& v) {
+    const double pi = std::numbers::pi;
+    const glm::dvec3 h = glm::normalize(l + v);
+    const double fresnel = 0.04 + 0.96 * std::pow(1 - glm::dot(v, h), 5);
+    // At roughness 1 the distribution is 1 / pi and the visibility 0.5 / (n·l + n·v).
+    return (1 - fresnel) / pi + fresnel / pi * 0.5 / (l.z + v.z);
+}
+
+/// Compares every eighth pixel with irradiance(point, l), l being the direction toward the light.
+void expectLight(Wall& wall, const std::function<glm::dvec3(const glm::dvec3&)>& toward,
+                 const std::function<double(const glm::dvec3&)>& irradiance) {
+    const auto seen = wall.seen();
+    double brightest = 0;
+    for (int y = 0; y < 65; y += 8) {
+        for (int x = 0; x < 65; x += 8) {
+            const glm::dvec3 at = Wall::point(x, y), l = toward(at);
+            const double expected = irradiance(at) * l.z * brdf(l, glm::normalize(-at));
+            brightest = std::max(brightest, expected);
+            const glm::dvec3 rgb = seen[static_cast<std::size_t>(y * 65 + x)];
+            for (int c = 0; c < 3; ++c)
+                EXPECT_NEAR(rgb[c], expected, 2e-5 * expected + 2e-6) << x << ", " << y;
+        }
+    }
+    EXPECT_GT(brightest, 1e-3) << "the test sees nothing";
+}
+
+TEST(Lights, OneLuxOnWhiteIsOneOverPi) {
+    Wall wall;
+    wall.add(light(kDirectional, 1), {5, 6, 7});
+    // 0.96 of it diffuse; what the rough surface mirrors straight back comes on top.
+    EXPECT_NEAR(wall.atCenter().g, (0.96 + 0.04 / 4) / std::numbers::pi, 1e-6);
+}
+
+TEST(Lights, DirectionalLightHasNoPlace) {
+    const glm::dvec3 forward = glm::normalize(glm::dvec3(1, -2, -3));
+    for (const glm::dvec3& at : {glm::dvec3(0), glm::dvec3(50, -900, 7)}) {
+        Wall wall;
+        wall.add(light(kDirectional, 2.5), at, forward);
+        expectLight(
+            wall, [&](const glm::dvec3&) { return -forward; },
+            [](const glm::dvec3&) { return 2.5; });
+    }
+}
+
+TEST(Lights, FromBehindDoNotShine) {
+    Wall wall;
+    wall.add(light(kDirectional, 5), {0, 0, 0}, {0, 0.3, 1});
+    wall.add(light(kPoint, 5), {0, 0, -5});
+    EXPECT_EQ(wall.atCenter(), glm::dvec3(0));
+}
+
+TEST(Lights, PointLightFallsOffWithTheSquareOfTheDistance) {
+    for (const glm::dvec3& at :
+         {glm::dvec3(0, 0, -3), glm::dvec3(1, -0.5, 4), glm::dvec3(-9, 5, 60)}) {
+        Wall wall;
+        wall.add(light(kPoint, 30), at);
+        expectLight(
+            wall, [&](const glm::dvec3& p) { return glm::normalize(at - p); },
+            [&](const glm::dvec3& p) { return 30 / glm::dot(at - p, at - p); });
+    }
+}
+
+TEST(Lights, RangeIsAWindow) {
+    const glm::dvec3 at(0.5, 0.25, -3);
+    Wall wall;
+    Light near = light(kPoint, 10);
+    near.range = 1.6;
+    wall.add(near, at);
+    expectLight(
+        wall, [&](const glm::dvec3& p) { return glm::normalize(at - p); },
+        [&](const glm::dvec3& p) {
+            const double d = glm::length(at - p);
+            return 10 * std::clamp(1 - std::pow(d / 1.6, 4), 0.0, 1.0) / (d * d);
+        });
+    // The corners lie beyond it.
+    EXPECT_EQ(wall.seen()[0], glm::dvec3(0));
+}
+
+TEST(Lights, SpotLightHasTheConeOfTheFormula) {
+    const glm::dvec3 at(-0.5, 0.5, -1), forward = glm::normalize(glm::dvec3(0.2, -0.1, -1));
+    const double inner = 0.2, outer = 0.45;
+    Wall wall;
+    Light spot = light(LightType::kSpot, 20);
+    spot.inner_cone = inner;
+    spot.outer_cone = outer;
+    wall.add(spot, at, forward);
+    int full = 0, partial = 0, dark = 0;
+    expectLight(
+        wall, [&](const glm::dvec3& p) { return glm::normalize(at - p); },
+        [&](const glm::dvec3& p) {
+            const double cosine = glm::dot(glm::normalize(p - at), forward);
+            const double scale = 1 / std::max(0.001, std::cos(inner) - std::cos(outer));
+            const double share = std::clamp((cosine - std::cos(outer)) * scale, 0.0, 1.0);
+            ++(share == 1 ? full : share > 0 ? partial : dark);
+            return 20 * share * share / glm::dot(at - p, at - p);
+        });
+    EXPECT_GT(full, 2);
+    EXPECT_GT(partial, 2);
+    EXPECT_GT(dark, 2);
+}
+
+TEST(Lights, AddUpEachInItsColour) {
+    Wall wall;
+    wall.add(light(kDirectional, 2, {1, 0, 0.5}), {0, 0, 0});
+    wall.add(light(kPoint, 8, {0, 1, 0.5}), {0, 0, -2});
+    const glm::dvec3 rgb = wall.atCenter();
+    const double one = (0.96 + 0.04 / 4) / std::numbers::pi;
+    EXPECT_NEAR(rgb.r, 2 * one, 1e-5);
+    EXPECT_NEAR(rgb.g, 2 * one, 1e-5);  // 8 candela at distance 2
+    EXPECT_NEAR(rgb.b, 2 * one, 1e-5);
+}
+
+TEST(Lights, ThereMayBeHundreds) {
+    Wall wall;
+    for (int i = 0; i < 500; ++i)
+        wall.add(light(kDirectional, 0.01), {0, 0, 0});
+    EXPECT_NEAR(wall.atCenter().g, 5 * (0.96 + 0.04 / 4) / std::numbers::pi, 1e-4);
+}
+
+TEST(Lights, OnTheSurfaceSpoilNothing) {
+    Wall wall;
+    wall.add(light(kPoint, 5), Wall::point(32, 32));
+    wall.add(light(kPoint, 5), Wall::point(32, 32) + glm::dvec3(0, 0, 1e-12));
+    wall.add(light(kDirectional, 1), {0, 0, 0});
+    EXPECT_NEAR(wall.atCenter().g, (0.96 + 0.04 / 4) / std::numbers::pi, 1e-5);
+}
+
+TEST(Lights, ThatHaveNoDirectionAreRefused) {
+    Scene scene;
+    scene.lights.resize(1);
+    scene.nodes.resize(1);
+    scene.nodes[0].light = 0;
+    scene.nodes[0].local[2] = {0, 0, 0, 0};
+    scene.scenes.push_back({"", {0}});
+    EXPECT_THROW(placedLights(scene, contents(scene, 0)), Error);
+    scene.lights[0].type = LightType::kPoint;
+    EXPECT_EQ(placedLights(scene, contents(scene, 0)).size(), 1U);
+}
+
+}  // namespace
+}  // namespace peeler::test

@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: Apache-2.0
+// Midpoint shadow maps where geometry says what is lit.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <thread>
+
+#include "core/error.h"
+#include "core/peel/method.h"
+#include "core/placement.h"
+#include "support/capture.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+CaptureSettings withShadows(int size) {
+    CaptureSettings s;
+    s.color_type = PixelType::kFloat;
+    s.shadows = true;
+    s.shadow_size = size;
+    return s;
+}
+
+Light light(LightType type, double intensity) {
+    Light result;
+    result.type = type;
+    result.intensity = intensity;
+    return result;
+}
+
+/// The same picture with shadows, without them, and without light: every fragment of the first
+/// should have the colour of the second (lit), of the third (in shadow), or one between.
+struct Exposures {
+    LayeredImage shadowed, lit, dark;
+
+    Exposures(Scene scene, const View& view, int size) {
+        CaptureSettings s = withShadows(size);
+        shadowed = capture(scene, view, s).image;
+        s.shadows = false;
+        lit = capture(scene, view, s).image;
+        for (Light& source : scene.lights)
+            source.intensity = 0;
+        dark = capture(scene, view, s).image;
+    }
+
+    bool isLit(std::size_t f) const { return color(shadowed, f) == color(lit, f); }
+    bool isDark(std::size_t f) const { return color(shadowed, f) == color(dark, f); }
+    bool tells(std::size_t f) const { return color(lit, f) != color(dark, f); }
+
+    /// The point that fragment f of pixel (x, y) shows, in the space of the test view's camera.
+    glm::dvec3 point(const View& view, int x, int y, std::size_t f) const {
+        const double z = static_cast<double>(shadowed.z[f]);
+        return {z * view.projection.half_width * ((x + 0.5) / view.width * 2 - 1),
+                z * view.projection.half_height * (1 - (y + 0.5) / view.height * 2), -z};
+    }
+};
+
+/// Calls visit(fragment, point) for every fragment.
+void forEach(const Exposures& seen, const View& view,
+             const std::function<void(std::size_t, const glm::dvec3&)>& visit) {
+    for (int y = 0; y < view.height; ++y)
+        for (int x = 0; x < view.width; ++x) {
+            const std::size_t p = seen.lit.pixelIndex(x, y);
+            for (std::size_t f = seen.lit.offsets[p]; f < seen.lit.offsets[p + 1]; ++f)
+                visit(f, seen.point(view, x, y, f));
+        }
+}
+
+/// A wall of half extents (4, 4) at z = −4 and, at z, a square of half extent 0.3 before it.
+SceneBuilder wallAndSquare(float z, AlphaMode mode, float alpha = 1) {
+    SceneBuilder builder;
+    const int white = builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque));
+    builder.rectangle(4, 4, -4, white);
+    builder.rectangle(0.3F, 0.3F, z, builder.lit(builder.material({1, 1, 1, alpha}, mode)));
+    return builder;
+}
+
+/// The wall is in shadow inside the rectangle and lit outside; nearer to its edge than `tolerance`
+/// it may be either. The square itself is lit.
+void expectShadow(const Scene& scene, int size, const glm::dvec2& low, const glm::dvec2& high,
+                  double tolerance) {
+    const View view = testView(255, 255);
+    const Exposures seen(scene, view, size);
+    std::size_t lit = 0, dark = 0, wrong = 0, edge = 0;
+    forEach(seen, view, [&](std::size_t f, const glm::dvec3& at) {
+        ASSERT_TRUE(seen.tells(f));
+        if (at.z > -3.9) {
+            wrong += seen.isLit(f) ? 0 : 1;
+            return;
+        }
+        const glm::dvec2 outside = glm::max(low - glm::dvec2(at), glm::dvec2(at) - high);
+        const double distance = std::max(outside.x, outside.y);
+        if (std::abs(distance) < tolerance) {
+            ++edge;
+        } else if (distance > 0) {
+            ++lit;
+            wrong += seen.isLit(f) ? 0 : 1;
+        } else {
+            ++dark;
+            wrong += seen.isDark(f) ? 0 : 1;
+        }
+    });
+    EXPECT_EQ(wrong, 0U);
+    EXPECT_GT(lit, 10000U);
+    EXPECT_GT(dark, 500U);
+    EXPECT_LT(edge, 1000U) << "the tolerance hides the test";
+}
+
+TEST(Shadows, OfADirectionalLightLieWhereTheRaysEnd) {
+    SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
+    // The rays move by (0.5, −0.25) on the way from the square to the wall.
+    builder.light(light(LightType::kDirectional, 2),
+                  *lookAlong({7, 8, 9}, {0.5, -0.25, -1}, {0, 1, 0}));
+    // A texel of the map covers 8 · 1.01 / 512 of the wall, or a little more askew.
+    expectShadow(builder.scene(), 512, {0.2, -0.55}, {0.8, 0.05}, 0.025);
+}
+
+TEST(Shadows, OfASpotLightLieWhereTheRaysEnd) {
+    SceneBuilder builder = wallAndSquare(-2, AlphaMode::kOpaque);
+    Light spot = light(LightType::kSpot, 50);
+    spot.inner_cone = 0.9;  // all of the picture
+    spot.outer_cone = 1;
+    // Shadows are twice as large as the square, seen from (0.3, 0.2, 0).
+    builder.light(spot, *lookAlong({0.3, 0.2, 0}, {0, 0, -1}, {1, 2, 0}));
+    // A texel covers 2 · 4 · tan(1) · 1.01 / 1024 of the wall; the map is turned against it.
+    expectShadow(builder.scene(), 1024, {-0.9, -0.8}, {0.3, 0.4}, 0.025);
+}
+
+TEST(Shadows, AreCastThroughTheHolesOfMasksAndByBothFaces) {
+    SceneBuilder builder = wallAndSquare(-3, AlphaMode::kMask);
+    Material& leaf = builder.scene().materials[builder.scene().meshes[1].primitives[0].material];
+    leaf.double_sided = true;
+    Primitive& square = builder.scene().meshes[1].primitives[0];
+    // Alpha from 0 at the left edge to 1 at the right: the cutoff 0.5 keeps x > 0.
+    for (const glm::vec3& p : square.positions)
+        square.colors.push_back({1, 1, 1, p.x > 0 ? 1 : 0});
+    builder.light(light(LightType::kDirectional, 2),
+                  *lookAlong({0, 0, 0}, {0.5, 0, -1}, {0, 1, 0}));
+    expectShadow(builder.scene(), 512, {0.5, -0.3}, {0.8, 0.3}, 0.025);
+    std::reverse(square.positions.begin(), square.positions.end());  // now it faces the wall
+    std::reverse(square.colors.begin(), square.colors.end());
+    leaf.double_sided = false;
+    const View view = testView(64, 64);
+    const Exposures seen(builder.scene(), view, 512);
+    std::size_t dark = 0;
+    forEach(seen, view, [&](std::size_t f, const glm::dvec3&) { dark += seen.isDark(f) ? 1 : 0; });
+    EXPECT_GT(dark, 20U);
+}
+
+TEST(Shadows, AreNotCastByGlassNorByPointLights) {
+    SceneBuilder glass = wallAndSquare(-3, AlphaMode::kBlend, 0.5F);
+    glass.light(light(LightType::kDirectional, 2), *lookAlong({0, 0, 0}, {0.5, 0, -1}, {0, 1, 0}));
+    SceneBuilder lamp = wallAndSquare(-3, AlphaMode::kOpaque);
+    lamp.light(light(LightType::kPoint, 2), glm::dmat4(1));
+    const View view = testView(64, 64);
+    for (const SceneBuilder& builder : {glass, lamp}) {
+        const Exposures seen(builder.scene(), view, 256);
+        EXPECT_EQ(difference(seen.shadowed, seen.lit), "");
+    }
+}
+
+TEST(Shadows, GlassReceivesThem) {
+    SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
+    builder.rectangle(4, 4, -3.75F, builder.lit(builder.material({1, 1, 1, 0.5F})));
+    builder.light(light(LightType::kDirectional, 2), glm::dmat4(1));
+    const View view = testView(63, 63);
+    const Exposures seen(builder.scene(), view, 512);
+    const std::size_t f = seen.lit.offsets[seen.lit.pixelIndex(31, 31)];
+    EXPECT_TRUE(seen.isLit(f) && !seen.isDark(f));
+    EXPECT_TRUE(seen.isDark(f + 1) && !seen.isLit(f + 1)) << "the pane behind the square";
+    EXPECT_TRUE(seen.isDark(f + 2)) << "the wall";
+}
+
+TEST(Shadows, SurfacesThatCoincideAreLit) {
+    SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
+    const int white = builder.scene().meshes[0].primitives[0].material;
+    builder.rectangle(4, 4, -4, white);
+    // The same square again, cut along the other diagonal: depths that differ by rounding.
+    builder.quad({0.3, -0.3, -3}, {0.3, 0.3, -3}, {-0.3, 0.3, -3}, {-0.3, -0.3, -3}, white);
+    builder.light(light(LightType::kDirectional, 2),
+                  *lookAlong({7, 8, 9}, {0.5, -0.25, -1}, {0, 1, 0}));
+    expectShadow(builder.scene(), 512, {0.2, -0.55}, {0.8, 0.05}, 0.025);
+}
+
+/// A closed sphere about (0, 0, −3) with its exact normals.
+SceneBuilder sphere() {
+    constexpr int kRound = 160, kUp = 80;
+    std::vector<glm::vec3> positions, normals;
+    const auto at = [](int i, int j) {
+        const double a = 2 * std::numbers::pi * i / kRound, b = std::numbers::pi * j / kUp;
+        return glm::vec3(std::sin(b) * std::cos(a), std::cos(b), -std::sin(b) * std::sin(a));
+    };
+    for (int i = 0; i < kRound; ++i)
+        for (int j = 0; j < kUp; ++j)
+            for (const auto& [di, dj] : {std::pair{0, 0}, {0, 1}, {1, 1}, {0, 0}, {1, 1}, {1, 0}})
+                normals.push_back(at(i + di, j + dj));
+    for (const glm::vec3& n : normals)
+        positions.push_back(n + glm::vec3(0, 0, -3));
+    SceneBuilder builder;
+    builder.triangles(positions, builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque)));
+    builder.scene().meshes[0].primitives[0].normals = normals;
+    return builder;
+}
+
+TEST(Shadows, AreFreeOfAcneWithoutABias) {
+    const View view = testView(255, 255);
+    for (const glm::dvec3& forward : {glm::dvec3(-1, -1, -1), glm::dvec3(1, -0.2, -0.1)}) {
+        SceneBuilder builder = sphere();
+        builder.light(light(LightType::kDirectional, 2), *lookAlong({0, 0, 0}, forward, {0, 1, 0}));
+        const Exposures seen(builder.scene(), view, 2048);
+        std::size_t facing = 0, away = 0, wrong = 0;
+        forEach(seen, view, [&](std::size_t f, const glm::dvec3& p) {
+            // Outside faces the light or, beyond the shadow's edge, inside does and gets none.
+            const double cosine = -glm::dot(p - glm::dvec3(0, 0, -3), glm::normalize(forward));
+            if (cosine > 0.05) {
+                ++facing;
+                wrong += seen.isLit(f) ? 0 : 1;
+            } else if (cosine < -0.05) {
+                ++away;
+                wrong += seen.isDark(f) ? 0 : 1;
+            }
+        });
+        EXPECT_EQ(wrong, 0U);
+        EXPECT_GT(facing, 10000U);
+        EXPECT_GT(away, 10000U);
+    }
+}
+
+TEST(Shadows, TheBuiltInLightCastsThem) {
+    SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
+    const View view = testView(128, 128);
+    CaptureSettings s = withShadows(512);
+    const auto shadowed = capture(builder.scene(), view, s).image;
+    s.shadows = false;
+    const auto lit = capture(builder.scene(), view, s).image;
+    // From the square at z = −3 to the wall the key light moves by (0.918, −1.606).
+    std::size_t dark = 0, wrong = 0;
+    for (int y = 0; y < view.height; ++y)
+        for (int x = 0; x < view.width; ++x) {
+            const std::size_t f = lit.offsets[lit.pixelIndex(x, y) + 1] - 1;
+            const glm::dvec2 at(2 * ((x + 0.5) / 64 - 1), 2 * (1 - (y + 0.5) / 64));
+            const glm::dvec2 off = glm::abs(at - glm::dvec2(0.918, -1.606));
+            const double distance = std::max(off.x, off.y) - 0.3;
+            if (std::abs(distance) < 0.05) continue;
+            dark += distance < 0 ? 1 : 0;
+            wrong += (color(shadowed, f) == color(lit, f)) == (distance > 0) ? 0 : 1;
+        }
+    EXPECT_EQ(wrong, 0U);
+    EXPECT_GT(dark, 100U);
+}
+
+/// Opaque, masked and transparent squares in disorder under three lights.
+Scene crowd() {
+    SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
+    for (int i = 0; i < 30; ++i) {
+        const double t = i;
+        const auto mode = static_cast<AlphaMode>(i % 3);
+        const int m = builder.lit(builder.material({0.8F, 0.6F, 0.4F, 0.7F}, mode));
+        const glm::dvec3 at(std::sin(t), std::cos(2 * t), -3 + 0.6 * std::sin(3 * t));
+        const auto place = *lookAlong(at, {std::sin(5 * t), 0.3, -1}, {0.2, 1, 0});
+        builder.quad({-0.3, -0.3, 0}, {0.3, -0.3, 0}, {0.3, 0.3, 0}, {-0.3, 0.3, 0}, m, place);
+    }
+    Light spot = light(LightType::kSpot, 20);
+    spot.outer_cone = 0.6;
+    builder.light(spot, *lookAlong({0.5, 1, 0}, {0, -0.2, -1}, {0, 1, 0}));
+    builder.light(light(LightType::kPoint, 5), *lookAlong({0, 0, -1}, {0, 0, -1}, {0, 1, 0}));
+    builder.light(light(LightType::kDirectional, 1), *lookAlong({0, 0, 0}, {1, -1, -1}, {0, 1, 0}));
+    return builder.scene();
+}
+
+TEST(Shadows, AreTheSameWithEveryMethodAndBand) {
+    const Scene scene = crowd();
+    const View view = testView(160, 120);
+    CaptureSettings s = withShadows(300);
+    s.color_type = PixelType::kHalf;
+    const auto reference = capture(scene, view, s);
+    s.shadows = false;
+    EXPECT_NE(difference(reference.image, capture(scene, view, s).image), "");
+    s.shadows = true;
+    for (const auto& method : peelMethods()) {
+        if (!method.exact()) continue;
+        s.method = method.name;
+        EXPECT_EQ(difference(reference.image, capture(scene, view, s).image), "") << method.name;
+    }
+    s.band_bytes = 1 << 18;
+    const auto cut = capture(scene, view, s);
+    EXPECT_GT(cut.bands.size(), 2U);
+    EXPECT_EQ(difference(reference.image, cut.image), "");
+}
+
+TEST(Shadows, AreTheSameOnBothBackends) {
+    if (!sharedContext().device().software) GTEST_SKIP() << "a GPU rounds as it likes";
+    const std::string other = testBackend() == "egl" ? "osmesa" : "egl";
+    const Scene scene = crowd();
+    const View view = testView(160, 120);
+    const auto here = capture(scene, view, withShadows(300));
+    LayeredImage there;
+    std::thread([&] {
+        const auto context = gl::createContext({.backend = other});
+        there = capture(scene, view, withShadows(300), *context).image;
+    }).join();
+    EXPECT_EQ(difference(here.image, there), "");
+}
+
+TEST(Shadows, MapsServeEveryViewOfTheScene) {
+    const Scene scene = crowd();
+    const SceneContents shown = contents(scene, 0);
+    Renderer renderer(sharedContext(), scene, shown);
+    View view = testView(64, 48);
+    for (const int size : {200, 200, 100}) {
+        view.camera_to_world[3].x += 0.25;
+        CollectSink collect;
+        Sink* sinks[] = {&collect};
+        renderer.plan(view, withShadows(size));
+        renderer.capture(sinks);
+        EXPECT_EQ(difference(collect.image, capture(scene, view, withShadows(size)).image), "");
+    }
+}
+
+TEST(Shadows, TooLargeAMapIsAUsageError) {
+    const Scene scene = crowd();
+    try {
+        capture(scene, testView(8, 8), withShadows(1 << 20));
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+        EXPECT_EQ(error.where(), "--shadow-size 1048576");
+    }
+}
+
+TEST(Shadows, OfNothingAreNone) {
+    SceneBuilder builder;
+    EXPECT_EQ(capture(builder.scene(), testView(8, 8), withShadows(64)).image.fragments(), 0U);
+    builder.rectangle(1, 1, -2, builder.lit(builder.material({1, 1, 1, 0.5F})));
+    EXPECT_EQ(capture(builder.scene(), testView(8, 8), withShadows(64)).image.fragments(), 64U);
+}
+
+}  // namespace
+}  // namespace peeler::test
