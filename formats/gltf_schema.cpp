@@ -357,9 +357,12 @@ class SchemaCheck {
 
     void extensions(json& value, const std::string& pointer, const std::string& owner) {
         if (!value.is_object()) refuse(pointer, "must be an object", value);
-        for (const auto& [key, element] : value.items())
-            for (const std::string& name : {key, owner + '/' + key})
-                if (!rowsOf(name).empty()) object(element, childPointer(pointer, key), name);
+        for (const auto& [key, element] : value.items()) {
+            const std::string child = childPointer(pointer, key);
+            if (!rowsOf(key).empty()) object(element, child, key);
+            if (const std::string here = childPointer(owner, key); !rowsOf(here).empty())
+                object(element, child, here);
+        }
     }
 
     json& root_;

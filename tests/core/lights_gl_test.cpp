@@ -200,12 +200,18 @@ TEST(Lights, ThereMayBeHundreds) {
     EXPECT_NEAR(wall.atCenter().g, 5 * (0.96 + 0.04 / 4) / std::numbers::pi, 1e-4);
 }
 
-TEST(Lights, OnTheSurfaceSpoilNothing) {
-    Wall wall;
-    wall.add(light(kPoint, 5), Wall::point(32, 32));
-    wall.add(light(kPoint, 5), Wall::point(32, 32) + glm::dvec3(0, 0, 1e-12));
-    wall.add(light(kDirectional, 1), {0, 0, 0});
-    EXPECT_NEAR(wall.atCenter().g, (0.96 + 0.04 / 4) / std::numbers::pi, 1e-5);
+TEST(Lights, OfAnyStrengthLeaveEmissionAlone) {
+    // A black metal reflects nothing straight back: 0 times the light, which must not be infinite.
+    SceneBuilder builder;
+    const int metal = builder.lit(builder.material({0, 0, 0, 1}, AlphaMode::kOpaque));
+    Material& material = builder.scene().materials[static_cast<std::size_t>(metal)];
+    material.metallic = 1;
+    material.emissive = glm::vec3(0.5F);
+    builder.rectangle(4, 4, -4, metal);
+    builder.light(light(kPoint, 1e38), *lookAlong({0, 0, -3.999}, {0, 0, -1}, {0, 1, 0}));
+    builder.light(light(kPoint, 1), *lookAlong({0, 0, -4}, {0, 0, -1}, {0, 1, 0}));
+    const auto image = capture(builder.scene(), testView(65, 65)).image;
+    EXPECT_NEAR(color(image, 32 * 65 + 32).g, 0.5F, 0.1F);
 }
 
 TEST(Lights, ThatHaveNoDirectionAreRefused) {

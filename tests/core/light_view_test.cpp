@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a light sees.
+#include "core/light_view.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "core/placement.h"
+
+namespace peeler::test {
+namespace {
+
+/// A cloud of points about `middle`, seeded.
+Scene cloud(const glm::dvec3& middle) {
+    std::mt19937 random(1992);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    Scene scene;
+    Primitive& points = scene.meshes.emplace_back().primitives.emplace_back();
+    for (int i = 0; i < 500; ++i)
+        points.positions.emplace_back(middle + glm::dvec3(unit(random), 2 * unit(random), 0));
+    scene.nodes.emplace_back().mesh = 0;
+    scene.scenes.push_back({"", {0}});
+    return scene;
+}
+
+PlacedLight placed(LightType type, const glm::dvec3& at, const glm::dvec3& forward) {
+    PlacedLight light;
+    light.name = "lamp";
+    light.light.type = type;
+    light.to_world = *lookAlong(at, forward, {0, 1, 0});
+    return light;
+}
+
+TEST(LightView, OfADirectionalLightIsTight) {
+    const Scene scene = cloud({100, -50, 20});
+    const SceneContents shown = contents(scene, 0);
+    const auto view =
+        lightView(placed(LightType::kDirectional, {-3, 4, 5}, {1, -2, -0.5}), scene, shown);
+    ASSERT_TRUE(view);
+    EXPECT_EQ(view->camera_name, "light:lamp");
+    EXPECT_FALSE(view->projection.perspective);
+    const glm::dmat4 clip_from_world =
+        view->projection.matrix() * glm::inverse(view->camera_to_world);
+    glm::dvec3 low(9), high(-9);
+    for (const glm::vec3& p : scene.meshes[0].primitives[0].positions) {
+        const glm::dvec3 at(clip_from_world * glm::dvec4(p, 1));
+        low = glm::min(low, at);
+        high = glm::max(high, at);
+    }
+    for (int axis = 0; axis < 2; ++axis) {
+        EXPECT_NEAR(low[axis], -1 / 1.01, 1e-6);
+        EXPECT_NEAR(high[axis], 1 / 1.01, 1e-6);
+    }
+    EXPECT_GT(low.z, 0.005);  // before the far plane, 0 with reversed Z
+    EXPECT_LT(high.z, 0.995);
+    EXPECT_GT(high.z - low.z, 0.97);
+}
+
+TEST(LightView, OfASpotLightIsItsCone) {
+    const Scene scene = cloud({0, 0, -5});
+    const SceneContents shown = contents(scene, 0);
+    PlacedLight spot = placed(LightType::kSpot, {0, 0, 1}, {0, 0, -1});
+    spot.light.outer_cone = 0.5;
+    const auto view = lightView(spot, scene, shown);
+    ASSERT_TRUE(view);
+    EXPECT_TRUE(view->projection.perspective);
+    EXPECT_NEAR(view->projection.half_width, 1.01 * std::tan(0.5), 1e-12);
+    EXPECT_EQ(view->projection.half_width, view->projection.half_height);
+    EXPECT_NEAR(view->projection.near, 6e-5, 1e-9);
+    EXPECT_TRUE(std::isinf(view->projection.far));
+    EXPECT_EQ(view->camera_to_world, spot.to_world);
+    spot.light.outer_cone = std::numbers::pi / 2;  // its tangent would be infinite
+    EXPECT_NEAR(lightView(spot, scene, shown)->projection.half_width,
+                1.01 * std::tan(85 * std::numbers::pi / 180), 1e-9);
+}
+
+TEST(LightView, OfWhatIsSeenEdgeOnHasAWidth) {
+    const Scene scene = cloud({0, 0, -5});  // flat
+    const auto view =
+        lightView(placed(LightType::kDirectional, {0, 0, 0}, {1, 0, 0}), scene, contents(scene, 0));
+    ASSERT_TRUE(view);
+    EXPECT_GT(view->projection.half_width, 1e-5);
+    EXPECT_LT(view->projection.half_width, 1e-3);
+}
+
+TEST(LightView, IsNoneWhereThereIsNone) {
+    const Scene scene = cloud({0, 0, -5});
+    const SceneContents shown = contents(scene, 0);
+    EXPECT_FALSE(lightView(placed(LightType::kPoint, {0, 0, 0}, {0, 0, -1}), scene, shown));
+    Scene empty;
+    empty.scenes.push_back({"", {}});
+    const auto sun = placed(LightType::kDirectional, {0, 0, 0}, {0, 0, -1});
+    EXPECT_FALSE(lightView(sun, empty, contents(empty, 0)));
+    EXPECT_TRUE(lightView(sun, scene, shown));
+}
+
+TEST(LightView, TheBuiltInLightStandsInForNone) {
+    const Scene scene = cloud({0, 0, 0});
+    const auto lights = placedLights(scene, contents(scene, 0));
+    ASSERT_EQ(lights.size(), 1U);
+    EXPECT_EQ(lights[0].name, "key");
+    // From above, left and in front.
+    const glm::dvec3 toward(lights[0].to_world[2]);
+    EXPECT_NEAR(glm::length(toward), 1, 1e-6);
+    EXPECT_LT(toward.x, -0.4);
+    EXPECT_GT(toward.y, 0.7);
+    EXPECT_GT(toward.z, 0.4);
+}
+
+}  // namespace
+}  // namespace peeler::test
