@@ -13,6 +13,15 @@ void BandBuffers::bind() const {
     if (primitives_) primitives_.bindStorage(PEELER_PRIMITIVES);
     if (colors_) colors_.bindStorage(PEELER_COLORS);
     if (counts_) counts_.bindStorage(PEELER_COUNTS);
+    if (clip_first_) clip_first_.bindStorage(PEELER_CLIP_FIRST);
+    if (clip_depths_) clip_depths_.bindStorage(PEELER_CLIP_DEPTHS);
+}
+
+void BandBuffers::reserveClip(std::span<const std::uint32_t> first) {
+    reserve(clip_first_, first.size_bytes());
+    reserve(clip_depths_, first.back() * sizeof(float));
+    const auto mapping = clip_first_.overwrite(first.size_bytes());
+    std::copy(first.begin(), first.end(), mapping.as<std::uint32_t>());
 }
 
 void BandBuffers::clearForComposite(std::span<const std::uint32_t> counts) {

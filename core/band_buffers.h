@@ -33,6 +33,8 @@ class BandBuffers {
         reserve(primitives_, fragments * sizeof(std::uint32_t));
         reserve(colors_, fragments * 4 * pixelTypeSize(color_type));
     }
+    /// Room for the boundary of a clip mesh: of each pixel where its surfaces begin, and one more.
+    void reserveClip(std::span<const std::uint32_t> first);
     /// Room for a composite of so many pixels: the counts are these, all else is 0.
     void clearForComposite(std::span<const std::uint32_t> counts);
     /// Binds all at their PEELER_ binding points.
@@ -51,7 +53,7 @@ class BandBuffers {
     }
 
     const gl::Functions& gl_;
-    gl::Buffer slots_, depths_, primitives_, colors_, counts_;
+    gl::Buffer slots_, depths_, primitives_, colors_, counts_, clip_first_, clip_depths_;
 };
 
 }  // namespace peeler

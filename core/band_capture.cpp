@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <numeric>
 
 #include "core/error.h"
 #include "core/gather.h"
@@ -43,6 +44,7 @@ BandCapture::BandCapture(gl::Context& context, const Scene& scene, const SceneCo
 void BandCapture::setView(const View& view, const CaptureSettings& settings) {
     view_ = view;
     settings_ = settings;
+    clip_band_ = {};
     rasterizer_.setView(view, settings);
 }
 
@@ -75,20 +77,53 @@ void BandCapture::forEachTile(const Window& band, F&& f) {
         f(tile, intersect(tile, band));
 }
 
-void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) {
-    const StageTimer timer(times_, "count");
-    buffers_.reserveSlots(band.pixels());
-    buffers_.slots().clearToZero(band.pixels() * sizeof(std::uint32_t));
+void BandCapture::drawIntoSlots(const GeometryPass& pass, const Window& band,
+                                std::uint32_t capacity) {
     buffers_.bind();
-    rasterizer_.setBand(band, 0, 0);
+    rasterizer_.setBand(band, capacity, 0);
     forEachTile(band, [&](const Window& tile, const Window& area) {
         rasterizer_.setTile(tile);
         const auto framebuffer = gl::makeEmptyFramebuffer(gl(), tile.width(), tile.height());
-        rasterizer_.draw({.fragment_shader = "count.frag", .framebuffer = framebuffer.name()},
-                         area);
+        GeometryPass into_slots = pass;
+        into_slots.framebuffer = framebuffer.name();
+        rasterizer_.draw(into_slots, area);
     });
     gl::waitForGpu(gl());
     gl::checkErrors(gl(), "counting fragments");
+}
+
+void BandCapture::prepareClip(const Window& band) {
+    if (settings_.clip.nodes.empty() || band == clip_band_) return;
+    const std::size_t pixels = band.pixels(), bytes = pixels * sizeof(std::uint32_t);
+    buffers_.reserveSlots(pixels);
+    buffers_.slots().clearToZero(bytes);
+    GeometryPass pass = {.fragment_shader = "clip_boundary.frag",
+                         .definitions = "COUNT",
+                         .draws = Draws::kClipMeshes,
+                         .bounded = false};
+    drawIntoSlots(pass, band, 0);
+    std::vector<std::uint32_t> first(pixels + 1);
+    {
+        const auto counts = buffers_.slots().read(bytes);
+        std::partial_sum(counts.as<const std::uint32_t>(),
+                         counts.as<const std::uint32_t>() + pixels, first.begin() + 1);
+    }
+    buffers_.reserveClip(first);
+    {
+        const auto slots = buffers_.slots().overwrite(bytes);
+        std::copy_n(first.begin(), pixels, slots.as<std::uint32_t>());
+    }
+    pass.definitions = "";
+    drawIntoSlots(pass, band, first[pixels]);
+    clip_band_ = band;
+}
+
+void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) {
+    const StageTimer timer(times_, "count");
+    prepareClip(band);
+    buffers_.reserveSlots(band.pixels());
+    buffers_.slots().clearToZero(band.pixels() * sizeof(std::uint32_t));
+    drawIntoSlots({.fragment_shader = "count.frag"}, band, 0);
     const auto mapping = buffers_.slots().read(band.pixels() * sizeof(std::uint32_t));
     const auto* slots = mapping.as<const std::uint32_t>();
     counts.assign(slots, slots + band.pixels());
@@ -125,6 +160,7 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
     int passes = 0;
     {
         const StageTimer timer(times_, "capture");
+        prepareClip(band);
         buffers_.reserveSlots(pixels);
         buffers_.reserveFragments(fragments, settings_.color_type);
         {
@@ -167,6 +203,7 @@ int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
     const StageTimer timer(times_, "capture");
     const Window& band = request.band;
     const std::uint32_t limit = limitOf(request);
+    prepareClip(band);
     buffers_.clearForComposite(request.counts);
     buffers_.bind();
     rasterizer_.setBand(band, 0, limit);

@@ -64,6 +64,10 @@ class BandCapture {
 
   private:
     const gl::Functions& gl() const { return context_.functions(); }
+    /// Finds the boundary of the clip meshes in a band, unless that is what the buffers hold.
+    void prepareClip(const Window& band);
+    /// Draws a pass without attachments that touches every pixel's slot.
+    void drawIntoSlots(const GeometryPass& pass, const Window& band, std::uint32_t capacity);
     /// Calls f(tile, area of the band in it).
     template <class F>
     void forEachTile(const Window& band, F&& f);
@@ -79,6 +83,7 @@ class BandCapture {
     View view_;
     CaptureSettings settings_;
     std::vector<std::uint32_t> first_;  ///< of the band being captured, pixels + 1 entries
+    Window clip_band_;                  ///< whose boundary the buffers hold
 };
 
 }  // namespace peeler

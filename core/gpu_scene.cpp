@@ -278,6 +278,7 @@ void GpuScene::uploadGeometry(const gl::Functions& gl, const Scene& scene,
             draw.count = static_cast<GLsizei>(vertices);
             draw.index_offset = where.index_offset;
             draw.material = static_cast<std::size_t>(p.material);
+            draw.node = instance.node;
             draw.world = instance.world;
             draw.mirrored = glm::determinant(glm::dmat3(instance.world)) < 0;
             draw.first_primitive = static_cast<std::uint32_t>(next_primitive);

@@ -20,6 +20,7 @@ struct GpuDraw {
     bool indexed = false;
     std::size_t index_offset = 0;  ///< bytes into the element buffer
     std::size_t material = 0;
+    int node = 0;
     glm::dmat4 world{1};
     bool mirrored = false;              ///< negative scale: front faces are clockwise
     std::uint32_t first_primitive = 0;  ///< key of its first primitive; keys start at 1

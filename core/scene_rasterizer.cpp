@@ -23,11 +23,12 @@ enum Variant : unsigned {
     kBounded = 16,
     kPunctual = 32,
     kShadowed = 64,
+    kClipped = 128,
 };
 constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kVaryings, "VARYINGS"}, {kTextured, "TEXTURED"}, {kAlphaTest, "ALPHA_TEST"},
     {kUnlit, "UNLIT"},       {kBounded, "BOUNDED"},   {kPunctual, "PUNCTUAL"},
-    {kShadowed, "SHADOWED"},
+    {kShadowed, "SHADOWED"}, {kClipped, "CLIPPED"},
 };
 
 struct Culling {
@@ -84,11 +85,13 @@ void SceneRasterizer::setTile(const Window& tile) {
     frame_dirty_ = true;
     functions().Finish();  // the records are about to be overwritten
     uploadDrawRecords();
-    if (bounded()) renderOpaqueBound();
+    bound_missing_ = bounded();
 }
 
 void SceneRasterizer::setBand(const Window& band, std::uint32_t capacity, std::uint32_t layers) {
     if (band == band_ && capacity == capacity_ && layers == layers_) return;
+    // The boundary of a clip mesh is known in one band at a time.
+    if (band != band_ && !settings_.clip.nodes.empty()) bound_missing_ = bounded();
     band_ = band;
     capacity_ = capacity;
     layers_ = layers;
@@ -103,13 +106,28 @@ std::uint64_t SceneRasterizer::boundBytes(std::uint64_t tile_pixels) const {
     return bounded() ? tile_pixels * 8 : 0;
 }
 
-void SceneRasterizer::uploadDrawRecords() {
+glm::dmat4 SceneRasterizer::clipFromView() const {
     const double width = view_.width, height = view_.height;
     // GL samples at pixel centres: the picture is shifted until the wanted place is there.
     const glm::dvec2 shift = view_.sample - glm::dvec2(0.5);
-    const glm::dmat4 clip_from_view =
-        view_.projection.matrix((tile_.x0 + shift.x) / width, (tile_.y0 + shift.y) / height,
-                                (tile_.x1 + shift.x) / width, (tile_.y1 + shift.y) / height);
+    return view_.projection.matrix((tile_.x0 + shift.x) / width, (tile_.y0 + shift.y) / height,
+                                   (tile_.x1 + shift.x) / width, (tile_.y1 + shift.y) / height);
+}
+
+void SceneRasterizer::fillClip(shader::FrameRecord& record) const {
+    const ClipVolume& clip = settings_.clip;
+    const auto count = static_cast<int>(clip.half_spaces.size());
+    record.clip = {count, clip.keep_inside ? 1 : 0, clip.nodes.empty() ? 0 : 1, 0};
+    for (int i = 0; i < count; ++i) {
+        // A plane transforms like a row vector, (n, −offset) · world_from_view.
+        const ClipVolume::HalfSpace& half = clip.half_spaces[static_cast<std::size_t>(i)];
+        const glm::dvec4 plane = glm::dvec4(half.normal, -half.offset) * view_.camera_to_world;
+        record.half_spaces[i] = glm::vec4(plane.x, plane.y, plane.z, -plane.w);
+    }
+}
+
+void SceneRasterizer::uploadDrawRecords() {
+    const glm::dmat4 clip_from_view = clipFromView();
     const glm::dmat4 view_from_world = glm::inverse(view_.camera_to_world);
     const auto& draws = scene_.draws();
     const auto mapping = draw_records_.overwrite(draws.size() * kDrawStride);
@@ -137,6 +155,8 @@ void SceneRasterizer::bindFrame() {
         record.band = {band_.x0, band_.y0, band_.width(), 0};
         record.limits = {capacity_, layers_, 0, 0};
         record.flags = {view_.projection.perspective ? 0 : 1, 0, 0, 0};
+        record.view_from_ndc = glm::mat4(glm::inverse(clipFromView()));
+        fillClip(record);
         const auto mapping = frame_record_.overwrite(sizeof record);
         std::memcpy(mapping.as<std::byte>(), &record, sizeof record);
         frame_dirty_ = false;
@@ -173,11 +193,12 @@ const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const GpuD
         // An unlit surface shows its base colour alone.
         if (unlit ? material.bindings[PEELER_BASE_COLOR_UNIT].texture != 0 : material.textured)
             bits |= kTextured;
-    } else if (draw.alpha_tested) {
+    } else if (draw.alpha_tested && pass.draws != Draws::kClipMeshes) {
         bits = kVaryings | kAlphaTest;
         if (draw.textured_alpha) bits |= kTextured;
     }
     if (pass.bounded && bounded()) bits |= kBounded;
+    if (settings_.clip.active() && pass.draws != Draws::kClipMeshes) bits |= kClipped;
 
     const gl::Program*& cached = variants_[{pass.fragment_shader, pass.definitions, bits}];
     if (!cached) {
@@ -203,6 +224,9 @@ gl::PassState SceneRasterizer::passState(GLuint framebuffer, const Window& area)
 bool SceneRasterizer::shown(const GeometryPass& pass, const GpuDraw& draw) const {
     // The pass that finds the bound is the one for which opaque surfaces are always there.
     const bool hidden = pass.bounded && settings_.surfaces == Surfaces::kTransparent && draw.opaque;
+    const bool boundary = settings_.clip.isBoundary(draw.node);
+    if (boundary || pass.draws == Draws::kClipMeshes)
+        return boundary && pass.draws == Draws::kClipMeshes;
     if (hidden || (settings_.opaque_only && !draw.opaque)) return false;
     return pass.draws == Draws::kAll || (pass.draws == Draws::kOpaque) == draw.opaque;
 }
@@ -233,8 +257,10 @@ void SceneRasterizer::compute(std::string_view shader, std::string_view definiti
 
 void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     const auto& gl = functions();
+    if (pass.bounded && bound_missing_) renderOpaqueBound();
     gl::PassState state = passState(pass.framebuffer, area);
     state.depth_test = pass.depth_test;
+    state.depth_clamp = pass.draws == Draws::kClipMeshes;
     state.blend = pass.blend;
     gl::apply(gl, state);
     bindFrame();
@@ -262,7 +288,8 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
                 gl.BindSampler(unit, gpu.bindings[unit].sampler);
             }
         }
-        const Culling cull = culling(settings_.faces, scene_.materials()[material].double_sided);
+        const Faces faces = pass.draws == Draws::kClipMeshes ? Faces::kBoth : settings_.faces;
+        const Culling cull = culling(faces, scene_.materials()[material].double_sided);
         if (cull.front || cull.back) {
             gl.Enable(GL_CULL_FACE);
             gl.CullFace(cull.front ? GL_FRONT : GL_BACK);
@@ -283,6 +310,8 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
 
 void SceneRasterizer::renderOpaqueBound() {
     const auto& gl = functions();
+    bound_missing_ = false;
+    const Window area = settings_.clip.nodes.empty() ? tile_ : intersect(tile_, band_);
     const Window size{0, 0, tile_.width(), tile_.height()};
     if (!bound_framebuffer_ || size != bound_size_) {
         bound_framebuffer_ = {};
@@ -295,7 +324,7 @@ void SceneRasterizer::renderOpaqueBound() {
         bound_size_ = size;
     }
     const GLuint framebuffer = bound_framebuffer_.name();
-    gl::PassState clearing = passState(framebuffer, tile_);
+    gl::PassState clearing = passState(framebuffer, area);
     clearing.depth_test = gl::DepthTest::kNearest;  // a clear heeds the depth mask
     gl::apply(gl, clearing);
     const float far = 0;
@@ -307,7 +336,7 @@ void SceneRasterizer::renderOpaqueBound() {
           .bounded = false,
           .framebuffer = framebuffer,
           .depth_test = gl::DepthTest::kNearest},
-         tile_);
+         area);
 }
 
 }  // namespace peeler

@@ -20,14 +20,19 @@
 
 namespace peeler {
 
+namespace shader {
+struct FrameRecord;
+}
+
 /// Four integers for a shader's uniform at location 0.
 using ShaderArgument = std::optional<std::array<int, 4>>;
 
 /// Which draws a geometry pass shows, by the alpha mode of their materials.
 enum class Draws : std::uint8_t {
     kAll,
-    kOpaque,  ///< OPAQUE and MASK
-    kBlended  ///< BLEND
+    kOpaque,     ///< OPAQUE and MASK
+    kBlended,    ///< BLEND
+    kClipMeshes  ///< the boundary of the clip volume, which no other pass shows; both faces
 };
 
 /// A geometry pass: which fragment shader sees which draws.
@@ -69,8 +74,8 @@ class SceneRasterizer {
     void setLighting(const Lighting& lighting) { lighting_ = &lighting; }
     /// The tiles of the view that touch `area`, row by row.
     std::vector<Window> tilesOf(const Window& area) const;
-    /// Makes `tile` (one of tilesOf) the target. With --surfaces visible or transparent this
-    /// renders the opaque bound of the tile.
+    /// Makes `tile` (one of tilesOf) the target. With --surfaces visible or transparent the next
+    /// bounded pass renders the opaque bound of the tile first.
     void setTile(const Window& tile);
     /// The band whose buffers the fragments go to, how many fragments they hold, and how many of
     /// the nearest layers a composite shows in order.
@@ -100,6 +105,9 @@ class SceneRasterizer {
     /// them where colours are stored as floats.
     const gl::Program& program(const std::vector<std::string_view>& files,
                                std::string_view definitions);
+    /// To the clip space of the tile.
+    glm::dmat4 clipFromView() const;
+    void fillClip(shader::FrameRecord& record) const;
     bool shown(const GeometryPass& pass, const GpuDraw& draw) const;
     const gl::Program& variant(const GeometryPass& pass, const GpuDraw& draw);
     /// `area` relative to the tile, y up: x0, y0, x1, y1.
@@ -119,7 +127,7 @@ class SceneRasterizer {
     CaptureSettings settings_;
     Window tile_, band_;
     std::uint32_t capacity_ = 0, layers_ = 0;
-    bool frame_dirty_ = true;
+    bool frame_dirty_ = true, bound_missing_ = false;
     gl::Texture bound_depth_, bound_primitive_;
     gl::Framebuffer bound_framebuffer_;
     Window bound_size_;

@@ -83,6 +83,7 @@ ShadowMaps::ShadowMaps(Renderer& renderer, const gl::Context& context,
     casters.opaque_only = true;
     casters.faces = Faces::kBoth;
     casters.shading = Shading::kUnlit;
+    casters.clip = settings.clip;
     casters.memory = settings.memory;
     casters.band_bytes = settings.band_bytes;
     for (const Map& map : maps_) {

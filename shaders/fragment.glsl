@@ -30,9 +30,47 @@ uint pixelIndex() {
     return uint(y * frame.band.z + x);
 }
 
-/// Near and far plane and, with BOUNDED, the nearest opaque fragment, which itself stays.
+#ifdef CLIPPED
+layout(std430, binding = PEELER_CLIP_FIRST) readonly buffer ClipFirst { uint clip_first[]; };
+layout(std430, binding = PEELER_CLIP_DEPTHS) readonly buffer ClipDepths { float clip_depths[]; };
+
+/// Whether the boundary encloses this depth: behind a point inside a closed mesh there are more back faces than front
+/// faces. Behind, since what lies before the near plane may be cut off. The boundary itself is inside.
+bool insideMesh(float depth) {
+    uint pixel = pixelIndex();
+    int winding = 0;
+    for (uint i = clip_first[pixel]; i < clip_first[pixel + 1u]; ++i) {
+        bool back = floatBitsToInt(clip_depths[i]) < 0;
+        float boundary = abs(clip_depths[i]);
+        if (back && boundary <= depth) ++winding;
+        if (!back && boundary < depth) --winding;
+    }
+    return winding != 0;
+}
+
+bool insideHalfSpaces(float depth) {
+    precise vec2 at = gl_FragCoord.xy / vec2(frame.tile.zw) * 2.0 - 1.0;
+    precise vec4 h = frame.view_from_ndc * vec4(at, depth, 1.0);
+    for (int i = 0; i < frame.clip.x; ++i) {
+        vec4 plane = frame.half_spaces[i];
+        precise float distance = dot(plane.xyz, h.xyz) - plane.w * h.w;  // times w, which is positive
+        if (distance < 0.0) return false;
+    }
+    return true;
+}
+
+bool isKept(float depth) {
+    bool inside = insideHalfSpaces(depth) && (frame.clip.z == 0 || insideMesh(depth));
+    return inside == (frame.clip.y != 0);
+}
+#endif
+
+/// Near and far plane, the clip volume (CLIPPED) and, with BOUNDED, the nearest opaque fragment, which itself stays.
 bool inRange(Key key) {
     if (!(key.depth > 0.0)) return false;  // the far plane is exclusive
+#ifdef CLIPPED
+    if (!isKept(key.depth)) return false;
+#endif
 #ifdef BOUNDED
     ivec2 at = ivec2(gl_FragCoord.xy);
     Key nearest_opaque = Key(texelFetch(opaque_depth, at, 0).r, texelFetch(opaque_primitive, at, 0).r);

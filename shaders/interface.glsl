@@ -33,6 +33,9 @@ using glm::vec4;
 #define PEELER_COUNTS 4      // uint a pixel: its fragments, as the count pass found them
 // A composite has one depth (of the nearest fragment) and one colour (four floats) a pixel, and in place of primitives:
 #define PEELER_STAMPS 2      // two uints a pixel: the last pass that composited a front and a back fragment
+// The boundary of a clip mesh: pixel p owns [clip_first[p], clip_first[p + 1]) of the depths.
+#define PEELER_CLIP_FIRST 5
+#define PEELER_CLIP_DEPTHS 6  // float, buffer depth; the sign bit is set on back faces
 #define PEELER_LIGHTS 7      // LightCount, then a LightRecord a light
 
 // Texture units.
@@ -53,6 +56,8 @@ using glm::vec4;
 #define PEELER_BACK_UNIT 6
 #define PEELER_TAIL_SUM_UNIT 7
 #define PEELER_TAIL_COUNT_UNIT 8
+
+#define PEELER_MAX_HALF_SPACES 32
 
 // Bits of DrawRecord.ids.z.
 #define PEELER_HAS_NORMALS 1u
@@ -77,6 +82,9 @@ struct FrameRecord {
     ivec4 band;            // x0, y0 of the band in the picture, its row length; y down
     uvec4 limits;          // x: fragments the band's buffers hold, y: nearest layers that a composite shows in order
     ivec4 flags;           // x: 1 = orthographic
+    mat4 view_from_ndc;    // of the tile; homogeneous
+    ivec4 clip;            // x: half-spaces, y: 1 = what is inside is kept, z: 1 = there is a clip mesh
+    vec4 half_spaces[PEELER_MAX_HALF_SPACES];  // view space: dot(xyz, p) >= w is inside
 };
 
 /// One primitive of one node.

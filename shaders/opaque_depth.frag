@@ -13,6 +13,7 @@ void main() {
     if (!passesAlphaTest(baseColor(surfaceGradients()).a)) discard;
 #endif
     Key key = fragmentKey();
+    if (!inRange(key)) discard;
     primitive = key.primitive;
     // Written, though it is what the fixed function would write: so that it equals gl_FragCoord.z bit for bit.
     gl_FragDepth = key.depth;

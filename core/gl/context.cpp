@@ -59,7 +59,8 @@ std::string examine(const Functions& gl, Device& device) {
         return "it has OpenGL " + std::to_string(major) + "." + std::to_string(minor) +
                ", and 4.5 core is needed";
     }
-    constexpr int kStorageBlocks = 5;  // slots, depth, primitive, colour, lights
+    // Slots, counts, depths, stamps, lights and the two of a clip mesh: dual_composite.frag.
+    constexpr int kStorageBlocks = 7;
     if (limits.fragment_storage_blocks < kStorageBlocks) {
         return "it has " + std::to_string(limits.fragment_storage_blocks) +
                " storage blocks in fragment shaders, and " + std::to_string(kStorageBlocks) +

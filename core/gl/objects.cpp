@@ -159,6 +159,10 @@ void apply(const Functions& gl, const PassState& state) {
     gl.ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     for (GLuint i = 0; i < kMaxAttachments; ++i)
         apply(gl, i, state.blend[i]);
+    if (state.depth_clamp)
+        gl.Enable(GL_DEPTH_CLAMP);
+    else
+        gl.Disable(GL_DEPTH_CLAMP);
     gl.Disable(GL_STENCIL_TEST);
     gl.Disable(GL_DITHER);
     gl.Disable(GL_MULTISAMPLE);

@@ -131,6 +131,7 @@ struct PassState {
     int viewport_width = 0, viewport_height = 0;
     int scissor_x = 0, scissor_y = 0, scissor_width = 0, scissor_height = 0;  ///< y up
     DepthTest depth_test = DepthTest::kOff;
+    bool depth_clamp = false;  ///< what lies before the near or behind the far plane counts, too
     std::array<Blend, kMaxAttachments> blend{};  ///< by attachment
 };
 void apply(const Functions& gl, const PassState& state);

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// A part of the world that decides which fragments count.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <glm/glm.hpp>
+#include <vector>
+
+namespace peeler {
+
+/// Everitt 2001: the second depth test of peeling "can have an arbitrary location". The volume is
+/// what lies in all half-spaces and in the closed meshes, their surfaces included.
+struct ClipVolume {
+    /// Points p in world space with dot(normal, p) >= offset.
+    struct HalfSpace {
+        glm::dvec3 normal{0};
+        double offset = 0;
+    };
+    static constexpr std::size_t kMaxHalfSpaces = 32;
+
+    std::vector<HalfSpace> half_spaces;
+    /// Nodes whose meshes bound the volume together and are not drawn themselves. A point is inside
+    /// if its winding number is not 0.
+    std::vector<int> nodes;
+    bool keep_inside = true;
+
+    bool active() const { return !half_spaces.empty() || !nodes.empty(); }
+    bool isBoundary(int node) const {
+        return std::find(nodes.begin(), nodes.end(), node) != nodes.end();
+    }
+    /// The box between two corners, whichever is the lower.
+    void addBox(const glm::dvec3& a, const glm::dvec3& b) {
+        for (int axis = 0; axis < 3; ++axis) {
+            glm::dvec3 normal{0};
+            normal[axis] = 1;
+            half_spaces.push_back({normal, std::min(a[axis], b[axis])});
+            half_spaces.push_back({-normal, -std::max(a[axis], b[axis])});
+        }
+    }
+};
+
+}  // namespace peeler

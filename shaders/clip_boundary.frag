@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// The surfaces of a clip mesh: how many a pixel has (COUNT), then where they lie and which way they face.
+#include "fragment.glsl"
+
+layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
+layout(std430, binding = PEELER_CLIP_DEPTHS) writeonly buffer ClipDepths { float clip_depths[]; };
+
+void main() {
+    uint slot = atomicAdd(slots[pixelIndex()], 1u);
+#ifndef COUNT
+    if (slot < frame.limits.x) clip_depths[slot] = gl_FrontFacing ? gl_FragCoord.z : -gl_FragCoord.z;
+#endif
+}
