@@ -53,6 +53,8 @@ struct SheetOptions {
     std::set<std::string> given;  ///< options for scenes that are on the command line
 };
 
+constexpr const char* kOutputHelp = "the file to write: .png, .jpg, .jpeg, .tif, .tiff";
+
 /// One sheet. run() lists its stages.
 class Sheet {
   public:
@@ -63,11 +65,7 @@ class Sheet {
         {
             const StageTimer timer(result_.milliseconds, "total");
             checkOptions();
-            if (fileKind(options_.input.string()) == FileKind::kGltf) {
-                captureScene();
-            } else {
-                readLayers();
-            }
+            makeCells();
             writeSheet();
         }
         tell();
@@ -75,6 +73,7 @@ class Sheet {
 
   private:
     void checkOptions();
+    void makeCells();
     void captureScene();
     void readLayers();
     void writeSheet();
@@ -89,7 +88,8 @@ class Sheet {
 void Sheet::checkOptions() {
     console_.setQuiet(options_.report.quiet);
     checkOutput(options_.output, options_.input);
-    if (options_.output.path.extension() == ".exr") {
+    const OutputFormat& format = findOutputFormat(options_.output.path.string(), "composite");
+    if (format.extensions.front() == ".exr") {
         throw Error(ErrorKind::kUsage, "a sheet is a picture to look at",
                     options_.output.path.string(), "choose one of: .png, .jpg, .tif");
     }
@@ -100,6 +100,14 @@ void Sheet::checkOptions() {
     }
     checkCameraOptions(options_.camera);
     setThreads(options_.threads);
+}
+
+void Sheet::makeCells() {
+    const FileKind kind = fileKind(options_.input.string());
+    if (kind == FileKind::kGltf) return captureScene();
+    if (kind == FileKind::kExr) return readLayers();
+    throw Error(ErrorKind::kInput, "neither a glTF scene nor a layered depth image",
+                options_.input.string(), "sheet shows .gltf, .glb and the .exr of peeler render");
 }
 
 void Sheet::captureScene() {
@@ -257,8 +265,8 @@ std::set<std::string> sceneOptionsGiven(const CLI::App& app) {
 
 constexpr const char* kFooter =
     "Of a layered file the sheet shows what is in it: camera and machine options and those of\n"
-    "the layers but --layers are for scenes. Where a cell is transparent a checkerboard shows,\n"
-    "behind depths a plain blue. A cell's error is that of linear premultiplied R, G, B and A.";
+    "the layers but --layers are for scenes. An error is that of linear premultiplied R, G, B\n"
+    "and A against the composite of all layers.";
 
 }  // namespace
 
@@ -270,6 +278,11 @@ VerbAction declareSheet(CLI::App& app) {
         "a layered depth image (.exr) or a glTF scene (.gltf, .glb)")
         ->required();
     addOutputOptions(app, options->output);
+    app.get_option("--output")->description(kOutputHelp);
+    app.get_option("--background")
+        ->description(wrapped("behind every cell: transparent (default), r,g,b[,a] in linear "
+                              "light, or #rrggbb[aa] in sRGB; where it is transparent a "
+                              "checkerboard shows"));
     addCellOptions(app, *options);
     addCameraOptions(app, options->camera);
     addLayerOptions(app, options->capture);
