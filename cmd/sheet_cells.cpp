@@ -92,7 +92,7 @@ void SheetCells::addComposite(const LayeredImage& band, Pending& cell) {
         addRows(exact_, cell.filter);
         return;
     }
-    compositeOver(band, {}, shown_, cell.layer);
+    compositeNearest(band, cell.layer, Tail::kDrop, shown_);
     addDifference(shown_, exact_, cell.error);
     addRows(shown_, cell.filter);
 }
