@@ -41,6 +41,7 @@ constexpr Choice<SheetMethods> kMethodChoices[] = {
 
 struct SheetOptions {
     SheetRequest request;
+    std::optional<int> shadow_size;
     int threads = 0;
     int columns = 0;  ///< 0 = near-square
     OutputFlags output;
@@ -202,7 +203,7 @@ void addCellOptions(CLI::App& app, SheetOptions& options) {
 
 /// The options that have a meaning for scenes only, as far as they are on the command line.
 std::set<std::string> sceneOptionsGiven(const CLI::App& app) {
-    const std::set<std::string> groups{"Camera", "Picture", "Layers", "Machine"};
+    const std::set<std::string> groups{"Camera", "Picture", "Layers", "Light", "Machine"};
     const std::set<std::string> everywhere{"--layers", "--threads"};
     std::set<std::string> given;
     for (const CLI::Option* option : app.get_options()) {
@@ -215,8 +216,9 @@ std::set<std::string> sceneOptionsGiven(const CLI::App& app) {
 }
 
 constexpr const char* kFooter =
-    "Of a layered file the sheet shows what is in it: camera and machine options and those of\n"
-    "the layers but --layers are for scenes. An error is that of linear premultiplied R, G, B\n"
+    "Of a layered file the sheet shows what is in it: options of camera, light and machine and\n"
+    "those of the layers but --layers are for scenes. An error is that of linear premultiplied R, "
+    "G, B\n"
     "and A against the composite of all layers. A file has no draw order: unsorted blending is\n"
     "shown of scenes only, and of them beside the composite of all layers.";
 
@@ -239,11 +241,13 @@ VerbAction declareSheet(CLI::App& app) {
     addCellOptions(app, *options);
     addCameraOptions(app, options->request.camera);
     addLayerOptions(app, options->request.capture);
+    addLightOptions(app, options->request.capture, options->shadow_size);
     addMachineOptions(app, options->request.device, options->threads, options->request.capture);
     addReportOptions(app, options->report);
     app.footer(kFooter);
     return [options, &app](Console& console) {
         options->given = sceneOptionsGiven(app);
+        setShadowSize(options->request.capture, options->shadow_size);
         Sheet(*options, console).run();
         return 0;
     };
