@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of the groups Layers and Machine.
+// The options of the groups Layers, Light and Machine.
 #include "cmd/capture_options.h"
 
 #include <algorithm>
@@ -77,6 +77,28 @@ void addLayerOptions(CLI::App& app, CaptureSettings& capture) {
     addChoice<PixelType>(app, "--precision", capture.color_type, kPrecisions, "precision",
                          "how colour is stored; Z is always 32 bits:")
         ->group(kGroup);
+}
+
+void addLightOptions(CLI::App& app, CaptureSettings& capture, std::optional<int>& shadow_size) {
+    constexpr const char* kGroup = "Light";
+    app.add_flag("--shadows", capture.shadows,
+                 wrapped("directional and spot lights, the built-in one too, cast shadows of all "
+                         "OPAQUE and MASK surfaces; point lights do not"))
+        ->group(kGroup);
+    addValue(
+        app, "--shadow-size", "N", shadow_size,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, kMaxSide)); },
+        "texels a side of each light's shadow map (default: 2048)")
+        ->group(kGroup);
+}
+
+void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size) {
+    if (!shadow_size) return;
+    if (!capture.shadows) {
+        throw Error(ErrorKind::kUsage, "there are no shadows whose maps have a size",
+                    "--shadow-size " + std::to_string(*shadow_size), "add --shadows");
+    }
+    capture.shadow_size = *shadow_size;
 }
 
 void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "cmd/console.h"
 #include "core/capture_settings.h"
@@ -16,6 +17,12 @@ namespace peeler::cmd {
 
 /// Declares --method, --layers, --surfaces, --faces, --shading and --precision.
 void addLayerOptions(CLI::App& app, CaptureSettings& capture);
+
+/// Declares --shadows and --shadow-size.
+void addLightOptions(CLI::App& app, CaptureSettings& capture, std::optional<int>& shadow_size);
+
+/// Throws Error (kUsage) for a size without shadows.
+void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size);
 
 /// Declares --backend, --device, --require-gpu, --threads and --memory.
 void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,

@@ -16,9 +16,9 @@ namespace {
 
 constexpr const char* kFooter =
     "`peeler VERB --help` explains one verb.\n\n"
-    "Exit codes: 0 done, 1 internal error, 2 usage, 3 input unreadable or invalid,\n"
-    "4 output not written, 5 no usable GL device, 6 incomplete under --strict,\n"
-    "33 out of memory or over --memory, 128 + n ended by signal n.";
+    "Exit codes: 0 done, 1 internal error (compare: beyond a threshold), 2 usage,\n"
+    "3 input unreadable or invalid, 4 output not written, 5 no usable GL device,\n"
+    "6 incomplete under --strict, 33 out of memory or over --memory, 128 + n ended by signal n.";
 
 /// The arguments that CLI11 could not place, as an error with the nearest name.
 Error unplaced(const CLI::App& app) {

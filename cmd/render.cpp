@@ -103,12 +103,7 @@ void Render::checkOptions() {
     capture_ = options_.capture;
     if (findOutputFormat(options_.output.path.string(), options_.output.as).casters)
         chooseCasters(capture_);
-    if (!options_.shadow_size) return;
-    if (!capture_.shadows) {
-        throw Error(ErrorKind::kUsage, "there are no shadows whose maps have a size",
-                    "--shadow-size " + std::to_string(*options_.shadow_size), "add --shadows");
-    }
-    capture_.shadow_size = *options_.shadow_size;
+    setShadowSize(capture_, options_.shadow_size);
 }
 
 void Render::readScene() {
@@ -190,19 +185,6 @@ void Render::tell() {
     tellResult(options_.report, result_, console_);
 }
 
-void addLightOptions(CLI::App& app, RenderOptions& options) {
-    constexpr const char* kGroup = "Light";
-    app.add_flag("--shadows", options.capture.shadows,
-                 wrapped("directional and spot lights, the built-in one too, cast shadows of all "
-                         "OPAQUE and MASK surfaces; point lights do not"))
-        ->group(kGroup);
-    addValue(
-        app, "--shadow-size", "N", options.shadow_size,
-        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, kMaxSide)); },
-        "texels a side of each light's shadow map (default: 2048)")
-        ->group(kGroup);
-}
-
 }  // namespace
 
 VerbAction declareRender(CLI::App& app) {
@@ -215,7 +197,7 @@ VerbAction declareRender(CLI::App& app) {
     addLayerOutputOptions(app, options->output);
     addCameraOptions(app, options->camera);
     addLayerOptions(app, options->capture);
-    addLightOptions(app, *options);
+    addLightOptions(app, options->capture, options->shadow_size);
     addMachineOptions(app, options->device, options->threads, options->capture);
     addReportOptions(app, options->report);
     app.add_flag(

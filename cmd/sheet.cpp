@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // peeler sheet: the composite and the layers of a picture side by side, labelled.
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -8,23 +7,17 @@
 #include <set>
 #include <vector>
 
-#include "cmd/camera_options.h"
 #include "cmd/capture_options.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
 #include "cmd/parse.h"
-#include "cmd/progress.h"
 #include "cmd/report.h"
 #include "cmd/resources.h"
-#include "cmd/sheet_cells.h"
 #include "cmd/sheet_layout.h"
+#include "cmd/sheet_sources.h"
 #include "cmd/verbs.h"
 #include "core/error.h"
-#include "core/nearest.h"
-#include "core/renderer.h"
-#include "formats/exr_ldi_reader.h"
 #include "formats/file_kind.h"
-#include "formats/gltf_reader.h"
 #include "formats/picture_file.h"
 
 namespace peeler::cmd {
@@ -33,41 +26,41 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
-
 constexpr Choice<SheetShow> kShows[] = {
     {"color", SheetShow::kColor, "the composite, and the colour of every layer"},
     {"depth", SheetShow::kDepth, "the depth of every layer, near = white"},
 };
 
+constexpr Choice<SheetMethods> kMethodChoices[] = {
+    {"unsorted", SheetMethods::kUnsorted, "blending in draw order, beside the composite"},
+    {"all", SheetMethods::kAll,
+     "instead of the layers every method's composite, with its geometry passes and its error "
+     "against the first"},
+    {"none", SheetMethods::kNone, "only what the layers tell"},
+};
+
 struct SheetOptions {
-    fs::path input;
-    CameraOptions camera;
-    CaptureSettings capture;
-    gl::ContextRequest device;
+    SheetRequest request;
+    std::optional<int> shadow_size;
     int threads = 0;
-    SheetSettings cells;
     int columns = 0;  ///< 0 = near-square
     OutputFlags output;
     ReportFlags report;
     std::set<std::string> given;  ///< options for scenes that are on the command line
 };
 
+constexpr const char* kOutputHelp = "the file to write: .png, .jpg, .jpeg, .tif, .tiff";
+
 /// One sheet. run() lists its stages.
 class Sheet {
   public:
-    Sheet(const SheetOptions& options, Console& console)
-        : options_(options), console_(console), cells_(options.cells) {}
+    Sheet(const SheetOptions& options, Console& console) : options_(options), console_(console) {}
 
     void run() {
         {
-            const StageTimer timer(result_.milliseconds, "total");
+            const StageTimer timer(times_, "total");
             checkOptions();
-            if (fileKind(options_.input.string()) == FileKind::kGltf) {
-                captureScene();
-            } else {
-                readLayers();
-            }
+            makeCells();
             writeSheet();
         }
         tell();
@@ -75,98 +68,61 @@ class Sheet {
 
   private:
     void checkOptions();
-    void captureScene();
-    void readLayers();
+    void makeCells();
+    void refuseSceneOptions() const;
     void writeSheet();
     void tell();
 
     const SheetOptions& options_;
     Console& console_;
-    SheetCells cells_;
-    PictureResult result_;
+    SheetContent content_;
+    StageTimes times_;
 };
 
 void Sheet::checkOptions() {
+    const SheetRequest& request = options_.request;
     console_.setQuiet(options_.report.quiet);
-    checkOutput(options_.output, options_.input);
-    if (options_.output.path.extension() == ".exr") {
+    checkOutput(options_.output, request.input);
+    const OutputFormat& format = findOutputFormat(options_.output.path.string(), "composite");
+    if (format.extensions.front() == ".exr") {
         throw Error(ErrorKind::kUsage, "a sheet is a picture to look at",
                     options_.output.path.string(), "choose one of: .png, .jpg, .tif");
     }
-    checkReport(options_.report, options_.input, options_.output.path);
-    if (options_.cells.progression && options_.cells.show == SheetShow::kDepth) {
+    checkReport(options_.report, request.input, options_.output.path);
+    const bool depth = request.cells.show == SheetShow::kDepth;
+    if (request.cells.progression && depth) {
         throw Error(ErrorKind::kUsage, "a composite has no depth of its own",
                     "--progression, --show depth", "leave one of them out");
     }
-    checkCameraOptions(options_.camera);
+    if (request.methods == SheetMethods::kAll &&
+        (request.cells.progression || depth || request.capture.max_layers != 0)) {
+        throw Error(ErrorKind::kUsage, "methods are compared by the composites of all layers",
+                    "--methods all", "leave out --progression, --show depth and --layers");
+    }
+    checkCameraOptions(request.camera);
     setThreads(options_.threads);
 }
 
-void Sheet::captureScene() {
-    Scene scene;
-    int scene_index = 0;
-    {
-        const StageTimer timer(result_.milliseconds, "load");
-        scene = readGltf(options_.input, {});
-        for (const std::string& warning : scene.warnings)
-            console_.warning(warning);
-        scene_index = chooseScene(scene, options_.camera);
+void Sheet::makeCells() {
+    const SheetRequest& request = options_.request;
+    const ProgressStyle progress = options_.report.shownProgress();
+    const FileKind kind = fileKind(request.input.string());
+    if (kind == FileKind::kGltf) {
+        content_ = sheetOfScene(request, progress, console_);
+    } else if (kind == FileKind::kExr) {
+        refuseSceneOptions();
+        content_ = sheetOfFile(request, progress, console_);
+    } else {
+        throw Error(ErrorKind::kInput, "neither a glTF scene nor a layered depth image",
+                    request.input.string(),
+                    "sheet shows .gltf, .glb and the .exr of peeler render");
     }
-    const SceneContents shown = contents(scene, scene_index);
-    const View view = makeView(scene, shown, options_.camera);
-    std::unique_ptr<gl::Context> context;
-    {
-        const StageTimer timer(result_.milliseconds, "context");
-        context = openContext(options_.device, console_);
-    }
-    Renderer renderer(*context, scene, shown);
-    const Plan plan = renderer.plan(view, options_.capture);
-    cells_.begin(plan);
-    {
-        ProgressReport progress(console_, options_.report.shownProgress(), "render");
-        Sink* const sinks[] = {&cells_};
-        result_.passes =
-            renderer.capture(sinks, [&](double share) { progress.update(share); }).passes;
-    }
-    cells_.finish();
-    add(result_.milliseconds, renderer.times());
-    result_.layers = plan.layers.size();
-    result_.fragments_counted = plan.fragments_counted;
-    result_.fragments_stored = plan.fragments_stored;
-    result_.method = options_.capture.method;
-    result_.renderer = context->device().renderer;
-    result_.backend = context->device().backend;
 }
 
-void Sheet::readLayers() {
-    if (!options_.given.empty()) {
-        throw Error(ErrorKind::kUsage, "the option is for scenes, and this is an image",
-                    *options_.given.begin(), "leave it out, or make the sheet of the scene");
-    }
-    const std::uint32_t limit = options_.capture.max_layers;
-    ExrLdiReader reader(options_.input.string());
-    Plan plan = reader.info().plan;
-    if (limit != 0 && limit < plan.layers.size()) plan.layers.resize(limit);
-    cells_.begin(plan);
-    const Window& crop = plan.view.crop;
-    const int rows = reader.rowsFor(kBandBytes);
-    ProgressReport progress(console_, options_.report.shownProgress(), "sheet");
-    LayeredImage band;
-    for (int y = crop.y0; y < crop.y1; y += rows) {
-        {
-            const StageTimer timer(result_.milliseconds, "load");
-            reader.read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
-            if (limit != 0) keepNearest(band, limit);
-        }
-        result_.fragments_stored += band.fragments();
-        cells_.write(band);
-        progress.update(static_cast<double>(band.window.y1 - crop.y0) / crop.height());
-    }
-    cells_.finish();
-    result_.layers = plan.layers.size();
-    result_.fragments_counted = plan.fragments_counted;
-    result_.method = reader.info().provenance.method;
-    result_.renderer = reader.info().provenance.renderer;
+void Sheet::refuseSceneOptions() const {
+    if (options_.given.empty()) return;
+    throw Error(ErrorKind::kUsage, "the option is for scenes, and this is an image",
+                *options_.given.begin(), "leave it out, or make the sheet of the scene");
 }
 
 void Sheet::writeSheet() {
@@ -175,43 +131,44 @@ void Sheet::writeSheet() {
     look.background = options_.output.background;
     // Grey means depth there, so what is behind it is not grey.
     constexpr std::array<float, 4> kBehindDepth{0.42F, 0.55F, 0.74F, 1};
-    if (options_.cells.show == SheetShow::kDepth && !look.background)
+    if (options_.request.cells.show == SheetShow::kDepth && !look.background)
         look.background = kBehindDepth;
     look.exposure = static_cast<float>(options_.output.exposure.value_or(0));
     look.tone_map = options_.output.tone_map.value_or(look.tone_map);
-    const CompositeImage page = layOut(cells_.cells(), look);
-    result_.width = page.window.width();
-    result_.height = page.window.height();
-    const StageTimer timer(result_.milliseconds, "encode");
+    const CompositeImage page = layOut(content_.cells, look);
+    content_.result.width = page.window.width();
+    content_.result.height = page.window.height();
+    const StageTimer timer(times_, "encode");
     OutputOptions output;  // the page is finished: nothing is mapped once more
     output.provenance.version = PEELER_VERSION;
     writePicture(options_.output.path.string(), page, output);
 }
 
 void Sheet::tell() {
-    add(result_.milliseconds, cells_.times());
-    result_.output = options_.output.path;
-    result_.bytes = fs::file_size(options_.output.path);
-    result_.peak_memory = peakMemory();
-    auto json = toJson(result_);
+    add(content_.result.milliseconds, times_);
+    content_.result.output = options_.output.path;
+    content_.result.bytes = fs::file_size(options_.output.path);
+    content_.result.peak_memory = peakMemory();
+    auto json = toJson(content_.result);
     json["cells"] = nlohmann::ordered_json::array();
-    for (const SheetCell& cell : cells_.cells()) {
+    for (const SheetCell& cell : content_.cells) {
         nlohmann::ordered_json entry = {{"label", cell.label}, {"detail", cell.detail}};
         if (cell.has_error) {
             entry["max"] = cell.error.largest;
             entry["rmse"] = cell.error.rmse();
         }
+        if (cell.passes != 0) entry["passes"] = cell.passes;
         json["cells"].push_back(entry);
     }
-    json["cellsOmitted"] = cells_.omitted();
-    if (cells_.omitted() != 0) {
-        console_.note(countText(cells_.omitted(), "cell") + " of " +
-                      std::to_string(cells_.omitted() + cells_.cells().size()) +
+    json["cellsOmitted"] = content_.omitted;
+    if (content_.omitted != 0) {
+        console_.note(countText(content_.omitted, "cell") + " of " +
+                      std::to_string(content_.omitted + content_.cells.size()) +
                       " left out; --cells " +
-                      std::to_string(cells_.omitted() + cells_.cells().size()) + " shows all");
+                      std::to_string(content_.omitted + content_.cells.size()) + " shows all");
     }
     if (options_.report.file) writeReport(*options_.report.file, json);
-    console_.note(summary(result_));
+    console_.note(summary(content_.result));
     if (options_.report.json) console_.result(jsonText(json));
 }
 
@@ -222,43 +179,48 @@ void addCellOptions(CLI::App& app, SheetOptions& options) {
             return static_cast<int>(parseInteger(text, least, most));
         };
     };
-    addChoice<SheetShow>(app, "--show", options.cells.show, kShows, "thing to show",
+    addChoice<SheetShow>(app, "--show", options.request.cells.show, kShows, "thing to show",
                          "what the cells show:")
         ->group(kGroup);
-    app.add_flag("--progression", options.cells.progression,
+    app.add_flag("--progression", options.request.cells.progression,
                  wrapped("composites of the nearest 1, 2, … layers instead of the layers, each "
                          "with its error against that of all"))
         ->group(kGroup);
-    addValue(app, "--cells", "N", options.cells.most_cells, within(1, 1000),
+    addChoice<SheetMethods>(app, "--methods", options.request.methods, kMethodChoices,
+                            "choice of methods",
+                            "of a scene, composites that methods blend while they render:")
+        ->group(kGroup);
+    addValue(app, "--cells", "N", options.request.cells.most_cells, within(1, 1000),
              "most cells; the rest are left out (default: 24)")
         ->group(kGroup);
     addValue(app, "--columns", "N", options.columns, within(1, 1000),
              "cells beside each other (default: near-square)")
         ->group(kGroup);
-    addValue(app, "--cell-width", "PIXELS", options.cells.cell_width, within(16, 8192),
+    addValue(app, "--cell-width", "PIXELS", options.request.cells.cell_width, within(16, 8192),
              "width of a cell, at most that of the picture (default: 320)")
         ->group(kGroup);
 }
 
 /// The options that have a meaning for scenes only, as far as they are on the command line.
 std::set<std::string> sceneOptionsGiven(const CLI::App& app) {
-    const std::set<std::string> groups{"Camera", "Picture", "Layers", "Machine"};
+    const std::set<std::string> groups{"Camera", "Picture", "Layers", "Light", "Machine"};
     const std::set<std::string> everywhere{"--layers", "--threads"};
     std::set<std::string> given;
     for (const CLI::Option* option : app.get_options()) {
         const std::string name = option->get_name();
-        if (option->count() > 0 && groups.contains(option->get_group()) &&
-            !everywhere.contains(name)) {
-            given.insert(name);
-        }
+        const bool for_scenes = name == "--methods" || (groups.contains(option->get_group()) &&
+                                                        !everywhere.contains(name));
+        if (option->count() > 0 && for_scenes) given.insert(name);
     }
     return given;
 }
 
 constexpr const char* kFooter =
-    "Of a layered file the sheet shows what is in it: camera and machine options and those of\n"
-    "the layers but --layers are for scenes. Where a cell is transparent a checkerboard shows,\n"
-    "behind depths a plain blue. A cell's error is that of linear premultiplied R, G, B and A.";
+    "Of a layered file the sheet shows what is in it: options of camera, light and machine and\n"
+    "those of the layers but --layers are for scenes. An error is that of linear premultiplied R, "
+    "G, B\n"
+    "and A against the composite of all layers. A file has no draw order: unsorted blending is\n"
+    "shown of scenes only, and of them beside the composite of all layers.";
 
 }  // namespace
 
@@ -266,18 +228,26 @@ VerbAction declareSheet(CLI::App& app) {
     const auto options = std::make_shared<SheetOptions>();
     options->output.as = "composite";
     addValue(
-        app, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
+        app, "IN", "", options->request.input,
+        [](const std::string& text) { return fs::path(text); },
         "a layered depth image (.exr) or a glTF scene (.gltf, .glb)")
         ->required();
     addOutputOptions(app, options->output);
+    app.get_option("--output")->description(kOutputHelp);
+    app.get_option("--background")
+        ->description(wrapped("behind every cell: transparent (default), r,g,b[,a] in linear "
+                              "light, or #rrggbb[aa] in sRGB; where it is transparent a "
+                              "checkerboard shows"));
     addCellOptions(app, *options);
-    addCameraOptions(app, options->camera);
-    addLayerOptions(app, options->capture);
-    addMachineOptions(app, options->device, options->threads, options->capture);
+    addCameraOptions(app, options->request.camera);
+    addLayerOptions(app, options->request.capture);
+    addLightOptions(app, options->request.capture, options->shadow_size);
+    addMachineOptions(app, options->request.device, options->threads, options->request.capture);
     addReportOptions(app, options->report);
     app.footer(kFooter);
     return [options, &app](Console& console) {
         options->given = sceneOptionsGiven(app);
+        setShadowSize(options->request.capture, options->shadow_size);
         Sheet(*options, console).run();
         return 0;
     };

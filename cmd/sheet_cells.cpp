@@ -22,13 +22,6 @@ std::string text(const char* format, double a, double b) {
     return line;
 }
 
-/// Adds a band's rows to a filter.
-void addRows(const CompositeImage& band, BoxFilter& filter) {
-    const auto width = static_cast<std::size_t>(band.window.width());
-    for (std::size_t first = 0; first < band.rgba.size(); first += width)
-        filter.addRow({band.rgba.data() + first, width});
-}
-
 }  // namespace
 
 std::pair<int, int> cellSize(const Window& crop, int cell_width) {
@@ -40,6 +33,12 @@ std::pair<int, int> cellSize(const Window& crop, int cell_width) {
 std::string errorText(const DifferenceStatistics& error) {
     if (error.largest == 0) return "exact";
     return text("RMSE %.2g, %.1f dB", error.rmse(), error.psnr());
+}
+
+void addRows(const CompositeImage& band, BoxFilter& filter) {
+    const auto width = static_cast<std::size_t>(band.window.width());
+    for (std::size_t first = 0; first < band.rgba.size(); first += width)
+        filter.addRow({band.rgba.data() + first, width});
 }
 
 void SheetCells::addCell(std::uint32_t layer, bool composites) {
@@ -93,7 +92,7 @@ void SheetCells::addComposite(const LayeredImage& band, Pending& cell) {
         addRows(exact_, cell.filter);
         return;
     }
-    compositeOver(band, {}, shown_, cell.layer);
+    compositeNearest(band, cell.layer, Tail::kDrop, shown_);
     addDifference(shown_, exact_, cell.error);
     addRows(shown_, cell.filter);
 }

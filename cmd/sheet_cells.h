@@ -26,6 +26,7 @@ struct SheetCell {
     /// From the exact composite, for cells that show another.
     DifferenceStatistics error;
     bool has_error = false;
+    int passes = 0;  ///< geometry passes, for cells that show a method; else 0
 };
 
 struct SheetSettings {
@@ -40,6 +41,9 @@ std::pair<int, int> cellSize(const Window& crop, int cell_width);
 
 /// "RMSE 0.0123, 38.2 dB"
 std::string errorText(const DifferenceStatistics& error);
+
+/// Adds a band's rows to a filter.
+void addRows(const CompositeImage& band, BoxFilter& filter);
 
 /// Takes layers and makes cells of them: the composite and every layer, front to back; or the
 /// composites of the nearest 1, 2, … layers. Cells above the limit are left out: the deepest

@@ -63,15 +63,16 @@ Layout plan(const std::vector<SheetCell>& cells, int columns) {
     return layout;
 }
 
-/// Exposure and tone map act on straight colours, as where a picture is written by itself.
+/// Exposure and tone map act on straight colours, as where a picture is written by itself. Alpha
+/// above 1 (weighted sums have that) stays: it takes away from the background, as the formula says.
 Pixel shown(const Pixel& pixel, float gain, const ToneMap& tone_map) {
     const float alpha = pixel[3];
     if (!(alpha > 0)) return {};
-    const float scale = gain / alpha;
+    const float coverage = std::min(alpha, 1.0F), scale = gain / coverage;
     const auto mapped = tone_map.map({pixel[0] * scale, pixel[1] * scale, pixel[2] * scale});
-    Pixel out{0, 0, 0, std::min(alpha, 1.0F)};
+    Pixel out{0, 0, 0, alpha};
     for (std::size_t c = 0; c < 3; ++c)
-        out[c] = out[3] * std::clamp(mapped[c], 0.0F, 1.0F);
+        out[c] = coverage * std::clamp(mapped[c], 0.0F, 1.0F);
     return out;
 }
 
@@ -111,6 +112,7 @@ void drawPicture(const SheetCell& cell, const SheetLook& look, const Window& pla
         for (std::size_t x = 0; x < width; ++x) {
             out[x] = over(shown(in[x], gain, tone_map),
                           behind(look, square, static_cast<int>(x), static_cast<int>(row)));
+            out[x][3] = 1;
         }
     });
 }

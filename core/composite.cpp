@@ -98,11 +98,9 @@ void compositeWith(const LayeredImage& image, const Color& background, Composite
 
 }  // namespace
 
-void compositeOver(const LayeredImage& image, const Color& background, CompositeImage& out,
-                   std::uint32_t limit) {
-    compositeWith(image, background, out, [=](const auto* colors, std::size_t count) {
-        return overInOrder(colors, std::min<std::size_t>(count, limit));
-    });
+void compositeOver(const LayeredImage& image, const Color& background, CompositeImage& out) {
+    compositeWith(image, background, out,
+                  [](const auto* colors, std::size_t count) { return overInOrder(colors, count); });
 }
 
 Color colorOf(const LayeredImage& image, std::size_t fragment) {

@@ -3,8 +3,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -23,11 +23,9 @@ struct CompositeImage {
 
 /// Front to back "over" of premultiplied colours (Porter & Duff 1984): C += (1 − A)·c, A += (1 −
 /// A)·a, in 32-bit float, in list order. `background` (premultiplied) goes last; all zero adds
-/// nothing. Only the first `limit` fragments of a list count. `out` is overwritten; its storage is
-/// reused.
+/// nothing. `out` is overwritten; its storage is reused.
 void compositeOver(const LayeredImage& image, const std::array<float, 4>& background,
-                   CompositeImage& out,
-                   std::uint32_t limit = std::numeric_limits<std::uint32_t>::max());
+                   CompositeImage& out);
 
 /// The colour of one fragment.
 std::array<float, 4> colorOf(const LayeredImage& image, std::size_t fragment);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cmd/tiny_gltf.h"
+#include "core/peel/method.h"
 #include "core/srgb.h"
 #include "formats/flat_image.h"
 #include "support/test_support.h"
@@ -74,10 +75,10 @@ TEST_F(SheetCommand, CellsShowTheirPixels) {
         const int x = 4 + column * 100 + 48, y = page.window.height() - from_bottom;
         return page.rgba[static_cast<std::size_t>(y * page.window.width() + x)];
     };
-    const int lower = 20, upper = lower + 64 + 2 * 4 + 21;
-    EXPECT_NEAR(at(0, upper)[0], 1 - 1 / 32.0, 0.01);  // composite
-    EXPECT_NEAR(at(1, upper)[0], 0.5, 0.01);           // layer 0
-    EXPECT_NEAR(at(2, lower)[0], 0.5, 0.01);           // layer 4
+    const int lower = 20, upper = lower + 64 + 2 * 4 + 21;  // pixels above the lower edge
+    EXPECT_NEAR(at(0, upper)[0], 1 - 1 / 32.0, 0.01);       // composite
+    EXPECT_NEAR(at(1, upper)[0], 0.5, 0.01);                // layer 0
+    EXPECT_NEAR(at(2, lower)[0], 0.5, 0.01);                // layer 4
     EXPECT_NEAR(at(0, upper)[1], 0, 0.01);
 }
 
@@ -86,7 +87,7 @@ TEST_F(SheetCommand, OfASceneEqualsThatOfItsFile) {
     const std::string of_file = bytesOf(sheet_);
     const CommandResult result =
         runPeeler({"sheet", scene_, "-o", sheet_, "--size", "96x64", "--precision", "float",
-                   "--shading", "unlit", "--memory", "2G"});
+                   "--shading", "unlit", "--memory", "2G", "--methods", "none"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(bytesOf(sheet_), of_file);
 }
@@ -152,6 +153,7 @@ TEST_F(SheetCommand, SaysWhatDoesNotGoTogether) {
                         {{"--size", "10x10"}, "--size"},
                         {{"--method", "dual"}, "--method"},
                         {{"--progression", "--show", "depth"}, "--progression"},
+                        {{"--methods", "all"}, "--methods"},
                         {{"--show", "colour"}, "did you mean 'color'?"},
                         {{"--cells", "0"}, "--cells 0"},
                         {{"-o", (scratch_ / "sheet.exr").string()}, ".png"}};
@@ -163,6 +165,80 @@ TEST_F(SheetCommand, SaysWhatDoesNotGoTogether) {
     EXPECT_FALSE(fs::exists(sheet_));
     EXPECT_EQ(sheet({"--layers", "3", "--threads", "1"}).exit_code, 0);
     EXPECT_EQ(runPeeler({"sheet", sheet_, "-o", (scratch_ / "other.png").string()}).exit_code, 3);
+}
+
+/// Two half transparent triangles that fill the picture: the nearer one is red and drawn first.
+nlohmann::json redBeforeGreen() {
+    nlohmann::json scene = stackScene(2);
+    scene["meshes"].push_back(scene["meshes"][0]);
+    scene["meshes"][1]["primitives"][0]["material"] = 1;
+    scene["materials"].push_back(scene["materials"][0]);
+    scene["materials"][1]["pbrMetallicRoughness"]["baseColorFactor"] = {0, 1, 0, 0.5};
+    scene["nodes"][1]["mesh"] = 1;
+    return scene;
+}
+
+class SheetOfAScene : public testing::Test {
+  protected:
+    Json cells(std::vector<std::string> more) const {
+        std::vector<std::string> arguments{"sheet", scene_,      "-o",    sheet_,  "--size",
+                                           "96x64", "--shading", "unlit", "--json"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const CommandResult result = runPeeler(arguments);
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return Json::parse(result.out).at("cells");
+    }
+
+    ScratchDir scratch_;
+    std::string scene_ = writeScene(scratch_.path(), redBeforeGreen()).string();
+    std::string sheet_ = (scratch_ / "sheet.png").string();
+};
+
+// In order: red 1/2, green 1/4. In draw order green covers red: red 1/4, green 1/2.
+constexpr double kUnsortedRmse = 0.25 / 1.41421356;  // two of four channels are 1/4 off
+
+TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
+    const Json all = cells({});
+    ASSERT_EQ(all.size(), 4U);
+    EXPECT_EQ(all.at(0).at("label"), "composite");
+    EXPECT_EQ(all.at(1).at("label"), "unsorted");
+    EXPECT_EQ(all.at(2).at("label"), "layer 0");
+    EXPECT_NEAR(all.at(1).at("max"), 0.25, 1e-3);
+    EXPECT_NEAR(all.at(1).at("rmse"), kUnsortedRmse, 1e-3);
+    EXPECT_EQ(cells({"--methods", "none"}).size(), 3U);
+    EXPECT_EQ(cells({"--layers", "1"}).size(), 2U);
+    EXPECT_EQ(cells({"--cells", "2"}).at(1).at("label"), "unsorted");
+    EXPECT_EQ(cells({"--cells", "1"}).at(0).at("label"), "composite");
+}
+
+TEST_F(SheetOfAScene, ComparesEveryMethod) {
+    const Json all = cells({"--methods", "all"});
+    const auto methods = peelMethods();
+    ASSERT_EQ(all.size(), methods.size());
+    for (std::size_t i = 0; i < methods.size(); ++i) {
+        const Json& cell = all.at(i);
+        EXPECT_TRUE(cell.at("label").get<std::string>().starts_with(methods[i].name));
+        EXPECT_GE(cell.at("passes"), 1);
+        if (i == 0) continue;  // the reference
+        if (methods[i].exact()) {
+            EXPECT_LT(cell.at("max"), 1e-6) << methods[i].name;
+        } else {
+            EXPECT_GT(cell.at("max"), 0.1) << methods[i].name;
+        }
+        if (methods[i].name == "unsorted") {
+            EXPECT_NEAR(cell.at("rmse"), kUnsortedRmse, 1e-6);
+        }
+    }
+    EXPECT_EQ(cells({"--methods", "all", "--cells", "2"}).size(), 2U);
+}
+
+TEST_F(SheetOfAScene, MethodsHaveNothingToDoWithLayersOrDepth) {
+    for (const std::vector<std::string>& more :
+         {std::vector<std::string>{"--progression"}, {"--show", "depth"}, {"--layers", "1"}}) {
+        std::vector<std::string> arguments{"sheet", scene_, "-o", sheet_, "--methods", "all"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        EXPECT_EQ(runPeeler(arguments).exit_code, 2);
+    }
 }
 
 TEST_F(SheetCommand, OfNothingIsOneEmptyCell) {

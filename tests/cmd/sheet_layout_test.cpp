@@ -109,6 +109,16 @@ TEST(SheetLayout, ExposureActsOnCellsAlone) {
     EXPECT_FLOAT_EQ(brighter.rgba[inside][0], 0.2F);
 }
 
+TEST(SheetLayout, AlphaAboveOneTakesAwayFromTheBackground) {
+    std::vector<SheetCell> one = cells(1, 40, 20);
+    for (Pixel& pixel : one[0].picture.rgba)
+        pixel = {0.7F, 0, 0, 1.5F};
+    SheetLook look;
+    look.background = Pixel{0.4F, 0, 0, 1};
+    const CompositeImage page = layOut(one, look);
+    EXPECT_FLOAT_EQ(page.rgba[page.rgba.size() - 10 * 48 - 20][0], 0.5F);
+}
+
 TEST(SheetLayout, RefusesAPageThatIsTooLarge) {
     EXPECT_THROW(layOut(cells(9, 30'000, 1), {}), Error);
 }

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/sheet_sources.h"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "cmd/capture_options.h"
+#include "cmd/progress.h"
+#include "cmd/sheet_methods.h"
+#include "core/nearest.h"
+#include "formats/exr_ldi_reader.h"
+#include "formats/gltf_reader.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
+
+/// The sheet of a scene in the making. cells() lists its stages.
+class SceneSheet {
+  public:
+    SceneSheet(const SheetRequest& request, ProgressStyle progress, Console& console)
+        : request_(request), progress_(progress), console_(console) {}
+
+    SheetContent make() {
+        readScene();
+        makeRenderer();
+        if (request_.methods == SheetMethods::kAll) {
+            compareMethods();
+        } else {
+            showLayers();
+        }
+        add(content_.result.milliseconds, renderer_->times());
+        return std::move(content_);
+    }
+
+  private:
+    void readScene();
+    void makeRenderer();
+    void compareMethods();
+    void showLayers();
+    bool showsUnsorted() const;
+    void tellPlan(const Plan& plan, int passes);
+    SheetCell capture(const MethodInfo& method, Sink* more);
+
+    const SheetRequest& request_;
+    ProgressStyle progress_;
+    Console& console_;
+    Scene scene_;
+    SceneContents contents_;
+    View view_;
+    std::unique_ptr<gl::Context> context_;  // before what lives in it
+    std::unique_ptr<Renderer> renderer_;
+    CompositeKeeper exact_;
+    SheetContent content_;
+};
+
+void SceneSheet::readScene() {
+    const StageTimer timer(content_.result.milliseconds, "load");
+    scene_ = readGltf(request_.input, {});
+    for (const std::string& warning : scene_.warnings)
+        console_.warning(warning);
+    const int scene_index = chooseScene(scene_, request_.camera);
+    contents_ = contents(scene_, scene_index);
+    view_ = makeView(scene_, contents_, request_.camera);
+}
+
+void SceneSheet::makeRenderer() {
+    {
+        const StageTimer timer(content_.result.milliseconds, "context");
+        context_ = openContext(request_.device, console_);
+    }
+    renderer_ = std::make_unique<Renderer>(*context_, scene_, contents_);
+    content_.result.renderer = context_->device().renderer;
+    content_.result.backend = context_->device().backend;
+}
+
+/// Blending without a limit stands beside the composite of everything, and of colours only.
+bool SceneSheet::showsUnsorted() const {
+    return request_.methods == SheetMethods::kUnsorted && request_.capture.max_layers == 0 &&
+           request_.cells.show == SheetShow::kColor && !request_.cells.progression &&
+           request_.cells.most_cells > 1;
+}
+
+void SceneSheet::tellPlan(const Plan& plan, int passes) {
+    PictureResult& result = content_.result;
+    result.layers = plan.layers.size();
+    result.fragments_counted = plan.fragments_counted;
+    result.fragments_stored = plan.fragments_stored;
+    result.method = request_.capture.method;
+    result.passes = passes;
+}
+
+void SceneSheet::showLayers() {
+    SheetSettings settings = request_.cells;
+    const bool unsorted = showsUnsorted();
+    if (unsorted) --settings.most_cells;
+    SheetCells cells(settings);
+    const Plan plan = renderer_->plan(view_, request_.capture);
+    std::vector<Sink*> sinks{&cells};
+    if (unsorted) sinks.push_back(&exact_);
+    for (Sink* sink : sinks)
+        sink->begin(plan);
+    {
+        ProgressReport progress(console_, progress_, "render");
+        tellPlan(plan,
+                 renderer_->capture(sinks, [&](double share) { progress.update(share); }).passes);
+    }
+    for (Sink* sink : sinks)
+        sink->finish();
+    content_.cells = std::move(cells.cells());
+    content_.omitted = cells.omitted();
+    if (unsorted) {
+        SheetCell cell = capture(*findPeelMethod("unsorted"), nullptr);
+        cell.label = "unsorted";
+        content_.cells.insert(content_.cells.begin() + 1, std::move(cell));
+    }
+    add(content_.result.milliseconds, cells.times());
+}
+
+void SceneSheet::compareMethods() {
+    const auto methods = peelMethods();
+    const auto most = static_cast<std::size_t>(request_.cells.most_cells);
+    content_.omitted = methods.size() - std::min(methods.size(), most);
+    for (const MethodInfo& method : methods.first(methods.size() - content_.omitted)) {
+        const bool first = &method == &methods.front();
+        content_.cells.push_back(capture(method, first ? &exact_ : nullptr));
+        if (!first) continue;
+        CaptureSettings settings = request_.capture;
+        settings.method = method.name;
+        tellPlan(renderer_->plan(view_, settings), content_.cells.back().passes);
+        content_.result.method = method.name;
+    }
+}
+
+SheetCell SceneSheet::capture(const MethodInfo& method, Sink* more) {
+    const CompositeImage nothing;
+    CompositeCell cell(request_.cells.cell_width, more ? nothing : exact_.composite());
+    CaptureSettings settings = request_.capture;
+    // Differences of methods, not of how colours are rounded.
+    if (request_.methods == SheetMethods::kAll) settings.color_type = PixelType::kFloat;
+    ProgressReport progress(console_, progress_, std::string(method.name));
+    SheetCell result = captureMethod(*renderer_, view_, settings, method, cell, more,
+                                     [&](double share) { progress.update(share); });
+    add(content_.result.milliseconds, cell.times());
+    return result;
+}
+
+}  // namespace
+
+SheetContent sheetOfScene(const SheetRequest& request, ProgressStyle progress, Console& console) {
+    return SceneSheet(request, progress, console).make();
+}
+
+SheetContent sheetOfFile(const SheetRequest& request, ProgressStyle progress, Console& console) {
+    SheetContent content;
+    PictureResult& result = content.result;
+    const std::uint32_t limit = request.capture.max_layers;
+    ExrLdiReader reader(request.input.string());
+    Plan plan = reader.info().plan;
+    if (limit != 0 && limit < plan.layers.size()) plan.layers.resize(limit);
+    SheetCells cells(request.cells);
+    cells.begin(plan);
+    const Window& crop = plan.view.crop;
+    const int rows = reader.rowsFor(kBandBytes);
+    ProgressReport report(console, progress, "sheet");
+    LayeredImage band;
+    for (int y = crop.y0; y < crop.y1; y += rows) {
+        {
+            const StageTimer timer(result.milliseconds, "load");
+            reader.read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
+            if (limit != 0) keepNearest(band, limit);
+        }
+        result.fragments_stored += band.fragments();
+        cells.write(band);
+        report.update(static_cast<double>(band.window.y1 - crop.y0) / crop.height());
+    }
+    cells.finish();
+    content.cells = std::move(cells.cells());
+    content.omitted = cells.omitted();
+    result.layers = plan.layers.size();
+    result.fragments_counted = plan.fragments_counted;
+    result.method = reader.info().provenance.method;
+    result.renderer = reader.info().provenance.renderer;
+    add(result.milliseconds, cells.times());
+    return content;
+}
+
+}  // namespace peeler::cmd

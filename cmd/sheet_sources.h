@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a scene or a layered file to the cells of a contact sheet.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "cmd/camera_options.h"
+#include "cmd/choices.h"
+#include "cmd/console.h"
+#include "cmd/report.h"
+#include "cmd/sheet_cells.h"
+#include "core/capture_settings.h"
+#include "core/gl/context.h"
+
+namespace peeler::cmd {
+
+/// Which composites of methods the sheet of a scene shows.
+enum class SheetMethods {
+    kUnsorted,  ///< blending in draw order, beside the composite; where there is one of all layers
+    kAll,       ///< every method's, and nothing else
+    kNone
+};
+
+struct SheetRequest {
+    std::filesystem::path input;
+    CameraOptions camera;     ///< of a scene
+    CaptureSettings capture;  ///< of a file only `max_layers`
+    gl::ContextRequest device;
+    SheetSettings cells;
+    SheetMethods methods = SheetMethods::kUnsorted;
+};
+
+struct SheetContent {
+    std::vector<SheetCell> cells;
+    std::size_t omitted = 0;  ///< cells over the limit
+    PictureResult result;     ///< all but the output, its bytes and size
+};
+
+SheetContent sheetOfScene(const SheetRequest& request, ProgressStyle progress, Console& console);
+SheetContent sheetOfFile(const SheetRequest& request, ProgressStyle progress, Console& console);
+
+}  // namespace peeler::cmd
