@@ -28,12 +28,22 @@ std::string parseMethod(const std::string& text) {
 
 std::string methodHelp() {
     std::string help = "how layers are found; all give the same ones:";
+    bool exact = true;
     for (const MethodInfo& method : peelMethods()) {
         const bool first = &method == &peelMethods().front();
+        if (exact && !method.exact()) help += "\napproximations, for composites only:";
+        exact = method.exact();
         help += '\n' + std::string(method.name) + (first ? " (default): " : ": ") +
                 std::string(method.summary);
     }
     return help;
+}
+
+double parseRatio(const std::string& text) {
+    const double ratio = parseNumber(text);
+    if (ratio < 0 || ratio >= 1)
+        throw Error(ErrorKind::kUsage, "expected a ratio from 0 to below 1");
+    return ratio;
 }
 
 std::uint64_t parseMemory(const std::string& text) {
@@ -63,7 +73,19 @@ void addLayerOptions(CLI::App& app, CaptureSettings& capture) {
     addValue(
         app, "--layers", "N|all", capture.max_layers,
         [](const std::string& text) { return parseLayers(text); },
-        "keep the N nearest layers (default: all)")
+        "keep the N nearest layers (default: all, or 0)")
+        ->group(kGroup);
+    addValue(app, "--occlusion-ratio", "R", capture.occlusion_ratio, parseRatio,
+             "the first layer on fewer than this share of the pixels is the last (default: 0, all)")
+        ->group(kGroup);
+    addChoice<Tail>(app, "--tail", capture.tail, kTails, "choice of tail",
+                    "what becomes of fragments behind the layers that are kept:")
+        ->group(kGroup);
+    addValue(
+        app, "--samples", "N", capture.samples,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 256)); },
+        "antialiasing: sub-pixel positions a pixel; layers get their coverage in alpha (default: "
+        "1, the pixel's centre)")
         ->group(kGroup);
     addChoice<Surfaces>(app, "--surfaces", capture.surfaces, kSurfaces, "choice of surfaces",
                         "which fragments become layers:")
@@ -99,6 +121,25 @@ void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_si
                     "--shadow-size " + std::to_string(*shadow_size), "add --shadows");
     }
     capture.shadow_size = *shadow_size;
+}
+
+void checkLayerOptions(const CaptureSettings& capture) {
+    const MethodInfo& method = *findPeelMethod(capture.method);
+    const bool limited = capture.max_layers != 0 || capture.occlusion_ratio > 0;
+    if (!method.exact() && !capture.composite) {
+        throw Error(ErrorKind::kUsage, "this method finds no layers: it approximates a composite",
+                    "--method " + capture.method,
+                    "add --as composite or write a .png, or choose another method");
+    }
+    if (!method.exact() && limited) {
+        throw Error(ErrorKind::kUsage, "this method takes all layers at once and can keep no few",
+                    "--method " + capture.method,
+                    "leave --layers and --occlusion-ratio out, or choose another method");
+    }
+    if (capture.tail == Tail::kBlend && !capture.composite) {
+        throw Error(ErrorKind::kUsage, "layers are stored as they are found, never blended",
+                    "--tail blend", "add --as composite or write a .png, or leave --tail out");
+    }
 }
 
 void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,

@@ -15,8 +15,12 @@ class App;
 
 namespace peeler::cmd {
 
-/// Declares --method, --layers, --surfaces, --faces, --shading and --precision.
+/// Declares --method, --layers, --occlusion-ratio, --tail, --samples, --surfaces, --faces,
+/// --shading and --precision.
 void addLayerOptions(CLI::App& app, CaptureSettings& capture);
+
+/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+void checkLayerOptions(const CaptureSettings& capture);
 
 /// Declares --shadows and --shadow-size.
 void addLightOptions(CLI::App& app, CaptureSettings& capture, std::optional<int>& shadow_size);

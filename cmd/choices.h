@@ -30,6 +30,10 @@ inline constexpr Choice<Surfaces> kSurfaces[] = {
     {"visible", Surfaces::kVisible, "none behind the nearest opaque one"},
     {"transparent", Surfaces::kTransparent, "as visible, without the opaque ones"},
 };
+inline constexpr Choice<Tail> kTails[] = {
+    {"drop", Tail::kDrop, "left out"},
+    {"blend", Tail::kBlend, "blended behind them as a weighted average; composites only"},
+};
 inline constexpr Choice<Faces> kFaces[] = {
     {"gltf", Faces::kGltf, "as each material's doubleSided says"},
     {"front", Faces::kFront, "front faces only"},

@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "cmd/choices.h"
 #include "core/error.h"
@@ -34,6 +35,27 @@ CLI::Option* addValue(CLI::App& app, const std::string& name, const std::string&
     return app.add_option_function<std::string>(name, assign, wrapped(help))
         ->option_text(value_name.empty() ? " " : value_name)  // "" would show CLI11's own
         ->take_last();
+}
+
+/// Adds an option that may be given several times; `take` gets the text of each. An Error (kUsage)
+/// that it throws gets the option and its text as `where`, unless it has one.
+template <class Take>
+CLI::Option* addRepeated(CLI::App& app, const std::string& name, const std::string& value_name,
+                         Take take, const std::string& help) {
+    const std::function<void(const std::vector<std::string>&)> assign =
+        [take, name](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) {
+                try {
+                    take(text);
+                } catch (const Error& error) {
+                    throw Error(error.kind(), error.what(), name + " " + text, error.hint());
+                }
+            }
+        };
+    return app.add_option_function<std::vector<std::string>>(name, assign, wrapped(help))
+        ->option_text(value_name)
+        ->expected(1)
+        ->take_all();
 }
 
 /// Adds an option with a table of names; the help lists them, the first as the default.

@@ -121,6 +121,20 @@ std::int64_t parseInteger(std::string_view text, std::int64_t least, std::int64_
     return *value;
 }
 
+template <std::size_t count>
+std::array<double, count> parseNumbers(std::string_view text, std::string_view expected) {
+    const auto parts = split(text, ',');
+    if (parts.size() != count) {
+        refuse("expected " + std::to_string(count) + " numbers " + std::string(expected));
+    }
+    std::array<double, count> numbers{};
+    for (std::size_t i = 0; i < count; ++i)
+        numbers[i] = parseNumber(parts[i]);
+    return numbers;
+}
+template std::array<double, 4> parseNumbers<4>(std::string_view, std::string_view);
+template std::array<double, 6> parseNumbers<6>(std::string_view, std::string_view);
+
 glm::dvec3 parseVector(std::string_view text) {
     const auto parts = split(text, ',');
     if (parts.size() != 3) refuse("expected three numbers x,y,z");
@@ -194,8 +208,8 @@ std::array<float, 4> parseColor(std::string_view text) {
 std::uint32_t parseLayers(std::string_view text) {
     if (text == "all") return 0;
     const auto value = read<std::int64_t>(text);
-    if (!value || *value < 1 || *value > std::numeric_limits<std::int32_t>::max()) {
-        refuse("expected all, or a whole number of layers from 1");
+    if (!value || *value < 0 || *value > std::numeric_limits<std::int32_t>::max()) {
+        refuse("expected all (or 0), or a whole number of layers from 1");
     }
     return static_cast<std::uint32_t>(*value);
 }

@@ -23,6 +23,10 @@ double parsePositiveOrInfinite(std::string_view text);
 /// A whole number in [least, most].
 std::int64_t parseInteger(std::string_view text, std::int64_t least, std::int64_t most);
 
+/// So many numbers with commas between; `expected` shows them: "a,b,c,d".
+template <std::size_t count>
+std::array<double, count> parseNumbers(std::string_view text, std::string_view expected);
+
 /// "x,y,z".
 glm::dvec3 parseVector(std::string_view text);
 
@@ -53,7 +57,7 @@ std::uint64_t parseBytes(std::string_view text);
 /// Straight linear RGBA: "transparent", "r,g,b[,a]" (linear) or "#rrggbb[aa]" (sRGB, alpha linear).
 std::array<float, 4> parseColor(std::string_view text);
 
-/// Layers to keep: "all" is 0, else 1 or more.
+/// Layers to keep: "all" and "0" are 0, no limit; else 1 or more.
 std::uint32_t parseLayers(std::string_view text);
 
 }  // namespace peeler::cmd

@@ -6,6 +6,7 @@
 
 #include "cmd/camera_options.h"
 #include "cmd/capture_options.h"
+#include "cmd/clip_options.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
 #include "cmd/progress.h"
@@ -29,6 +30,7 @@ struct RenderOptions {
     fs::path scene;
     CameraOptions camera;
     CaptureSettings capture;
+    ClipOptions clip;
     std::optional<int> shadow_size;
     gl::ContextRequest device;
     int threads = 0;
@@ -85,9 +87,12 @@ class Render {
 void chooseCasters(CaptureSettings& capture) {
     const CaptureSettings usual;
     if (capture.max_layers != usual.max_layers || capture.surfaces != usual.surfaces ||
-        capture.faces != usual.faces || capture.shadows) {
-        throw Error(ErrorKind::kUsage, "a shadow map shows both faces of all opaque surfaces",
-                    "--as midpoint-depth", "leave --layers, --surfaces, --faces and --shadows out");
+        capture.faces != usual.faces || capture.shadows || capture.samples != usual.samples ||
+        capture.occlusion_ratio != usual.occlusion_ratio) {
+        throw Error(
+            ErrorKind::kUsage, "a shadow map shows both faces of all opaque surfaces",
+            "--as midpoint-depth",
+            "leave --layers, --occlusion-ratio, --samples, --surfaces, --faces and --shadows out");
     }
     capture.opaque_only = true;
     capture.faces = Faces::kBoth;
@@ -101,8 +106,12 @@ void Render::checkOptions() {
     checkReport(options_.report, options_.scene, options_.output.path);
     setThreads(options_.threads);
     capture_ = options_.capture;
-    if (findOutputFormat(options_.output.path.string(), options_.output.as).casters)
-        chooseCasters(capture_);
+    const OutputFormat& format =
+        findOutputFormat(options_.output.path.string(), options_.output.as);
+    capture_.composite = format.kind == "composite";
+    if (format.casters) chooseCasters(capture_);
+    checkLayerOptions(capture_);
+    checkClipOptions(options_.clip);
     setShadowSize(capture_, options_.shadow_size);
 }
 
@@ -120,6 +129,7 @@ void Render::chooseView() {
     scene_index_ = chooseScene(scene_, options_.camera);
     contents_ = contents(scene_, scene_index_);
     view_ = makeView(scene_, contents_, options_.camera);
+    capture_.clip = clipVolume(options_.clip, scene_, contents_);
 }
 
 void Render::makeContext() {
@@ -134,11 +144,14 @@ void Render::upload() {
 void Render::plan() {
     plan_ = renderer_->plan(view_, capture_);
     if (options_.strict && !plan_.complete()) {
+        const bool blended = plan_.fragments_blended != 0;
         throw Error(ErrorKind::kIncomplete,
-                    "the layer limit leaves out " +
+                    std::string("the layer limit ") +
+                        (blended ? "leaves to an approximation " : "leaves out ") +
                         countText(plan_.fragments_counted - plan_.fragments_stored, "fragment") +
                         " of " + groupedText(plan_.fragments_counted),
-                    options_.output.path.string(), "use --layers all, or leave --strict out");
+                    options_.output.path.string(),
+                    "use --layers all and no --occlusion-ratio, or leave --strict out");
     }
 }
 
@@ -178,6 +191,8 @@ void Render::tell() {
     result_.layers = plan_.layers.size();
     result_.fragments_counted = plan_.fragments_counted;
     result_.fragments_stored = plan_.fragments_stored;
+    result_.fragments_blended = plan_.fragments_blended;
+    result_.samples = plan_.samples;
     result_.method = capture_.method;
     result_.renderer = context_->device().renderer;
     result_.backend = context_->device().backend;
@@ -197,6 +212,7 @@ VerbAction declareRender(CLI::App& app) {
     addLayerOutputOptions(app, options->output);
     addCameraOptions(app, options->camera);
     addLayerOptions(app, options->capture);
+    addClipOptions(app, options->clip);
     addLightOptions(app, options->capture, options->shadow_size);
     addMachineOptions(app, options->device, options->threads, options->capture);
     addReportOptions(app, options->report);

@@ -25,6 +25,10 @@ nlohmann::ordered_json toJson(const PictureResult& result) {
     json["layers"] = result.layers;
     json["fragmentsCounted"] = result.fragments_counted;
     json["fragmentsStored"] = result.fragments_stored;
+    json["fragmentsBlended"] = result.fragments_blended;
+    json["fragmentsLeftOut"] =
+        result.fragments_counted - result.fragments_stored - result.fragments_blended;
+    json["samples"] = result.samples;
     json["complete"] = result.fragments_counted == result.fragments_stored;
     json["method"] = result.method;
     json["renderer"] = result.renderer;

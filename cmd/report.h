@@ -18,6 +18,8 @@ struct PictureResult {
     int width = 0, height = 0;  ///< display window
     std::uint64_t layers = 0;
     std::uint64_t fragments_counted = 0, fragments_stored = 0;
+    std::uint64_t fragments_blended = 0;  ///< of those not stored
+    int samples = 1;                      ///< a pixel
     std::string method, renderer, backend;
     int passes = 0;
     std::uint64_t peak_memory = 0;  ///< bytes

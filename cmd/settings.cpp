@@ -16,6 +16,13 @@ nlohmann::json number(double value) {
     return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json("inf");
 }
 
+nlohmann::json clipJson(const ClipVolume& clip) {
+    nlohmann::json planes = nlohmann::json::array();
+    for (const auto& [normal, offset] : clip.half_spaces)
+        planes.push_back({normal.x, normal.y, normal.z, offset});
+    return {{"planes", planes}, {"nodes", clip.nodes}, {"inside", clip.keep_inside}};
+}
+
 }  // namespace
 
 std::string settingsHash(int scene_index, const View& view, const CaptureSettings& capture) {
@@ -45,6 +52,9 @@ std::string settingsHash(int scene_index, const View& view, const CaptureSetting
     };
     // Only where they are on, so that a picture without them keeps its hash.
     if (capture.shadows) settings["shadows"] = capture.shadow_size;
+    if (capture.samples > 1) settings["samples"] = capture.samples;
+    if (capture.occlusion_ratio > 0) settings["occlusionRatio"] = capture.occlusion_ratio;
+    if (capture.clip.active()) settings["clip"] = clipJson(capture.clip);
     if (capture.opaque_only) settings["opaqueOnly"] = true;
     return hashText(settings.dump());
 }

@@ -225,6 +225,7 @@ bool SceneRasterizer::shown(const GeometryPass& pass, const GpuDraw& draw) const
     // The pass that finds the bound is the one for which opaque surfaces are always there.
     const bool hidden = pass.bounded && settings_.surfaces == Surfaces::kTransparent && draw.opaque;
     const bool boundary = settings_.clip.isBoundary(draw.node);
+    if (boundary && (draw.flags & PEELER_IS_TRIANGLES) == 0) return false;
     if (boundary || pass.draws == Draws::kClipMeshes)
         return boundary && pass.draws == Draws::kClipMeshes;
     if (hidden || (settings_.opaque_only && !draw.opaque)) return false;

@@ -114,6 +114,9 @@ void addProvenance(Imf::Header& header, const Plan& plan, const Provenance& prov
     text("peeler:cameraJson", cameraJson(plan.view));
     text("peeler:fragmentsCounted", std::to_string(plan.fragments_counted));
     text("peeler:fragmentsStored", std::to_string(plan.fragments_stored));
+    if (plan.fragments_blended != 0)
+        text("peeler:fragmentsBlended", std::to_string(plan.fragments_blended));
+    if (plan.samples > 1) number("peeler:samples", plan.samples);
     number("peeler:layers", static_cast<int>(plan.layers.size()));
     number("peeler:complete", plan.complete() ? 1 : 0);
     number("peeler:frame", provenance.frame);
