@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 
-/// The sheet of a scene in the making. cells() lists its stages.
+/// The sheet of a scene in the making. make() lists its stages.
 class SceneSheet {
   public:
     SceneSheet(const SheetRequest& request, ProgressStyle progress, Console& console)

@@ -205,6 +205,14 @@ TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
     EXPECT_EQ(all.at(2).at("label"), "layer 0");
     EXPECT_NEAR(all.at(1).at("max"), 0.25, 1e-3);
     EXPECT_NEAR(all.at(1).at("rmse"), kUnsortedRmse, 1e-3);
+    cells({"--background", "#000000"});
+    const CompositeImage page = readFlatImage(sheet_).image;
+    for (const int column : {0, 1}) {
+        const int x = 4 + 100 * column + 48, y = 4 + 21 + 40;  // inside the two upper cells
+        const auto& pixel = page.rgba[static_cast<std::size_t>(y * page.window.width() + x)];
+        EXPECT_NEAR(pixel[0], column == 0 ? 0.5 : 0.25, 0.01);
+        EXPECT_NEAR(pixel[1], column == 0 ? 0.25 : 0.5, 0.01);
+    }
     EXPECT_EQ(cells({"--methods", "none"}).size(), 3U);
     EXPECT_EQ(cells({"--layers", "1"}).size(), 2U);
     EXPECT_EQ(cells({"--cells", "2"}).at(1).at("label"), "unsorted");
