@@ -59,6 +59,7 @@ struct Renderer::State {
     LayeredImage image;
     CompositeImage composite;
     CaptureReport report;
+    int merging_passes = 0;  // that several views took, over a band
 
     bool mergesLayers() const { return views.size() > 1 && !settings.composite; }
     bool fitsKept(std::uint64_t bytes) const {
@@ -209,6 +210,7 @@ void Renderer::State::countViews() {
 void Renderer::State::mergeViews() {
     merged.reset();
     merged_bands.clear();
+    merging_passes = report.passes = 0;
     if (!mergesLayers()) return;
     merged.emplace(plan.view.crop);
     const auto width = static_cast<std::size_t>(plan.view.crop.width());
@@ -222,6 +224,8 @@ void Renderer::State::mergeViews() {
                 row[x] = image.count(static_cast<std::size_t>(y - band.y0) * width + x);
             merged->addRow(y, row);
         }
+        merging_passes = std::max(merging_passes, report.passes);
+        report.passes = 0;
         kept += bytesOf(image);
         keeps = keeps && fitsKept(kept);
         if (keeps) merged_bands.push_back(image);
@@ -361,6 +365,7 @@ CaptureReport Renderer::capture(std::span<Sink* const> sinks, const Progress& pr
         ++s.report.bands;
     };
     if (!s.merged_bands.empty()) {
+        passes = s.merging_passes;
         for (LayeredImage& image : s.merged_bands) {
             if (s.limit) keepNearest(image, s.limit);
             take(image);

@@ -7,7 +7,6 @@
 #include <ImfInputPart.h>
 #include <ImfMultiPartInputFile.h>
 #include <ImfStandardAttributes.h>
-#include <embree3/rtcore.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,128 +15,13 @@
 
 #include "core/scene.h"
 #include "formats/gltf_reader.h"
+#include "support/embree_oracle.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Triangle {
-    glm::dvec3 corner[3];
-};
-
-struct TriangleSoup {
-    std::vector<Triangle> triangles;
-    std::vector<float> vertices;      // 9 a triangle
-    std::vector<char> culled_behind;  // only front faces are to be hit
-};
-
-/// The world-space triangles of a scene, strips and fans taken apart.
-TriangleSoup soupOf(const Scene& scene) {
-    TriangleSoup soup;
-    for (const auto& instance : contents(scene, scene.default_scene).meshes) {
-        const bool mirrored = glm::determinant(glm::dmat3(instance.world)) < 0;
-        for (const auto& p : scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives) {
-            const Material& m = scene.materials[static_cast<std::size_t>(p.material)];
-            const std::size_t count = p.indices.empty() ? p.positions.size() : p.indices.size();
-            const auto corner = [&](std::size_t i) {
-                const std::size_t at = p.indices.empty() ? i : p.indices[i];
-                return glm::dvec3(instance.world * glm::dvec4(glm::dvec3(p.positions[at]), 1));
-            };
-            const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
-                Triangle t{{corner(a), corner(mirrored ? c : b), corner(mirrored ? b : c)}};
-                for (const auto& v : t.corner)
-                    for (int k = 0; k < 3; ++k)
-                        soup.vertices.push_back(static_cast<float>(v[k]));
-                soup.triangles.push_back(t);
-                soup.culled_behind.push_back(!m.double_sided);
-            };
-            if (p.topology == Topology::kTriangles)
-                for (std::size_t i = 0; i + 2 < count; i += 3)
-                    add(i, i + 1, i + 2);
-            if (p.topology == Topology::kTriangleStrip)
-                for (std::size_t i = 0; i + 2 < count; ++i)
-                    add(i, i + 1 + i % 2, i + 2 - i % 2);
-            if (p.topology == Topology::kTriangleFan)
-                for (std::size_t i = 1; i + 1 < count; ++i)
-                    add(0, i, i + 1);
-        }
-    }
-    return soup;
-}
-
-/// All hits of a ray, as Embree finds them.
-class AllHits {
-  public:
-    explicit AllHits(const TriangleSoup& soup) : soup_(soup) {
-        device_ = rtcNewDevice(nullptr);
-        scene_ = rtcNewScene(device_);
-        rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
-        RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-        const std::size_t count = soup.triangles.size();
-        auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, count * 3));
-        std::copy(soup.vertices.begin(), soup.vertices.end(), vertices);
-        auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-            geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, count));
-        for (std::size_t i = 0; i < count * 3; ++i)
-            indices[i] = static_cast<unsigned>(i);
-        rtcSetGeometryIntersectFilterFunction(geometry, &AllHits::filter);
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometry(scene_, geometry);
-        rtcReleaseGeometry(geometry);
-        rtcCommitScene(scene_);
-    }
-    ~AllHits() {
-        rtcReleaseScene(scene_);
-        rtcReleaseDevice(device_);
-    }
-    AllHits(const AllHits&) = delete;
-    AllHits& operator=(const AllHits&) = delete;
-
-    std::vector<float> operator()(const glm::dvec3& origin, const glm::dvec3& direction,
-                                  bool cull) {
-        Collector collector;
-        rtcInitIntersectContext(&collector.context);
-        collector.soup = &soup_;
-        collector.cull = cull;
-        RTCRayHit ray{};
-        ray.ray.org_x = static_cast<float>(origin.x);
-        ray.ray.org_y = static_cast<float>(origin.y);
-        ray.ray.org_z = static_cast<float>(origin.z);
-        ray.ray.dir_x = static_cast<float>(direction.x);
-        ray.ray.dir_y = static_cast<float>(direction.y);
-        ray.ray.dir_z = static_cast<float>(direction.z);
-        ray.ray.tfar = std::numeric_limits<float>::infinity();
-        ray.ray.mask = 0xFFFFFFFFU;
-        ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        rtcIntersect1(scene_, &collector.context, &ray);
-        return collector.hits;
-    }
-
-  private:
-    struct Collector {
-        RTCIntersectContext context;  // first: Embree hands this pointer back
-        const TriangleSoup* soup;
-        bool cull;
-        std::vector<float> hits;
-    };
-    static void filter(const RTCFilterFunctionNArguments* arguments) {
-        auto* collector = reinterpret_cast<Collector*>(arguments->context);
-        const auto* ray = reinterpret_cast<const RTCRay*>(arguments->ray);
-        const auto* hit = reinterpret_cast<const RTCHit*>(arguments->hit);
-        arguments->valid[0] = 0;  // go on: we want them all
-        const float facing =
-            ray->dir_x * hit->Ng_x + ray->dir_y * hit->Ng_y + ray->dir_z * hit->Ng_z;
-        if (collector->cull && collector->soup->culled_behind[hit->primID] && facing >= 0) return;
-        collector->hits.push_back(ray->tfar);
-    }
-
-    const TriangleSoup& soup_;
-    RTCDevice device_;
-    RTCScene scene_;
-};
 
 glm::dmat4 fromImath(const Imath::M44f& m) {
     // Imath multiplies row vectors from the left, GLM column vectors from the right: one is the

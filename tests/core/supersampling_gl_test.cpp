@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+// Several samples a pixel: composites converge, merged layers composite to the same picture.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "cmd/camera_options.h"
+#include "core/composite.h"
+#include "core/peel/method.h"
+#include "formats/gltf_reader.h"
+#include "support/capture.h"
+#include "support/hard_scenes.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+CompositeImage flat(const LayeredImage& image) {
+    CompositeImage out;
+    compositeOver(image, {}, out);
+    return out;
+}
+
+CaptureSettings sampled(int samples, bool composite) {
+    CaptureSettings settings;
+    settings.samples = samples;
+    settings.composite = composite;
+    settings.color_type = PixelType::kFloat;
+    return settings;
+}
+
+double rmse(const CompositeImage& a, const CompositeImage& b) {
+    double sum = 0;
+    for (std::size_t p = 0; p < a.rgba.size(); ++p) {
+        for (std::size_t c = 0; c < 4; ++c) {
+            const double d = static_cast<double>(a.rgba[p][c]) - static_cast<double>(b.rgba[p][c]);
+            sum += d * d;
+        }
+    }
+    return std::sqrt(sum / (4.0 * static_cast<double>(a.rgba.size())));
+}
+
+float worst(const CompositeImage& a, const CompositeImage& b) {
+    float most = 0;
+    for (std::size_t p = 0; p < a.rgba.size(); ++p)
+        for (std::size_t c = 0; c < 4; ++c)
+            most = std::max(most, std::abs(a.rgba[p][c] - b.rgba[p][c]));
+    return most;
+}
+
+/// 16 × 16 samples a pixel in a regular grid: a picture 16 times as large, averaged.
+CompositeImage reference(const Scene& scene, const View& view) {
+    constexpr int kGrid = 16;
+    View large = view;
+    large.width *= kGrid;
+    large.height *= kGrid;
+    large.crop = {0, 0, large.width, large.height};
+    const CompositeImage fine = flat(capture(scene, large, sampled(1, true)).image);
+    CompositeImage mean;
+    mean.window = view.crop;
+    mean.rgba.resize(view.crop.pixels());
+    mean.z.resize(view.crop.pixels());
+    for (int y = 0; y < large.height; ++y) {
+        for (int x = 0; x < large.width; ++x) {
+            const auto from = static_cast<std::size_t>(y) * static_cast<std::size_t>(large.width) +
+                              static_cast<std::size_t>(x);
+            const auto to =
+                static_cast<std::size_t>(y / kGrid) * static_cast<std::size_t>(view.width) +
+                static_cast<std::size_t>(x / kGrid);
+            for (std::size_t c = 0; c < 4; ++c)
+                mean.rgba[to][c] += fine.rgba[from][c] / (kGrid * kGrid);
+        }
+    }
+    return mean;
+}
+
+TEST(Supersampling, ConvergesToAGridOf16By16Samples) {
+    const View view = testView(80, 60);
+    for (const auto& [name, scene] : hardScenes()) {
+        // Its edges are level, and of those a grid of 16 rows knows no more than 16 samples do.
+        if (name == std::string("grazing quads")) continue;
+        const CompositeImage wanted = reference(scene, view);
+        double last = 1e9;
+        for (const int samples : {1, 2, 4, 8, 16, 32, 64}) {
+            const double error =
+                rmse(flat(capture(scene, view, sampled(samples, true)).image), wanted);
+            std::printf("%s, %d samples: RMSE %.5f\n", name, samples, error);
+            EXPECT_LT(error, last) << name << ", " << samples;
+            last = error;
+        }
+        EXPECT_LT(last, 0.01) << name;
+    }
+}
+
+TEST(Supersampling, LayersCompositeToTheSupersampledComposite) {
+    const View view = testView(160, 120);
+    for (const auto& [name, scene] : hardScenes()) {
+        for (const int samples : {2, 4, 9}) {
+            const auto composite = capture(scene, view, sampled(samples, true));
+            const auto layers = capture(scene, view, sampled(samples, false));
+            EXPECT_LT(worst(flat(layers.image), flat(composite.image)), 1e-4F) << name;
+            EXPECT_EQ(layers.plan.samples, samples);
+            EXPECT_TRUE(layers.plan.complete());
+        }
+    }
+}
+
+TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite) {
+    std::size_t scenes = 0;
+    for (const auto& entry : fs::directory_iterator(sourceDir() / "examples" / "scenes")) {
+        if (entry.path().extension() != ".glb") continue;
+        ++scenes;
+        const Scene scene = readGltf(entry.path());
+        cmd::CameraOptions camera;
+        camera.size = {240, 135};
+        const View view = cmd::makeView(scene, contents(scene, 0), camera);
+        const CompositeImage composite = flat(capture(scene, view, sampled(4, true)).image);
+        CaptureSettings stored = sampled(4, false);
+        stored.color_type = PixelType::kHalf;
+        // What is brighter than white is shown as white.
+        auto shown = [](CompositeImage image) {
+            for (auto& color : image.rgba)
+                for (float& component : color)
+                    component = std::min(component, 1.0F);
+            return image;
+        };
+        const float in_file =
+            worst(shown(flat(capture(scene, view, stored).image)), shown(composite));
+        EXPECT_LT(in_file, 1 / 255.0F) << entry.path();
+        stored.color_type = PixelType::kFloat;
+        const float exact = worst(flat(capture(scene, view, stored).image), composite);
+        EXPECT_LT(exact, 1e-4F) << entry.path();
+        std::printf("%s: %.5f in half, %.7f in float\n", entry.path().filename().c_str(),
+                    static_cast<double>(in_file), static_cast<double>(exact));
+    }
+    EXPECT_GE(scenes, 5U);
+}
+
+TEST(Supersampling, MethodsAndBandsAgree) {
+    const View view = testView(160, 120);
+    for (const auto& [name, scene] : hardScenes()) {
+        const auto layers = capture(scene, view, sampled(3, false));
+        const auto composite = flat(capture(scene, view, sampled(3, true)).image);
+        for (const auto& method : peelMethods()) {
+            if (!method.exact()) continue;
+            CaptureSettings settings = sampled(3, false);
+            settings.method = method.name;
+            settings.band_bytes = 1 << 20;
+            const auto other = capture(scene, view, settings);
+            EXPECT_GT(other.bands.size(), 1U);
+            EXPECT_EQ(difference(layers.image, other.image), "") << name << ", " << method.name;
+            settings.composite = true;
+            EXPECT_LT(worst(composite, flat(capture(scene, view, settings).image)), 1e-5F)
+                << name << ", " << method.name;
+        }
+    }
+}
+
+TEST(Supersampling, KeepsTheNearestMergedLayers) {
+    const View view = testView(160, 120);
+    const Scene scene = hardScenes()[0].scene;
+    const auto all = capture(scene, view, sampled(4, false));
+    CaptureSettings settings = sampled(4, false);
+    settings.max_layers = 3;
+    const auto few = capture(scene, view, settings);
+    EXPECT_EQ(few.plan.layers.size(), 3U);
+    EXPECT_EQ(few.plan.fragments_counted, all.image.fragments());
+    EXPECT_EQ(few.plan.fragments_stored, few.image.fragments());
+    for (std::size_t p = 0; p < view.crop.pixels(); ++p) {
+        ASSERT_EQ(few.image.count(p), std::min(3U, all.image.count(p)));
+        for (std::uint32_t k = 0; k < few.image.count(p); ++k)
+            ASSERT_EQ(few.image.z[few.image.offsets[p] + k], all.image.z[all.image.offsets[p] + k]);
+    }
+}
+
+TEST(Supersampling, AnEdgeHasItsCoverageInAlpha) {
+    SceneBuilder builder;
+    // Edges at x = 4.25 and 12.75 pixels of 16 (half_width 2/3 at distance 2 spans 8/3 units).
+    const auto at = [](double pixel) { return static_cast<float>((pixel / 8 - 1) * 4 / 3); };
+    builder.quad({at(4.25), -9, -2}, {at(12.75), -9, -2}, {at(12.75), 9, -2}, {at(4.25), 9, -2},
+                 builder.material({0.5F, 1, 0.25F, 0.5F}));
+    const auto result = capture(builder.scene(), testView(16, 12), sampled(16, false));
+    ASSERT_EQ(result.plan.layers.size(), 1U);
+    const auto alpha = [&](int x) {
+        const std::size_t pixel = result.image.pixelIndex(x, 6);
+        return result.image.count(pixel) ? color(result.image, result.image.offsets[pixel]).a : 0;
+    };
+    EXPECT_FLOAT_EQ(alpha(3), 0);
+    EXPECT_FLOAT_EQ(alpha(4), 0.5F * 0.75F);
+    EXPECT_FLOAT_EQ(alpha(8), 0.5F);
+    EXPECT_FLOAT_EQ(alpha(12), 0.5F * 0.75F);
+    EXPECT_FLOAT_EQ(alpha(13), 0);
+}
+
+TEST(Supersampling, SurfacesThatMeetAtAnEdgeDoNotLetTheBackgroundThrough) {
+    SceneBuilder builder;  // two opaque halves of a picture, not at the same depth
+    builder.quad({-9, -9, -2}, {0.01F, -9, -2}, {0.01F, 9, -2}, {-9, 9, -2},
+                 builder.material({1, 0, 0, 1}, AlphaMode::kOpaque));
+    builder.quad({0.015F, -9, -3}, {9, -9, -3}, {9, 9, -3}, {0.015F, 9, -3},
+                 builder.material({0, 1, 0, 1}, AlphaMode::kOpaque));
+    const auto result = capture(builder.scene(), testView(15, 11), sampled(16, false));
+    for (const auto& rgba : flat(result.image).rgba)
+        EXPECT_FLOAT_EQ(rgba[3], 1);
+}
+
+}  // namespace
+}  // namespace peeler::test

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/supersampling.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "core/gather.h"
+
+namespace peeler {
+namespace {
+
+struct Fragment {
+    float z;
+    std::uint32_t surface;
+    std::array<float, 4> rgba;
+};
+
+/// One pixel of one sample.
+LayeredImage pixel(const std::vector<Fragment>& fragments) {
+    LayeredImage image;
+    image.window = {0, 0, 1, 1};
+    image.offsets = {0, static_cast<std::uint32_t>(fragments.size())};
+    image.color = {{"R", "G", "B", "A"}, PixelType::kFloat, {}};
+    image.color.data.resize(fragments.size() * 16);
+    image.extra.push_back({{kPrimitiveChannel}, PixelType::kUint, {}});
+    image.extra[0].data.resize(fragments.size() * 4);
+    for (std::size_t i = 0; i < fragments.size(); ++i) {
+        image.z.push_back(fragments[i].z);
+        std::copy(fragments[i].rgba.begin(), fragments[i].rgba.end(),
+                  image.color.as<float>().begin() + static_cast<std::ptrdiff_t>(4 * i));
+        image.extra[0].as<std::uint32_t>()[i] = fragments[i].surface;
+    }
+    return image;
+}
+
+LayeredImage merged(const std::vector<LayeredImage>& samples) {
+    LayeredImage out;
+    mergeSamples(
+        samples, [](std::uint32_t primitive) { return primitive; }, PixelType::kFloat, out);
+    return out;
+}
+
+constexpr std::array<float, 4> kRed = {1, 0, 0, 1}, kGreen = {0, 1, 0, 1},
+                               kGlass = {0, 0, 0.25F, 0.5F};
+
+TEST(Supersampling, PositionsAreOneInEveryStripOfBothAxes) {
+    EXPECT_EQ(samplePositions(1)[0], glm::dvec2(0.5));
+    for (const int n : {2, 4, 8, 64}) {
+        std::vector<int> columns, rows;
+        for (const glm::dvec2& p : samplePositions(n)) {
+            columns.push_back(static_cast<int>(p.x * n));
+            rows.push_back(static_cast<int>(p.y * n));
+        }
+        std::sort(rows.begin(), rows.end());
+        for (int i = 0; i < n; ++i) {
+            EXPECT_EQ(columns[static_cast<std::size_t>(i)], i);
+            EXPECT_EQ(rows[static_cast<std::size_t>(i)], i);
+        }
+    }
+}
+
+TEST(Supersampling, OneSurfaceBecomesOneFragmentWithItsNearestDepth) {
+    const auto image = merged({pixel({{2.5F, 7, kGlass}}), pixel({{2.25F, 7, kGlass}})});
+    ASSERT_EQ(image.fragments(), 1U);
+    EXPECT_EQ(image.z[0], 2.25F);
+    EXPECT_EQ(colorOf(image, 0), kGlass);
+    EXPECT_TRUE(image.extra.empty());
+}
+
+TEST(Supersampling, DifferentSurfacesStayApart) {
+    const auto image = merged({pixel({{2, 7, kRed}}), pixel({{2, 8, kGreen}})});
+    ASSERT_EQ(image.fragments(), 2U);
+    EXPECT_EQ(colorOf(image, 0), (std::array<float, 4>{0.5F, 0, 0, 0.5F}));
+    // All that the red one leaves uncovered.
+    EXPECT_EQ(colorOf(image, 1), kGreen);
+}
+
+TEST(Supersampling, WhatIsHiddenInEverySampleKeepsItsCoverage) {
+    const auto image = merged({pixel({{1, 1, kRed}, {2, 2, kGreen}}), pixel({{1, 1, kRed}})});
+    ASSERT_EQ(image.fragments(), 2U);
+    EXPECT_EQ(colorOf(image, 1), (std::array<float, 4>{0, 0.5F, 0, 0.5F}));
+}
+
+TEST(Supersampling, FrontAndBackOfABallMergeWithTheirLike) {
+    // The second sample is near the ball's edge.
+    const auto image = merged(
+        {pixel({{1, 3, kGlass}, {9, 3, kGlass}}), pixel({{4.5F, 3, kGlass}, {5.5F, 3, kGlass}})});
+    ASSERT_EQ(image.fragments(), 2U);
+    EXPECT_EQ(image.z[0], 1);
+    EXPECT_EQ(image.z[1], 5.5F);
+}
+
+TEST(Supersampling, AFoldThatOneSampleMissesDoesNotMergeWithWhatIsInFront) {
+    const auto image = merged(
+        {pixel({{1, 3, kGlass}, {1.1F, 3, kGlass}, {5, 3, kGlass}}), pixel({{4.9F, 3, kGlass}})});
+    ASSERT_EQ(image.fragments(), 3U);
+    EXPECT_EQ(image.z[2], 4.9F);
+    EXPECT_FLOAT_EQ(colorOf(image, 0)[3], 0.25F);
+    EXPECT_FLOAT_EQ(colorOf(image, 1)[3], 0.25F / (2 - 0.5F) * 1);
+}
+
+TEST(Supersampling, SurfacesThatCrossKeepTheOrderOfEverySample) {
+    const auto image = merged(
+        {pixel({{1, 1, kGlass}, {2, 2, kRed}}), pixel({{1.5F, 2, kRed}, {2.5F, 1, kGlass}})});
+    CompositeImage composite;
+    compositeOver(image, {}, composite);
+    // Half of each: glass over red, red over glass.
+    EXPECT_FLOAT_EQ(composite.rgba[0][0], (0.5F + 1) / 2);
+    EXPECT_FLOAT_EQ(composite.rgba[0][2], 0.125F);
+    EXPECT_FLOAT_EQ(composite.rgba[0][3], 1);
+    EXPECT_TRUE(std::is_sorted(image.z.begin(), image.z.end()));
+}
+
+}  // namespace
+}  // namespace peeler
