@@ -12,9 +12,9 @@ PACKED_COLOR fragmentColor(vec4 base, Gradients g) {
     if (lit) rgb = litColor(base.rgb, g);
 #endif
     float alpha = coverage(base.a);
-    // What a half holds, whatever the vertex colours; and no NaN (a degenerate facet), which would
-    // spoil the composite.
-    rgb = clamp(rgb * alpha, vec3(-65504.0), vec3(65504.0));
+    // What a half holds, whatever the vertex colours; no NaN (a degenerate facet), which would spoil the
+    // composite; and nothing negative, which interpolation at a snapped vertex gives, and light is not.
+    rgb = clamp(rgb * alpha, vec3(0.0), vec3(65504.0));
     return packColor(vec4(mix(rgb, vec3(0.0), isnan(rgb)), alpha));
 }
 

@@ -188,8 +188,8 @@ class IndependentBlending final : public DualComposite {
 };
 
 /// The variant of the paper: all targets with MAX blending, which a GPU of 2008 had one equation
-/// for. Works for colours that are not negative. The composite of the fronts only grows, so each
-/// pass writes it anew from the last one's; the back is blended after each pass.
+/// for. It needs colours that are not negative, as all are here. The composite of the fronts only
+/// grows, so each pass writes it anew from the last one's; the back is blended after each pass.
 class MaxBlending final : public DualComposite {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {

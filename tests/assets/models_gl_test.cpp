@@ -2,10 +2,12 @@
 // Every method on every static real model, and the example scenes: the same layers, bit for bit.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 
 #include "assets/models.h"
 #include "cmd/camera_options.h"
+#include "core/composite.h"
 #include "core/peel/method.h"
 #include "formats/gltf_reader.h"
 #include "support/capture.h"
@@ -15,6 +17,30 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Composites the model on the fly with every exact method, and compares with the layers'.
+void compareComposites(const Scene& scene, const View& view, const CaptureSettings& base,
+                       const LayeredImage& layers) {
+    CompositeImage wanted, shown;
+    compositeOver(layers, {}, wanted);
+    for (const auto& method : peelMethods()) {
+        if (!method.exact()) continue;
+        CaptureSettings settings = base;
+        settings.method = method.name;
+        settings.composite = true;
+        compositeOver(capture(scene, view, settings).image, {}, shown);
+        float worst = 0;
+        for (std::size_t p = 0; p < wanted.rgba.size(); ++p) {
+            ASSERT_EQ(wanted.z[p], shown.z[p]) << method.name;
+            for (std::size_t c = 0; c < 4; ++c) {
+                // Relative to what is bright: that is how a half rounds.
+                const float scale = std::max(1.0F, std::abs(wanted.rgba[p][c]));
+                worst = std::max(worst, std::abs(wanted.rgba[p][c] - shown.rgba[p][c]) / scale);
+            }
+        }
+        EXPECT_LT(worst, 1e-5F) << method.name;
+    }
+}
 
 /// Captures the model with every method and compares; returns the fragments of the picture.
 std::size_t compareMethods(const fs::path& path, const CaptureSettings& base) {
@@ -34,6 +60,7 @@ std::size_t compareMethods(const fs::path& path, const CaptureSettings& base) {
         const auto other = capture(scene, view, settings);
         EXPECT_EQ(difference(reference.image, other.image), "") << method.name;
     }
+    compareComposites(scene, view, base, reference.image);
     return reference.image.fragments();
 }
 

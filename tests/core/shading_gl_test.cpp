@@ -69,7 +69,7 @@ TEST(Shading, NormalMapsTurnWithTheSurface) {
     }
 }
 
-TEST(Shading, NoColourIsBeyondAHalf) {
+TEST(Shading, NoColourIsBeyondAHalfOrNegative) {
     SceneBuilder builder;
     builder.rectangle(1, 1, -2, builder.material({1, 1, 1, 1}));
     auto& primitive = builder.scene().meshes[0].primitives[0];
@@ -78,7 +78,7 @@ TEST(Shading, NoColourIsBeyondAHalf) {
         CaptureSettings s;
         s.color_type = type;
         const auto result = capture(builder.scene(), testView(4, 4), s);
-        EXPECT_EQ(color(result.image, 0), glm::vec4(65504, -65504, 0.5F, 1));
+        EXPECT_EQ(color(result.image, 0), glm::vec4(65504, 0, 0.5F, 1));
     }
 }
 
