@@ -71,7 +71,10 @@ TEST_F(Results, JsonHasEveryKey) {
     EXPECT_NE(json.at("backend"), "");
     EXPECT_GE(json.at("passes").get<int>(), 1);
     EXPECT_GT(json.at("peakMemory").get<std::uint64_t>(), 1'000'000U);
-    EXPECT_EQ(json.size(), 14U);
+    EXPECT_EQ(json.at("fragmentsBlended"), 0);
+    EXPECT_EQ(json.at("fragmentsLeftOut"), 0);
+    EXPECT_EQ(json.at("samples"), 1);
+    EXPECT_EQ(json.size(), 17U);
     const Json& stages = json.at("milliseconds");
     double sum = 0;
     for (const char* stage : {"load", "context", "upload", "count", "capture", "sort", "composite",
