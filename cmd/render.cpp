@@ -14,6 +14,7 @@
 #include "cmd/settings.h"
 #include "cmd/verbs.h"
 #include "core/error.h"
+#include "core/fxaa_filter.h"
 #include "core/gl/context.h"
 #include "core/renderer.h"
 #include "formats/gltf_reader.h"
@@ -33,6 +34,7 @@ struct RenderOptions {
     gl::ContextRequest device;
     int threads = 0;
     bool strict = false;
+    bool fxaa = false;
     OutputFlags output;
     ReportFlags report;
 };
@@ -101,8 +103,13 @@ void Render::checkOptions() {
     checkReport(options_.report, options_.scene, options_.output.path);
     setThreads(options_.threads);
     capture_ = options_.capture;
-    if (findOutputFormat(options_.output.path.string(), options_.output.as).casters)
-        chooseCasters(capture_);
+    const OutputFormat& format =
+        findOutputFormat(options_.output.path.string(), options_.output.as);
+    if (format.casters) chooseCasters(capture_);
+    if (options_.fxaa && format.kind != "composite") {
+        throw Error(ErrorKind::kUsage, "a filter of finished pictures cannot smooth layers",
+                    "--fxaa", "add --as composite, or use --samples instead");
+    }
     if (!options_.shadow_size) return;
     if (!capture_.shadows) {
         throw Error(ErrorKind::kUsage, "there are no shadows whose maps have a size",
@@ -149,7 +156,9 @@ void Render::plan() {
 
 void Render::capture() {
     const std::string path = options_.output.path.string();
-    const auto writer = makeSink(path, outputOptions(options_.output, provenance()));
+    const OutputOptions output = outputOptions(options_.output, provenance());
+    auto writer = makeSink(path, output);
+    if (options_.fxaa) writer = std::make_unique<FxaaFilter>(std::move(writer), output.background);
     writer->begin(plan_);
     {
         ProgressReport progress(console_, options_.report.shownProgress(), "render");
@@ -170,7 +179,7 @@ Provenance Render::provenance() const {
         capture_.opaque_only ? "opaque" : nameOf<Surfaces>(kSurfaces, capture_.surfaces);
     provenance.scene = options_.scene.filename().string();
     provenance.scene_hash = hexText(scene_.content_hash);
-    provenance.settings_hash = settingsHash(scene_index_, view_, capture_);
+    provenance.settings_hash = settingsHash(scene_index_, view_, capture_, options_.fxaa);
     provenance.renderer = context_->device().renderer;
     return provenance;
 }
@@ -188,6 +197,13 @@ void Render::tell() {
     result_.backend = context_->device().backend;
     result_.peak_memory = peakMemory();
     tellResult(options_.report, result_, console_);
+}
+
+void addFilterOption(CLI::App& app, bool& fxaa) {
+    app.add_flag("--fxaa", fxaa,
+                 wrapped("smooths the stairs along a composite's edges: quick, but --samples sees "
+                         "more"))
+        ->group("Output");
 }
 
 void addLightOptions(CLI::App& app, RenderOptions& options) {
@@ -213,6 +229,7 @@ VerbAction declareRender(CLI::App& app) {
         ->required();
     addOutputOptions(app, options->output);
     addLayerOutputOptions(app, options->output);
+    addFilterOption(app, options->fxaa);
     addCameraOptions(app, options->camera);
     addLayerOptions(app, options->capture);
     addLightOptions(app, *options);

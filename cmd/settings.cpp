@@ -18,7 +18,8 @@ nlohmann::json number(double value) {
 
 }  // namespace
 
-std::string settingsHash(int scene_index, const View& view, const CaptureSettings& capture) {
+std::string settingsHash(int scene_index, const View& view, const CaptureSettings& capture,
+                         bool fxaa) {
     const Projection& projection = view.projection;
     nlohmann::json matrix = nlohmann::json::array();
     for (int column = 0; column < 4; ++column) {
@@ -46,6 +47,7 @@ std::string settingsHash(int scene_index, const View& view, const CaptureSetting
     // Only where they are on, so that a picture without them keeps its hash.
     if (capture.shadows) settings["shadows"] = capture.shadow_size;
     if (capture.opaque_only) settings["opaqueOnly"] = true;
+    if (fxaa) settings["fxaa"] = true;
     return hashText(settings.dump());
 }
 
