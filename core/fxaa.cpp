@@ -23,6 +23,9 @@ constexpr float kLeastContrast = 1.0F / 32;  ///< in any case
 constexpr float kEndShare = 1.0F / 4;        ///< of the contrast across: there the edge ends
 constexpr float kSubpixel = 0.75F;           ///< how much of an isolated pixel goes; 3.11's default
 
+/// How far a pixel on a straight edge stands out, as a share of the contrast; and its rounding.
+constexpr float kStraight = 1.0F / 3 + 1e-5F;
+
 struct Pixel {
     int x, y;
 };
@@ -97,7 +100,7 @@ struct Surroundings {
     float subpixelShift() const {
         const float sides = (n + s) + (w + e), corners = (nw + se) + (ne + sw);
         const float out = std::abs((2 * sides + corners) / 12 - m) / range;
-        return kSubpixel * std::clamp(1.5F * (out - 1.0F / 3), 0.0F, 1.0F);
+        return kSubpixel * std::clamp(1.5F * (out - kStraight), 0.0F, 1.0F);
     }
 
     float m, n, s, w, e;
