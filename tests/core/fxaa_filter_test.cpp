@@ -54,7 +54,8 @@ class Borrowed : public Sink {
     Sink& sink_;
 };
 
-/// Two layers of slanted edges on nothing, and holes; rows [y0, y1) of a crop that begins anywhere.
+/// Two layers of slanted edges on nothing, one steep enough for ends at all distances, and holes;
+/// rows [y0, y1) of a crop that begins anywhere.
 LayeredImage band(const Window& crop, int y0, int y1) {
     LayeredImage image;
     image.window = {crop.x0, y0, crop.x1, y1};
@@ -67,7 +68,7 @@ LayeredImage band(const Window& crop, int y0, int y1) {
     };
     for (int y = y0; y < y1; ++y) {
         for (int x = crop.x0; x < crop.x1; ++x) {
-            if (10 * x > 300 + y && (x * y) % 97 != 0) add(0.9F, 0.5F, 2);
+            if (33 * x > 990 + y && (x * y) % 97 != 0) add(0.9F, 0.5F, 2);
             if (30 * y > 1500 + x) add(0.1F, 1, 3);
             image.offsets.push_back(static_cast<std::uint32_t>(image.z.size()));
         }

@@ -208,6 +208,15 @@ TEST(Fxaa, AnOpaqueBackgroundSaysWhatAnEdgeIs) {
     EXPECT_NE(filtered(black, grey(1)).rgba, black.rgba);
 }
 
+TEST(Fxaa, ColoursOfOneLumaAreNoEdge) {
+    const Color red{0.05F / 0.2126F, 0, 0, 1}, green{0, 0.05F / 0.7152F, 0, 1},
+        blue{0, 0, 0.05F / 0.0722F, 1};
+    for (const auto& [a, b] : {std::pair{red, green}, {green, blue}, {blue, red}}) {
+        const auto image = picture(60, 20, [&](int x, int y) { return y > 5 + 0.13 * x ? a : b; });
+        EXPECT_EQ(filtered(image).rgba, image.rgba);
+    }
+}
+
 TEST(Fxaa, WhatGetsColourGetsZ) {
     auto image = onNothing(grey(0.5));
     for (std::size_t p = 0; p < image.z.size(); ++p) {
