@@ -95,7 +95,8 @@ SinkMemory FxaaFilter::memory() const {
     SinkMemory memory = next_->memory();
     const auto width = static_cast<std::uint64_t>(crop_.width());
     const auto slice = static_cast<std::uint64_t>(slice_rows_);
-    memory.bytes += width * ((2 * kFxaaReach + slice) * kKeptBytes + slice * kFilteredBytes);
+    constexpr std::uint64_t kOverlap = std::uint64_t{2} * kFxaaReach;
+    memory.bytes += width * ((kOverlap + slice) * kKeptBytes + slice * kFilteredBytes);
     return memory;
 }
 
