@@ -15,6 +15,7 @@
 #include "cmd/settings.h"
 #include "cmd/verbs.h"
 #include "core/error.h"
+#include "core/fxaa_filter.h"
 #include "core/gl/context.h"
 #include "core/renderer.h"
 #include "formats/gltf_reader.h"
@@ -35,6 +36,7 @@ struct RenderOptions {
     gl::ContextRequest device;
     int threads = 0;
     bool strict = false;
+    bool fxaa = false;
     OutputFlags output;
     ReportFlags report;
 };
@@ -111,6 +113,10 @@ void Render::checkOptions() {
     capture_.composite = format.kind == "composite";
     if (format.casters) chooseCasters(capture_);
     checkLayerOptions(capture_);
+    if (options_.fxaa && !capture_.composite) {
+        throw Error(ErrorKind::kUsage, "a filter of finished pictures cannot smooth layers",
+                    "--fxaa", "add --as composite, or use --samples instead");
+    }
     checkClipOptions(options_.clip);
     setShadowSize(capture_, options_.shadow_size);
 }
@@ -157,7 +163,9 @@ void Render::plan() {
 
 void Render::capture() {
     const std::string path = options_.output.path.string();
-    const auto writer = makeSink(path, outputOptions(options_.output, provenance()));
+    const OutputOptions output = outputOptions(options_.output, provenance());
+    auto writer = makeSink(path, output);
+    if (options_.fxaa) writer = std::make_unique<FxaaFilter>(std::move(writer), output.background);
     writer->begin(plan_);
     {
         ProgressReport progress(console_, options_.report.shownProgress(), "render");
@@ -178,7 +186,7 @@ Provenance Render::provenance() const {
         capture_.opaque_only ? "opaque" : nameOf<Surfaces>(kSurfaces, capture_.surfaces);
     provenance.scene = options_.scene.filename().string();
     provenance.scene_hash = hexText(scene_.content_hash);
-    provenance.settings_hash = settingsHash(scene_index_, view_, capture_);
+    provenance.settings_hash = settingsHash(scene_index_, view_, capture_, options_.fxaa);
     provenance.renderer = context_->device().renderer;
     return provenance;
 }
@@ -200,6 +208,13 @@ void Render::tell() {
     tellResult(options_.report, result_, console_);
 }
 
+void addFilterOption(CLI::App& app, bool& fxaa) {
+    app.add_flag("--fxaa", fxaa,
+                 wrapped("smooths the stairs along a composite's edges: quick, but --samples sees "
+                         "more"))
+        ->group("Output");
+}
+
 }  // namespace
 
 VerbAction declareRender(CLI::App& app) {
@@ -210,6 +225,7 @@ VerbAction declareRender(CLI::App& app) {
         ->required();
     addOutputOptions(app, options->output);
     addLayerOutputOptions(app, options->output);
+    addFilterOption(app, options->fxaa);
     addCameraOptions(app, options->camera);
     addLayerOptions(app, options->capture);
     addClipOptions(app, options->clip);

@@ -25,7 +25,8 @@ nlohmann::json clipJson(const ClipVolume& clip) {
 
 }  // namespace
 
-std::string settingsHash(int scene_index, const View& view, const CaptureSettings& capture) {
+std::string settingsHash(int scene_index, const View& view, const CaptureSettings& capture,
+                         bool fxaa) {
     const Projection& projection = view.projection;
     nlohmann::json matrix = nlohmann::json::array();
     for (int column = 0; column < 4; ++column) {
@@ -56,6 +57,7 @@ std::string settingsHash(int scene_index, const View& view, const CaptureSetting
     if (capture.occlusion_ratio > 0) settings["occlusionRatio"] = capture.occlusion_ratio;
     if (capture.clip.active()) settings["clip"] = clipJson(capture.clip);
     if (capture.opaque_only) settings["opaqueOnly"] = true;
+    if (fxaa) settings["fxaa"] = true;
     return hashText(settings.dump());
 }
 

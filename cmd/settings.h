@@ -12,7 +12,8 @@ namespace peeler::cmd {
 
 /// Two renders of the same scene file with the same hash have the same layers. Left out is what
 /// changes nothing: threads, memory, backend, and the method, since every method of the table is
-/// exact. 16 hexadecimal digits.
-std::string settingsHash(int scene_index, const View& view, const CaptureSettings& capture);
+/// exact. `fxaa`: whether the composite is filtered. 16 hexadecimal digits.
+std::string settingsHash(int scene_index, const View& view, const CaptureSettings& capture,
+                         bool fxaa = false);
 
 }  // namespace peeler::cmd

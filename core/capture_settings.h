@@ -41,7 +41,7 @@ struct CaptureSettings {
     bool shadows = false;      ///< directional and spot lights, the built-in one too, cast them
     int shadow_size = 2048;    ///< texels a side of each light's shadow map
     bool opaque_only = false;  ///< no BLEND fragments
-    ClipVolume clip{};                        ///< fragments on the wrong side do not count
+    ClipVolume clip{};         ///< fragments on the wrong side do not count
     PixelType color_type = PixelType::kHalf;  ///< or kFloat
     std::uint32_t max_layers = 0;             ///< nearest layers to keep; 0 = all
     double occlusion_ratio = 0;  ///< the first layer on fewer than this share of the pixels is last

@@ -130,7 +130,7 @@ INSTANTIATE_TEST_SUITE_P(
                     render({"--size", "big"}, {"--size big"}),
                     render({"--fov", "nan"}, {"--fov nan"}),
                     render({"--fov", "180"}, {"between 0 and 180"}),
-                    render({"--eye", "1,2"}, {"x,y,z"}), render({"--layers", "0"}, {"--layers 0"}),
+                    render({"--eye", "1,2"}, {"x,y,z"}), render({"--layers", "1.5"}, {"--layers 1.5"}),
                     render({"--memory", "1M"}, {"too little memory", "64M"}),
                     render({"--memory", "lots"}, {"8G"}),
                     render({"--threads", "-1"}, {"--threads -1"}),

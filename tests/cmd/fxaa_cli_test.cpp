@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler render --fxaa, on the examples' engine.
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+class FxaaOfTheEngine : public testing::Test {
+  protected:
+    CommandResult run(const std::string& name, const std::vector<std::string>& more) const {
+        std::vector<std::string> arguments{
+            "render", (sourceDir() / "examples" / "scenes" / "engine.glb").string(), "-o",
+            (scratch_ / name).string()};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return runPeeler(arguments);
+    }
+
+    fs::path render(const std::string& name, const std::vector<std::string>& more) const {
+        const CommandResult result = run(name, more);
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return scratch_ / name;
+    }
+
+    ScratchDir scratch_;
+};
+
+OIIO::ImageBuf color(const fs::path& path) {
+    OIIO::ImageBuf image(path.string());
+    EXPECT_TRUE(image.read(0, 0, true, OIIO::TypeDesc::FLOAT)) << image.geterror();
+    return OIIO::ImageBufAlgo::channels(image, 4, {}, {}, {"R", "G", "B", "A"});
+}
+
+TEST_F(FxaaOfTheEngine, ComesNearerToManySamples) {
+    const std::vector<std::string> small{"--as", "composite", "--size", "320x180"};
+    auto smooth = small;
+    smooth.emplace_back("--fxaa");
+    const OIIO::ImageBuf aliased = color(render("a.exr", small));
+    const OIIO::ImageBuf filtered = color(render("f.exr", smooth));
+    const OIIO::ImageBuf large =
+        color(render("l.exr", {"--as", "composite", "--size", "2560x1440"}));
+    const OIIO::ImageBuf reference =
+        OIIO::ImageBufAlgo::resize(large, "box", 0, OIIO::ROI(0, 320, 0, 180));
+    const auto rms = [&](const OIIO::ImageBuf& image) {
+        return OIIO::ImageBufAlgo::compare(image, reference, 1, 1).rms_error;
+    };
+    const double before = rms(aliased), after = rms(filtered);
+    std::printf("RMS distance to 64 samples: %.4f without, %.4f with\n", before, after);
+    EXPECT_LT(after, 0.8 * before);
+}
+
+TEST_F(FxaaOfTheEngine, ABudgetCutsBandsAndChangesNoByte) {
+    const std::vector<std::string> size{"--as", "composite", "--size", "1600x1200", "--fxaa"};
+    const std::string expected = bytesOf(render("free.exr", size));
+    for (const std::string budget : {"480M", "640M"}) {
+        auto tight = size;
+        tight.insert(tight.end(), {"--memory", budget, "--threads", "1", "--json"});
+        const CommandResult result = run("tight.exr", tight);
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+        EXPECT_LT(Json::parse(result.out).at("peakMemory").get<std::uint64_t>(), std::stoull(budget)
+                                                                                     << 20);
+        EXPECT_TRUE(bytesOf(scratch_ / "tight.exr") == expected) << budget;
+    }
+}
+
+TEST_F(FxaaOfTheEngine, WorksForEveryFlatFormat) {
+    for (const char* name : {"a.png", "a.jpg", "a.tif"}) {
+        const std::string plain = bytesOf(render(name, {"--size", "200x150"}));
+        EXPECT_NE(bytesOf(render(name, {"--size", "200x150", "--fxaa"})), plain) << name;
+    }
+}
+
+TEST_F(FxaaOfTheEngine, HasAHashOfItsOwn) {
+    const auto hash = [&](const fs::path& path) {
+        return Json::parse(runPeeler({"info", "--json", path.string()}).out)
+            .at("attributes")
+            .at("peeler:settingsHash");
+    };
+    const std::vector<std::string> plain{"--as", "composite", "--size", "64x48"};
+    auto smooth = plain;
+    smooth.emplace_back("--fxaa");
+    EXPECT_NE(hash(render("a.exr", plain)), hash(render("b.exr", smooth)));
+}
+
+TEST_F(FxaaOfTheEngine, IsRefusedForWhatIsNoPicture) {
+    for (const std::vector<std::string>& more :
+         {std::vector<std::string>{"--fxaa"}, {"--fxaa", "--as", "midpoint-depth"}}) {
+        const CommandResult result = run("a.exr", more);
+        EXPECT_EQ(result.exit_code, 2);
+        for (const char* part : {"--fxaa", "--as composite", "--samples"})
+            EXPECT_NE(result.err.find(part), std::string::npos) << part << " not in " << result.err;
+        EXPECT_TRUE(fs::is_empty(scratch_.path()));
+    }
+}
+
+}  // namespace
+}  // namespace peeler::test
