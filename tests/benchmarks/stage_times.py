@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Renders scenes with every method, side by side, and prints where the time goes as a Markdown table.
 
-    python3 tests/benchmarks/stage_times.py PEELER SCENE... [--size 1920x1080] [--runs 3]
+    python3 tests/benchmarks/stage_times.py PEELER SCENE... [--size 1920x1080] [--runs 3] [--methods a-buffer,dual]
+                                            [-- OPTIONS OF RENDER]
 
 Of the runs of a command the one with the smallest total counts. Milliseconds.
 """
@@ -10,19 +11,20 @@ import argparse
 import json
 import pathlib
 import subprocess
+import sys
 import tempfile
 
 METHODS = ("a-buffer", "front-to-back", "two-pass", "back-to-front", "dual")
 STAGES = ("load", "context", "upload", "count", "capture", "sort", "composite", "encode", "write", "total")
 
 
-def best(peeler: str, scene: str, method: str, size: str, runs: int) -> dict:
+def best(peeler: str, scene: str, method: str, size: str, runs: int, more: list) -> dict:
     """The JSON result of the fastest run."""
     results = []
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(runs):
             command = [peeler, "render", scene, "-o", f"{folder}/out.exr", "--method", method,
-                       "--size", size, "--json", "--quiet"]
+                       "--size", size, "--json", "--quiet", *more]
             done = subprocess.run(command, check=True, capture_output=True, text=True)
             results.append(json.loads(done.stdout))
     return min(results, key=lambda result: result["milliseconds"]["total"])
@@ -34,14 +36,16 @@ def main() -> None:
     parser.add_argument("scenes", nargs="+")
     parser.add_argument("--size", default="1920x1080")
     parser.add_argument("--runs", type=int, default=3)
-    options = parser.parse_args()
+    parser.add_argument("--methods", default=",".join(METHODS))
+    own, _, more = " ".join(sys.argv[1:]).partition(" -- ")
+    options = parser.parse_args(own.split())
 
     columns = ("scene", "method", "layers", "fragments", "passes", *STAGES, "file", "peak memory")
     print("| " + " | ".join(columns) + " |")
     print("| --- | --- |" + " ---: |" * (len(columns) - 2))
     for scene in options.scenes:
-        for method in METHODS:
-            result = best(options.peeler, scene, method, options.size, options.runs)
+        for method in options.methods.split(","):
+            result = best(options.peeler, scene, method, options.size, options.runs, more.split())
             cells = [pathlib.Path(scene).name, method, str(result["layers"]),
                      f'{result["fragmentsCounted"] / 1e6:.2f} M', str(result["passes"])]
             cells += [f'{result["milliseconds"][stage]:.0f}' for stage in STAGES]
