@@ -123,19 +123,18 @@ INSTANTIATE_TEST_SUITE_P(
 
 INSTANTIATE_TEST_SUITE_P(
     Values, Refusals,
-    testing::Values(render({"--size", "0x100"}, {"--size 0x100", "from 1 to 65536"}),
-                    render({"--size", "-5x100"}, {"--size -5x100"}),
-                    render({"--size", "99999999999x2"}, {"--size 99999999999x2"}),
-                    render({"--size", "65536x65536"}, {"more than 1073741824 pixels"}),
-                    render({"--size", "big"}, {"--size big"}),
-                    render({"--fov", "nan"}, {"--fov nan"}),
-                    render({"--fov", "180"}, {"between 0 and 180"}),
-                    render({"--eye", "1,2"}, {"x,y,z"}), render({"--layers", "1.5"}, {"--layers 1.5"}),
-                    render({"--memory", "1M"}, {"too little memory", "64M"}),
-                    render({"--memory", "lots"}, {"8G"}),
-                    render({"--threads", "-1"}, {"--threads -1"}),
-                    render({"--crop", "0,0,1281,10"}, {"outside the picture", "1280 x 720"}),
-                    render({"--size"}, {"--size", "see peeler render --help"})));
+    testing::Values(
+        render({"--size", "0x100"}, {"--size 0x100", "from 1 to 65536"}),
+        render({"--size", "-5x100"}, {"--size -5x100"}),
+        render({"--size", "99999999999x2"}, {"--size 99999999999x2"}),
+        render({"--size", "65536x65536"}, {"more than 1073741824 pixels"}),
+        render({"--size", "big"}, {"--size big"}), render({"--fov", "nan"}, {"--fov nan"}),
+        render({"--fov", "180"}, {"between 0 and 180"}), render({"--eye", "1,2"}, {"x,y,z"}),
+        render({"--layers", "1.5"}, {"--layers 1.5"}),
+        render({"--memory", "1M"}, {"too little memory", "64M"}),
+        render({"--memory", "lots"}, {"8G"}), render({"--threads", "-1"}, {"--threads -1"}),
+        render({"--crop", "0,0,1281,10"}, {"outside the picture", "1280 x 720"}),
+        render({"--size"}, {"--size", "see peeler render --help"})));
 
 INSTANTIATE_TEST_SUITE_P(
     Contradictions, Refusals,
