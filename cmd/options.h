@@ -48,7 +48,10 @@ CLI::Option* addRepeated(CLI::App& app, const std::string& name, const std::stri
                 try {
                     take(text);
                 } catch (const Error& error) {
-                    throw Error(error.kind(), error.what(), name + " " + text, error.hint());
+                    const std::string where = error.where().empty()
+                                                  ? std::string(name).append(" ").append(text)
+                                                  : error.where();
+                    throw Error(error.kind(), error.what(), where, error.hint());
                 }
             }
         };

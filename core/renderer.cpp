@@ -134,7 +134,7 @@ BandCosts Renderer::State::costs() const {
     if (composite_method) {
         // A pixel is a fragment: see rowFragments().
         costs.fixed_bytes += composite_method->tileBytes(tile, float_color);
-        costs.fragment_bytes = band_capture.pixelBytes() + 3 * 5 * sizeof(float);
+        costs.fragment_bytes = band_capture.pixelBytes() + 15 * sizeof(float);
         costs.largest_array_bytes = 4 * sizeof(float);
     } else {
         costs.fixed_bytes += layer_method->tileBytes(tile, float_color);

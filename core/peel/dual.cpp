@@ -19,7 +19,7 @@ using gl::Blend;
 /// Textures of one kind, one side read and the other written.
 class PingPong {
   public:
-    static constexpr std::uint64_t kRangeBytes = 2 * 2 * sizeof(float);
+    static constexpr std::uint64_t kRangeBytes = 4 * sizeof(float);
 
     void allocate(const SceneRasterizer& rasterizer, GLenum format) {
         const Window size{0, 0, rasterizer.tile().width(), rasterizer.tile().height()};
