@@ -2,30 +2,10 @@
 // Back-to-front depth peeling (Everitt 2001 with the tests turned round): the farthest layer first.
 #include "core/peel/composite_targets.h"
 #include "core/peel/layer_targets.h"
-#include "core/peel/method.h"
+#include "core/peel/peeled_layers.h"
 
 namespace peeler {
 namespace {
-
-class BackToFront final : public LayerMethod {
-  public:
-    // A layer's index from the front is known only when all have been peeled, so the lists are put
-    // in order afterwards.
-    bool takesAll() const override { return true; }
-
-    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
-        return LayerTargets::bytes(tile_pixels, float_color);
-    }
-
-    int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) override {
-        layers_.begin(rasterizer, area, kFarthestFirst);
-        return layers_.peel(rasterizer, area, layers, kFarthestFirst,
-                            [&](int, int side) { layers_.store(rasterizer, area, side); });
-    }
-
-  private:
-    LayerTargets layers_;
-};
 
 /// Each layer goes over those before it. Layers beyond a limit come first and are left out, or
 /// summed up as the tail.
@@ -61,7 +41,7 @@ class BackToFrontComposite final : public CompositeMethod {
 }  // namespace
 
 std::unique_ptr<LayerMethod> makeBackToFront() {
-    return std::make_unique<BackToFront>();
+    return std::make_unique<PeeledLayers>(kFarthestFirst);
 }
 
 std::unique_ptr<CompositeMethod> makeBackToFrontComposite() {

@@ -5,28 +5,10 @@
 // needed: the count pass has told before.
 #include "core/peel/composite_targets.h"
 #include "core/peel/layer_targets.h"
-#include "core/peel/method.h"
+#include "core/peel/peeled_layers.h"
 
 namespace peeler {
 namespace {
-
-class FrontToBack final : public LayerMethod {
-  public:
-    bool takesAll() const override { return false; }
-
-    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
-        return LayerTargets::bytes(tile_pixels, float_color);
-    }
-
-    int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) override {
-        layers_.begin(rasterizer, area, kNearestFirst);
-        return layers_.peel(rasterizer, area, layers, kNearestFirst,
-                            [&](int, int side) { layers_.store(rasterizer, area, side); });
-    }
-
-  private:
-    LayerTargets layers_;
-};
 
 /// Each layer goes under those before it by separate blend functions: C += T·c, T *= 1 − a.
 class FrontToBackComposite final : public CompositeMethod {
@@ -54,7 +36,7 @@ class FrontToBackComposite final : public CompositeMethod {
 }  // namespace
 
 std::unique_ptr<LayerMethod> makeFrontToBack() {
-    return std::make_unique<FrontToBack>();
+    return std::make_unique<PeeledLayers>(kNearestFirst);
 }
 
 std::unique_ptr<CompositeMethod> makeFrontToBackComposite() {

@@ -14,6 +14,7 @@ namespace peeler {
 
 /// From which end layers are peeled.
 struct PeelDirection {
+    bool nearest_first;
     std::string_view definitions;  ///< of peel_layer.frag
     gl::DepthTest depth_test;      ///< which of the fragments beyond the previous layer is next
     float first_depth;             ///< the key before any layer
@@ -22,11 +23,11 @@ struct PeelDirection {
 };
 
 /// Before any layer, in front of everything: the near plane has depth 1, and keys start at 1.
-inline constexpr PeelDirection kNearestFirst = {"", gl::DepthTest::kNearest, 1, 0, 0};
+inline constexpr PeelDirection kNearestFirst = {true, "", gl::DepthTest::kNearest, 1, 0, 0};
 /// Before any layer, behind everything: no fragment has depth 0. In front of the key (1, 0) of a
 /// pixel without the layer there is nothing: it stays finished.
-inline constexpr PeelDirection kFarthestFirst = {"BACKWARD", gl::DepthTest::kFarthest, 0,
-                                                 0xFFFFFFFFU, 1};
+inline constexpr PeelDirection kFarthestFirst = {false, "BACKWARD",  gl::DepthTest::kFarthest,
+                                                 0,     0xFFFFFFFFU, 1};
 
 /// Two sides of (depth, primitive) textures as large as a raster tile: the layer being peeled is
 /// rendered into one while the previous layer is read from the other. One colour texture serves
