@@ -222,7 +222,7 @@ TEST(Report, HasEveryKeyOfTheContract) {
           "complete", "method", "renderer", "backend", "passes", "peakMemory", "milliseconds"}) {
         EXPECT_TRUE(json.contains(key)) << key;
     }
-    EXPECT_EQ(json.size(), 14U);
+    EXPECT_EQ(json.size(), 17U);
     EXPECT_EQ(json["complete"], false);
     for (const char* stage : {"load", "context", "upload", "count", "capture", "sort", "composite",
                               "encode", "write", "total"}) {
