@@ -249,12 +249,14 @@ void BandCapture::readComposite(const BandRequest& request, CompositeImage& out)
     const auto* depth = depths.as<const float>();
     const auto* color = colors.as<const std::array<float, 4>>();
     out.window = request.band;
-    out.rgba.assign(color, color + pixels);
-    out.z.resize(pixels);
+    // No method touches an area without fragments: the buffers may hold an earlier band's there.
+    out.rgba.assign(pixels, {});
+    out.z.assign(pixels, std::numeric_limits<float>::infinity());
     for (std::size_t p = 0; p < pixels; ++p) {
+        if (request.counts[p] == 0) continue;
+        out.rgba[p] = color[p];
         const double z = view_.projection.linearZ(static_cast<double>(depth[p]));
-        out.z[p] =
-            request.counts[p] ? static_cast<float>(z) : std::numeric_limits<float>::infinity();
+        out.z[p] = static_cast<float>(z);
     }
 }
 
