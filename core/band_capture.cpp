@@ -48,6 +48,12 @@ void BandCapture::setView(const View& view, const CaptureSettings& settings) {
     rasterizer_.setView(view, settings);
 }
 
+void BandCapture::free() {
+    buffers_.free();
+    rasterizer_.freeBound();
+    clip_band_ = {};
+}
+
 std::uint32_t BandCapture::drawOf(std::uint32_t primitive) const {
     const auto& draws = gpu_scene_.draws();
     const auto after = std::upper_bound(

@@ -62,6 +62,9 @@ class BandCapture {
     std::uint64_t tilePixels() const;
     std::uint64_t tileBytes() const { return rasterizer_.boundBytes(tilePixels()); }
 
+    /// Frees what it holds besides the scene.
+    void free();
+
   private:
     const gl::Functions& gl() const { return context_.functions(); }
     /// Finds the boundary of the clip meshes in a band, unless that is what the buffers hold.

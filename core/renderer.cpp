@@ -65,10 +65,11 @@ struct Renderer::State {
     bool fitsKept(std::uint64_t bytes) const {
         return bytes <= (settings.memory ? settings.memory / kKeptShare : kKeptBytes);
     }
+    void freeBands();
     BandCosts costs() const;
     std::uint64_t rowFragments(int y) const;
     std::uint64_t bytesOfSinks(std::span<Sink* const> sinks) const;
-    std::vector<Window> bands(std::uint64_t fixed_bytes) const;
+    std::vector<Window> bands(std::uint64_t fixed_bytes);
 
     void chooseMethod();
     void chooseViews(const View& view);
@@ -121,6 +122,18 @@ void Renderer::State::chooseViews(const View& view) {
     band_capture.setView(views.front(), settings);
 }
 
+/// What earlier bands have left, of this plan or another, is not to be counted twice under a
+/// budget: as resident memory and as what the next bands take.
+void Renderer::State::freeBands() {
+    if (settings.memory == 0) return;
+    band_capture.free();
+    image = {};
+    composite = {};
+    if (layer_method) layer_method = method->layers();
+    if (composite_method) composite_method = method->composite();
+    returnFreeMemory();
+}
+
 BandCosts Renderer::State::costs() const {
     const PixelType type = settings.color_type;
     const std::uint64_t color = 4 * pixelTypeSize(type);
@@ -170,7 +183,8 @@ std::uint64_t Renderer::State::bytesOfSinks(std::span<Sink* const> sinks) const 
     return bytes;
 }
 
-std::vector<Window> Renderer::State::bands(std::uint64_t fixed_bytes) const {
+std::vector<Window> Renderer::State::bands(std::uint64_t fixed_bytes) {
+    freeBands();
     BandCosts with_sinks = costs();
     with_sinks.fixed_bytes += fixed_bytes;
     return cutBands(plan.view.crop, bandLimits(settings.memory, residentBytes(), with_sinks),
@@ -182,7 +196,9 @@ void Renderer::State::countViews() {
     const Window& crop = plan.view.crop;
     const auto width = static_cast<std::size_t>(crop.width());
     samples.emplace(crop);
-    kept_counts.clear();
+    kept_counts = {};
+    merged_bands.clear();
+    freeBands();
     if (views.size() == 1 && fitsKept(crop.pixels() * sizeof(std::uint32_t)))
         kept_counts.resize(crop.pixels());
 
