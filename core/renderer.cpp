@@ -154,7 +154,13 @@ BandCosts Renderer::State::costs() const {
         costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color;
         costs.largest_array_bytes = color;
         // All samples are held until they are merged, with their primitives and while sorting.
-        if (mergesLayers()) costs.fragment_bytes += color + 16 * sizeof(float);
+        if (mergesLayers()) {
+            costs.fragment_bytes += color + 16 * sizeof(float);
+            costs.pixel_bytes += (views.size() + 1) * sizeof(std::uint32_t);
+        }
+        // A sample's composite, and what is handed over.
+        if (settings.composite)
+            costs.pixel_bytes += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float));
     }
     costs.storage_block_bytes =
         static_cast<std::uint64_t>(context.device().limits.shader_storage_block_size);

@@ -175,6 +175,16 @@ TEST(Supersampling, SamplesThatSeeNothingInABandAddNothingToIt) {
     }
 }
 
+TEST(Supersampling, TheListsOfAllSamplesCountAmongABandsBytes) {
+    SceneBuilder builder;
+    builder.rectangle(0.01F, 0.01F, -2, builder.material({1, 1, 1, 0.5F}));
+    CaptureSettings settings = sampled(64, false);
+    settings.band_bytes = 1 << 20;
+    const auto result = capture(builder.scene(), testView(160, 120), settings);
+    for (const Window& band : result.bands)
+        EXPECT_LT(band.pixels() * 64 * sizeof(std::uint32_t), settings.band_bytes);
+}
+
 TEST(Supersampling, KeepsTheNearestMergedLayers) {
     const View view = testView(160, 120);
     const Scene scene = hardScenes()[0].scene;
