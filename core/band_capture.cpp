@@ -98,29 +98,35 @@ void BandCapture::drawIntoSlots(const GeometryPass& pass, const Window& band,
     gl::checkErrors(gl(), "counting fragments");
 }
 
-void BandCapture::prepareClip(const Window& band) {
-    if (settings_.clip.nodes.empty() || band == clip_band_) return;
+void BandCapture::countClip(const Window& band, std::vector<std::uint32_t>& counts) {
     const std::size_t pixels = band.pixels(), bytes = pixels * sizeof(std::uint32_t);
     buffers_.reserveSlots(pixels);
     buffers_.slots().clearToZero(bytes);
-    GeometryPass pass = {.fragment_shader = "clip_boundary.frag",
-                         .definitions = "COUNT",
-                         .draws = Draws::kClipMeshes,
-                         .bounded = false};
-    drawIntoSlots(pass, band, 0);
-    std::vector<std::uint32_t> first(pixels + 1);
-    {
-        const auto counts = buffers_.slots().read(bytes);
-        std::partial_sum(counts.as<const std::uint32_t>(),
-                         counts.as<const std::uint32_t>() + pixels, first.begin() + 1);
-    }
+    drawIntoSlots({.fragment_shader = "clip_boundary.frag",
+                   .definitions = "COUNT",
+                   .draws = Draws::kClipMeshes,
+                   .bounded = false},
+                  band, 0);
+    const auto mapping = buffers_.slots().read(bytes);
+    const auto* slots = mapping.as<const std::uint32_t>();
+    counts.assign(slots, slots + pixels);
+}
+
+void BandCapture::prepareClip(const Window& band) {
+    if (settings_.clip.nodes.empty() || band == clip_band_) return;
+    std::vector<std::uint32_t> first;
+    countClip(band, first);
+    const std::size_t pixels = band.pixels(), bytes = pixels * sizeof(std::uint32_t);
+    first.insert(first.begin(), 0);
+    std::partial_sum(first.begin(), first.end(), first.begin());
     buffers_.reserveClip(first);
     {
         const auto slots = buffers_.slots().overwrite(bytes);
         std::copy_n(first.begin(), pixels, slots.as<std::uint32_t>());
     }
-    pass.definitions = "";
-    drawIntoSlots(pass, band, first[pixels]);
+    drawIntoSlots(
+        {.fragment_shader = "clip_boundary.frag", .draws = Draws::kClipMeshes, .bounded = false},
+        band, first[pixels]);
     clip_band_ = band;
 }
 

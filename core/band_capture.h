@@ -43,6 +43,9 @@ class BandCapture {
     /// The fragments of every pixel of the band. Overwrites `counts`.
     void count(const Window& band, std::vector<std::uint32_t>& counts);
 
+    /// How many surfaces of the clip meshes every pixel of the band has. Overwrites `counts`.
+    void countClip(const Window& band, std::vector<std::uint32_t>& counts);
+
     /// Captures a band's fragments and sorts them into `out`. Returns the geometry passes. Throws
     /// Error (kInternal) if any pixel's fragments differ in number from the count.
     int layers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
