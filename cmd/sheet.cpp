@@ -95,9 +95,11 @@ void Sheet::checkOptions() {
                     "--progression, --show depth", "leave one of them out");
     }
     if (request.methods == SheetMethods::kAll &&
-        (request.cells.progression || depth || request.capture.max_layers != 0)) {
+        (request.cells.progression || depth || request.capture.max_layers != 0 ||
+         request.capture.occlusion_ratio > 0)) {
         throw Error(ErrorKind::kUsage, "methods are compared by the composites of all layers",
-                    "--methods all", "leave out --progression, --show depth and --layers");
+                    "--methods all",
+                    "leave out --progression, --show depth, --layers and --occlusion-ratio");
     }
     checkCameraOptions(request.camera);
     setThreads(options_.threads);

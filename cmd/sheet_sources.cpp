@@ -81,8 +81,8 @@ void SceneSheet::makeRenderer() {
 /// Blending without a limit stands beside the composite of everything, and of colours only.
 bool SceneSheet::showsUnsorted() const {
     return request_.methods == SheetMethods::kUnsorted && request_.capture.max_layers == 0 &&
-           request_.cells.show == SheetShow::kColor && !request_.cells.progression &&
-           request_.cells.most_cells > 1;
+           !(request_.capture.occlusion_ratio > 0) && request_.cells.show == SheetShow::kColor &&
+           !request_.cells.progression && request_.cells.most_cells > 1;
 }
 
 void SceneSheet::tellPlan(const Plan& plan, int passes) {

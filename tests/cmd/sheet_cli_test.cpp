@@ -215,6 +215,7 @@ TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
     }
     EXPECT_EQ(cells({"--methods", "none"}).size(), 3U);
     EXPECT_EQ(cells({"--layers", "1"}).size(), 2U);
+    EXPECT_EQ(cells({"--occlusion-ratio", "0.1"}).size(), 3U);  // nothing to limit, but a limit
     EXPECT_EQ(cells({"--cells", "2"}).at(1).at("label"), "unsorted");
     EXPECT_EQ(cells({"--cells", "1"}).at(0).at("label"), "composite");
 }
@@ -241,11 +242,15 @@ TEST_F(SheetOfAScene, ComparesEveryMethod) {
 }
 
 TEST_F(SheetOfAScene, MethodsHaveNothingToDoWithLayersOrDepth) {
-    for (const std::vector<std::string>& more :
-         {std::vector<std::string>{"--progression"}, {"--show", "depth"}, {"--layers", "1"}}) {
+    for (const std::vector<std::string>& more : {std::vector<std::string>{"--progression"},
+                                                 {"--show", "depth"},
+                                                 {"--layers", "1"},
+                                                 {"--occlusion-ratio", "0.1"}}) {
         std::vector<std::string> arguments{"sheet", scene_, "-o", sheet_, "--methods", "all"};
         arguments.insert(arguments.end(), more.begin(), more.end());
-        EXPECT_EQ(runPeeler(arguments).exit_code, 2);
+        const CommandResult result = runPeeler(arguments);
+        EXPECT_EQ(result.exit_code, 2);
+        EXPECT_NE(result.err.find("--methods all"), std::string::npos) << result.err;
     }
 }
 
