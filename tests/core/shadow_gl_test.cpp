@@ -354,6 +354,23 @@ TEST(Shadows, MapsServeEveryViewOfTheScene) {
     }
 }
 
+TEST(Shadows, MapsAreMadeAnewForAnotherClipVolume) {
+    const Scene scene = crowd();
+    const SceneContents shown = contents(scene, 0);
+    Renderer renderer(sharedContext(), scene, shown);
+    const View view = testView(64, 48);
+    CaptureSettings s = withShadows(200);
+    for (const double offset : {-9.0, -3.2, -2.8}) {
+        s.clip.half_spaces = {{{0, 0, -1}, -offset}};
+        s.clip.keep_inside = false;
+        CollectSink collect;
+        Sink* sinks[] = {&collect};
+        renderer.plan(view, s);
+        renderer.capture(sinks);
+        EXPECT_EQ(difference(collect.image, capture(scene, view, s).image), "") << offset;
+    }
+}
+
 TEST(Shadows, TooLargeAMapIsAUsageError) {
     const Scene scene = crowd();
     try {
