@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <utility>
 
 #include "cmd/options.h"
 #include "cmd/output_options.h"
@@ -11,6 +12,7 @@
 #include "cmd/report.h"
 #include "cmd/resources.h"
 #include "cmd/verbs.h"
+#include "core/fxaa_filter.h"
 #include "core/nearest.h"
 #include "formats/exr_ldi_reader.h"
 #include "formats/writers.h"
@@ -28,6 +30,7 @@ struct FlattenOptions {
     fs::path input;
     std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
     int threads = 0;
+    bool fxaa = false;
     OutputFlags output;
     ReportFlags report;
 };
@@ -109,8 +112,9 @@ void Flatten::limitLayers() {
 void Flatten::composite() {
     Provenance provenance = reader_->info().provenance;
     provenance.version = PEELER_VERSION;
-    const auto writer =
-        makeSink(options_.output.path.string(), outputOptions(options_.output, provenance));
+    const OutputOptions output = outputOptions(options_.output, provenance);
+    auto writer = makeSink(options_.output.path.string(), output);
+    if (options_.fxaa) writer = std::make_unique<FxaaFilter>(std::move(writer), output.background);
     writer->begin(plan_);
     forEachBand("flatten", [&](const LayeredImage& band) { writer->write(band); });
     writer->finish();
@@ -141,6 +145,7 @@ VerbAction declareFlatten(CLI::App& app) {
         "a layered depth image (.exr)")
         ->required();
     addOutputOptions(app, options->output);
+    addFxaaOption(app, options->fxaa, "quick, but render --samples sees more");
     addValue(
         app, "--layers", "N|all", options->max_layers,
         [](const std::string& text) { return parseLayers(text); },

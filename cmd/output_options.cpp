@@ -120,6 +120,11 @@ void addOutputOptions(CLI::App& app, OutputFlags& flags) {
         "how .png, .jpg and .tif show bright light" + maps);
 }
 
+void addFxaaOption(CLI::App& app, bool& fxaa, const std::string& remark) {
+    app.add_flag("--fxaa", fxaa, wrapped("smooths the stairs along a composite's edges: " + remark))
+        ->group("Output");
+}
+
 void addLayerOutputOptions(CLI::App& app, OutputFlags& flags) {
     std::string kinds;
     std::set<std::string_view> known;

@@ -34,6 +34,9 @@ void addOutputOptions(CLI::App& app, OutputFlags& flags);
 /// Declares --as and --no-composite, for verbs that have layers to write.
 void addLayerOutputOptions(CLI::App& app, OutputFlags& flags);
 
+/// Declares --fxaa; `remark` ends its description.
+void addFxaaOption(CLI::App& app, bool& fxaa, const std::string& remark);
+
 /// Throws before any work is done: Error (kUsage) if the path names no format, an option does not
 /// apply to it or the output is the input; (kOutput) if the folder cannot be written to, or the
 /// file is there and must stay.

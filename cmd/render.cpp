@@ -208,13 +208,6 @@ void Render::tell() {
     tellResult(options_.report, result_, console_);
 }
 
-void addFilterOption(CLI::App& app, bool& fxaa) {
-    app.add_flag("--fxaa", fxaa,
-                 wrapped("smooths the stairs along a composite's edges: quick, but --samples sees "
-                         "more"))
-        ->group("Output");
-}
-
 }  // namespace
 
 VerbAction declareRender(CLI::App& app) {
@@ -225,7 +218,7 @@ VerbAction declareRender(CLI::App& app) {
         ->required();
     addOutputOptions(app, options->output);
     addLayerOutputOptions(app, options->output);
-    addFilterOption(app, options->fxaa);
+    addFxaaOption(app, options->fxaa, "quick, but --samples sees more");
     addCameraOptions(app, options->camera);
     addLayerOptions(app, options->capture);
     addClipOptions(app, options->clip);

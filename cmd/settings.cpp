@@ -55,6 +55,7 @@ std::string settingsHash(int scene_index, const View& view, const CaptureSetting
     if (capture.shadows) settings["shadows"] = capture.shadow_size;
     if (capture.samples > 1) settings["samples"] = capture.samples;
     if (capture.occlusion_ratio > 0) settings["occlusionRatio"] = capture.occlusion_ratio;
+    if (capture.tail == Tail::kBlend) settings["tail"] = "blend";
     if (capture.clip.active()) settings["clip"] = clipJson(capture.clip);
     if (capture.opaque_only) settings["opaqueOnly"] = true;
     if (fxaa) settings["fxaa"] = true;

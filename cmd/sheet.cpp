@@ -95,11 +95,14 @@ void Sheet::checkOptions() {
                     "--progression, --show depth", "leave one of them out");
     }
     if (request.methods == SheetMethods::kAll &&
-        (request.cells.progression || depth || request.capture.max_layers != 0)) {
+        (request.cells.progression || depth || request.capture.max_layers != 0 ||
+         request.capture.occlusion_ratio > 0)) {
         throw Error(ErrorKind::kUsage, "methods are compared by the composites of all layers",
-                    "--methods all", "leave out --progression, --show depth and --layers");
+                    "--methods all",
+                    "leave out --progression, --show depth, --layers and --occlusion-ratio");
     }
     checkCameraOptions(request.camera);
+    checkClipOptions(request.clip);
     setThreads(options_.threads);
 }
 
@@ -203,7 +206,8 @@ void addCellOptions(CLI::App& app, SheetOptions& options) {
 
 /// The options that have a meaning for scenes only, as far as they are on the command line.
 std::set<std::string> sceneOptionsGiven(const CLI::App& app) {
-    const std::set<std::string> groups{"Camera", "Picture", "Layers", "Light", "Machine"};
+    const std::set<std::string> groups{"Camera",   "Picture", "Layers",
+                                       "Clipping", "Light",   "Machine"};
     const std::set<std::string> everywhere{"--layers", "--threads"};
     std::set<std::string> given;
     for (const CLI::Option* option : app.get_options()) {
@@ -216,11 +220,10 @@ std::set<std::string> sceneOptionsGiven(const CLI::App& app) {
 }
 
 constexpr const char* kFooter =
-    "Of a layered file the sheet shows what is in it: options of camera, light and machine and\n"
-    "those of the layers but --layers are for scenes. An error is that of linear premultiplied R, "
-    "G, B\n"
-    "and A against the composite of all layers. A file has no draw order: unsorted blending is\n"
-    "shown of scenes only, and of them beside the composite of all layers.";
+    "Of a layered file the sheet shows what is in it: options of camera, clipping, light and\n"
+    "machine and those of the layers but --layers are for scenes. An error is that of linear\n"
+    "premultiplied R, G, B and A against the composite of all layers. A file has no draw order:\n"
+    "unsorted blending is shown of scenes only, and of them beside the composite of all layers.";
 
 }  // namespace
 
@@ -241,6 +244,7 @@ VerbAction declareSheet(CLI::App& app) {
     addCellOptions(app, *options);
     addCameraOptions(app, options->request.camera);
     addLayerOptions(app, options->request.capture);
+    addClipOptions(app, options->request.clip);
     addLightOptions(app, options->request.capture, options->shadow_size);
     addMachineOptions(app, options->request.device, options->threads, options->request.capture);
     addReportOptions(app, options->report);

@@ -23,7 +23,7 @@ constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 class SceneSheet {
   public:
     SceneSheet(const SheetRequest& request, ProgressStyle progress, Console& console)
-        : request_(request), progress_(progress), console_(console) {}
+        : request_(request), progress_(progress), console_(console), capture_(request.capture) {}
 
     SheetContent make() {
         readScene();
@@ -49,6 +49,7 @@ class SceneSheet {
     const SheetRequest& request_;
     ProgressStyle progress_;
     Console& console_;
+    CaptureSettings capture_;
     Scene scene_;
     SceneContents contents_;
     View view_;
@@ -66,6 +67,7 @@ void SceneSheet::readScene() {
     const int scene_index = chooseScene(scene_, request_.camera);
     contents_ = contents(scene_, scene_index);
     view_ = makeView(scene_, contents_, request_.camera);
+    capture_.clip = clipVolume(request_.clip, scene_, contents_);
 }
 
 void SceneSheet::makeRenderer() {
@@ -80,9 +82,9 @@ void SceneSheet::makeRenderer() {
 
 /// Blending without a limit stands beside the composite of everything, and of colours only.
 bool SceneSheet::showsUnsorted() const {
-    return request_.methods == SheetMethods::kUnsorted && request_.capture.max_layers == 0 &&
-           request_.cells.show == SheetShow::kColor && !request_.cells.progression &&
-           request_.cells.most_cells > 1;
+    return request_.methods == SheetMethods::kUnsorted && capture_.max_layers == 0 &&
+           !(capture_.occlusion_ratio > 0) && request_.cells.show == SheetShow::kColor &&
+           !request_.cells.progression && request_.cells.most_cells > 1;
 }
 
 void SceneSheet::tellPlan(const Plan& plan, int passes) {
@@ -90,7 +92,7 @@ void SceneSheet::tellPlan(const Plan& plan, int passes) {
     result.layers = plan.layers.size();
     result.fragments_counted = plan.fragments_counted;
     result.fragments_stored = plan.fragments_stored;
-    result.method = request_.capture.method;
+    result.method = capture_.method;
     result.passes = passes;
 }
 
@@ -99,7 +101,7 @@ void SceneSheet::showLayers() {
     const bool unsorted = showsUnsorted();
     if (unsorted) --settings.most_cells;
     SheetCells cells(settings);
-    const Plan plan = renderer_->plan(view_, request_.capture);
+    const Plan plan = renderer_->plan(view_, capture_);
     std::vector<Sink*> sinks{&cells};
     if (unsorted) sinks.push_back(&exact_);
     for (Sink* sink : sinks)
@@ -129,7 +131,7 @@ void SceneSheet::compareMethods() {
         const bool first = &method == &methods.front();
         content_.cells.push_back(capture(method, first ? &exact_ : nullptr));
         if (!first) continue;
-        CaptureSettings settings = request_.capture;
+        CaptureSettings settings = capture_;
         settings.method = method.name;
         tellPlan(renderer_->plan(view_, settings), content_.cells.back().passes);
         content_.result.method = method.name;
@@ -139,7 +141,7 @@ void SceneSheet::compareMethods() {
 SheetCell SceneSheet::capture(const MethodInfo& method, Sink* more) {
     const CompositeImage nothing;
     CompositeCell cell(request_.cells.cell_width, more ? nothing : exact_.composite());
-    CaptureSettings settings = request_.capture;
+    CaptureSettings settings = capture_;
     // Differences of methods, not of how colours are rounded.
     if (request_.methods == SheetMethods::kAll) settings.color_type = PixelType::kFloat;
     ProgressReport progress(console_, progress_, std::string(method.name));

@@ -7,6 +7,7 @@
 
 #include "cmd/camera_options.h"
 #include "cmd/choices.h"
+#include "cmd/clip_options.h"
 #include "cmd/console.h"
 #include "cmd/report.h"
 #include "cmd/sheet_cells.h"
@@ -25,7 +26,8 @@ enum class SheetMethods {
 struct SheetRequest {
     std::filesystem::path input;
     CameraOptions camera;     ///< of a scene
-    CaptureSettings capture;  ///< of a file only `max_layers`
+    CaptureSettings capture;  ///< of a file only `max_layers`; the clip volume is in `clip`
+    ClipOptions clip;
     gl::ContextRequest device;
     SheetSettings cells;
     SheetMethods methods = SheetMethods::kUnsorted;

@@ -37,6 +37,12 @@ class BandBuffers {
     void reserveClip(std::span<const std::uint32_t> first);
     /// Room for a composite of so many pixels: the counts are these, all else is 0.
     void clearForComposite(std::span<const std::uint32_t> counts);
+    /// Frees all.
+    void free() {
+        for (gl::Buffer* buffer :
+             {&slots_, &depths_, &primitives_, &colors_, &counts_, &clip_first_, &clip_depths_})
+            *buffer = {};
+    }
     /// Binds all at their PEELER_ binding points.
     void bind() const;
 

@@ -48,6 +48,12 @@ void BandCapture::setView(const View& view, const CaptureSettings& settings) {
     rasterizer_.setView(view, settings);
 }
 
+void BandCapture::free() {
+    buffers_.free();
+    rasterizer_.freeBound();
+    clip_band_ = {};
+}
+
 std::uint32_t BandCapture::drawOf(std::uint32_t primitive) const {
     const auto& draws = gpu_scene_.draws();
     const auto after = std::upper_bound(
@@ -92,29 +98,35 @@ void BandCapture::drawIntoSlots(const GeometryPass& pass, const Window& band,
     gl::checkErrors(gl(), "counting fragments");
 }
 
-void BandCapture::prepareClip(const Window& band) {
-    if (settings_.clip.nodes.empty() || band == clip_band_) return;
+void BandCapture::countClip(const Window& band, std::vector<std::uint32_t>& counts) {
     const std::size_t pixels = band.pixels(), bytes = pixels * sizeof(std::uint32_t);
     buffers_.reserveSlots(pixels);
     buffers_.slots().clearToZero(bytes);
-    GeometryPass pass = {.fragment_shader = "clip_boundary.frag",
-                         .definitions = "COUNT",
-                         .draws = Draws::kClipMeshes,
-                         .bounded = false};
-    drawIntoSlots(pass, band, 0);
-    std::vector<std::uint32_t> first(pixels + 1);
-    {
-        const auto counts = buffers_.slots().read(bytes);
-        std::partial_sum(counts.as<const std::uint32_t>(),
-                         counts.as<const std::uint32_t>() + pixels, first.begin() + 1);
-    }
+    drawIntoSlots({.fragment_shader = "clip_boundary.frag",
+                   .definitions = "COUNT",
+                   .draws = Draws::kClipMeshes,
+                   .bounded = false},
+                  band, 0);
+    const auto mapping = buffers_.slots().read(bytes);
+    const auto* slots = mapping.as<const std::uint32_t>();
+    counts.assign(slots, slots + pixels);
+}
+
+void BandCapture::prepareClip(const Window& band) {
+    if (settings_.clip.nodes.empty() || band == clip_band_) return;
+    std::vector<std::uint32_t> first;
+    countClip(band, first);
+    const std::size_t pixels = band.pixels(), bytes = pixels * sizeof(std::uint32_t);
+    first.insert(first.begin(), 0);
+    std::partial_sum(first.begin(), first.end(), first.begin());
     buffers_.reserveClip(first);
     {
         const auto slots = buffers_.slots().overwrite(bytes);
         std::copy_n(first.begin(), pixels, slots.as<std::uint32_t>());
     }
-    pass.definitions = "";
-    drawIntoSlots(pass, band, first[pixels]);
+    drawIntoSlots(
+        {.fragment_shader = "clip_boundary.frag", .draws = Draws::kClipMeshes, .bounded = false},
+        band, first[pixels]);
     clip_band_ = band;
 }
 
@@ -249,12 +261,14 @@ void BandCapture::readComposite(const BandRequest& request, CompositeImage& out)
     const auto* depth = depths.as<const float>();
     const auto* color = colors.as<const std::array<float, 4>>();
     out.window = request.band;
-    out.rgba.assign(color, color + pixels);
-    out.z.resize(pixels);
+    // No method touches an area without fragments: the buffers may hold an earlier band's there.
+    out.rgba.assign(pixels, {});
+    out.z.assign(pixels, std::numeric_limits<float>::infinity());
     for (std::size_t p = 0; p < pixels; ++p) {
+        if (request.counts[p] == 0) continue;
+        out.rgba[p] = color[p];
         const double z = view_.projection.linearZ(static_cast<double>(depth[p]));
-        out.z[p] =
-            request.counts[p] ? static_cast<float>(z) : std::numeric_limits<float>::infinity();
+        out.z[p] = static_cast<float>(z);
     }
 }
 

@@ -43,6 +43,9 @@ class BandCapture {
     /// The fragments of every pixel of the band. Overwrites `counts`.
     void count(const Window& band, std::vector<std::uint32_t>& counts);
 
+    /// How many surfaces of the clip meshes every pixel of the band has. Overwrites `counts`.
+    void countClip(const Window& band, std::vector<std::uint32_t>& counts);
+
     /// Captures a band's fragments and sorts them into `out`. Returns the geometry passes. Throws
     /// Error (kInternal) if any pixel's fragments differ in number from the count.
     int layers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
@@ -61,6 +64,9 @@ class BandCapture {
     /// every method needs for it.
     std::uint64_t tilePixels() const;
     std::uint64_t tileBytes() const { return rasterizer_.boundBytes(tilePixels()); }
+
+    /// Frees what it holds besides the scene.
+    void free();
 
   private:
     const gl::Functions& gl() const { return context_.functions(); }

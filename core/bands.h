@@ -13,6 +13,10 @@ namespace peeler {
 /// Bytes of resident memory of this process now.
 std::uint64_t residentBytes();
 
+/// Hands memory that was freed back to the system, where malloc would keep it: it is not resident
+/// any longer.
+void returnFreeMemory();
+
 /// What a band may hold at most.
 struct BandLimits {
     std::uint64_t fragments = 0;

@@ -16,6 +16,7 @@ struct ClipVolume {
     struct HalfSpace {
         glm::dvec3 normal{0};
         double offset = 0;
+        bool operator==(const HalfSpace&) const = default;
     };
     static constexpr std::size_t kMaxHalfSpaces = 32;
 
@@ -25,6 +26,7 @@ struct ClipVolume {
     std::vector<int> nodes;
     bool keep_inside = true;
 
+    bool operator==(const ClipVolume&) const = default;
     bool active() const { return !half_spaces.empty() || !nodes.empty(); }
     bool isBoundary(int node) const {
         return std::find(nodes.begin(), nodes.end(), node) != nodes.end();

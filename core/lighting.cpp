@@ -60,7 +60,7 @@ void Lighting::castShadows(Renderer& renderer, const gl::Context& context,
                            const CaptureSettings& settings) {
     shadowed_ = false;
     if (!settings.shadows || settings.shading == Shading::kUnlit) return;
-    if (maps_.size() != settings.shadow_size) {
+    if (maps_.size() != settings.shadow_size || maps_.clip() != settings.clip) {
         maps_ = {};  // free first: never hold both
         maps_ = ShadowMaps(renderer, context, lights_, scene_, contents_, settings);
     }

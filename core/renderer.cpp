@@ -2,6 +2,7 @@
 #include "core/renderer.h"
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
 
 #include "core/band_capture.h"
@@ -53,6 +54,7 @@ struct Renderer::State {
     std::vector<View> views;                 // one a sample
     std::optional<DepthComplexity> samples;  // of all views together
     std::optional<DepthComplexity> merged;   // of the layers they merge into
+    std::vector<std::uint64_t> clip_rows;    // surfaces of clip meshes a row, of the worst view
     std::vector<std::uint32_t> kept_counts;  // of the whole crop, or empty; one view only
     std::vector<LayeredImage> merged_bands;  // likewise, what several views merge into
     std::vector<std::uint32_t> counts;       // of the band being captured
@@ -65,13 +67,16 @@ struct Renderer::State {
     bool fitsKept(std::uint64_t bytes) const {
         return bytes <= (settings.memory ? settings.memory / kKeptShare : kKeptBytes);
     }
+    void freeBands();
     BandCosts costs() const;
+    std::uint64_t clipFragments(const BandCosts& costs, int y) const;
     std::uint64_t rowFragments(int y) const;
     std::uint64_t bytesOfSinks(std::span<Sink* const> sinks) const;
-    std::vector<Window> bands(std::uint64_t fixed_bytes) const;
+    std::vector<Window> bands(std::uint64_t fixed_bytes);
 
     void chooseMethod();
     void chooseViews(const View& view);
+    void countClip();
     void countViews();
     void mergeViews();
     void limitLayers();
@@ -121,6 +126,18 @@ void Renderer::State::chooseViews(const View& view) {
     band_capture.setView(views.front(), settings);
 }
 
+/// What earlier bands have left, of this plan or another, is not to be counted twice under a
+/// budget: as resident memory and as what the next bands take.
+void Renderer::State::freeBands() {
+    if (settings.memory == 0) return;
+    band_capture.free();
+    image = {};
+    composite = {};
+    if (layer_method) layer_method = method->layers();
+    if (composite_method) composite_method = method->composite();
+    returnFreeMemory();
+}
+
 BandCosts Renderer::State::costs() const {
     const PixelType type = settings.color_type;
     const std::uint64_t color = 4 * pixelTypeSize(type);
@@ -130,6 +147,7 @@ BandCosts Renderer::State::costs() const {
     // Large enough by default that geometry is not drawn many times, small enough to stay warm.
     costs.band_bytes = settings.band_bytes;
     costs.pixel_bytes = kPixelBytes;
+    if (!clip_rows.empty()) costs.pixel_bytes += 3 * sizeof(std::uint32_t);
     costs.fixed_bytes = band_capture.tileBytes();
     if (composite_method) {
         // A pixel is a fragment: see rowFragments().
@@ -141,11 +159,26 @@ BandCosts Renderer::State::costs() const {
         costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color;
         costs.largest_array_bytes = color;
         // All samples are held until they are merged, with their primitives and while sorting.
-        if (mergesLayers()) costs.fragment_bytes += color + 16 * sizeof(float);
+        if (mergesLayers()) {
+            costs.fragment_bytes += color + 16 * sizeof(float);
+            costs.pixel_bytes += (views.size() + 1) * sizeof(std::uint32_t);
+        }
+        // A sample's composite, and what is handed over.
+        if (settings.composite)
+            costs.pixel_bytes += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float));
     }
     costs.storage_block_bytes =
         static_cast<std::uint64_t>(context.device().limits.shader_storage_block_size);
     return costs;
+}
+
+/// As many fragments as take no less room, in memory and in a buffer, than what a row's pixels have
+/// of the clip meshes.
+std::uint64_t Renderer::State::clipFragments(const BandCosts& costs, int y) const {
+    if (clip_rows.empty()) return 0;
+    const auto row = static_cast<std::size_t>(y - plan.view.crop.y0);
+    const std::uint64_t a_fragment = costs.largest_array_bytes / sizeof(float);
+    return (clip_rows[row] + a_fragment - 1) / a_fragment;
 }
 
 std::uint64_t Renderer::State::rowFragments(int y) const {
@@ -170,11 +203,33 @@ std::uint64_t Renderer::State::bytesOfSinks(std::span<Sink* const> sinks) const 
     return bytes;
 }
 
-std::vector<Window> Renderer::State::bands(std::uint64_t fixed_bytes) const {
+std::vector<Window> Renderer::State::bands(std::uint64_t fixed_bytes) {
+    freeBands();
     BandCosts with_sinks = costs();
     with_sinks.fixed_bytes += fixed_bytes;
     return cutBands(plan.view.crop, bandLimits(settings.memory, residentBytes(), with_sinks),
-                    [&](int y) { return rowFragments(y); });
+                    [&](int y) { return rowFragments(y) + clipFragments(with_sinks, y); });
+}
+
+/// Clip meshes have lists of their own in every band, which have to fit, too.
+void Renderer::State::countClip() {
+    clip_rows.clear();
+    if (settings.clip.nodes.empty()) return;
+    const Window& crop = plan.view.crop;
+    const auto width = static_cast<std::ptrdiff_t>(crop.width());
+    clip_rows.resize(static_cast<std::size_t>(crop.height()));
+    const BandLimits limits = bandLimits(settings.memory, residentBytes(), costs());
+    for (const View& view : views) {
+        band_capture.setView(view, settings);
+        for (const Window& band : cutBands(crop, limits, [](int) { return 0; })) {
+            band_capture.countClip(band, counts);
+            for (int y = band.y0; y < band.y1; ++y) {
+                const auto first = counts.begin() + (y - band.y0) * width;
+                std::uint64_t& most = clip_rows[static_cast<std::size_t>(y - crop.y0)];
+                most = std::max(most, std::accumulate(first, first + width, std::uint64_t{0}));
+            }
+        }
+    }
 }
 
 /// The count pass of every view.
@@ -182,17 +237,22 @@ void Renderer::State::countViews() {
     const Window& crop = plan.view.crop;
     const auto width = static_cast<std::size_t>(crop.width());
     samples.emplace(crop);
-    kept_counts.clear();
+    kept_counts = {};
+    merged_bands.clear();
+    freeBands();
+    countClip();
     if (views.size() == 1 && fitsKept(crop.pixels() * sizeof(std::uint32_t)))
         kept_counts.resize(crop.pixels());
 
     BandCosts counting = costs();
     counting.pixel_bytes = 2 * sizeof(std::uint32_t);
-    BandLimits limits = bandLimits(settings.memory, residentBytes(), counting);
-    limits.fragments = 1;  // none are stored while counting
+    if (!clip_rows.empty()) counting.pixel_bytes += 3 * sizeof(std::uint32_t);
+    const BandLimits limits = bandLimits(settings.memory, residentBytes(), counting);
     for (const View& view : views) {
         band_capture.setView(view, settings);
-        for (const Window& band : cutBands(crop, limits, [](int) { return 0; })) {
+        // No fragments are stored while counting.
+        for (const Window& band :
+             cutBands(crop, limits, [&](int y) { return clipFragments(counting, y); })) {
             band_capture.count(band, counts);
             const auto first = static_cast<std::size_t>(band.y0 - crop.y0) * width;
             for (int y = band.y0; y < band.y1; ++y) {

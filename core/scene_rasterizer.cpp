@@ -106,6 +106,13 @@ std::uint64_t SceneRasterizer::boundBytes(std::uint64_t tile_pixels) const {
     return bounded() ? tile_pixels * 8 : 0;
 }
 
+void SceneRasterizer::freeBound() {
+    bound_framebuffer_ = {};
+    bound_depth_ = {};
+    bound_primitive_ = {};
+    bound_missing_ = bounded();
+}
+
 glm::dmat4 SceneRasterizer::clipFromView() const {
     const double width = view_.width, height = view_.height;
     // GL samples at pixel centres: the picture is shifted until the wanted place is there.
@@ -311,19 +318,17 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
 
 void SceneRasterizer::renderOpaqueBound() {
     const auto& gl = functions();
-    bound_missing_ = false;
     const Window area = settings_.clip.nodes.empty() ? tile_ : intersect(tile_, band_);
     const Window size{0, 0, tile_.width(), tile_.height()};
     if (!bound_framebuffer_ || size != bound_size_) {
-        bound_framebuffer_ = {};
-        bound_depth_ = {};
-        bound_primitive_ = {};
+        freeBound();
         bound_depth_ = gl::makeTexture2D(gl, GL_DEPTH_COMPONENT32F, size.x1, size.y1);
         bound_primitive_ = gl::makeTexture2D(gl, GL_R32UI, size.x1, size.y1);
         bound_framebuffer_ =
             gl::makeFramebuffer(gl, {bound_primitive_.name()}, bound_depth_.name());
         bound_size_ = size;
     }
+    bound_missing_ = false;
     const GLuint framebuffer = bound_framebuffer_.name();
     gl::PassState clearing = passState(framebuffer, area);
     clearing.depth_test = gl::DepthTest::kNearest;  // a clear heeds the depth mask

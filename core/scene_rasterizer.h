@@ -97,6 +97,8 @@ class SceneRasterizer {
     const gl::Functions& functions() const { return context_.functions(); }
     /// Bytes of textures a tile needs for the opaque bound.
     std::uint64_t boundBytes(std::uint64_t tile_pixels) const;
+    /// Frees them. The next bounded pass renders the bound anew.
+    void freeBound();
 
   private:
     /// Binds the record of view, tile and band, and the sampler of the peels' textures.

@@ -65,7 +65,7 @@ void checkSize(const gl::Limits& limits, int size, int layers, std::uint64_t mem
 ShadowMaps::ShadowMaps(Renderer& renderer, const gl::Context& context,
                        const std::vector<PlacedLight>& lights, const Scene& scene,
                        const SceneContents& contents, const CaptureSettings& settings)
-    : size_(settings.shadow_size), maps_(lights.size()) {
+    : size_(settings.shadow_size), clip_(settings.clip), maps_(lights.size()) {
     int layers = 0;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         auto view = lightView(lights[i], scene, contents);

@@ -39,12 +39,15 @@ class ShadowMaps {
 
     /// Texels a side; 0 = there are none.
     int size() const { return size_; }
+    /// What the casters were clipped to.
+    const ClipVolume& clip() const { return clip_; }
     const Map& of(std::size_t light) const { return maps_[light]; }
     /// An array of R32F layers, rows top to bottom; 0 if no light casts shadows.
     GLuint texture() const { return texture_.name(); }
 
   private:
     int size_ = 0;
+    ClipVolume clip_;
     std::vector<Map> maps_;
     gl::Texture texture_;
 };

@@ -8,6 +8,8 @@ layout(std430, binding = PEELER_CLIP_DEPTHS) writeonly buffer ClipDepths { float
 void main() {
     uint slot = atomicAdd(slots[pixelIndex()], 1u);
 #ifndef COUNT
-    if (slot < frame.limits.x) clip_depths[slot] = gl_FrontFacing ? gl_FragCoord.z : -gl_FragCoord.z;
+    // GL clamps what lies beyond the planes, but may do so after this shader; the sign is the side's.
+    float depth = clamp(gl_FragCoord.z, 0.0, 1.0);
+    if (slot < frame.limits.x) clip_depths[slot] = gl_FrontFacing ? depth : -depth;
 #endif
 }

@@ -120,7 +120,7 @@ vec3 litColor(vec3 base, Gradients g) {
     float n_dot_l;
 #ifdef PUNCTUAL
     radiance *= kFill;
-    for (uint i = 0u; i < count.lights.x; ++i) {
+    for (uint i = 0u; i < light_count.lights.x; ++i) {
         vec3 toward = towardLight(lights[i], surface.position);
         vec3 reflected_share = reflectance(surface_here, world_from_view * toward, n_dot_l);
         if (n_dot_l <= 0.0) continue;

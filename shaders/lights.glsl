@@ -2,7 +2,7 @@
 // Light from the lights of the scene (KHR_lights_punctual): direction and strength at a point in view space.
 
 layout(std430, binding = PEELER_LIGHTS) readonly buffer Lights {
-    LightCount count;
+    LightCount light_count;
     LightRecord lights[];
 };
 

@@ -100,7 +100,8 @@ Framebuffer makeEmptyFramebuffer(const Functions& gl, int width, int height) {
 }
 
 void waitForGpu(const Functions& gl) {
-    gl.MemoryBarrier(GL_CLIENT_MAPPED_BUFFER_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+    gl.MemoryBarrier(GL_CLIENT_MAPPED_BUFFER_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT |
+                     GL_SHADER_STORAGE_BARRIER_BIT);
     gl.Finish();
 }
 

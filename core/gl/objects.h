@@ -96,7 +96,7 @@ Framebuffer makeFramebuffer(const Functions& gl, const std::vector<GLuint>& colo
 /// A framebuffer without any attachment, for passes that write to storage buffers only.
 Framebuffer makeEmptyFramebuffer(const Functions& gl, int width, int height);
 
-/// Makes what the GPU wrote to mapped buffers visible, and waits until it is.
+/// Makes what the GPU wrote to buffers visible to mappings and later passes, and waits until it is.
 void waitForGpu(const Functions& gl);
 
 /// Throws Error (kDevice) if the context was lost, (kMemory) on GL_OUT_OF_MEMORY, (kInternal) on

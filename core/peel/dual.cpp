@@ -161,6 +161,8 @@ int DualComposite::finishShort(SceneRasterizer& rasterizer, const CompositeArea&
                       .definitions = hasTail() ? "TAIL" : "",
                       .framebuffer = targets_.framebuffer(rasterizer, parts_)},
                      area.window);
+    // The next pass writes the slots that this one reads.
+    rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     layers_.beginFinished(rasterizer, area.window);
     rasterizer.cover({.fragment_shader = "reopen_pixels.frag",
                       .definitions = "KEY",
@@ -201,14 +203,19 @@ class MaxBlending final : public DualComposite {
     void begin(SceneRasterizer& rasterizer, const Window& area) override {
         const auto& gl = rasterizer.functions();
         fronts_.allocate(rasterizer, GL_RGBA32F);
-        back_.allocate(rasterizer, GL_RGBA32F);
+        const Window size{0, 0, rasterizer.tile().width(), rasterizer.tile().height()};
+        if (size != back_size_) {
+            back_ = {};
+            back_ = gl::makeTexture2D(gl, GL_RGBA32F, size.x1, size.y1);
+            back_size_ = size;
+        }
         const auto framebuffer = gl::makeFramebuffer(gl, {ranges_.side(0), fronts_.side(0)}, 0);
         clear(rasterizer, area, framebuffer.name(), 1, 2);
     }
 
     void peel(SceneRasterizer& rasterizer, const Window& area, int pass) override {
         const auto& gl = rasterizer.functions();
-        std::vector<GLuint> textures = {ranges_.side(pass), fronts_.side(pass), back_.side(0)};
+        std::vector<GLuint> textures = {ranges_.side(pass), fronts_.side(pass), back_.name()};
         if (hasTail()) {
             const auto tail = targets_.textures(CompositeTargets::kTail);
             textures.insert(textures.end(), tail.begin(), tail.end());
@@ -219,7 +226,7 @@ class MaxBlending final : public DualComposite {
         draw(rasterizer, area, pass, framebuffer.name(),
              hasTail() ? "MAX_BLENDING TAIL" : "MAX_BLENDING",
              {Blend::kMax, Blend::kMax, Blend::kMax, Blend::kAdd, Blend::kAdd});
-        targets_.blendOverBack(rasterizer, area, back_.side(0));
+        targets_.blendOverBack(rasterizer, area, back_.name());
     }
 
     void end(SceneRasterizer& rasterizer, const Window& area, int passes) override {
@@ -227,7 +234,9 @@ class MaxBlending final : public DualComposite {
     }
 
   private:
-    PingPong fronts_, back_;
+    PingPong fronts_;
+    gl::Texture back_;
+    Window back_size_;
 };
 
 }  // namespace

@@ -74,6 +74,23 @@ TEST_F(FxaaOfTheEngine, ABudgetCutsBandsAndChangesNoByte) {
     }
 }
 
+TEST_F(FxaaOfTheEngine, IsTheSameOfTheLayersInAFile) {
+    const std::vector<std::string> size{"--size", "640x360"};
+    auto at_once = size;
+    at_once.insert(at_once.end(), {"--as", "composite", "--fxaa"});
+    const OIIO::ImageBuf expected = color(render("f.exr", at_once));
+    const fs::path layers = render("layers.exr", size);
+    for (const bool fxaa : {false, true}) {
+        std::vector<std::string> arguments{"flatten", layers, "-o", scratch_ / "flat.exr"};
+        if (fxaa) arguments.emplace_back("--fxaa");
+        const CommandResult result = runPeeler(arguments);
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+        const auto compared =
+            OIIO::ImageBufAlgo::compare(color(scratch_ / "flat.exr"), expected, 1e-6F, 1e-6F);
+        EXPECT_EQ(compared.maxerror < 1e-6, fxaa) << compared.maxerror;
+    }
+}
+
 TEST_F(FxaaOfTheEngine, WorksForEveryFlatFormat) {
     for (const char* name : {"a.png", "a.jpg", "a.tif"}) {
         const std::string plain = bytesOf(render(name, {"--size", "200x150"}));

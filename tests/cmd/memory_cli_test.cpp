@@ -51,6 +51,27 @@ TEST(Memory, ABudgetCutsBandsAndChangesNoByte) {
     }
 }
 
+/// What a plan leaves behind is not counted twice when the next one shares the budget.
+TEST(Memory, ABudgetServesShadowMapsSamplesAndEveryMethodInTurn) {
+    const ScratchDir scratch;
+    const auto keeps = [&](const std::string& budget, std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin() + 1, engine());
+        arguments.insert(arguments.end(), {"--memory", budget, "--json", "--quiet"});
+        const CommandResult run = runPeeler(arguments);
+        ASSERT_EQ(run.exit_code, 0) << run.err;
+        const auto peak = nlohmann::json::parse(run.out).at("peakMemory").get<std::uint64_t>();
+        std::printf("%s: peak %.0f MB\n", budget.c_str(), static_cast<double>(peak) / 1e6);
+        EXPECT_LT(peak, std::stoull(budget) << 20);
+    };
+    const std::string out = scratch / "out.exr", page = scratch / "page.png";
+    keeps("400M", {"render", "-o", out, "--size", "1600x1200", "--shadows"});
+    keeps("420M", {"render", "-o", out, "--size", "1600x1200", "--samples", "4"});
+    keeps("420M", {"render", "-o", out, "--size", "800x600", "--samples", "4", "--surfaces",
+                   "visible", "--as", "composite", "--method", "dual"});
+    keeps("540M",
+          {"sheet", "-o", page, "--size", "800x600", "--methods", "all", "--shading", "unlit"});
+}
+
 TEST(Memory, ABudgetThatIsTooSmallIsSaidAndLeavesNoFile) {
     const ScratchDir scratch;
     const CommandResult run =

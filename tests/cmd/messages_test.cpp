@@ -274,12 +274,15 @@ TEST(SettingsHash, ChangesWithWhatChangesPixels) {
     shadowed.shadows = finer.shadows = true;
     finer.shadow_size = 4096;
     casters.opaque_only = true;
+    CaptureSettings blended = limited;
+    blended.tail = Tail::kBlend;
     View moved = view;
     moved.camera_to_world[3][0] = 1e-300;
     View cropped = view;
     cropped.crop = {0, 0, 1, 1};
     EXPECT_NE(hash, settingsHash(1, view, capture));
     EXPECT_NE(hash, settingsHash(0, view, limited));
+    EXPECT_NE(settingsHash(0, view, blended), settingsHash(0, view, limited));
     EXPECT_NE(hash, settingsHash(0, view, shadowed));
     EXPECT_NE(settingsHash(0, view, finer), settingsHash(0, view, shadowed));
     EXPECT_NE(hash, settingsHash(0, view, casters));

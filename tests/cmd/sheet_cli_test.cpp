@@ -152,6 +152,7 @@ TEST_F(SheetCommand, SaysWhatDoesNotGoTogether) {
     const Row rows[] = {{{"--fov", "30"}, "--fov"},
                         {{"--size", "10x10"}, "--size"},
                         {{"--method", "dual"}, "--method"},
+                        {{"--clip-plane", "1,0,0,0"}, "--clip-plane"},
                         {{"--progression", "--show", "depth"}, "--progression"},
                         {{"--methods", "all"}, "--methods"},
                         {{"--show", "colour"}, "did you mean 'color'?"},
@@ -215,8 +216,28 @@ TEST_F(SheetOfAScene, ShowsUnsortedBlendingBesideTheComposite) {
     }
     EXPECT_EQ(cells({"--methods", "none"}).size(), 3U);
     EXPECT_EQ(cells({"--layers", "1"}).size(), 2U);
+    EXPECT_EQ(cells({"--occlusion-ratio", "0.1"}).size(), 3U);  // nothing to limit, but a limit
     EXPECT_EQ(cells({"--cells", "2"}).at(1).at("label"), "unsorted");
     EXPECT_EQ(cells({"--cells", "1"}).at(0).at("label"), "composite");
+}
+
+TEST_F(SheetOfAScene, ShowsWhatTheClipVolumeLeaves) {
+    // The nearer triangle lies at z = 0, the other at -0.1.
+    const std::vector<std::string> behind{"--clip-plane", "0,0,-1,-0.05"};
+    EXPECT_EQ(cells(behind).size(), 3U);  // the composite, unsorted and a layer
+    auto of_methods = behind;
+    of_methods.insert(of_methods.end(), {"--methods", "all"});
+    for (const Json& cell : cells(of_methods))
+        EXPECT_LT(cell.value("max", 0.0), 1e-6) << cell;  // of one layer all are exact
+    const auto refused = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> arguments{"sheet", scene_, "-o", sheet_};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const CommandResult result = runPeeler(arguments);
+        EXPECT_EQ(result.exit_code, 2);
+        EXPECT_NE(result.err.find(more.front()), std::string::npos) << result.err;
+    };
+    refused({"--clip", "outside"});
+    refused({"--clip-mesh", "nothing"});
 }
 
 TEST_F(SheetOfAScene, ComparesEveryMethod) {
@@ -241,11 +262,15 @@ TEST_F(SheetOfAScene, ComparesEveryMethod) {
 }
 
 TEST_F(SheetOfAScene, MethodsHaveNothingToDoWithLayersOrDepth) {
-    for (const std::vector<std::string>& more :
-         {std::vector<std::string>{"--progression"}, {"--show", "depth"}, {"--layers", "1"}}) {
+    for (const std::vector<std::string>& more : {std::vector<std::string>{"--progression"},
+                                                 {"--show", "depth"},
+                                                 {"--layers", "1"},
+                                                 {"--occlusion-ratio", "0.1"}}) {
         std::vector<std::string> arguments{"sheet", scene_, "-o", sheet_, "--methods", "all"};
         arguments.insert(arguments.end(), more.begin(), more.end());
-        EXPECT_EQ(runPeeler(arguments).exit_code, 2);
+        const CommandResult result = runPeeler(arguments);
+        EXPECT_EQ(result.exit_code, 2);
+        EXPECT_NE(result.err.find("--methods all"), std::string::npos) << result.err;
     }
 }
 

@@ -154,6 +154,33 @@ TEST(Clip, WorksWithAMeshThatTheFarPlaneCuts) {
     EXPECT_EQ(result.image.count(result.image.pixelIndex(20, 15)), 2U);
 }
 
+TEST(Clip, TheSurfacesOfAMeshCountAmongABandsBytes) {
+    SceneBuilder builder;
+    builder.rectangle(9, 9, -3, builder.material({1, 1, 1, 0.5F}));
+    std::vector<glm::vec3> walls;
+    constexpr std::size_t kWalls = 201;
+    for (std::size_t i = 0; i < kWalls; ++i) {
+        const float z = -2 - 0.01F * static_cast<float>(i);
+        for (const glm::vec2 corner : {glm::vec2(-99, -99), glm::vec2(99, -99), glm::vec2(0, 99)})
+            walls.emplace_back(corner, z);
+    }
+    const int mesh = builder.triangles(walls, builder.material({1, 1, 1, 1}));
+    for (const char* method : {"a-buffer", "dual"}) {
+        for (const bool composite : {false, true}) {
+            CaptureSettings settings = clippedBy(mesh);
+            settings.method = method;
+            settings.composite = composite;
+            const auto whole = capture(builder.scene(), testView(160, 120), settings);
+            EXPECT_EQ(whole.image.fragments(), 160U * 120U);
+            settings.band_bytes = 1 << 20;
+            const auto cut = capture(builder.scene(), testView(160, 120), settings);
+            EXPECT_EQ(difference(whole.image, cut.image), "");
+            for (const Window& band : cut.bands)
+                EXPECT_LT(band.pixels() * kWalls * sizeof(float), settings.band_bytes);
+        }
+    }
+}
+
 /// Depths along −Z at which a ray enters and leaves a mesh, as Embree finds them.
 TEST(Clip, ABallKeepsAsManyLayersAsEmbreeFindsHitsInside) {
     auto scenes = hardScenes();

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <thread>
 
+#include "core/composite.h"
 #include "core/error.h"
 #include "core/peel/method.h"
 #include "core/placement.h"
@@ -291,6 +292,39 @@ TEST(Shadows, AreTheSameWithEveryMethodAndBand) {
     EXPECT_EQ(difference(reference.image, cut.image), "");
 }
 
+TEST(Shadows, AreTheSameInComposites) {
+    const Scene scene = crowd();
+    const View view = testView(160, 120);
+    CaptureSettings s = withShadows(300);
+    const LayeredImage layers = capture(scene, view, s).image;
+    s.composite = true;
+    const auto worst = [&](const CompositeImage& expected) {
+        CompositeImage seen;
+        compositeOver(capture(scene, view, s).image, {}, seen);
+        float most = 0;
+        for (std::size_t p = 0; p < seen.rgba.size(); ++p)
+            for (std::size_t c = 0; c < 4; ++c)
+                most = std::max(most, std::abs(seen.rgba[p][c] - expected.rgba[p][c]));
+        return most;
+    };
+    CompositeImage all, with_tail, average;
+    compositeOver(layers, {}, all);
+    compositeNearest(layers, 1, Tail::kBlend, with_tail);
+    compositeWeightedAverage(layers, {}, average);
+    for (const auto& method : peelMethods()) {
+        if (!method.exact()) continue;
+        s.method = method.name;
+        EXPECT_LT(worst(all), 1e-4F) << method.name;
+        s.max_layers = 1;
+        s.tail = Tail::kBlend;
+        EXPECT_LT(worst(with_tail), 1e-4F) << method.name;
+        s.max_layers = 0;
+        s.tail = Tail::kDrop;
+    }
+    s.method = "weighted-average";
+    EXPECT_LT(worst(average), 1e-4F);
+}
+
 TEST(Shadows, AreTheSameOnBothBackends) {
     if (!sharedContext().device().software) GTEST_SKIP() << "a GPU rounds as it likes";
     const std::string other = testBackend() == "egl" ? "osmesa" : "egl";
@@ -317,6 +351,23 @@ TEST(Shadows, MapsServeEveryViewOfTheScene) {
         renderer.plan(view, withShadows(size));
         renderer.capture(sinks);
         EXPECT_EQ(difference(collect.image, capture(scene, view, withShadows(size)).image), "");
+    }
+}
+
+TEST(Shadows, MapsAreMadeAnewForAnotherClipVolume) {
+    const Scene scene = crowd();
+    const SceneContents shown = contents(scene, 0);
+    Renderer renderer(sharedContext(), scene, shown);
+    const View view = testView(64, 48);
+    CaptureSettings s = withShadows(200);
+    for (const double offset : {-9.0, -3.2, -2.8}) {
+        s.clip.half_spaces = {{{0, 0, -1}, -offset}};
+        s.clip.keep_inside = false;
+        CollectSink collect;
+        Sink* sinks[] = {&collect};
+        renderer.plan(view, s);
+        renderer.capture(sinks);
+        EXPECT_EQ(difference(collect.image, capture(scene, view, s).image), "") << offset;
     }
 }
 

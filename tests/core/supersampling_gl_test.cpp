@@ -159,6 +159,32 @@ TEST(Supersampling, MethodsAndBandsAgree) {
     }
 }
 
+TEST(Supersampling, SamplesThatSeeNothingInABandAddNothingToIt) {
+    SceneBuilder builder;  // its upper edge lies at 8.25 rows of 24: a quarter of row 8 is empty
+    builder.quad({-9, -9, -2}, {9, -9, -2}, {9, 0.625F, -2}, {-9, 0.625F, -2},
+                 builder.material({1, 0.5F, 0.25F, 0.5F}));
+    const View view = testView(32, 24);
+    for (const auto& method : peelMethods()) {
+        CaptureSettings settings = sampled(4, true);
+        settings.method = method.name;
+        const auto whole = capture(builder.scene(), view, settings);
+        settings.band_bytes = 1 << 12;
+        const auto cut = capture(builder.scene(), view, settings);
+        EXPECT_EQ(cut.bands.size(), 24U);
+        EXPECT_EQ(difference(whole.image, cut.image), "") << method.name;
+    }
+}
+
+TEST(Supersampling, TheListsOfAllSamplesCountAmongABandsBytes) {
+    SceneBuilder builder;
+    builder.rectangle(0.01F, 0.01F, -2, builder.material({1, 1, 1, 0.5F}));
+    CaptureSettings settings = sampled(64, false);
+    settings.band_bytes = 1 << 20;
+    const auto result = capture(builder.scene(), testView(160, 120), settings);
+    for (const Window& band : result.bands)
+        EXPECT_LT(band.pixels() * 64 * sizeof(std::uint32_t), settings.band_bytes);
+}
+
 TEST(Supersampling, KeepsTheNearestMergedLayers) {
     const View view = testView(160, 120);
     const Scene scene = hardScenes()[0].scene;
