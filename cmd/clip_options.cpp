@@ -48,7 +48,7 @@ bool hasTriangles(const Scene& scene, int mesh) {
     });
 }
 
-/// The first node of this name that is shown or has something shown under it, else this index.
+/// The first node of this name, else the node of this index.
 int findNode(const Scene& scene, const std::string& text) {
     std::vector<std::string_view> names;
     for (std::size_t i = 0; i < scene.nodes.size(); ++i) {

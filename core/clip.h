@@ -28,9 +28,6 @@ struct ClipVolume {
 
     bool operator==(const ClipVolume&) const = default;
     bool active() const { return !half_spaces.empty() || !nodes.empty(); }
-    bool isBoundary(int node) const {
-        return std::find(nodes.begin(), nodes.end(), node) != nodes.end();
-    }
     /// The box between two corners, whichever is the lower.
     void addBox(const glm::dvec3& a, const glm::dvec3& b) {
         for (int axis = 0; axis < 3; ++axis) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/scene_rasterizer.h"
 
+#include <algorithm>
 #include <cstring>
 #include <iterator>
 #include <sstream>
@@ -67,6 +68,8 @@ void SceneRasterizer::setView(const View& view, const CaptureSettings& settings)
     if (settings.color_type != settings_.color_type) variants_.clear();  // they are made for one
     view_ = view;
     settings_ = settings;
+    boundary_nodes_ = settings.clip.nodes;
+    std::sort(boundary_nodes_.begin(), boundary_nodes_.end());
     tile_ = band_ = {};
 }
 
@@ -231,7 +234,8 @@ gl::PassState SceneRasterizer::passState(GLuint framebuffer, const Window& area)
 bool SceneRasterizer::shown(const GeometryPass& pass, const GpuDraw& draw) const {
     // The pass that finds the bound is the one for which opaque surfaces are always there.
     const bool hidden = pass.bounded && settings_.surfaces == Surfaces::kTransparent && draw.opaque;
-    const bool boundary = settings_.clip.isBoundary(draw.node);
+    const bool boundary =
+        std::binary_search(boundary_nodes_.begin(), boundary_nodes_.end(), draw.node);
     if (boundary && (draw.flags & PEELER_IS_TRIANGLES) == 0) return false;
     if (boundary || pass.draws == Draws::kClipMeshes)
         return boundary && pass.draws == Draws::kClipMeshes;

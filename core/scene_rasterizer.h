@@ -127,6 +127,7 @@ class SceneRasterizer {
     const Lighting* lighting_ = nullptr;
     View view_;
     CaptureSettings settings_;
+    std::vector<int> boundary_nodes_;  // of the clip volume, sorted
     Window tile_, band_;
     std::uint32_t capacity_ = 0, layers_ = 0;
     bool frame_dirty_ = true, bound_missing_ = false;
