@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Composites the model on the fly with every exact method, and compares with the layers'.
-void compareComposites(const Scene& scene, const View& view, const CaptureSettings& base,
+void compareComposites(Renderer& renderer, const View& view, const CaptureSettings& base,
                        const LayeredImage& layers) {
     CompositeImage wanted, shown;
     compositeOver(layers, {}, wanted);
@@ -28,7 +28,7 @@ void compareComposites(const Scene& scene, const View& view, const CaptureSettin
         CaptureSettings settings = base;
         settings.method = method.name;
         settings.composite = true;
-        compositeOver(capture(scene, view, settings).image, {}, shown);
+        compositeOver(capture(renderer, view, settings).image, {}, shown);
         float worst = 0;
         for (std::size_t p = 0; p < wanted.rgba.size(); ++p) {
             ASSERT_EQ(wanted.z[p], shown.z[p]) << method.name;
@@ -50,17 +50,19 @@ std::size_t compareMethods(const fs::path& path, const CaptureSettings& base) {
     camera.size = {200, 150};
     const int index = scene.default_scene;
     const View view = cmd::makeView(scene, contents(scene, index), camera);
-    const auto reference = capture(scene, view, base);
+    const SceneContents shown = contents(scene, index);
+    Renderer renderer(sharedContext(), scene, shown);
+    const auto reference = capture(renderer, view, base);
     EXPECT_EQ(reference.plan.complete(), base.max_layers == 0);
     for (const auto& method : peelMethods()) {
         if (!method.exact()) continue;
         if (method.name == base.method) continue;
         CaptureSettings settings = base;
         settings.method = method.name;
-        const auto other = capture(scene, view, settings);
+        const auto other = capture(renderer, view, settings);
         EXPECT_EQ(difference(reference.image, other.image), "") << method.name;
     }
-    compareComposites(scene, view, base, reference.image);
+    compareComposites(renderer, view, base, reference.image);
     return reference.image.fragments();
 }
 

@@ -142,18 +142,20 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
 TEST(Supersampling, MethodsAndBandsAgree) {
     const View view = testView(160, 120);
     for (const auto& [name, scene] : hardScenes()) {
-        const auto layers = capture(scene, view, sampled(3, false));
-        const auto composite = flat(capture(scene, view, sampled(3, true)).image);
+        const SceneContents shown = contents(scene, 0);
+        Renderer renderer(sharedContext(), scene, shown);
+        const auto layers = capture(renderer, view, sampled(3, false));
+        const auto composite = flat(capture(renderer, view, sampled(3, true)).image);
         for (const auto& method : peelMethods()) {
             if (!method.exact()) continue;
             CaptureSettings settings = sampled(3, false);
             settings.method = method.name;
             settings.band_bytes = 1 << 20;
-            const auto other = capture(scene, view, settings);
+            const auto other = capture(renderer, view, settings);
             EXPECT_GT(other.bands.size(), 1U);
             EXPECT_EQ(difference(layers.image, other.image), "") << name << ", " << method.name;
             settings.composite = true;
-            EXPECT_LT(worst(composite, flat(capture(scene, view, settings).image)), 1e-5F)
+            EXPECT_LT(worst(composite, flat(capture(renderer, view, settings).image)), 1e-5F)
                 << name << ", " << method.name;
         }
     }

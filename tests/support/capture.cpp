@@ -103,6 +103,10 @@ Captured capture(const Scene& scene, const View& view, const CaptureSettings& se
                  gl::Context& context) {
     const SceneContents shown = contents(scene, scene.default_scene);
     Renderer renderer(context, scene, shown);
+    return capture(renderer, view, settings);
+}
+
+Captured capture(Renderer& renderer, const View& view, const CaptureSettings& settings) {
     Captured result;
     result.plan = renderer.plan(view, settings);
     CollectSink collect;

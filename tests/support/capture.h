@@ -67,6 +67,9 @@ gl::Context& sharedContext();
 Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings = {},
                  gl::Context& context = sharedContext());
 
+/// The same with what is uploaded and compiled already, for tests that render a scene many times.
+Captured capture(Renderer& renderer, const View& view, const CaptureSettings& settings = {});
+
 /// Bit for bit: windows, offsets, depth, colour. Returns "" or what differs first.
 std::string difference(const LayeredImage& a, const LayeredImage& b);
 
