@@ -94,6 +94,10 @@ void Sheet::checkOptions() {
         throw Error(ErrorKind::kUsage, "a composite has no depth of its own",
                     "--progression, --show depth", "leave one of them out");
     }
+    if (request.capture.tail == Tail::kBlend) {
+        throw Error(ErrorKind::kUsage, "a sheet shows layers as they are found", "--tail blend",
+                    "leave it out, or render a composite with it");
+    }
     if (request.methods == SheetMethods::kAll &&
         (request.cells.progression || depth || request.capture.max_layers != 0 ||
          request.capture.occlusion_ratio > 0)) {

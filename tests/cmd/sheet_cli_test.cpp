@@ -155,6 +155,7 @@ TEST_F(SheetCommand, SaysWhatDoesNotGoTogether) {
                         {{"--clip-plane", "1,0,0,0"}, "--clip-plane"},
                         {{"--progression", "--show", "depth"}, "--progression"},
                         {{"--methods", "all"}, "--methods"},
+                        {{"--tail", "blend"}, "--tail"},
                         {{"--show", "colour"}, "did you mean 'color'?"},
                         {{"--cells", "0"}, "--cells 0"},
                         {{"-o", (scratch_ / "sheet.exr").string()}, ".png"}};
