@@ -2,7 +2,6 @@
 #include "cmd/clip_options.h"
 
 #include <algorithm>
-#include <charconv>
 
 #include "cmd/options.h"
 #include "cmd/parse.h"
@@ -48,19 +47,16 @@ bool hasTriangles(const Scene& scene, int mesh) {
     });
 }
 
-/// The first node of this name, else the node of this index.
-int findNode(const Scene& scene, const std::string& text) {
-    std::vector<std::string_view> names;
-    for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
-        if (scene.nodes[i].name == text) return static_cast<int>(i);
-        if (!scene.nodes[i].name.empty()) names.push_back(scene.nodes[i].name);
+int chooseNode(const Scene& scene, const std::string& text) {
+    std::vector<std::vector<std::string>> names;
+    std::vector<std::string_view> listed;
+    for (const Node& node : scene.nodes) {
+        names.push_back({node.name});
+        if (!node.name.empty()) listed.push_back(node.name);
     }
-    std::size_t index = 0;
-    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), index);
-    const bool is_number = failure == std::errc() && end == text.data() + text.size();
-    if (is_number && index < scene.nodes.size()) return static_cast<int>(index);
+    if (const auto found = findNameOrIndex(text, names)) return static_cast<int>(*found);
     throw Error(ErrorKind::kUsage, "unknown node", "--clip-mesh " + text,
-                choiceHint(text, "nodes", names) + "; or an index from 0 to " +
+                choiceHint(text, "nodes", listed) + "; or an index from 0 to " +
                     std::to_string(scene.nodes.size() - 1));
 }
 
@@ -115,7 +111,7 @@ ClipVolume clipVolume(const ClipOptions& options, const Scene& scene,
     ClipVolume volume = options.volume;
     for (const std::string& name : options.meshes) {
         std::vector<int> below;
-        collect(scene, findNode(scene, name), below);
+        collect(scene, chooseNode(scene, name), below);
         const bool bounds = std::any_of(
             contents.meshes.begin(), contents.meshes.end(), [&](const MeshInstance& instance) {
                 return std::find(below.begin(), below.end(), instance.node) != below.end() &&
