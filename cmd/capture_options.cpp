@@ -123,25 +123,6 @@ void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_si
     capture.shadow_size = *shadow_size;
 }
 
-void checkLayerOptions(const CaptureSettings& capture) {
-    const MethodInfo& method = *findPeelMethod(capture.method);
-    const bool limited = capture.max_layers != 0 || capture.occlusion_ratio > 0;
-    if (!method.exact() && !capture.composite) {
-        throw Error(ErrorKind::kUsage, "this method finds no layers: it approximates a composite",
-                    "--method " + capture.method,
-                    "add --as composite or write a .png, or choose another method");
-    }
-    if (!method.exact() && limited) {
-        throw Error(ErrorKind::kUsage, "this method takes all layers at once and can keep no few",
-                    "--method " + capture.method,
-                    "leave --layers and --occlusion-ratio out, or choose another method");
-    }
-    if (capture.tail == Tail::kBlend && !capture.composite) {
-        throw Error(ErrorKind::kUsage, "layers are stored as they are found, never blended",
-                    "--tail blend", "add --as composite or write a .png, or leave --tail out");
-    }
-}
-
 void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,
                        CaptureSettings& capture) {
     constexpr const char* kGroup = "Machine";

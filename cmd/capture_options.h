@@ -19,9 +19,6 @@ namespace peeler::cmd {
 /// --shading and --precision.
 void addLayerOptions(CLI::App& app, CaptureSettings& capture);
 
-/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
-void checkLayerOptions(const CaptureSettings& capture);
-
 /// Declares --shadows and --shadow-size.
 void addLightOptions(CLI::App& app, CaptureSettings& capture, std::optional<int>& shadow_size);
 

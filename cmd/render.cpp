@@ -112,7 +112,7 @@ void Render::checkOptions() {
         findOutputFormat(options_.output.path.string(), options_.output.as);
     capture_.composite = format.kind == "composite";
     if (format.casters) chooseCasters(capture_);
-    checkLayerOptions(capture_);
+    checkSettings(capture_);
     if (options_.fxaa && !capture_.composite) {
         throw Error(ErrorKind::kUsage, "a filter of finished pictures cannot smooth layers",
                     "--fxaa", "add --as composite, or use --samples instead");

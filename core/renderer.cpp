@@ -98,21 +98,30 @@ const StageTimes& Renderer::times() const {
     return state_->times;
 }
 
-void Renderer::State::chooseMethod() {
-    method = findPeelMethod(settings.method);
+void checkSettings(const CaptureSettings& settings) {
+    const MethodInfo* method = findPeelMethod(settings.method);
+    const std::string where = "--method " + settings.method;
     if (!method)
-        throw Error(ErrorKind::kUsage, "there is no method '" + settings.method + "'", "--method");
-    if (!settings.composite && !method->exact()) {
+        throw Error(ErrorKind::kUsage, "there is no method '" + settings.method + "'", where);
+    if (!method->exact() && !settings.composite) {
         throw Error(ErrorKind::kUsage,
-                    settings.method + " finds no layers: it approximates their composite",
-                    "--method " + settings.method, "write a composite, or choose another method");
+                    settings.method + " finds no layers: it approximates their composite", where,
+                    "add --as composite or write a .png, or choose another method");
     }
-    const bool limited = settings.max_layers != 0 || settings.occlusion_ratio > 0;
-    if (limited && !method->exact()) {
-        throw Error(ErrorKind::kUsage, settings.method + " takes all fragments at once",
-                    "--method " + settings.method,
-                    "leave the layer limit out, or choose another method");
+    if (!method->exact() && (settings.max_layers != 0 || settings.occlusion_ratio > 0)) {
+        throw Error(ErrorKind::kUsage,
+                    settings.method + " takes all layers at once and can keep no few", where,
+                    "leave --layers and --occlusion-ratio out, or choose another method");
     }
+    if (settings.tail == Tail::kBlend && !settings.composite) {
+        throw Error(ErrorKind::kUsage, "layers are stored as they are found, never blended",
+                    "--tail blend", "add --as composite or write a .png, or leave --tail out");
+    }
+}
+
+void Renderer::State::chooseMethod() {
+    checkSettings(settings);
+    method = findPeelMethod(settings.method);
     layer_method = method->exact() ? method->layers() : nullptr;
     composite_method = settings.composite && method->composite ? method->composite() : nullptr;
 }

@@ -25,6 +25,11 @@ struct CaptureReport {
 /// Called from the capturing thread with the share done, 0 to 1, never falling.
 using Progress = std::function<void(double)>;
 
+/// Throws Error (kUsage) for what contradicts itself whatever the scene is: an unknown method, one
+/// that makes composites only where layers are asked for, a limit on one that takes all at once, a
+/// blended tail of layers.
+void checkSettings(const CaptureSettings& settings);
+
 /// Owns the uploaded scene. One Renderer serves any number of views.
 class Renderer {
   public:
@@ -38,7 +43,7 @@ class Renderer {
 
     /// The count pass: what capture() will deliver for these arguments. (Several samples have to be
     /// merged for that, too.)
-    /// Throws Error (kUsage) for an unknown method or one that makes composites only, (kMemory) if
+    /// Throws like checkSettings(), and Error (kMemory) if
     /// one row does not fit the budget, (kDevice) if the context is lost.
     Plan plan(const View& view, const CaptureSettings& settings);
 
