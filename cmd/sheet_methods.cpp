@@ -41,15 +41,14 @@ SinkMemory CompositeKeeper::memory() const {
 void CompositeCell::begin(const Plan& plan) {
     const Window& crop = plan.view.crop;
     const auto [width, height] = cellSize(crop, cell_width_);
-    filter_.clear();
-    filter_.emplace_back(crop.width(), crop.height(), width, height);
+    filter_.emplace(crop.width(), crop.height(), width, height);
     cell_.picture.window = {0, 0, width, height};
 }
 
 void CompositeCell::write(const LayeredImage& band) {
     const StageTimer timer(times_, "composite");
     compositeOver(band, {}, band_);
-    addRows(band_, filter_.front());
+    addRows(band_, *filter_);
     if (exact_.rgba.empty()) return;
     cutBand(exact_, band.window, exact_band_);
     addDifference(band_, exact_band_, cell_.error);
@@ -57,9 +56,9 @@ void CompositeCell::write(const LayeredImage& band) {
 }
 
 void CompositeCell::finish() {
-    cell_.picture.rgba = filter_.front().pixels();
+    cell_.picture.rgba = filter_->pixels();
     cell_.picture.z.assign(cell_.picture.rgba.size(), std::numeric_limits<float>::infinity());
-    filter_.clear();
+    filter_.reset();
 }
 
 SheetCell captureMethod(Renderer& renderer, const View& view, CaptureSettings settings,

@@ -2,8 +2,8 @@
 // Cells of a contact sheet that show what a method composites, and how far that is from the truth.
 #pragma once
 
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "cmd/sheet_cells.h"
 #include "core/peel/method.h"
@@ -45,7 +45,7 @@ class CompositeCell : public Sink {
   private:
     int cell_width_;
     const CompositeImage& exact_;
-    std::vector<BoxFilter> filter_;  ///< one, from begin() on
+    std::optional<BoxFilter> filter_;  ///< from begin() to finish()
     CompositeImage band_, exact_band_;
     SheetCell cell_;
     StageTimes times_;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/parallel.h"
@@ -179,20 +180,19 @@ class Filter {
 
     Filtered operator()(Pixel p) const {
         const Surroundings around(dark_, p);
-        if (light_.empty()) return filter(dark_, around, p);
+        if (!light_) return filter(dark_, around, p);
         // What has the luma of one background stands out from the other.
-        const Surroundings other(light_.front(), p);
-        return other.range > around.range ? filter(light_.front(), other, p)
-                                          : filter(dark_, around, p);
+        const Surroundings other(*light_, p);
+        return other.range > around.range ? filter(*light_, other, p) : filter(dark_, around, p);
     }
 
   private:
-    std::vector<Luma> overWhite(Color background) const {
+    std::optional<Luma> overWhite(Color background) const {
         const float rest = 1.0F - background[3];
-        if (!(rest > 0)) return {};
+        if (!(rest > 0)) return std::nullopt;
         for (std::size_t c = 0; c < 3; ++c)
             background[c] += rest;
-        return {Luma(picture_, background)};
+        return Luma(picture_, background);
     }
 
     Filtered filter(const Luma& luma, const Surroundings& around, Pixel p) const {
@@ -220,7 +220,7 @@ class Filter {
 
     const CompositeImage& picture_;
     Luma dark_;
-    std::vector<Luma> light_;  ///< one, unless the background is opaque
+    std::optional<Luma> light_;  ///< unless the background is opaque
 };
 
 }  // namespace
