@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "cmd/layered_bands.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
 #include "cmd/parse.h"
@@ -13,7 +14,6 @@
 #include "cmd/resources.h"
 #include "cmd/verbs.h"
 #include "core/fxaa_filter.h"
-#include "core/nearest.h"
 #include "formats/exr_ldi_reader.h"
 #include "formats/writers.h"
 
@@ -22,9 +22,6 @@ namespace peeler::cmd {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// What a band may take: enough for wide chunks of many layers, little beside what a render takes.
-constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 
 struct FlattenOptions {
     fs::path input;
@@ -86,18 +83,7 @@ void Flatten::open() {
 template <class Take>
 void Flatten::forEachBand(const std::string& stage, Take&& take) {
     ProgressReport progress(console_, options_.report.shownProgress(), stage);
-    const Window& crop = plan_.view.crop;
-    const int rows = reader_->rowsFor(kBandBytes);
-    LayeredImage band;
-    for (int y = crop.y0; y < crop.y1; y += rows) {
-        {
-            const StageTimer timer(result_.milliseconds, "load");
-            reader_->read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
-            if (options_.max_layers != 0) keepNearest(band, options_.max_layers);
-        }
-        take(band);
-        progress.update(static_cast<double>(band.window.y1 - crop.y0) / crop.height());
-    }
+    cmd::forEachBand(*reader_, options_.max_layers, result_.milliseconds, progress, take);
 }
 
 void Flatten::limitLayers() {

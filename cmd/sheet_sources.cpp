@@ -7,17 +7,15 @@
 #include <utility>
 
 #include "cmd/capture_options.h"
+#include "cmd/layered_bands.h"
 #include "cmd/progress.h"
 #include "cmd/sheet_methods.h"
-#include "core/nearest.h"
 #include "formats/exr_ldi_reader.h"
 #include "formats/gltf_reader.h"
 
 namespace peeler::cmd {
 
 namespace {
-
-constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 
 /// The sheet of a scene in the making. make() lists its stages.
 class SceneSheet {
@@ -166,20 +164,11 @@ SheetContent sheetOfFile(const SheetRequest& request, ProgressStyle progress, Co
     if (limit != 0 && limit < plan.layers.size()) plan.layers.resize(limit);
     SheetCells cells(request.cells);
     cells.begin(plan);
-    const Window& crop = plan.view.crop;
-    const int rows = reader.rowsFor(kBandBytes);
     ProgressReport report(console, progress, "sheet");
-    LayeredImage band;
-    for (int y = crop.y0; y < crop.y1; y += rows) {
-        {
-            const StageTimer timer(result.milliseconds, "load");
-            reader.read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
-            if (limit != 0) keepNearest(band, limit);
-        }
+    forEachBand(reader, limit, result.milliseconds, report, [&](const LayeredImage& band) {
         result.fragments_stored += band.fragments();
         cells.write(band);
-        report.update(static_cast<double>(band.window.y1 - crop.y0) / crop.height());
-    }
+    });
     cells.finish();
     content.cells = std::move(cells.cells());
     content.omitted = cells.omitted();

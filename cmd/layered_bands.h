@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// A layered file band by band, as verbs go through it.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "cmd/progress.h"
+#include "core/nearest.h"
+#include "core/stage_times.h"
+#include "formats/exr_ldi_reader.h"
+
+namespace peeler::cmd {
+
+/// Reads the picture top to bottom and hands each band to `take`: the nearest `max_layers`
+/// fragments of every pixel (0 = all). Reading counts as "load".
+template <class Take>
+void forEachBand(ExrLdiReader& reader, std::uint32_t max_layers, StageTimes& times,
+                 ProgressReport& progress, Take&& take) {
+    // What a band may take: enough for wide chunks of many layers, little beside what a render
+    // takes.
+    constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
+    const Window& crop = reader.info().plan.view.crop;
+    const int rows = reader.rowsFor(kBandBytes);
+    LayeredImage band;
+    for (int y = crop.y0; y < crop.y1; y += rows) {
+        {
+            const StageTimer timer(times, "load");
+            reader.read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
+            if (max_layers != 0) keepNearest(band, max_layers);
+        }
+        take(band);
+        progress.update(static_cast<double>(band.window.y1 - crop.y0) / crop.height());
+    }
+}
+
+}  // namespace peeler::cmd
