@@ -36,20 +36,6 @@ glm::dvec3 parseDirection(std::string_view text) {
     return direction;
 }
 
-/// The place in `names` of a name, else of an index.
-std::size_t chooseFrom(const std::string& kind, const std::string& text,
-                       const std::vector<std::vector<std::string>>& names) {
-    if (const auto found = findNameOrIndex(text, names)) return *found;
-    std::vector<std::string_view> listed;
-    for (const auto& alternatives : names)
-        listed.emplace_back(alternatives.front());
-    const bool none = names.empty();
-    throw Error(ErrorKind::kUsage, "unknown " + kind, "--" + kind + " " + text,
-                none ? "the scene has no " + kind + "; leave --" + kind + " out"
-                     : choiceHint(text, kind + "s", listed) + "; or an index from 0 to " +
-                           std::to_string(names.size() - 1));
-}
-
 double aspectOf(const View& view) {
     return static_cast<double>(view.width) / view.height;
 }
@@ -132,8 +118,8 @@ View viewOfLight(const CameraOptions& options, const Scene& scene, const SceneCo
 }
 
 /// A camera from numbers, or none at all: what is not given is found by framing the scene.
-View builtCamera(const CameraOptions& options, const Scene& scene, const SceneContents& contents,
-                 const Bounds& bounds) {
+View builtCamera(const CameraOptions& options, const Shape& shape) {
+    const Bounds bounds = shape.bounds();
     View view;
     setSize(view, options.size, 16.0 / 9);
     Projection& projection = view.projection;
@@ -152,7 +138,7 @@ View builtCamera(const CameraOptions& options, const Scene& scene, const SceneCo
         const glm::dvec3 forward = pleasingForward(up);
         const double size = sceneSize(bounds);
         const auto reached = [&](const glm::dvec3& direction) {
-            const double far = reach(scene, contents, target, direction);
+            const double far = shape.reach(target, direction);
             return std::isfinite(far) ? far : 0.5 * size * glm::length(direction);  // empty
         };
         const bool centred = options.target.has_value();
@@ -210,8 +196,6 @@ void addCameraOptions(CLI::App& app, CameraOptions& options) {
                          const std::string& help) {
         addValue(app, name, value, target, parse, help)->group("Camera");
     };
-    add("--scene", "NAME|INDEX", options.scene, text,
-        "which of the file's scenes (default: its own choice)");
     add("--camera", "NAME|INDEX", options.camera, text,
         "one of the scene's cameras; the index counts in draw order, as peeler info lists them "
         "(default: "
@@ -286,16 +270,6 @@ void checkCameraOptions(const CameraOptions& options) {
     }
 }
 
-int chooseScene(const Scene& scene, const CameraOptions& options) {
-    if (!options.scene) return scene.default_scene;
-    std::vector<std::vector<std::string>> names;
-    for (std::size_t i = 0; i < scene.scenes.size(); ++i) {
-        const std::string& name = scene.scenes[i].name;
-        names.push_back({name.empty() ? "scene " + std::to_string(i) : name});
-    }
-    return static_cast<int>(chooseFrom("scene", *options.scene, names));
-}
-
 std::vector<std::string> cameraNames(const Scene& scene, const SceneContents& contents) {
     std::vector<std::string> names;
     for (const CameraInstance& instance : contents.cameras) {
@@ -310,12 +284,9 @@ std::vector<std::string> cameraNames(const Scene& scene, const SceneContents& co
     return names;
 }
 
-View makeView(const Scene& scene, const SceneContents& contents, const CameraOptions& options) {
-    const Bounds box = bounds(scene, contents).value_or(Bounds{glm::dvec3(-0.5), glm::dvec3(0.5)});
-    if (!std::isfinite(glm::length(box.max - box.min)) || !std::isfinite(glm::length(box.max))) {
-        throw Error(ErrorKind::kInput, "the scene reaches to infinity, so no camera can see it", "",
-                    "look for huge translations or scales in the nodes");
-    }
+View makeView(const Scene& scene, const SceneContents& contents, const Shape& shape,
+              const CameraOptions& options) {
+    const Bounds box = shape.bounds();
     View view;
     if (options.camera && namesLight(*options.camera)) {
         view = viewOfLight(options, scene, contents);
@@ -333,7 +304,7 @@ View makeView(const Scene& scene, const SceneContents& contents, const CameraOpt
         view = sceneCamera(scene, contents.cameras[chosen], names[chosen], options.size);
     } else {
         if (options.camera) chooseFrom("camera", *options.camera, {});
-        view = builtCamera(options, scene, contents, box);
+        view = builtCamera(options, shape);
     }
     view.projection.half_width = view.projection.half_height * aspectOf(view);
     setDepthRange(view, options, box);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which scene, which camera, which picture: from options to a View.
+// Which camera, which picture: from options to a View.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "cmd/parse.h"
-#include "core/scene.h"
+#include "cmd/shape.h"
+#include "core/scene_contents.h"
 #include "core/view.h"
 
 namespace CLI {
@@ -18,7 +19,6 @@ class App;
 namespace peeler::cmd {
 
 struct CameraOptions {
-    std::optional<std::string> scene;   ///< name or index; none = the file's default
     std::optional<std::string> camera;  ///< name or index; none = the first, in draw order
     std::optional<glm::dvec3> eye, target, up;
     std::optional<double> fov;           ///< vertical, degrees
@@ -31,25 +31,23 @@ struct CameraOptions {
     bool buildsCamera() const { return eye || target || up || fov || ortho_height; }
 };
 
-/// Declares --scene, --camera, --eye, … --crop. `options` must outlive the parse.
+/// Declares --camera, --eye, … --crop. `options` must outlive the parse.
 void addCameraOptions(CLI::App& app, CameraOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkCameraOptions(const CameraOptions& options);
 
-/// The scene's index. Throws Error (kUsage) with the list for one that is not there.
-int chooseScene(const Scene& scene, const CameraOptions& options);
-
 /// What a camera in its place is called: its own name, else its node's, else "camera N" by draw
 /// order.
 std::vector<std::string> cameraNames(const Scene& scene, const SceneContents& contents);
 
-/// The view of the chosen, built or framed camera. A scene's camera keeps its vertical field of
-/// view whatever the size's aspect ratio, near and far; a built one is near enough to clip nothing
-/// it could show (1e-4 of the scene's size or of the distance to the target, which reversed Z makes
-/// free) and sees infinitely far, or past the scene if orthographic. Throws Error (kUsage) for an
-/// unknown camera, with the list, for a crop outside the picture, and for a camera that cannot be;
-/// (kInput) for one that the file gives no direction or no extent.
-View makeView(const Scene& scene, const SceneContents& contents, const CameraOptions& options);
+/// The view of the chosen, built or framed camera; `shape` is what it has to see. A scene's camera
+/// keeps its vertical field of view whatever the size's aspect ratio, near and far; a built one is
+/// near enough to clip nothing it could show (1e-4 of the scene's size or of the distance to the
+/// target, which reversed Z makes free) and sees infinitely far, or past the scene if orthographic.
+/// Throws Error (kUsage) for an unknown camera, with the list, for a crop outside the picture, and
+/// for a camera that cannot be; (kInput) for one that the file gives no direction or no extent.
+View makeView(const Scene& scene, const SceneContents& contents, const Shape& shape,
+              const CameraOptions& options);
 
 }  // namespace peeler::cmd

@@ -92,6 +92,19 @@ std::optional<std::size_t> findNameOrIndex(std::string_view text,
     return std::nullopt;
 }
 
+std::size_t chooseFrom(const std::string& kind, const std::string& text,
+                       const std::vector<std::vector<std::string>>& names) {
+    if (const auto found = findNameOrIndex(text, names)) return *found;
+    std::vector<std::string_view> listed;
+    for (const auto& alternatives : names)
+        listed.emplace_back(alternatives.front());
+    const bool none = names.empty();
+    throw Error(ErrorKind::kUsage, "unknown " + kind, "--" + kind + " " + text,
+                none ? "the scene has no " + kind + "; leave --" + kind + " out"
+                     : choiceHint(text, kind + "s", listed) + "; or an index from 0 to " +
+                           std::to_string(names.size() - 1));
+}
+
 void refuseName(const std::string& kind, std::string_view text,
                 std::span<const std::string_view> names) {
     throw Error(ErrorKind::kUsage, "unknown " + kind + " '" + std::string(text) + "'", "",

@@ -77,6 +77,11 @@ std::string choiceHint(std::string_view text, const std::string& plural,
 std::optional<std::size_t> findNameOrIndex(std::string_view text,
                                            const std::vector<std::vector<std::string>>& names);
 
+/// The same. Throws Error (kUsage) with the list for what is not there; `kind` is also the option:
+/// "camera" for --camera.
+std::size_t chooseFrom(const std::string& kind, const std::string& text,
+                       const std::vector<std::vector<std::string>>& names);
+
 /// Throws Error (kUsage) for a name that is not among `names`. `kind` is what it names: "method".
 [[noreturn]] void refuseName(const std::string& kind, std::string_view text,
                              std::span<const std::string_view> names);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/clip.h"
-#include "core/scene.h"
+#include "core/scene_contents.h"
 
 namespace CLI {
 class App;

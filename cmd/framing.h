@@ -6,7 +6,7 @@
 #include <glm/glm.hpp>
 
 #include "core/placement.h"
-#include "core/scene.h"
+#include "core/scene_contents.h"
 #include "core/view.h"
 
 namespace peeler::cmd {

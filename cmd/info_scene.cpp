@@ -13,7 +13,7 @@
 #include "cmd/info_kinds.h"
 #include "cmd/report.h"
 #include "core/lights.h"
-#include "core/scene.h"
+#include "core/scene_contents.h"
 #include "formats/gltf_reader.h"
 
 namespace peeler::cmd {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "core/scene.h"
+#include "core/scene_contents.h"
 #include "core/view.h"
 
 namespace peeler::cmd {

@@ -218,4 +218,14 @@ void tellResult(const ReportFlags& flags, const PictureResult& result, Console& 
     if (flags.json) console.result(jsonText(json));
 }
 
+void tellFrames(const ReportFlags& flags, const std::vector<PictureResult>& frames,
+                Console& console) {
+    nlohmann::ordered_json json;
+    json["frames"] = nlohmann::ordered_json::array();
+    for (const PictureResult& frame : frames)
+        json["frames"].push_back(toJson(frame));
+    if (flags.file) writeReport(*flags.file, json);
+    if (flags.json) console.result(jsonText(json));
+}
+
 }  // namespace peeler::cmd

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cmd/choices.h"
 #include "cmd/console.h"
@@ -63,6 +64,10 @@ void checkReport(const ReportFlags& flags, const std::filesystem::path& input,
 
 /// The result as asked for: to the report file, as JSON on stdout, and as a line on stderr.
 void tellResult(const ReportFlags& flags, const PictureResult& result, Console& console);
+
+/// The results of a sequence as asked for, {"frames": [one result a frame]}, without lines.
+void tellFrames(const ReportFlags& flags, const std::vector<PictureResult>& frames,
+                Console& console);
 
 /// Declares --threads; 0 = as many as the process may run on.
 void addThreadsOption(CLI::App& app, int& threads);

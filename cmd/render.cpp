@@ -1,24 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler render: from a scene to the layers of one picture.
+// peeler render: from a scene to the layers of one picture, or of each frame of a sequence.
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
+#include "cmd/animation_options.h"
 #include "cmd/camera_options.h"
 #include "cmd/capture_options.h"
 #include "cmd/clip_options.h"
+#include "cmd/frames.h"
+#include "cmd/opened_scene.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
 #include "cmd/progress.h"
 #include "cmd/report.h"
 #include "cmd/resources.h"
+#include "cmd/scene_options.h"
 #include "cmd/settings.h"
 #include "cmd/verbs.h"
 #include "core/error.h"
 #include "core/fxaa_filter.h"
 #include "core/gl/context.h"
 #include "core/renderer.h"
-#include "formats/gltf_reader.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -28,7 +34,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RenderOptions {
-    fs::path scene;
+    SceneOptions scene;
+    AnimationOptions animation;
     CameraOptions camera;
     CaptureSettings capture;
     ClipOptions clip;
@@ -41,48 +48,51 @@ struct RenderOptions {
     ReportFlags report;
 };
 
-/// One render. run() lists its stages; each leaves in the members what the next ones need.
+/// One render of one picture or a sequence. run() lists its stages; each leaves in the members what
+/// the next ones need. Scene, shaders and context are there once for all pictures.
 class Render {
   public:
     Render(const RenderOptions& options, Console& console) : options_(options), console_(console) {}
 
     void run() {
-        {
-            const StageTimer timer(result_.milliseconds, "total");
-            checkOptions();
-            readScene();
-            chooseView();
-            makeContext();
-            upload();
-            plan();
-            capture();
-        }
-        tell();
+        start_ = Clock::now();
+        checkOptions();
+        openScene();
+        for (const Moment& moment : moments_)
+            renderPicture(moment);
+        if (options_.animation.frames) tellFrames(options_.report, finished_, console_);
     }
 
   private:
     void checkOptions();
-    void readScene();
-    void chooseView();
-    void makeContext();
-    void upload();
+    void openScene();
+    void renderPicture(const Moment& moment);
+    void pose(const Moment& moment);
+    void prepareRenderer();
     void plan();
-    void capture();
-    void tell();
+    void capture(const Moment& moment);
+    void tell(const Moment& moment);
 
-    Provenance provenance() const;
+    OutputFlags outputOf(const Moment& moment) const;
+    Provenance provenance(const Moment& moment) const;
+
+    using Clock = std::chrono::steady_clock;
 
     const RenderOptions& options_;
     Console& console_;
+    std::vector<Moment> moments_;
     CaptureSettings capture_;
-    Scene scene_;
-    int scene_index_ = 0;
+    std::optional<OpenedScene> scene_;
     SceneContents contents_;
     View view_;
     std::unique_ptr<gl::Context> context_;  // before what lives in it
     std::optional<Renderer> renderer_;
+    Clock::time_point start_;  // of what belongs to the picture in the making
+    OutputFlags output_;
     Plan plan_;
     PictureResult result_;
+    std::vector<PictureResult> finished_;
+    std::optional<ProgressReport> progress_;
 };
 
 /// What shadows are made of, for an output that shows nothing else.
@@ -104,12 +114,22 @@ void chooseCasters(CaptureSettings& capture) {
 void Render::checkOptions() {
     console_.setQuiet(options_.report.quiet);
     checkCameraOptions(options_.camera);
-    checkOutput(options_.output, options_.scene);
-    checkReport(options_.report, options_.scene, options_.output.path);
+    checkAnimationOptions(options_.animation);
+    moments_ = momentsOf(options_.animation);
+    const std::string path = options_.output.path.string();
+    if (moments_.size() > 1 && !hasFrameToken(path)) {
+        throw Error(ErrorKind::kUsage,
+                    "all " + std::to_string(moments_.size()) + " frames would have the same name",
+                    "--output " + path, "put #### or %04d where the frame's number goes");
+    }
+    for (const Moment& moment : moments_) {
+        const OutputFlags output = outputOf(moment);
+        checkOutput(output, options_.scene.file);
+        checkReport(options_.report, options_.scene.file, output.path);
+    }
     setThreads(options_.threads);
     capture_ = options_.capture;
-    const OutputFormat& format =
-        findOutputFormat(options_.output.path.string(), options_.output.as);
+    const OutputFormat& format = findOutputFormat(path, options_.output.as);
     capture_.composite = format.kind == "composite";
     if (format.casters) chooseCasters(capture_);
     checkSettings(capture_);
@@ -121,30 +141,50 @@ void Render::checkOptions() {
     setShadowSize(capture_, options_.shadow_size);
 }
 
-void Render::readScene() {
+void Render::openScene() {
     const StageTimer timer(result_.milliseconds, "load");
-    GltfOptions gltf;
-    gltf.strict = options_.strict;
-    scene_ = readGltf(options_.scene, gltf);
-    for (const std::string& warning : scene_.warnings)
-        console_.warning(warning);
+    SceneOptions scene = options_.scene;
+    scene.gltf.strict = options_.strict;
+    scene_.emplace(scene, options_.animation, console_);
 }
 
-void Render::chooseView() {
+void Render::renderPicture(const Moment& moment) {
+    output_ = outputOf(moment);
+    pose(moment);
+    prepareRenderer();
+    plan();
+    capture(moment);
+    const std::chrono::duration<double, std::milli> passed = Clock::now() - start_;
+    result_.milliseconds["total"] = passed.count();
+    tell(moment);
+    result_ = {};
+    start_ = Clock::now();
+}
+
+/// A lone picture keeps the name it is given, whatever is in it.
+OutputFlags Render::outputOf(const Moment& moment) const {
+    OutputFlags output = options_.output;
+    if (options_.animation.frames) output.path = framePath(output.path.string(), moment.frame);
+    return output;
+}
+
+void Render::pose(const Moment& moment) {
     const StageTimer timer(result_.milliseconds, "load");
-    scene_index_ = chooseScene(scene_, options_.camera);
-    contents_ = contents(scene_, scene_index_);
-    view_ = makeView(scene_, contents_, options_.camera);
-    capture_.clip = clipVolume(options_.clip, scene_, contents_);
+    contents_ = scene_->at(moment.time);
+    view_ = scene_->view(contents_, options_.camera);
+    capture_.clip = clipVolume(options_.clip, scene_->scene(), contents_);
 }
 
-void Render::makeContext() {
-    const StageTimer timer(result_.milliseconds, "context");
-    context_ = openContext(options_.device, console_);
-}
-
-void Render::upload() {
-    renderer_.emplace(*context_, scene_, contents_);
+void Render::prepareRenderer() {
+    if (renderer_) {
+        renderer_->setContents(std::move(contents_));
+        return;
+    }
+    {
+        const StageTimer timer(result_.milliseconds, "context");
+        context_ = openContext(options_.device, console_);
+    }
+    renderer_.emplace(*context_, scene_->scene(), std::move(contents_));
 }
 
 void Render::plan() {
@@ -156,44 +196,55 @@ void Render::plan() {
                         (blended ? "leaves to an approximation " : "leaves out ") +
                         countText(plan_.fragments_counted - plan_.fragments_stored, "fragment") +
                         " of " + groupedText(plan_.fragments_counted),
-                    options_.output.path.string(),
+                    output_.path.string(),
                     "use --layers all and no --occlusion-ratio, or leave --strict out");
     }
 }
 
-void Render::capture() {
-    const std::string path = options_.output.path.string();
-    const OutputOptions output = outputOptions(options_.output, provenance());
-    auto writer = makeSink(path, output);
+void Render::capture(const Moment& moment) {
+    const OutputOptions output = outputOptions(output_, provenance(moment));
+    auto writer = makeSink(output_.path.string(), output);
     if (options_.fxaa) writer = std::make_unique<FxaaFilter>(std::move(writer), output.background);
     writer->begin(plan_);
-    {
-        ProgressReport progress(console_, options_.report.shownProgress(), "render");
-        Sink* const sinks[] = {writer.get()};
-        result_.passes =
-            renderer_->capture(sinks, [&](double share) { progress.update(share); }).passes;
-    }
+    if (!progress_) progress_.emplace(console_, options_.report.shownProgress(), "render");
+    const auto done = static_cast<double>(finished_.size());
+    Sink* const sinks[] = {writer.get()};
+    result_.passes =
+        renderer_
+            ->capture(sinks,
+                      [&](double share) {
+                          progress_->update((done + share) / static_cast<double>(moments_.size()));
+                      })
+            .passes;
+    if (finished_.size() + 1 == moments_.size()) progress_.reset();
     writer->finish();
-    add(result_.milliseconds, renderer_->times());
+    add(result_.milliseconds, renderer_->takeTimes());
     add(result_.milliseconds, writer->times());
 }
 
-Provenance Render::provenance() const {
+Provenance Render::provenance(const Moment& moment) const {
     Provenance provenance;
     provenance.version = PEELER_VERSION;
     provenance.method = capture_.method;
     provenance.surfaces =
         capture_.opaque_only ? "opaque" : nameOf<Surfaces>(kSurfaces, capture_.surfaces);
-    provenance.scene = options_.scene.filename().string();
-    provenance.scene_hash = hexText(scene_.content_hash);
-    provenance.settings_hash = settingsHash(scene_index_, view_, capture_, options_.fxaa);
+    provenance.scene = options_.scene.file.filename().string();
+    provenance.scene_hash = hexText(scene_->scene().content_hash);
+    provenance.settings_hash = settingsHash({scene_->index(), scene_->animations(), moment.time,
+                                             options_.scene.include, options_.scene.exclude},
+                                            view_, capture_, options_.fxaa);
     provenance.renderer = context_->device().renderer;
+    provenance.frame = moment.frame;
+    provenance.time = moment.time;
+    provenance.frames_per_second = moment.frames_per_second;
     return provenance;
 }
 
-void Render::tell() {
-    result_.output = options_.output.path;
-    result_.bytes = fs::file_size(options_.output.path);
+void Render::tell(const Moment& moment) {
+    result_.output = output_.path;
+    if (options_.animation.frames) result_.frame = moment.frame;
+    result_.time = moment.time;
+    result_.bytes = fs::file_size(output_.path);
     result_.width = view_.width;
     result_.height = view_.height;
     result_.layers = plan_.layers.size();
@@ -205,7 +256,11 @@ void Render::tell() {
     result_.renderer = context_->device().renderer;
     result_.backend = context_->device().backend;
     result_.peak_memory = peakMemory();
-    tellResult(options_.report, result_, console_);
+    if (options_.animation.frames)
+        console_.note(summary(result_));
+    else
+        tellResult(options_.report, result_, console_);
+    finished_.push_back(result_);
 }
 
 }  // namespace
@@ -213,12 +268,15 @@ void Render::tell() {
 VerbAction declareRender(CLI::App& app) {
     const auto options = std::make_shared<RenderOptions>();
     addValue(
-        app, "SCENE", "", options->scene, [](const std::string& text) { return fs::path(text); },
-        "a glTF scene (.gltf or .glb)")
+        app, "SCENE", "", options->scene.file,
+        [](const std::string& text) { return fs::path(text); }, "a glTF scene (.gltf or .glb)")
         ->required();
     addOutputOptions(app, options->output);
     addLayerOutputOptions(app, options->output);
     addFxaaOption(app, options->fxaa, "quick, but --samples sees more");
+    addSceneOptions(app, options->scene);
+    addTimeOptions(app, options->animation);
+    addFrameOptions(app, options->animation);
     addCameraOptions(app, options->camera);
     addLayerOptions(app, options->capture);
     addClipOptions(app, options->clip);

@@ -19,6 +19,10 @@ constexpr const char* kStages[] = {"load", "context",   "upload", "count", "capt
 nlohmann::ordered_json toJson(const PictureResult& result) {
     nlohmann::ordered_json json;
     json["output"] = result.output.string();
+    if (result.frame) {
+        json["frame"] = *result.frame;
+        json["time"] = result.time;
+    }
     json["bytes"] = result.bytes;
     json["width"] = result.width;
     json["height"] = result.height;

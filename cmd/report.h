@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 #include "core/stage_times.h"
@@ -14,6 +15,8 @@ namespace peeler::cmd {
 /// What became of one picture.
 struct PictureResult {
     std::filesystem::path output;
+    std::optional<int> frame;  ///< of a sequence
+    double time = 0;           ///< of the frame, seconds
     std::uint64_t bytes = 0;
     int width = 0, height = 0;  ///< display window
     std::uint64_t layers = 0;
@@ -26,8 +29,8 @@ struct PictureResult {
     StageTimes milliseconds;
 };
 
-/// The keys of cli.md, in that order, in camelCase like the peeler: attributes. Every stage is
-/// there, 0 where it did not happen.
+/// The keys of cli.md, in that order, in camelCase like the peeler: attributes; `frame` and `time`
+/// only of a sequence. Every stage is there, 0 where it did not happen.
 nlohmann::ordered_json toJson(const PictureResult& result);
 
 /// "out.exr: 24 layers, 7,123,456 fragments, 12.3 MB, 812 ms"

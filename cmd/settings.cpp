@@ -25,7 +25,7 @@ nlohmann::json clipJson(const ClipVolume& clip) {
 
 }  // namespace
 
-std::string settingsHash(int scene_index, const View& view, const CaptureSettings& capture,
+std::string settingsHash(const ShownScene& shown, const View& view, const CaptureSettings& capture,
                          bool fxaa) {
     const Projection& projection = view.projection;
     nlohmann::json matrix = nlohmann::json::array();
@@ -36,7 +36,7 @@ std::string settingsHash(int scene_index, const View& view, const CaptureSetting
     // nlohmann::json sorts its keys and prints the shortest digits that read back: the text is
     // canonical.
     nlohmann::json settings = {
-        {"scene", scene_index},
+        {"scene", shown.scene},
         {"cameraToWorld", matrix},
         {"perspective", projection.perspective},
         {"halfWidth", projection.half_width},
@@ -52,6 +52,12 @@ std::string settingsHash(int scene_index, const View& view, const CaptureSetting
         {"precision", nameOf<PixelType>(kPrecisions, capture.color_type)},
     };
     // Only where they are on, so that a picture without them keeps its hash.
+    if (!shown.animations.empty()) {
+        settings["animations"] = shown.animations;
+        settings["time"] = shown.time;
+    }
+    if (!shown.include.empty()) settings["include"] = shown.include;
+    if (!shown.exclude.empty()) settings["exclude"] = shown.exclude;
     if (capture.shadows) settings["shadows"] = capture.shadow_size;
     if (capture.samples > 1) settings["samples"] = capture.samples;
     if (capture.occlusion_ratio > 0) settings["occlusionRatio"] = capture.occlusion_ratio;

@@ -4,16 +4,25 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "core/renderer.h"
 #include "core/view.h"
 
 namespace peeler::cmd {
 
+/// What is shown of the scene's file, and when.
+struct ShownScene {
+    int scene = 0;                  ///< index
+    std::vector<int> animations{};  ///< indices
+    double time = 0;                ///< seconds; matters if there are animations
+    std::vector<std::string> include{}, exclude{};
+};
+
 /// Two renders of the same scene file with the same hash have the same layers. Left out is what
 /// changes nothing: threads, memory, backend, and the method, since every method of the table is
 /// exact. `fxaa`: whether the composite is filtered. 16 hexadecimal digits.
-std::string settingsHash(int scene_index, const View& view, const CaptureSettings& capture,
+std::string settingsHash(const ShownScene& shown, const View& view, const CaptureSettings& capture,
                          bool fxaa = false);
 
 }  // namespace peeler::cmd

@@ -82,13 +82,13 @@ class Sheet {
 void Sheet::checkOptions() {
     const SheetRequest& request = options_.request;
     console_.setQuiet(options_.report.quiet);
-    checkOutput(options_.output, request.input);
+    checkOutput(options_.output, request.input.file);
     const OutputFormat& format = findOutputFormat(options_.output.path.string(), "composite");
     if (format.extensions.front() == ".exr") {
         throw Error(ErrorKind::kUsage, "a sheet is a picture to look at",
                     options_.output.path.string(), "choose one of: .png, .jpg, .tif");
     }
-    checkReport(options_.report, request.input, options_.output.path);
+    checkReport(options_.report, request.input.file, options_.output.path);
     const bool depth = request.cells.show == SheetShow::kDepth;
     if (request.cells.progression && depth) {
         throw Error(ErrorKind::kUsage, "a composite has no depth of its own",
@@ -106,6 +106,7 @@ void Sheet::checkOptions() {
                     "leave out --progression, --show depth, --layers and --occlusion-ratio");
     }
     checkCameraOptions(request.camera);
+    checkAnimationOptions(request.animation);
     checkClipOptions(request.clip);
     setThreads(options_.threads);
 }
@@ -113,7 +114,7 @@ void Sheet::checkOptions() {
 void Sheet::makeCells() {
     const SheetRequest& request = options_.request;
     const ProgressStyle progress = options_.report.shownProgress();
-    const FileKind kind = fileKind(request.input.string());
+    const FileKind kind = fileKind(request.input.file.string());
     if (kind == FileKind::kGltf) {
         content_ = sheetOfScene(request, progress, console_);
     } else if (kind == FileKind::kExr) {
@@ -121,7 +122,7 @@ void Sheet::makeCells() {
         content_ = sheetOfFile(request, progress, console_);
     } else {
         throw Error(ErrorKind::kInput, "neither a glTF scene nor a layered depth image",
-                    request.input.string(),
+                    request.input.file.string(),
                     "sheet shows .gltf, .glb and the .exr of peeler render");
     }
 }
@@ -210,8 +211,8 @@ void addCellOptions(CLI::App& app, SheetOptions& options) {
 
 /// The options that have a meaning for scenes only, as far as they are on the command line.
 std::set<std::string> sceneOptionsGiven(const CLI::App& app) {
-    const std::set<std::string> groups{"Camera",   "Picture", "Layers",
-                                       "Clipping", "Light",   "Machine"};
+    const std::set<std::string> groups{"Scene",  "Animation", "Camera", "Picture",
+                                       "Layers", "Clipping",  "Light",  "Machine"};
     const std::set<std::string> everywhere{"--layers", "--threads"};
     std::set<std::string> given;
     for (const CLI::Option* option : app.get_options()) {
@@ -224,7 +225,8 @@ std::set<std::string> sceneOptionsGiven(const CLI::App& app) {
 }
 
 constexpr const char* kFooter =
-    "Of a layered file the sheet shows what is in it: options of camera, clipping, light and\n"
+    "Of a layered file the sheet shows what is in it: options of scene, camera, clipping, light "
+    "and\n"
     "machine and those of the layers but --layers are for scenes. An error is that of linear\n"
     "premultiplied R, G, B and A against the composite of all layers. A file has no draw order:\n"
     "unsorted blending is shown of scenes only, and of them beside the composite of all layers.";
@@ -235,7 +237,7 @@ VerbAction declareSheet(CLI::App& app) {
     const auto options = std::make_shared<SheetOptions>();
     options->output.as = "composite";
     addValue(
-        app, "IN", "", options->request.input,
+        app, "IN", "", options->request.input.file,
         [](const std::string& text) { return fs::path(text); },
         "a layered depth image (.exr) or a glTF scene (.gltf, .glb)")
         ->required();
@@ -246,6 +248,8 @@ VerbAction declareSheet(CLI::App& app) {
                               "light, or #rrggbb[aa] in sRGB; where it is transparent a "
                               "checkerboard shows"));
     addCellOptions(app, *options);
+    addSceneOptions(app, options->request.input);
+    addTimeOptions(app, options->request.animation);
     addCameraOptions(app, options->request.camera);
     addLayerOptions(app, options->request.capture);
     addClipOptions(app, options->request.clip);

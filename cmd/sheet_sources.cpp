@@ -3,15 +3,16 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "cmd/capture_options.h"
 #include "cmd/layered_bands.h"
+#include "cmd/opened_scene.h"
 #include "cmd/progress.h"
 #include "cmd/sheet_methods.h"
 #include "formats/exr_ldi_reader.h"
-#include "formats/gltf_reader.h"
 
 namespace peeler::cmd {
 
@@ -31,7 +32,7 @@ class SceneSheet {
         } else {
             showLayers();
         }
-        add(content_.result.milliseconds, renderer_->times());
+        add(content_.result.milliseconds, renderer_->takeTimes());
         return std::move(content_);
     }
 
@@ -48,7 +49,7 @@ class SceneSheet {
     ProgressStyle progress_;
     Console& console_;
     CaptureSettings capture_;
-    Scene scene_;
+    std::optional<OpenedScene> scene_;
     SceneContents contents_;
     View view_;
     std::unique_ptr<gl::Context> context_;  // before what lives in it
@@ -59,13 +60,10 @@ class SceneSheet {
 
 void SceneSheet::readScene() {
     const StageTimer timer(content_.result.milliseconds, "load");
-    scene_ = readGltf(request_.input, {});
-    for (const std::string& warning : scene_.warnings)
-        console_.warning(warning);
-    const int scene_index = chooseScene(scene_, request_.camera);
-    contents_ = contents(scene_, scene_index);
-    view_ = makeView(scene_, contents_, request_.camera);
-    capture_.clip = clipVolume(request_.clip, scene_, contents_);
+    scene_.emplace(request_.input, request_.animation, console_);
+    contents_ = scene_->at(request_.animation.time.value_or(0));
+    view_ = scene_->view(contents_, request_.camera);
+    capture_.clip = clipVolume(request_.clip, scene_->scene(), contents_);
 }
 
 void SceneSheet::makeRenderer() {
@@ -73,7 +71,7 @@ void SceneSheet::makeRenderer() {
         const StageTimer timer(content_.result.milliseconds, "context");
         context_ = openContext(request_.device, console_);
     }
-    renderer_ = std::make_unique<Renderer>(*context_, scene_, contents_);
+    renderer_ = std::make_unique<Renderer>(*context_, scene_->scene(), contents_);
     content_.result.renderer = context_->device().renderer;
     content_.result.backend = context_->device().backend;
 }
@@ -159,7 +157,7 @@ SheetContent sheetOfFile(const SheetRequest& request, ProgressStyle progress, Co
     SheetContent content;
     PictureResult& result = content.result;
     const std::uint32_t limit = request.capture.max_layers;
-    ExrLdiReader reader(request.input.string());
+    ExrLdiReader reader(request.input.file.string());
     Plan plan = reader.info().plan;
     if (limit != 0 && limit < plan.layers.size()) plan.layers.resize(limit);
     SheetCells cells(request.cells);

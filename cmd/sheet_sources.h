@@ -2,14 +2,15 @@
 // From a scene or a layered file to the cells of a contact sheet.
 #pragma once
 
-#include <filesystem>
 #include <vector>
 
+#include "cmd/animation_options.h"
 #include "cmd/camera_options.h"
 #include "cmd/choices.h"
 #include "cmd/clip_options.h"
 #include "cmd/console.h"
 #include "cmd/report.h"
+#include "cmd/scene_options.h"
 #include "cmd/sheet_cells.h"
 #include "core/capture_settings.h"
 #include "core/gl/context.h"
@@ -24,9 +25,10 @@ enum class SheetMethods {
 };
 
 struct SheetRequest {
-    std::filesystem::path input;
-    CameraOptions camera;     ///< of a scene
-    CaptureSettings capture;  ///< of a file only `max_layers`; the clip volume is in `clip`
+    SceneOptions input;          ///< of a file only its name
+    AnimationOptions animation;  ///< of a scene
+    CameraOptions camera;        ///< of a scene
+    CaptureSettings capture;     ///< of a file only `max_layers`; the clip volume is in `clip`
     ClipOptions clip;
     gl::ContextRequest device;
     SheetSettings cells;

@@ -48,18 +48,15 @@ void BandCapture::setView(const View& view, const CaptureSettings& settings) {
     rasterizer_.setView(view, settings);
 }
 
+void BandCapture::setContents(const SceneContents& contents) {
+    gl().Finish();
+    gpu_scene_.setContents(contents);
+}
+
 void BandCapture::free() {
     buffers_.free();
     rasterizer_.freeBound();
     clip_band_ = {};
-}
-
-std::uint32_t BandCapture::drawOf(std::uint32_t primitive) const {
-    const auto& draws = gpu_scene_.draws();
-    const auto after = std::upper_bound(
-        draws.begin(), draws.end(), primitive,
-        [](std::uint32_t key, const GpuDraw& draw) { return key < draw.first_primitive; });
-    return static_cast<std::uint32_t>(after - draws.begin()) - 1;
 }
 
 std::uint64_t BandCapture::fragmentBytes() const {

@@ -36,6 +36,9 @@ class BandCapture {
     BandCapture(gl::Context& context, const Scene& scene, const SceneContents& contents,
                 StageTimes& times);
 
+    /// Shows the scene at another moment, from the next setView() on.
+    void setContents(const SceneContents& contents);
+
     void setView(const View& view, const CaptureSettings& settings);
     /// What shines on the scene; must outlive its use. To be set before the view.
     void setLighting(const Lighting& lighting) { rasterizer_.setLighting(lighting); }
@@ -53,8 +56,8 @@ class BandCapture {
     /// Composites a band. Returns and throws like layers().
     int composite(CompositeMethod& method, const BandRequest& request, CompositeImage& out);
 
-    /// The draw that a primitive's key belongs to: one primitive of one node.
-    std::uint32_t drawOf(std::uint32_t primitive) const;
+    /// Which surface a primitive's key belongs to (DrawList::surfaceOf).
+    std::uint32_t surfaceOf(std::uint32_t key) const { return gpu_scene_.list().surfaceOf(key); }
 
     /// What bands cost besides what the hand-over and sinks take: a fragment of layers(), or a
     /// pixel of composite().

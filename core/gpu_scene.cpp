@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <limits>
 #include <map>
 #include <set>
-#include <span>
 #include <tuple>
 
 #include "core/error.h"
@@ -20,58 +18,6 @@ namespace {
 // std140 records are bound one at a time, and 256 is the largest offset alignment GL allows a
 // driver.
 constexpr std::size_t kMaterialStride = (sizeof(shader::MaterialRecord) + 255) / 256 * 256;
-
-// Attributes a primitive lacks read these for every vertex (a binding of stride 0).
-constexpr std::array<float, 8> kMissing = {0, 0, 0, 0, 1, 1, 1, 1};
-constexpr std::size_t kMissingZeros = 0, kMissingOnes = 16;
-
-struct AttributeData {
-    GLuint location;
-    GLint components;
-    const void* data;
-    std::size_t bytes;
-    std::size_t missing;  // offset of the constant that stands in
-};
-
-template <class T>
-AttributeData attribute(GLuint location, const std::vector<T>& values,
-                        std::size_t missing = kMissingZeros) {
-    return {location, static_cast<GLint>(T::length()), values.data(), values.size() * sizeof(T),
-            missing};
-}
-
-std::array<AttributeData, 6> attributes(const Primitive& p) {
-    return {attribute(PEELER_POSITION, p.positions),
-            attribute(PEELER_NORMAL, p.normals),
-            attribute(PEELER_TANGENT, p.tangents),
-            attribute(PEELER_TEXCOORD0, p.texcoords[0]),
-            attribute(PEELER_TEXCOORD1, p.texcoords[1]),
-            attribute(PEELER_COLOR, p.colors, kMissingOnes)};
-}
-
-/// How many primitives GL makes of n vertices; also what gl_PrimitiveID counts.
-std::uint64_t primitiveCount(Topology topology, std::uint64_t n) {
-    switch (topology) {
-        case Topology::kPoints:
-            return n;
-        case Topology::kLines:
-            return n / 2;
-        case Topology::kLineLoop:
-            return n < 2 ? 0 : n;
-        case Topology::kLineStrip:
-            return n < 2 ? 0 : n - 1;
-        case Topology::kTriangles:
-            return n / 3;
-        case Topology::kTriangleStrip:
-        case Topology::kTriangleFan:
-            return n < 3 ? 0 : n - 2;
-    }
-    return 0;
-}
-
-bool isTriangles(Topology topology) {
-    return topology >= Topology::kTriangles;
-}
 
 /// The textures of a material by unit, and whether they hold sRGB colours.
 std::array<std::pair<const TextureRef*, bool>, PEELER_MATERIAL_UNITS> textureRefs(
@@ -138,10 +84,17 @@ gl::SamplerObject makeSampler(const gl::Functions& gl, const Sampler& sampler) {
 
 }  // namespace
 
-GpuScene::GpuScene(const gl::Context& context, const Scene& scene, const SceneContents& contents) {
+GpuScene::GpuScene(const gl::Context& context, const Scene& scene, const SceneContents& contents)
+    : scene_(scene),
+      list_(scene, contents),
+      geometry_(context.functions(), scene, list_, contents) {
     uploadMaterials(context, scene, contents);
-    uploadGeometry(context.functions(), scene, contents);
     gl::checkErrors(context.functions(), "uploading the scene");
+}
+
+void GpuScene::setContents(const SceneContents& contents) {
+    list_ = DrawList(scene_, contents);
+    geometry_.setDeformed(list_, contents);
 }
 
 void GpuScene::bindMaterialRecord(std::size_t material) const {
@@ -192,120 +145,6 @@ void GpuScene::uploadMaterials(const gl::Context& context, const Scene& scene,
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         const auto r = record(scene.materials[i]);
         std::memcpy(mapping.as<std::byte>() + i * kMaterialStride, &r, sizeof r);
-    }
-}
-
-void GpuScene::uploadGeometry(const gl::Functions& gl, const Scene& scene,
-                              const SceneContents& contents) {
-    // Where every primitive's arrays go in the one buffer; 16-byte aligned.
-    struct Placed {
-        std::array<std::size_t, 6> attribute_offsets{};
-        std::size_t index_offset = 0;
-        std::size_t vertex_array = 0;
-    };
-    std::map<std::pair<int, std::size_t>, Placed> placed;
-    std::size_t bytes = sizeof kMissing;
-    const auto place = [&bytes](std::size_t size) {
-        const std::size_t at = bytes;
-        bytes = (bytes + size + 15) / 16 * 16;
-        return at;
-    };
-    for (const auto& instance : contents.meshes) {
-        const auto& primitives = scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives;
-        for (std::size_t i = 0; i < primitives.size(); ++i) {
-            const auto [entry, fresh] = placed.try_emplace({instance.mesh, i});
-            if (!fresh) continue;
-            const auto data = attributes(primitives[i]);
-            for (std::size_t a = 0; a < data.size(); ++a)
-                entry->second.attribute_offsets[a] = place(data[a].bytes);
-            entry->second.index_offset =
-                place(primitives[i].indices.size() * sizeof(std::uint32_t));
-        }
-    }
-
-    geometry_ = gl::Buffer(gl, bytes);
-    {
-        const auto mapping = geometry_.overwrite(bytes);
-        auto* memory = mapping.as<std::byte>();
-        std::memcpy(memory, kMissing.data(), sizeof kMissing);
-        for (const auto& [key, where] : placed) {
-            const Primitive& p =
-                scene.meshes[static_cast<std::size_t>(key.first)].primitives[key.second];
-            const auto data = attributes(p);
-            for (std::size_t a = 0; a < data.size(); ++a)
-                if (data[a].bytes)
-                    std::memcpy(memory + where.attribute_offsets[a], data[a].data, data[a].bytes);
-            if (!p.indices.empty()) {
-                std::memcpy(memory + where.index_offset, p.indices.data(),
-                            p.indices.size() * sizeof(std::uint32_t));
-            }
-        }
-    }
-
-    for (auto& [key, where] : placed) {
-        const Primitive& p =
-            scene.meshes[static_cast<std::size_t>(key.first)].primitives[key.second];
-        GLuint name = 0;
-        gl.CreateVertexArrays(1, &name);
-        where.vertex_array = vertex_arrays_.size();
-        vertex_arrays_.emplace_back(gl, name);
-        const auto data = attributes(p);
-        for (std::size_t a = 0; a < data.size(); ++a) {
-            const auto& [location, components, pointer, size, missing] = data[a];
-            const std::size_t offset = size ? where.attribute_offsets[a] : missing;
-            const GLsizei stride = size ? components * static_cast<GLsizei>(sizeof(float)) : 0;
-            gl.EnableVertexArrayAttrib(name, location);
-            gl.VertexArrayAttribFormat(name, location, components, GL_FLOAT, GL_FALSE, 0);
-            gl.VertexArrayAttribBinding(name, location, location);
-            gl.VertexArrayVertexBuffer(name, location, geometry_.name(),
-                                       static_cast<GLintptr>(offset), stride);
-        }
-        gl.VertexArrayElementBuffer(name, geometry_.name());
-    }
-
-    std::uint64_t next_primitive = 1;  // 0 is the key of "no layer yet" in front-to-back peeling
-    for (const auto& instance : contents.meshes) {
-        const auto& primitives = scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives;
-        for (std::size_t i = 0; i < primitives.size(); ++i) {
-            const Primitive& p = primitives[i];
-            const Material& m = scene.materials[static_cast<std::size_t>(p.material)];
-            const Placed& where = placed.at({instance.mesh, i});
-            GpuDraw draw;
-            draw.vertex_array = where.vertex_array;
-            draw.mode = static_cast<GLenum>(p.topology);
-            draw.indexed = !p.indices.empty();
-            const std::size_t vertices = draw.indexed ? p.indices.size() : p.positions.size();
-            draw.count = static_cast<GLsizei>(vertices);
-            draw.index_offset = where.index_offset;
-            draw.material = static_cast<std::size_t>(p.material);
-            draw.node = instance.node;
-            draw.world = instance.world;
-            draw.mirrored = glm::determinant(glm::dmat3(instance.world)) < 0;
-            draw.first_primitive = static_cast<std::uint32_t>(next_primitive);
-            next_primitive += primitiveCount(p.topology, vertices);
-            if (next_primitive > std::numeric_limits<std::uint32_t>::max() ||
-                vertices > std::numeric_limits<GLsizei>::max()) {
-                throw Error(ErrorKind::kInput,
-                            "the scene has more primitives than 32 bits can count",
-                            "/meshes/" + std::to_string(instance.mesh), "render it in parts");
-            }
-            if (!p.normals.empty()) draw.flags |= PEELER_HAS_NORMALS;
-            // Tangents without normals are to be ignored (glTF 2.0 §3.7.2.1).
-            if (!p.tangents.empty() && !p.normals.empty()) draw.flags |= PEELER_HAS_TANGENTS;
-            if (!p.colors.empty()) draw.flags |= PEELER_HAS_COLORS;
-            if (isTriangles(p.topology)) draw.flags |= PEELER_IS_TRIANGLES;
-            if (draw.mirrored) draw.flags |= PEELER_MIRRORED;
-            draw.opaque = m.alpha_mode != AlphaMode::kBlend;
-            if (m.alpha_mode != AlphaMode::kOpaque) {
-                draw.textured_alpha = static_cast<bool>(m.base_color_texture);
-                draw.alpha_tested = draw.textured_alpha || !p.colors.empty();
-                const float alpha = m.base_color.a;
-                const bool passes =
-                    m.alpha_mode == AlphaMode::kMask ? alpha >= m.alpha_cutoff : alpha > 0;
-                if (!draw.alpha_tested && !passes) continue;  // every fragment would be rejected
-            }
-            draws_.push_back(draw);
-        }
     }
 }
 

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/lights.h"
-#include "core/scene.h"
+#include "core/scene_contents.h"
 #include "core/view.h"
 
 namespace peeler {

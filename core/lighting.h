@@ -6,7 +6,7 @@
 
 #include "core/gl/objects.h"
 #include "core/lights.h"
-#include "core/scene.h"
+#include "core/scene_contents.h"
 #include "core/shadow_maps.h"
 
 namespace peeler {

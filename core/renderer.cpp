@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "core/band_capture.h"
 #include "core/bands.h"
@@ -35,15 +36,19 @@ std::uint64_t bytesOf(const LayeredImage& image) {
 }  // namespace
 
 struct Renderer::State {
-    State(gl::Context& ctx, const Scene& scene, const SceneContents& contents)
+    State(gl::Context& ctx, const Scene& whole, SceneContents shown)
         : context(ctx),
+          scene(whole),
+          contents(std::move(shown)),
           band_capture(ctx, scene, contents, times),
-          lighting(ctx.functions(), scene, contents) {}
+          lighting(std::in_place, ctx.functions(), scene, contents) {}
 
     gl::Context& context;
+    const Scene& scene;
+    SceneContents contents;
     StageTimes times;
     BandCapture band_capture;
-    Lighting lighting;
+    std::optional<Lighting> lighting;
 
     CaptureSettings settings;
     const MethodInfo* method = nullptr;
@@ -89,13 +94,23 @@ struct Renderer::State {
     void render(const Window& band, LayeredImage& out);
 };
 
-Renderer::Renderer(gl::Context& context, const Scene& scene, const SceneContents& contents)
-    : state_(std::make_unique<State>(context, scene, contents)) {}
+Renderer::Renderer(gl::Context& context, const Scene& scene, SceneContents contents)
+    : state_(std::make_unique<State>(context, scene, std::move(contents))) {}
 
 Renderer::~Renderer() = default;
 
-const StageTimes& Renderer::times() const {
-    return state_->times;
+void Renderer::setContents(SceneContents contents) {
+    State& s = *state_;
+    const bool still = s.contents.deformed.empty() && s.contents.meshes == contents.meshes;
+    const bool lit_alike = still && s.contents.lights == contents.lights;
+    s.contents = std::move(contents);
+    if (!still) timed(s.times, "upload", [&] { s.band_capture.setContents(s.contents); });
+    // Shadow maps are worth keeping where only the camera moves.
+    if (!lit_alike) s.lighting.emplace(s.context.functions(), s.scene, s.contents);
+}
+
+StageTimes Renderer::takeTimes() {
+    return std::exchange(state_->times, {});
 }
 
 void checkSettings(const CaptureSettings& settings) {
@@ -334,12 +349,12 @@ void Renderer::State::fillPlan() {
 
 Plan Renderer::plan(const View& view, const CaptureSettings& settings) {
     State& s = *state_;
-    s.lighting.castShadows(*this, s.context, settings);  // plans and captures, too
+    s.lighting->castShadows(*this, s.context, settings);  // plans and captures, too
     s.settings = settings;
     s.plan = {};
     s.plan.view = view;
-    s.lighting.setView(view.camera_to_world);
-    s.band_capture.setLighting(s.lighting);
+    s.lighting->setView(view.camera_to_world);
+    s.band_capture.setLighting(*s.lighting);
     s.chooseMethod();
     s.chooseViews(view);
     s.countViews();
@@ -392,7 +407,7 @@ void Renderer::State::captureMerged(const Window& band, LayeredImage& out) {
     }
     const StageTimer timer(times, "sort");
     mergeSamples(
-        images, [&](std::uint32_t primitive) { return band_capture.drawOf(primitive); },
+        images, [&](std::uint32_t primitive) { return band_capture.surfaceOf(primitive); },
         settings.color_type, out);
 }
 

@@ -10,7 +10,7 @@
 
 #include "core/capture_settings.h"
 #include "core/gl/context.h"
-#include "core/scene.h"
+#include "core/scene_contents.h"
 #include "core/sink.h"
 #include "core/stage_times.h"
 #include "core/view.h"
@@ -33,13 +33,17 @@ void checkSettings(const CaptureSettings& settings);
 /// Owns the uploaded scene. One Renderer serves any number of views.
 class Renderer {
   public:
-    /// Uploads what `contents` shows. All three must outlive the Renderer.
+    /// Uploads what `contents` shows. Context and scene must outlive the Renderer.
     /// Throws Error (kMemory) if the driver has no room, (kInput) if a texture is larger than it
     /// takes.
-    Renderer(gl::Context& context, const Scene& scene, const SceneContents& contents);
+    Renderer(gl::Context& context, const Scene& scene, SceneContents contents);
     ~Renderer();
     Renderer(const Renderer&) = delete;
     Renderer& operator=(const Renderer&) = delete;
+
+    /// Shows the same scene (of the file's `scenes`) at another moment from the next plan() on.
+    /// Only what has moved is uploaded anew.
+    void setContents(SceneContents contents);
 
     /// The count pass: what capture() will deliver for these arguments. (Several samples have to be
     /// merged for that, too.)
@@ -53,7 +57,8 @@ class Renderer {
     /// throw, and Error (kInternal) if any pixel's fragments differ in number from the count.
     CaptureReport capture(std::span<Sink* const> sinks, const Progress& progress = {});
 
-    const StageTimes& times() const;
+    /// What the stages have taken since the last call.
+    StageTimes takeTimes();
 
   private:
     struct State;

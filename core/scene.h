@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -69,6 +70,17 @@ struct Material {
     bool unlit = false;
 };
 
+/// Up to four joints that move each vertex, and how much (JOINTS_n, WEIGHTS_n).
+struct JointSet {
+    std::vector<glm::u16vec4> joints;  ///< indices into Skin::joints
+    std::vector<glm::vec4> weights;    ///< those of all sets together should add up to 1
+};
+
+/// Displacements of every vertex at weight 1; each array may be empty.
+struct MorphTarget {
+    std::vector<glm::vec3> positions, normals, tangents;
+};
+
 /// Vertex arrays of equal length (or empty where the file has none), and an index list (or empty:
 /// the vertices in order). Every index is in range; readers check that.
 struct Primitive {
@@ -80,11 +92,21 @@ struct Primitive {
     std::array<std::vector<glm::vec2>, 2> texcoords;
     std::vector<glm::vec4> colors;
     std::vector<std::uint32_t> indices;
+    std::vector<JointSet> joint_sets;
+    std::vector<MorphTarget> targets;  ///< as many in every primitive of a mesh
 };
 
 struct Mesh {
     std::string name;
     std::vector<Primitive> primitives;
+    std::vector<double> weights{};  ///< of the morph targets at rest; may be empty: zeros
+};
+
+/// Bones for meshes (glTF 2.0 §3.7.3).
+struct Skin {
+    std::string name;
+    std::vector<int> joints;               ///< nodes, at least one
+    std::vector<glm::dmat4> inverse_bind;  ///< of each joint: from the mesh to the joint at rest
 };
 
 /// A glTF camera (§3.10). Looks along −Z of its node.
@@ -110,13 +132,52 @@ struct Light {
     double inner_cone = 0, outer_cone = 0.7853981633974483;  ///< half angles, radians; spot
 };
 
+/// A node's place as glTF animates it: matrix() = translation · rotation · scale.
+struct Trs {
+    glm::dvec3 translation{0};
+    glm::dquat rotation{1, 0, 0, 0};  ///< need not be of unit length; all zeros = none
+    glm::dvec3 scale{1};
+
+    glm::dmat4 matrix() const;
+};
+
 struct Node {
     std::string name;
     std::vector<int> children;
-    glm::dmat4 local{1};
+    glm::dmat4 local{1};     ///< at rest
+    std::optional<Trs> trs;  ///< what `local` is made of; none = a matrix, which nothing animates
     int mesh = -1;
+    int skin = -1;  ///< moves the mesh; the node's own place does not matter then
     int camera = -1;
     int light = -1;
+    bool visible = true;  ///< false hides meshes and lights, those of descendants, too
+    std::optional<std::vector<double>> weights;  ///< instead of the mesh's
+    /// EXT_mesh_gpu_instancing: where the mesh is shown, relative to the node; none = once, at it.
+    std::optional<std::vector<glm::dmat4>> instances;
+};
+
+enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };
+
+/// Values over time (glTF 2.0 §3.11).
+struct Keyframes {
+    Interpolation interpolation = Interpolation::kLinear;
+    std::vector<float> times;   ///< seconds, never falling; at least one
+    std::vector<float> values;  ///< a value a time; kCubicSpline: in-tangent, value, out-tangent
+};
+
+/// What of a node changes with time.
+enum class AnimatedProperty : std::uint8_t { kTranslation, kRotation, kScale, kWeights };
+
+struct AnimationChannel {
+    std::size_t keyframes = 0;  ///< index into Animation::keyframes
+    int node = 0;
+    AnimatedProperty property = AnimatedProperty::kTranslation;
+};
+
+struct Animation {
+    std::string name;
+    std::vector<Keyframes> keyframes;
+    std::vector<AnimationChannel> channels;
 };
 
 /// One root list of the file's `scenes`.
@@ -134,49 +195,13 @@ struct Scene {
     std::vector<Image> images;
     std::vector<Camera> cameras;
     std::vector<Light> lights;
+    std::vector<Skin> skins;
+    std::vector<Animation> animations;
 
     std::string generator, copyright;
     std::vector<std::string> extensions_used, extensions_required;
     std::uint64_t content_hash = 0;     ///< of all bytes that were read
     std::vector<std::string> warnings;  ///< whole sentences, each once
 };
-
-/// A mesh in its place. `world` is the product of the node matrices from the root.
-struct MeshInstance {
-    int node = 0;
-    int mesh = 0;
-    glm::dmat4 world{1};
-};
-
-struct CameraInstance {
-    int node = 0;
-    int camera = 0;
-    glm::dmat4 world{1};
-};
-
-struct LightInstance {
-    int node = 0;
-    int light = 0;
-    glm::dmat4 world{1};
-};
-
-/// What one of the scenes shows, depth first: the draw order.
-struct SceneContents {
-    std::vector<MeshInstance> meshes;
-    std::vector<CameraInstance> cameras;
-    std::vector<LightInstance> lights;
-};
-SceneContents contents(const Scene& scene, int scene_index);
-
-/// Axis-aligned bounds in world space; nothing if there is no vertex.
-struct Bounds {
-    glm::dvec3 min{0}, max{0};
-};
-std::optional<Bounds> bounds(const Scene& scene, const SceneContents& contents);
-
-/// How far the vertices reach along a world direction: the largest dot(direction, p − origin). −inf
-/// if there is no vertex. Tighter than the bounds when looking at them askew.
-double reach(const Scene& scene, const SceneContents& contents, const glm::dvec3& origin,
-             const glm::dvec3& direction);
 
 }  // namespace peeler

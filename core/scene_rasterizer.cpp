@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 #include <iterator>
+#include <span>
 #include <sstream>
 #include <string>
 
@@ -25,11 +26,12 @@ enum Variant : unsigned {
     kPunctual = 32,
     kShadowed = 64,
     kClipped = 128,
+    kInstanced = 256,
 };
 constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kVaryings, "VARYINGS"}, {kTextured, "TEXTURED"}, {kAlphaTest, "ALPHA_TEST"},
     {kUnlit, "UNLIT"},       {kBounded, "BOUNDED"},   {kPunctual, "PUNCTUAL"},
-    {kShadowed, "SHADOWED"}, {kClipped, "CLIPPED"},
+    {kShadowed, "SHADOWED"}, {kClipped, "CLIPPED"},   {kInstanced, "INSTANCED"},
 };
 
 struct Culling {
@@ -52,8 +54,7 @@ void use(const gl::Program& program, const ShaderArgument& argument) {
 SceneRasterizer::SceneRasterizer(const gl::Context& context, const GpuScene& scene)
     : context_(context),
       scene_(scene),
-      frame_record_(context.functions(), sizeof(shader::FrameRecord)),
-      draw_records_(context.functions(), scene.draws().size() * kDrawStride) {
+      frame_record_(context.functions(), sizeof(shader::FrameRecord)) {
     const auto& gl = functions();
     GLuint name = 0;
     gl.CreateSamplers(1, &name);
@@ -139,21 +140,47 @@ void SceneRasterizer::fillClip(shader::FrameRecord& record) const {
 void SceneRasterizer::uploadDrawRecords() {
     const glm::dmat4 clip_from_view = clipFromView();
     const glm::dmat4 view_from_world = glm::inverse(view_.camera_to_world);
-    const auto& draws = scene_.draws();
-    const auto mapping = draw_records_.overwrite(draws.size() * kDrawStride);
-    for (std::size_t i = 0; i < draws.size(); ++i) {
+    const auto placement = [&](const glm::dmat4& world) {
         // All products in double, so that large world coordinates cost no precision near the
         // camera.
-        const glm::dmat4 view_from_model = view_from_world * draws[i].world;
-        shader::DrawRecord record{};
-        record.clip_from_model = glm::mat4(clip_from_view * view_from_model);
-        record.view_from_model = glm::mat4(view_from_model);
+        const glm::dmat4 view_from_model = view_from_world * world;
+        shader::Placement result{};
+        result.clip_from_model = glm::mat4(clip_from_view * view_from_model);
+        result.view_from_model = glm::mat4(view_from_model);
         const glm::dmat3 linear(view_from_model);
         if (glm::determinant(linear) != 0)
-            record.normal_from_model = glm::mat4(glm::transpose(glm::inverse(linear)));
-        record.ids = {draws[i].first_primitive, 0, draws[i].flags, 0};
-        std::memcpy(mapping.as<std::byte>() + i * kDrawStride, &record, sizeof record);
+            result.normal_from_model = glm::mat4(glm::transpose(glm::inverse(linear)));
+        return result;
+    };
+    const DrawList& list = scene_.list();
+    const auto& draws = list.draws();
+    if (draws.empty()) return;
+    std::size_t instances = 0;
+    for (const Draw& draw : draws)
+        instances += draw.instances > 1 ? draw.instances : 0;
+    reserve(draw_records_, draws.size() * kDrawStride);
+    reserve(instance_records_, std::max<std::size_t>(instances, 1) * sizeof(shader::Placement));
+    const auto draw_memory = draw_records_.overwrite(draws.size() * kDrawStride);
+    const auto instance_memory = instance_records_.overwrite(instance_records_.size());
+    auto* next_instance = instance_memory.as<shader::Placement>();
+    std::uint32_t first_instance = 0;
+    for (std::size_t i = 0; i < draws.size(); ++i) {
+        const std::span<const glm::dmat4> worlds = list.worlds(draws[i]);
+        shader::DrawRecord record{};
+        record.ids = {draws[i].first_primitive, draws[i].instance_keys, draws[i].flags,
+                      first_instance};
+        if (worlds.size() == 1) {
+            record.placement = placement(worlds.front());
+        } else {
+            next_instance = std::transform(worlds.begin(), worlds.end(), next_instance, placement);
+            first_instance += static_cast<std::uint32_t>(worlds.size());
+        }
+        std::memcpy(draw_memory.as<std::byte>() + i * kDrawStride, &record, sizeof record);
     }
+}
+
+void SceneRasterizer::reserve(gl::Buffer& buffer, std::size_t bytes) const {
+    if (buffer.size() < bytes) buffer = gl::Buffer(functions(), bytes);
 }
 
 void SceneRasterizer::bindFrame() {
@@ -191,7 +218,7 @@ const gl::Program& SceneRasterizer::program(const std::vector<std::string_view>&
     return programs_.emplace(key, gl::Program(functions(), files, list)).first->second;
 }
 
-const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const GpuDraw& draw) {
+const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const Draw& draw) {
     const GpuMaterial& material = scene_.materials()[draw.material];
     unsigned bits = 0;
     if (pass.shades) {
@@ -209,6 +236,7 @@ const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const GpuD
     }
     if (pass.bounded && bounded()) bits |= kBounded;
     if (settings_.clip.active() && pass.draws != Draws::kClipMeshes) bits |= kClipped;
+    if (draw.instances > 1) bits |= kInstanced;
 
     const gl::Program*& cached = variants_[{pass.fragment_shader, pass.definitions, bits}];
     if (!cached) {
@@ -231,7 +259,7 @@ gl::PassState SceneRasterizer::passState(GLuint framebuffer, const Window& area)
             .scissor_height = scissor.height()};
 }
 
-bool SceneRasterizer::shown(const GeometryPass& pass, const GpuDraw& draw) const {
+bool SceneRasterizer::shown(const GeometryPass& pass, const Draw& draw) const {
     // The pass that finds the bound is the one for which opaque surfaces are always there.
     const bool hidden = pass.bounded && settings_.surfaces == Surfaces::kTransparent && draw.opaque;
     const bool boundary =
@@ -282,9 +310,10 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     }
     const gl::Program* current = nullptr;
     std::size_t material = static_cast<std::size_t>(-1);
-    const auto& draws = scene_.draws();
+    instance_records_.bindStorage(PEELER_INSTANCES);
+    const auto& draws = scene_.list().draws();
     for (std::size_t i = 0; i < draws.size(); ++i) {
-        const GpuDraw& draw = draws[i];
+        const Draw& draw = draws[i];
         if (!shown(pass, draw)) continue;
 
         const gl::Program& wanted = variant(pass, draw);
@@ -310,14 +339,20 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
         }
         gl.FrontFace(draw.mirrored ? GL_CW : GL_CCW);
         draw_records_.bindUniform(PEELER_DRAW_BLOCK, i * kDrawStride, sizeof(shader::DrawRecord));
-        gl.BindVertexArray(scene_.vertexArray(draw));
-        if (draw.indexed) {
-            gl.DrawElements(draw.mode, draw.count, GL_UNSIGNED_INT,
-                            reinterpret_cast<const void*>(draw.index_offset));
-        } else {
-            gl.DrawArrays(draw.mode, 0, draw.count);
-        }
+        submit(draw);
     }
+}
+
+void SceneRasterizer::submit(const Draw& draw) const {
+    const auto& gl = functions();
+    gl.BindVertexArray(scene_.geometry().vertexArray(draw));
+    const auto mode = static_cast<GLenum>(draw.topology);
+    const auto instances = static_cast<GLsizei>(draw.instances);
+    const auto* indices = reinterpret_cast<const void*>(scene_.geometry().indexOffset(draw));
+    if (draw.indexed)
+        gl.DrawElementsInstanced(mode, draw.count, GL_UNSIGNED_INT, indices, instances);
+    else
+        gl.DrawArraysInstanced(mode, 0, draw.count, instances);
 }
 
 void SceneRasterizer::renderOpaqueBound() {

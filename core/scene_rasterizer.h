@@ -110,16 +110,19 @@ class SceneRasterizer {
     /// To the clip space of the tile.
     glm::dmat4 clipFromView() const;
     void fillClip(shader::FrameRecord& record) const;
-    bool shown(const GeometryPass& pass, const GpuDraw& draw) const;
-    const gl::Program& variant(const GeometryPass& pass, const GpuDraw& draw);
+    bool shown(const GeometryPass& pass, const Draw& draw) const;
+    const gl::Program& variant(const GeometryPass& pass, const Draw& draw);
     /// `area` relative to the tile, y up: x0, y0, x1, y1.
     Window inTile(const Window& area) const;
     void uploadDrawRecords();
+    /// Makes the buffer at least that large; what it held is lost.
+    void reserve(gl::Buffer& buffer, std::size_t bytes) const;
+    void submit(const Draw& draw) const;
     void renderOpaqueBound();
 
     const gl::Context& context_;
     const GpuScene& scene_;
-    gl::Buffer frame_record_, draw_records_;
+    gl::Buffer frame_record_, draw_records_, instance_records_;
     std::map<std::string, gl::Program> programs_;
     /// By fragment shader, definitions and variant bits.
     std::map<std::tuple<std::string_view, std::string_view, unsigned>, const gl::Program*>

@@ -8,7 +8,7 @@
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
 #include "core/lights.h"
-#include "core/scene.h"
+#include "core/scene_contents.h"
 #include "core/view.h"
 
 namespace peeler {

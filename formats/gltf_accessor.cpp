@@ -3,6 +3,7 @@
 #include "formats/gltf_accessor.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <type_traits>
@@ -235,6 +236,29 @@ std::vector<float> AccessorReader::floats(int accessor, const AccessorFormat& fo
         copyElements(source, range.count, values.data(), kSamePlace);
     }
     applySparse(accessor, range, values);
+    return values;
+}
+
+std::vector<float> AccessorReader::matrices(int accessor, std::size_t count,
+                                            const std::string& use) const {
+    const tinygltf::Accessor& info = document_.model.accessors[static_cast<std::size_t>(accessor)];
+    if (info.type != TINYGLTF_TYPE_MAT4 || info.componentType != 5126)
+        throw Error(ErrorKind::kInput,
+                    "accessor " + std::to_string(accessor) + " must hold 4x4 matrices of floats",
+                    use, kHint);
+    if (info.count < count)
+        throw Error(ErrorKind::kInput,
+                    "accessor " + std::to_string(accessor) + " has " + std::to_string(info.count) +
+                        " matrices, " + std::to_string(count) + " are needed",
+                    use, kHint);
+    const Elements source = elements(accessor);
+    std::vector<float> values(count * source.components);
+    if (source.data) copyElements(source, count, values.data(), kSamePlace);
+    applySparse(accessor, {0, count}, values);
+    for (const float value : values)
+        if (!std::isfinite(value))
+            throw Error(ErrorKind::kInput, "a matrix holds a number that is not finite", use,
+                        kHint);
     return values;
 }
 

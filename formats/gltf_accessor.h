@@ -45,6 +45,9 @@ class AccessorReader {
     std::vector<float> floats(int accessor, const AccessorFormat& format, ElementRange range,
                               const std::string& use) const;
 
+    /// The first `count` matrices of a MAT4 accessor of floats, each column after column.
+    std::vector<float> matrices(int accessor, std::size_t count, const std::string& use) const;
+
     /// A SCALAR accessor of unsigned integers. `max_value` becomes the largest number of its type.
     std::vector<std::uint32_t> indices(int accessor, const std::string& use,
                                        std::uint32_t& max_value) const;

@@ -56,6 +56,19 @@ json take(json& gltf, const char* name) {
     return result;
 }
 
+/// Moves the extensions of every node out; an empty object for those without.
+json takeNodeExtensions(json& gltf) {
+    json result = json::array();
+    if (const auto nodes = gltf.find("nodes"); nodes != gltf.end()) {
+        for (json& node : *nodes) {
+            const auto found = node.find("extensions");
+            result.push_back(found == node.end() ? json::object() : std::move(*found));
+            if (found != node.end()) node.erase(found);
+        }
+    }
+    return result;
+}
+
 json parseJson(std::string_view text, const std::string& path) {
     if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);  // a byte order mark
     const std::size_t begin = text.find_first_not_of(" \t\r\n");
@@ -80,9 +93,6 @@ json parseJson(std::string_view text, const std::string& path) {
 /// never sees these: the arrays have been taken out before, the rest goes here.
 json withoutWhatTinygltfMishandles(json gltf) {
     gltf.erase("extensions");
-    if (const auto nodes = gltf.find("nodes"); nodes != gltf.end())
-        for (json& node : *nodes)
-            node.erase("extensions");
     if (const auto meshes = gltf.find("meshes"); meshes != gltf.end())
         for (json& mesh : *meshes)
             for (json& primitive : mesh["primitives"])
@@ -193,9 +203,10 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     checkRequiredExtensions(gltf);
     checkGltfSchema(gltf);
     const json buffers = take(gltf, "buffers"), images = take(gltf, "images");
-    document.has_animations = !take(gltf, "animations").empty();
-    document.has_skins = !take(gltf, "skins").empty();
+    document.animations = take(gltf, "animations");
+    document.skins = take(gltf, "skins");
     readGltfLights(gltf, document);
+    document.node_extensions = takeNodeExtensions(gltf);
     document.model = parseModel(gltf, name);
     checkGltfModel(document.model);
     readBuffers(document, buffers, container);

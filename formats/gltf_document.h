@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,9 +24,10 @@ struct GltfDocument {
     GltfDocument(const GltfDocument&) = delete;
     GltfDocument& operator=(const GltfDocument&) = delete;
 
-    /// Without buffers, images, animations and skins: we read the first two ourselves (below) and
-    /// do not use the others yet.
+    /// Without buffers, images, animations, skins and the extensions of nodes: those are below.
     tinygltf::Model model;
+    nlohmann::json animations, skins;  ///< arrays, as the file has them, checked
+    nlohmann::json node_extensions;    ///< array: of each node an object
 
     /// The bytes of each buffer, exactly `byteLength` of them; empty for one without a URI.
     std::vector<std::span<const std::uint8_t>> buffers;
@@ -39,8 +41,6 @@ struct GltfDocument {
 
     std::vector<Light> lights;
     std::vector<int> node_lights;  ///< of each node: an index into `lights`, −1 = none
-
-    bool has_animations = false, has_skins = false, has_morph_targets = false;
 
     std::vector<std::string> warnings;
     std::uint64_t content_hash = 0;  ///< of everything read so far

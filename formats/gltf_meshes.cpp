@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 
 #include "core/error.h"
 #include "formats/gltf_accessor.h"
@@ -41,12 +42,36 @@ const AccessorFormat kTexcoord = {{2},
                                    {kShort, true},
                                    {kUnsignedShort}}};
 const AccessorFormat kColor = {{3, 4}, {{kFloat}, {kUnsignedByte, true}, {kUnsignedShort, true}}};
+const AccessorFormat kJoints = {{4}, {{kUnsignedByte}, {kUnsignedShort}}};
+const AccessorFormat kWeights = {{4}, {{kFloat}, {kUnsignedByte, true}, {kUnsignedShort, true}}};
+const AccessorFormat kDisplacement = {{3},
+                                      {{kFloat}, {kByte}, {kByte, true}, {kShort}, {kShort, true}}};
+
+/// Calls body(array) for every array that has an element a vertex, or none.
+template <class SomePrimitive, class Body>
+void forEachVertexArray(SomePrimitive& primitive, const Body& body) {
+    body(primitive.positions);
+    body(primitive.normals);
+    body(primitive.tangents);
+    for (auto& texcoords : primitive.texcoords)
+        body(texcoords);
+    body(primitive.colors);
+    for (auto& set : primitive.joint_sets) {
+        body(set.joints);
+        body(set.weights);
+    }
+    for (auto& target : primitive.targets) {
+        body(target.positions);
+        body(target.normals);
+        body(target.tangents);
+    }
+}
 
 std::uint64_t bytesOf(const Primitive& primitive) {
-    const auto bytes = [](const auto& values) { return values.size() * sizeof(values[0]); };
-    return bytes(primitive.positions) + bytes(primitive.normals) + bytes(primitive.tangents) +
-           bytes(primitive.texcoords[0]) + bytes(primitive.texcoords[1]) + bytes(primitive.colors) +
-           bytes(primitive.indices);
+    std::uint64_t sum = primitive.indices.size() * sizeof(std::uint32_t);
+    forEachVertexArray(primitive,
+                       [&](const auto& values) { sum += values.size() * sizeof(values[0]); });
+    return sum;
 }
 
 class PrimitiveReader {
@@ -75,6 +100,9 @@ class PrimitiveReader {
         out.texcoords[0] = attribute<glm::vec2>("TEXCOORD_0", kTexcoord);
         out.texcoords[1] = attribute<glm::vec2>("TEXCOORD_1", kTexcoord);
         out.colors = colors();
+        readJoints(out);
+        for (std::size_t i = 0; i < source_.targets.size(); ++i)
+            out.targets.push_back(target(source_.targets[i], childPointer(where_ + "/targets", i)));
         return dropIncomplete(out);
     }
 
@@ -91,24 +119,30 @@ class PrimitiveReader {
                         "decompress it, e.g. with: gltf-transform copy in.glb out.glb");
     }
 
-    std::vector<float> numbers(const char* name, const AccessorFormat& format, int& components) {
-        const auto found = source_.attributes.find(name);
-        if (found == source_.attributes.end()) return {};
-        const std::string where = where_ + "/attributes/" + name;
+    using Attributes = std::map<std::string, int>;
+
+    /// The numbers of an attribute in `from`, whose JSON pointer is `where`; none if it is not
+    /// there.
+    std::vector<float> numbers(const Attributes& from, const std::string& where,
+                               const std::string& name, const AccessorFormat& format,
+                               int& components) {
+        const auto found = from.find(name);
+        if (found == from.end()) return {};
+        const std::string use = where + '/' + name;
         if (accessors_.count(found->second) != vertex_count_)
             throw Error(ErrorKind::kInput,
                         "the attribute has " + std::to_string(accessors_.count(found->second)) +
                             " elements, POSITION has " + std::to_string(vertex_count_),
-                        where, "check the file with the Khronos glTF validator");
+                        use, "check the file with the Khronos glTF validator");
         components = accessors_.components(found->second);
-        std::vector<float> values = accessors_.floats(found->second, format, used_, where);
+        std::vector<float> values = accessors_.floats(found->second, format, used_, use);
         for (float& value : values) {
             if (std::isfinite(value)) continue;
-            if (std::strcmp(name, "POSITION") == 0)
-                throw Error(ErrorKind::kInput, "a vertex position is not a finite number", where,
+            if (name == "POSITION")
+                throw Error(ErrorKind::kInput, "a vertex position is not a finite number", use,
                             "export the file again");
             value = 0;
-            document_.warn("The attribute " + where +
+            document_.warn("The attribute " + use +
                            " holds numbers that are not finite; zeros "
                            "stand in for them.");
         }
@@ -116,9 +150,10 @@ class PrimitiveReader {
     }
 
     template <typename Vector>
-    std::vector<Vector> attribute(const char* name, const AccessorFormat& format) {
+    std::vector<Vector> vectors(const Attributes& from, const std::string& where,
+                                const std::string& name, const AccessorFormat& format) {
         int components = 0;
-        const std::vector<float> values = numbers(name, format, components);
+        const std::vector<float> values = numbers(from, where, name, format, components);
         static_assert(sizeof(Vector) == sizeof(float) * Vector::length());
         std::vector<Vector> result(values.size() / Vector::length());
         if (!values.empty())
@@ -126,14 +161,43 @@ class PrimitiveReader {
         return result;
     }
 
+    template <typename Vector>
+    std::vector<Vector> attribute(const std::string& name, const AccessorFormat& format) {
+        return vectors<Vector>(source_.attributes, where_ + "/attributes", name, format);
+    }
+
     std::vector<glm::vec4> colors() {
         int components = 4;
-        const std::vector<float> values = numbers("COLOR_0", kColor, components);
+        const std::vector<float> values =
+            numbers(source_.attributes, where_ + "/attributes", "COLOR_0", kColor, components);
         const auto width = static_cast<std::size_t>(components);
         std::vector<glm::vec4> result(values.size() / width, glm::vec4(1));
         for (std::size_t i = 0; i < values.size(); ++i)
             result[i / width][static_cast<int>(i % width)] = values[i];
         return result;
+    }
+
+    void readJoints(Primitive& out) {
+        for (int i = 0;; ++i) {
+            const std::string number = std::to_string(i);
+            const auto joints = attribute<glm::vec4>("JOINTS_" + number, kJoints);
+            JointSet set;
+            set.weights = attribute<glm::vec4>("WEIGHTS_" + number, kWeights);
+            if (joints.empty() && set.weights.empty()) return;
+            if (joints.size() != set.weights.size())
+                throw Error(ErrorKind::kInput,
+                            "there are joints without weights, or weights without joints",
+                            where_ + "/attributes",
+                            "JOINTS_" + number + " and WEIGHTS_" + number + " go together");
+            set.joints.assign(joints.begin(), joints.end());  // small integers, exact as floats
+            out.joint_sets.push_back(std::move(set));
+        }
+    }
+
+    MorphTarget target(const Attributes& from, const std::string& where) {
+        return {vectors<glm::vec3>(from, where, "POSITION", kDisplacement),
+                vectors<glm::vec3>(from, where, "NORMAL", kDisplacement),
+                vectors<glm::vec3>(from, where, "TANGENT", kDisplacement)};
     }
 
     std::vector<std::uint32_t> indices() const {
@@ -201,15 +265,9 @@ class PrimitiveReader {
             out.indices.resize(usable);
             return true;
         }
-        const auto shorten = [&](auto& values) {
+        forEachVertexArray(out, [&](auto& values) {
             if (!values.empty()) values.resize(usable);
-        };
-        shorten(out.positions);
-        shorten(out.normals);
-        shorten(out.tangents);
-        for (auto& texcoords : out.texcoords)
-            shorten(texcoords);
-        shorten(out.colors);
+        });
         return true;
     }
 
@@ -232,10 +290,16 @@ std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& opti
         const tinygltf::Mesh& source = document.model.meshes[i];
         Mesh& mesh = meshes.emplace_back();
         mesh.name = source.name;
+        mesh.weights = source.weights;
         for (std::size_t j = 0; j < source.primitives.size(); ++j) {
             const tinygltf::Primitive& from = source.primitives[j];
             const std::string where = childPointer(childPointer("/meshes", i) + "/primitives", j);
-            if (!from.targets.empty()) document.has_morph_targets = true;
+            if (from.targets.size() != source.primitives.front().targets.size())
+                throw Error(ErrorKind::kInput,
+                            "the primitive has " + std::to_string(from.targets.size()) +
+                                " morph targets, the first one of the mesh has " +
+                                std::to_string(source.primitives.front().targets.size()),
+                            where + "/targets", "check the file with the Khronos glTF validator");
             Primitive primitive;
             primitive.material = from.material >= 0 ? from.material : default_material;
             if (!PrimitiveReader(document, from, where).read(primitive)) continue;

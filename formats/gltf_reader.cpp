@@ -3,58 +3,17 @@
 #include "formats/gltf_reader.h"
 
 #include <algorithm>
-#include <glm/gtc/quaternion.hpp>
 
 #include "core/error.h"
+#include "formats/gltf_animations.h"
 #include "formats/gltf_document.h"
 #include "formats/gltf_materials.h"
 #include "formats/gltf_meshes.h"
+#include "formats/gltf_nodes.h"
 #include "formats/gltf_schema.h"
 
 namespace peeler {
 namespace {
-
-/// §3.5.3: the matrix, or translation · rotation · scale.
-glm::dmat4 localMatrix(const tinygltf::Node& source, const std::string& where,
-                       GltfDocument& document) {
-    glm::dmat4 result(1);
-    if (!source.matrix.empty()) {
-        auto value = source.matrix.begin();  // column after column, as in GLM
-        for (int column = 0; column < 4; ++column)
-            for (int row = 0; row < 4; ++row)
-                result[column][row] = *value++;
-        return result;
-    }
-    if (!source.rotation.empty()) {
-        const std::vector<double>& r = source.rotation;
-        const glm::dquat rotation(r[3], r[0], r[1], r[2]);
-        // Files round to a few digits; without normalising, a rotation would scale a little.
-        if (glm::length(rotation) > 0)
-            result = glm::mat4_cast(glm::normalize(rotation));
-        else
-            document.warn("The rotation of " + where + " is all zeros; it is ignored.");
-    }
-    if (!source.scale.empty())
-        for (int axis = 0; axis < 3; ++axis)
-            result[axis] *= source.scale[static_cast<std::size_t>(axis)];
-    if (!source.translation.empty())
-        result[3] =
-            glm::dvec4(source.translation[0], source.translation[1], source.translation[2], 1);
-    return result;
-}
-
-void readNodes(GltfDocument& document, Scene& scene) {
-    for (std::size_t i = 0; i < document.model.nodes.size(); ++i) {
-        const tinygltf::Node& source = document.model.nodes[i];
-        Node& node = scene.nodes.emplace_back();
-        node.name = source.name;
-        node.children = source.children;
-        node.mesh = source.mesh;
-        node.camera = source.camera;
-        node.light = document.node_lights[i];
-        node.local = localMatrix(source, childPointer("/nodes", i), document);
-    }
-}
 
 void readScenes(const tinygltf::Model& model, Scene& scene) {
     for (const tinygltf::Scene& source : model.scenes)
@@ -93,12 +52,6 @@ void readCameras(const tinygltf::Model& model, Scene& scene) {
 }
 
 void warnOfWhatIsIgnored(GltfDocument& document) {
-    if (document.has_animations)
-        document.warn("Animations are not evaluated yet: the scene is shown at rest.");
-    if (document.has_skins)
-        document.warn("Skins are not evaluated yet: meshes are shown in bind pose.");
-    if (document.has_morph_targets)
-        document.warn("Morph targets are not evaluated yet: meshes are shown without them.");
     for (const std::string& name : document.model.extensionsUsed) {
         const std::vector<GltfExtension>& known = gltfExtensions();
         const auto found = std::find_if(known.begin(), known.end(),
@@ -120,7 +73,8 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
         readGltfMaterials(document, options, scene);
         scene.meshes =
             readGltfMeshes(document, options, static_cast<int>(scene.materials.size()) - 1);
-        readNodes(document, scene);
+        readGltfNodes(document, options, scene);
+        scene.animations = readGltfAnimations(document, scene);
         readScenes(document.model, scene);
         readCameras(document.model, scene);
         scene.lights = std::move(document.lights);

@@ -23,8 +23,8 @@ struct GltfOptions {
 };
 
 /// Reads the scene; whether it is JSON or binary is told by the content. Every index, range and
-/// type is checked before use. What the file has but we do not evaluate (animation, skins, optional
-/// extensions) becomes one sentence each in Scene::warnings.
+/// type is checked before use. What the file has but we do not evaluate (optional extensions)
+/// becomes one sentence each in Scene::warnings.
 /// Throws Error(kInput): `where` is the path if the file as a whole is bad, else a JSON pointer.
 Scene readGltf(const std::filesystem::path& path, const GltfOptions& options = {});
 

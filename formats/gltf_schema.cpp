@@ -23,6 +23,7 @@ enum class Kind {
     kNumber,      ///< finite as a 32-bit float
     kPositive,    ///< a number above zero
     kNumbers,     ///< array of `max` numbers
+    kNumberList,  ///< array of any number of them
     kInteger,     ///< min … max
     kEnum,        ///< integer; `of` lists the allowed values
     kIndex,       ///< into the array at the path `of` from the root
@@ -83,9 +84,23 @@ constexpr Property kProperties[] = {
     {"node", "translation", Kind::kNumbers, "", false, 0, 3},
     {"node", "rotation", Kind::kNumbers, "", false, 0, 4},
     {"node", "scale", Kind::kNumbers, "", false, 0, 3},
+    {"node", "weights", Kind::kNumberList},
     {"node", "extensions", Kind::kExtensions},
 
+    {"skin", "inverseBindMatrices", Kind::kIndex, "accessors"},
+    {"skin", "joints", Kind::kIndices, "nodes", true},
+    {"animation", "channels", Kind::kObjects, "channel", true},
+    {"animation", "samplers", Kind::kObjects, "animationSampler", true},
+    {"channel", "sampler", Kind::kInteger, "", true, 0, kIntMax},  // into the same animation's
+    {"channel", "target", Kind::kObject, "target", true},
+    {"target", "node", Kind::kIndex, "nodes"},
+    {"target", "path", Kind::kString, "", true},  // extensions add others
+    {"animationSampler", "input", Kind::kIndex, "accessors", true},
+    {"animationSampler", "output", Kind::kIndex, "accessors", true},
+    {"animationSampler", "interpolation", Kind::kString, "LINEAR STEP CUBICSPLINE"},
+
     {"mesh", "primitives", Kind::kObjects, "primitive", true},
+    {"mesh", "weights", Kind::kNumberList},
     {"primitive", "attributes", Kind::kIndexMap, "accessors", true},
     {"primitive", "indices", Kind::kIndex, "accessors"},
     {"primitive", "material", Kind::kIndex, "materials"},
@@ -171,6 +186,9 @@ constexpr Property kProperties[] = {
     {"KHR_texture_transform", "texCoord", Kind::kInteger, "", false, 0, kIntMax},
     {"KHR_materials_emissive_strength", "emissiveStrength", Kind::kNumber},
     {"EXT_texture_webp", "source", Kind::kIndex, "images"},
+
+    {"EXT_mesh_gpu_instancing", "attributes", Kind::kIndexMap, "accessors", true},
+    {"KHR_node_visibility", "visible", Kind::kBool},
 
     // KHR_lights_punctual names one member in the root and another in nodes.
     {"root/KHR_lights_punctual", "lights", Kind::kObjects, "light", true},
@@ -272,6 +290,7 @@ class SchemaCheck {
                 break;
             case Kind::kStrings:
             case Kind::kNumbers:
+            case Kind::kNumberList:
             case Kind::kIndices:
             case Kind::kIndexMaps:
             case Kind::kObjects:
@@ -292,6 +311,7 @@ class SchemaCheck {
                     if (!value[i].is_string()) refuse(element, "must be a string", value[i]);
                     break;
                 case Kind::kNumbers:
+                case Kind::kNumberList:
                     number(value[i], element);
                     break;
                 case Kind::kIndices:
@@ -377,6 +397,22 @@ void checkStrides(const json& views) {
                         childPointer("/bufferViews", i) + "/byteStride", kHint);
 }
 
+/// §5.5: a channel names a sampler of its own animation.
+void checkAnimationSamplers(const json& animations) {
+    for (std::size_t i = 0; i < animations.size(); ++i) {
+        const std::size_t samplers = animations[i]["samplers"].size();
+        const json& channels = animations[i]["channels"];
+        for (std::size_t j = 0; j < channels.size(); ++j)
+            if (channels[j]["sampler"].get<std::size_t>() >= samplers)
+                throw Error(
+                    ErrorKind::kInput,
+                    "the value must be an index into the animation's samplers, which are " +
+                        std::to_string(samplers),
+                    childPointer(childPointer("/animations", i) + "/channels", j) + "/sampler",
+                    kHint);
+    }
+}
+
 /// §3.10: a camera holds the object that its type names.
 void checkCameraKinds(const json& cameras) {
     for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -413,6 +449,8 @@ void checkGltfSchema(json& gltf) {
     if (const auto views = gltf.find("bufferViews"); views != gltf.end()) checkStrides(*views);
     if (const auto cameras = gltf.find("cameras"); cameras != gltf.end())
         checkCameraKinds(*cameras);
+    if (const auto animations = gltf.find("animations"); animations != gltf.end())
+        checkAnimationSamplers(*animations);
 }
 
 }  // namespace peeler

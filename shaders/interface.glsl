@@ -37,6 +37,7 @@ using glm::vec4;
 #define PEELER_CLIP_FIRST 5
 #define PEELER_CLIP_DEPTHS 6  // float, buffer depth; the sign bit is set on back faces
 #define PEELER_LIGHTS 7      // LightCount, then a LightRecord a light
+#define PEELER_INSTANCES 8   // Placements of all draws that have several
 
 // Texture units.
 #define PEELER_BASE_COLOR_UNIT 0
@@ -87,12 +88,18 @@ struct FrameRecord {
     vec4 half_spaces[PEELER_MAX_HALF_SPACES];  // view space: dot(xyz, p) >= w is inside
 };
 
-/// One primitive of one node.
-struct DrawRecord {
+/// Where vertices are.
+struct Placement {
     mat4 clip_from_model;
     mat4 view_from_model;
     mat4 normal_from_model;  // inverse transpose of view_from_model's linear part
-    uvec4 ids;               // x: draw-order index of its first primitive, z: bits above
+};
+
+/// One primitive of a mesh, drawn at one or more places.
+struct DrawRecord {
+    Placement placement;  // if it is one
+    uvec4 ids;  // x: key of its first primitive, y: from one instance's key to the next one's, z: bits above,
+                // w: place of the first instance among all
 };
 
 struct MaterialRecord {

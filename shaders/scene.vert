@@ -4,6 +4,11 @@
 
 layout(std140, binding = PEELER_DRAW_BLOCK) uniform DrawBlock { DrawRecord draw; };
 
+#ifdef INSTANCED
+layout(std430, binding = PEELER_INSTANCES) readonly buffer Instances { Placement instances[]; };
+flat out uint drawn_instance;
+#endif
+
 layout(location = PEELER_POSITION) in vec3 position;
 invariant gl_Position;
 
@@ -24,13 +29,19 @@ out Surface {
 #endif
 
 void main() {
-    gl_Position = draw.clip_from_model * vec4(position, 1.0);
+#ifdef INSTANCED
+    drawn_instance = uint(gl_InstanceID);
+    Placement placement = instances[draw.ids.w + drawn_instance];
+#else
+    Placement placement = draw.placement;
+#endif
+    gl_Position = placement.clip_from_model * vec4(position, 1.0);
 #ifdef VARYINGS
-    surface.position = (draw.view_from_model * vec4(position, 1.0)).xyz;
-    surface.normal = mat3(draw.normal_from_model) * normal;
+    surface.position = (placement.view_from_model * vec4(position, 1.0)).xyz;
+    surface.normal = mat3(placement.normal_from_model) * normal;
     // A cross product does not turn with a reflection; the bitangent made of it must.
     float handedness = (draw.ids.z & PEELER_MIRRORED) != 0u ? -tangent.w : tangent.w;
-    surface.tangent = vec4(mat3(draw.view_from_model) * tangent.xyz, handedness);
+    surface.tangent = vec4(mat3(placement.view_from_model) * tangent.xyz, handedness);
     surface.texcoords = vec4(texcoord0, texcoord1);
     surface.color = color;
 #endif

@@ -49,7 +49,8 @@ namespace peeler::gl {
     X(DISABLEI, Disablei)                                       \
     X(DISPATCHCOMPUTE, DispatchCompute)                         \
     X(DRAWARRAYS, DrawArrays)                                   \
-    X(DRAWELEMENTS, DrawElements)                               \
+    X(DRAWARRAYSINSTANCED, DrawArraysInstanced)                 \
+    X(DRAWELEMENTSINSTANCED, DrawElementsInstanced)             \
     X(ENABLE, Enable)                                           \
     X(ENABLEI, Enablei)                                         \
     X(ENABLEVERTEXARRAYATTRIB, EnableVertexArrayAttrib)         \

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/scene_contents.h"
 #include "formats/gltf_reader.h"
 #include "support/test_support.h"
 

@@ -49,8 +49,8 @@ std::size_t compareMethods(const fs::path& path, const CaptureSettings& base) {
     cmd::CameraOptions camera;
     camera.size = {200, 150};
     const int index = scene.default_scene;
-    const View view = cmd::makeView(scene, contents(scene, index), camera);
     const SceneContents shown = contents(scene, index);
+    const View view = cmd::makeView(scene, shown, cmd::Shape(scene, shown), camera);
     Renderer renderer(sharedContext(), scene, shown);
     const auto reference = capture(renderer, view, base);
     EXPECT_EQ(reference.plan.complete(), base.max_layers == 0);

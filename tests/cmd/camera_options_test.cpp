@@ -49,7 +49,8 @@ void addCamera(Scene& scene, const Camera& camera, const glm::dmat4& place,
 
 View view(const Scene& scene, const CameraOptions& options = {}) {
     checkCameraOptions(options);
-    return makeView(scene, contents(scene, 0), options);
+    const SceneContents shown = contents(scene, 0);
+    return makeView(scene, shown, Shape(scene, shown), options);
 }
 
 std::optional<Error> failure(const Scene& scene, const CameraOptions& options) {
@@ -335,20 +336,6 @@ TEST(Picture, CropMustLieInside) {
     options.size = {100, 0};  // 16:9, so 56 rows
     options.crop = Window{0, 0, 1, 57};
     EXPECT_EQ(failure(boxScene(kUnit), options)->kind(), ErrorKind::kUsage);
-}
-
-TEST(SceneChoice, ByNameOrIndex) {
-    Scene scene = boxScene(kUnit);
-    scene.scenes.push_back({"second", {}});
-    scene.default_scene = 1;
-    CameraOptions options;
-    EXPECT_EQ(chooseScene(scene, options), 1);
-    options.scene = "0";
-    EXPECT_EQ(chooseScene(scene, options), 0);
-    options.scene = "second";
-    EXPECT_EQ(chooseScene(scene, options), 1);
-    options.scene = "secnd";
-    EXPECT_THROW(chooseScene(scene, options), Error);
 }
 
 }  // namespace

@@ -116,7 +116,8 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
         const Scene scene = readGltf(entry.path());
         cmd::CameraOptions camera;
         camera.size = {240, 135};
-        const View view = cmd::makeView(scene, contents(scene, 0), camera);
+        const SceneContents contained = contents(scene, 0);
+        const View view = cmd::makeView(scene, contained, cmd::Shape(scene, contained), camera);
         const CompositeImage composite = flat(capture(scene, view, sampled(4, true)).image);
         CaptureSettings stored = sampled(4, false);
         stored.color_type = PixelType::kHalf;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/scene_contents.h"
 #include "formats/gltf_builder.h"
 
 namespace peeler::test {

@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-#include "core/scene.h"
+#include "core/scene_contents.h"
 
 namespace peeler::test {
 
@@ -26,14 +26,18 @@ struct TriangleSoup {
 /// The world-space triangles of a scene, strips and fans taken apart.
 inline TriangleSoup soupOf(const Scene& scene) {
     TriangleSoup soup;
-    for (const auto& instance : contents(scene, scene.default_scene).meshes) {
-        const bool mirrored = glm::determinant(glm::dmat3(instance.world)) < 0;
-        for (const auto& p : scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives) {
+    const SceneContents shown = contents(scene, scene.default_scene);
+    for (const MeshInstance& instance : shown.meshes) {
+        const bool mirrored = instance.mirrored;
+        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+        for (std::size_t j = 0; j < mesh.primitives.size(); ++j) {
+            const Primitive& p = mesh.primitives[j];
+            const auto& positions = positionsOf(scene, shown, instance, j);
             const Material& m = scene.materials[static_cast<std::size_t>(p.material)];
             const std::size_t count = p.indices.empty() ? p.positions.size() : p.indices.size();
             const auto corner = [&](std::size_t i) {
                 const std::size_t at = p.indices.empty() ? i : p.indices[i];
-                return glm::dvec3(instance.world * glm::dvec4(glm::dvec3(p.positions[at]), 1));
+                return glm::dvec3(instance.world * glm::dvec4(glm::dvec3(positions[at]), 1));
             };
             const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
                 Triangle t{{corner(a), corner(mirrored ? c : b), corner(mirrored ? b : c)}};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Walking the node forest: order, world matrices, bounds, depth.
-#include "core/scene.h"
+#include "core/scene_contents.h"
 
 #include <gtest/gtest.h>
 

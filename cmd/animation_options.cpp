@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/animation_options.h"
+
+#include <numeric>
+
+#include "cmd/choices.h"
+#include "cmd/frames.h"
+#include "cmd/options.h"
+#include "cmd/parse.h"
+#include "core/error.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+constexpr const char* kGroup = "Animation";
+constexpr double kDefaultFps = 24;
+
+}  // namespace
+
+void addTimeOptions(CLI::App& app, AnimationOptions& options) {
+    addValue(
+        app, "--animation", "NAME|INDEX|all", options.animation,
+        [](const std::string& text) { return text; },
+        "which of the file's animations (default: the first, if a time is given, else none: the "
+        "scene at rest); all plays them together")
+        ->group(kGroup);
+    addValue(
+        app, "--time", "SECONDS", options.time,
+        [](const std::string& text) { return parseNumber(text); },
+        "when; before its first and after its last key an animation stands still")
+        ->group(kGroup);
+}
+
+void addFrameOptions(CLI::App& app, AnimationOptions& options) {
+    addValue(
+        app, "--frames", "LIST", options.frames,
+        [](const std::string& text) { return parseFrames(text); },
+        "pictures of a sequence, e.g. 1-100, 1-100x2 (every second), 150,200-180; frame N is at "
+        "N / fps seconds. The output's name has a place for the number: #### or %04d")
+        ->group(kGroup);
+    addValue(
+        app, "--fps", "N", options.fps, [](const std::string& text) { return parsePositive(text); },
+        "frames a second (default: 24)")
+        ->group(kGroup);
+}
+
+void checkAnimationOptions(const AnimationOptions& options) {
+    if (options.time && options.frames) {
+        throw Error(ErrorKind::kUsage, "frames have times already", "--time, --frames",
+                    "leave one of them out");
+    }
+    if (options.fps && !options.frames) {
+        throw Error(ErrorKind::kUsage, "a frame rate is for frames", "--fps",
+                    "add --frames, or give --time in seconds instead");
+    }
+}
+
+std::string animationName(const Scene& scene, std::size_t animation) {
+    const std::string& name = scene.animations[animation].name;
+    return name.empty() ? "animation " + std::to_string(animation) : name;
+}
+
+std::vector<int> chooseAnimations(const Scene& scene, const AnimationOptions& options) {
+    std::vector<std::vector<std::string>> names;
+    for (std::size_t i = 0; i < scene.animations.size(); ++i)
+        names.push_back({animationName(scene, i)});
+    if (!options.animation) {
+        const bool moves = (options.time || options.frames) && !names.empty();
+        return moves ? std::vector<int>{0} : std::vector<int>{};
+    }
+    if (*options.animation == "all" && !names.empty() && !findNameOrIndex("all", names)) {
+        std::vector<int> all(names.size());
+        std::iota(all.begin(), all.end(), 0);
+        return all;
+    }
+    return {static_cast<int>(chooseFrom("animation", *options.animation, names))};
+}
+
+std::vector<Moment> momentsOf(const AnimationOptions& options) {
+    if (!options.frames) return {{0, options.time.value_or(0), 0}};
+    const double fps = options.fps.value_or(kDefaultFps);
+    std::vector<Moment> moments;
+    for (const int frame : *options.frames)
+        moments.push_back({frame, frame / fps, fps});
+    return moments;
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// When a scene is shown: at rest, at a time, at the times of frames.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/scene.h"
+
+namespace CLI {
+class App;
+}
+
+namespace peeler::cmd {
+
+struct AnimationOptions {
+    std::optional<std::string> animation;    ///< name, index or "all"
+    std::optional<double> time;              ///< seconds
+    std::optional<std::vector<int>> frames;  ///< at least one
+    std::optional<double> fps;
+};
+
+/// A picture of a sequence, or the only one.
+struct Moment {
+    int frame = 0;
+    double time = 0;               ///< seconds
+    double frames_per_second = 0;  ///< 0 = it is not one of a sequence
+};
+
+/// Declares --animation and --time. `options` must outlive the parse.
+void addTimeOptions(CLI::App& app, AnimationOptions& options);
+/// Declares --frames and --fps.
+void addFrameOptions(CLI::App& app, AnimationOptions& options);
+
+/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+void checkAnimationOptions(const AnimationOptions& options);
+
+/// The animations to play, indices into Scene::animations: the one that is named, or all; the first
+/// if a time or frames are given; else none, and the scene is at rest. Throws Error (kUsage) with
+/// the list for one that is not there.
+std::vector<int> chooseAnimations(const Scene& scene, const AnimationOptions& options);
+
+/// The times to show, in the order asked for: frame N is at N / fps seconds.
+std::vector<Moment> momentsOf(const AnimationOptions& options);
+
+/// What an animation is called: its own name, else "animation N".
+std::string animationName(const Scene& scene, std::size_t animation);
+
+}  // namespace peeler::cmd

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene file as a command shows it: read once, seen at any time.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "cmd/animation_options.h"
+#include "cmd/camera_options.h"
+#include "cmd/console.h"
+#include "cmd/scene_options.h"
+#include "core/scene_contents.h"
+
+namespace peeler::cmd {
+
+class OpenedScene {
+  public:
+    /// Reads the file and warns of what it must. Throws like readGltf, chooseScene, selectNodes and
+    /// chooseAnimations.
+    OpenedScene(const SceneOptions& options, const AnimationOptions& animation, Console& console);
+
+    const Scene& scene() const { return scene_; }
+    int index() const { return index_; }                             ///< of the scene shown
+    const std::vector<int>& animations() const { return playing_; }  ///< that move it
+
+    SceneContents at(double time) const;
+
+    /// The camera's view of what at() has given. A scene that moves is framed by all its times.
+    View view(const SceneContents& contents, const CameraOptions& camera) const;
+
+  private:
+    Scene scene_;
+    int index_ = 0;
+    std::vector<int> playing_;
+    std::optional<Shape> all_times_;  ///< of a scene that moves
+};
+
+}  // namespace peeler::cmd

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// What of a scene file is shown: one of its scenes, some of its nodes.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/scene.h"
+#include "formats/gltf_reader.h"
+
+namespace CLI {
+class App;
+}
+
+namespace peeler::cmd {
+
+struct SceneOptions {
+    std::filesystem::path file;
+    std::optional<std::string> scene;           ///< name or index; none = the file's default
+    std::vector<std::string> include, exclude;  ///< globs of node names
+    GltfOptions gltf;
+};
+
+/// Declares --scene, --include and --exclude. `options` must outlive the parse.
+void addSceneOptions(CLI::App& app, SceneOptions& options);
+
+/// The scene's index. Throws Error (kUsage) with the list for one that is not there.
+int chooseScene(const Scene& scene, const SceneOptions& options);
+
+/// Takes away what is not to be seen: with --include every mesh that neither is at a node of such a
+/// name nor below one, with --exclude the nodes of such names and all below them, lights included.
+/// Cameras stay. Throws Error (kUsage) for a glob that no node matches.
+void selectNodes(Scene& scene, const SceneOptions& options);
+
+}  // namespace peeler::cmd

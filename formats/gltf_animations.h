@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// The animations of a glTF file.
+#pragma once
+
+#include "core/scene.h"
+#include "formats/gltf_document.h"
+
+namespace peeler {
+
+/// All animations of the document, for nodes and meshes that `scene` has already. Channels that
+/// move nothing known to us are left out with a warning.
+/// Throws Error(kInput) with a JSON pointer: times that are not finite or fall, values whose number
+/// or format does not fit the times or the property.
+std::vector<Animation> readGltfAnimations(GltfDocument& document, const Scene& scene);
+
+}  // namespace peeler
