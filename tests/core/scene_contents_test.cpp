@@ -32,6 +32,7 @@ Mesh meshOf(std::vector<glm::vec3> positions) {
 
 TEST(SceneContents, ListsDepthFirstInTheFilesOrder) {
     Scene scene;
+    scene.meshes.resize(5);
     scene.scenes = {{"", {4, 0}}};
     scene.nodes = {node(glm::dmat4(1), {1, 3}, 0), node(glm::dmat4(1), {2}, 1),
                    node(glm::dmat4(1), {}, 2), node(glm::dmat4(1), {}, 3),
@@ -46,6 +47,7 @@ TEST(SceneContents, ListsDepthFirstInTheFilesOrder) {
 
 TEST(SceneContents, MultipliesParentTimesChild) {
     Scene scene;
+    scene.meshes.resize(5);
     scene.scenes = {{"", {0}}};
     const glm::dmat4 doubled = glm::scale(glm::dmat4(1), glm::dvec3(2));
     scene.nodes = {node(doubled, {1}), node(moved(1, 2, 3), {}, 0, 0)};
@@ -58,6 +60,7 @@ TEST(SceneContents, MultipliesParentTimesChild) {
 
 TEST(SceneContents, ShowsOnlyTheSceneAskedFor) {
     Scene scene;
+    scene.meshes.resize(5);
     scene.scenes = {{"", {0}}, {"", {1}}, {"", {}}};
     scene.nodes = {node(glm::dmat4(1), {}, 0), node(glm::dmat4(1), {}, 1)};
     EXPECT_EQ(contents(scene, 1).meshes.at(0).mesh, 1);
@@ -68,6 +71,7 @@ TEST(SceneContents, ShowsOnlyTheSceneAskedFor) {
 
 TEST(SceneContents, TakesChainsOfAnyDepth) {
     Scene scene;
+    scene.meshes.resize(5);
     const int depth = 300000;
     scene.scenes = {{"", {0}}};
     for (int i = 0; i < depth; ++i)

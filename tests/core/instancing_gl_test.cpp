@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// Instances drawn at once are what they are one by one, and a renderer that is shown another moment
+// is what a new one would be: bit for bit.
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+#include <random>
+
+#include "core/peel/method.h"
+#include "core/scene_contents.h"
+#include "support/capture.h"
+
+namespace peeler::test {
+namespace {
+
+glm::dmat4 somewhere(std::mt19937& random) {
+    std::uniform_real_distribution<double> unit(-1, 1);
+    glm::dmat4 place = glm::translate(
+        glm::dmat4(1), glm::dvec3(unit(random), 0.7 * unit(random), -3 + unit(random)));
+    place = glm::rotate(place, 3 * unit(random), glm::dvec3(0.3, 1, 0.2));
+    return glm::scale(place, glm::dvec3(0.3, 0.25, 0.35));
+}
+
+/// A box of two primitives, one seen through and one alpha tested, at 40 places of which two
+/// coincide, one is mirrored; and a rectangle that cuts through them.
+Scene crowd(unsigned seed) {
+    SceneBuilder builder;
+    const int glass = builder.lit(builder.material({0.2F, 0.5F, 0.9F, 0.4F}));
+    const int grid = builder.lit(builder.material({0.9F, 0.4F, 0.2F, 1}, AlphaMode::kMask));
+    builder.quad({-1, -1, 0}, {1, -1, 0.3F}, {1, 1, 0}, {-1, 1, -0.3F}, glass);
+    builder.quad({0, -1, -1}, {0, -1, 1}, {0, 1, 1}, {0, 1, -1}, grid);
+    builder.rectangle(1.5F, 0.9F, -3, glass);
+    Scene& scene = builder.scene();
+    // The second mesh's primitive joins the first, and its colours decide what is cut out.
+    Primitive second = scene.meshes[1].primitives[0];
+    second.colors = {{1, 1, 1, 1}, {1, 1, 1, 0}, {1, 1, 1, 1},
+                     {1, 1, 1, 0}, {1, 1, 1, 1}, {1, 1, 1, 1}};
+    second.colors.resize(second.positions.size(), glm::vec4(1));
+    scene.meshes[0].primitives.push_back(second);
+    scene.nodes[1].mesh = -1;
+    std::mt19937 random(seed);
+    std::vector<glm::dmat4> places;
+    for (int i = 0; i < 40; ++i)
+        places.push_back(somewhere(random));
+    places[7] = places[3];
+    places[20] = glm::scale(places[20], glm::dvec3(-1, 1, 1));
+    scene.nodes[0].instances = places;
+    return scene;
+}
+
+/// The same with a node for each instance, in their place.
+Scene expanded(Scene scene) {
+    const std::vector<glm::dmat4> places = *scene.nodes[0].instances;
+    scene.nodes[0].instances.reset();
+    scene.nodes[0].mesh = -1;
+    for (const glm::dmat4& place : places) {
+        scene.nodes[0].children.push_back(static_cast<int>(scene.nodes.size()));
+        Node& node = scene.nodes.emplace_back();
+        node.local = place;
+        node.mesh = 0;
+    }
+    return scene;
+}
+
+TEST(Instancing, IsTheExpandedSceneBitForBit) {
+    const unsigned seed = 20240607;
+    SCOPED_TRACE(seed);
+    const Scene together = crowd(seed), apart = expanded(together);
+    const View view = testView(160, 120);
+    for (const MethodInfo& method : peelMethods()) {
+        if (!method.exact()) continue;
+        for (const Surfaces surfaces : {Surfaces::kAll, Surfaces::kVisible}) {
+            CaptureSettings settings;
+            settings.method = method.name;
+            settings.surfaces = surfaces;
+            const Captured one = capture(together, view, settings);
+            const Captured other = capture(apart, view, settings);
+            EXPECT_GT(one.image.fragments(), 10000U);
+            EXPECT_EQ(difference(one.image, other.image), "") << method.name;
+        }
+    }
+    CaptureSettings smooth;
+    smooth.samples = 4;  // merges by surface
+    EXPECT_EQ(difference(capture(together, view, smooth).image, capture(apart, view, smooth).image),
+              "");
+    smooth.samples = 1;
+    smooth.shadows = true;
+    EXPECT_EQ(difference(capture(together, view, smooth).image, capture(apart, view, smooth).image),
+              "");
+}
+
+/// A wobbling cloth: a morph target, a skin, a node that moves, a light that does.
+Scene moving() {
+    SceneBuilder builder;
+    const int cloth = builder.lit(builder.material({0.8F, 0.7F, 0.3F, 0.6F}));
+    builder.rectangle(1, 0.7F, -3, cloth);
+    builder.rectangle(0.5F, 0.9F, -2.5F, cloth);
+    builder.rectangle(0.9F, 0.4F, -2.8F, cloth);
+    Light lamp;
+    lamp.intensity = 3;
+    builder.light(lamp, glm::dmat4(1));
+    Scene& scene = builder.scene();
+    Primitive& morphed = scene.meshes[0].primitives[0];
+    morphed.targets.resize(1);
+    for (std::size_t i = 0; i < morphed.positions.size(); ++i)
+        morphed.targets[0].positions.emplace_back(0, 0.3F, 0.1F * static_cast<float>(i));
+    Primitive& skinned = scene.meshes[1].primitives[0];
+    JointSet set;
+    set.joints.assign(skinned.positions.size(), {0, 0, 0, 0});
+    set.weights.assign(skinned.positions.size(), {1, 0, 0, 0});
+    skinned.joint_sets = {set};
+    scene.skins.emplace_back().joints = {2};
+    scene.skins[0].inverse_bind = {glm::dmat4(1)};
+    scene.nodes[1].skin = 0;
+    for (Node& node : scene.nodes)
+        node.trs.emplace();
+    Animation& animation = scene.animations.emplace_back();
+    animation.keyframes = {{Interpolation::kLinear, {0, 1}, {0, 1}},
+                           {Interpolation::kLinear, {0, 1}, {0, 0, 0, 0.2F, 0.1F, 0.3F}},
+                           {Interpolation::kLinear, {0, 1}, {0, 0, 0, 1, 0.5F, 0, 0, 0.86F}}};
+    animation.channels = {{0, 0, AnimatedProperty::kWeights},
+                          {1, 2, AnimatedProperty::kTranslation},
+                          {2, 3, AnimatedProperty::kRotation}};
+    return scene;
+}
+
+TEST(Sequence, EveryFrameIsWhatItIsAlone) {
+    const Scene scene = moving();
+    const View view = testView(120, 90);
+    const int playing[] = {0};
+    const auto at = [&](double time) { return contents(scene, 0, poseAt(scene, playing, time)); };
+    for (const bool shadows : {false, true}) {
+        CaptureSettings settings;
+        settings.shadows = shadows;
+        Renderer sequence(sharedContext(), scene, at(0.9));
+        LayeredImage last;
+        for (const double time : {0.0, 0.5, 1.0, 0.5}) {
+            sequence.setContents(at(time));
+            const Captured frame = capture(sequence, view, settings);
+            Renderer alone(sharedContext(), scene, at(time));
+            EXPECT_EQ(difference(frame.image, capture(alone, view, settings).image), "") << time;
+            EXPECT_NE(difference(frame.image, last), "") << time;
+            last = frame.image;
+        }
+    }
+}
+
+TEST(Sequence, ChangesWhereOnlyALightMoves) {
+    Scene scene = moving();
+    for (int i = 0; i < 2; ++i)
+        scene.nodes[static_cast<std::size_t>(i)].mesh = -1;
+    scene.nodes[1].skin = -1;
+    scene.animations[0].channels = {{2, 3, AnimatedProperty::kRotation}};
+    const int playing[] = {0};
+    const auto at = [&](double time) { return contents(scene, 0, poseAt(scene, playing, time)); };
+    Renderer renderer(sharedContext(), scene, at(0));
+    const View view = testView(60, 45);
+    const LayeredImage first = capture(renderer, view).image;
+    renderer.setContents(at(1));
+    const LayeredImage second = capture(renderer, view).image;
+    EXPECT_EQ(first.z, second.z);
+    EXPECT_NE(first.color.data, second.color.data);
+    Renderer alone(sharedContext(), scene, at(1));
+    EXPECT_EQ(difference(second, capture(alone, view).image), "");
+}
+
+}  // namespace
+}  // namespace peeler::test
