@@ -9,9 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "cmd/animation_options.h"
 #include "cmd/camera_options.h"
 #include "cmd/info_kinds.h"
 #include "cmd/report.h"
+#include "core/keyframes.h"
 #include "core/lights.h"
 #include "core/scene_contents.h"
 #include "formats/gltf_reader.h"
@@ -174,6 +176,9 @@ Json nodeJson(const Scene& scene, const Node& node) {
     json["mesh"] = node.mesh >= 0 ? Json(node.mesh) : Json();
     json["camera"] = node.camera >= 0 ? Json(node.camera) : Json();
     json["light"] = node.light >= 0 ? Json(node.light) : Json();
+    json["skin"] = node.skin >= 0 ? Json(node.skin) : Json();
+    json["instances"] = node.instances ? Json(node.instances->size()) : Json();
+    json["visible"] = node.visible;
     if (node.mesh >= 0) {
         const Elements elements = elementsOf(scene.meshes[static_cast<std::size_t>(node.mesh)]);
         json["triangles"] = elements.triangles;
@@ -181,6 +186,31 @@ Json nodeJson(const Scene& scene, const Node& node) {
         json["points"] = elements.points;
     }
     return json;
+}
+
+constexpr std::array<const char*, 4> kProperties = {"translation", "rotation", "scale", "weights"};
+
+Json animationJson(const Scene& scene, std::size_t index) {
+    const Animation& animation = scene.animations[index];
+    Json json;
+    json["name"] = animationName(scene, index);
+    json["duration"] = durationOf(animation);
+    json["channels"] = Json::array();
+    for (const AnimationChannel& channel : animation.channels) {
+        json["channels"].push_back(
+            {{"node", channel.node},
+             {"property", kProperties[static_cast<std::size_t>(channel.property)]},
+             {"keys", animation.keyframes[channel.keyframes].times.size()}});
+    }
+    return json;
+}
+
+std::string animationText(const Scene& scene, std::size_t index) {
+    const Animation& animation = scene.animations[index];
+    char duration[32];
+    std::snprintf(duration, sizeof duration, ", %.6g s, ", durationOf(animation));
+    return printable(animationName(scene, index)) + duration +
+           countText(animation.channels.size(), "channel");
 }
 
 Json toJson(const SceneFacts& facts, const InfoOptions& options) {
@@ -221,6 +251,12 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     json["lights"] = Json::array();
     for (const PlacedLight& light : facts.lights)
         json["lights"].push_back(lightJson(light));
+    json["animations"] = Json::array();
+    for (std::size_t i = 0; i < scene.animations.size(); ++i)
+        json["animations"].push_back(animationJson(scene, i));
+    json["skins"] = Json::array();
+    for (const Skin& skin : scene.skins)
+        json["skins"].push_back({{"name", skin.name}, {"joints", skin.joints}});
     json["bounds"] =
         facts.box ? Json{{"min", vectorJson(facts.box->min)}, {"max", vectorJson(facts.box->max)}}
                   : Json();
@@ -272,8 +308,12 @@ std::string treeText(const Scene& scene) {
             text +=
                 ": " + elementsText(elementsOf(scene.meshes[static_cast<std::size_t>(node.mesh)]));
         }
+        if (node.instances && node.mesh >= 0)
+            text += " at " + countText(node.instances->size(), "place");
+        if (node.skin >= 0) text += " [skin]";
         if (node.camera >= 0) text += " [camera]";
         if (node.light >= 0) text += " [light]";
+        if (!node.visible) text += " [hidden]";
         text += '\n';
         push(node.children, depth + 1);
     }
@@ -312,6 +352,9 @@ std::string toText(const SceneFacts& facts, const InfoOptions& options) {
     text += facts.lights.empty() ? "lights: none\n" : "lights:\n";
     for (std::size_t i = 0; i < facts.lights.size(); ++i)
         text += "  " + std::to_string(i) + "  " + lightText(facts.lights[i]) + '\n';
+    text += scene.animations.empty() ? "animations: none\n" : "animations:\n";
+    for (std::size_t i = 0; i < scene.animations.size(); ++i)
+        text += "  " + std::to_string(i) + "  " + animationText(scene, i) + '\n';
     text += facts.extensions.empty() ? "extensions: none\n" : "extensions:\n";
     for (const ExtensionUse& use : facts.extensions) {
         text += "  " + printable(use.name) + (use.supported ? ": supported" : ": not supported") +
