@@ -82,8 +82,8 @@ void checkPromise(const Promise& promise, const DracoLimits& limits) {
         fail("the Draco data has " + std::to_string(promise.faces) + " triangles, the accessors " +
              "have room for " + std::to_string(limits.faces));
     if (promise.points > limits.points)
-        fail("the Draco data has " + std::to_string(promise.points) + " vertices, the " +
-             "accessors have " + std::to_string(limits.points));
+        fail("the Draco data has " + std::to_string(promise.points) + " vertices, at most " +
+             std::to_string(limits.points) + " can be used");
 }
 
 template <typename Number>
