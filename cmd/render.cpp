@@ -7,6 +7,7 @@
 #include "cmd/camera_options.h"
 #include "cmd/capture_options.h"
 #include "cmd/clip_options.h"
+#include "cmd/input_options.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
 #include "cmd/progress.h"
@@ -36,6 +37,7 @@ struct RenderOptions {
     gl::ContextRequest device;
     int threads = 0;
     bool strict = false;
+    bool allow_outside = false;
     bool fxaa = false;
     OutputFlags output;
     ReportFlags report;
@@ -125,6 +127,7 @@ void Render::readScene() {
     const StageTimer timer(result_.milliseconds, "load");
     GltfOptions gltf;
     gltf.strict = options_.strict;
+    gltf.allow_outside = options_.allow_outside;
     scene_ = readGltf(options_.scene, gltf);
     for (const std::string& warning : scene_.warnings)
         console_.warning(warning);
@@ -216,6 +219,7 @@ VerbAction declareRender(CLI::App& app) {
         app, "SCENE", "", options->scene, [](const std::string& text) { return fs::path(text); },
         "a glTF scene (.gltf or .glb)")
         ->required();
+    addInputOptions(app, options->allow_outside);
     addOutputOptions(app, options->output);
     addLayerOutputOptions(app, options->output);
     addFxaaOption(app, options->fxaa, "quick, but --samples sees more");

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cmd/capture_options.h"
+#include "cmd/input_options.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
 #include "cmd/parse.h"
@@ -210,8 +211,8 @@ void addCellOptions(CLI::App& app, SheetOptions& options) {
 
 /// The options that have a meaning for scenes only, as far as they are on the command line.
 std::set<std::string> sceneOptionsGiven(const CLI::App& app) {
-    const std::set<std::string> groups{"Camera",   "Picture", "Layers",
-                                       "Clipping", "Light",   "Machine"};
+    const std::set<std::string> groups{"Input",    "Camera", "Picture", "Layers",
+                                       "Clipping", "Light",  "Machine"};
     const std::set<std::string> everywhere{"--layers", "--threads"};
     std::set<std::string> given;
     for (const CLI::Option* option : app.get_options()) {
@@ -239,6 +240,7 @@ VerbAction declareSheet(CLI::App& app) {
         [](const std::string& text) { return fs::path(text); },
         "a layered depth image (.exr) or a glTF scene (.gltf, .glb)")
         ->required();
+    addInputOptions(app, options->request.allow_outside);
     addOutputOptions(app, options->output);
     app.get_option("--output")->description(kOutputHelp);
     app.get_option("--background")

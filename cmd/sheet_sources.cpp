@@ -59,7 +59,9 @@ class SceneSheet {
 
 void SceneSheet::readScene() {
     const StageTimer timer(content_.result.milliseconds, "load");
-    scene_ = readGltf(request_.input, {});
+    GltfOptions gltf;
+    gltf.allow_outside = request_.allow_outside;
+    scene_ = readGltf(request_.input, gltf);
     for (const std::string& warning : scene_.warnings)
         console_.warning(warning);
     const int scene_index = chooseScene(scene_, request_.camera);

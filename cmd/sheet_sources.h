@@ -25,8 +25,9 @@ enum class SheetMethods {
 
 struct SheetRequest {
     std::filesystem::path input;
-    CameraOptions camera;     ///< of a scene
-    CaptureSettings capture;  ///< of a file only `max_layers`; the clip volume is in `clip`
+    bool allow_outside = false;  ///< of a scene: GltfOptions
+    CameraOptions camera;        ///< of a scene
+    CaptureSettings capture;     ///< of a file only `max_layers`; the clip volume is in `clip`
     ClipOptions clip;
     gl::ContextRequest device;
     SheetSettings cells;

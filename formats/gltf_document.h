@@ -18,8 +18,8 @@
 namespace peeler {
 
 struct GltfDocument {
-    explicit GltfDocument(const std::filesystem::path& path, std::uint64_t max_file_bytes)
-        : folder(path, max_file_bytes) {}
+    GltfDocument(const std::filesystem::path& path, const GltfOptions& options)
+        : folder(path, options.max_file_bytes, options.allow_outside) {}
     GltfDocument(const GltfDocument&) = delete;
     GltfDocument& operator=(const GltfDocument&) = delete;
 
