@@ -27,6 +27,10 @@ draco::DecoderBuffer bufferOf(std::span<const std::uint8_t> bytes) {
     return buffer;
 }
 
+// A flat regular grid of 8 million triangles, encoded at its slowest and smallest, has 13 a byte.
+// Entropy coding sets no limit of its own, so a few bytes could make us allocate without end.
+constexpr std::uint64_t kMostFacesPerByte = 100;
+
 /// What the beginning of the data promises.
 struct Promise {
     std::uint32_t faces = 0, points = 0;
@@ -158,7 +162,11 @@ std::vector<std::uint32_t> indicesOf(const draco::Mesh& mesh) {
 DracoMesh decodeDracoMesh(std::span<const std::uint8_t> bytes,
                           std::span<const DracoAttribute> attributes, const DracoLimits& limits) {
     try {
-        checkPromise(promiseOf(bytes), limits);
+        const Promise promise = promiseOf(bytes);
+        checkPromise(promise, limits);
+        if (promise.faces > kMostFacesPerByte * bytes.size())
+            fail("the Draco data promises " + std::to_string(promise.faces) + " triangles in " +
+                 std::to_string(bytes.size()) + " bytes");
         const std::unique_ptr<draco::Mesh> mesh = decode(bytes);
         if (mesh->num_faces() == 0) fail("the Draco data holds no triangle");
         // An Edgebreaker mesh tells only now how many points there are.
