@@ -172,9 +172,6 @@ void AccessorReader::applySparse(int accessor, ElementRange range, std::vector<O
     if (!info.sparse.isSparse) return;
     const std::string where = accessorPointer(accessor) + "/sparse";
     const auto count = static_cast<std::size_t>(info.sparse.count);
-    if (count > info.count)
-        throw Error(ErrorKind::kInput, "more elements are substituted than the accessor has",
-                    where + "/count", kHint);
     const auto packed = [&](int buffer_view, int offset, int type, std::size_t components,
                             const char* part) {
         const std::span<const std::uint8_t> view = bufferView(buffer_view);

@@ -404,6 +404,17 @@ void checkStrides(const json& views) {
                         childPointer("/bufferViews", i) + "/byteStride", kHint);
 }
 
+/// §5.2: a sparse accessor substitutes at most as many elements as it has.
+void checkSparseCounts(const json& accessors) {
+    for (std::size_t i = 0; i < accessors.size(); ++i)
+        if (const auto sparse = accessors[i].find("sparse"); sparse != accessors[i].end())
+            if ((*sparse)["count"].get<std::uint64_t>() >
+                accessors[i]["count"].get<std::uint64_t>())
+                throw Error(ErrorKind::kInput,
+                            "more elements are substituted than the accessor has",
+                            childPointer("/accessors", i) + "/sparse/count", kHint);
+}
+
 /// §3.10: a camera holds the object that its type names.
 void checkCameraKinds(const json& cameras) {
     for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -438,6 +449,8 @@ void checkGltfSchema(json& gltf) {
     SchemaCheck(gltf).object(gltf, "", "root");
     // What a table cannot say.
     if (const auto views = gltf.find("bufferViews"); views != gltf.end()) checkStrides(*views);
+    if (const auto accessors = gltf.find("accessors"); accessors != gltf.end())
+        checkSparseCounts(*accessors);
     if (const auto cameras = gltf.find("cameras"); cameras != gltf.end())
         checkCameraKinds(*cameras);
 }
