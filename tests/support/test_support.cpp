@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -79,7 +78,6 @@ CommandResult runCommand(const std::vector<std::string>& command,
     posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT, 0600);
     if (!directory.empty()) posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
     pid_t pid = 0;
-    const auto begin = std::chrono::steady_clock::now();
     const int failed = posix_spawnp(&pid, argv[0], &actions, nullptr, argv.data(), envp.data());
     posix_spawn_file_actions_destroy(&actions);
     if (failed) throw std::runtime_error("cannot start " + command.front());
@@ -87,9 +85,11 @@ CommandResult runCommand(const std::vector<std::string>& command,
     int status = 0;
     struct rusage used = {};
     wait4(pid, &status, 0, &used);
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+    const auto seconds = [](const timeval& time) {
+        return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
+    };
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), bytesOf(out),
-            bytesOf(err), taken.count(),
+            bytesOf(err), seconds(used.ru_utime) + seconds(used.ru_stime),
             static_cast<std::uint64_t>(used.ru_maxrss) * 1024};  // Linux counts KiB
 }
 

@@ -38,7 +38,7 @@ class ScratchDir {
 struct CommandResult {
     int exit_code = -1;  ///< 128 + n if a signal ended it
     std::string out, err;
-    double seconds = 0;             ///< from start to end
+    double cpu_seconds = 0;         ///< of all threads; what the machine does besides is not in it
     std::uint64_t peak_memory = 0;  ///< most bytes resident at once
 };
 
