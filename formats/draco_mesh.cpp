@@ -11,14 +11,18 @@
 #include <cstring>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "core/error.h"
+#include "formats/isolated_run.h"
 
 namespace peeler {
 namespace {
 
+constexpr const char* kHint = "compress the file again";
+
 [[noreturn]] void fail(const std::string& what) {
-    throw Error(ErrorKind::kInput, what, "", "compress the file again");
+    throw Error(ErrorKind::kInput, what, "", kHint);
 }
 
 draco::DecoderBuffer bufferOf(std::span<const std::uint8_t> bytes) {
@@ -157,33 +161,90 @@ std::vector<std::uint32_t> indicesOf(const draco::Mesh& mesh) {
     return indices;
 }
 
+/// All of a mesh as one run of bytes, and back: numbers of 64 bits, each before what it counts.
+class Packed {
+  public:
+    explicit Packed(std::vector<std::uint8_t> bytes = {}) : bytes_(std::move(bytes)) {}
+    std::vector<std::uint8_t>& bytes() { return bytes_; }
+
+    template <typename T>
+    void put(const std::vector<T>& values) {
+        const std::uint64_t size = values.size() * sizeof(T);
+        append(&size, sizeof size);
+        append(values.data(), size);
+    }
+
+    template <typename T>
+    std::vector<T> take() {
+        std::uint64_t size = 0;
+        read(&size, sizeof size);
+        if (size > bytes_.size() - place_) fail("the Draco data is damaged");
+        std::vector<T> values(size / sizeof(T));
+        read(values.data(), values.size() * sizeof(T));
+        return values;
+    }
+
+  private:
+    void append(const void* from, std::size_t size) {
+        const auto* first = static_cast<const std::uint8_t*>(from);
+        bytes_.insert(bytes_.end(), first, first + size);
+    }
+    void read(void* to, std::size_t size) {
+        if (size > bytes_.size() - place_) fail("the Draco data is damaged");
+        if (size > 0) std::memcpy(to, bytes_.data() + place_, size);
+        place_ += size;
+    }
+
+    std::vector<std::uint8_t> bytes_;
+    std::size_t place_ = 0;
+};
+
+std::vector<std::uint8_t> decodePacked(std::span<const std::uint8_t> bytes,
+                                       std::span<const DracoAttribute> attributes,
+                                       const DracoLimits& limits) {
+    const std::unique_ptr<draco::Mesh> mesh = decode(bytes);
+    if (mesh->num_faces() == 0) fail("the Draco data holds no triangle");
+    // An Edgebreaker mesh tells only now how many points there are.
+    checkPromise({mesh->num_faces(), mesh->num_points()}, limits);
+    Packed packed;
+    packed.put(std::vector<std::uint64_t>{mesh->num_points()});
+    packed.put(indicesOf(*mesh));
+    for (const DracoAttribute& attribute : attributes)
+        packed.put(valuesOf(*mesh, attribute));
+    return std::move(packed.bytes());
+}
+
+/// What a mesh of so many triangles may need: some 200 bytes a triangle while its connectivity is
+/// decoded, its values several times over, and the result with its copy.
+std::uint64_t memoryFor(const Promise& promise, std::size_t attributes) {
+    return (std::uint64_t{256} << 20) +
+           std::uint64_t{promise.faces} * (512 + 3 * 64 * std::uint64_t{attributes});
+}
+
 }  // namespace
 
 DracoMesh decodeDracoMesh(std::span<const std::uint8_t> bytes,
                           std::span<const DracoAttribute> attributes, const DracoLimits& limits) {
-    try {
-        const Promise promise = promiseOf(bytes);
-        checkPromise(promise, limits);
-        if (promise.faces > kMostFacesPerByte * bytes.size())
-            fail("the Draco data promises " + std::to_string(promise.faces) + " triangles in " +
-                 std::to_string(bytes.size()) + " bytes");
-        const std::unique_ptr<draco::Mesh> mesh = decode(bytes);
-        if (mesh->num_faces() == 0) fail("the Draco data holds no triangle");
-        // An Edgebreaker mesh tells only now how many points there are.
-        checkPromise({mesh->num_faces(), mesh->num_points()}, limits);
-        DracoMesh result;
-        result.indices = indicesOf(*mesh);
-        result.points = mesh->num_points();
-        for (const DracoAttribute& attribute : attributes)
-            result.attributes.push_back(valuesOf(*mesh, attribute));
-        return result;
-    } catch (const Error&) {
-        throw;
-    } catch (const std::bad_alloc&) {
-        throw Error(ErrorKind::kMemory, "not enough memory to decode Draco data");
-    } catch (const std::exception& problem) {
-        fail("the Draco data cannot be decoded: " + std::string(problem.what()));
-    }
+    const Promise promise = promiseOf(bytes);
+    checkPromise(promise, limits);
+    if (promise.faces > kMostFacesPerByte * bytes.size())
+        fail("the Draco data promises " + std::to_string(promise.faces) + " triangles in " +
+             std::to_string(bytes.size()) + " bytes");
+    Packed packed(runIsolated(
+        [&] {
+            try {
+                return decodePacked(bytes, attributes, limits);
+            } catch (const std::bad_alloc&) {
+                fail("decoding the Draco data needs too much memory: it is damaged");
+            }
+        },
+        {limits.cpu_seconds, memoryFor(promise, attributes.size())}, kHint));
+    DracoMesh result;
+    result.points = packed.take<std::uint64_t>().at(0);
+    result.indices = packed.take<std::uint32_t>();
+    for (std::size_t i = 0; i < attributes.size(); ++i)
+        result.attributes.push_back(packed.take<std::uint8_t>());
+    return result;
 }
 
 }  // namespace peeler

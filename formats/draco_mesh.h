@@ -19,6 +19,7 @@ struct DracoAttribute {
 /// says it in advance.
 struct DracoLimits {
     std::uint64_t faces = 0, points = 0;
+    int cpu_seconds = 10;  ///< a million triangles take about one
 };
 
 struct DracoMesh {
@@ -29,7 +30,10 @@ struct DracoMesh {
 };
 
 /// Decodes a triangle mesh (sequential or Edgebreaker; a strip is decoded to its triangles too).
-/// May be called from several threads. Throws Error(kInput) with an empty `where`.
+/// libdraco 1.5.5 reads 2^31 bits of orientations where one byte of a few thousand vertices is
+/// wrong, so it runs in a process of its own, which may take `cpu_seconds` and memory in proportion
+/// to what is promised. May be called from several threads. Throws Error(kInput) with an empty
+/// `where`.
 DracoMesh decodeDracoMesh(std::span<const std::uint8_t> bytes,
                           std::span<const DracoAttribute> attributes, const DracoLimits& limits);
 

@@ -320,7 +320,7 @@ TEST(GltfDraco, OutlivesAnyByte) {
     for (const int method : {draco::MESH_SEQUENTIAL_ENCODING, draco::MESH_EDGEBREAKER_ENCODING}) {
         const Bytes bytes = grid.encode(method);
         int refused = 0;
-        for (int round = 0; round < 1500; ++round) {
+        for (int round = 0; round < 150; ++round) {
             Bytes damaged = bytes;
             for (int flips = 0; flips < 1 + round % 3; ++flips)
                 damaged[random() % damaged.size()] = static_cast<std::uint8_t>(random());
@@ -331,7 +331,7 @@ TEST(GltfDraco, OutlivesAnyByte) {
                 ++refused;
             }
         }
-        EXPECT_GT(refused, 100);
+        EXPECT_GT(refused, 20);
     }
 }
 
