@@ -11,6 +11,7 @@ namespace peeler::cmd {
 struct InfoOptions {
     std::filesystem::path file;
     bool json = false;
+    bool allow_outside = false;  ///< of a scene: GltfOptions
 };
 
 /// The node tree, what is drawn, materials, cameras, bounds, extensions, warnings.

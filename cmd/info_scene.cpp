@@ -107,9 +107,11 @@ struct SceneFacts {
     std::array<std::uint64_t, 3> materials{};
 };
 
-SceneFacts gather(const std::filesystem::path& path) {
+SceneFacts gather(const InfoOptions& options) {
     SceneFacts facts;
-    facts.scene = readGltf(path, {});
+    GltfOptions gltf;
+    gltf.allow_outside = options.allow_outside;
+    facts.scene = readGltf(options.file, gltf);
     facts.shown = contents(facts.scene, facts.scene.default_scene);
     for (const MeshInstance& instance : facts.shown.meshes) {
         facts.elements += elementsOf(facts.scene.meshes[static_cast<std::size_t>(instance.mesh)]);
@@ -366,7 +368,7 @@ std::string toText(const SceneFacts& facts, const InfoOptions& options) {
 }  // namespace
 
 void printSceneInfo(const InfoOptions& options, Console& console) {
-    const SceneFacts facts = gather(options.file);
+    const SceneFacts facts = gather(options);
     if (options.json) {
         console.result(jsonText(toJson(facts, options)));
         return;

@@ -130,10 +130,7 @@ void checkRequiredExtensions(const json& gltf) {
         if (std::none_of(known.begin(), known.end(),
                          [&](const GltfExtension& extension) { return name == extension.name; }))
             fail("the file requires the glTF extension " + name + ", which is not supported",
-                 childPointer("/extensionsRequired", i),
-                 name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression"
-                     ? "decompress it, e.g. with: gltf-transform copy in.glb out.glb"
-                     : "export it without this extension");
+                 childPointer("/extensionsRequired", i), "export it without this extension");
     }
 }
 

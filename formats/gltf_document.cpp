@@ -11,7 +11,9 @@
 #include "core/error.h"
 #include "formats/gltf_checks.h"
 #include "formats/gltf_container.h"
+#include "formats/gltf_draco.h"
 #include "formats/gltf_lights.h"
+#include "formats/gltf_meshopt.h"
 #include "formats/gltf_schema.h"
 
 namespace peeler {
@@ -138,31 +140,56 @@ tinygltf::Model parseModel(const json& gltf, const std::string& path) {
     return model;
 }
 
+void readBuffer(GltfDocument& document, const json& buffers, std::size_t index,
+                const GltfContainer& container) {
+    const std::string where = childPointer("/buffers", index);
+    const json& buffer = buffers[index];
+    const auto uri = buffer.find("uri");
+    std::span<const std::uint8_t> bytes;
+    if (uri == buffer.end()) {
+        // Without a URI: the binary chunk, or a placeholder for an extension (§3.6.1.2).
+        if (index != 0 || !container.binary) return;
+        bytes = *container.binary;
+    } else if (const std::string& text = uri->get_ref<const std::string&>(); isDataUri(text)) {
+        bytes = document.storage.emplace_back(decodeDataUri(text, where + "/uri"));
+    } else {
+        bytes = document.keep(document.folder.read(text, where + "/uri"));
+    }
+    const auto length = buffer["byteLength"].get<std::uint64_t>();
+    if (length > bytes.size())
+        throw Error(ErrorKind::kInput,
+                    "the buffer is truncated: byteLength says " + std::to_string(length) + ", " +
+                        std::to_string(bytes.size()) + " bytes are there",
+                    where, "copy or export the file again");
+    document.buffers[index] = bytes.first(length);
+}
+
 void readBuffers(GltfDocument& document, const json& buffers, const GltfContainer& container) {
-    for (std::size_t i = 0; i < buffers.size(); ++i) {
-        const std::string where = childPointer("/buffers", i);
-        const json& buffer = buffers[i];
-        const auto uri = buffer.find("uri");
-        std::span<const std::uint8_t> bytes;
-        if (uri == buffer.end()) {
-            // Without a URI: the binary chunk, or a placeholder for an extension (§3.6.1.2).
-            if (i != 0 || !container.binary) {
-                document.buffers.push_back({});
-                continue;
+    document.buffers.resize(buffers.size());
+    for (std::size_t i = 0; i < buffers.size(); ++i)
+        if (!isMeshoptFallback(buffers[i])) readBuffer(document, buffers, i, container);
+}
+
+/// Decodes the compressed views. Where that fails, the view's own bytes stand in for it, if it has
+/// some and nobody insists.
+void decompressViews(GltfDocument& document, const json& gltf, const json& buffers,
+                     const GltfContainer& container, const GltfOptions& options) {
+    const auto views = gltf.find("bufferViews");
+    if (views == gltf.end()) return;
+    for (const MeshoptProblem& problem : decodeMeshoptViews(*views, document, options)) {
+        const auto buffer =
+            static_cast<std::size_t>(document.model.bufferViews[problem.view].buffer);
+        if (options.strict) throw problem.error;
+        if (document.buffers[buffer].empty() && buffers[buffer].contains("uri")) {
+            try {
+                readBuffer(document, buffers, buffer, container);
+            } catch (const Error&) {
+                throw problem.error;  // the cause
             }
-            bytes = *container.binary;
-        } else if (const std::string& text = uri->get_ref<const std::string&>(); isDataUri(text)) {
-            bytes = document.storage.emplace_back(decodeDataUri(text, where + "/uri"));
-        } else {
-            bytes = document.keep(document.folder.read(text, where + "/uri"));
         }
-        const auto length = buffer["byteLength"].get<std::uint64_t>();
-        if (length > bytes.size())
-            throw Error(ErrorKind::kInput,
-                        "the buffer is truncated: byteLength says " + std::to_string(length) +
-                            ", " + std::to_string(bytes.size()) + " bytes are there",
-                        where, "copy or export the file again");
-        document.buffers.push_back(bytes.first(length));
+        if (document.buffers[buffer].empty()) throw problem.error;
+        document.warn("The uncompressed data stands in for that of " + problem.error.where() +
+                      ": " + problem.error.what() + ".");
     }
 }
 
@@ -210,6 +237,8 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     document.model = parseModel(gltf, name);
     checkGltfModel(document.model);
     readBuffers(document, buffers, container);
+    decompressViews(document, gltf, buffers, container, options);
+    decodeDracoPrimitives(document, options);
     listImages(document, images);
 }
 

@@ -19,8 +19,8 @@
 namespace peeler {
 
 struct GltfDocument {
-    explicit GltfDocument(const std::filesystem::path& path, std::uint64_t max_file_bytes)
-        : folder(path, max_file_bytes) {}
+    GltfDocument(const std::filesystem::path& path, const GltfOptions& options)
+        : folder(path, options.max_file_bytes, options.allow_outside) {}
     GltfDocument(const GltfDocument&) = delete;
     GltfDocument& operator=(const GltfDocument&) = delete;
 
@@ -29,8 +29,13 @@ struct GltfDocument {
     nlohmann::json animations, skins;  ///< arrays, as the file has them, checked
     nlohmann::json node_extensions;    ///< array: of each node an object
 
-    /// The bytes of each buffer, exactly `byteLength` of them; empty for one without a URI.
+    /// The bytes of each buffer, exactly `byteLength` of them; empty for one without a URI, and for
+    /// one that only marks the place of decompressed data.
     std::vector<std::span<const std::uint8_t>> buffers;
+
+    /// The bytes of the buffer views that an extension compresses, decoded; they go before those in
+    /// `buffers`. Empty for the others; may be shorter than the list of views.
+    std::vector<std::span<const std::uint8_t>> decoded_views;
 
     /// Where an image is; its bytes are read when something uses it.
     struct ImageSource {
@@ -45,7 +50,7 @@ struct GltfDocument {
     std::vector<std::string> warnings;
     std::uint64_t content_hash = 0;  ///< of everything read so far
     GltfFolder folder;
-    std::deque<std::vector<std::uint8_t>> storage;  ///< what `buffers` points into
+    std::deque<std::vector<std::uint8_t>> storage;  ///< what the spans above point into
 
     /// Adds a sentence to the warnings unless it stands there already.
     void warn(const std::string& sentence);

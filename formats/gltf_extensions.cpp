@@ -9,10 +9,11 @@ namespace peeler {
 const std::vector<GltfExtension>& gltfExtensions() {
     static const std::vector<GltfExtension> extensions = {
         {"EXT_mesh_gpu_instancing", true, "a mesh at many places"},
-        {"EXT_meshopt_compression", false, "the uncompressed fallback is read"},
+        {"EXT_meshopt_compression", true, "meshopt-compressed buffers"},
+        {"EXT_texture_avif", false, "the PNG or JPEG fallback is read"},
         {"EXT_texture_webp", true, "WebP textures"},
         {"KHR_animation_pointer", false, "only nodes and morph weights are animated"},
-        {"KHR_draco_mesh_compression", false, "the uncompressed fallback is read"},
+        {"KHR_draco_mesh_compression", true, "Draco-compressed meshes"},
         {"KHR_lights_punctual", true, "directional, point and spot lights"},
         {"KHR_materials_anisotropy", false, "materials are shaded without it"},
         {"KHR_materials_clearcoat", false, "materials are shaded without it"},
@@ -28,6 +29,7 @@ const std::vector<GltfExtension>& gltfExtensions() {
         {"KHR_materials_variants", false, "the default variant is shown"},
         {"KHR_materials_volume", false, "materials are shaded without it"},
         {"KHR_mesh_quantization", true, "vertex attributes stored as small integers"},
+        {"KHR_meshopt_compression", true, "meshopt-compressed buffers"},
         {"KHR_node_visibility", true, "hidden nodes"},
         {"KHR_texture_basisu", false, "the PNG or JPEG fallback is read"},
         {"KHR_texture_transform", true, "offset, rotation and scale of texture coordinates"},

@@ -169,8 +169,8 @@ std::vector<std::uint8_t> decodeDataUri(std::string_view uri, const std::string&
     return {text.begin(), text.end()};
 }
 
-GltfFolder::GltfFolder(const fs::path& scene_file, std::uint64_t max_file_bytes)
-    : max_file_bytes_(max_file_bytes) {
+GltfFolder::GltfFolder(const fs::path& scene_file, std::uint64_t max_file_bytes, bool allow_outside)
+    : max_file_bytes_(max_file_bytes), allow_outside_(allow_outside) {
     std::error_code error;
     const fs::path parent = scene_file.parent_path();
     folder_ = fs::canonical(parent.empty() ? fs::path(".") : parent, error);
@@ -178,24 +178,32 @@ GltfFolder::GltfFolder(const fs::path& scene_file, std::uint64_t max_file_bytes)
 }
 
 std::vector<std::uint8_t> GltfFolder::read(const std::string& uri, const std::string& where) const {
-    const auto refuse = [&](const std::string& why) -> void {
+    const auto refuse = [&](const std::string& why,
+                            const char* hint =
+                                "put the file beside the scene file and name it "
+                                "relative to it") -> void {
         throw Error(ErrorKind::kInput, "\"" + uri.substr(0, 200) + "\" is not read: " + why, where,
-                    "put the file beside the scene file and name it relative to it");
+                    hint);
     };
-    if (hasScheme(uri)) refuse("only data: URIs and relative paths are");
+    const auto refuseOutside = [&](const std::string& why) -> void {
+        if (!allow_outside_)
+            refuse(why, "put the file beside the scene file, or trust the scene: --allow-outside");
+    };
+    if (hasScheme(uri)) refuse("only data: URIs and paths are");
     const std::string name = percentDecoded(uri);
     if (name.empty() || name.find('\0') != std::string::npos) refuse("it is not a file name");
     const fs::path relative(name);
-    if (relative.is_absolute()) refuse("it is an absolute path");
+    if (relative.is_absolute()) refuseOutside("it is an absolute path");
     if (std::find(relative.begin(), relative.end(), "..") != relative.end())
-        refuse("\"..\" leads out of the scene's folder");
+        refuseOutside("\"..\" leads out of the scene's folder");
 
     std::error_code error;
     const fs::path file = fs::weakly_canonical(folder_ / relative, error);
     if (error) refuse(error.message());
     const auto [folder_end, file_end] =
         std::mismatch(folder_.begin(), folder_.end(), file.begin(), file.end());
-    if (folder_end != folder_.end()) refuse("a symbolic link leads out of the scene's folder");
+    if (folder_end != folder_.end())
+        refuseOutside("a symbolic link leads out of the scene's folder");
     try {
         return readRegularFile(file, max_file_bytes_);
     } catch (const Error& problem) {

@@ -25,10 +25,12 @@ std::vector<std::uint8_t> decodeDataUri(std::string_view uri, const std::string&
 
 /// What the URIs of a glTF may reach. A scene from a stranger must not read the user's other files,
 /// so: relative references only, no "..", and nothing that symbolic links lead out of the folder.
+/// The user may lift that; regular files under the size cap it has to be in any case.
 class GltfFolder {
   public:
     /// The folder of this scene file.
-    GltfFolder(const std::filesystem::path& scene_file, std::uint64_t max_file_bytes);
+    GltfFolder(const std::filesystem::path& scene_file, std::uint64_t max_file_bytes,
+               bool allow_outside = false);
 
     /// The file that a URI names, percent-decoded (RFC 3986). Throws Error(kInput), `where` being
     /// the JSON pointer handed in.
@@ -37,6 +39,7 @@ class GltfFolder {
   private:
     std::filesystem::path folder_;
     std::uint64_t max_file_bytes_;
+    bool allow_outside_;
 };
 
 }  // namespace peeler

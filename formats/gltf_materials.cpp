@@ -43,6 +43,11 @@ glm::mat3 textureTransform(const tinygltf::Value& extension) {
                                 offset[0], offset[1], 1));
 }
 
+/// Extensions that give a texture an image in a format that is not decoded. Their fallback is the
+/// core source.
+constexpr const char* kUndecodedSources[] = {"KHR_texture_basisu", "MSFT_texture_dds",
+                                             "EXT_texture_avif"};
+
 Sampler toSampler(const tinygltf::Model& model, const tinygltf::Texture& texture) {
     Sampler result;
     if (texture.sampler < 0) return result;
@@ -133,28 +138,37 @@ class MaterialReader {
                            "; only 0 and 1 are supported, 0 is used.");
             out.texcoord = 0;
         }
-        out.image = sceneImage(imageOf(source, info.index));
+        out.image =
+            imageOf(source, childPointer("/textures", static_cast<std::size_t>(info.index)));
         return out;
     }
 
-    /// The image in a format that we decode: the core one, which extensions keep as their fallback.
-    int imageOf(const tinygltf::Texture& source, int index) {
-        if (source.source >= 0) return source.source;
-        if (const auto* webp = find(source.extensions, "EXT_texture_webp"))
-            if (webp->Has("source")) return webp->Get("source").GetNumberAsInt();
-        missing("/textures/" + std::to_string(index), "it has no image in a supported format",
-                "add a PNG or JPEG fallback");
+    /// The image in a format that we decode, as its place in scene.images. An extension's goes
+    /// before the core one, which is then its fallback.
+    int imageOf(const tinygltf::Texture& source, const std::string& where) {
+        if (const auto* webp = find(source.extensions, "EXT_texture_webp");
+            webp && webp->Has("source"))
+            return sceneImage(webp->Get("source").GetNumberAsInt(), source.source);
+        if (source.source >= 0) return sceneImage(source.source);
+        for (const char* name : kUndecodedSources)
+            if (find(source.extensions, name))
+                throw Error(ErrorKind::kInput,
+                            "the texture has an image of " + std::string(name) +
+                                " only, which is not decoded",
+                            where + "/extensions/" + name, "add a PNG or JPEG fallback");
+        missing(where, "it has no image", "add a PNG or JPEG image");
         return -1;
     }
 
     /// The place in scene.images, which holds used images only.
-    int sceneImage(int image) {
-        if (image < 0) return -1;
+    int sceneImage(int image, int fallback = -1) {
         int& place = places_[static_cast<std::size_t>(image)];
         if (place < 0) {
             place = static_cast<int>(used_images_.size());
             used_images_.push_back(image);
+            fallbacks_.push_back(-1);
         }
+        if (fallback >= 0) fallbacks_[static_cast<std::size_t>(place)] = fallback;
         return place;
     }
 
@@ -176,42 +190,68 @@ class MaterialReader {
         return document_.keep(document_.folder.read(source.uri, where + "/uri"));
     }
 
-    void decodeImages() {
+    /// What became of a used image.
+    struct Decoded {
+        Image image;
+        std::optional<Error> problem;
+    };
+
+    /// Decodes the used images from `first` on.
+    void decodeFrom(std::size_t first) {
         // Reading is in order, since the hash depends on it; decoding is where the time goes.
-        const std::size_t count = used_images_.size();
-        std::vector<std::span<const std::uint8_t>> bytes(count);
-        std::vector<Image> images(count);
-        std::vector<std::optional<Error>> problems(count);
-        for (std::size_t i = 0; i < count; ++i) {
+        decoded_.resize(used_images_.size());
+        std::vector<std::span<const std::uint8_t>> bytes(used_images_.size());
+        for (std::size_t i = first; i < used_images_.size(); ++i) {
             try {
                 bytes[i] = imageBytes(used_images_[i]);
             } catch (const Error& problem) {
-                problems[i] = problem;
+                decoded_[i].problem = problem;
             }
         }
-        parallelFor(count, [&](std::size_t i) {
-            if (problems[i]) return;
-            const auto& source = document_.images[static_cast<std::size_t>(used_images_[i])];
+        parallelFor(used_images_.size() - first, [&](std::size_t item) {
+            Decoded& out = decoded_[first + item];
+            if (out.problem) return;
+            const auto& source =
+                document_.images[static_cast<std::size_t>(used_images_[first + item])];
             try {
-                images[i] = decodeTexture(bytes[i],
+                out.image = decodeTexture(bytes[first + item],
                                           source.name.empty() ? shortUri(source.uri) : source.name,
                                           {options_.max_image_dimension, options_.max_image_bytes});
             } catch (const Error& problem) {
-                problems[i] = problem;
+                out.problem = problem;
             }
         });
+    }
 
-        std::vector<int> place(count, -1);
-        for (std::size_t i = 0; i < count; ++i) {
-            if (problems[i]) {
-                if (problems[i]->kind() != ErrorKind::kInput) throw *problems[i];
-                missing(childPointer("/images", static_cast<std::size_t>(used_images_[i])),
-                        problems[i]->what(), problems[i]->hint());
+    void decodeImages() {
+        decodeFrom(0);
+        // Only now is known which fallbacks are needed.
+        const std::size_t count = used_images_.size();
+        std::vector<int> stand_ins(count, -1);
+        for (std::size_t i = 0; i < count; ++i)
+            if (decoded_[i].problem && fallbacks_[i] >= 0 && !options_.strict)
+                stand_ins[i] = sceneImage(fallbacks_[i]);
+        decodeFrom(count);
+
+        std::vector<int> place(used_images_.size(), -1);
+        for (std::size_t i = 0; i < used_images_.size(); ++i) {
+            const std::optional<Error>& problem = decoded_[i].problem;
+            if (!problem) {
+                place[i] = static_cast<int>(scene_.images.size());
+                scene_.images.push_back(std::move(decoded_[i].image));
                 continue;
             }
-            place[i] = static_cast<int>(scene_.images.size());
-            scene_.images.push_back(std::move(images[i]));
+            if (problem->kind() != ErrorKind::kInput) throw Error(*problem);
+            const std::string where =
+                childPointer("/images", static_cast<std::size_t>(used_images_[i]));
+            if (i >= count || stand_ins[i] < 0)
+                missing(where, problem->what(), problem->hint());
+            else
+                document_.warn("The fallback stands in for the image " + where + ": " +
+                               problem->what() + ".");
         }
+        for (std::size_t i = 0; i < count; ++i)
+            if (stand_ins[i] >= 0) place[i] = place[static_cast<std::size_t>(stand_ins[i])];
         for (Material& material : scene_.materials)
             for (TextureRef* texture :
                  {&material.base_color_texture, &material.metallic_roughness_texture,
@@ -227,6 +267,8 @@ class MaterialReader {
     const GltfOptions& options_;
     Scene& scene_;
     std::vector<int> used_images_;  ///< the document's numbers, in the order of first use
+    std::vector<int> fallbacks_;    ///< for each of those, the document's number, −1 = none
+    std::vector<Decoded> decoded_;  ///< likewise
     std::vector<int> places_;       ///< for each of the document's images, where it stands there
 };
 

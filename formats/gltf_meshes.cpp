@@ -86,7 +86,6 @@ class PrimitiveReader {
             document_.warn("The primitive " + where_ + " has no POSITION; it is left out.");
             return false;
         }
-        refuseCompressed(position->second);
         vertex_count_ = accessors_.count(position->second);
         used_ = {0, vertex_count_};
         out.topology = static_cast<Topology>(source_.mode);
@@ -107,18 +106,6 @@ class PrimitiveReader {
     }
 
   private:
-    /// A fallback-less compressed primitive has accessors that read as zeros (Draco) by the letter.
-    void refuseCompressed(int position) const {
-        const tinygltf::Accessor& accessor =
-            document_.model.accessors[static_cast<std::size_t>(position)];
-        if (source_.extensions.contains("KHR_draco_mesh_compression") && accessor.bufferView < 0 &&
-            !accessor.sparse.isSparse)
-            throw Error(ErrorKind::kInput,
-                        "the primitive is Draco-compressed and has no uncompressed fallback",
-                        where_ + "/extensions/KHR_draco_mesh_compression",
-                        "decompress it, e.g. with: gltf-transform copy in.glb out.glb");
-    }
-
     using Attributes = std::map<std::string, int>;
 
     /// The numbers of an attribute in `from`, whose JSON pointer is `where`; none if it is not

@@ -67,7 +67,7 @@ void warnOfWhatIsIgnored(GltfDocument& document) {
 
 Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
     try {
-        GltfDocument document(path, options.max_file_bytes);
+        GltfDocument document(path, options);
         loadGltfDocument(document, path, options);
         Scene scene;
         readGltfMaterials(document, options, scene);

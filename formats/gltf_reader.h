@@ -13,7 +13,10 @@ namespace peeler {
 
 struct GltfOptions {
     /// A texture that is missing or cannot be decoded is an error instead of a warning.
+    /// Nor are damaged compressed data and WebP images then excused by an uncompressed fallback.
     bool strict = false;
+    /// URIs may lead out of the scene's folder: absolute paths, "..", symbolic links.
+    bool allow_outside = false;
     std::uint64_t max_file_bytes = std::uint64_t{2} << 30;  ///< of the scene and each file it names
     std::uint64_t max_image_bytes = std::uint64_t{1} << 30;  ///< of each image, decoded to RGBA
     /// Of all vertices and indices together, as the scene holds them: many primitives may share the

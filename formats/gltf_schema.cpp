@@ -30,6 +30,7 @@ enum class Kind {
     kIndices,     ///< array of such
     kIndexMap,    ///< object with such values
     kIndexMaps,   ///< array of such objects
+    kIntegerMap,  ///< object with values that are integers, min … max
     kObject,      ///< `of` is the name of the rows
     kObjects,     ///< array of such
     kExtensions,  ///< object; members named like rows, or like rows of "owner/name", are checked
@@ -131,6 +132,7 @@ constexpr Property kProperties[] = {
     {"bufferView", "extensions", Kind::kExtensions},
     {"buffer", "uri", Kind::kString},
     {"buffer", "byteLength", Kind::kInteger, "", true, 1},
+    {"buffer", "extensions", Kind::kExtensions},
 
     {"material", "pbrMetallicRoughness", Kind::kObject, "pbrMetallicRoughness"},
     {"material", "normalTexture", Kind::kObject, "normalTextureInfo"},
@@ -189,6 +191,19 @@ constexpr Property kProperties[] = {
 
     {"EXT_mesh_gpu_instancing", "attributes", Kind::kIndexMap, "accessors", true},
     {"KHR_node_visibility", "visible", Kind::kBool},
+    {"primitive/KHR_draco_mesh_compression", "bufferView", Kind::kIndex, "bufferViews", true},
+    {"primitive/KHR_draco_mesh_compression", "attributes", Kind::kIntegerMap, "", true, 0, kIntMax},
+
+    // EXT_meshopt_compression; KHR_meshopt_compression has the same JSON.
+    {"bufferView/EXT_meshopt_compression", "buffer", Kind::kIndex, "buffers", true},
+    {"bufferView/EXT_meshopt_compression", "byteOffset", Kind::kInteger},
+    {"bufferView/EXT_meshopt_compression", "byteLength", Kind::kInteger, "", true, 1},
+    {"bufferView/EXT_meshopt_compression", "byteStride", Kind::kInteger, "", true, 2, 256},
+    {"bufferView/EXT_meshopt_compression", "count", Kind::kInteger, "", true, 1},
+    {"bufferView/EXT_meshopt_compression", "mode", Kind::kString, "ATTRIBUTES TRIANGLES INDICES",
+     true},
+    {"bufferView/EXT_meshopt_compression", "filter", Kind::kString},
+    {"buffer/EXT_meshopt_compression", "fallback", Kind::kBool},
 
     // KHR_lights_punctual names one member in the root and another in nodes.
     {"root/KHR_lights_punctual", "lights", Kind::kObjects, "light", true},
@@ -281,6 +296,9 @@ class SchemaCheck {
                 break;
             case Kind::kIndexMap:
                 indexMap(value, pointer, rule.of);
+                break;
+            case Kind::kIntegerMap:
+                integerMap(value, pointer, rule);
                 break;
             case Kind::kObject:
                 object(value, pointer, rule.of);
@@ -375,10 +393,18 @@ class SchemaCheck {
             index(element, childPointer(pointer, key), array_name);
     }
 
+    static void integerMap(json& value, const std::string& pointer, const Property& rule) {
+        if (!value.is_object()) refuse(pointer, "must be an object", value);
+        for (const auto& [key, element] : value.items())
+            integer(element, childPointer(pointer, key), rule.min, rule.max);
+    }
+
     void extensions(json& value, const std::string& pointer, const std::string& owner) {
         if (!value.is_object()) refuse(pointer, "must be an object", value);
-        for (const auto& [key, element] : value.items()) {
-            const std::string child = childPointer(pointer, key);
+        for (const auto& [name, element] : value.items()) {
+            const std::string child = childPointer(pointer, name);
+            const std::string key =
+                name == "KHR_meshopt_compression" ? "EXT_meshopt_compression" : name;
             if (!rowsOf(key).empty()) object(element, child, key);
             if (const std::string here = childPointer(owner, key); !rowsOf(here).empty())
                 object(element, child, here);
@@ -411,6 +437,17 @@ void checkAnimationSamplers(const json& animations) {
                     childPointer(childPointer("/animations", i) + "/channels", j) + "/sampler",
                     kHint);
     }
+}
+
+/// §5.2: a sparse accessor substitutes at most as many elements as it has.
+void checkSparseCounts(const json& accessors) {
+    for (std::size_t i = 0; i < accessors.size(); ++i)
+        if (const auto sparse = accessors[i].find("sparse"); sparse != accessors[i].end())
+            if ((*sparse)["count"].get<std::uint64_t>() >
+                accessors[i]["count"].get<std::uint64_t>())
+                throw Error(ErrorKind::kInput,
+                            "more elements are substituted than the accessor has",
+                            childPointer("/accessors", i) + "/sparse/count", kHint);
 }
 
 /// §3.10: a camera holds the object that its type names.
@@ -447,6 +484,8 @@ void checkGltfSchema(json& gltf) {
     SchemaCheck(gltf).object(gltf, "", "root");
     // What a table cannot say.
     if (const auto views = gltf.find("bufferViews"); views != gltf.end()) checkStrides(*views);
+    if (const auto accessors = gltf.find("accessors"); accessors != gltf.end())
+        checkSparseCounts(*accessors);
     if (const auto cameras = gltf.find("cameras"); cameras != gltf.end())
         checkCameraKinds(*cameras);
     if (const auto animations = gltf.find("animations"); animations != gltf.end())

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "assets/model_files.h"
 #include "core/error.h"
 #include "core/scene_contents.h"
 #include "formats/gltf_reader.h"
@@ -14,17 +15,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::vector<fs::path> gltfFiles(const fs::path& folder) {
-    std::vector<fs::path> files;
-    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-        const fs::path extension = entry.path().extension();
-        if (entry.is_regular_file() && (extension == ".gltf" || extension == ".glb"))
-            files.push_back(entry.path());
-    }
-    std::sort(files.begin(), files.end());
-    return files;
-}
 
 /// What the renderer relies on without looking again (core/scene.h).
 void expectSound(const Scene& scene) {
@@ -62,7 +52,7 @@ void expectSound(const Scene& scene) {
 }
 
 void expectReadable(const fs::path& folder, std::size_t at_least) {
-    const std::vector<fs::path> files = gltfFiles(folder);
+    const std::vector<fs::path> files = modelFiles(folder);
     std::size_t read = 0;
     for (const fs::path& file : files) {
         SCOPED_TRACE(file.string());
@@ -111,7 +101,7 @@ TEST(GltfAssets, TextureTransformTurnsTheArrowToTheGreenMarker) {
 
 TEST(GltfAssets, MalformedFilesEndInASceneOrAnInputError) {
     PEELER_REQUIRE_ASSETS(assets);
-    const std::vector<fs::path> files = gltfFiles(assets / "malformed-gltf");
+    const std::vector<fs::path> files = modelFiles(assets / "malformed-gltf");
     EXPECT_FALSE(files.empty());
     for (const fs::path& file : files) {
         SCOPED_TRACE(file.string());

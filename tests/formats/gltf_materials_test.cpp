@@ -198,8 +198,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(GltfTextures, WithoutASourceAreLeftOut) {
     GltfBuilder builder = withMaterial(R"({"emissiveTexture":{"index":0}})");
-    builder.gltf["images"] = {{{"uri", "a.ktx2"}}};
-    builder.gltf["textures"] = {{{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}}};
+    builder.gltf["textures"] = {{{"name", "nothing"}}};
     const Scene scene = load(builder);
     EXPECT_FALSE(scene.materials[0].emissive_texture);
     EXPECT_TRUE(warned(scene, "/textures/0"));
@@ -208,14 +207,59 @@ TEST(GltfTextures, WithoutASourceAreLeftOut) {
     EXPECT_EQ(errorOf(builder, strict).where(), "/textures/0");
 }
 
-TEST(GltfTextures, PreferTheirFallbackOverExtensions) {
+TEST(GltfTextures, OfFormatsThatAreNotDecodedNeedAFallback) {
+    for (const std::string name : {"KHR_texture_basisu", "MSFT_texture_dds", "EXT_texture_avif"}) {
+        GltfBuilder builder = withMaterial(R"({"emissiveTexture":{"index":0}})");
+        addImages(builder, {pixel(1, 2, 3)});
+        builder.gltf["images"].push_back({{"uri", "a.other"}});
+        builder.gltf["textures"][0]["extensions"][name] = {{"source", 1}};
+        builder.gltf["extensionsUsed"] = {name};
+        const Scene scene = load(builder);
+        EXPECT_TRUE(scene.materials[0].emissive_texture);
+        EXPECT_TRUE(warned(scene, name));
+        builder.gltf["textures"][0].erase("source");
+        const Error error = errorOf(builder);
+        EXPECT_EQ(error.where(), "/textures/0/extensions/" + name);
+        EXPECT_NE(std::string(error.what()).find(name), std::string::npos);
+        EXPECT_NE(error.hint().find("fallback"), std::string::npos);
+        // A texture that nothing uses does no harm.
+        builder.gltf["materials"][0].erase("emissiveTexture");
+        EXPECT_NO_THROW(load(builder));
+    }
+}
+
+TEST(GltfTextures, PreferTheWebpImage) {
     GltfBuilder builder = withMaterial(R"({"emissiveTexture":{"index":0}})");
-    addImages(builder, {pixel(1, 2, 3)});
-    builder.gltf["images"].push_back({{"uri", "missing.webp"}});
+    // Which format an image has is told by its bytes, so PNGs do for both.
+    addImages(builder, {pixel(1, 2, 3), pixel(4, 5, 6)});
     builder.gltf["textures"][0]["extensions"]["EXT_texture_webp"] = {{"source", 1}};
     const Scene scene = load(builder);
-    EXPECT_TRUE(scene.materials[0].emissive_texture);
+    ASSERT_EQ(scene.images.size(), 1U);
+    EXPECT_EQ(scene.images[0].rgba, (Bytes{4, 5, 6, 255}));
     EXPECT_TRUE(scene.warnings.empty());
+}
+
+TEST(GltfTextures, FallBackWhereTheWebpImageIsMissing) {
+    GltfBuilder builder = withMaterial(
+        R"({"emissiveTexture":{"index":0},"normalTexture":{"index":0},"occlusionTexture":{"index":1}})");
+    addImages(builder, {pixel(1, 2, 3), pixel(4, 5, 6)});
+    builder.gltf["images"].push_back({{"uri", "missing.webp"}});
+    builder.gltf["textures"][0]["extensions"]["EXT_texture_webp"] = {{"source", 2}};
+    const Scene scene = load(builder);
+    const auto shown = [&](const TextureRef& texture) {
+        return scene.images.at(static_cast<std::size_t>(texture.image)).rgba;
+    };
+    EXPECT_EQ(shown(scene.materials[0].emissive_texture), (Bytes{1, 2, 3, 255}));
+    EXPECT_EQ(shown(scene.materials[0].normal_texture), (Bytes{1, 2, 3, 255}));
+    EXPECT_EQ(shown(scene.materials[0].occlusion_texture), (Bytes{4, 5, 6, 255}));
+    EXPECT_EQ(scene.images.size(), 2U);
+    EXPECT_TRUE(warned(scene, "The fallback stands in for the image /images/2"));
+    GltfOptions strict;
+    strict.strict = true;
+    EXPECT_EQ(errorOf(builder, strict).where(), "/images/2");
+    // Neither is there: the texture is left out, as one without any extension.
+    builder.gltf["images"][0] = {{"uri", "missing.png"}};
+    EXPECT_FALSE(load(builder).materials[0].emissive_texture);
 }
 
 TEST(GltfTextures, KeepWithinTheirLimits) {

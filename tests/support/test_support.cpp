@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -82,9 +83,14 @@ CommandResult runCommand(const std::vector<std::string>& command,
     if (failed) throw std::runtime_error("cannot start " + command.front());
 
     int status = 0;
-    waitpid(pid, &status, 0);
+    struct rusage used = {};
+    wait4(pid, &status, 0, &used);
+    const auto seconds = [](const timeval& time) {
+        return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
+    };
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), bytesOf(out),
-            bytesOf(err)};
+            bytesOf(err), seconds(used.ru_utime) + seconds(used.ru_stime),
+            static_cast<std::uint64_t>(used.ru_maxrss) * 1024};  // Linux counts KiB
 }
 
 CommandResult runPeeler(const std::vector<std::string>& arguments,

@@ -2,6 +2,7 @@
 // What tests share: where things are, scratch folders, running the command.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -37,7 +38,16 @@ class ScratchDir {
 struct CommandResult {
     int exit_code = -1;  ///< 128 + n if a signal ended it
     std::string out, err;
+    double cpu_seconds = 0;         ///< of all threads; what the machine does besides is not in it
+    std::uint64_t peak_memory = 0;  ///< most bytes resident at once
 };
+
+/// Is this a build with AddressSanitizer, whose memory says nothing of the product's?
+#ifdef __SANITIZE_ADDRESS__
+inline constexpr bool kAddressSanitizer = true;
+#else
+inline constexpr bool kAddressSanitizer = false;
+#endif
 
 /// Runs the built `peeler` with these arguments, DISPLAY and WAYLAND_DISPLAY unset. `environment`
 /// holds "NAME=value" entries to add; `directory` is where it runs (default: here).

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every file of the model collections: all its layers, or a documented refusal.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+
+#include "assets/model_files.h"
+#include "cmd/camera_options.h"
+#include "core/error.h"
+#include "formats/gltf_reader.h"
+#include "support/capture.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Refusal {
+    const char* file;
+    const char* where;  ///< the error's JSON pointer
+    const char* words;  ///< in its message
+};
+
+/// tests/README.md has the same table, with the reasons in more words.
+const Refusal kRefusals[] = {
+    {"gltf-sample-assets/AgiHqKtx2/0.glb", "/extensionsRequired/0", "KHR_texture_basisu"},
+    {"gltf-asset-generator/Compatibility/Compatibility_04.gltf", "/asset/minVersion", "2.1"},
+    {"gltf-asset-generator/Compatibility/Compatibility_05.gltf", "/extensionsRequired/0",
+     "FAKE_materials_quantumRendering"},
+};
+
+const Refusal* refusalOf(const std::string& file) {
+    const auto found = std::find_if(std::begin(kRefusals), std::end(kRefusals),
+                                    [&](const Refusal& row) { return file == row.file; });
+    return found == std::end(kRefusals) ? nullptr : found;
+}
+
+void expectRefused(const fs::path& path, const Refusal& refusal) {
+    try {
+        readGltf(path);
+        ADD_FAILURE() << "it was read";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kInput);
+        EXPECT_EQ(error.where(), refusal.where);
+        EXPECT_NE(std::string(error.what()).find(refusal.words), std::string::npos) << error.what();
+        EXPECT_FALSE(error.hint().empty());
+    }
+}
+
+/// Captures the default scene at a small size and returns the fragments.
+std::size_t captureAll(const fs::path& path) {
+    GltfOptions options;
+    options.strict = true;  // every texture decodes, every compressed view too
+    const Scene scene = readGltf(path, options);
+    cmd::CameraOptions camera;
+    camera.size = {80, 60};
+    const SceneContents shown = contents(scene, scene.default_scene);
+    const View view = cmd::makeView(scene, shown, camera);
+    Renderer renderer(sharedContext(), scene, shown);
+    const Captured captured = capture(renderer, view, {});
+    EXPECT_TRUE(captured.plan.complete());
+    EXPECT_EQ(captured.plan.fragments_counted, captured.image.fragments());
+    EXPECT_GT(captured.image.fragments(), 0U);
+    return captured.image.fragments();
+}
+
+void captureFolder(const char* name, std::size_t files_expected) {
+    PEELER_REQUIRE_ASSETS(assets);
+    const std::vector<fs::path> files = modelFiles(assets / name);
+    EXPECT_EQ(files.size(), files_expected);
+    std::size_t fragments = 0, refused = 0;
+    for (const fs::path& path : files) {
+        const std::string file = path.lexically_relative(assets).string();
+        SCOPED_TRACE(file);
+        if (const Refusal* refusal = refusalOf(file)) {
+            expectRefused(path, *refusal);
+            ++refused;
+            continue;
+        }
+        try {
+            fragments += captureAll(path);
+        } catch (const Error& error) {
+            ADD_FAILURE() << error.what() << " at " << error.where();
+        }
+    }
+    std::printf("%s: %zu files, %zu refused, %zu fragments\n", name, files.size(), refused,
+                fragments);
+}
+
+TEST(EveryModel, OfTheSampleAssetsIsCapturedWhole) {
+    captureFolder("gltf-sample-assets", 84);
+}
+
+TEST(EveryModel, OfTheAssetGeneratorIsCapturedWhole) {
+    captureFolder("gltf-asset-generator", 53);
+}
+
+TEST(EveryModel, ThatIsRefusedStandsInTheReadme) {
+    const std::string readme = bytesOf(sourceDir() / "tests" / "README.md");
+    std::size_t rows = 0;
+    for (std::size_t at = readme.find("| `gltf-"); at != std::string::npos;
+         at = readme.find("| `gltf-", at + 1)) {
+        const std::size_t begin = at + 3, end = readme.find('`', begin);
+        EXPECT_NE(refusalOf(readme.substr(begin, end - begin)), nullptr)
+            << readme.substr(begin, end - begin);
+        ++rows;
+    }
+    EXPECT_EQ(rows, std::size(kRefusals));
+    for (const Refusal& row : kRefusals)
+        EXPECT_NE(readme.find("| `" + std::string(row.file) + "` |"), std::string::npos)
+            << row.file;
+}
+
+}  // namespace
+}  // namespace peeler::test

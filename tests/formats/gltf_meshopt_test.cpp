@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compressed buffer views in glTF files: what reads them need not know, fallbacks, false promises.
+#include <gtest/gtest.h>
+
+#include "formats/gltf_builder.h"
+#include "formats/meshopt_stream.h"
+
+namespace peeler::test {
+namespace {
+
+const std::vector<float> kCorners = {0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0};  // 16 bytes each
+
+/// The triangle with indices, both compressed: views 0 and 1 lie in buffer 1, which has no URI.
+GltfBuilder compressed(const std::string& name = "EXT_meshopt_compression") {
+    GltfBuilder builder;
+    const Bytes corners = encodeAttributes(kCorners.data(), 3, 16);
+    const Bytes indices = encodeTriangles({0, 1, 2});
+    const auto add = [&](const Bytes& bytes, std::size_t offset, const json& more) {
+        const std::size_t begin = builder.bin.size();
+        builder.bin.insert(builder.bin.end(), bytes.begin(), bytes.end());
+        json extension = {{"buffer", 0}, {"byteOffset", begin}, {"byteLength", bytes.size()}};
+        extension.update(more);
+        const std::size_t stride = more["byteStride"], count = more["count"];
+        builder.gltf["bufferViews"].push_back({{"buffer", 1},
+                                               {"byteOffset", offset},
+                                               {"byteLength", stride * count},
+                                               {"extensions", {{name, extension}}}});
+    };
+    add(corners, 0, {{"mode", "ATTRIBUTES"}, {"byteStride", 16}, {"count", 3}});
+    add(indices, 48, {{"mode", "TRIANGLES"}, {"byteStride", 2}, {"count", 3}});
+    builder.gltf["bufferViews"][0]["byteStride"] = 16;
+    builder.gltf["buffers"] = {{{"byteLength", builder.bin.size()}}, {{"byteLength", 54}}};
+    builder.gltf["accessors"] = {
+        {{"bufferView", 0}, {"componentType", 5126}, {"count", 3}, {"type", "VEC3"}},
+        {{"bufferView", 1}, {"componentType", 5123}, {"count", 3}, {"type", "SCALAR"}}};
+    builder.gltf["meshes"] = {
+        {{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 1}}}}}};
+    builder.gltf["nodes"] = {{{"mesh", 0}}};
+    builder.gltf["scenes"] = {{{"nodes", {0}}}};
+    builder.gltf["extensionsUsed"] = {name};
+    return builder;
+}
+
+json& extensionOf(GltfBuilder& builder, int view) {
+    return builder.gltf["bufferViews"][view]["extensions"]["EXT_meshopt_compression"];
+}
+
+void expectTriangle(const Scene& scene) {
+    const Primitive& primitive = scene.meshes[0].primitives[0];
+    EXPECT_EQ(primitive.positions, (std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+    EXPECT_EQ(primitive.indices, (std::vector<std::uint32_t>{0, 1, 2}));
+}
+
+TEST(GltfMeshopt, IsReadUnderBothNamesFromBothContainers) {
+    for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
+        for (const char* file : {"scene.gltf", "scene.glb"}) {
+            GltfBuilder builder = compressed(name);
+            builder.gltf["extensionsRequired"] = {name};
+            const ScratchDir folder;
+            const Scene scene = readGltf(builder.write(folder, file));
+            expectTriangle(scene);
+            EXPECT_TRUE(scene.warnings.empty()) << scene.warnings[0];
+        }
+    }
+}
+
+/// A second buffer with the uncompressed triangle, upside down so that one sees which was read.
+void addFallback(GltfBuilder& builder, const ScratchDir& folder) {
+    std::vector<float> corners = kCorners;
+    corners[9] = -1;
+    Bytes bytes = toBytes(corners);
+    const Bytes indices = toBytes<std::uint16_t>({0, 1, 2});
+    bytes.insert(bytes.end(), indices.begin(), indices.end());
+    writeFile(folder / "fallback.bin", bytes);
+    builder.gltf["buffers"][1] = {
+        {"byteLength", bytes.size()},
+        {"uri", "fallback.bin"},
+        {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}};
+}
+
+TEST(GltfMeshopt, ReadsTheFallbackOnlyWhereTheDataIsDamaged) {
+    const ScratchDir folder;
+    GltfBuilder builder = compressed();
+    addFallback(builder, folder);
+    const Scene scene = readGltf(builder.write(folder));
+    expectTriangle(scene);
+    EXPECT_TRUE(scene.warnings.empty());
+    const std::uint64_t hash = scene.content_hash;
+
+    // Not even opened otherwise: it may be missing, and does not enter the hash.
+    std::filesystem::rename(folder / "fallback.bin", folder / "away.bin");
+    EXPECT_EQ(readGltf(builder.write(folder)).content_hash, hash);
+    std::filesystem::rename(folder / "away.bin", folder / "fallback.bin");
+
+    builder.bin[0] = 0xA1;  // a version that the library does not decode
+    const Scene excused = readGltf(builder.write(folder));
+    EXPECT_EQ(excused.meshes[0].primitives[0].positions[2], glm::vec3(0, -1, 0));
+    EXPECT_TRUE(warned(excused, "version 1 of the codec"));
+    GltfOptions strict;
+    strict.strict = true;
+    const std::string where = "/bufferViews/0/extensions/EXT_meshopt_compression";
+    EXPECT_EQ(errorOf(builder.write(folder), strict).where(), where);
+    std::filesystem::remove(folder / "fallback.bin");
+    EXPECT_EQ(errorOf(builder.write(folder)).where(), where);
+}
+
+TEST(GltfMeshopt, ServesSparseAccessorsAndSharedViews) {
+    GltfBuilder builder = compressed();
+    // Element 1 of the positions is replaced, the others stay as decoded.
+    const int index = builder.addView(toBytes<std::uint16_t>({1}));
+    const int value = builder.addView(toBytes<float>({5, 6, 7}));
+    builder.gltf["buffers"][0]["byteLength"] = builder.bin.size();
+    builder.gltf["accessors"][0]["sparse"] = {
+        {"count", 1},
+        {"indices", {{"bufferView", index}, {"componentType", 5123}}},
+        {"values", {{"bufferView", value}}}};
+    const Scene scene = load(builder);
+    EXPECT_EQ(scene.meshes[0].primitives[0].positions[1], glm::vec3(5, 6, 7));
+    EXPECT_EQ(scene.meshes[0].primitives[0].positions[2], glm::vec3(0, 1, 0));
+}
+
+struct Lie {
+    const char* name;
+    void (*tell)(GltfBuilder&);
+    const char *where, *words;
+};
+
+class GltfMeshoptLies : public testing::TestWithParam<Lie> {};
+
+TEST_P(GltfMeshoptLies, AreRefused) {
+    GltfBuilder builder = compressed();
+    GetParam().tell(builder);
+    const Error error = errorOf(builder);
+    EXPECT_EQ(error.kind(), ErrorKind::kInput);
+    EXPECT_EQ(error.where(), GetParam().where);
+    EXPECT_NE(std::string(error.what()).find(GetParam().words), std::string::npos) << error.what();
+}
+
+#define EXTENSION "/bufferViews/0/extensions/EXT_meshopt_compression"
+INSTANTIATE_TEST_SUITE_P(
+    All, GltfMeshoptLies,
+    testing::Values(
+        Lie{"HugeCount",
+            [](GltfBuilder& b) {
+                extensionOf(b, 0)["count"] = 2147483648;
+                b.gltf["bufferViews"][0]["byteLength"] = 2147483648 * 16;
+            },
+            EXTENSION, "need at least"},
+        Lie{"OtherLength", [](GltfBuilder& b) { extensionOf(b, 0)["count"] = 4; }, EXTENSION,
+            "48 bytes, its compressed data decodes to 64"},
+        Lie{"OtherStride", [](GltfBuilder& b) { b.gltf["bufferViews"][0]["byteStride"] = 12; },
+            EXTENSION "/byteStride", "differ"},
+        Lie{"BeyondItsBuffer", [](GltfBuilder& b) { extensionOf(b, 0)["byteOffset"] = 60; },
+            EXTENSION, "its buffer has"},
+        Lie{"NoSuchBuffer", [](GltfBuilder& b) { extensionOf(b, 0)["buffer"] = 2; },
+            EXTENSION "/buffer", "index into \"buffers\""},
+        Lie{"FromAPlaceholder", [](GltfBuilder& b) { extensionOf(b, 0)["buffer"] = 1; }, EXTENSION,
+            "its buffer has 0"},
+        Lie{"NoMode", [](GltfBuilder& b) { extensionOf(b, 0).erase("mode"); }, EXTENSION,
+            "\"mode\" is missing"},
+        Lie{"UnknownMode", [](GltfBuilder& b) { extensionOf(b, 0)["mode"] = "POINTS"; },
+            EXTENSION "/mode", "must be one of"},
+        Lie{"UnknownFilter", [](GltfBuilder& b) { extensionOf(b, 0)["filter"] = "BLUR"; },
+            EXTENSION, "\"BLUR\" is not known"},
+        Lie{"WideStride", [](GltfBuilder& b) { extensionOf(b, 0)["byteStride"] = 1024; },
+            EXTENSION "/byteStride", "from 2 to 256"},
+        Lie{"Damage", [](GltfBuilder& b) { b.bin[1] = 0xFF; }, EXTENSION, "damaged"}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+TEST(GltfMeshopt, CountsAgainstTheLimitOfGeometry) {
+    GltfOptions options;
+    options.max_geometry_bytes = 53;  // 3 · 16 + 3 · 2 are decoded
+    const Error error = errorOf(compressed(), options);
+    EXPECT_EQ(error.where(), "/bufferViews/1/extensions/EXT_meshopt_compression");
+    EXPECT_NE(std::string(error.what()).find("limit of 53 bytes"), std::string::npos);
+}
+
+TEST(GltfMeshopt, PlacesWithoutDataAreNamed) {
+    GltfBuilder builder = compressed();
+    builder.gltf["bufferViews"][0].erase("extensions");
+    EXPECT_EQ(errorOf(builder).where(), "/bufferViews/0");
+}
+
+}  // namespace
+}  // namespace peeler::test
