@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/scene_contents.h"
 #include "formats/gltf_reader.h"
 #include "support/test_support.h"
 
@@ -25,16 +26,18 @@ struct Soup {
 
 Soup soupOf(const Scene& scene) {
     Soup soup;
-    for (const MeshInstance& instance : contents(scene, scene.default_scene).meshes) {
+    const SceneContents shown = contents(scene, scene.default_scene);
+    for (const MeshInstance& instance : shown.meshes) {
         glm::dvec3 low(INFINITY), high(-INFINITY);
-        for (const Primitive& primitive :
-             scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives) {
+        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+        for (std::size_t k = 0; k < mesh.primitives.size(); ++k) {
+            const Primitive& primitive = mesh.primitives[k];
+            const auto& positions = positionsOf(scene, shown, instance, k);
             EXPECT_EQ(primitive.topology, Topology::kTriangles);
             const auto corner = [&](std::size_t i) {
                 const std::size_t vertex =
                     primitive.indices.empty() ? i : std::size_t{primitive.indices[i]};
-                const glm::dvec3 p(instance.world *
-                                   glm::dvec4(glm::dvec3(primitive.positions[vertex]), 1));
+                const glm::dvec3 p(instance.world * glm::dvec4(glm::dvec3(positions[vertex]), 1));
                 low = glm::min(low, p);
                 high = glm::max(high, p);
                 return p;

@@ -58,7 +58,7 @@ std::size_t captureAll(const fs::path& path) {
     cmd::CameraOptions camera;
     camera.size = {80, 60};
     const SceneContents shown = contents(scene, scene.default_scene);
-    const View view = cmd::makeView(scene, shown, camera);
+    const View view = cmd::makeView(scene, shown, cmd::Shape(scene, shown), camera);
     Renderer renderer(sharedContext(), scene, shown);
     const Captured captured = capture(renderer, view, {});
     EXPECT_TRUE(captured.plan.complete());
