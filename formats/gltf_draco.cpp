@@ -25,7 +25,10 @@ struct Attribute {
     std::string name;
     std::uint32_t unique_id = 0;
     int accessor = -1;
-    auto operator<=>(const Attribute&) const = default;
+    bool operator<(const Attribute& other) const {
+        return std::tie(name, unique_id, accessor) <
+               std::tie(other.name, other.unique_id, other.accessor);
+    }
 };
 
 /// What is decoded together; primitives with equal requests share the result.
@@ -35,7 +38,11 @@ struct Request {
     int indices = -1;   ///< accessor, −1 = none
     int position = -1;  ///< accessor
     int mode = kTriangles;
-    auto operator<=>(const Request&) const = default;
+    bool operator<(const Request& other) const {
+        return std::tie(buffer_view, attributes, indices, position, mode) <
+               std::tie(other.buffer_view, other.attributes, other.indices, other.position,
+                        other.mode);
+    }
 };
 
 struct Job {
