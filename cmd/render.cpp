@@ -285,11 +285,10 @@ VerbAction declareRender(CLI::App& app) {
     addLightOptions(app, options->capture, options->shadow_size);
     addMachineOptions(app, options->device, options->threads, options->capture);
     addReportOptions(app, options->report);
-    app.add_flag(
-           "--strict", options->strict,
-           wrapped(
-               "a missing texture is an error (exit code 3), and so is a layer limit that leaves "
-               "fragments out (6); no file is written then"))
+    app.add_flag("--strict", options->strict,
+                 wrapped("a missing texture and damaged compressed data are errors (exit code 3), "
+                         "whatever the fallback, and so is a layer limit that leaves fragments out "
+                         "(6); no file is written then"))
         ->group("Output");
     return [options](Console& console) {
         Render(*options, console).run();

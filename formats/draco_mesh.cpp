@@ -218,7 +218,7 @@ std::vector<std::uint8_t> decodePacked(std::span<const std::uint8_t> bytes,
 /// decoded, its values several times over, and the result with its copy.
 std::uint64_t memoryFor(const Promise& promise, std::size_t attributes) {
     return (std::uint64_t{256} << 20) +
-           std::uint64_t{promise.faces} * (512 + 3 * 64 * std::uint64_t{attributes});
+           std::uint64_t{promise.faces} * (512 + std::uint64_t{192} * attributes);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "formats/gltf_draco.h"
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -24,7 +25,10 @@ struct Attribute {
     std::string name;
     std::uint32_t unique_id = 0;
     int accessor = -1;
-    auto operator<=>(const Attribute&) const = default;
+    bool operator<(const Attribute& other) const {
+        return std::tie(name, unique_id, accessor) <
+               std::tie(other.name, other.unique_id, other.accessor);
+    }
 };
 
 /// What is decoded together; primitives with equal requests share the result.
@@ -34,7 +38,11 @@ struct Request {
     int indices = -1;   ///< accessor, −1 = none
     int position = -1;  ///< accessor
     int mode = kTriangles;
-    auto operator<=>(const Request&) const = default;
+    bool operator<(const Request& other) const {
+        return std::tie(buffer_view, attributes, indices, position, mode) <
+               std::tie(other.buffer_view, other.attributes, other.indices, other.position,
+                        other.mode);
+    }
 };
 
 struct Job {
@@ -55,8 +63,7 @@ class DracoReader {
         listJobs();
         if (jobs_.empty()) return;
         checkSizes();
-        const AccessorReader accessors(document_);
-        parallelFor(jobs_.size(), [&](std::size_t i) { decode(jobs_[i], accessors); });
+        decodeAll();
         for (Job& job : jobs_)
             if (!job.problem) addAccessors(job);
         for (const auto& [primitive, job] : primitives_)
@@ -152,6 +159,27 @@ class DracoReader {
         }
     }
 
+    /// Throws the first problem, by job, that no fallback excuses. What comes after it is not
+    /// decoded any more: each of thousands of hostile primitives could take its time.
+    void decodeAll() {
+        const AccessorReader accessors(document_);
+        std::atomic<std::size_t> first_fatal = jobs_.size();
+        parallelFor(jobs_.size(), [&](std::size_t i) {
+            if (i > first_fatal) return;
+            decode(jobs_[i], accessors);
+            if (!isFatal(jobs_[i])) return;
+            for (std::size_t before = first_fatal;
+                 i < before && !first_fatal.compare_exchange_weak(before, i);) {
+            }
+        });
+        if (first_fatal < jobs_.size()) throw Error(*jobs_[first_fatal].problem);
+    }
+
+    bool isFatal(const Job& job) const {
+        return job.problem && (options_.strict || job.problem->kind() != ErrorKind::kInput ||
+                               !hasFallback(job.request));
+    }
+
     void decode(Job& job, const AccessorReader& accessors) const {
         try {
             std::vector<DracoAttribute> attributes;
@@ -208,9 +236,6 @@ class DracoReader {
 
     void replace(tinygltf::Primitive& primitive, const Job& job) {
         if (job.problem) {
-            if (options_.strict || job.problem->kind() != ErrorKind::kInput ||
-                !hasFallback(job.request))
-                throw *job.problem;
             document_.warn("The uncompressed data stands in for that of " + job.where + ": " +
                            job.problem->what() + ".");
             return;

@@ -74,8 +74,11 @@ bool writeAll(int fd, const std::uint8_t* bytes, std::size_t size) {
 std::vector<std::uint8_t> answerOf(const std::function<std::vector<std::uint8_t>()>& work) {
     const auto failed = [](ErrorKind kind, const std::string& what, const std::string& hint) {
         std::vector<std::uint8_t> answer;
-        for (const char c : what + '\0' + hint + '\0')
-            answer.push_back(static_cast<std::uint8_t>(c));
+        for (const std::string& text : {what, hint}) {
+            for (const char c : text)
+                answer.push_back(static_cast<std::uint8_t>(c));
+            answer.push_back(0);
+        }
         answer.push_back(static_cast<std::uint8_t>(kind));
         return answer;
     };

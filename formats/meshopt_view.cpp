@@ -69,7 +69,8 @@ void decodeColors(std::uint8_t* bytes, std::size_t count) {
         int full = in[3];  // all of the K bits set
         for (const int shift : {1, 2, 4, 8})
             full |= full >> shift;
-        const int y = in[0], co = static_cast<Signed>(in[1]), cg = static_cast<Signed>(in[2]);
+        const int y = in[0], co = int{static_cast<Signed>(in[1])},
+                  cg = int{static_cast<Signed>(in[2])};
         const int alpha = in[3] & (full >> 1);
         const float scale = static_cast<float>(kMax) / static_cast<float>(std::max(full, 1));
         const auto stored = [&](int value) {
