@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "cmd/info_kinds.h"
-#include "cmd/input_options.h"
 #include "cmd/options.h"
+#include "cmd/scene_options.h"
 #include "cmd/verbs.h"
 #include "core/error.h"
 #include "formats/file_kind.h"
@@ -46,7 +46,7 @@ VerbAction declareInfo(CLI::App& app) {
         app, "FILE", "", options->file, [](const std::string& text) { return fs::path(text); },
         "a scene (.gltf, .glb) or a layered image (.exr)")
         ->required();
-    addInputOptions(app, options->allow_outside);
+    addSandboxOption(app, options->allow_outside);
     app.add_flag("--json", options->json, "print JSON");
     return [options](Console& console) { return printInfo(*options, console); };
 }

@@ -12,7 +12,6 @@
 #include "cmd/capture_options.h"
 #include "cmd/clip_options.h"
 #include "cmd/frames.h"
-#include "cmd/input_options.h"
 #include "cmd/opened_scene.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
@@ -272,7 +271,6 @@ VerbAction declareRender(CLI::App& app) {
         app, "SCENE", "", options->scene.file,
         [](const std::string& text) { return fs::path(text); }, "a glTF scene (.gltf or .glb)")
         ->required();
-    addInputOptions(app, options->scene.gltf.allow_outside);
     addOutputOptions(app, options->output);
     addLayerOutputOptions(app, options->output);
     addFxaaOption(app, options->fxaa, "quick, but --samples sees more");

@@ -72,6 +72,14 @@ void addSceneOptions(CLI::App& app, SceneOptions& options) {
         app, "--exclude", "GLOB", [&](const std::string& text) { options.exclude.push_back(text); },
         "leave out nodes with such a name and all below them, lights included; may be repeated")
         ->group(kGroup);
+    addSandboxOption(app, options.gltf.allow_outside);
+}
+
+void addSandboxOption(CLI::App& app, bool& allow_outside) {
+    app.add_flag("--allow-outside", allow_outside,
+                 wrapped("read the buffers and images of the scene wherever it says: without this, "
+                         "nothing outside its folder (absolute paths, \"..\", symbolic links)"))
+        ->group("Scene");
 }
 
 int chooseScene(const Scene& scene, const SceneOptions& options) {

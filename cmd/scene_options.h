@@ -23,8 +23,10 @@ struct SceneOptions {
     GltfOptions gltf;
 };
 
-/// Declares --scene, --include and --exclude. `options` must outlive the parse.
+/// Declares --scene, --include, --exclude and --allow-outside. `options` must outlive the parse.
 void addSceneOptions(CLI::App& app, SceneOptions& options);
+/// Declares --allow-outside alone.
+void addSandboxOption(CLI::App& app, bool& allow_outside);
 
 /// The scene's index. Throws Error (kUsage) with the list for one that is not there.
 int chooseScene(const Scene& scene, const SceneOptions& options);

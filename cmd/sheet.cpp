@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "cmd/capture_options.h"
-#include "cmd/input_options.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
 #include "cmd/parse.h"
@@ -242,7 +241,6 @@ VerbAction declareSheet(CLI::App& app) {
         [](const std::string& text) { return fs::path(text); },
         "a layered depth image (.exr) or a glTF scene (.gltf, .glb)")
         ->required();
-    addInputOptions(app, options->request.input.gltf.allow_outside);
     addOutputOptions(app, options->output);
     app.get_option("--output")->description(kOutputHelp);
     app.get_option("--background")

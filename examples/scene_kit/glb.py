@@ -65,11 +65,16 @@ class Glb:
         entries: List[Any] = self.json.setdefault(key, [])
         return entries
 
-    def _push(self, key: str, value: Dict[str, Any]) -> int:
+    def push(self, key: str, value: Dict[str, Any]) -> int:
         self._list(key).append(value)
         return len(self._list(key)) - 1
 
-    def _accessor(
+    def extend(self, extension: str) -> None:
+        """Says that the scene uses an extension."""
+        if extension not in self._list("extensionsUsed"):
+            self._list("extensionsUsed").append(extension)
+
+    def accessor(
         self,
         target: int,
         stride: int,
@@ -79,11 +84,12 @@ class Glb:
         data: bytes,
         **extra: Any,
     ) -> int:
+        """Stores data for a kind of view: ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER or 0."""
         block = self._views.setdefault((target, stride), bytearray())
         view = list(self._views).index((target, stride))
         offset = len(block)
         block += data
-        return self._push(
+        return self.push(
             "accessors",
             {
                 "bufferView": view,
@@ -105,40 +111,40 @@ class Glb:
         attributes = [
             (
                 "POSITION",
-                self._accessor(
-                    ARRAY_BUFFER, 12, FLOAT, "VEC3", count, _little(positions), **bounds
+                self.accessor(
+                    ARRAY_BUFFER, 12, FLOAT, "VEC3", count, little(positions), **bounds
                 ),
             ),
             (
                 "NORMAL",
-                self._accessor(
+                self.accessor(
                     ARRAY_BUFFER,
                     12,
                     FLOAT,
                     "VEC3",
                     count,
-                    _little(array("f", [v for n in geometry.normals for v in n])),
+                    little(array("f", [v for n in geometry.normals for v in n])),
                 ),
             ),
         ]
         if geometry.uvs:
-            data = _little(array("f", [v for t in geometry.uvs for v in t]))
+            data = little(array("f", [v for t in geometry.uvs for v in t]))
             attributes.append(
-                ("TEXCOORD_0", self._accessor(ARRAY_BUFFER, 8, FLOAT, "VEC2", count, data))
+                ("TEXCOORD_0", self.accessor(ARRAY_BUFFER, 8, FLOAT, "VEC2", count, data))
             )
         if geometry.colors:
             data = bytes(round(min(1.0, max(0.0, v)) * 255) for c in geometry.colors for v in c)
             attributes.append(
                 (
                     "COLOR_0",
-                    self._accessor(
+                    self.accessor(
                         ARRAY_BUFFER, 4, UNSIGNED_BYTE, "VEC4", count, data, normalized=True
                     ),
                 )
             )
         wide = count > 65535
-        data = _little(array("I" if wide else "H", geometry.indices))
-        indices = self._accessor(
+        data = little(array("I" if wide else "H", geometry.indices))
+        indices = self.accessor(
             ELEMENT_ARRAY_BUFFER,
             4 if wide else 2,
             UNSIGNED_INT if wide else UNSIGNED_SHORT,
@@ -150,7 +156,7 @@ class Glb:
 
     def texture(self, name: str, png: bytes, wrap: int = REPEAT) -> int:
         self._images.append(png)
-        image = self._push(
+        image = self.push(
             "images", {"name": name, "mimeType": "image/png", "bufferView": -len(self._images)}
         )
         sampler = {
@@ -162,7 +168,7 @@ class Glb:
         samplers = self._list("samplers")
         if sampler not in samplers:
             samplers.append(sampler)
-        return self._push(
+        return self.push(
             "textures", {"name": name, "source": image, "sampler": samplers.index(sampler)}
         )
 
@@ -193,7 +199,7 @@ class Glb:
             material["alphaCutoff"] = cutoff
         if double_sided:
             material["doubleSided"] = True
-        return self._push("materials", material)
+        return self.push("materials", material)
 
     def glass(self, name: str, colour: str, alpha: float, roughness: float) -> int:
         """See-through from both sides."""
@@ -203,7 +209,7 @@ class Glb:
 
     def mesh(self, name: str, *parts: Tuple[Stored, int]) -> int:
         """Each part is a stored geometry and its material."""
-        return self._push(
+        return self.push(
             "meshes",
             {
                 "name": name,
@@ -236,7 +242,7 @@ class Glb:
             node["rotation"] = [round(v, 8) for v in turn]
         if size != (1.0, 1.0, 1.0):
             node["scale"] = list(size)
-        index = self._push("nodes", node)
+        index = self.push("nodes", node)
         siblings = (
             self.json["scenes"][0]["nodes"]
             if parent is None
@@ -280,7 +286,7 @@ class Glb:
         )
 
     def _camera(self, name: str, camera: Dict[str, Any], eye: Vec3, target: Vec3, up: Vec3) -> None:
-        index = self._push("cameras", camera)
+        index = self.push("cameras", camera)
         node = self.node(name, at=eye, turn=look_at(eye, target, up))
         self._list("nodes")[node]["camera"] = index
 
@@ -294,8 +300,10 @@ class Glb:
             buffer.extend(data)
 
         for (target, stride), data in self._views.items():
-            # Only vertex views may carry a stride; indices are tight by definition.
-            place(data, target=target, **({"byteStride": stride} if target == ARRAY_BUFFER else {}))
+            # Only vertex views may carry a stride; indices are tight by definition. What no vertex
+            # reads (0) has no target either.
+            what = {"target": target} if target else {}
+            place(data, **what, **({"byteStride": stride} if target == ARRAY_BUFFER else {}))
         first_image = len(views)
         for png in self._images:
             place(png)
@@ -318,13 +326,22 @@ class Glb:
         )
         return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
 
+    def _instances(self, node: Dict[str, Any]) -> int:
+        """At how many places a node shows its mesh."""
+        extension = node.get("extensions", {}).get("EXT_mesh_gpu_instancing")
+        if not extension:
+            return 1
+        count: int = self.json["accessors"][extension["attributes"]["TRANSLATION"]]["count"]
+        return count
+
     def summary(self) -> Dict[str, int]:
         """What the scene draws: every instance counted."""
         triangles = 0
         for node in self.json["nodes"]:
             if "mesh" in node:
                 for part in self.json["meshes"][node["mesh"]]["primitives"]:
-                    triangles += self.json["accessors"][part["indices"]]["count"] // 3
+                    accessor = self.json["accessors"][part["indices"]]
+                    triangles += accessor["count"] // 3 * self._instances(node)
         return {
             "nodes": len(self.json["nodes"]),
             "meshes": len(self.json["meshes"]),
@@ -333,7 +350,7 @@ class Glb:
         }
 
 
-def _little(values: "array[Any]") -> bytes:
+def little(values: "array[Any]") -> bytes:
     """glTF is little-endian whatever this machine is."""
     if struct.pack("=H", 1) != struct.pack("<H", 1):
         values = array(values.typecode, values)
