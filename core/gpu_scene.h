@@ -25,7 +25,7 @@ struct GpuDraw {
     bool mirrored = false;              ///< negative scale: front faces are clockwise
     std::uint32_t first_primitive = 0;  ///< key of its first primitive; keys start at 1
     std::uint32_t flags = 0;            ///< PEELER_HAS_NORMALS …
-    bool opaque = false;                ///< OPAQUE or MASK
+    bool opaque = false;                ///< OPAQUE or MASK, and no light passes through
     bool alpha_tested = false;          ///< some of its fragments may be rejected by alpha
     bool textured_alpha = false;        ///< … and a texture decides
 };
@@ -35,8 +35,9 @@ struct GpuMaterial {
     struct Binding {
         GLuint texture = 0, sampler = 0;
     };
-    Binding bindings[5];
+    Binding bindings[kMaterialTextures];
     bool textured = false, unlit = false, double_sided = false;
+    unsigned features = 0;  ///< what its shader needs, a bit for each of materialFeatures()
 };
 
 /// Geometry in one buffer, one vertex array object a primitive, textures with mipmaps, material

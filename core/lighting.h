@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "core/environment_textures.h"
 #include "core/gl/objects.h"
 #include "core/lights.h"
 #include "core/scene.h"
@@ -26,6 +27,8 @@ class Lighting {
     /// The scene has lights of its own; the built-in key light is off then, and the built-in
     /// environment dimmed.
     bool punctual() const { return punctual_; }
+    /// The scene has an environment of its own, in place of everything built-in.
+    bool environment() const { return environment_.present(); }
     /// Some of the lights cast shadows.
     bool shadowed() const { return shadowed_; }
 
@@ -40,6 +43,7 @@ class Lighting {
     const SceneContents& contents_;
     std::vector<PlacedLight> lights_;
     bool punctual_ = false, shadowed_ = false;
+    EnvironmentTextures environment_;
     ShadowMaps maps_;
     gl::Buffer records_;
 };

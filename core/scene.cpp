@@ -6,6 +6,13 @@
 
 namespace peeler {
 
+void chooseVariant(Scene& scene, std::size_t variant) {
+    for (Mesh& mesh : scene.meshes)
+        for (Primitive& primitive : mesh.primitives)
+            if (variant < primitive.variants.size() && primitive.variants[variant] >= 0)
+                primitive.material = primitive.variants[variant];
+}
+
 SceneContents contents(const Scene& scene, int scene_index) {
     if (scene_index < 0 || static_cast<std::size_t>(scene_index) >= scene.scenes.size())
         throw Error(ErrorKind::kUsage, "there is no scene " + std::to_string(scene_index), "",
