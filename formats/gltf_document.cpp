@@ -13,6 +13,7 @@
 #include "formats/gltf_container.h"
 #include "formats/gltf_lights.h"
 #include "formats/gltf_schema.h"
+#include "formats/gltf_variants.h"
 
 namespace peeler {
 namespace {
@@ -196,6 +197,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     document.has_animations = !take(gltf, "animations").empty();
     document.has_skins = !take(gltf, "skins").empty();
     readGltfLights(gltf, document);
+    document.variants = readVariantNames(gltf);
     document.model = parseModel(gltf, name);
     checkGltfModel(document.model);
     readBuffers(document, buffers, container);

@@ -40,6 +40,8 @@ struct GltfDocument {
     std::vector<Light> lights;
     std::vector<int> node_lights;  ///< of each node: an index into `lights`, −1 = none
 
+    std::vector<std::string> variants;  ///< names
+
     bool has_animations = false, has_skins = false, has_morph_targets = false;
 
     std::vector<std::string> warnings;

@@ -9,16 +9,12 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "formats/gltf_accessor.h"
+#include "formats/gltf_material_extensions.h"
 #include "formats/gltf_schema.h"
 #include "formats/texture_decoder.h"
 
 namespace peeler {
 namespace {
-
-const tinygltf::Value* find(const tinygltf::ExtensionMap& extensions, const char* name) {
-    const auto found = extensions.find(name);
-    return found == extensions.end() ? nullptr : &found->second;
-}
 
 /// Absent members keep what stands in `numbers`. The schema check has seen types and lengths.
 template <std::size_t n>
@@ -91,16 +87,17 @@ class MaterialReader {
         out.emissive_texture = texture(source.emissiveTexture, where + "/emissiveTexture");
         for (int i = 0; i < 3; ++i)
             out.emissive[i] = factor(source.emissiveFactor[static_cast<std::size_t>(i)], where);
-        if (const auto* strength = find(source.extensions, "KHR_materials_emissive_strength"))
-            if (strength->Has("emissiveStrength"))
-                out.emissive *= static_cast<float>(
-                    std::max(0.0, strength->Get("emissiveStrength").GetNumberAsDouble()));
         out.alpha_mode = source.alphaMode == "MASK"    ? AlphaMode::kMask
                          : source.alphaMode == "BLEND" ? AlphaMode::kBlend
                                                        : AlphaMode::kOpaque;
         out.alpha_cutoff = static_cast<float>(source.alphaCutoff);
         out.double_sided = source.doubleSided;
-        out.unlit = find(source.extensions, "KHR_materials_unlit") != nullptr;
+        readMaterialExtensions(
+            source, where, options_, document_,
+            [this](const tinygltf::TextureInfo& info, const std::string& place) {
+                return texture(info, place);
+            },
+            out);
         return out;
     }
 
@@ -122,7 +119,7 @@ class MaterialReader {
             document_.model.textures[static_cast<std::size_t>(info.index)];
         out.sampler = toSampler(document_.model, source);
         out.texcoord = info.texCoord;
-        if (const auto* transform = find(info.extensions, "KHR_texture_transform")) {
+        if (const auto* transform = findExtension(info.extensions, "KHR_texture_transform")) {
             out.transform = textureTransform(*transform);
             if (transform->Has("texCoord"))
                 out.texcoord = transform->Get("texCoord").GetNumberAsInt();
@@ -140,7 +137,7 @@ class MaterialReader {
     /// The image in a format that we decode: the core one, which extensions keep as their fallback.
     int imageOf(const tinygltf::Texture& source, int index) {
         if (source.source >= 0) return source.source;
-        if (const auto* webp = find(source.extensions, "EXT_texture_webp"))
+        if (const auto* webp = findExtension(source.extensions, "EXT_texture_webp"))
             if (webp->Has("source")) return webp->Get("source").GetNumberAsInt();
         missing("/textures/" + std::to_string(index), "it has no image in a supported format",
                 "add a PNG or JPEG fallback");
@@ -213,12 +210,9 @@ class MaterialReader {
             scene_.images.push_back(std::move(images[i]));
         }
         for (Material& material : scene_.materials)
-            for (TextureRef* texture :
-                 {&material.base_color_texture, &material.metallic_roughness_texture,
-                  &material.normal_texture, &material.occlusion_texture,
-                  &material.emissive_texture})
-                if (texture->image >= 0)
-                    texture->image = place[static_cast<std::size_t>(texture->image)];
+            for (const MaterialTexture& texture : texturesOf(material))
+                if (*texture.ref)
+                    texture.ref->image = place[static_cast<std::size_t>(texture.ref->image)];
     }
 
     static std::string shortUri(const std::string& uri) { return isDataUri(uri) ? "" : uri; }

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "formats/gltf_accessor.h"
 #include "formats/gltf_schema.h"
+#include "formats/gltf_variants.h"
 
 namespace peeler {
 namespace {
@@ -238,6 +239,7 @@ std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& opti
             if (!from.targets.empty()) document.has_morph_targets = true;
             Primitive primitive;
             primitive.material = from.material >= 0 ? from.material : default_material;
+            primitive.variants = variantMaterials(from, document.variants.size());
             if (!PrimitiveReader(document, from, where).read(primitive)) continue;
             geometry_bytes += bytesOf(primitive);
             if (geometry_bytes > options.max_geometry_bytes)

@@ -124,6 +124,7 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
         readScenes(document.model, scene);
         readCameras(document.model, scene);
         scene.lights = std::move(document.lights);
+        scene.variants = std::move(document.variants);
         warnOfWhatIsIgnored(document);
         scene.generator = document.model.asset.generator;
         scene.copyright = document.model.asset.copyright;
