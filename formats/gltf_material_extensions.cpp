@@ -141,10 +141,10 @@ void readSpecularGlossiness(const Members& from, Material& m) {
 struct Reader {
     const char* name;
     void (*read)(const Members&, Material&);
-    bool transmission = false;  ///< read only if GltfOptions::transmission asks for it
+    enum Condition { kAlways, kLit, kTransmission } condition = kLit;
 };
 constexpr Reader kReaders[] = {
-    {"KHR_materials_emissive_strength", readEmissiveStrength},
+    {"KHR_materials_emissive_strength", readEmissiveStrength, Reader::kAlways},
     {"KHR_materials_pbrSpecularGlossiness", readSpecularGlossiness},
     {"KHR_materials_ior", readIor},
     {"KHR_materials_specular", readSpecular},
@@ -152,8 +152,8 @@ constexpr Reader kReaders[] = {
     {"KHR_materials_sheen", readSheen},
     {"KHR_materials_anisotropy", readAnisotropy},
     {"KHR_materials_iridescence", readIridescence},
-    {"KHR_materials_transmission", readTransmission, true},
-    {"KHR_materials_volume", readVolume, true},
+    {"KHR_materials_transmission", readTransmission, Reader::kTransmission},
+    {"KHR_materials_volume", readVolume, Reader::kTransmission},
 };
 
 }  // namespace
@@ -173,8 +173,8 @@ void readMaterialExtensions(const tinygltf::Material& source, const std::string&
     material.unlit = findExtension(source.extensions, "KHR_materials_unlit") != nullptr;
     for (const Reader& reader : kReaders) {
         const auto* extension = findExtension(source.extensions, reader.name);
-        if (!extension || material.unlit || (reader.transmission && !options.transmission))
-            continue;
+        if (!extension || (material.unlit && reader.condition != Reader::kAlways)) continue;
+        if (reader.condition == Reader::kTransmission && !options.transmission) continue;
         reader.read(
             Members(*extension, where + "/extensions/" + reader.name, document, read_texture),
             material);

@@ -22,8 +22,8 @@ const tinygltf::Value* findMember(const tinygltf::Value& object, const char* nam
 const tinygltf::Value* findExtension(const tinygltf::ExtensionMap& extensions, const char* name);
 
 /// Adds what the material's extensions say. Numbers outside the range of their extension are
-/// clamped with a warning. Of an unlit material nothing is read: KHR_materials_unlit goes with no
-/// other. `where` is the material's JSON pointer.
+/// clamped with a warning. Of an unlit material nothing is read that changes what it looks
+/// like: KHR_materials_unlit goes with no such other. `where` is the material's JSON pointer.
 void readMaterialExtensions(const tinygltf::Material& source, const std::string& where,
                             const GltfOptions& options, GltfDocument& document,
                             const ReadTexture& read_texture, Material& material);
