@@ -221,6 +221,7 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     json["lights"] = Json::array();
     for (const PlacedLight& light : facts.lights)
         json["lights"].push_back(lightJson(light));
+    json["variants"] = scene.variants;
     json["bounds"] =
         facts.box ? Json{{"min", vectorJson(facts.box->min)}, {"max", vectorJson(facts.box->max)}}
                   : Json();
@@ -312,6 +313,9 @@ std::string toText(const SceneFacts& facts, const InfoOptions& options) {
     text += facts.lights.empty() ? "lights: none\n" : "lights:\n";
     for (std::size_t i = 0; i < facts.lights.size(); ++i)
         text += "  " + std::to_string(i) + "  " + lightText(facts.lights[i]) + '\n';
+    if (!scene.variants.empty()) text += "variants:\n";
+    for (std::size_t i = 0; i < scene.variants.size(); ++i)
+        text += "  " + std::to_string(i) + "  " + printable(scene.variants[i]) + '\n';
     text += facts.extensions.empty() ? "extensions: none\n" : "extensions:\n";
     for (const ExtensionUse& use : facts.extensions) {
         text += "  " + printable(use.name) + (use.supported ? ": supported" : ": not supported") +

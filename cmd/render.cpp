@@ -7,6 +7,7 @@
 #include "cmd/camera_options.h"
 #include "cmd/capture_options.h"
 #include "cmd/clip_options.h"
+#include "cmd/look_options.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
 #include "cmd/progress.h"
@@ -32,6 +33,7 @@ struct RenderOptions {
     CameraOptions camera;
     CaptureSettings capture;
     ClipOptions clip;
+    LookOptions look;
     std::optional<int> shadow_size;
     gl::ContextRequest device;
     int threads = 0;
@@ -118,6 +120,7 @@ void Render::checkOptions() {
                     "--fxaa", "add --as composite, or use --samples instead");
     }
     checkClipOptions(options_.clip);
+    checkLookOptions(options_.look);
     setShadowSize(capture_, options_.shadow_size);
 }
 
@@ -125,7 +128,7 @@ void Render::readScene() {
     const StageTimer timer(result_.milliseconds, "load");
     GltfOptions gltf;
     gltf.strict = options_.strict;
-    scene_ = readGltf(options_.scene, gltf);
+    scene_ = loadScene(options_.scene, gltf, options_.look, capture_.shadows);
     for (const std::string& warning : scene_.warnings)
         console_.warning(warning);
 }
@@ -186,7 +189,8 @@ Provenance Render::provenance() const {
         capture_.opaque_only ? "opaque" : nameOf<Surfaces>(kSurfaces, capture_.surfaces);
     provenance.scene = options_.scene.filename().string();
     provenance.scene_hash = hexText(scene_.content_hash);
-    provenance.settings_hash = settingsHash(scene_index_, view_, capture_, options_.fxaa);
+    provenance.settings_hash = settingsHash(scene_index_, view_, capture_, options_.fxaa,
+                                            lookSettings(options_.look, scene_));
     provenance.renderer = context_->device().renderer;
     return provenance;
 }
@@ -223,6 +227,7 @@ VerbAction declareRender(CLI::App& app) {
     addLayerOptions(app, options->capture);
     addClipOptions(app, options->clip);
     addLightOptions(app, options->capture, options->shadow_size);
+    addLookOptions(app, options->look);
     addMachineOptions(app, options->device, options->threads, options->capture);
     addReportOptions(app, options->report);
     app.add_flag(

@@ -59,7 +59,7 @@ class SceneSheet {
 
 void SceneSheet::readScene() {
     const StageTimer timer(content_.result.milliseconds, "load");
-    scene_ = readGltf(request_.input, {});
+    scene_ = loadScene(request_.input, {}, request_.look, capture_.shadows);
     for (const std::string& warning : scene_.warnings)
         console_.warning(warning);
     const int scene_index = chooseScene(scene_, request_.camera);
