@@ -21,29 +21,37 @@ double vanDerCorput(int i) {
     return sum;
 }
 
-/// Samples of the half vector, in proportion to GGX.
+/// Smith's function of how much of the microfacets is hidden.
+double smith(double a2, double cosine) {
+    return 0.5 * (std::sqrt(1 + a2 * (1 - cosine * cosine) / (cosine * cosine)) - 1);
+}
+
+/// Samples of the normals that are visible (Heitz, "Sampling the GGX Distribution of Visible
+/// Normals", 2018): what remains to average is between 0 and 1. The view lies in the plane y = 0.
 glm::vec2 ggxAlbedo(double alpha, double n_dot_v) {
-    constexpr int kSamples = 512;
-    const double a2 = alpha * alpha, v_sine = std::sqrt(1 - n_dot_v * n_dot_v);
+    constexpr int kSamples = 256;
+    const double a2 = alpha * alpha;
+    const glm::dvec3 v(std::sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v);
+    const glm::dvec3 stretched = glm::normalize(glm::dvec3(alpha * v.x, 0, v.z));
+    const glm::dvec3 across(0, 1, 0), along = glm::cross(stretched, across);
     double scale = 0, bias = 0;
     for (int i = 0; i < kSamples; ++i) {
-        const double u = (i + 0.5) / kSamples, phi = 2 * kPi * vanDerCorput(i);
-        const double n_dot_h = std::sqrt((1 - u) / (1 + (a2 - 1) * u));
-        const double h_sine = std::sqrt(1 - n_dot_h * n_dot_h);
-        const double v_dot_h = v_sine * h_sine * std::cos(phi) + n_dot_v * n_dot_h;
-        const double n_dot_l = 2 * v_dot_h * n_dot_h - n_dot_v;
+        const double r = std::sqrt((i + 0.5) / kSamples), phi = 2 * kPi * vanDerCorput(i);
+        const double t1 = r * std::cos(phi), s = 0.5 * (1 + stretched.z);
+        const double t2 = (1 - s) * std::sqrt(1 - t1 * t1) + s * r * std::sin(phi);
+        const glm::dvec3 facet =
+            t1 * across + t2 * along + std::sqrt(std::max(0.0, 1 - t1 * t1 - t2 * t2)) * stretched;
+        const glm::dvec3 h =
+            glm::normalize(glm::dvec3(alpha * facet.x, alpha * facet.y, std::max(1e-9, facet.z)));
+        const double v_dot_h = glm::dot(v, h), n_dot_l = 2 * v_dot_h * h.z - v.z;
         if (n_dot_l <= 0 || v_dot_h <= 0) continue;
-        const double visibility = 0.5 / (n_dot_l * std::sqrt(n_dot_v * n_dot_v * (1 - a2) + a2) +
-                                         n_dot_v * std::sqrt(n_dot_l * n_dot_l * (1 - a2) + a2));
-        const double share = 4 * visibility * n_dot_l * v_dot_h / n_dot_h;
+        const double hidden = smith(a2, n_dot_v);
+        const double share = (1 + hidden) / (1 + hidden + smith(a2, n_dot_l));
         const double fresnel = std::pow(1 - v_dot_h, 5);
         scale += (1 - fresnel) * share;
         bias += fresnel * share;
     }
-    scale /= kSamples;
-    bias /= kSamples;
-    const double most = std::max(1.0, scale + bias);
-    return {scale / most, bias / most};
+    return {scale / kSamples, bias / kSamples};
 }
 
 double lambdaFit(double x, double alpha) {
@@ -80,9 +88,7 @@ double sheenAlbedo(double alpha, double n_dot_v) {
     return std::min(1.0, sum * 2 * kPi / (kCosines * kAngles));
 }
 
-}  // namespace
-
-std::vector<glm::vec3> albedoTable(bool sheen) {
+std::vector<glm::vec3> integrate(bool sheen) {
     constexpr std::size_t kSide = kAlbedoTableSize;
     std::vector<glm::vec3> table(kSide * kSide);
     parallelFor(kSide, [&](std::size_t row) {
@@ -96,6 +102,18 @@ std::vector<glm::vec3> albedoTable(bool sheen) {
         }
     });
     return table;
+}
+
+}  // namespace
+
+const std::vector<glm::vec3>& albedoTable(bool sheen) {
+    // It depends on nothing, and takes a tenth of a second.
+    if (sheen) {
+        static const auto with_sheen = integrate(true);
+        return with_sheen;
+    }
+    static const auto plain = integrate(false);
+    return plain;
 }
 
 }  // namespace peeler

@@ -14,7 +14,8 @@ inline constexpr int kAlbedoTableSize = 64;
 /// x, y: directional albedo of GGX (height-correlated Smith) as scale and bias of F0 (Karis, "Real
 /// Shading in Unreal Engine 4", 2013); together at most 1. z: that of sheen (Estevez & Kulla,
 /// "Production Friendly Microfacet Sheen BRDF", 2017), at most 1; 0 unless `sheen`, since it takes
-/// long. The same on any number of threads.
-std::vector<glm::vec3> albedoTable(bool sheen);
+/// long. Calculated once.
+/// The same on any number of threads.
+const std::vector<glm::vec3>& albedoTable(bool sheen);
 
 }  // namespace peeler

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kLeastFace = 128, kLargestFace = 512;  // texels a side, of what mirrors reflect
 constexpr int kRoughestFace = 8;
-constexpr int kIrradianceFace = 16, kIrradianceSource = 64;
+constexpr int kIrradianceFace = 16, kIrradianceSource = 32;
 constexpr double kPi = std::numbers::pi;
 
 using Image = std::vector<glm::vec3>;

@@ -35,7 +35,7 @@ EnvironmentTextures::EnvironmentTextures(const gl::Functions& gl, const Scene& s
         irradiance_ = uploadCube(gl, {&maps.irradiance, 1});
     }
     albedo_ = gl::makeTexture2D(gl, GL_RGBA32F, kAlbedoTableSize, kAlbedoTableSize);
-    const auto table = albedoTable(sheen);
+    const auto& table = albedoTable(sheen);
     gl.TextureSubImage2D(albedo_.name(), 0, 0, 0, kAlbedoTableSize, kAlbedoTableSize, GL_RGB,
                          GL_FLOAT, table.data());
     GLuint name = 0;

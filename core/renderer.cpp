@@ -38,7 +38,14 @@ struct Renderer::State {
     State(gl::Context& ctx, const Scene& scene, const SceneContents& contents)
         : context(ctx),
           band_capture(ctx, scene, contents, times),
-          lighting(ctx.functions(), scene, contents) {}
+          lighting(timedLighting(ctx, scene, contents, times)) {}
+
+    /// Prefiltering an environment takes its time.
+    static Lighting timedLighting(gl::Context& ctx, const Scene& scene,
+                                  const SceneContents& contents, StageTimes& times) {
+        const StageTimer timer(times, "upload");
+        return {ctx.functions(), scene, contents};
+    }
 
     gl::Context& context;
     StageTimes times;
