@@ -13,7 +13,8 @@
 namespace peeler {
 namespace {
 
-constexpr int kLeastFace = 128, kLargestFace = 512;  // texels a side, of what mirrors reflect
+// Texels a side of what mirrors reflect: as fine as the picture, and for wide lobes not too coarse.
+constexpr int kSmallFace = 16, kUsualFace = 128, kLargestFace = 512;
 constexpr int kRoughestFace = 8;
 constexpr int kIrradianceFace = 16, kIrradianceSource = 32;
 constexpr double kPi = std::numbers::pi;
@@ -255,9 +256,11 @@ glm::vec3 cubeDirection(int face, int x, int y, int size) {
 }
 
 EnvironmentMaps prefilter(const Environment& environment) {
-    const auto quarter = static_cast<unsigned>(std::max(1, environment.width / 4));
-    const int size = std::clamp(static_cast<int>(std::bit_ceil(std::min(quarter, 1U << 16))),
-                                kLeastFace, kLargestFace);
+    const auto texels = [](int pixels) {
+        return static_cast<int>(std::bit_ceil(static_cast<unsigned>(std::min(pixels, 1 << 16))));
+    };
+    const int least = std::clamp(texels(environment.width), kSmallFace, kUsualFace);
+    const int size = std::clamp(texels(environment.width / 4), least, kLargestFace);
     // Finer than the cube's texels would alias.
     const int width = std::min(environment.width, 4 * size);
     const int height = std::min(environment.height, 2 * size);
