@@ -273,6 +273,10 @@ TEST(Anisotropy, FollowsItsTextureWithOrWithoutTangents) {
     const double ab = 0.25, at = ab + (1 - ab) * 0.36;
     EXPECT_NEAR(wall.radiance(40, 90).g, stretchedGgx(at, ab, 40, 0), 2e-3);
     EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 90), 2e-3);
+    // The rotation comes on top, from the tangent toward the bitangent: 90 − 60 degrees.
+    wall.scene().materials.back().anisotropy.rotation = static_cast<float>(-kPi / 3);
+    EXPECT_NEAR(wall.radiance(40, 30).g, stretchedGgx(at, ab, 40, 0), 2e-3);
+    wall.scene().materials.back().anisotropy.rotation = 0;
     wall.scene().meshes[0].primitives[0].tangents.clear();
     EXPECT_NEAR(wall.radiance(40, 90).g, stretchedGgx(at, ab, 40, 0), 2e-3);
     // Strength 0 in the texture: the same lobe as without the extension.
