@@ -392,6 +392,32 @@ TEST(MaterialExtensions, AtTheirDefaultsAreThePlainMaterialBitForBit) {
     EXPECT_EQ(plain.radiance(35), dressed.radiance(35));
 }
 
+TEST(MaterialExtensions, FitTheDeviceAllAtOnce) {
+    // Every texture there is, shadows, an environment, and the method that reads the most textures.
+    Material m = black(0.5F);
+    m.base_color = {1, 1, 1, 1};
+    m.clearcoat.factor = 1;
+    m.sheen.color = {1, 1, 1};
+    m.anisotropy.strength = 1;
+    m.iridescence.factor = 1;
+    m.transmission.factor = 0.5F;
+    m.transmission.thickness = m.transmission.attenuation_distance = 1;
+    LitWall wall(m);
+    wall.scene().images.push_back({"grey", 1, 1, {128, 128, 200, 255}});
+    for (const MaterialTexture& texture : texturesOf(wall.scene().materials.back()))
+        texture.ref->image = 0;
+    wall.radiance(10);  // adds the lamp
+    CaptureSettings s;
+    s.shadows = true;
+    s.shadow_size = 64;
+    s.surfaces = Surfaces::kVisible;
+    const LayeredImage expected = capture(wall.scene(), testView(9, 9), s).image;
+    EXPECT_GT(color(expected, 40).g, 0.001F);
+    EXPECT_LT(color(expected, 40).a, 1);
+    s.method = "front-to-back";
+    EXPECT_EQ(difference(capture(wall.scene(), testView(9, 9), s).image, expected), "");
+}
+
 TEST(MaterialExtensions, AreScaledByTheirTextures) {
     // Every texture holds one colour; the factors that multiply with it give the same picture.
     const auto picture = [](bool textured) {
