@@ -105,7 +105,8 @@ void addLightOptions(CLI::App& app, CaptureSettings& capture, std::optional<int>
     constexpr const char* kGroup = "Light";
     app.add_flag("--shadows", capture.shadows,
                  wrapped("directional and spot lights, the built-in one too, cast shadows of all "
-                         "OPAQUE and MASK surfaces; point lights do not"))
+                         "OPAQUE and MASK surfaces that let no light through; point lights and "
+                         "environments do not"))
         ->group(kGroup);
     addValue(
         app, "--shadow-size", "N", shadow_size,

@@ -259,6 +259,7 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     json["skins"] = Json::array();
     for (const Skin& skin : scene.skins)
         json["skins"].push_back({{"name", skin.name}, {"joints", skin.joints}});
+    json["variants"] = scene.variants;
     json["bounds"] =
         facts.box ? Json{{"min", vectorJson(facts.box->min)}, {"max", vectorJson(facts.box->max)}}
                   : Json();
@@ -357,6 +358,9 @@ std::string toText(const SceneFacts& facts, const InfoOptions& options) {
     text += scene.animations.empty() ? "animations: none\n" : "animations:\n";
     for (std::size_t i = 0; i < scene.animations.size(); ++i)
         text += "  " + std::to_string(i) + "  " + animationText(scene, i) + '\n';
+    if (!scene.variants.empty()) text += "variants:\n";
+    for (std::size_t i = 0; i < scene.variants.size(); ++i)
+        text += "  " + std::to_string(i) + "  " + printable(scene.variants[i]) + '\n';
     text += facts.extensions.empty() ? "extensions: none\n" : "extensions:\n";
     for (const ExtensionUse& use : facts.extensions) {
         text += "  " + printable(use.name) + (use.supported ? ": supported" : ": not supported") +

@@ -24,6 +24,12 @@ const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std
     }
     if (const auto found = findNameOrIndex(camera.substr(kPrefix.size()), names))
         return lights[*found];
+    if (lights.empty()) {
+        throw Error(ErrorKind::kUsage,
+                    "the scene has no lights of its own, and with an environment "
+                    "none is built in",
+                    "--camera " + camera, "leave --environment out");
+    }
     throw Error(
         ErrorKind::kUsage, "unknown light", "--camera " + camera,
         choiceHint(camera, "lights", std::vector<std::string_view>(listed.begin(), listed.end())) +

@@ -3,9 +3,9 @@
 
 namespace peeler::cmd {
 
-OpenedScene::OpenedScene(const SceneOptions& options, const AnimationOptions& animation,
-                         Console& console)
-    : scene_(readGltf(options.file, options.gltf)) {
+OpenedScene::OpenedScene(const SceneOptions& options, const LookOptions& look,
+                         const AnimationOptions& animation, bool shadows, Console& console)
+    : scene_(loadScene(options.file, options.gltf, look, shadows)) {
     for (const std::string& warning : scene_.warnings)
         console.warning(warning);
     index_ = chooseScene(scene_, options);

@@ -8,6 +8,7 @@
 #include "cmd/animation_options.h"
 #include "cmd/camera_options.h"
 #include "cmd/console.h"
+#include "cmd/look_options.h"
 #include "cmd/scene_options.h"
 #include "core/scene_contents.h"
 
@@ -15,9 +16,10 @@ namespace peeler::cmd {
 
 class OpenedScene {
   public:
-    /// Reads the file and warns of what it must. Throws like readGltf, chooseScene, selectNodes and
-    /// chooseAnimations.
-    OpenedScene(const SceneOptions& options, const AnimationOptions& animation, Console& console);
+    /// Reads the file and warns of what it must. Throws like loadScene, chooseScene, selectNodes
+    /// and chooseAnimations.
+    OpenedScene(const SceneOptions& options, const LookOptions& look,
+                const AnimationOptions& animation, bool shadows, Console& console);
 
     const Scene& scene() const { return scene_; }
     int index() const { return index_; }                             ///< of the scene shown

@@ -12,6 +12,7 @@
 #include "cmd/capture_options.h"
 #include "cmd/clip_options.h"
 #include "cmd/frames.h"
+#include "cmd/look_options.h"
 #include "cmd/opened_scene.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
@@ -39,6 +40,7 @@ struct RenderOptions {
     CameraOptions camera;
     CaptureSettings capture;
     ClipOptions clip;
+    LookOptions look;
     std::optional<int> shadow_size;
     gl::ContextRequest device;
     int threads = 0;
@@ -138,6 +140,7 @@ void Render::checkOptions() {
                     "--fxaa", "add --as composite, or use --samples instead");
     }
     checkClipOptions(options_.clip);
+    checkLookOptions(options_.look);
     setShadowSize(capture_, options_.shadow_size);
 }
 
@@ -145,7 +148,7 @@ void Render::openScene() {
     const StageTimer timer(result_.milliseconds, "load");
     SceneOptions scene = options_.scene;
     scene.gltf.strict = options_.strict;
-    scene_.emplace(scene, options_.animation, console_);
+    scene_.emplace(scene, options_.look, options_.animation, capture_.shadows, console_);
 }
 
 void Render::renderPicture(const Moment& moment) {
@@ -230,9 +233,10 @@ Provenance Render::provenance(const Moment& moment) const {
         capture_.opaque_only ? "opaque" : nameOf<Surfaces>(kSurfaces, capture_.surfaces);
     provenance.scene = options_.scene.file.filename().string();
     provenance.scene_hash = hexText(scene_->scene().content_hash);
-    provenance.settings_hash = settingsHash({scene_->index(), scene_->animations(), moment.time,
-                                             options_.scene.include, options_.scene.exclude},
-                                            view_, capture_, options_.fxaa);
+    provenance.settings_hash =
+        settingsHash({scene_->index(), scene_->animations(), moment.time, options_.scene.include,
+                      options_.scene.exclude},
+                     view_, capture_, options_.fxaa, lookSettings(options_.look, scene_->scene()));
     provenance.renderer = context_->device().renderer;
     provenance.frame = moment.frame;
     provenance.time = moment.time;
@@ -281,6 +285,7 @@ VerbAction declareRender(CLI::App& app) {
     addLayerOptions(app, options->capture);
     addClipOptions(app, options->clip);
     addLightOptions(app, options->capture, options->shadow_size);
+    addLookOptions(app, options->look);
     addMachineOptions(app, options->device, options->threads, options->capture);
     addReportOptions(app, options->report);
     app.add_flag("--strict", options->strict,

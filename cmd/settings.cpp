@@ -26,7 +26,7 @@ nlohmann::json clipJson(const ClipVolume& clip) {
 }  // namespace
 
 std::string settingsHash(const ShownScene& shown, const View& view, const CaptureSettings& capture,
-                         bool fxaa) {
+                         bool fxaa, const nlohmann::json& look) {
     const Projection& projection = view.projection;
     nlohmann::json matrix = nlohmann::json::array();
     for (int column = 0; column < 4; ++column) {
@@ -65,6 +65,7 @@ std::string settingsHash(const ShownScene& shown, const View& view, const Captur
     if (capture.clip.active()) settings["clip"] = clipJson(capture.clip);
     if (capture.opaque_only) settings["opaqueOnly"] = true;
     if (fxaa) settings["fxaa"] = true;
+    settings.update(look);
     return hashText(settings.dump());
 }
 

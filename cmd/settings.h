@@ -2,7 +2,7 @@
 // Everything that was asked for and changes pixels, as one hash.
 #pragma once
 
-#include <array>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -21,8 +21,9 @@ struct ShownScene {
 
 /// Two renders of the same scene file with the same hash have the same layers. Left out is what
 /// changes nothing: threads, memory, backend, and the method, since every method of the table is
-/// exact. `fxaa`: whether the composite is filtered. 16 hexadecimal digits.
+/// exact. `fxaa`: whether the composite is filtered; `look`: what
+/// lookSettings() says. 16 hexadecimal digits.
 std::string settingsHash(const ShownScene& shown, const View& view, const CaptureSettings& capture,
-                         bool fxaa = false);
+                         bool fxaa = false, const nlohmann::json& look = nlohmann::json::object());
 
 }  // namespace peeler::cmd

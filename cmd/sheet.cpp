@@ -108,6 +108,7 @@ void Sheet::checkOptions() {
     checkCameraOptions(request.camera);
     checkAnimationOptions(request.animation);
     checkClipOptions(request.clip);
+    checkLookOptions(request.look);
     setThreads(options_.threads);
 }
 
@@ -254,6 +255,7 @@ VerbAction declareSheet(CLI::App& app) {
     addLayerOptions(app, options->request.capture);
     addClipOptions(app, options->request.clip);
     addLightOptions(app, options->request.capture, options->shadow_size);
+    addLookOptions(app, options->request.look);
     addMachineOptions(app, options->request.device, options->threads, options->request.capture);
     addReportOptions(app, options->report);
     app.footer(kFooter);

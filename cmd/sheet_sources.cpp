@@ -60,7 +60,7 @@ class SceneSheet {
 
 void SceneSheet::readScene() {
     const StageTimer timer(content_.result.milliseconds, "load");
-    scene_.emplace(request_.input, request_.animation, console_);
+    scene_.emplace(request_.input, request_.look, request_.animation, capture_.shadows, console_);
     contents_ = scene_->at(request_.animation.time.value_or(0));
     view_ = scene_->view(contents_, request_.camera);
     capture_.clip = clipVolume(request_.clip, scene_->scene(), contents_);

@@ -9,6 +9,7 @@
 #include "cmd/choices.h"
 #include "cmd/clip_options.h"
 #include "cmd/console.h"
+#include "cmd/look_options.h"
 #include "cmd/report.h"
 #include "cmd/scene_options.h"
 #include "cmd/sheet_cells.h"
@@ -30,6 +31,7 @@ struct SheetRequest {
     CameraOptions camera;        ///< of a scene
     CaptureSettings capture;     ///< of a file only `max_layers`; the clip volume is in `clip`
     ClipOptions clip;
+    LookOptions look;  ///< of a scene
     gl::ContextRequest device;
     SheetSettings cells;
     SheetMethods methods = SheetMethods::kUnsorted;

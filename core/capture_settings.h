@@ -13,8 +13,8 @@ namespace peeler {
 /// Which fragments are captured (architecture.md, "What a fragment is").
 enum class Surfaces : std::uint8_t {
     kAll,         ///< every one; opaque surfaces hide nothing
-    kVisible,     ///< none behind the nearest fragment of an OPAQUE or MASK material
-    kTransparent  ///< like kVisible, without the OPAQUE and MASK fragments themselves
+    kVisible,     ///< none behind the nearest opaque one: OPAQUE or MASK, not transmissive
+    kTransparent  ///< like kVisible, without the opaque fragments themselves
 };
 
 /// Which side of a triangle is rasterised.
@@ -40,7 +40,7 @@ struct CaptureSettings {
     Shading shading = Shading::kPbr;
     bool shadows = false;      ///< directional and spot lights, the built-in one too, cast them
     int shadow_size = 2048;    ///< texels a side of each light's shadow map
-    bool opaque_only = false;  ///< no BLEND fragments
+    bool opaque_only = false;  ///< nothing that is BLEND or transmits light
     ClipVolume clip{};         ///< fragments on the wrong side do not count
     PixelType color_type = PixelType::kHalf;  ///< or kFloat
     std::uint32_t max_layers = 0;             ///< nearest layers to keep; 0 = all

@@ -60,7 +60,7 @@ Color sumOf(const T* colors, std::size_t count) {
 template <class T>
 Color averageOf(const T* colors, std::size_t count) {
     const Color sum = sumOf(colors, count);
-    if (!(sum[3] > 0)) return {};
+    if (!(sum[3] > 0)) return {sum[0], sum[1], sum[2], 0};  // reflections on glass
     const auto n = static_cast<float>(count);
     const float covered = 1.0F - std::pow(std::max(0.0F, 1.0F - sum[3] / n), n);
     const float scale = covered / sum[3];

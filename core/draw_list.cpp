@@ -48,7 +48,7 @@ std::uint32_t flagsOf(const Primitive& p, bool mirrored) {
 
 /// What alpha means for a draw. Returns false if it rejects every fragment.
 bool setAlpha(Draw& draw, const Primitive& p, const Material& m) {
-    draw.opaque = m.alpha_mode != AlphaMode::kBlend;
+    draw.opaque = m.alpha_mode != AlphaMode::kBlend && !isTransmissive(m);
     if (m.alpha_mode == AlphaMode::kOpaque) return true;
     draw.textured_alpha = static_cast<bool>(m.base_color_texture);
     draw.alpha_tested = draw.textured_alpha || !p.colors.empty();

@@ -34,7 +34,7 @@ struct Draw {
     std::uint32_t first_primitive = 0;  ///< key of its first primitive in the first instance
     std::uint32_t instance_keys = 0;    ///< from one instance's key to the next one's
     std::uint32_t flags = 0;            ///< PEELER_HAS_NORMALS …
-    bool opaque = false;                ///< OPAQUE or MASK
+    bool opaque = false;                ///< OPAQUE or MASK, and no light passes through
     bool alpha_tested = false;          ///< some of its fragments may be rejected by alpha
     bool textured_alpha = false;        ///< … and a texture decides
 };

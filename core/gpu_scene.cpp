@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "core/error.h"
+#include "core/material_record.h"
 #include "core/mipmaps.h"
 #include "shaders/interface.glsl"
 
@@ -18,37 +19,6 @@ namespace {
 // std140 records are bound one at a time, and 256 is the largest offset alignment GL allows a
 // driver.
 constexpr std::size_t kMaterialStride = (sizeof(shader::MaterialRecord) + 255) / 256 * 256;
-
-/// The textures of a material by unit, and whether they hold sRGB colours.
-std::array<std::pair<const TextureRef*, bool>, PEELER_MATERIAL_UNITS> textureRefs(
-    const Material& m) {
-    return {{{&m.base_color_texture, true},
-             {&m.metallic_roughness_texture, false},
-             {&m.normal_texture, false},
-             {&m.occlusion_texture, false},
-             {&m.emissive_texture, true}}};
-}
-
-shader::MaterialRecord record(const Material& m) {
-    shader::MaterialRecord r{};
-    r.base_color = m.base_color;
-    r.emissive = glm::vec4(m.emissive, m.alpha_cutoff);
-    r.factors = {m.metallic, m.roughness, m.normal_scale, m.occlusion_strength};
-    std::uint32_t flags = m.unlit ? PEELER_UNLIT : 0U;
-    if (m.alpha_mode == AlphaMode::kMask) flags |= PEELER_ALPHA_MASK;
-    if (m.alpha_mode == AlphaMode::kBlend) flags |= PEELER_ALPHA_BLEND;
-    const auto refs = textureRefs(m);
-    for (std::size_t unit = 0; unit < refs.size(); ++unit) {
-        const TextureRef& ref = *refs[unit].first;
-        if (!ref) continue;
-        flags |= PEELER_FIRST_TEXTURE_BIT << unit;
-        const glm::mat3 rows = glm::transpose(ref.transform);
-        r.texture_transform[2 * unit] = glm::vec4(rows[0], static_cast<float>(ref.texcoord));
-        r.texture_transform[2 * unit + 1] = glm::vec4(rows[1], 0);
-    }
-    r.flags.x = flags;
-    return r;
-}
 
 gl::Texture uploadImage(const gl::Functions& gl, const Image& image, bool srgb, int largest) {
     if (image.width > largest || image.height > largest) {
@@ -114,13 +84,16 @@ void GpuScene::uploadMaterials(const gl::Context& context, const Scene& scene,
     std::map<std::tuple<int, int, int, int>, GLuint> sampler_names;
     materials_.resize(scene.materials.size());
     for (const std::size_t index : used) {
-        const Material& m = scene.materials[index];
+        Material m = scene.materials[index];
         GpuMaterial& gpu = materials_[index];
         gpu.unlit = m.unlit;
         gpu.double_sided = m.double_sided;
-        const auto refs = textureRefs(m);
-        for (std::size_t unit = 0; unit < refs.size(); ++unit) {
-            const auto& [ref, srgb] = refs[unit];
+        for (std::size_t i = 0; i < materialFeatures().size(); ++i)
+            if (materialFeatures()[i].used(m)) gpu.features |= 1U << i;
+        checkTextureUnits(m, context.device().limits.texture_units);
+        const auto textures = texturesOf(m);
+        for (std::size_t unit = 0; unit < textures.size(); ++unit) {
+            const auto& [ref, srgb] = textures[unit];
             if (!*ref) continue;
             gpu.textured = true;
             GLuint& texture = uploaded[{ref->image, srgb}];
@@ -143,7 +116,7 @@ void GpuScene::uploadMaterials(const gl::Context& context, const Scene& scene,
     material_records_ = gl::Buffer(gl, bytes);
     const auto mapping = material_records_.overwrite(bytes);
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-        const auto r = record(scene.materials[i]);
+        const auto r = materialRecord(scene.materials[i]);
         std::memcpy(mapping.as<std::byte>() + i * kMaterialStride, &r, sizeof r);
     }
 }

@@ -17,8 +17,9 @@ struct GpuMaterial {
     struct Binding {
         GLuint texture = 0, sampler = 0;
     };
-    Binding bindings[5];
+    Binding bindings[kMaterialTextures];
     bool textured = false, unlit = false, double_sided = false;
+    unsigned features = 0;  ///< what its shader needs, a bit for each of materialFeatures()
 };
 
 /// Geometry, textures with mipmaps, material records, and the draw list.

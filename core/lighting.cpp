@@ -54,7 +54,13 @@ Lighting::Lighting(const gl::Functions& gl, const Scene& scene, const SceneConte
       contents_(contents),
       lights_(placedLights(scene, contents)),
       punctual_(!contents.lights.empty()),
+      environment_(gl, scene),
       records_(gl, sizeof(shader::LightCount) + lights_.size() * sizeof(shader::LightRecord)) {}
+
+void Lighting::contentsChanged() {
+    lights_ = placedLights(scene_, contents_);
+    maps_ = {};
+}
 
 void Lighting::castShadows(Renderer& renderer, const gl::Context& context,
                            const CaptureSettings& settings) {
@@ -69,6 +75,7 @@ void Lighting::castShadows(Renderer& renderer, const gl::Context& context,
 
 void Lighting::bind() const {
     records_.bindStorage(PEELER_LIGHTS);
+    environment_.bind();
     if (shadowed_) gl_.BindTextureUnit(PEELER_SHADOW_UNIT, maps_.texture());
 }
 

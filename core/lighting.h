@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "core/environment_textures.h"
 #include "core/gl/objects.h"
 #include "core/lights.h"
 #include "core/scene_contents.h"
@@ -17,6 +18,9 @@ class Lighting {
     /// `scene` and `contents` must outlive it.
     Lighting(const gl::Functions& gl, const Scene& scene, const SceneContents& contents);
 
+    /// Takes the lights from `contents`, which has changed, and forgets the shadow maps.
+    void contentsChanged();
+
     /// Makes the shadow maps that `settings` ask for unless they are there already; without, light
     /// goes through everything. `renderer` is used for that, and its last plan forgotten.
     void castShadows(Renderer& renderer, const gl::Context& context,
@@ -26,6 +30,8 @@ class Lighting {
     /// The scene has lights of its own; the built-in key light is off then, and the built-in
     /// environment dimmed.
     bool punctual() const { return punctual_; }
+    /// The scene has an environment of its own, in place of everything built-in.
+    bool environment() const { return environment_.present(); }
     /// Some of the lights cast shadows.
     bool shadowed() const { return shadowed_; }
 
@@ -40,6 +46,7 @@ class Lighting {
     const SceneContents& contents_;
     std::vector<PlacedLight> lights_;
     bool punctual_ = false, shadowed_ = false;
+    EnvironmentTextures environment_;
     ShadowMaps maps_;
     gl::Buffer records_;
 };

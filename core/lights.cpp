@@ -49,7 +49,7 @@ std::vector<PlacedLight> placedLights(const Scene& scene, const SceneContents& c
         placed.to_world = place(instance, placed.light.type);
         lights.push_back(placed);
     }
-    if (lights.empty()) lights.push_back(keyLight());
+    if (lights.empty() && !scene.environment) lights.push_back(keyLight());
     return lights;
 }
 

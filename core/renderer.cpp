@@ -41,14 +41,21 @@ struct Renderer::State {
           scene(whole),
           contents(std::move(shown)),
           band_capture(ctx, scene, contents, times),
-          lighting(std::in_place, ctx.functions(), scene, contents) {}
+          lighting(timedLighting(ctx, scene, contents, times)) {}
+
+    /// Prefiltering an environment takes its time.
+    static Lighting timedLighting(gl::Context& ctx, const Scene& scene,
+                                  const SceneContents& contents, StageTimes& times) {
+        const StageTimer timer(times, "upload");
+        return {ctx.functions(), scene, contents};
+    }
 
     gl::Context& context;
     const Scene& scene;
     SceneContents contents;
     StageTimes times;
     BandCapture band_capture;
-    std::optional<Lighting> lighting;
+    Lighting lighting;
 
     CaptureSettings settings;
     const MethodInfo* method = nullptr;
@@ -106,7 +113,7 @@ void Renderer::setContents(SceneContents contents) {
     s.contents = std::move(contents);
     if (!still) timed(s.times, "upload", [&] { s.band_capture.setContents(s.contents); });
     // Shadow maps are worth keeping where only the camera moves.
-    if (!lit_alike) s.lighting.emplace(s.context.functions(), s.scene, s.contents);
+    if (!lit_alike) s.lighting.contentsChanged();
 }
 
 StageTimes Renderer::takeTimes() {
@@ -349,12 +356,12 @@ void Renderer::State::fillPlan() {
 
 Plan Renderer::plan(const View& view, const CaptureSettings& settings) {
     State& s = *state_;
-    s.lighting->castShadows(*this, s.context, settings);  // plans and captures, too
+    s.lighting.castShadows(*this, s.context, settings);  // plans and captures, too
     s.settings = settings;
     s.plan = {};
     s.plan.view = view;
-    s.lighting->setView(view.camera_to_world);
-    s.band_capture.setLighting(*s.lighting);
+    s.lighting.setView(view.camera_to_world);
+    s.band_capture.setLighting(s.lighting);
     s.chooseMethod();
     s.chooseViews(view);
     s.countViews();

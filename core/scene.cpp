@@ -13,4 +13,11 @@ glm::dmat4 Trs::matrix() const {
     return result;
 }
 
+void chooseVariant(Scene& scene, std::size_t variant) {
+    for (Mesh& mesh : scene.meshes)
+        for (Primitive& primitive : mesh.primitives)
+            if (variant < primitive.variants.size() && primitive.variants[variant] >= 0)
+                primitive.material = primitive.variants[variant];
+}
+
 }  // namespace peeler

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "core/material.h"
+
 namespace peeler {
 
 /// The order and the numbers are those of OpenGL and glTF (GL_POINTS = 0 … GL_TRIANGLE_FAN = 6).
@@ -23,17 +25,6 @@ enum class Topology : std::uint8_t {
     kTriangleFan
 };
 
-enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
-
-/// Filters and wraps carry OpenGL's (and glTF's) numbers, e.g. 9729 = GL_LINEAR, 10497 = GL_REPEAT.
-struct Sampler {
-    int mag_filter = 9729;
-    int min_filter = 9987;
-    int wrap_s = 10497;
-    int wrap_t = 10497;
-    bool operator==(const Sampler&) const = default;
-};
-
 /// 8-bit RGBA, straight (unassociated) alpha as stored in the file, rows top to bottom.
 struct Image {
     std::string name;
@@ -41,33 +32,14 @@ struct Image {
     std::vector<std::uint8_t> rgba;
 };
 
-/// One use of a texture by a material. uv' = transform · (u, v, 1) (KHR_texture_transform).
-struct TextureRef {
-    int image = -1;  ///< index into Scene::images, −1 = none
-    Sampler sampler;
-    int texcoord = 0;
-    glm::mat3 transform{1};
-
-    explicit operator bool() const { return image >= 0; }
-};
-
-/// glTF 2.0 §3.9: metallic-roughness. Factors are linear.
-struct Material {
-    std::string name;
-    glm::vec4 base_color{1};
-    TextureRef base_color_texture;  ///< sRGB, alpha linear
-    float metallic = 1, roughness = 1;
-    TextureRef metallic_roughness_texture;  ///< linear; G roughness, B metallic
-    TextureRef normal_texture;              ///< linear
-    float normal_scale = 1;
-    TextureRef occlusion_texture;  ///< linear; R
-    float occlusion_strength = 1;
-    TextureRef emissive_texture;  ///< sRGB
-    glm::vec3 emissive{0};
-    AlphaMode alpha_mode = AlphaMode::kOpaque;
-    float alpha_cutoff = 0.5F;
-    bool double_sided = false;
-    bool unlit = false;
+/// Light from all around: an equirectangular image (latitude-longitude) of linear radiance, rows
+/// top to bottom. As ImfEnvmap.h of OpenEXR defines it: the centre is seen along +Z, the top along
+/// +Y, and what lies along +X is a quarter to the left of the centre.
+struct Environment {
+    int width = 0, height = 0;
+    std::vector<glm::vec3> radiance;  ///< finite, not negative
+    double rotation = 0;  ///< radians about +Y; a positive one turns what is along +Z toward +X
+    std::uint64_t content_hash = 0;
 };
 
 /// Up to four joints that move each vertex, and how much (JOINTS_n, WEIGHTS_n).
@@ -86,6 +58,8 @@ struct MorphTarget {
 struct Primitive {
     Topology topology = Topology::kTriangles;
     int material = 0;  ///< index into Scene::materials, always valid
+    std::vector<int>
+        variants;  ///< by index into Scene::variants: the material then, −1 = `material`
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
     std::vector<glm::vec4> tangents;  ///< w = handedness ±1
@@ -197,11 +171,16 @@ struct Scene {
     std::vector<Light> lights;
     std::vector<Skin> skins;
     std::vector<Animation> animations;
+    std::vector<std::string> variants;       ///< names (KHR_materials_variants)
+    std::optional<Environment> environment;  ///< in place of the built-in light
 
     std::string generator, copyright;
     std::vector<std::string> extensions_used, extensions_required;
     std::uint64_t content_hash = 0;     ///< of all bytes that were read
     std::vector<std::string> warnings;  ///< whole sentences, each once
 };
+
+/// Gives every primitive its material of a variant (an index into Scene::variants).
+void chooseVariant(Scene& scene, std::size_t variant);
 
 }  // namespace peeler

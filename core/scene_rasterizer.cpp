@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/material_record.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {
@@ -27,12 +28,24 @@ enum Variant : unsigned {
     kShadowed = 64,
     kClipped = 128,
     kInstanced = 256,
+    kEnvironment = 512,
+    kFirstFeature = 1024,  // of a material, see materialFeatures()
 };
 constexpr std::pair<unsigned, const char*> kDefinitions[] = {
-    {kVaryings, "VARYINGS"}, {kTextured, "TEXTURED"}, {kAlphaTest, "ALPHA_TEST"},
-    {kUnlit, "UNLIT"},       {kBounded, "BOUNDED"},   {kPunctual, "PUNCTUAL"},
-    {kShadowed, "SHADOWED"}, {kClipped, "CLIPPED"},   {kInstanced, "INSTANCED"},
+    {kVaryings, "VARYINGS"},    {kTextured, "TEXTURED"},
+    {kAlphaTest, "ALPHA_TEST"}, {kUnlit, "UNLIT"},
+    {kBounded, "BOUNDED"},      {kPunctual, "PUNCTUAL"},
+    {kShadowed, "SHADOWED"},    {kClipped, "CLIPPED"},
+    {kInstanced, "INSTANCED"},  {kEnvironment, "ENVIRONMENT"},
 };
+
+/// Those that an unlit surface has, too.
+unsigned alphaFeatures() {
+    unsigned bits = 0;
+    for (std::size_t i = 0; i < materialFeatures().size(); ++i)
+        if (materialFeatures()[i].changes_alpha) bits |= 1U << i;
+    return bits;
+}
 
 struct Culling {
     bool front, back;
@@ -227,8 +240,12 @@ const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const Draw
         if (unlit) bits |= kUnlit;
         if (!unlit && lighting_ && lighting_->punctual()) bits |= kPunctual;
         if (!unlit && lighting_ && lighting_->shadowed()) bits |= kShadowed;
+        if (!unlit && lighting_ && lighting_->environment()) bits |= kEnvironment;
+        const unsigned features = material.features & (unlit ? alphaFeatures() : ~0U);
+        bits |= features * kFirstFeature;
         // An unlit surface shows its base colour alone.
-        if (unlit ? material.bindings[PEELER_BASE_COLOR_UNIT].texture != 0 : material.textured)
+        if (unlit && features == 0 ? material.bindings[PEELER_BASE_COLOR_UNIT].texture != 0
+                                   : material.textured)
             bits |= kTextured;
     } else if (draw.alpha_tested && pass.draws != Draws::kClipMeshes) {
         bits = kVaryings | kAlphaTest;
@@ -243,6 +260,9 @@ const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const Draw
         std::string definitions(pass.definitions);
         for (const auto& [bit, definition] : kDefinitions)
             if (bits & bit) definitions.append(" ").append(definition);
+        for (std::size_t i = 0; i < materialFeatures().size(); ++i)
+            if (bits & kFirstFeature << i)
+                definitions.append(" ").append(materialFeatures()[i].definition);
         cached = &program({"scene.vert", pass.fragment_shader}, definitions);
     }
     return *cached;

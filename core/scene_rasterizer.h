@@ -30,8 +30,8 @@ using ShaderArgument = std::optional<std::array<int, 4>>;
 /// Which draws a geometry pass shows, by the alpha mode of their materials.
 enum class Draws : std::uint8_t {
     kAll,
-    kOpaque,     ///< OPAQUE and MASK
-    kBlended,    ///< BLEND
+    kOpaque,     ///< OPAQUE and MASK, if no light passes through
+    kBlended,    ///< the others: BLEND, and what transmits light
     kClipMeshes  ///< the boundary of the clip volume, which no other pass shows; both faces
 };
 

@@ -19,7 +19,8 @@ class Renderer;
 /// to it (core/midpoint.h; the use of depth peeling that Everitt names, "Interactive
 /// Order-Independent Transparency", 2001, section 4). What is farther than that is in shadow. A lit
 /// surface lies in front of the midpoint by half its distance from the next, so nothing needs a
-/// bias. OPAQUE and MASK surfaces cast shadows, with both faces; BLEND ones do not. Point lights
+/// bias. OPAQUE and MASK surfaces cast shadows, with both faces; those
+/// of BLEND materials and those that transmit light do not. Point lights
 /// cast none.
 class ShadowMaps {
   public:

@@ -28,6 +28,8 @@ constexpr Magic kMagics[] = {
     {"\xff\xd8\xff"sv, FileKind::kJpeg},
     {"II\x2a\0"sv, FileKind::kTiff},
     {"MM\0\x2a"sv, FileKind::kTiff},
+    {"#?RADIANCE"sv, FileKind::kHdr},
+    {"#?RGBE"sv, FileKind::kHdr},
 };
 
 /// The first bytes without byte order mark and white space, which JSON may begin with.

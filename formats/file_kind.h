@@ -6,7 +6,7 @@
 
 namespace peeler {
 
-enum class FileKind { kUnknown, kGltf, kExr, kPng, kJpeg, kTiff };
+enum class FileKind { kUnknown, kGltf, kExr, kPng, kJpeg, kTiff, kHdr };
 
 /// Reads the first bytes. Throws Error (kInput) if the file cannot be read.
 FileKind fileKind(const std::string& path);

@@ -36,6 +36,7 @@ constexpr Plugin kPlugins[] = {
     {FileKind::kJpeg, "jpeg", withoutJpegMetadata},
     {FileKind::kTiff, "tiff", nullptr},
     {FileKind::kExr, "openexr", nullptr},
+    {FileKind::kHdr, "hdr", nullptr},
 };
 
 [[noreturn]] void fail(const std::string& what, const std::string& hint = "") {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flat pictures as numbers to calculate with: PNG, JPEG, TIFF, and OpenEXR without layers.
+// Flat pictures as numbers to calculate with: PNG, JPEG, TIFF, Radiance, and OpenEXR without
+// layers.
 #pragma once
 
 #include <cstdint>

@@ -49,12 +49,27 @@ Interpolation interpolationOf(const json& sampler) {
     return name == "CUBICSPLINE" ? Interpolation::kCubicSpline : Interpolation::kLinear;
 }
 
+/// Bytes that may still be taken.
+struct Budget {
+    std::uint64_t limit, left;
+
+    void take(std::uint64_t bytes, const std::string& where) {
+        if (bytes > left)
+            throw Error(
+                ErrorKind::kInput,
+                "the animations need more than the limit of " + std::to_string(limit) + " bytes",
+                where, "split the scene");
+        left -= bytes;
+    }
+};
+
 class AnimationReader {
   public:
-    AnimationReader(GltfDocument& document, const Scene& scene, const json& source,
+    AnimationReader(GltfDocument& document, const Scene& scene, Budget& budget, const json& source,
                     std::string where)
         : document_(document),
           scene_(scene),
+          budget_(budget),
           accessors_(document),
           source_(source),
           where_(std::move(where)) {}
@@ -121,6 +136,7 @@ class AnimationReader {
         result.interpolation = interpolationOf(sampler);
         const int input = sampler["input"].get<int>(), output = sampler["output"].get<int>();
         const std::size_t times = accessors_.count(input), elements = accessors_.count(output);
+        budget_.take((times + elements * 4) * sizeof(float), where);  // a value has at most four
         result.times = accessors_.floats(input, kTime, {0, times}, where + "/input");
         for (std::size_t i = 0; i < times; ++i)
             if (!std::isfinite(result.times[i]) || (i > 0 && result.times[i] < result.times[i - 1]))
@@ -148,6 +164,7 @@ class AnimationReader {
 
     GltfDocument& document_;
     const Scene& scene_;
+    Budget& budget_;
     AccessorReader accessors_;
     const json& source_;
     std::string where_;
@@ -158,12 +175,14 @@ class AnimationReader {
 
 }  // namespace
 
-std::vector<Animation> readGltfAnimations(GltfDocument& document, const Scene& scene) {
+std::vector<Animation> readGltfAnimations(GltfDocument& document, const GltfOptions& options,
+                                          const Scene& scene) {
     std::vector<Animation> result;
+    Budget budget{options.max_geometry_bytes, options.max_geometry_bytes};
     for (std::size_t i = 0; i < document.animations.size(); ++i)
-        result.push_back(
-            AnimationReader(document, scene, document.animations[i], childPointer("/animations", i))
-                .read());
+        result.push_back(AnimationReader(document, scene, budget, document.animations[i],
+                                         childPointer("/animations", i))
+                             .read());
     return result;
 }
 

@@ -21,6 +21,9 @@ using nlohmann::json;
     throw Error(ErrorKind::kInput, what, where, hint);
 }
 
+// Real scenes nest tens of levels, a skeleton a hundred.
+constexpr std::size_t kMaxNodeDepth = 10000;
+
 bool isVersion2(const json& version, bool only_2_0) {
     if (!version.is_string()) return false;
     const std::string& text = version.get_ref<const std::string&>();
@@ -51,20 +54,24 @@ void checkForest(const tinygltf::Model& model) {
             parent = static_cast<int>(i);
         }
     }
-    // Every chain of parents is walked once: nodes known to reach a root are marked.
-    std::vector<char> reaches_root(count, 0);
+    // Every chain of parents is walked once: where a node's depth is known, its parents' are.
+    std::vector<std::size_t> depths(count, 0);  // 1 = a root, 0 = not known yet
     std::vector<std::size_t> chain;
     for (std::size_t i = 0; i < count; ++i) {
         chain.clear();
-        std::size_t node = i;
-        while (!reaches_root[node]) {
+        std::size_t node = i, depth = 0;
+        while (depths[node] == 0) {
             chain.push_back(node);
             if (chain.size() > count) failRing(parents, node);
             if (parents[node] < 0) break;
             node = static_cast<std::size_t>(parents[node]);
         }
-        for (const std::size_t done : chain)
-            reaches_root[done] = 1;
+        depth = depths[node];
+        for (auto next = chain.rbegin(); next != chain.rend(); ++next)
+            depths[*next] = ++depth;
+        if (depth > kMaxNodeDepth)
+            fail("the nodes are nested deeper than " + std::to_string(kMaxNodeDepth) + " levels",
+                 childPointer("/nodes", i), "no exporter writes such a scene; flatten it");
     }
     for (std::size_t i = 0; i < model.scenes.size(); ++i) {
         const std::vector<int>& roots = model.scenes[i].nodes;

@@ -15,6 +15,7 @@
 #include "formats/gltf_lights.h"
 #include "formats/gltf_meshopt.h"
 #include "formats/gltf_schema.h"
+#include "formats/gltf_variants.h"
 
 namespace peeler {
 namespace {
@@ -234,6 +235,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     document.skins = take(gltf, "skins");
     readGltfLights(gltf, document);
     document.node_extensions = takeNodeExtensions(gltf);
+    document.variants = readVariantNames(gltf);
     document.model = parseModel(gltf, name);
     checkGltfModel(document.model);
     readBuffers(document, buffers, container);

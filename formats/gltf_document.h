@@ -47,6 +47,8 @@ struct GltfDocument {
     std::vector<Light> lights;
     std::vector<int> node_lights;  ///< of each node: an index into `lights`, −1 = none
 
+    std::vector<std::string> variants;  ///< names
+
     std::vector<std::string> warnings;
     std::uint64_t content_hash = 0;  ///< of everything read so far
     GltfFolder folder;

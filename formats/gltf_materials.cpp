@@ -9,16 +9,12 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "formats/gltf_accessor.h"
+#include "formats/gltf_material_extensions.h"
 #include "formats/gltf_schema.h"
 #include "formats/texture_decoder.h"
 
 namespace peeler {
 namespace {
-
-const tinygltf::Value* find(const tinygltf::ExtensionMap& extensions, const char* name) {
-    const auto found = extensions.find(name);
-    return found == extensions.end() ? nullptr : &found->second;
-}
 
 /// Absent members keep what stands in `numbers`. The schema check has seen types and lengths.
 template <std::size_t n>
@@ -96,16 +92,17 @@ class MaterialReader {
         out.emissive_texture = texture(source.emissiveTexture, where + "/emissiveTexture");
         for (int i = 0; i < 3; ++i)
             out.emissive[i] = factor(source.emissiveFactor[static_cast<std::size_t>(i)], where);
-        if (const auto* strength = find(source.extensions, "KHR_materials_emissive_strength"))
-            if (strength->Has("emissiveStrength"))
-                out.emissive *= static_cast<float>(
-                    std::max(0.0, strength->Get("emissiveStrength").GetNumberAsDouble()));
         out.alpha_mode = source.alphaMode == "MASK"    ? AlphaMode::kMask
                          : source.alphaMode == "BLEND" ? AlphaMode::kBlend
                                                        : AlphaMode::kOpaque;
         out.alpha_cutoff = static_cast<float>(source.alphaCutoff);
         out.double_sided = source.doubleSided;
-        out.unlit = find(source.extensions, "KHR_materials_unlit") != nullptr;
+        readMaterialExtensions(
+            source, where, options_, document_,
+            [this](const tinygltf::TextureInfo& info, const std::string& place) {
+                return texture(info, place);
+            },
+            out);
         return out;
     }
 
@@ -127,7 +124,7 @@ class MaterialReader {
             document_.model.textures[static_cast<std::size_t>(info.index)];
         out.sampler = toSampler(document_.model, source);
         out.texcoord = info.texCoord;
-        if (const auto* transform = find(info.extensions, "KHR_texture_transform")) {
+        if (const auto* transform = findExtension(info.extensions, "KHR_texture_transform")) {
             out.transform = textureTransform(*transform);
             if (transform->Has("texCoord"))
                 out.texcoord = transform->Get("texCoord").GetNumberAsInt();
@@ -146,12 +143,12 @@ class MaterialReader {
     /// The image in a format that we decode, as its place in scene.images. An extension's goes
     /// before the core one, which is then its fallback.
     int imageOf(const tinygltf::Texture& source, const std::string& where) {
-        if (const auto* webp = find(source.extensions, "EXT_texture_webp");
+        if (const auto* webp = findExtension(source.extensions, "EXT_texture_webp");
             webp && webp->Has("source"))
             return sceneImage(webp->Get("source").GetNumberAsInt(), source.source);
         if (source.source >= 0) return sceneImage(source.source);
         for (const char* name : kUndecodedSources)
-            if (find(source.extensions, name))
+            if (findExtension(source.extensions, name))
                 throw Error(ErrorKind::kInput,
                             "the texture has an image of " + std::string(name) +
                                 " only, which is not decoded",
@@ -253,12 +250,9 @@ class MaterialReader {
         for (std::size_t i = 0; i < count; ++i)
             if (stand_ins[i] >= 0) place[i] = place[static_cast<std::size_t>(stand_ins[i])];
         for (Material& material : scene_.materials)
-            for (TextureRef* texture :
-                 {&material.base_color_texture, &material.metallic_roughness_texture,
-                  &material.normal_texture, &material.occlusion_texture,
-                  &material.emissive_texture})
-                if (texture->image >= 0)
-                    texture->image = place[static_cast<std::size_t>(texture->image)];
+            for (const MaterialTexture& texture : texturesOf(material))
+                if (*texture.ref)
+                    texture.ref->image = place[static_cast<std::size_t>(texture.ref->image)];
     }
 
     static std::string shortUri(const std::string& uri) { return isDataUri(uri) ? "" : uri; }

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "formats/gltf_accessor.h"
 #include "formats/gltf_schema.h"
+#include "formats/gltf_variants.h"
 
 namespace peeler {
 namespace {
@@ -289,6 +290,7 @@ std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& opti
                             where + "/targets", "check the file with the Khronos glTF validator");
             Primitive primitive;
             primitive.material = from.material >= 0 ? from.material : default_material;
+            primitive.variants = variantMaterials(from, document.variants.size());
             if (!PrimitiveReader(document, from, where).read(primitive)) continue;
             geometry_bytes += bytesOf(primitive);
             if (geometry_bytes > options.max_geometry_bytes)

@@ -74,6 +74,7 @@ class NodeReader {
         readExtensions(document_.node_extensions[index], where + "/extensions", node);
         checkSkin(node, where);
         checkWeights(node, where);
+        takeBytes(deformedBytes(node), where);
         return node;
     }
 
@@ -119,12 +120,7 @@ class NodeReader {
                             where + '/' + name, kHint);
             first = name;
             count = elements;
-            bytes_ += count * sizeof(glm::dmat4);
-            if (bytes_ > options_.max_geometry_bytes)
-                throw Error(ErrorKind::kInput,
-                            "the instances need more than the limit of " +
-                                std::to_string(options_.max_geometry_bytes) + " bytes",
-                            where + '/' + name, "split the scene");
+            takeBytes(count * sizeof(glm::dmat4), where + '/' + name);
             std::vector<float> numbers =
                 accessors_.floats(accessor, format, {0, elements}, where + '/' + name);
             for (const float number : numbers)
@@ -156,6 +152,26 @@ class NodeReader {
             result[i] = trs.matrix();
         }
         return result;
+    }
+
+    /// Of a small file, many nodes may need room of their own.
+    void takeBytes(std::uint64_t bytes, const std::string& where) {
+        bytes_ += bytes;
+        if (bytes_ > options_.max_geometry_bytes)
+            throw Error(ErrorKind::kInput,
+                        "instances and deformed meshes need more than the limit of " +
+                            std::to_string(options_.max_geometry_bytes) + " bytes",
+                        where, "split the scene");
+    }
+
+    /// What the node needs where joints or morph targets move its mesh: vertices of its own.
+    std::uint64_t deformedBytes(const Node& node) const {
+        if (node.mesh < 0) return 0;
+        std::uint64_t bytes = 0;
+        for (const Primitive& p : scene_.meshes[static_cast<std::size_t>(node.mesh)].primitives)
+            if (node.skin >= 0 || !p.targets.empty())
+                bytes += p.positions.size() * (2 * sizeof(glm::vec3) + sizeof(glm::vec4));
+        return bytes;
     }
 
     Skin skin(const json& source, const std::string& where) {
@@ -205,7 +221,7 @@ class NodeReader {
     Scene& scene_;
     AccessorReader accessors_;
     std::vector<std::size_t> mesh_joints_;  ///< how many joints each mesh needs
-    std::uint64_t bytes_ = 0;               ///< of all instances
+    std::uint64_t bytes_ = 0;               ///< of instances and deformed meshes
 };
 
 }  // namespace

@@ -74,10 +74,11 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
         scene.meshes =
             readGltfMeshes(document, options, static_cast<int>(scene.materials.size()) - 1);
         readGltfNodes(document, options, scene);
-        scene.animations = readGltfAnimations(document, scene);
+        scene.animations = readGltfAnimations(document, options, scene);
         readScenes(document.model, scene);
         readCameras(document.model, scene);
         scene.lights = std::move(document.lights);
+        scene.variants = std::move(document.variants);
         warnOfWhatIsIgnored(document);
         scene.generator = document.model.asset.generator;
         scene.copyright = document.model.asset.copyright;

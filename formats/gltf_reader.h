@@ -17,6 +17,9 @@ struct GltfOptions {
     bool strict = false;
     /// URIs may lead out of the scene's folder: absolute paths, "..", symbolic links.
     bool allow_outside = false;
+    /// False: KHR_materials_transmission and KHR_materials_volume are left unread, so that every
+    /// surface is what its alpha mode says.
+    bool transmission = true;
     std::uint64_t max_file_bytes = std::uint64_t{2} << 30;  ///< of the scene and each file it names
     std::uint64_t max_image_bytes = std::uint64_t{1} << 30;  ///< of each image, decoded to RGBA
     /// Of all vertices and indices together, as the scene holds them: many primitives may share the

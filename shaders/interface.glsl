@@ -39,24 +39,40 @@ using glm::vec4;
 #define PEELER_LIGHTS 7      // LightCount, then a LightRecord a light
 #define PEELER_INSTANCES 8   // Placements of all draws that have several
 
-// Texture units.
+// Texture units. GL promises 16 in a shader, and a material may use 17 besides those of lights and peeling; so a program
+// has only those samplers that its variant reads, and GpuScene counts them.
 #define PEELER_BASE_COLOR_UNIT 0
-#define PEELER_METALLIC_ROUGHNESS_UNIT 1
+#define PEELER_METALLIC_ROUGHNESS_UNIT 1  // or specular and glossiness
 #define PEELER_NORMAL_UNIT 2
 #define PEELER_OCCLUSION_UNIT 3
 #define PEELER_EMISSIVE_UNIT 4
-#define PEELER_MATERIAL_UNITS 5
-#define PEELER_OPAQUE_DEPTH_UNIT 5
-#define PEELER_OPAQUE_PRIMITIVE_UNIT 6
-#define PEELER_PREVIOUS_DEPTH_UNIT 7
-#define PEELER_PREVIOUS_PRIMITIVE_UNIT 8
-#define PEELER_PREVIOUS_COLOR_UNIT 9
-#define PEELER_SHADOW_UNIT 10
+#define PEELER_SPECULAR_UNIT 5
+#define PEELER_SPECULAR_COLOR_UNIT 6
+#define PEELER_CLEARCOAT_UNIT 7
+#define PEELER_CLEARCOAT_ROUGHNESS_UNIT 8
+#define PEELER_CLEARCOAT_NORMAL_UNIT 9
+#define PEELER_SHEEN_COLOR_UNIT 10
+#define PEELER_SHEEN_ROUGHNESS_UNIT 11
+#define PEELER_ANISOTROPY_UNIT 12
+#define PEELER_IRIDESCENCE_UNIT 13
+#define PEELER_IRIDESCENCE_THICKNESS_UNIT 14
+#define PEELER_TRANSMISSION_UNIT 15
+#define PEELER_THICKNESS_UNIT 16
+#define PEELER_MATERIAL_UNITS 17
+#define PEELER_OPAQUE_DEPTH_UNIT 17
+#define PEELER_OPAQUE_PRIMITIVE_UNIT 18
+#define PEELER_PREVIOUS_DEPTH_UNIT 19
+#define PEELER_PREVIOUS_PRIMITIVE_UNIT 20
+#define PEELER_PREVIOUS_COLOR_UNIT 21
+#define PEELER_SHADOW_UNIT 22
+#define PEELER_ENVIRONMENT_UNIT 23  // from here on filtered linearly, with mipmaps
+#define PEELER_IRRADIANCE_UNIT 24
+#define PEELER_ALBEDO_UNIT 25
 // When a composite is put together, and no geometry is drawn:
-#define PEELER_FRONT_UNIT 5
-#define PEELER_BACK_UNIT 6
-#define PEELER_TAIL_SUM_UNIT 7
-#define PEELER_TAIL_COUNT_UNIT 8
+#define PEELER_FRONT_UNIT 17
+#define PEELER_BACK_UNIT 18
+#define PEELER_TAIL_SUM_UNIT 19
+#define PEELER_TAIL_COUNT_UNIT 20
 
 #define PEELER_MAX_HALF_SPACES 32
 
@@ -106,8 +122,15 @@ struct MaterialRecord {
     vec4 base_color;
     vec4 emissive;                // w: alpha cutoff
     vec4 factors;                 // metallic, roughness, normal scale, occlusion strength
-    vec4 texture_transform[10];   // two rows of a 3x3 matrix a texture unit; w of the first row: UV set
-    uvec4 flags;                  // x: bits above
+    vec4 specular;       // rgb, a: KHR_materials_specular's colour and factor; or specular, glossiness
+    vec4 clearcoat;      // factor, roughness, normal scale
+    vec4 sheen;          // rgb, a: roughness
+    vec4 anisotropy;     // strength, cosine and sine of the rotation
+    vec4 iridescence;    // factor, index of refraction, least and greatest thickness (nm)
+    vec4 transmission;   // factor, thickness, 1 / attenuation distance; w: F0 of a dielectric
+    vec4 attenuation;    // rgb
+    vec4 texture_transform[2 * PEELER_MATERIAL_UNITS];  // two rows of a 3x3 matrix; w of the first row: UV set
+    uvec4 flags;         // x: bits above
 };
 
 struct LightCount {

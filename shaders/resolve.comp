@@ -20,7 +20,7 @@ vec4 over(vec4 a, vec4 b) { return a + (1.0 - a.a) * b; }
 
 /// Weighted average (Bavoil & Myers 2008, section 4): n fragments, each of the average colour and opacity.
 vec4 average(vec4 sum, float n) {
-    if (sum.a <= 0.0) return vec4(0.0);
+    if (sum.a <= 0.0) return vec4(sum.rgb, 0.0);  // reflections on glass
     float covered = 1.0 - pow(max(0.0, 1.0 - sum.a / n), n);
     return vec4(sum.rgb / sum.a * covered, covered);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The material at a fragment: textures, alpha, the normal. glTF 2.0 §3.9.
+// The material at a fragment: its textures, base colour and alpha. glTF 2.0 §3.9.
 #include "fragment.glsl"
 
 layout(std140, binding = PEELER_MATERIAL_BLOCK) uniform MaterialBlock { MaterialRecord material; };
@@ -35,6 +35,13 @@ Gradients surfaceGradients() {
 bool hasTexture(int unit) {
     return (material.flags.x & (PEELER_FIRST_TEXTURE_BIT << uint(unit))) != 0u;
 }
+
+/// A texture of the material, or all ones where there is none.
+#ifdef TEXTURED
+#define TEXEL(map, unit) (hasTexture(unit) ? sampled(map, unit, g) : vec4(1.0))
+#else
+#define TEXEL(map, unit) vec4(1.0)
+#endif
 
 #ifdef TEXTURED
 vec4 sampled(sampler2D map, int unit, Gradients g) {
@@ -72,45 +79,4 @@ bool passesAlphaTest(float alpha) {
 /// Alpha as it is composited.
 float coverage(float alpha) {
     return (material.flags.x & PEELER_ALPHA_BLEND) != 0u ? clamp(alpha, 0.0, 1.0) : 1.0;
-}
-
-/// Unit shading normal in view space, on the side of the viewer's face: a back face has the opposite of
-/// the front face's normal, bumps and all (glTF 2.0 §3.9.6).
-vec3 shadingNormal(Gradients g) {
-    vec3 facet = cross(g.position_dx, g.position_dy);  // toward the viewer, whatever the winding
-    vec3 normal = dot(facet, facet) > 0.0 ? normalize(facet) : vec3(0.0, 0.0, 1.0);
-    float side = gl_FrontFacing ? 1.0 : -1.0;
-    if ((draw.ids.z & PEELER_HAS_NORMALS) != 0u && dot(surface.normal, surface.normal) > 0.0) {
-        normal = side * normalize(surface.normal);
-    }
-#ifdef TEXTURED
-    if (hasTexture(PEELER_NORMAL_UNIT)) {
-        vec3 mapped = sampled(normal_texture, PEELER_NORMAL_UNIT, g).xyz * 2.0 - 1.0;
-        mapped.xy *= material.factors.z;
-        vec3 tangent, bitangent;
-        if ((draw.ids.z & PEELER_HAS_TANGENTS) != 0u) {
-            float size = dot(surface.tangent.xyz, surface.tangent.xyz);  // the node may scale it
-            tangent = surface.tangent.xyz * (size > 0.0 ? side * inversesqrt(size) : 0.0);
-            bitangent = side * cross(normal, tangent) * surface.tangent.w;
-        } else {
-            // Tangent frame from derivatives (Schüler, "Followup: Normal Mapping Without Precomputed
-            // Tangents", 2013).
-            bool second = material.texture_transform[2 * PEELER_NORMAL_UNIT].w != 0.0;
-            vec2 dx = second ? g.texcoords_dx.zw : g.texcoords_dx.xy;
-            vec2 dy = second ? g.texcoords_dy.zw : g.texcoords_dy.xy;
-            vec3 across_y = cross(g.position_dy, normal), across_x = cross(normal, g.position_dx);
-            tangent = across_y * dx.x + across_x * dy.x;
-            // glTF's V runs down the image while its normal maps point +Y up the image.
-            bitangent = -(across_y * dx.y + across_x * dy.y);
-            float scale = max(dot(tangent, tangent), dot(bitangent, bitangent));
-            // An interpolated normal may lean away from the viewer, and the frame turns with it.
-            float facing = dot(normal, facet) < 0.0 ? -side : side;
-            tangent *= scale > 0.0 ? facing * inversesqrt(scale) : 0.0;
-            bitangent *= scale > 0.0 ? facing * inversesqrt(scale) : 0.0;
-        }
-        vec3 bent = tangent * mapped.x + bitangent * mapped.y + normal * mapped.z;
-        if (dot(bent, bent) > 0.0) normal = normalize(bent);
-    }
-#endif
-    return normal;
 }

@@ -52,6 +52,7 @@ std::string examine(const Functions& gl, Device& device) {
     limits.viewport_height = viewport[1];
     limits.texture_size = integer(GL_MAX_TEXTURE_SIZE);
     limits.texture_layers = integer(GL_MAX_ARRAY_TEXTURE_LAYERS);
+    limits.texture_units = integer(GL_MAX_TEXTURE_IMAGE_UNITS);
     limits.subpixel_bits = integer(GL_SUBPIXEL_BITS);
 
     const int major = integer(GL_MAJOR_VERSION), minor = integer(GL_MINOR_VERSION);

@@ -19,6 +19,7 @@ struct Limits {
     int viewport_width = 0, viewport_height = 0;
     int texture_size = 0;
     int texture_layers = 0;  ///< of an array
+    int texture_units = 0;   ///< of fragment shaders
     int subpixel_bits = 0;
 };
 

@@ -74,6 +74,15 @@ Texture makeTexture2DArray(const Functions& gl, GLenum format, int width, int he
     return texture;
 }
 
+Texture makeTextureCube(const Functions& gl, GLenum format, int size, int levels) {
+    GLuint name = 0;
+    gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &name);
+    Texture texture(gl, name);
+    gl.TextureStorage2D(name, levels, format, size, size);
+    checkErrors(gl, "allocating a cube map of " + std::to_string(size) + " texels a side");
+    return texture;
+}
+
 Framebuffer makeFramebuffer(const Functions& gl, const std::vector<GLuint>& colors, GLuint depth) {
     GLuint name = 0;
     gl.CreateFramebuffers(1, &name);

@@ -89,6 +89,9 @@ Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height,
 /// The same, an array of layers without mipmaps.
 Texture makeTexture2DArray(const Functions& gl, GLenum format, int width, int height, int layers);
 
+/// A cube map with immutable storage.
+Texture makeTextureCube(const Functions& gl, GLenum format, int size, int levels);
+
 /// A framebuffer with these colour attachments (0, 1, …) and, if not zero, a depth attachment.
 /// Throws Error (kDevice) if the driver does not take the combination.
 Framebuffer makeFramebuffer(const Functions& gl, const std::vector<GLuint>& colors, GLuint depth);

@@ -158,5 +158,15 @@ TEST(GltfAnimations, RefuseDamage) {
     }
 }
 
+TEST(GltfAnimations, HaveALimit) {
+    GltfOptions tight;
+    tight.max_geometry_bytes = 100;  // the triangle has 36
+    GltfBuilder builder = moving();
+    EXPECT_EQ(load(builder, tight).animations.size(), 1U);
+    builder.gltf["animations"].push_back(builder.gltf["animations"][0]);
+    builder.gltf["animations"].push_back(builder.gltf["animations"][0]);
+    EXPECT_EQ(errorOf(builder, tight).where(), "/animations/2/samplers/0");
+}
+
 }  // namespace
 }  // namespace peeler::test

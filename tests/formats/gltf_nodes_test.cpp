@@ -156,6 +156,16 @@ TEST(GltfInstances, RefuseDamage) {
     EXPECT_EQ(errorOf(instanced(), tight).where(), where + "ROTATION");
 }
 
+TEST(GltfSkins, CountTheRoomOfEveryNodeThatTheyDeform) {
+    GltfBuilder builder = skinned();
+    for (int i = 0; i < 10; ++i)
+        builder.gltf["nodes"].push_back({{"mesh", 0}, {"skin", 0}});
+    GltfOptions tight;
+    tight.max_geometry_bytes = 600;  // of three vertices: 120 bytes a node
+    EXPECT_EQ(errorOf(builder, tight).where(), "/nodes/7");
+    EXPECT_EQ(load(builder).nodes.size(), 13U);
+}
+
 TEST(GltfNodes, CanBeHidden) {
     GltfBuilder builder = triangle();
     builder.gltf["extensionsUsed"] = builder.gltf["extensionsRequired"] = {"KHR_node_visibility"};

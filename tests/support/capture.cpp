@@ -3,6 +3,7 @@
 
 #include <Imath/half.h>
 
+#include <cmath>
 #include <cstring>
 
 #include "support/test_support.h"
@@ -40,6 +41,30 @@ int SceneBuilder::quad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& 
 
 int SceneBuilder::rectangle(float w, float h, float z, int material) {
     return quad({-w, -h, z}, {w, -h, z}, {w, h, z}, {-w, h, z}, material);
+}
+
+int SceneBuilder::sphere(const glm::vec3& center, float radius, int material) {
+    constexpr std::uint32_t kRows = 24, kColumns = 48;
+    Primitive p;
+    p.material = material;
+    for (std::uint32_t row = 0; row <= kRows; ++row) {
+        for (std::uint32_t column = 0; column <= kColumns; ++column) {
+            const float u = static_cast<float>(column) / kColumns;
+            const float v = static_cast<float>(row) / kRows;
+            const float longitude = u * 6.2831853F, polar = v * 3.1415927F;
+            const glm::vec3 n(std::sin(longitude) * std::sin(polar), std::cos(polar),
+                              std::cos(longitude) * std::sin(polar));
+            p.positions.push_back(center + radius * n);
+            p.normals.push_back(n);
+            p.tangents.emplace_back(std::cos(longitude), 0, -std::sin(longitude), 1);
+            p.texcoords[0].emplace_back(u, v);
+            if (row == kRows || column == kColumns) continue;
+            const std::uint32_t a = row * (kColumns + 1) + column, b = a + kColumns + 1;
+            p.indices.insert(p.indices.end(), {a, b, a + 1, a + 1, b, b + 1});
+        }
+    }
+    scene_.meshes.push_back({"sphere", {p}});
+    return instance(static_cast<int>(scene_.meshes.size()) - 1, glm::dmat4(1));
 }
 
 int SceneBuilder::instance(int mesh, const glm::dmat4& placement) {

@@ -26,6 +26,8 @@ class SceneBuilder {
              int material, const glm::dmat4& placement = glm::dmat4(1));
     /// A rectangle of half extents (w, h) facing +Z at z.
     int rectangle(float w, float h, float z, int material);
+    /// A sphere with normals, tangents (along the parallels) and texture coordinates.
+    int sphere(const glm::vec3& center, float radius, int material);
     /// A node that shows an existing mesh again.
     int instance(int mesh, const glm::dmat4& placement);
     /// A light in a node of its own, which shines along −Z of `placement`.

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light from all around. Directions are in world space.
+//
+// With ENVIRONMENT an image, prefiltered by core/environment_maps. Otherwise the built-in studio: a pale floor, a
+// bright horizon, a blue-grey dome and one large soft box around the key light, fixed in world space (+Y up).
+
+#if defined(ENVIRONMENT) || defined(SHEEN)
+/// By cosine of the view and roughness: scale and bias of F0 (GGX), and the albedo of sheen.
+layout(binding = PEELER_ALBEDO_UNIT) uniform sampler2D albedo_table;
+
+vec3 tabledAlbedo(float n_dot_v, float roughness) {
+    // The entries lie on 0 and 1.
+    vec2 size = vec2(textureSize(albedo_table, 0));
+    return textureLod(albedo_table, (vec2(n_dot_v, roughness) * (size - 1.0) + 0.5) / size, 0.0).rgb;
+}
+#endif
+
+#ifdef ENVIRONMENT
+layout(binding = PEELER_ENVIRONMENT_UNIT) uniform samplerCube environment;
+layout(binding = PEELER_IRRADIANCE_UNIT) uniform samplerCube environment_irradiance;
+
+/// Radiance from `direction`, blurred as a lobe of this roughness would.
+vec3 environmentRadiance(vec3 direction, float roughness) {
+    return textureLod(environment, direction, roughness * float(textureQueryLevels(environment) - 1)).rgb;
+}
+
+/// Irradiance / pi on a surface with this normal.
+vec3 environmentDiffuse(vec3 normal) { return textureLod(environment_irradiance, normal, 0.0).rgb; }
+
+/// Directional albedo of GGX, split into scale of F0 and bias (Karis, "Real Shading in Unreal Engine 4", 2013).
+vec2 environmentBrdf(float roughness, float n_dot_v) { return tabledAlbedo(n_dot_v, roughness).xy; }
+
+#else
+const vec3 kFloor = vec3(0.26, 0.25, 0.24);
+const vec3 kHorizon = vec3(0.62, 0.63, 0.65);
+const vec3 kZenith = vec3(0.38, 0.44, 0.54);
+const vec3 kSoftBox = vec3(1.9, 1.85, 1.75);
+
+vec3 environmentRadiance(vec3 direction, float roughness) {
+    float blur = mix(0.08, 1.0, roughness);
+    vec3 above = mix(kHorizon, kZenith, smoothstep(0.0, 1.0, max(direction.y, 0.0)));
+    vec3 radiance = mix(kFloor, above, smoothstep(-blur, blur, direction.y));
+    float box = dot(direction, kKeyDirection);
+    float edge = mix(0.86, 0.55, roughness), width = mix(0.02, 0.45, roughness);
+    return radiance + kSoftBox * smoothstep(edge - width, edge + width, box) * mix(1.0, 0.35, roughness);
+}
+
+vec3 environmentDiffuse(vec3 normal) {
+    float up = 0.5 + 0.5 * normal.y;
+    vec3 dome = mix(kFloor, mix(kHorizon, kZenith, 0.45), smoothstep(0.0, 1.0, up));
+    return dome + 0.12 * kSoftBox * max(0.0, 0.3 + 0.7 * dot(normal, kKeyDirection));
+}
+
+/// The fit of Karis, "Physically Based Shading on Mobile", 2014.
+vec2 environmentBrdf(float roughness, float n_dot_v) {
+    const vec4 c0 = vec4(-1.0, -0.0275, -0.572, 0.022), c1 = vec4(1.0, 0.0425, 1.04, -0.04);
+    vec4 r = roughness * c0 + c1;
+    float a004 = min(r.x * r.x, exp2(-9.28 * n_dot_v)) * r.x + r.y;
+    return vec2(-1.04, 1.04) * a004 + r.zw;
+}
+#endif

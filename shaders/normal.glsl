@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// The normals at a fragment, in view space, on the side of the viewer's face: a back face has the opposite of the
+// front face's normal, bumps and all (glTF 2.0 §3.9.6).
+#include "surface.glsl"
+
+#if defined(CLEARCOAT) && defined(TEXTURED)
+layout(binding = PEELER_CLEARCOAT_NORMAL_UNIT) uniform sampler2D clearcoat_normal_texture;
+#endif
+
+/// The side of the facet toward the viewer, whatever the winding; not normalised.
+vec3 facetNormal(Gradients g) { return cross(g.position_dx, g.position_dy); }
+
+/// Without any map.
+vec3 geometricNormal(Gradients g) {
+    vec3 facet = facetNormal(g);
+    if ((draw.ids.z & PEELER_HAS_NORMALS) != 0u && dot(surface.normal, surface.normal) > 0.0)
+        return (gl_FrontFacing ? 1.0 : -1.0) * normalize(surface.normal);
+    return dot(facet, facet) > 0.0 ? normalize(facet) : vec3(0.0, 0.0, 1.0);
+}
+
+#if defined(TEXTURED) || defined(ANISOTROPY)
+/// Where U and (up the image) V grow, about `normal`; 0 where texture coordinates do not say. `unit`: the texture
+/// whose UV set counts if the mesh has no tangents.
+void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3 bitangent) {
+    float side = gl_FrontFacing ? 1.0 : -1.0;
+    if ((draw.ids.z & PEELER_HAS_TANGENTS) != 0u) {
+        float size = dot(surface.tangent.xyz, surface.tangent.xyz);  // the node may scale it
+        tangent = surface.tangent.xyz * (size > 0.0 ? side * inversesqrt(size) : 0.0);
+        bitangent = side * cross(normal, tangent) * surface.tangent.w;
+        return;
+    }
+    // From derivatives (Schüler, "Followup: Normal Mapping Without Precomputed Tangents", 2013).
+    bool second = material.texture_transform[2 * unit].w != 0.0;
+    vec2 dx = second ? g.texcoords_dx.zw : g.texcoords_dx.xy;
+    vec2 dy = second ? g.texcoords_dy.zw : g.texcoords_dy.xy;
+    vec3 across_y = cross(g.position_dy, normal), across_x = cross(normal, g.position_dx);
+    tangent = across_y * dx.x + across_x * dy.x;
+    // glTF's V runs down the image while its normal maps point +Y up the image.
+    bitangent = -(across_y * dx.y + across_x * dy.y);
+    float scale = max(dot(tangent, tangent), dot(bitangent, bitangent));
+    // An interpolated normal may lean away from the viewer, and the frame turns with it.
+    float facing = dot(normal, facetNormal(g)) < 0.0 ? -side : side;
+    tangent *= scale > 0.0 ? facing * inversesqrt(scale) : 0.0;
+    bitangent *= scale > 0.0 ? facing * inversesqrt(scale) : 0.0;
+}
+#endif
+
+#ifdef TEXTURED
+vec3 mappedNormal(vec3 normal, sampler2D map, int unit, float scale, Gradients g) {
+    vec3 mapped = sampled(map, unit, g).xyz * 2.0 - 1.0;
+    mapped.xy *= scale;
+    vec3 tangent, bitangent;
+    tangentFrame(normal, unit, g, tangent, bitangent);
+    vec3 bent = tangent * mapped.x + bitangent * mapped.y + normal * mapped.z;
+    return dot(bent, bent) > 0.0 ? normalize(bent) : normal;
+}
+#endif
+
+/// Unit shading normal.
+vec3 shadingNormal(Gradients g) {
+    vec3 normal = geometricNormal(g);
+#ifdef TEXTURED
+    if (hasTexture(PEELER_NORMAL_UNIT))
+        normal = mappedNormal(normal, normal_texture, PEELER_NORMAL_UNIT, material.factors.z, g);
+#endif
+    return normal;
+}
+
+#ifdef CLEARCOAT
+/// Of the varnish, which does not follow the bumps below it.
+vec3 clearcoatNormal(Gradients g) {
+    vec3 normal = geometricNormal(g);
+#ifdef TEXTURED
+    if (hasTexture(PEELER_CLEARCOAT_NORMAL_UNIT)) {
+        normal = mappedNormal(normal, clearcoat_normal_texture, PEELER_CLEARCOAT_NORMAL_UNIT, material.clearcoat.z, g);
+    }
+#endif
+    return normal;
+}
+#endif

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+// The surface at a fragment as the lights see it, and what it reflects of one. Directions are in world space. Each
+// extension of the material is a variant of its own: what a material does not use is not compiled.
+#include "normal.glsl"
+#include "lobes.glsl"
+#ifdef IRIDESCENCE
+#include "iridescence.glsl"
+#endif
+
+#ifdef TEXTURED
+#ifdef SPECULAR
+layout(binding = PEELER_SPECULAR_UNIT) uniform sampler2D specular_texture;
+layout(binding = PEELER_SPECULAR_COLOR_UNIT) uniform sampler2D specular_color_texture;
+#endif
+#ifdef CLEARCOAT
+layout(binding = PEELER_CLEARCOAT_UNIT) uniform sampler2D clearcoat_texture;
+layout(binding = PEELER_CLEARCOAT_ROUGHNESS_UNIT) uniform sampler2D clearcoat_roughness_texture;
+#endif
+#ifdef SHEEN
+layout(binding = PEELER_SHEEN_COLOR_UNIT) uniform sampler2D sheen_color_texture;
+layout(binding = PEELER_SHEEN_ROUGHNESS_UNIT) uniform sampler2D sheen_roughness_texture;
+#endif
+#ifdef ANISOTROPY
+layout(binding = PEELER_ANISOTROPY_UNIT) uniform sampler2D anisotropy_texture;
+#endif
+#ifdef IRIDESCENCE
+layout(binding = PEELER_IRIDESCENCE_UNIT) uniform sampler2D iridescence_texture;
+layout(binding = PEELER_IRIDESCENCE_THICKNESS_UNIT) uniform sampler2D iridescence_thickness_texture;
+#endif
+#endif
+
+// A mirror would need an infinitely small lamp, and fibres as thin an infinite sum.
+const float kLeastAlpha = 0.002, kLeastSheenAlpha = 0.005;
+
+struct Reflector {
+    vec3 diffuse, f0;
+    float f90;
+    float roughness, alpha, n_dot_v;
+    vec3 n, v;
+#ifdef ANISOTROPY
+    vec3 tangent, bitangent;
+    float strength;
+#endif
+#ifdef SHEEN
+    vec3 sheen;
+    float sheen_roughness;
+#endif
+#ifdef CLEARCOAT
+    vec3 coat_n;
+    float coat, coat_roughness, coat_n_dot_v;  // coat: factor times Fresnel term
+#endif
+};
+
+float largest(vec3 v) { return max(max(v.r, v.g), v.b); }
+
+/// What diffuse light is left by a layer that reflects this share. A tinted one must not tint what it lets through.
+vec3 beneath(vec3 reflected) {
+#ifdef SPECULAR
+    return vec3(1.0 - largest(reflected));
+#else
+    return 1.0 - reflected;
+#endif
+}
+
+#ifdef ANISOTROPY
+void setAnisotropy(inout Reflector s, mat3 world_from_view, Gradients g) {
+    vec3 texel = TEXEL(anisotropy_texture, PEELER_ANISOTROPY_UNIT).rgb;
+    vec2 direction = vec2(1.0, 0.0);
+#ifdef TEXTURED
+    if (hasTexture(PEELER_ANISOTROPY_UNIT)) direction = texel.rg * 2.0 - 1.0;
+    int unit = hasTexture(PEELER_NORMAL_UNIT) ? PEELER_NORMAL_UNIT : PEELER_ANISOTROPY_UNIT;
+#else
+    const int unit = PEELER_NORMAL_UNIT;
+#endif
+    vec2 turn = material.anisotropy.yz;
+    direction = vec2(turn.x * direction.x - turn.y * direction.y, turn.y * direction.x + turn.x * direction.y);
+    vec3 tangent, bitangent;
+    tangentFrame(geometricNormal(g), unit, g, tangent, bitangent);
+    vec3 along = world_from_view * (tangent * direction.x + bitangent * direction.y);
+    along -= s.n * dot(s.n, along);  // the normal may be a map's
+    s.strength = clamp(material.anisotropy.x * texel.b, 0.0, 1.0);
+    float size = dot(along, along);
+    if (!(size > 1e-12)) {  // no texture coordinates: no direction to stretch highlights in
+        s.strength = 0.0;
+        along = cross(s.n, abs(s.n.x) < 0.9 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0));
+        size = dot(along, along);
+    }
+    s.tangent = along * inversesqrt(size);
+    s.bitangent = cross(s.n, s.tangent);
+}
+#endif
+
+/// The surface for the base colour `base` (linear, without alpha).
+Reflector reflectorOf(vec3 base, Gradients g) {
+    Reflector s;
+    mat3 world_from_view = mat3(frame.world_from_view);
+    vec3 view = frame.flags.x != 0 ? vec3(0.0, 0.0, 1.0) : normalize(-surface.position);
+    s.v = world_from_view * view;
+    s.n = world_from_view * shadingNormal(g);
+    s.n_dot_v = clamp(dot(s.n, s.v), 1e-4, 1.0);
+
+    vec4 texel = TEXEL(metallic_roughness_texture, PEELER_METALLIC_ROUGHNESS_UNIT);
+    s.f90 = 1.0;
+#ifdef SPECULAR_GLOSSINESS
+    s.f0 = material.specular.rgb * texel.rgb;
+    s.roughness = clamp(1.0 - material.specular.a * texel.a, 0.0, 1.0);
+    s.diffuse = base * (1.0 - largest(s.f0));
+#else
+    float metallic = clamp(material.factors.x * texel.b, 0.0, 1.0);
+    s.roughness = clamp(material.factors.y * texel.g, 0.0, 1.0);
+    s.diffuse = base * (1.0 - metallic);
+    vec3 dielectric = vec3(0.04);
+#ifdef SPECULAR
+    float share = material.specular.a * TEXEL(specular_texture, PEELER_SPECULAR_UNIT).a;
+    vec3 tint = material.specular.rgb * TEXEL(specular_color_texture, PEELER_SPECULAR_COLOR_UNIT).rgb;
+    dielectric = min(material.transmission.w * tint, 1.0) * share;
+    s.f90 = mix(share, 1.0, metallic);
+#endif
+    s.f0 = mix(dielectric, base, metallic);
+#endif
+    s.alpha = max(s.roughness * s.roughness, kLeastAlpha);
+
+#ifdef ANISOTROPY
+    setAnisotropy(s, world_from_view, g);
+#endif
+#ifdef IRIDESCENCE
+    float film = material.iridescence.x * TEXEL(iridescence_texture, PEELER_IRIDESCENCE_UNIT).r;
+    float thickness = mix(material.iridescence.z, material.iridescence.w,
+                          TEXEL(iridescence_thickness_texture, PEELER_IRIDESCENCE_THICKNESS_UNIT).g);
+    // Seen under the angle of the view, and as the F0 that Schlick's term makes the same of there.
+    vec3 seen = filmReflectance(material.iridescence.y, s.n_dot_v, thickness, s.f0);
+    float x = min(grazing(s.n_dot_v), 0.9999);
+    s.f0 = mix(s.f0, clamp((seen - x) / (1.0 - x), 0.0, 1.0), film);
+#endif
+#ifdef SHEEN
+    s.sheen = material.sheen.rgb * TEXEL(sheen_color_texture, PEELER_SHEEN_COLOR_UNIT).rgb;
+    s.sheen_roughness = clamp(material.sheen.a * TEXEL(sheen_roughness_texture, PEELER_SHEEN_ROUGHNESS_UNIT).a, 0.0, 1.0);
+#endif
+#ifdef CLEARCOAT
+    s.coat_n = world_from_view * clearcoatNormal(g);
+    s.coat_n_dot_v = clamp(dot(s.coat_n, s.v), 1e-4, 1.0);
+    s.coat = clamp(material.clearcoat.x * TEXEL(clearcoat_texture, PEELER_CLEARCOAT_UNIT).r, 0.0, 1.0) *
+             (0.04 + 0.96 * grazing(s.coat_n_dot_v));
+    s.coat_roughness = clamp(
+        material.clearcoat.y * TEXEL(clearcoat_roughness_texture, PEELER_CLEARCOAT_ROUGHNESS_UNIT).g, 0.0, 1.0);
+#endif
+    return s;
+}
+
+/// Cosine of the unit direction `l` at the surface, or at its varnish if that is larger; at least 0.
+float facing(Reflector s, vec3 l) {
+    float cosine = dot(s.n, l);
+#ifdef CLEARCOAT
+    cosine = max(cosine, dot(s.coat_n, l));
+#endif
+    return clamp(cosine, 0.0, 1.0);
+}
+
+/// Radiance toward the viewer for light of irradiance 1 (at normal incidence) from `l`, less the varnish's share.
+vec3 reflected(Reflector s, vec3 l) {
+    vec3 h = normalize(s.v + l);
+    float n_dot_l = clamp(dot(s.n, l), 0.0, 1.0);
+    float n_dot_h = clamp(dot(s.n, h), 0.0, 1.0), v_dot_h = clamp(dot(s.v, h), 0.0, 1.0);
+#ifdef ANISOTROPY
+    vec3 own_l = vec3(dot(s.tangent, l), dot(s.bitangent, l), n_dot_l);
+    vec3 own_v = vec3(dot(s.tangent, s.v), dot(s.bitangent, s.v), s.n_dot_v);
+    vec3 own_h = vec3(dot(s.tangent, h), dot(s.bitangent, h), n_dot_h);
+    float lobe = anisotropicGgx(vec2(mix(s.alpha, 1.0, s.strength * s.strength), s.alpha), own_l, own_v, own_h);
+#else
+    float lobe = ggx(s.alpha, n_dot_l, s.n_dot_v, n_dot_h);
+#endif
+    vec3 fresnel = s.f0 + (s.f90 - s.f0) * grazing(v_dot_h);
+    vec3 radiance = n_dot_l * (beneath(fresnel) * s.diffuse / kPi + fresnel * lobe);
+#ifdef SHEEN
+    float alpha = max(s.sheen_roughness * s.sheen_roughness, kLeastSheenAlpha);
+    float taken = max(tabledAlbedo(s.n_dot_v, s.sheen_roughness).z, tabledAlbedo(n_dot_l, s.sheen_roughness).z);
+    radiance = (1.0 - largest(s.sheen) * taken) * radiance +
+               n_dot_l * s.sheen * charlie(alpha, n_dot_l, s.n_dot_v, n_dot_h);
+#endif
+    return radiance;
+}
+
+#ifdef CLEARCOAT
+/// The same of the varnish.
+float reflectedByCoat(Reflector s, vec3 l) {
+    vec3 h = normalize(s.v + l);
+    float n_dot_l = clamp(dot(s.coat_n, l), 0.0, 1.0);
+    float alpha = max(s.coat_roughness * s.coat_roughness, kLeastAlpha);
+    return s.coat * n_dot_l * ggx(alpha, n_dot_l, s.coat_n_dot_v, clamp(dot(s.coat_n, h), 0.0, 1.0));
+}
+#endif
+
+/// What the surface reflects of the light from all around, less the varnish's share. `occlusion`: the part of that
+/// light that arrives.
+vec3 reflectedEnvironment(Reflector s, float occlusion) {
+    vec2 scale_bias = environmentBrdf(s.roughness, s.n_dot_v);
+    vec3 specular = s.f0 * scale_bias.x + s.f90 * scale_bias.y;
+    vec3 bent = s.n;
+#ifdef ANISOTROPY
+    // As the Khronos sample renderer does, after McAuley, "Rendering the World of Far Cry 4", 2015.
+    vec3 across = cross(cross(s.bitangent, s.v), s.bitangent);
+    float bend = 1.0 - s.strength * (1.0 - s.roughness);
+    vec3 leaning = mix(across, s.n, bend * bend * bend * bend);
+    if (dot(leaning, leaning) > 1e-12) bent = normalize(leaning);
+#endif
+    vec3 mirrored = environmentRadiance(reflect(-s.v, bent), s.roughness);
+    vec3 around = environmentDiffuse(s.n);
+#ifdef ENVIRONMENT
+    // Light that microfacets reflect more than once (Fdez-Agüera, "A Multiple-Scattering Microfacet Model for
+    // Real-Time Image Based Lighting", 2019).
+    float missing = 1.0 - scale_bias.x - scale_bias.y;
+    vec3 mean = s.f0 + (s.f90 - s.f0) / 21.0;
+    vec3 again = specular * mean * missing / (1.0 - mean * missing);
+    vec3 radiance = specular * mirrored + (again + s.diffuse * beneath(specular + again)) * around;
+#else
+    vec3 radiance = s.diffuse * beneath(specular) * around + specular * mirrored;
+#endif
+#ifdef SHEEN
+    float albedo = tabledAlbedo(s.n_dot_v, s.sheen_roughness).z;
+    radiance = (1.0 - largest(s.sheen) * albedo) * radiance +
+               s.sheen * albedo * environmentRadiance(reflect(-s.v, s.n), s.sheen_roughness);
+#endif
+    return occlusion * radiance;
+}

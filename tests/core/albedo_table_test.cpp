@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table against the integrals that it tabulates, done in another way.
+#include "core/albedo_table.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace peeler::test {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr int kLast = kAlbedoTableSize - 1;
+
+glm::vec3 entry(const std::vector<glm::vec3>& table, int row, int column) {
+    return table[static_cast<std::size_t>(row * kAlbedoTableSize + column)];
+}
+
+/// The albedo of GGX with Schlick's Fresnel term, light by light over the hemisphere.
+double ggxAlbedo(double f0, double roughness, double n_dot_v) {
+    const double a2 = std::pow(roughness, 4), v_sine = std::sqrt(1 - n_dot_v * n_dot_v);
+    constexpr int kSteps = 300;
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+        for (int j = 0; j < kSteps; ++j) {
+            const double theta = (i + 0.5) / kSteps * kPi / 2, phi = (j + 0.5) / kSteps * kPi;
+            const double n_dot_l = std::cos(theta);
+            const double l_dot_v = std::sin(theta) * v_sine * std::cos(phi) + n_dot_l * n_dot_v;
+            const double half = std::sqrt(2 + 2 * l_dot_v);
+            const double n_dot_h = (n_dot_l + n_dot_v) / half, v_dot_h = (1 + l_dot_v) / half;
+            const double d = n_dot_h * n_dot_h * (a2 - 1) + 1;
+            const auto lambda = [&](double c) {
+                return 0.5 * (std::sqrt(1 + a2 * (1 - c * c) / (c * c)) - 1);
+            };
+            const double g2 = 1 / (1 + lambda(n_dot_l) + lambda(n_dot_v));
+            const double fresnel = f0 + (1 - f0) * std::pow(1 - v_dot_h, 5);
+            // fr cos: D G F / (4 n.l n.v) n.l
+            sum += a2 / (kPi * d * d) * g2 * fresnel / (4 * n_dot_v) * std::sin(theta);
+        }
+    }
+    return sum * 2 * (kPi / 2 / kSteps) * (kPi / kSteps);
+}
+
+TEST(AlbedoTable, IsSchlicksTermForAMirror) {
+    const auto table = albedoTable(false);
+    for (int column = 6; column <= kLast; ++column) {  // the least roughness is not quite 0
+        const double cosine = static_cast<double>(column) / kLast;
+        EXPECT_NEAR(entry(table, 0, column).y, std::pow(1 - cosine, 5), 1e-3);
+        EXPECT_NEAR(entry(table, 0, column).x + entry(table, 0, column).y, 1, 1e-3);
+    }
+}
+
+TEST(AlbedoTable, IsTheIntegralOfGgx) {
+    const auto table = albedoTable(false);
+    for (const int row : {25, 40, 63}) {
+        for (const int column : {12, 31, 63}) {
+            const glm::vec3 found = entry(table, row, column);
+            for (const double f0 : {0.04, 0.5, 1.0})
+                EXPECT_NEAR(f0 * double(found.x) + double(found.y),
+                            ggxAlbedo(f0, double(row) / kLast, double(column) / kLast), 0.004)
+                    << row << ", " << column;
+        }
+    }
+}
+
+TEST(AlbedoTable, NeverReflectsMoreThanArrives) {
+    for (const glm::vec3& value : albedoTable(true)) {
+        EXPECT_GE(value.x, 0);
+        EXPECT_GE(value.y, 0);
+        EXPECT_LE(value.x + value.y, 1 + 1e-6F);
+        EXPECT_GE(value.z, 0);
+        EXPECT_LE(value.z, 1);
+    }
+}
+
+TEST(AlbedoTable, OfSheenGrowsTowardGrazingAngles) {
+    const auto table = albedoTable(true);
+    for (const int row : {20, 40, 63})
+        EXPECT_GT(entry(table, row, 6).z, entry(table, row, 60).z + 0.05F) << row;
+    EXPECT_EQ(entry(albedoTable(false), 40, 6).z, 0);
+}
+
+}  // namespace
+}  // namespace peeler::test

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// Prefiltered environments against integrals that are known.
+#include "core/environment_maps.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <numbers>
+
+#include "core/parallel.h"
+
+namespace peeler::test {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// A picture of `width` x `width / 2` pixels with this radiance at (u, v) of their middles.
+Environment picture(int width, const std::function<glm::vec3(float, float)>& radiance) {
+    Environment result;
+    result.width = width;
+    result.height = width / 2;
+    for (int y = 0; y < result.height; ++y)
+        for (int x = 0; x < width; ++x)
+            result.radiance.push_back(
+                radiance((static_cast<float>(x) + 0.5F) / static_cast<float>(width),
+                         (static_cast<float>(y) + 0.5F) / static_cast<float>(result.height)));
+    return result;
+}
+
+void forEachTexel(const CubeMap& cube, const std::function<void(glm::vec3, glm::vec3)>& check) {
+    std::size_t i = 0;
+    for (int face = 0; face < 6; ++face)
+        for (int y = 0; y < cube.size; ++y)
+            for (int x = 0; x < cube.size; ++x)
+                check(cubeDirection(face, x, y, cube.size), cube.texels[i++]);
+}
+
+/// Where it is brightest.
+glm::vec3 brightest(const CubeMap& cube) {
+    glm::vec3 found(0);
+    float most = 0;
+    forEachTexel(cube, [&](glm::vec3 direction, glm::vec3 radiance) {
+        if (radiance.g > most) found = direction, most = radiance.g;
+    });
+    return found;
+}
+
+TEST(EnvironmentMaps, FacesAreOpenGLs) {
+    const glm::vec3 axes[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    for (int face = 0; face < 6; ++face)
+        EXPECT_GT(glm::dot(cubeDirection(face, 4, 4, 9), axes[face]), 0.9999F);
+    // The first texel of +X is seen up and toward +Z.
+    EXPECT_GT(cubeDirection(0, 0, 0, 9).y, 0.5F);
+    EXPECT_GT(cubeDirection(0, 0, 0, 9).z, 0.5F);
+}
+
+TEST(EnvironmentMaps, AWhiteOneStaysWhite) {
+    const auto maps = prefilter(picture(64, [](float, float) { return glm::vec3(1, 2, 0.5F); }));
+    ASSERT_EQ(maps.radiance.size(), 4U);
+    for (const CubeMap& level : maps.radiance)
+        forEachTexel(level, [](glm::vec3, glm::vec3 radiance) {
+            for (int c = 0; c < 3; ++c)
+                ASSERT_NEAR(radiance[c], glm::vec3(1, 2, 0.5F)[c], 1e-5);
+        });
+    forEachTexel(maps.irradiance,
+                 [](glm::vec3, glm::vec3 value) { ASSERT_NEAR(value.g, 2, 1e-4); });
+}
+
+TEST(EnvironmentMaps, HalfWhiteHalfBlackHasTheIrradianceOfAHemisphere) {
+    const auto maps =
+        prefilter(picture(256, [](float, float v) { return glm::vec3(v < 0.5F ? 1 : 0); }));
+    forEachTexel(maps.irradiance, [](glm::vec3 n, glm::vec3 value) {
+        ASSERT_NEAR(value.g, 0.5 + 0.5 * double(n.y), 0.01);
+    });
+    // A lobe about the horizon sees half of each, whatever its width.
+    for (const CubeMap& level : maps.radiance) {
+        const auto row = static_cast<std::size_t>(level.size / 2 * level.size);
+        const double mean = 0.5 * double(level.texels[row].g + level.texels[row - 1].g);
+        EXPECT_NEAR(mean, 0.5, 0.02) << level.size;
+    }
+    // Straight up the roughest lobe, whose mirrored directions fall as the cosine squared, and
+    // which is weighted by the cosine: all white.
+    EXPECT_NEAR(maps.radiance.back().texels[2 * 64 + 3 * 8 + 3].g, 1, 0.02);
+}
+
+TEST(EnvironmentMaps, OneBrightPixelIsASmallLamp) {
+    constexpr int kWidth = 256, kX = 40, kY = 50;
+    const auto maps = prefilter(picture(kWidth, [](float u, float v) {
+        const bool lit = static_cast<int>(u * kWidth) == kX && static_cast<int>(v * 128) == kY;
+        return glm::vec3(lit ? 1000 : 0);
+    }));
+    const double longitude = (0.5 - (kX + 0.5) / kWidth) * 2 * kPi;
+    const double latitude = (0.5 - (kY + 0.5) / 128) * kPi;
+    const glm::vec3 lamp(std::sin(longitude) * std::cos(latitude), std::sin(latitude),
+                         std::cos(longitude) * std::cos(latitude));
+    const double solid_angle = 2 * kPi / kWidth * kPi / 128 * std::cos(latitude);
+    forEachTexel(maps.irradiance, [&](glm::vec3 n, glm::vec3 value) {
+        const double expected = 1000 * solid_angle * std::max(0.0F, glm::dot(n, lamp)) / kPi;
+        ASSERT_NEAR(value.g, expected, 0.02 * 1000 * solid_angle / kPi);
+    });
+    EXPECT_GT(glm::dot(brightest(maps.radiance.front()), lamp), 0.999F);
+}
+
+TEST(EnvironmentMaps, TurnAboutTheVertical) {
+    // A bright spot in the picture's middle: along +Z.
+    Environment source = picture(64, [](float u, float v) {
+        return glm::vec3(std::abs(u - 0.5F) < 0.03F && std::abs(v - 0.5F) < 0.05F ? 1 : 0);
+    });
+    const auto seenAt = [&](double degrees) {
+        source.rotation = degrees * kPi / 180;
+        return brightest(prefilter(source).irradiance);
+    };
+    EXPECT_GT(glm::dot(seenAt(0), glm::vec3(0, 0, 1)), 0.99F);
+    EXPECT_GT(glm::dot(seenAt(90), glm::vec3(1, 0, 0)), 0.99F);
+    EXPECT_GT(glm::dot(seenAt(-90), glm::vec3(-1, 0, 0)), 0.99F);
+    const float half = std::sqrt(0.5F);
+    EXPECT_GT(glm::dot(seenAt(135), glm::vec3(half, 0, -half)), 0.99F);
+}
+
+TEST(EnvironmentMaps, TheLeftOfTheMiddleIsAlongX) {
+    const auto maps = prefilter(picture(64, [](float u, float v) {
+        return glm::vec3(std::abs(u - 0.25F) < 0.03F && std::abs(v - 0.5F) < 0.05F ? 1 : 0);
+    }));
+    EXPECT_GT(glm::dot(brightest(maps.irradiance), glm::vec3(1, 0, 0)), 0.99F);
+}
+
+/// A GGX lobe seen head-on, weighted by the cosine, over what is brighter toward +X: by brute
+/// force.
+double blurredSlope(double roughness, double inclination) {
+    const double a2 = std::pow(roughness, 4);
+    double sum = 0, weights = 0;
+    constexpr int kSteps = 400;
+    for (int i = 0; i < kSteps; ++i) {
+        const double theta = (i + 0.5) / kSteps * kPi / 2;  // of the mirrored direction
+        const double cosine_h = std::cos(theta / 2);
+        const double d = cosine_h * cosine_h * (a2 - 1) + 1;
+        const double weight = a2 / (d * d) * std::cos(theta) * std::sin(theta);
+        // Around the lobe's axis only the part along it remains of a linear function.
+        sum += weight * (1 + std::cos(theta) * std::sin(inclination));
+        weights += weight;
+    }
+    return sum / weights;
+}
+
+TEST(EnvironmentMaps, LevelsAreTheConvolutionWithGgx) {
+    // 1 + x: what is linear in the direction has an easy integral.
+    const auto maps = prefilter(picture(256, [](float u, float v) {
+        const double longitude = (0.5 - double(u)) * 2 * kPi, latitude = (0.5 - double(v)) * kPi;
+        return glm::vec3(static_cast<float>(1 + std::sin(longitude) * std::cos(latitude)));
+    }));
+    for (std::size_t level = 0; level < maps.radiance.size(); ++level) {
+        const double roughness =
+            static_cast<double>(level) / static_cast<double>(maps.radiance.size() - 1);
+        forEachTexel(maps.radiance[level], [&](glm::vec3 n, glm::vec3 radiance) {
+            const double inclination = std::asin(std::clamp(double(n.x), -1.0, 1.0));
+            const double expected =
+                roughness > 0 ? blurredSlope(roughness, inclination) : 1 + double(n.x);
+            // Only some: brute force is slow.
+            if (std::abs(n.y) > 0.1F || std::abs(n.z) < 0.6F) return;
+            ASSERT_NEAR(radiance.g, expected, 0.015) << roughness;
+        });
+    }
+}
+
+TEST(EnvironmentMaps, AreTheSameOnOneThread) {
+    const Environment source =
+        picture(300, [](float u, float v) { return glm::vec3(u, v, u * v); });
+    setThreadCount(1);
+    const EnvironmentMaps alone = prefilter(source);
+    setThreadCount(3);
+    const EnvironmentMaps together = prefilter(source);
+    setThreadCount(0);
+    const auto same = [](const CubeMap& a, const CubeMap& b) {
+        return a.texels.size() == b.texels.size() &&
+               std::memcmp(a.texels.data(), b.texels.data(), a.texels.size() * sizeof(glm::vec3)) ==
+                   0;
+    };
+    EXPECT_TRUE(same(alone.irradiance, together.irradiance));
+    for (std::size_t i = 0; i < alone.radiance.size(); ++i)
+        EXPECT_TRUE(same(alone.radiance[i], together.radiance[i]));
+}
+
+TEST(EnvironmentMaps, LargePicturesKeepTheirMean) {
+    // Wider than the cube can hold, and of a size that is not a power of 2.
+    const auto maps = prefilter(
+        picture(2500, [](float u, float) { return glm::vec3(std::fmod(u * 1250, 1.0F) * 2); }));
+    EXPECT_EQ(maps.radiance.front().size, 512);
+    forEachTexel(maps.irradiance,
+                 [](glm::vec3, glm::vec3 value) { ASSERT_NEAR(value.g, 1, 0.02); });
+}
+
+}  // namespace
+}  // namespace peeler::test
