@@ -146,15 +146,15 @@ TEST(GltfMeshes, KeepOnlyTheStretchOfVerticesThatTheyIndex) {
 
 TEST(GltfExtensions, WarnOnceEachWhereOptional) {
     GltfBuilder builder = triangle();
-    builder.gltf["extensionsUsed"] = {"KHR_materials_variants", "KHR_materials_variants",
+    builder.gltf["extensionsUsed"] = {"KHR_materials_dispersion", "KHR_materials_dispersion",
                                       "X_unheard_of", "KHR_materials_unlit"};
-    builder.gltf["extensions"] = {{"KHR_materials_variants", {{"variants", "nonsense"}}}};
+    builder.gltf["extensions"] = {{"KHR_materials_dispersion", {{"variants", "nonsense"}}}};
     builder.gltf["animations"] = {json::object(), json::object()};
     builder.gltf["skins"] = {json::object()};
     builder.primitive()["targets"] = {{{"POSITION", 0}}};
     const Scene scene = load(builder);
     EXPECT_EQ(scene.warnings.size(), 5U);
-    EXPECT_TRUE(warned(scene, "KHR_materials_variants"));
+    EXPECT_TRUE(warned(scene, "KHR_materials_dispersion"));
     EXPECT_TRUE(warned(scene, "X_unheard_of"));
     EXPECT_TRUE(warned(scene, "Animations"));
     EXPECT_TRUE(warned(scene, "Skins"));
