@@ -30,6 +30,11 @@ std::size_t texelOf(const CubeMap& cube, int face, int x, int y) {
     return index(x, face * cube.size + y, cube.size);
 }
 
+/// Of all faces.
+std::size_t rowsOf(const CubeMap& cube) {
+    return std::size_t{6} * static_cast<std::size_t>(cube.size);
+}
+
 CubeMap makeCube(int size) {
     CubeMap cube;
     cube.size = size;
@@ -100,7 +105,7 @@ glm::vec3 lookUp(const Environment& image, double rotation, const glm::vec3& dir
 
 CubeMap toCube(const Environment& image, double rotation, int size) {
     CubeMap cube = makeCube(size);
-    parallelFor(static_cast<std::size_t>(6 * size), [&](std::size_t row) {
+    parallelFor(rowsOf(cube), [&](std::size_t row) {
         const int face = static_cast<int>(row) / size, y = static_cast<int>(row) % size;
         for (int x = 0; x < size; ++x) {
             glm::vec3 sum(0);
@@ -195,7 +200,7 @@ CubeMap convolved(const std::vector<CubeMap>& pyramid, int size, double roughnes
     const int count = std::clamp(8192 / size, 32, 512);
     const auto samples = lobeSamples(roughness, count, pyramid.front().size, pyramid.size());
     CubeMap cube = makeCube(size);
-    parallelFor(static_cast<std::size_t>(6 * size), [&](std::size_t row) {
+    parallelFor(rowsOf(cube), [&](std::size_t row) {
         const int face = static_cast<int>(row) / size, y = static_cast<int>(row) % size;
         for (int x = 0; x < size; ++x) {
             const glm::vec3 n = cubeDirection(face, x, y, size);

@@ -53,24 +53,26 @@ vec3 litColor(vec3 base, float passing, Gradients g) {
     for (uint i = 0u; i < light_count.lights.x; ++i) {
         vec3 toward = towardLight(lights[i], surface.position);
         vec3 l = mat3(frame.world_from_view) * toward;
-        if (facing(s, l) <= 0.0) continue;
+        if (!isLit(s, l)) continue;
         vec3 light = irradiance(lights[i], surface.position, toward);
 #ifdef SHADOWED
         light *= visibility(lights[i], surface.position);
 #endif
-        radiance += light * reflected(s, l);
+        radiance += light * facing(s, l) * reflectance(s, l);
 #ifdef CLEARCOAT
-        varnish += light * reflectedByCoat(s, l);
+        varnish += light * coatReflectance(s, l);
 #endif
     }
 #elif !defined(ENVIRONMENT)
+    // As in the loop: with the cosine in between, compilers fold no constants of key and lobes, and what is fully lit
+    // has the same bits with shadows and without.
     vec3 key = kKeyRadiance;
 #ifdef SHADOWED
-    if (facing(s, kKeyDirection) > 0.0) key *= visibility(lights[0], surface.position);
+    if (isLit(s, kKeyDirection)) key *= visibility(lights[0], surface.position);
 #endif
-    radiance += key * reflected(s, kKeyDirection);
+    radiance += key * facing(s, kKeyDirection) * reflectance(s, kKeyDirection);
 #ifdef CLEARCOAT
-    varnish += key * reflectedByCoat(s, kKeyDirection);
+    varnish += key * coatReflectance(s, kKeyDirection);
 #endif
 #endif
     radiance += emissive;

@@ -147,19 +147,22 @@ Reflector reflectorOf(vec3 base, Gradients g) {
     return s;
 }
 
-/// Cosine of the unit direction `l` at the surface, or at its varnish if that is larger; at least 0.
-float facing(Reflector s, vec3 l) {
-    float cosine = dot(s.n, l);
+/// Cosine of the unit direction `l` at the surface; 0 from behind.
+float facing(Reflector s, vec3 l) { return clamp(dot(s.n, l), 0.0, 1.0); }
+
+/// Whether light from there reaches the surface or its varnish.
+bool isLit(Reflector s, vec3 l) {
 #ifdef CLEARCOAT
-    cosine = max(cosine, dot(s.coat_n, l));
+    if (dot(s.coat_n, l) > 0.0) return true;
 #endif
-    return clamp(cosine, 0.0, 1.0);
+    return facing(s, l) > 0.0;
 }
 
-/// Radiance toward the viewer for light of irradiance 1 (at normal incidence) from `l`, less the varnish's share.
-vec3 reflected(Reflector s, vec3 l) {
+/// Radiance toward the viewer for light of irradiance 1 (at normal incidence) from `l`, but for the cosine at the
+/// surface and the varnish's share.
+vec3 reflectance(Reflector s, vec3 l) {
     vec3 h = normalize(s.v + l);
-    float n_dot_l = clamp(dot(s.n, l), 0.0, 1.0);
+    float n_dot_l = facing(s, l);
     float n_dot_h = clamp(dot(s.n, h), 0.0, 1.0), v_dot_h = clamp(dot(s.v, h), 0.0, 1.0);
 #ifdef ANISOTROPY
     vec3 own_l = vec3(dot(s.tangent, l), dot(s.bitangent, l), n_dot_l);
@@ -170,19 +173,18 @@ vec3 reflected(Reflector s, vec3 l) {
     float lobe = ggx(s.alpha, n_dot_l, s.n_dot_v, n_dot_h);
 #endif
     vec3 fresnel = s.f0 + (s.f90 - s.f0) * grazing(v_dot_h);
-    vec3 radiance = n_dot_l * (beneath(fresnel) * s.diffuse / kPi + fresnel * lobe);
+    vec3 share = beneath(fresnel) * s.diffuse / kPi + fresnel * lobe;
 #ifdef SHEEN
     float alpha = max(s.sheen_roughness * s.sheen_roughness, kLeastSheenAlpha);
     float taken = max(tabledAlbedo(s.n_dot_v, s.sheen_roughness).z, tabledAlbedo(n_dot_l, s.sheen_roughness).z);
-    radiance = (1.0 - largest(s.sheen) * taken) * radiance +
-               n_dot_l * s.sheen * charlie(alpha, n_dot_l, s.n_dot_v, n_dot_h);
+    share = (1.0 - largest(s.sheen) * taken) * share + s.sheen * charlie(alpha, n_dot_l, s.n_dot_v, n_dot_h);
 #endif
-    return radiance;
+    return share;
 }
 
 #ifdef CLEARCOAT
-/// The same of the varnish.
-float reflectedByCoat(Reflector s, vec3 l) {
+/// Of the varnish, with the cosine.
+float coatReflectance(Reflector s, vec3 l) {
     vec3 h = normalize(s.v + l);
     float n_dot_l = clamp(dot(s.coat_n, l), 0.0, 1.0);
     float alpha = max(s.coat_roughness * s.coat_roughness, kLeastAlpha);

@@ -49,7 +49,7 @@ TEST_P(CompressedLayers, AreThoseOfThePlainModel) {
     camera.size = {320, 240};
     const SceneContents shown = contents(plain, plain.default_scene);
     // The same camera for both: framing follows the bounds, which differ by the quantisation.
-    const View view = cmd::makeView(plain, shown, camera);
+    const View view = cmd::makeView(plain, shown, cmd::Shape(plain, shown), camera);
     const LayeredImage a = layersOf(plain, view), b = layersOf(variant, view);
     const Bounds box = *bounds(plain, shown);
     const glm::dvec3 size = box.max - box.min;

@@ -150,12 +150,12 @@ TEST(GltfMeshes, KeepOnlyTheStretchOfVerticesThatTheyIndex) {
 
 TEST(GltfExtensions, WarnOnceEachWhereOptional) {
     GltfBuilder builder = triangle();
-    builder.gltf["extensionsUsed"] = {"KHR_materials_variants", "KHR_materials_variants",
+    builder.gltf["extensionsUsed"] = {"KHR_materials_dispersion", "KHR_materials_dispersion",
                                       "X_unheard_of", "KHR_materials_unlit"};
-    builder.gltf["extensions"] = {{"KHR_materials_variants", {{"variants", "nonsense"}}}};
+    builder.gltf["extensions"] = {{"KHR_materials_dispersion", {{"variants", "nonsense"}}}};
     const Scene scene = load(builder);
     EXPECT_EQ(scene.warnings.size(), 2U);
-    EXPECT_TRUE(warned(scene, "KHR_materials_variants"));
+    EXPECT_TRUE(warned(scene, "KHR_materials_dispersion"));
     EXPECT_TRUE(warned(scene, "X_unheard_of"));
     EXPECT_EQ(scene.extensions_used.size(), 4U);
     for (const std::string& warning : scene.warnings)
