@@ -26,6 +26,10 @@ out Surface {
     vec4 texcoords;
     vec4 color;
 } surface;
+
+#ifdef TRANSMISSION
+flat out float mesh_scale;  // what a length of the mesh is in view space
+#endif
 #endif
 
 void main() {
@@ -44,5 +48,8 @@ void main() {
     surface.tangent = vec4(mat3(placement.view_from_model) * tangent.xyz, handedness);
     surface.texcoords = vec4(texcoord0, texcoord1);
     surface.color = color;
+#ifdef TRANSMISSION
+    mesh_scale = pow(abs(determinant(mat3(placement.view_from_model))), 1.0 / 3.0);
+#endif
 #endif
 }

@@ -12,11 +12,13 @@ layout(binding = PEELER_TRANSMISSION_UNIT) uniform sampler2D transmission_textur
 layout(binding = PEELER_THICKNESS_UNIT) uniform sampler2D thickness_texture;
 #endif
 
+flat in float mesh_scale;
+
 /// Light that a volume leaves of white light (Beer & Lambert). Its thickness is in mesh space.
 vec3 attenuation(Gradients g) {
-    float thickness = material.transmission.y * TEXEL(thickness_texture, PEELER_THICKNESS_UNIT).g *
-                      pow(abs(determinant(mat3(draw.view_from_model))), 1.0 / 3.0);
-    return pow(material.attenuation.rgb, vec3(thickness * material.transmission.z));
+    float thickness = material.transmission.y * TEXEL(thickness_texture, PEELER_THICKNESS_UNIT).g * mesh_scale;
+    vec3 left = max(material.attenuation.rgb, 1e-6);  // pow(0, 0) is undefined
+    return pow(left, vec3(thickness * material.transmission.z));
 }
 
 /// Tints the base colour by the volume, and returns the share of light that passes; metals let none through.
