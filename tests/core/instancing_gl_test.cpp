@@ -32,11 +32,11 @@ Scene crowd(unsigned seed) {
     builder.rectangle(1.5F, 0.9F, -3, glass);
     Scene& scene = builder.scene();
     // A volume's thickness grows with the mesh.
-    scene.materials[static_cast<std::size_t>(glass)].transmission = {
-        .factor = 0.6F,
-        .thickness = 0.8F,
-        .attenuation_distance = 0.3F,
-        .attenuation_color = {0.9F, 0.5F, 0.3F}};
+    Transmission& volume = scene.materials[static_cast<std::size_t>(glass)].transmission;
+    volume.factor = 0.6F;
+    volume.thickness = 0.8F;
+    volume.attenuation_distance = 0.3F;
+    volume.attenuation_color = {0.9F, 0.5F, 0.3F};
     // The second mesh's primitive joins the first, and its colours decide what is cut out.
     Primitive second = scene.meshes[1].primitives[0];
     second.colors = {{1, 1, 1, 1}, {1, 1, 1, 0}, {1, 1, 1, 1},

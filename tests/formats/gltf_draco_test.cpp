@@ -94,11 +94,12 @@ GltfBuilder compressed(const Grid& grid, const Bytes& bytes, int mode = 4) {
     builder.primitive() = {
         {"mode", mode},
         {"indices", 3},
-        {"attributes", {{"POSITION", 0}, {"JOINTS_0", 1}, {"COLOR_0", 2}}},
+        {"attributes", {{"POSITION", 0}, {"JOINTS_0", 1}, {"COLOR_0", 2}, {"WEIGHTS_0", 2}}},
         {"extensions",
          {{kName,
            {{"bufferView", view},
-            {"attributes", {{"POSITION", 0}, {"JOINTS_0", 1}, {"COLOR_0", 2}}}}}}}};
+            {"attributes",
+             {{"POSITION", 0}, {"JOINTS_0", 1}, {"COLOR_0", 2}, {"WEIGHTS_0", 2}}}}}}}};
     builder.gltf["nodes"] = {{{"mesh", 0}}};
     builder.gltf["scenes"] = {{{"nodes", {0}}}};
     builder.gltf["extensionsRequired"] = builder.gltf["extensionsUsed"] = {kName};
