@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of the glTF 2.0 JSON schema that we read, as a table, and its check.
+// Checks a file against the table of the schema.
 #include "formats/gltf_schema.h"
 
 #include <cmath>
@@ -10,265 +10,26 @@
 #include <vector>
 
 #include "core/error.h"
+#include "formats/gltf_schema_rows.h"
 
 namespace peeler {
 namespace {
 
 using nlohmann::json;
 
-enum class Kind {
-    kBool,
-    kString,      ///< `of` lists the allowed values, separated by spaces; empty = any
-    kStrings,     ///< array
-    kNumber,      ///< finite as a 32-bit float
-    kPositive,    ///< a number above zero
-    kNumbers,     ///< array of `max` numbers
-    kNumberList,  ///< array of any number of them
-    kInteger,     ///< min … max
-    kEnum,        ///< integer; `of` lists the allowed values
-    kIndex,       ///< into the array at the path `of` from the root
-    kIndices,     ///< array of such
-    kIndexMap,    ///< object with such values
-    kIndexMaps,   ///< array of such objects
-    kIntegerMap,  ///< object with values that are integers, min … max
-    kObject,      ///< `of` is the name of the rows
-    kObjects,     ///< array of such
-    kExtensions,  ///< object; members named like rows, or like rows of "owner/name", are checked
-};
+using Kind = SchemaKind;
 
 constexpr const char* kHint = "check the file with the Khronos glTF validator";
 
-constexpr double kAnySize = 9007199254740992.0;  // 2^53: what JSON numbers hold exactly
-constexpr double kIntMax = std::numeric_limits<int>::max();
-
-struct Property {
-    const char* owner;
-    const char* name;
-    Kind kind;
-    const char* of = "";
-    bool required = false;
-    double min = 0;
-    double max = kAnySize;
-};
-
-// glTF 2.0 §5. Names and extras are never needed, so a wrong one is no reason to refuse a file.
-constexpr Property kProperties[] = {
-    {"root", "asset", Kind::kObject, "asset", true},
-    {"root", "extensionsUsed", Kind::kStrings},
-    {"root", "extensionsRequired", Kind::kStrings},
-    {"root", "scene", Kind::kIndex, "scenes"},
-    {"root", "scenes", Kind::kObjects, "scene"},
-    {"root", "nodes", Kind::kObjects, "node"},
-    {"root", "meshes", Kind::kObjects, "mesh"},
-    {"root", "accessors", Kind::kObjects, "accessor"},
-    {"root", "bufferViews", Kind::kObjects, "bufferView"},
-    {"root", "buffers", Kind::kObjects, "buffer"},
-    {"root", "materials", Kind::kObjects, "material"},
-    {"root", "textures", Kind::kObjects, "texture"},
-    {"root", "images", Kind::kObjects, "image"},
-    {"root", "samplers", Kind::kObjects, "sampler"},
-    {"root", "cameras", Kind::kObjects, "camera"},
-    {"root", "skins", Kind::kObjects, "skin"},
-    {"root", "animations", Kind::kObjects, "animation"},
-    {"root", "extensions", Kind::kExtensions},
-
-    {"asset", "version", Kind::kString, "", true},
-    {"asset", "minVersion", Kind::kString},
-
-    {"scene", "nodes", Kind::kIndices, "nodes"},
-
-    {"node", "children", Kind::kIndices, "nodes"},
-    {"node", "mesh", Kind::kIndex, "meshes"},
-    {"node", "camera", Kind::kIndex, "cameras"},
-    {"node", "skin", Kind::kIndex, "skins"},
-    {"node", "matrix", Kind::kNumbers, "", false, 0, 16},
-    {"node", "translation", Kind::kNumbers, "", false, 0, 3},
-    {"node", "rotation", Kind::kNumbers, "", false, 0, 4},
-    {"node", "scale", Kind::kNumbers, "", false, 0, 3},
-    {"node", "weights", Kind::kNumberList},
-    {"node", "extensions", Kind::kExtensions},
-
-    {"skin", "inverseBindMatrices", Kind::kIndex, "accessors"},
-    {"skin", "joints", Kind::kIndices, "nodes", true},
-    {"animation", "channels", Kind::kObjects, "channel", true},
-    {"animation", "samplers", Kind::kObjects, "animationSampler", true},
-    {"channel", "sampler", Kind::kInteger, "", true, 0, kIntMax},  // into the same animation's
-    {"channel", "target", Kind::kObject, "target", true},
-    {"target", "node", Kind::kIndex, "nodes"},
-    {"target", "path", Kind::kString, "", true},  // extensions add others
-    {"animationSampler", "input", Kind::kIndex, "accessors", true},
-    {"animationSampler", "output", Kind::kIndex, "accessors", true},
-    {"animationSampler", "interpolation", Kind::kString, "LINEAR STEP CUBICSPLINE"},
-
-    {"mesh", "primitives", Kind::kObjects, "primitive", true},
-    {"mesh", "weights", Kind::kNumberList},
-    {"primitive", "attributes", Kind::kIndexMap, "accessors", true},
-    {"primitive", "indices", Kind::kIndex, "accessors"},
-    {"primitive", "material", Kind::kIndex, "materials"},
-    {"primitive", "mode", Kind::kEnum, "0 1 2 3 4 5 6"},
-    {"primitive", "targets", Kind::kIndexMaps, "accessors"},
-    {"primitive", "extensions", Kind::kExtensions},
-
-    {"accessor", "bufferView", Kind::kIndex, "bufferViews"},
-    {"accessor", "byteOffset", Kind::kInteger},
-    {"accessor", "componentType", Kind::kEnum, "5120 5121 5122 5123 5125 5126", true},
-    {"accessor", "normalized", Kind::kBool},
-    {"accessor", "count", Kind::kInteger, "", true, 1},
-    {"accessor", "type", Kind::kString, "SCALAR VEC2 VEC3 VEC4 MAT2 MAT3 MAT4", true},
-    {"accessor", "sparse", Kind::kObject, "sparse"},
-    {"sparse", "count", Kind::kInteger, "", true, 1, kIntMax},
-    {"sparse", "indices", Kind::kObject, "sparseIndices", true},
-    {"sparse", "values", Kind::kObject, "sparseValues", true},
-    {"sparseIndices", "bufferView", Kind::kIndex, "bufferViews", true},
-    {"sparseIndices", "byteOffset", Kind::kInteger, "", false, 0, kIntMax},
-    {"sparseIndices", "componentType", Kind::kEnum, "5121 5123 5125", true},
-    {"sparseValues", "bufferView", Kind::kIndex, "bufferViews", true},
-    {"sparseValues", "byteOffset", Kind::kInteger, "", false, 0, kIntMax},
-
-    {"bufferView", "buffer", Kind::kIndex, "buffers", true},
-    {"bufferView", "byteOffset", Kind::kInteger},
-    {"bufferView", "byteLength", Kind::kInteger, "", true, 1},
-    {"bufferView", "byteStride", Kind::kInteger, "", false, 4, 252},
-    {"bufferView", "extensions", Kind::kExtensions},
-    {"buffer", "uri", Kind::kString},
-    {"buffer", "byteLength", Kind::kInteger, "", true, 1},
-    {"buffer", "extensions", Kind::kExtensions},
-
-    {"material", "pbrMetallicRoughness", Kind::kObject, "pbrMetallicRoughness"},
-    {"material", "normalTexture", Kind::kObject, "normalTextureInfo"},
-    {"material", "occlusionTexture", Kind::kObject, "occlusionTextureInfo"},
-    {"material", "emissiveTexture", Kind::kObject, "textureInfo"},
-    {"material", "emissiveFactor", Kind::kNumbers, "", false, 0, 3},
-    {"material", "alphaMode", Kind::kString, "OPAQUE MASK BLEND"},
-    {"material", "alphaCutoff", Kind::kNumber},
-    {"material", "doubleSided", Kind::kBool},
-    {"material", "extensions", Kind::kExtensions},
-    {"pbrMetallicRoughness", "baseColorFactor", Kind::kNumbers, "", false, 0, 4},
-    {"pbrMetallicRoughness", "baseColorTexture", Kind::kObject, "textureInfo"},
-    {"pbrMetallicRoughness", "metallicFactor", Kind::kNumber},
-    {"pbrMetallicRoughness", "roughnessFactor", Kind::kNumber},
-    {"pbrMetallicRoughness", "metallicRoughnessTexture", Kind::kObject, "textureInfo"},
-    {"textureInfo", "index", Kind::kIndex, "textures", true},
-    {"textureInfo", "texCoord", Kind::kInteger, "", false, 0, kIntMax},
-    {"textureInfo", "extensions", Kind::kExtensions},
-    {"normalTextureInfo", "index", Kind::kIndex, "textures", true},
-    {"normalTextureInfo", "texCoord", Kind::kInteger, "", false, 0, kIntMax},
-    {"normalTextureInfo", "scale", Kind::kNumber},
-    {"normalTextureInfo", "extensions", Kind::kExtensions},
-    {"occlusionTextureInfo", "index", Kind::kIndex, "textures", true},
-    {"occlusionTextureInfo", "texCoord", Kind::kInteger, "", false, 0, kIntMax},
-    {"occlusionTextureInfo", "strength", Kind::kNumber},
-    {"occlusionTextureInfo", "extensions", Kind::kExtensions},
-
-    {"texture", "sampler", Kind::kIndex, "samplers"},
-    {"texture", "source", Kind::kIndex, "images"},
-    {"texture", "extensions", Kind::kExtensions},
-    {"image", "uri", Kind::kString},
-    {"image", "bufferView", Kind::kIndex, "bufferViews"},
-    {"sampler", "magFilter", Kind::kEnum, "9728 9729"},
-    {"sampler", "minFilter", Kind::kEnum, "9728 9729 9984 9985 9986 9987"},
-    {"sampler", "wrapS", Kind::kEnum, "10497 33071 33648"},
-    {"sampler", "wrapT", Kind::kEnum, "10497 33071 33648"},
-
-    {"camera", "type", Kind::kString, "perspective orthographic", true},
-    {"camera", "perspective", Kind::kObject, "perspective"},
-    {"camera", "orthographic", Kind::kObject, "orthographic"},
-    {"perspective", "yfov", Kind::kPositive, "", true},
-    {"perspective", "aspectRatio", Kind::kPositive},
-    {"perspective", "znear", Kind::kPositive, "", true},
-    {"perspective", "zfar", Kind::kPositive},
-    {"orthographic", "xmag", Kind::kPositive, "", true},
-    {"orthographic", "ymag", Kind::kPositive, "", true},
-    {"orthographic", "znear", Kind::kNumber, "", true},
-    {"orthographic", "zfar", Kind::kPositive, "", true},
-
-    {"KHR_texture_transform", "offset", Kind::kNumbers, "", false, 0, 2},
-    {"KHR_texture_transform", "rotation", Kind::kNumber},
-    {"KHR_texture_transform", "scale", Kind::kNumbers, "", false, 0, 2},
-    {"KHR_texture_transform", "texCoord", Kind::kInteger, "", false, 0, kIntMax},
-    {"KHR_materials_emissive_strength", "emissiveStrength", Kind::kNumber},
-    {"KHR_materials_ior", "ior", Kind::kNumber},
-    {"KHR_materials_specular", "specularFactor", Kind::kNumber},
-    {"KHR_materials_specular", "specularTexture", Kind::kObject, "textureInfo"},
-    {"KHR_materials_specular", "specularColorFactor", Kind::kNumbers, "", false, 0, 3},
-    {"KHR_materials_specular", "specularColorTexture", Kind::kObject, "textureInfo"},
-    {"KHR_materials_clearcoat", "clearcoatFactor", Kind::kNumber},
-    {"KHR_materials_clearcoat", "clearcoatTexture", Kind::kObject, "textureInfo"},
-    {"KHR_materials_clearcoat", "clearcoatRoughnessFactor", Kind::kNumber},
-    {"KHR_materials_clearcoat", "clearcoatRoughnessTexture", Kind::kObject, "textureInfo"},
-    {"KHR_materials_clearcoat", "clearcoatNormalTexture", Kind::kObject, "normalTextureInfo"},
-    {"KHR_materials_sheen", "sheenColorFactor", Kind::kNumbers, "", false, 0, 3},
-    {"KHR_materials_sheen", "sheenColorTexture", Kind::kObject, "textureInfo"},
-    {"KHR_materials_sheen", "sheenRoughnessFactor", Kind::kNumber},
-    {"KHR_materials_sheen", "sheenRoughnessTexture", Kind::kObject, "textureInfo"},
-    {"KHR_materials_anisotropy", "anisotropyStrength", Kind::kNumber},
-    {"KHR_materials_anisotropy", "anisotropyRotation", Kind::kNumber},
-    {"KHR_materials_anisotropy", "anisotropyTexture", Kind::kObject, "textureInfo"},
-    {"KHR_materials_iridescence", "iridescenceFactor", Kind::kNumber},
-    {"KHR_materials_iridescence", "iridescenceTexture", Kind::kObject, "textureInfo"},
-    {"KHR_materials_iridescence", "iridescenceIor", Kind::kNumber},
-    {"KHR_materials_iridescence", "iridescenceThicknessMinimum", Kind::kNumber},
-    {"KHR_materials_iridescence", "iridescenceThicknessMaximum", Kind::kNumber},
-    {"KHR_materials_iridescence", "iridescenceThicknessTexture", Kind::kObject, "textureInfo"},
-    {"KHR_materials_transmission", "transmissionFactor", Kind::kNumber},
-    {"KHR_materials_transmission", "transmissionTexture", Kind::kObject, "textureInfo"},
-    {"KHR_materials_volume", "thicknessFactor", Kind::kNumber},
-    {"KHR_materials_volume", "thicknessTexture", Kind::kObject, "textureInfo"},
-    {"KHR_materials_volume", "attenuationDistance", Kind::kPositive},
-    {"KHR_materials_volume", "attenuationColor", Kind::kNumbers, "", false, 0, 3},
-    {"KHR_materials_pbrSpecularGlossiness", "diffuseFactor", Kind::kNumbers, "", false, 0, 4},
-    {"KHR_materials_pbrSpecularGlossiness", "diffuseTexture", Kind::kObject, "textureInfo"},
-    {"KHR_materials_pbrSpecularGlossiness", "specularFactor", Kind::kNumbers, "", false, 0, 3},
-    {"KHR_materials_pbrSpecularGlossiness", "glossinessFactor", Kind::kNumber},
-    {"KHR_materials_pbrSpecularGlossiness", "specularGlossinessTexture", Kind::kObject,
-     "textureInfo"},
-    // KHR_materials_variants names one member in the root and another in primitives.
-    {"root/KHR_materials_variants", "variants", Kind::kObjects, "variant", true},
-    {"variant", "name", Kind::kString, "", true},
-    {"primitive/KHR_materials_variants", "mappings", Kind::kObjects, "variantMapping", true},
-    {"variantMapping", "material", Kind::kIndex, "materials", true},
-    {"variantMapping", "variants", Kind::kIndices, "extensions/KHR_materials_variants/variants",
-     true},
-    {"EXT_texture_webp", "source", Kind::kIndex, "images"},
-
-    {"EXT_mesh_gpu_instancing", "attributes", Kind::kIndexMap, "accessors", true},
-    {"KHR_node_visibility", "visible", Kind::kBool},
-    {"primitive/KHR_draco_mesh_compression", "bufferView", Kind::kIndex, "bufferViews", true},
-    {"primitive/KHR_draco_mesh_compression", "attributes", Kind::kIntegerMap, "", true, 0, kIntMax},
-
-    // EXT_meshopt_compression; KHR_meshopt_compression has the same JSON.
-    {"bufferView/EXT_meshopt_compression", "buffer", Kind::kIndex, "buffers", true},
-    {"bufferView/EXT_meshopt_compression", "byteOffset", Kind::kInteger},
-    {"bufferView/EXT_meshopt_compression", "byteLength", Kind::kInteger, "", true, 1},
-    {"bufferView/EXT_meshopt_compression", "byteStride", Kind::kInteger, "", true, 2, 256},
-    {"bufferView/EXT_meshopt_compression", "count", Kind::kInteger, "", true, 1},
-    {"bufferView/EXT_meshopt_compression", "mode", Kind::kString, "ATTRIBUTES TRIANGLES INDICES",
-     true},
-    {"bufferView/EXT_meshopt_compression", "filter", Kind::kString},
-    {"buffer/EXT_meshopt_compression", "fallback", Kind::kBool},
-
-    // KHR_lights_punctual names one member in the root and another in nodes.
-    {"root/KHR_lights_punctual", "lights", Kind::kObjects, "light", true},
-    {"node/KHR_lights_punctual", "light", Kind::kIndex, "extensions/KHR_lights_punctual/lights",
-     true},
-    {"light", "type", Kind::kString, "", true},  // an unknown one is no error
-    {"light", "color", Kind::kNumbers, "", false, 0, 3},
-    {"light", "intensity", Kind::kNumber},
-    {"light", "range", Kind::kPositive},
-    {"light", "spot", Kind::kObject, "spot"},
-    {"spot", "innerConeAngle", Kind::kNumber},
-    {"spot", "outerConeAngle", Kind::kPositive},
-};
-
 /// The rows of one owner.
-const std::vector<const Property*>& rowsOf(std::string_view owner) {
+const std::vector<const SchemaRow*>& rowsOf(std::string_view owner) {
     static const auto rows = [] {
-        std::map<std::string_view, std::vector<const Property*>> result;
-        for (const Property& property : kProperties)
+        std::map<std::string_view, std::vector<const SchemaRow*>> result;
+        for (const SchemaRow& property : schemaRows())
             result[property.owner].push_back(&property);
         return result;
     }();
-    static const std::vector<const Property*> none;
+    static const std::vector<const SchemaRow*> none;
     const auto found = rows.find(owner);
     return found == rows.end() ? none : found->second;
 }
@@ -289,7 +50,7 @@ class SchemaCheck {
     // The nesting of the table bounds the recursion, whatever the file holds.
     void object(json& value, const std::string& pointer, std::string_view owner) {
         if (!value.is_object()) refuse(pointer, "must be an object", value);
-        for (const Property* property : rowsOf(owner)) {
+        for (const SchemaRow* property : rowsOf(owner)) {
             const auto found = value.find(property->name);
             if (found != value.end()) {
                 member(*found, childPointer(pointer, property->name), *property);
@@ -310,7 +71,7 @@ class SchemaCheck {
         throw Error(ErrorKind::kInput, "the value " + rule + ", it is " + shown, pointer, kHint);
     }
 
-    void member(json& value, const std::string& pointer, const Property& rule) {
+    void member(json& value, const std::string& pointer, const SchemaRow& rule) {
         switch (rule.kind) {
             case Kind::kBool:
                 if (!value.is_boolean()) refuse(pointer, "must be true or false", value);
@@ -359,7 +120,7 @@ class SchemaCheck {
         }
     }
 
-    void array(json& value, const std::string& pointer, const Property& rule) {
+    void array(json& value, const std::string& pointer, const SchemaRow& rule) {
         if (!value.is_array()) refuse(pointer, "must be an array", value);
         if (rule.kind == Kind::kNumbers && static_cast<double>(value.size()) != rule.max)
             refuse(pointer, "must have " + std::to_string(static_cast<int>(rule.max)) + " elements",
@@ -387,7 +148,7 @@ class SchemaCheck {
         }
     }
 
-    static void string(const json& value, const std::string& pointer, const Property& rule) {
+    static void string(const json& value, const std::string& pointer, const SchemaRow& rule) {
         if (!value.is_string()) refuse(pointer, "must be a string", value);
         if (*rule.of && !listed(rule.of, value.get_ref<const std::string&>()))
             refuse(pointer, "must be one of " + std::string(rule.of), value);
@@ -435,7 +196,7 @@ class SchemaCheck {
             index(element, childPointer(pointer, key), array_name);
     }
 
-    static void integerMap(json& value, const std::string& pointer, const Property& rule) {
+    static void integerMap(json& value, const std::string& pointer, const SchemaRow& rule) {
         if (!value.is_object()) refuse(pointer, "must be an object", value);
         for (const auto& [key, element] : value.items())
             integer(element, childPointer(pointer, key), rule.min, rule.max);
