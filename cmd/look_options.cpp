@@ -48,7 +48,7 @@ void addLookOptions(CLI::App& app, LookOptions& look) {
         app, "--variant", "NAME|INDEX", look.variant, [](const std::string& text) { return text; },
         "which of the file's materials (KHR_materials_variants) to show; peeler info lists them "
         "(default: none, the materials of the meshes themselves)")
-        ->group("Layers");
+        ->group("Scene");
     addChoice<bool>(app, "--transmission", look.transmission, kTransmissions,
                     "choice of transmission", "glass and other surfaces that transmit light:")
         ->group("Layers");
