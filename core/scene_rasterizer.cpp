@@ -330,7 +330,7 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     }
     const gl::Program* current = nullptr;
     std::size_t material = static_cast<std::size_t>(-1);
-    instance_records_.bindStorage(PEELER_INSTANCES);
+    if (instance_records_) instance_records_.bindStorage(PEELER_INSTANCES);  // none: no draws
     const auto& draws = scene_.list().draws();
     for (std::size_t i = 0; i < draws.size(); ++i) {
         const Draw& draw = draws[i];
