@@ -16,6 +16,13 @@ namespace {
 constexpr const char* kGroup = "Animation";
 constexpr double kDefaultFps = 24;
 
+double parseFps(const std::string& text) {
+    const double fps = parseNumber(text);
+    if (fps < 0.001 || fps > 1e6)
+        throw Error(ErrorKind::kUsage, "expected a frame rate from 0.001 to 1000000");
+    return fps;
+}
+
 }  // namespace
 
 void addTimeOptions(CLI::App& app, AnimationOptions& options) {
@@ -39,9 +46,7 @@ void addFrameOptions(CLI::App& app, AnimationOptions& options) {
         "pictures of a sequence, e.g. 1-100, 1-100x2 (every second), 150,200-180; frame N is at "
         "N / fps seconds. The output's name has a place for the number: #### or %04d")
         ->group(kGroup);
-    addValue(
-        app, "--fps", "N", options.fps, [](const std::string& text) { return parsePositive(text); },
-        "frames a second (default: 24)")
+    addValue(app, "--fps", "N", options.fps, parseFps, "frames a second (default: 24)")
         ->group(kGroup);
 }
 

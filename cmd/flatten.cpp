@@ -69,8 +69,8 @@ class Flatten {
 
 void Flatten::checkOptions() {
     console_.setQuiet(options_.report.quiet);
-    checkOutput(options_.output, options_.input);
-    checkReport(options_.report, options_.input, options_.output.path);
+    checkOutput(options_.output, {options_.input});
+    checkReport(options_.report, {options_.input, options_.output.path});
     setThreads(options_.threads);
 }
 

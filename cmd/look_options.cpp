@@ -49,8 +49,8 @@ void addLookOptions(CLI::App& app, LookOptions& look) {
         "which of the file's materials (KHR_materials_variants) to show; peeler info lists them "
         "(default: none, the materials of the meshes themselves)")
         ->group("Scene");
-    addChoice<bool>(app, "--transmission", look.transmission, kTransmissions,
-                    "choice of transmission", "glass and other surfaces that transmit light:")
+    addChoice<bool>(app, "--transmission", look.transmission, kTransmissions, "transmission",
+                    "glass and other surfaces that transmit light:")
         ->group("Layers");
     addValue(
         app, "--environment", "FILE", look.environment,

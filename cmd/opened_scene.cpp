@@ -11,8 +11,8 @@ OpenedScene::OpenedScene(const SceneOptions& options, const LookOptions& look,
     index_ = chooseScene(scene_, options);
     selectNodes(scene_, options);
     playing_ = chooseAnimations(scene_, animation);
-    if (animation.frames && playing_.empty())
-        console.warning("The scene has no animation; all frames show the same.");
+    if ((animation.frames || animation.time) && playing_.empty())
+        console.warning("The scene has no animation; it is the same at all times.");
     if (!playing_.empty()) all_times_.emplace(scene_, index_, playing_);
 }
 

@@ -149,10 +149,10 @@ void addLayerOutputOptions(CLI::App& app, OutputFlags& flags) {
         ->group("Output");
 }
 
-void checkOutput(const OutputFlags& flags, const fs::path& input) {
-    checkFormat(flags);
-    if (sameFile(flags.path, input)) {
-        throw Error(ErrorKind::kUsage, "the output is the input", flags.path.string(),
+void checkTarget(const OutputFlags& flags, const std::vector<fs::path>& inputs) {
+    for (const fs::path& input : inputs) {
+        if (!sameFile(flags.path, input)) continue;
+        throw Error(ErrorKind::kUsage, "the output is the input or the report", flags.path.string(),
                     "choose another name for the output");
     }
     std::error_code failure;
@@ -160,6 +160,11 @@ void checkOutput(const OutputFlags& flags, const fs::path& input) {
         throw Error(ErrorKind::kOutput, "the file is there already", flags.path.string(),
                     "remove it, choose another name, or leave --no-clobber out");
     }
+}
+
+void checkOutput(const OutputFlags& flags, const std::vector<fs::path>& inputs) {
+    checkFormat(flags);
+    checkTarget(flags, inputs);
     probe(flags.path);
 }
 
@@ -194,9 +199,10 @@ void addReportOptions(CLI::App& app, ReportFlags& flags) {
     app.add_flag("-q,--quiet", flags.quiet, "warnings and errors only")->group("Messages");
 }
 
-void checkReport(const ReportFlags& flags, const fs::path& input, const fs::path& output) {
+void checkReport(const ReportFlags& flags, const std::vector<fs::path>& others) {
     if (!flags.file) return;
-    if (sameFile(*flags.file, output) || sameFile(*flags.file, input)) {
+    for (const fs::path& other : others) {
+        if (!sameFile(*flags.file, other)) continue;
         throw Error(ErrorKind::kUsage, "the report would replace the input or the output",
                     "--report " + flags.file->string(), "choose another name for the report");
     }

@@ -39,9 +39,11 @@ void addLayerOutputOptions(CLI::App& app, OutputFlags& flags);
 void addFxaaOption(CLI::App& app, bool& fxaa, const std::string& remark);
 
 /// Throws before any work is done: Error (kUsage) if the path names no format, an option does not
-/// apply to it or the output is the input; (kOutput) if the folder cannot be written to, or the
-/// file is there and must stay.
-void checkOutput(const OutputFlags& flags, const std::filesystem::path& input);
+/// apply to it or the output is one of the inputs; (kOutput) if the folder cannot be written to, or
+/// the file is there and must stay.
+void checkOutput(const OutputFlags& flags, const std::vector<std::filesystem::path>& inputs);
+/// What of it depends on the file's name alone: not to replace what must stay.
+void checkTarget(const OutputFlags& flags, const std::vector<std::filesystem::path>& inputs);
 
 /// What the format's writer is told; the background premultiplied.
 OutputOptions outputOptions(const OutputFlags& flags, const Provenance& provenance);
@@ -58,9 +60,8 @@ struct ReportFlags {
 /// Declares --json, --report, --progress and --quiet.
 void addReportOptions(CLI::App& app, ReportFlags& flags);
 
-/// Throws like checkOutput if the report cannot be written, or would replace input or output.
-void checkReport(const ReportFlags& flags, const std::filesystem::path& input,
-                 const std::filesystem::path& output);
+/// Throws like checkOutput if the report cannot be written, or would replace one of the others.
+void checkReport(const ReportFlags& flags, const std::vector<std::filesystem::path>& others);
 
 /// The result as asked for: to the report file, as JSON on stdout, and as a line on stderr.
 void tellResult(const ReportFlags& flags, const PictureResult& result, Console& console);

@@ -60,13 +60,20 @@ class Render {
         start_ = Clock::now();
         checkOptions();
         openScene();
-        for (const Moment& moment : moments_)
-            renderPicture(moment);
-        if (options_.animation.frames) tellFrames(options_.report, finished_, console_);
+        try {
+            for (const Moment& moment : moments_)
+                renderPicture(moment);
+        } catch (...) {
+            // The frames that are there should be known.
+            if (!finished_.empty()) tellSequence();
+            throw;
+        }
+        tellSequence();
     }
 
   private:
     void checkOptions();
+    void checkFiles();
     void openScene();
     void renderPicture(const Moment& moment);
     void pose(const Moment& moment);
@@ -74,6 +81,7 @@ class Render {
     void plan();
     void capture(const Moment& moment);
     void tell(const Moment& moment);
+    void tellSequence();
 
     OutputFlags outputOf(const Moment& moment) const;
     Provenance provenance(const Moment& moment) const;
@@ -122,13 +130,10 @@ void Render::checkOptions() {
     if (moments_.size() > 1 && !hasFrameToken(path)) {
         throw Error(ErrorKind::kUsage,
                     "all " + std::to_string(moments_.size()) + " frames would have the same name",
-                    "--output " + path, "put #### or %04d where the frame's number goes");
+                    "--output " + path,
+                    "put #### or %04d into the file's name, where the frame's number goes");
     }
-    for (const Moment& moment : moments_) {
-        const OutputFlags output = outputOf(moment);
-        checkOutput(output, options_.scene.file);
-        checkReport(options_.report, options_.scene.file, output.path);
-    }
+    checkFiles();
     setThreads(options_.threads);
     capture_ = options_.capture;
     const OutputFormat& format = findOutputFormat(path, options_.output.as);
@@ -142,6 +147,17 @@ void Render::checkOptions() {
     checkClipOptions(options_.clip);
     checkLookOptions(options_.look);
     setShadowSize(capture_, options_.shadow_size);
+}
+
+/// Nothing that is written may replace anything that is read, or what must stay.
+void Render::checkFiles() {
+    std::vector<fs::path> inputs{options_.scene.file};
+    if (options_.look.environment) inputs.push_back(*options_.look.environment);
+    checkOutput(outputOf(moments_.front()), inputs);
+    checkReport(options_.report, inputs);
+    if (options_.report.file) inputs.push_back(*options_.report.file);
+    for (const Moment& moment : moments_)
+        checkTarget(outputOf(moment), inputs);
 }
 
 void Render::openScene() {
@@ -265,6 +281,10 @@ void Render::tell(const Moment& moment) {
     else
         tellResult(options_.report, result_, console_);
     finished_.push_back(result_);
+}
+
+void Render::tellSequence() {
+    if (options_.animation.frames) tellFrames(options_.report, finished_, console_);
 }
 
 }  // namespace

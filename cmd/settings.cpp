@@ -6,6 +6,7 @@
 
 #include "cmd/choices.h"
 #include "cmd/report.h"
+#include "core/peel/method.h"
 
 namespace peeler::cmd {
 
@@ -64,6 +65,8 @@ std::string settingsHash(const ShownScene& shown, const View& view, const Captur
     if (capture.tail == Tail::kBlend) settings["tail"] = "blend";
     if (capture.clip.active()) settings["clip"] = clipJson(capture.clip);
     if (capture.opaque_only) settings["opaqueOnly"] = true;
+    if (const MethodInfo* method = findPeelMethod(capture.method); method && !method->exact())
+        settings["method"] = capture.method;
     if (fxaa) settings["fxaa"] = true;
     settings.update(look);
     return hashText(settings.dump());

@@ -20,9 +20,8 @@ struct ShownScene {
 };
 
 /// Two renders of the same scene file with the same hash have the same layers. Left out is what
-/// changes nothing: threads, memory, backend, and the method, since every method of the table is
-/// exact. `fxaa`: whether the composite is filtered; `look`: what
-/// lookSettings() says. 16 hexadecimal digits.
+/// changes nothing: threads, memory, backend, and which of the exact methods it is. `fxaa`: whether
+/// the composite is filtered; `look`: what lookSettings() says. 16 hexadecimal digits.
 std::string settingsHash(const ShownScene& shown, const View& view, const CaptureSettings& capture,
                          bool fxaa = false, const nlohmann::json& look = nlohmann::json::object());
 

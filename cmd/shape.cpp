@@ -4,15 +4,34 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "core/error.h"
-#include "core/keyframes.h"
 
 namespace peeler::cmd {
 
 namespace {
 
-constexpr int kMoments = 9;  // the first and the last among them
+constexpr std::size_t kEvenMoments = 9, kMostKeys = 24;
+
+/// Times evenly between the first and the last key, and keys; of too many keys some, evenly, too.
+std::set<double> momentsOf(const Scene& scene, std::span<const int> animations) {
+    std::set<double> keys;
+    for (const int animation : animations)
+        for (const Keyframes& keyframes :
+             scene.animations[static_cast<std::size_t>(animation)].keyframes)
+            keys.insert(keyframes.times.begin(), keyframes.times.end());
+    if (keys.empty()) return {0};
+    const double first = *keys.begin(), last = *keys.rbegin();
+    std::set<double> moments;
+    for (std::size_t i = 0; i < kEvenMoments; ++i)
+        moments.insert(first + (last - first) * static_cast<double>(i) / (kEvenMoments - 1));
+    const std::vector<double> all(keys.begin(), keys.end());
+    const std::size_t some = std::min(all.size(), kMostKeys);
+    for (std::size_t i = 0; i < some; ++i)
+        moments.insert(all[some == 1 ? 0 : i * (all.size() - 1) / (some - 1)]);
+    return moments;
+}
 
 }  // namespace
 
@@ -22,12 +41,7 @@ Shape::Shape(const Scene& scene, const SceneContents& contents)
 }
 
 Shape::Shape(const Scene& scene, int scene_index, std::span<const int> animations) {
-    double duration = 0;
-    for (const int animation : animations)
-        duration =
-            std::max(duration, durationOf(scene.animations[static_cast<std::size_t>(animation)]));
-    for (int i = 0; i < kMoments; ++i) {
-        const double time = duration * i / (kMoments - 1);
+    for (const double time : momentsOf(scene, animations)) {
         const auto shown = contents(scene, scene_index, poseAt(scene, animations, time));
         if (const auto box = peeler::bounds(scene, shown)) boxes_.push_back(*box);
     }

@@ -15,8 +15,9 @@ class Shape {
     /// Of one moment, by its vertices; both must outlive it.
     Shape(const Scene& scene, const SceneContents& contents);
 
-    /// Of all times of these animations, by bounding boxes at several moments: the same for every
-    /// frame, so that a camera which frames the scene stands still.
+    /// Of these animations from their first key to their last, by bounding boxes at keys (24 at
+    /// most) and between them: the same for every frame, so that a camera which frames the scene
+    /// stands still.
     Shape(const Scene& scene, int scene_index, std::span<const int> animations);
 
     /// A unit cube at the origin if there is nothing. Throws Error (kInput) if it is not finite.

@@ -82,13 +82,16 @@ class Sheet {
 void Sheet::checkOptions() {
     const SheetRequest& request = options_.request;
     console_.setQuiet(options_.report.quiet);
-    checkOutput(options_.output, request.input.file);
+    std::vector<fs::path> files{request.input.file};
+    if (request.look.environment) files.push_back(*request.look.environment);
+    checkOutput(options_.output, files);
     const OutputFormat& format = findOutputFormat(options_.output.path.string(), "composite");
     if (format.extensions.front() == ".exr") {
         throw Error(ErrorKind::kUsage, "a sheet is a picture to look at",
                     options_.output.path.string(), "choose one of: .png, .jpg, .tif");
     }
-    checkReport(options_.report, request.input.file, options_.output.path);
+    files.push_back(options_.output.path);
+    checkReport(options_.report, files);
     const bool depth = request.cells.show == SheetShow::kDepth;
     if (request.cells.progression && depth) {
         throw Error(ErrorKind::kUsage, "a composite has no depth of its own",

@@ -30,20 +30,6 @@ void displace(std::vector<Vector>& values, const std::vector<glm::vec3>& displac
     });
 }
 
-glm::dmat4 blended(const Primitive& primitive, const JointMatrices& skin, std::size_t vertex) {
-    glm::dmat4 sum(0);
-    double total = 0;
-    for (const JointSet& set : primitive.joint_sets) {
-        for (int i = 0; i < 4; ++i) {
-            const double weight = double{set.weights[vertex][i]};
-            if (weight == 0) continue;
-            sum += weight * skin.joints[set.joints[vertex][i]];
-            total += weight;
-        }
-    }
-    return total != 0 ? sum / total : skin.joints.front();
-}
-
 /// Inverse transpose, up to a positive factor: of a singular matrix, too.
 glm::dmat3 normalMatrix(const glm::dmat3& m) {
     const glm::dmat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]),
@@ -57,10 +43,9 @@ glm::dvec3 unit(const glm::dvec3& v) {
 }
 
 void applySkin(const Primitive& primitive, const JointMatrices& skin, DeformedVertices& vertices) {
-    const bool follows_node = primitive.joint_sets.empty();
     forBlocks(vertices.positions.size(), [&](std::size_t i, std::size_t end) {
         for (; i < end; ++i) {
-            const glm::dmat4 matrix = follows_node ? skin.unskinned : blended(primitive, skin, i);
+            const glm::dmat4 matrix = skinMatrix(primitive, skin, i);
             const glm::dmat3 linear(matrix);
             auto& position = vertices.positions[i];
             position = glm::vec3(linear * glm::dvec3(position) + glm::dvec3(matrix[3]));
@@ -78,6 +63,21 @@ void applySkin(const Primitive& primitive, const JointMatrices& skin, DeformedVe
 }
 
 }  // namespace
+
+glm::dmat4 skinMatrix(const Primitive& primitive, const JointMatrices& skin, std::size_t vertex) {
+    if (primitive.joint_sets.empty()) return skin.unskinned;
+    glm::dmat4 sum(0);
+    double total = 0;
+    for (const JointSet& set : primitive.joint_sets) {
+        for (int i = 0; i < 4; ++i) {
+            const double weight = double{set.weights[vertex][i]};
+            if (weight == 0) continue;
+            sum += weight * skin.joints[set.joints[vertex][i]];
+            total += weight;
+        }
+    }
+    return total != 0 ? sum / total : skin.joints.front();
+}
 
 DeformedVertices deform(const Primitive& primitive, std::span<const double> weights,
                         const JointMatrices* skin) {

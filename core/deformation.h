@@ -22,6 +22,9 @@ struct JointMatrices {
     glm::dmat4 unskinned{1};  ///< for primitives without joints, which follow their node
 };
 
+/// What moves a vertex: the weighted mean of its joints.
+glm::dmat4 skinMatrix(const Primitive& primitive, const JointMatrices& skin, std::size_t vertex);
+
 /// The vertices of a primitive after its morph targets (glTF 2.0 §3.7.2.2; missing weights are 0)
 /// and, if `skin` is given, its joints (§3.7.3.3: linear blend skinning with all joint sets,
 /// weights scaled to add up to 1, where they are all 0 the first joint). Normals turn with the

@@ -57,10 +57,13 @@ bool setAlpha(Draw& draw, const Primitive& p, const Material& m) {
     return draw.alpha_tested || passes;
 }
 
-/// Whether two instances can be drawn at once.
-bool together(const MeshInstance& a, const MeshInstance& b) {
-    return a.node == b.node && a.mesh == b.mesh && a.mirrored == b.mirrored &&
-           a.deformed == b.deformed;
+/// Whether two instances can be drawn at once: GL takes all instances of one primitive of the mesh
+/// before the next primitive, and where depths are equal some methods rely on fragments coming in
+/// the order of their keys.
+bool together(const Scene& scene, const MeshInstance& a, const MeshInstance& b) {
+    const auto& primitives = scene.meshes[static_cast<std::size_t>(a.mesh)].primitives;
+    return primitives.size() == 1 && a.node == b.node && a.mesh == b.mesh &&
+           a.mirrored == b.mirrored && a.deformed == b.deformed;
 }
 
 }  // namespace
@@ -68,8 +71,9 @@ bool together(const MeshInstance& a, const MeshInstance& b) {
 DrawList::DrawList(const Scene& scene, const SceneContents& contents) {
     const std::vector<MeshInstance>& instances = contents.meshes;
     for (std::size_t i = 0, end = 0; i < instances.size(); i = end) {
-        while (end < instances.size() && together(instances[i], instances[end]))
+        do
             ++end;
+        while (end < instances.size() && together(scene, instances[i], instances[end]));
         addGroup(scene, {instances.data() + i, end - i});
     }
 }

@@ -44,7 +44,7 @@ struct Draw {
 /// start at 1.
 class DrawList {
   public:
-    /// Successive instances of a mesh at the same node are drawn at once.
+    /// Successive instances of a mesh of one primitive at the same node are drawn at once.
     /// Throws Error (kInput) if the scene has 2^32 primitives or more.
     DrawList(const Scene& scene, const SceneContents& contents);
 

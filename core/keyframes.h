@@ -8,9 +8,10 @@
 
 namespace peeler {
 
-/// Evaluates keyframes (glTF 2.0 §3.11, appendix C): exactly the key's value at its time, the first
-/// or the last one before and after them. `value` has the width of one value. Of quaternions
-/// (x, y, z, w: `rotation`) kLinear is a spherical interpolation along the shorter arc.
+/// Evaluates keyframes (glTF 2.0 §3.11, appendix C) at a time that is rounded to a float, as theirs
+/// are: exactly the key's value at its time, the first or the last one before and after them.
+/// `value` has the width of one value. Of quaternions (x, y, z, w: `rotation`) kLinear is a
+/// spherical interpolation along the shorter arc.
 void sampleKeyframes(const Keyframes& keyframes, double time, bool rotation,
                      std::span<double> value);
 

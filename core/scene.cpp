@@ -13,6 +13,17 @@ glm::dmat4 Trs::matrix() const {
     return result;
 }
 
+std::vector<int> rootsOf(const std::vector<Node>& nodes) {
+    std::vector<char> is_child(nodes.size(), 0);
+    for (const Node& node : nodes)
+        for (const int child : node.children)
+            is_child[static_cast<std::size_t>(child)] = 1;
+    std::vector<int> roots;
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+        if (!is_child[i]) roots.push_back(static_cast<int>(i));
+    return roots;
+}
+
 void chooseVariant(Scene& scene, std::size_t variant) {
     for (Mesh& mesh : scene.meshes)
         for (Primitive& primitive : mesh.primitives)

@@ -180,6 +180,9 @@ struct Scene {
     std::vector<std::string> warnings;  ///< whole sentences, each once
 };
 
+/// The nodes that are no other node's child, in order.
+std::vector<int> rootsOf(const std::vector<Node>& nodes);
+
 /// Gives every primitive its material of a variant (an index into Scene::variants).
 void chooseVariant(Scene& scene, std::size_t variant);
 

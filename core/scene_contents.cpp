@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include "core/error.h"
 
@@ -42,15 +44,8 @@ void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots, c
 
 /// The world matrices of all nodes: joints need not be in the scene that shows their mesh.
 std::vector<glm::dmat4> worldsOf(const Scene& scene, const Pose& pose) {
-    std::vector<char> is_child(scene.nodes.size(), 0);
-    for (const Node& node : scene.nodes)
-        for (const int child : node.children)
-            is_child[static_cast<std::size_t>(child)] = 1;
-    std::vector<int> roots;
-    for (std::size_t i = 0; i < scene.nodes.size(); ++i)
-        if (!is_child[i]) roots.push_back(static_cast<int>(i));
     std::vector<glm::dmat4> worlds(scene.nodes.size(), glm::dmat4(1));
-    walk(scene, pose, roots,
+    walk(scene, pose, rootsOf(scene.nodes),
          [&](const Visit& visit) { worlds[static_cast<std::size_t>(visit.node)] = visit.world; });
     return worlds;
 }
@@ -79,8 +74,7 @@ class ContentsBuilder {
     void addMesh(const Node& node, const Visit& visit) {
         MeshInstance instance{visit.node, node.mesh, visit.world, isMirrored(visit.world)};
         if (node.skin >= 0) {
-            const JointMatrices joints = place(node, instance);
-            deform(node, &joints, instance);
+            deform(node, &place(node, instance), instance);
             result_.meshes.push_back(instance);
             return;
         }
@@ -98,20 +92,25 @@ class ContentsBuilder {
 
     /// Puts a skinned mesh where its joints are. Deformed vertices are floats, so they are kept
     /// relative to the first joint: far from the origin they would lose precision.
-    JointMatrices place(const Node& node, MeshInstance& instance) {
-        if (worlds_.empty()) worlds_ = worldsOf(scene_, pose_);
+    const JointMatrices& place(const Node& node, MeshInstance& instance) {
         const Skin& skin = scene_.skins[static_cast<std::size_t>(node.skin)];
+        if (worlds_.empty()) worlds_ = worldsOf(scene_, pose_);
         const auto worldOf = [&](std::size_t joint) -> const glm::dmat4& {
             return worlds_[static_cast<std::size_t>(skin.joints[joint])];
         };
         const glm::dvec3 anchor(worldOf(0)[3]);
         const glm::dmat4 to_anchor = glm::translate(glm::dmat4(1), -anchor);
-        JointMatrices matrices;
-        for (std::size_t i = 0; i < skin.joints.size(); ++i)
-            matrices.joints.push_back(to_anchor * worldOf(i) * skin.inverse_bind[i]);
+        const auto [entry, fresh] = skins_.try_emplace(node.skin);
+        JointMatrices& matrices = entry->second;
+        if (fresh)
+            for (std::size_t i = 0; i < skin.joints.size(); ++i)
+                matrices.joints.push_back(to_anchor * worldOf(i) * skin.inverse_bind[i]);
         matrices.unskinned = to_anchor * instance.world;
         instance.world = glm::translate(glm::dmat4(1), anchor);
-        instance.mirrored = isMirrored(matrices.joints.front());
+        // Joints may mirror a mesh as nodes do. If not all of them do, no answer is right.
+        const auto& primitives = scene_.meshes[static_cast<std::size_t>(node.mesh)].primitives;
+        instance.mirrored =
+            !primitives.empty() && isMirrored(skinMatrix(primitives.front(), matrices, 0));
         return matrices;
     }
 
@@ -133,7 +132,8 @@ class ContentsBuilder {
 
     const Scene& scene_;
     const Pose& pose_;
-    std::vector<glm::dmat4> worlds_;  ///< of all nodes, once a skin has asked for them
+    std::vector<glm::dmat4> worlds_;      ///< of all nodes, once a skin has asked for them
+    std::map<int, JointMatrices> skins_;  ///< shared by the nodes of a skin
     SceneContents result_;
 };
 

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kDrawStride = (sizeof(shader::DrawRecord) + 255) / 256 * 256;
 
 // The shader variants: a bit and the definition it stands for.
-enum Variant : unsigned {
+enum ShaderBit : unsigned {
     kVaryings = 1,
     kTextured = 2,
     kAlphaTest = 4,

@@ -236,8 +236,10 @@ class DracoReader {
 
     void replace(tinygltf::Primitive& primitive, const Job& job) {
         if (job.problem) {
-            document_.warn("The uncompressed data stands in for that of " + job.where + ": " +
-                           job.problem->what() + ".");
+            std::string why = job.problem->what();
+            if (why.ends_with('.')) why.pop_back();  // libdraco's own words
+            document_.warn("The uncompressed data stands in for that of " + job.where + ": " + why +
+                           ".");
             return;
         }
         for (const auto& [name, index] : job.accessors)

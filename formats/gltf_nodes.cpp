@@ -21,6 +21,10 @@ constexpr const char* kHint = "check the file with the Khronos glTF validator";
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 constexpr const char* kVisibility = "KHR_node_visibility";
 
+// What an instance takes in all: its matrix, its place in the scene and in the draw list, and what
+// the GPU has of it.
+constexpr std::uint64_t kInstanceBytes = 4 * sizeof(glm::dmat4);
+
 const AccessorFormat kVector = {{3}, {{5126}}};
 const AccessorFormat kRotation = {{4}, {{5126}, {5120, true}, {5122, true}}};
 
@@ -100,7 +104,12 @@ class NodeReader {
         if (const auto found = extensions.find(kVisibility); found != extensions.end())
             node.visible = found->value("visible", true);
         const auto instancing = extensions.find(kInstancing);
-        if (instancing != extensions.end() && node.mesh >= 0)
+        if (instancing == extensions.end() || node.mesh < 0) return;
+        if (node.skin >= 0)
+            document_.warn("The instances " + where +
+                           " are of a skinned mesh, which has no place "
+                           "of its own; it is shown once.");
+        else
             node.instances =
                 instances((*instancing)["attributes"], where + '/' + kInstancing + "/attributes");
     }
@@ -120,7 +129,7 @@ class NodeReader {
                             where + '/' + name, kHint);
             first = name;
             count = elements;
-            takeBytes(count * sizeof(glm::dmat4), where + '/' + name);
+            takeBytes(count * kInstanceBytes, where + '/' + name);
             std::vector<float> numbers =
                 accessors_.floats(accessor, format, {0, elements}, where + '/' + name);
             for (const float number : numbers)

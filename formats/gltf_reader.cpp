@@ -21,13 +21,7 @@ void readScenes(const tinygltf::Model& model, Scene& scene) {
     scene.default_scene = std::max(model.defaultScene, 0);
     if (!scene.scenes.empty()) return;
     // A file without scenes is a library (§3.5.1); showing all of it is what its user can want.
-    std::vector<char> is_child(scene.nodes.size(), 0);
-    for (const Node& node : scene.nodes)
-        for (const int child : node.children)
-            is_child[static_cast<std::size_t>(child)] = 1;
-    SceneRoots& all = scene.scenes.emplace_back();
-    for (std::size_t i = 0; i < scene.nodes.size(); ++i)
-        if (!is_child[i]) all.roots.push_back(static_cast<int>(i));
+    scene.scenes.push_back({"", rootsOf(scene.nodes)});
 }
 
 void readCameras(const tinygltf::Model& model, Scene& scene) {

@@ -12,6 +12,8 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <mutex>
+#include <new>
 #include <string>
 
 #include "core/error.h"
@@ -88,6 +90,9 @@ std::vector<std::uint8_t> answerOf(const std::function<std::vector<std::uint8_t>
         return answer;
     } catch (const Error& error) {
         return failed(error.kind(), error.what(), error.hint());
+    } catch (const std::bad_alloc&) {
+        return failed(ErrorKind::kInput, "decoding takes more memory than the data can be worth",
+                      "");
     } catch (const std::exception& error) {
         return failed(ErrorKind::kInput, error.what(), "");
     }
@@ -130,6 +135,10 @@ std::vector<std::uint8_t> readAll(int fd) {
 
 std::vector<std::uint8_t> runIsolated(const std::function<std::vector<std::uint8_t>()>& work,
                                       const IsolationLimits& limits, const char* hint) {
+    // A child that another thread starts meanwhile would keep this pipe open: its reader would wait
+    // for that child, too.
+    static std::mutex starting;
+    std::unique_lock lock(starting);
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0)
         throw Error(ErrorKind::kInternal, "no pipe: " + std::string(std::strerror(errno)));
@@ -140,10 +149,16 @@ std::vector<std::uint8_t> runIsolated(const std::function<std::vector<std::uint8
                     "no process can be started: " + std::string(std::strerror(errno)));
     if (child == 0) runChild(work, limits, out.get());
     out.close();
+    lock.unlock();
     std::vector<std::uint8_t> answer = readAll(in.get());
     int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    rusage used{};
+    while (wait4(child, &status, 0, &used) < 0 && errno == EINTR) {
     }
+    const bool late =
+        used.ru_utime.tv_sec + used.ru_stime.tv_sec + 1 >= static_cast<time_t>(limits.cpu_seconds);
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL && !late)
+        throw Error(ErrorKind::kMemory, "the decoder was killed, as where memory runs out");
     if (WIFSIGNALED(status))
         throw Error(ErrorKind::kInput,
                     WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL

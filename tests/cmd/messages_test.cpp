@@ -280,6 +280,9 @@ TEST(SettingsHash, ChangesWithWhatChangesPixels) {
     moved.camera_to_world[3][0] = 1e-300;
     View cropped = view;
     cropped.crop = {0, 0, 1, 1};
+    CaptureSettings approximate = capture;
+    approximate.method = "weighted-sum";
+    EXPECT_NE(hash, settingsHash({0}, view, approximate));
     EXPECT_NE(hash, settingsHash({1}, view, capture));
     EXPECT_EQ(hash, settingsHash({0, {}, 2.5}, view, capture));  // nothing moves
     const std::string animated = settingsHash({0, {0}, 2.5}, view, capture);

@@ -169,6 +169,22 @@ TEST(Skin, TurnsNormalsWithTheInverseTransposeAndMirrors) {
     EXPECT_FALSE(Arm().at(0).meshes[0].mirrored);
 }
 
+TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
+    // The first joint is mirrored, and everything hangs on the second one, which is not.
+    Arm arm;
+    arm.scene.skins[0].inverse_bind[0] = glm::scale(glm::dmat4(1), glm::dvec3(-1, 1, 1));
+    Primitive& strip = arm.scene.meshes[0].primitives[0];
+    EXPECT_TRUE(arm.at(0).meshes[0].mirrored);
+    for (auto& weights : strip.joint_sets[0].weights)
+        weights = {0, 1, 0, 0};
+    EXPECT_FALSE(arm.at(0).meshes[0].mirrored);
+    // Without joints it is the node that counts.
+    strip.joint_sets.clear();
+    EXPECT_FALSE(arm.at(0).meshes[0].mirrored);
+    arm.scene.nodes[0].local = glm::scale(glm::dmat4(1), glm::dvec3(1, 1, -1));
+    EXPECT_TRUE(arm.at(0).meshes[0].mirrored);
+}
+
 TEST(Skin, TakesAllJointSetsAndScalesWeights) {
     Arm arm;
     Primitive& strip = arm.scene.meshes[0].primitives[0];

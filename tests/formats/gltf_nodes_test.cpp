@@ -152,7 +152,7 @@ TEST(GltfInstances, RefuseDamage) {
     instanceAttributes(builder)["ROTATION"] = 99;
     EXPECT_EQ(errorOf(builder).where(), where + "ROTATION");
     GltfOptions tight;
-    tight.max_geometry_bytes = 300;
+    tight.max_geometry_bytes = 1200;
     EXPECT_EQ(errorOf(instanced(), tight).where(), where + "ROTATION");
 }
 
@@ -164,6 +164,16 @@ TEST(GltfSkins, CountTheRoomOfEveryNodeThatTheyDeform) {
     tight.max_geometry_bytes = 600;  // of three vertices: 120 bytes a node
     EXPECT_EQ(errorOf(builder, tight).where(), "/nodes/7");
     EXPECT_EQ(load(builder).nodes.size(), 13U);
+}
+
+TEST(GltfInstances, OfASkinnedMeshAreLeftOut) {
+    GltfBuilder builder = skinned();
+    const int places = builder.addAccessor<float>({1, 2, 3, 4, 5, 6}, "VEC3");
+    builder.gltf["nodes"][0]["extensions"] = {
+        {"EXT_mesh_gpu_instancing", {{"attributes", {{"TRANSLATION", places}}}}}};
+    const Scene scene = load(builder);
+    EXPECT_FALSE(scene.nodes[0].instances);
+    EXPECT_TRUE(warned(scene, "of a skinned mesh"));
 }
 
 TEST(GltfNodes, CanBeHidden) {
