@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 #include <map>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "core/scene.h"
@@ -18,7 +19,10 @@ struct Geometry {
     int mesh = 0;
     std::size_t primitive = 0;
     int deformed = -1;  ///< index into SceneContents::deformed
-    auto operator<=>(const Geometry&) const = default;
+    bool operator<(const Geometry& other) const {
+        return std::tie(mesh, primitive, deformed) <
+               std::tie(other.mesh, other.primitive, other.deformed);
+    }
 };
 
 /// One primitive of a mesh, drawn at one or more places.

@@ -175,8 +175,7 @@ class PrimitiveReader {
             if (joints.size() != set.weights.size())
                 throw Error(ErrorKind::kInput,
                             "there are joints without weights, or weights without joints",
-                            where_ + "/attributes",
-                            "JOINTS_" + number + " and WEIGHTS_" + number + " go together");
+                            where_ + "/attributes", "JOINTS_n and WEIGHTS_n go together");
             set.joints.assign(joints.begin(), joints.end());  // small integers, exact as floats
             out.joint_sets.push_back(std::move(set));
         }
