@@ -152,7 +152,7 @@ void addLayerOutputOptions(CLI::App& app, OutputFlags& flags) {
 void checkTarget(const OutputFlags& flags, const std::vector<fs::path>& inputs) {
     for (const fs::path& input : inputs) {
         if (!sameFile(flags.path, input)) continue;
-        throw Error(ErrorKind::kUsage, "the output is the input or the report", flags.path.string(),
+        throw Error(ErrorKind::kUsage, "the output is the input", flags.path.string(),
                     "choose another name for the output");
     }
     std::error_code failure;

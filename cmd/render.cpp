@@ -154,10 +154,13 @@ void Render::checkFiles() {
     std::vector<fs::path> inputs{options_.scene.file};
     if (options_.look.environment) inputs.push_back(*options_.look.environment);
     checkOutput(outputOf(moments_.front()), inputs);
-    checkReport(options_.report, inputs);
-    if (options_.report.file) inputs.push_back(*options_.report.file);
-    for (const Moment& moment : moments_)
-        checkTarget(outputOf(moment), inputs);
+    std::vector<fs::path> others = inputs;
+    for (const Moment& moment : moments_) {
+        const OutputFlags output = outputOf(moment);
+        checkTarget(output, inputs);
+        others.push_back(output.path);
+    }
+    checkReport(options_.report, others);
 }
 
 void Render::openScene() {

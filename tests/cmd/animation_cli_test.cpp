@@ -156,7 +156,7 @@ TEST(Frames, RefusesWhatContradictsItself) {
          "the output is the input"},
         {"b.#.exr",
          {"--frames", "1-2", "--report", (folder / "b.0002.exr").string()},
-         "the output is the input"},
+         "the report would replace"},
         {"a.exr", {"--animation", "flu"}, "did you mean 'fly'?"},
         {"a.exr", {"--animation", "2"}, "index from 0 to 1"},
         {"a.exr", {"--include", "sial"}, "did you mean 'sail'?"},
