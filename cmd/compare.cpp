@@ -75,10 +75,8 @@ void Compare::checkOptions() {
     OutputFlags output;
     output.path = heatmap;
     output.as = "composite";
-    for (const fs::path& input : {options_.a, options_.b}) {
-        if (options_.heatmap) checkOutput(output, {input});
-        checkReport(options_.report, {input, heatmap});
-    }
+    if (options_.heatmap) checkOutput(output, {options_.a, options_.b});
+    checkReport(options_.report, {options_.a, options_.b, heatmap});
     if (options_.heatmap_max && !options_.heatmap) {
         throw Error(ErrorKind::kUsage, "there is no heat map to scale", "--heatmap-max",
                     "add --heatmap FILE");
