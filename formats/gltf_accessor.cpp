@@ -17,8 +17,6 @@ namespace {
 // An accessor without a buffer view costs its author nothing, so its size needs a limit of its own.
 constexpr std::size_t kMaxUnbackedCount = std::size_t{1} << 24U;
 
-constexpr const char* kHint = "check the file with the Khronos glTF validator";
-
 std::string accessorPointer(int accessor) {
     return childPointer("/accessors", static_cast<std::size_t>(accessor));
 }
@@ -106,13 +104,13 @@ std::span<const std::uint8_t> AccessorReader::bufferView(int buffer_view) const 
         document_.buffers[static_cast<std::size_t>(view.buffer)];
     if (buffer.empty())
         throw Error(ErrorKind::kInput, "buffer " + std::to_string(view.buffer) + " has no data",
-                    where, kHint);
+                    where, kValidatorHint);
     // Both are at most 2^53 (schema), so their sum does not wrap.
     if (view.byteOffset + view.byteLength > buffer.size())
         throw Error(ErrorKind::kInput,
                     "the view ends at byte " + std::to_string(view.byteOffset + view.byteLength) +
                         ", its buffer has " + std::to_string(buffer.size()),
-                    where, kHint);
+                    where, kValidatorHint);
     return buffer.subspan(view.byteOffset, view.byteLength);
 }
 
@@ -139,7 +137,7 @@ AccessorReader::Elements AccessorReader::elements(int accessor) const {
                         "an accessor without a buffer view must have at most " +
                             std::to_string(kMaxUnbackedCount) + " elements, it has " +
                             std::to_string(info.count),
-                        where + "/count", kHint);
+                        where + "/count", kValidatorHint);
         return result;
     }
 
@@ -155,14 +153,14 @@ AccessorReader::Elements AccessorReader::elements(int accessor) const {
                 std::to_string(element_bytes) + " bytes of an element of accessor " +
                 std::to_string(accessor),
             childPointer("/bufferViews", static_cast<std::size_t>(info.bufferView)) + "/byteStride",
-            kHint);
+            kValidatorHint);
     // §3.6.2.4. Counts and offsets are at most 2^53 and the stride is at most 252: no overflow.
     const std::uint64_t end = info.byteOffset + result.stride * (info.count - 1) + element_bytes;
     if (end > view.size())
         throw Error(ErrorKind::kInput,
                     "the accessor ends at byte " + std::to_string(end) + " of its buffer view, " +
                         "which has " + std::to_string(view.size()),
-                    where, kHint);
+                    where, kValidatorHint);
     result.data = view.data() + info.byteOffset;
     return result;
 }
@@ -179,7 +177,7 @@ void AccessorReader::applySparse(int accessor, ElementRange range, std::vector<O
         const std::size_t bytes = componentBytes(type) * components;
         if (static_cast<std::uint64_t>(offset) + bytes * count > view.size())
             throw Error(ErrorKind::kInput, "the sparse data does not fit its buffer view",
-                        where + part, kHint);
+                        where + part, kValidatorHint);
         return Source{view.data() + offset, bytes, type, components, info.normalized};
     };
     std::vector<std::uint32_t> places(count);
@@ -193,7 +191,7 @@ void AccessorReader::applySparse(int accessor, ElementRange range, std::vector<O
         throw Error(ErrorKind::kInput,
                     "element " + std::to_string(*beyond) + " is substituted, the accessor has " +
                         std::to_string(info.count),
-                    where + "/indices", kHint);
+                    where + "/indices", kValidatorHint);
     copyElements(
         packed(info.sparse.values.bufferView, info.sparse.values.byteOffset, info.componentType,
                static_cast<std::size_t>(components(accessor)), "/values"),
@@ -214,7 +212,7 @@ std::vector<float> AccessorReader::floats(int accessor, const AccessorFormat& fo
         throw Error(ErrorKind::kInput,
                     "accessor " + std::to_string(accessor) + " has " + std::to_string(width) +
                         " components, which this use does not allow",
-                    use, kHint);
+                    use, kValidatorHint);
     const ComponentFormat component{info.componentType,
                                     info.normalized && info.componentType != 5126};
     if (std::find(format.allowed.begin(), format.allowed.end(), component) == format.allowed.end())
@@ -223,7 +221,7 @@ std::vector<float> AccessorReader::floats(int accessor, const AccessorFormat& fo
                         std::to_string(info.componentType) +
                         (info.normalized ? " (normalized)" : "") +
                         ", which this use does not allow",
-                    use, kHint);
+                    use, kValidatorHint);
     Elements source = elements(accessor);
     std::vector<float> values(range.count * source.components);
     if (source.data) {
@@ -240,12 +238,12 @@ std::vector<float> AccessorReader::matrices(int accessor, std::size_t count,
     if (info.type != TINYGLTF_TYPE_MAT4 || info.componentType != 5126)
         throw Error(ErrorKind::kInput,
                     "accessor " + std::to_string(accessor) + " must hold 4x4 matrices of floats",
-                    use, kHint);
+                    use, kValidatorHint);
     if (info.count < count)
         throw Error(ErrorKind::kInput,
                     "accessor " + std::to_string(accessor) + " has " + std::to_string(info.count) +
                         " matrices, " + std::to_string(count) + " are needed",
-                    use, kHint);
+                    use, kValidatorHint);
     const Elements source = elements(accessor);
     std::vector<float> values(count * source.components);
     if (source.data) copyElements(source, count, values.data(), kSamePlace);
@@ -253,7 +251,7 @@ std::vector<float> AccessorReader::matrices(int accessor, std::size_t count,
     for (const float value : values)
         if (!std::isfinite(value))
             throw Error(ErrorKind::kInput, "a matrix holds a number that is not finite", use,
-                        kHint);
+                        kValidatorHint);
     return values;
 }
 
@@ -265,7 +263,7 @@ std::vector<std::uint32_t> AccessorReader::indices(int accessor, const std::stri
         throw Error(ErrorKind::kInput,
                     "indices must be unsigned integer scalars, accessor " +
                         std::to_string(accessor) + " is not",
-                    use, kHint);
+                    use, kValidatorHint);
     max_value = type == 5121 ? 0xFFU : type == 5123 ? 0xFFFFU : 0xFFFFFFFFU;
     const Elements source = elements(accessor);
     std::vector<std::uint32_t> values(source.count);

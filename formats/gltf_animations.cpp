@@ -19,8 +19,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kHint = "check the file with the Khronos glTF validator";
-
 const AccessorFormat kTime = {{1}, {{5126}}};
 const AccessorFormat kVector = {{3}, {{5126}}};
 const AccessorFormat kRotation = {{4},
@@ -142,7 +140,7 @@ class AnimationReader {
             if (!std::isfinite(result.times[i]) || (i > 0 && result.times[i] < result.times[i - 1]))
                 throw Error(ErrorKind::kInput,
                             "key " + std::to_string(i) + " is not later than the one before it",
-                            where + "/input", kHint);
+                            where + "/input", kValidatorHint);
 
         const bool cubic = result.interpolation == Interpolation::kCubicSpline;
         // Weights are scalars, as many at each key as there are targets.
@@ -152,13 +150,13 @@ class AnimationReader {
             throw Error(ErrorKind::kInput,
                         "there are " + std::to_string(elements) + " values for " +
                             std::to_string(times) + " keys of " + std::to_string(a_key),
-                        where + "/output", kHint);
+                        where + "/output", kValidatorHint);
         const AccessorFormat& format = *kProperties[static_cast<std::size_t>(property)].format;
         result.values = accessors_.floats(output, format, {0, elements}, where + "/output");
         for (const float value : result.values)
             if (!std::isfinite(value))
                 throw Error(ErrorKind::kInput, "a value is not a finite number", where + "/output",
-                            kHint);
+                            kValidatorHint);
         return result;
     }
 

@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 
 [[noreturn]] void fail(const std::string& what, const std::string& where,
-                       const char* hint = "check the file with the Khronos glTF validator") {
+                       const char* hint = kValidatorHint) {
     throw Error(ErrorKind::kInput, what, where, hint);
 }
 

@@ -131,7 +131,7 @@ tinygltf::Model parseModel(const json& gltf, const std::string& path) {
         while (!problems.empty() && problems.back() == '\n')
             problems.pop_back();
         throw Error(ErrorKind::kInput, "the glTF cannot be read: " + problems, path,
-                    "check the file with the Khronos glTF validator");
+                    kValidatorHint);
     }
     if (const auto meshes = gltf.find("meshes"); meshes != gltf.end())
         for (std::size_t i = 0; i < meshes->size(); ++i)

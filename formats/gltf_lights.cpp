@@ -26,7 +26,7 @@ constexpr std::pair<const char*, LightType> kTypes[] = {{"directional", LightTyp
                                                         {"spot", LightType::kSpot}};
 
 [[noreturn]] void fail(const std::string& what, const std::string& where) {
-    throw Error(ErrorKind::kInput, what, where, "check the file with the Khronos glTF validator");
+    throw Error(ErrorKind::kInput, what, where, kValidatorHint);
 }
 
 std::optional<LightType> typeNamed(const std::string& text) {

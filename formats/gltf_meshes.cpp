@@ -121,7 +121,7 @@ class PrimitiveReader {
             throw Error(ErrorKind::kInput,
                         "the attribute has " + std::to_string(accessors_.count(found->second)) +
                             " elements, POSITION has " + std::to_string(vertex_count_),
-                        use, "check the file with the Khronos glTF validator");
+                        use, kValidatorHint);
         components = accessors_.components(found->second);
         std::vector<float> values = accessors_.floats(found->second, format, used_, use);
         for (float& value : values) {
@@ -199,7 +199,7 @@ class PrimitiveReader {
                     (result[i] == restart
                          ? ", the primitive restart value, which glTF forbids"
                          : ", the primitive has " + std::to_string(vertex_count_) + " vertices"),
-                where, "check the file with the Khronos glTF validator");
+                where, kValidatorHint);
         }
         return result;
     }
@@ -286,7 +286,7 @@ std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& opti
                             "the primitive has " + std::to_string(from.targets.size()) +
                                 " morph targets, the first one of the mesh has " +
                                 std::to_string(source.primitives.front().targets.size()),
-                            where + "/targets", "check the file with the Khronos glTF validator");
+                            where + "/targets", kValidatorHint);
             Primitive primitive;
             primitive.material = from.material >= 0 ? from.material : default_material;
             primitive.variants = variantMaterials(from, document.variants.size());

@@ -41,7 +41,7 @@ Error placed(const Error& error, const std::string& where) {
 }
 
 void fail(const std::string& what, const std::string& where) {
-    throw Error(ErrorKind::kInput, what, where, "check the file with the Khronos glTF validator");
+    throw Error(ErrorKind::kInput, what, where, kValidatorHint);
 }
 
 MeshoptStream streamOf(const json& view, const json& extension, const GltfDocument& document,

@@ -17,7 +17,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kHint = "check the file with the Khronos glTF validator";
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 constexpr const char* kVisibility = "KHR_node_visibility";
 
@@ -126,7 +125,7 @@ class NodeReader {
                 throw Error(ErrorKind::kInput,
                             "the attribute has " + std::to_string(elements) + " elements, " +
                                 first + " has " + std::to_string(count),
-                            where + '/' + name, kHint);
+                            where + '/' + name, kValidatorHint);
             first = name;
             count = elements;
             takeBytes(count * kInstanceBytes, where + '/' + name);
@@ -135,7 +134,7 @@ class NodeReader {
             for (const float number : numbers)
                 if (!std::isfinite(number))
                     throw Error(ErrorKind::kInput, "a value is not a finite number",
-                                where + '/' + name, kHint);
+                                where + '/' + name, kValidatorHint);
             return numbers;
         };
         const std::vector<float> translations = values("TRANSLATION", kVector);
@@ -190,7 +189,7 @@ class NodeReader {
         skin.joints = source["joints"].get<std::vector<int>>();
         if (skin.joints.empty())
             throw Error(ErrorKind::kInput, "a skin has at least one joint", where + "/joints",
-                        kHint);
+                        kValidatorHint);
         skin.inverse_bind.assign(skin.joints.size(), glm::dmat4(1));
         const auto matrices = source.find("inverseBindMatrices");
         if (matrices == source.end()) return skin;
@@ -214,7 +213,7 @@ class NodeReader {
                         "mesh " + std::to_string(node.mesh) + " is moved by joint " +
                             std::to_string(mesh_joints_[mesh] - 1) + ", the skin has " +
                             std::to_string(joints),
-                        where + "/skin", kHint);
+                        where + "/skin", kValidatorHint);
     }
 
     void checkWeights(const Node& node, const std::string& where) {

@@ -88,7 +88,7 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
     } catch (const std::exception& problem) {
         // What the checks before tinygltf and OpenImageIO let through.
         throw Error(ErrorKind::kInput, "the scene cannot be read: " + std::string(problem.what()),
-                    path.string(), "check the file with the Khronos glTF validator");
+                    path.string(), kValidatorHint);
     }
 }
 

@@ -19,8 +19,6 @@ using nlohmann::json;
 
 using Kind = SchemaKind;
 
-constexpr const char* kHint = "check the file with the Khronos glTF validator";
-
 /// The rows of one owner.
 const std::vector<const SchemaRow*>& rowsOf(std::string_view owner) {
     static const auto rows = [] {
@@ -58,7 +56,7 @@ class SchemaCheck {
                 throw Error(
                     ErrorKind::kInput,
                     "the required property \"" + std::string(property->name) + "\" is missing",
-                    pointer, kHint);
+                    pointer, kValidatorHint);
             }
         }
     }
@@ -68,7 +66,8 @@ class SchemaCheck {
                                     const json& value) {
         std::string shown = value.dump(-1, ' ', true, json::error_handler_t::replace);
         if (shown.size() > 40) shown = shown.substr(0, 37) + "...";
-        throw Error(ErrorKind::kInput, "the value " + rule + ", it is " + shown, pointer, kHint);
+        throw Error(ErrorKind::kInput, "the value " + rule + ", it is " + shown, pointer,
+                    kValidatorHint);
     }
 
     void member(json& value, const std::string& pointer, const SchemaRow& rule) {
@@ -223,7 +222,7 @@ void checkStrides(const json& views) {
         if (const int stride = views[i].value("byteStride", 4); stride % 4 != 0)
             throw Error(ErrorKind::kInput,
                         "the value must be a multiple of 4, it is " + std::to_string(stride),
-                        childPointer("/bufferViews", i) + "/byteStride", kHint);
+                        childPointer("/bufferViews", i) + "/byteStride", kValidatorHint);
 }
 
 /// §5.5: a channel names a sampler of its own animation.
@@ -238,7 +237,7 @@ void checkAnimationSamplers(const json& animations) {
                     "the value must be an index into the animation's samplers, which are " +
                         std::to_string(samplers),
                     childPointer(childPointer("/animations", i) + "/channels", j) + "/sampler",
-                    kHint);
+                    kValidatorHint);
     }
 }
 
@@ -250,7 +249,7 @@ void checkSparseCounts(const json& accessors) {
                 accessors[i]["count"].get<std::uint64_t>())
                 throw Error(ErrorKind::kInput,
                             "more elements are substituted than the accessor has",
-                            childPointer("/accessors", i) + "/sparse/count", kHint);
+                            childPointer("/accessors", i) + "/sparse/count", kValidatorHint);
 }
 
 /// §3.10: a camera holds the object that its type names.
@@ -260,7 +259,7 @@ void checkCameraKinds(const json& cameras) {
         const std::string& type = camera["type"].get_ref<const std::string&>();
         if (!camera.contains(type))
             throw Error(ErrorKind::kInput, "the required property \"" + type + "\" is missing",
-                        childPointer("/cameras", i), kHint);
+                        childPointer("/cameras", i), kValidatorHint);
     }
 }
 

@@ -13,6 +13,9 @@ namespace peeler {
 /// Throws Error(kInput) whose `where` is the JSON pointer of the first offender.
 void checkGltfSchema(nlohmann::json& gltf);
 
+/// What to try where a file breaks the specification.
+inline constexpr const char* kValidatorHint = "check the file with the Khronos glTF validator";
+
 /// JSON pointers (RFC 6901) of the child of a value.
 std::string childPointer(const std::string& parent, std::string_view key);
 std::string childPointer(const std::string& parent, std::size_t index);
