@@ -31,7 +31,7 @@ std::string size(int width, int height) {
 
 ComparedImage::ComparedImage(const std::string& path) : path_(path) {
     if (hasLayers(path)) {
-        reader_ = std::make_unique<ExrLdiReader>(path);
+        reader_ = openLayered(path);
     } else {
         flat_ = readFlatImage(path);
     }

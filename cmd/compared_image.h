@@ -8,8 +8,8 @@
 
 #include "core/composite.h"
 #include "core/layered_image.h"
-#include "formats/exr_ldi_reader.h"
 #include "formats/flat_image.h"
+#include "formats/layered_input.h"
 
 namespace peeler::cmd {
 
@@ -36,7 +36,7 @@ class ComparedImage {
 
   private:
     std::string path_;
-    std::unique_ptr<ExrLdiReader> reader_;  ///< none for a flat image
+    std::unique_ptr<LayeredInput> reader_;  ///< none for a flat image
     FlatImage flat_;
     LayeredImage band_;
 };

@@ -14,7 +14,7 @@
 #include "cmd/resources.h"
 #include "cmd/verbs.h"
 #include "core/fxaa_filter.h"
-#include "formats/exr_ldi_reader.h"
+#include "formats/layered_input.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -62,7 +62,7 @@ class Flatten {
 
     const FlattenOptions& options_;
     Console& console_;
-    std::unique_ptr<ExrLdiReader> reader_;
+    std::unique_ptr<LayeredInput> reader_;
     Plan plan_;
     PictureResult result_;
 };
@@ -76,7 +76,7 @@ void Flatten::checkOptions() {
 
 void Flatten::open() {
     const StageTimer timer(result_.milliseconds, "load");
-    reader_ = std::make_unique<ExrLdiReader>(options_.input.string());
+    reader_ = openLayered(options_.input.string());
     plan_ = reader_->info().plan;
 }
 

@@ -7,7 +7,7 @@
 
 #include "cmd/info_kinds.h"
 #include "cmd/report.h"
-#include "formats/exr_ldi_reader.h"
+#include "formats/layered_input.h"
 
 namespace peeler::cmd {
 
@@ -34,13 +34,13 @@ struct ImageFacts {
 /// Reads every layer: a file that is damaged says so here, and not in the middle of somebody's
 /// work.
 void readLayers(const std::string& path, ImageFacts& facts) {
-    ExrLdiReader reader(path);
+    const std::unique_ptr<LayeredInput> reader = openLayered(path);
     const Window& crop = facts.info.plan.view.crop;
     facts.layer_pixels.assign(facts.info.layers.size(), 0);
     LayeredImage band;
-    const int rows = reader.rowsFor(kBandBytes);
+    const int rows = reader->rowsFor(kBandBytes);
     for (int y = crop.y0; y < crop.y1; y += rows) {
-        reader.read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
+        reader->read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
         facts.fragments += band.fragments();
         for (std::size_t pixel = 0; pixel < band.window.pixels(); ++pixel) {
             for (std::uint32_t k = 0; k < band.count(pixel); ++k)

@@ -8,14 +8,14 @@
 #include "cmd/progress.h"
 #include "core/nearest.h"
 #include "core/stage_times.h"
-#include "formats/exr_ldi_reader.h"
+#include "formats/layered_input.h"
 
 namespace peeler::cmd {
 
 /// Reads the picture top to bottom and hands each band to `take`: the nearest `max_layers`
 /// fragments of every pixel (0 = all). Reading counts as "load".
 template <class Take>
-void forEachBand(ExrLdiReader& reader, std::uint32_t max_layers, StageTimes& times,
+void forEachBand(LayeredInput& reader, std::uint32_t max_layers, StageTimes& times,
                  ProgressReport& progress, Take&& take) {
     // What a band may take: enough for wide chunks of many layers, little beside what a render
     // takes.

@@ -12,7 +12,7 @@
 #include "cmd/opened_scene.h"
 #include "cmd/progress.h"
 #include "cmd/sheet_methods.h"
-#include "formats/exr_ldi_reader.h"
+#include "formats/layered_input.h"
 
 namespace peeler::cmd {
 
@@ -157,13 +157,13 @@ SheetContent sheetOfFile(const SheetRequest& request, ProgressStyle progress, Co
     SheetContent content;
     PictureResult& result = content.result;
     const std::uint32_t limit = request.capture.max_layers;
-    ExrLdiReader reader(request.input.file.string());
-    Plan plan = reader.info().plan;
+    const std::unique_ptr<LayeredInput> reader = openLayered(request.input.file.string());
+    Plan plan = reader->info().plan;
     if (limit != 0 && limit < plan.layers.size()) plan.layers.resize(limit);
     SheetCells cells(request.cells);
     cells.begin(plan);
     ProgressReport report(console, progress, "sheet");
-    forEachBand(reader, limit, result.milliseconds, report, [&](const LayeredImage& band) {
+    forEachBand(*reader, limit, result.milliseconds, report, [&](const LayeredImage& band) {
         result.fragments_stored += band.fragments();
         cells.write(band);
     });
@@ -172,8 +172,8 @@ SheetContent sheetOfFile(const SheetRequest& request, ProgressStyle progress, Co
     content.omitted = cells.omitted();
     result.layers = plan.layers.size();
     result.fragments_counted = plan.fragments_counted;
-    result.method = reader.info().provenance.method;
-    result.renderer = reader.info().provenance.renderer;
+    result.method = reader->info().provenance.method;
+    result.renderer = reader->info().provenance.renderer;
     add(result.milliseconds, cells.times());
     return content;
 }

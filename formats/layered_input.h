@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// A file that is read back as fragment lists, whatever holds them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "core/composite.h"
+#include "core/layered_image.h"
+#include "formats/exr_info.h"
+
+namespace peeler {
+
+/// An open layered file. Memory grows with the window that is read, not with the file.
+class LayeredInput {
+  public:
+    virtual ~LayeredInput() = default;
+
+    virtual const ExrInfo& info() const = 0;
+
+    /// The fragments of a window inside `info().plan.view.crop`, which may be all of it, or a band
+    /// for a Sink. Colours are half if they are half in every layer, else float. Other channels
+    /// come after them: those of the first layer, names that agree up to the last dot (N.X, N.Y,
+    /// N.Z) in one array, sorted by name; a layer that lacks one has 0. Overwrites `out`, reuses
+    /// its storage. Throws Error (kInput) if a chunk is damaged, (kMemory) if there are over 2^32
+    /// fragments.
+    virtual void read(const Window& window, LayeredImage& out) = 0;
+
+    /// The part `composite` as it is stored. Throws Error (kInput) if there is none.
+    virtual void readComposite(const Window& window, CompositeImage& out) = 0;
+
+    /// Rows of full width whose read() takes about `bytes`, at least one chunk's.
+    virtual int rowsFor(std::uint64_t bytes) const = 0;
+};
+
+/// Throws Error (kInput) if the file is not layered; `where` names path and part.
+std::unique_ptr<LayeredInput> openLayered(const std::string& path);
+
+}  // namespace peeler
