@@ -55,9 +55,9 @@ void checkAnimationOptions(const AnimationOptions& options) {
         throw Error(ErrorKind::kUsage, "frames have times already", "--time, --frames",
                     "leave one of them out");
     }
-    if (options.fps && !options.frames) {
+    if (options.fps && !options.frames && !options.time) {
         throw Error(ErrorKind::kUsage, "a frame rate is for frames", "--fps",
-                    "add --frames, or give --time in seconds instead");
+                    "add --frames, or --time where motion to the next frame is asked for");
     }
 }
 
@@ -83,11 +83,14 @@ std::vector<int> chooseAnimations(const Scene& scene, const AnimationOptions& op
 }
 
 std::vector<Moment> momentsOf(const AnimationOptions& options) {
-    if (!options.frames) return {{0, options.time.value_or(0), 0}};
     const double fps = options.fps.value_or(kDefaultFps);
+    if (!options.frames) {
+        const double time = options.time.value_or(0);
+        return {{0, time, time + 1 / fps, 0}};
+    }
     std::vector<Moment> moments;
     for (const int frame : *options.frames)
-        moments.push_back({frame, frame / fps, fps});
+        moments.push_back({frame, frame / fps, (frame + 1.0) / fps, fps});
     return moments;
 }
 

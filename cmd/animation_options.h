@@ -25,6 +25,7 @@ struct AnimationOptions {
 struct Moment {
     int frame = 0;
     double time = 0;               ///< seconds
+    double next_time = 0;          ///< of the next frame, whether it is asked for or not
     double frames_per_second = 0;  ///< 0 = it is not one of a sequence
 };
 

@@ -199,14 +199,18 @@ void addReportOptions(CLI::App& app, ReportFlags& flags) {
     app.add_flag("-q,--quiet", flags.quiet, "warnings and errors only")->group("Messages");
 }
 
-void checkReport(const ReportFlags& flags, const std::vector<fs::path>& others) {
-    if (!flags.file) return;
+void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,
+                    const std::string& what, const std::string& option) {
     for (const fs::path& other : others) {
-        if (!sameFile(*flags.file, other)) continue;
-        throw Error(ErrorKind::kUsage, "the report would replace the input or the output",
-                    "--report " + flags.file->string(), "choose another name for the report");
+        if (!sameFile(file, other)) continue;
+        throw Error(ErrorKind::kUsage, what + " would replace the input or the output",
+                    option + " " + file.string(), "choose another name for it");
     }
-    probe(*flags.file);
+    probe(file);
+}
+
+void checkReport(const ReportFlags& flags, const std::vector<fs::path>& others) {
+    if (flags.file) checkExtraFile(*flags.file, others, "the report", "--report");
 }
 
 void addThreadsOption(CLI::App& app, int& threads) {

@@ -60,6 +60,12 @@ struct ReportFlags {
 /// Declares --json, --report, --progress and --quiet.
 void addReportOptions(CLI::App& app, ReportFlags& flags);
 
+/// Throws like checkOutput if another file that a verb writes (`what`, by `option`) cannot be
+/// written, or would replace one of the others.
+void checkExtraFile(const std::filesystem::path& file,
+                    const std::vector<std::filesystem::path>& others, const std::string& what,
+                    const std::string& option);
+
 /// Throws like checkOutput if the report cannot be written, or would replace one of the others.
 void checkReport(const ReportFlags& flags, const std::vector<std::filesystem::path>& others);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // peeler render: from a scene to the layers of one picture, or of each frame of a sequence.
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -10,6 +11,7 @@
 #include "cmd/animation_options.h"
 #include "cmd/camera_options.h"
 #include "cmd/capture_options.h"
+#include "cmd/channel_options.h"
 #include "cmd/clip_options.h"
 #include "cmd/frames.h"
 #include "cmd/look_options.h"
@@ -39,6 +41,7 @@ struct RenderOptions {
     AnimationOptions animation;
     CameraOptions camera;
     CaptureSettings capture;
+    ChannelOptions channels;
     ClipOptions clip;
     LookOptions look;
     std::optional<int> shadow_size;
@@ -74,10 +77,12 @@ class Render {
   private:
     void checkOptions();
     void checkFiles();
+    void chooseChannels(const OutputFormat& format);
     void openScene();
     void renderPicture(const Moment& moment);
     void pose(const Moment& moment);
     void prepareRenderer();
+    void openRenderer();
     void plan();
     void capture(const Moment& moment);
     void tell(const Moment& moment);
@@ -94,6 +99,7 @@ class Render {
     CaptureSettings capture_;
     std::optional<OpenedScene> scene_;
     SceneContents contents_;
+    NextFrame next_frame_;
     View view_;
     std::unique_ptr<gl::Context> context_;  // before what lives in it
     std::optional<Renderer> renderer_;
@@ -138,15 +144,28 @@ void Render::checkOptions() {
     capture_ = options_.capture;
     const OutputFormat& format = findOutputFormat(path, options_.output.as);
     capture_.composite = format.kind == "composite";
+    chooseChannels(format);
     if (format.casters) chooseCasters(capture_);
     checkSettings(capture_);
-    if (options_.fxaa && !capture_.composite) {
+    if (options_.fxaa && !capture_.composite && capture_.channels.empty()) {
         throw Error(ErrorKind::kUsage, "a filter of finished pictures cannot smooth layers",
                     "--fxaa", "add --as composite, or use --samples instead");
     }
     checkClipOptions(options_.clip);
     checkLookOptions(options_.look);
     setShadowSize(capture_, options_.shadow_size);
+}
+
+/// A composite with channels is made of layers, by its writer.
+void Render::chooseChannels(const OutputFormat& format) {
+    checkChannelOptions(options_.channels, format.channels, options_.output.path.string());
+    capture_.channels = capturedChannels(options_.channels);
+    if (capture_.channels.empty()) return;
+    if (options_.fxaa) {
+        throw Error(ErrorKind::kUsage, "a filter of colours cannot smooth channels", "--fxaa",
+                    "use --samples, or leave --channels and --cryptomatte out");
+    }
+    capture_.composite = false;
 }
 
 /// Nothing that is written may replace anything that is read, or what must stay.
@@ -160,6 +179,10 @@ void Render::checkFiles() {
         checkTarget(output, inputs);
         others.push_back(output.path);
     }
+    if (options_.channels.manifest) {
+        checkExtraFile(*options_.channels.manifest, others, "the manifest", "--manifest");
+        others.push_back(*options_.channels.manifest);
+    }
     checkReport(options_.report, others);
 }
 
@@ -168,6 +191,8 @@ void Render::openScene() {
     SceneOptions scene = options_.scene;
     scene.gltf.strict = options_.strict;
     scene_.emplace(scene, options_.look, options_.animation, capture_.shadows, console_);
+    if (options_.channels.manifest)
+        writeIdManifest(*options_.channels.manifest, idNames(scene_->scene()));
 }
 
 void Render::renderPicture(const Moment& moment) {
@@ -195,13 +220,20 @@ void Render::pose(const Moment& moment) {
     contents_ = scene_->at(moment.time);
     view_ = scene_->view(contents_, options_.camera);
     capture_.clip = clipVolume(options_.clip, scene_->scene(), contents_);
+    if (!options_.channels.wants(Channel::kMotion)) return;
+    next_frame_.contents = scene_->at(moment.next_time);
+    next_frame_.view = scene_->view(next_frame_.contents, options_.camera);
 }
 
 void Render::prepareRenderer() {
-    if (renderer_) {
+    if (renderer_)
         renderer_->setContents(std::move(contents_));
-        return;
-    }
+    else
+        openRenderer();
+    if (options_.channels.wants(Channel::kMotion)) renderer_->setNextFrame(std::move(next_frame_));
+}
+
+void Render::openRenderer() {
     {
         const StageTimer timer(result_.milliseconds, "context");
         context_ = openContext(options_.device, console_);
@@ -224,7 +256,8 @@ void Render::plan() {
 }
 
 void Render::capture(const Moment& moment) {
-    const OutputOptions output = outputOptions(output_, provenance(moment));
+    OutputOptions output = outputOptions(output_, provenance(moment));
+    output.cryptomatte = options_.channels.cryptomatte;
     auto writer = makeSink(output_.path.string(), output);
     if (options_.fxaa) writer = std::make_unique<FxaaFilter>(std::move(writer), output.background);
     writer->begin(plan_);
@@ -260,6 +293,9 @@ Provenance Render::provenance(const Moment& moment) const {
     provenance.frame = moment.frame;
     provenance.time = moment.time;
     provenance.frames_per_second = moment.frames_per_second;
+    if (std::find(capture_.channels.begin(), capture_.channels.end(), Channel::kId) !=
+        capture_.channels.end())
+        provenance.ids = idNames(scene_->scene());
     return provenance;
 }
 
@@ -306,6 +342,7 @@ VerbAction declareRender(CLI::App& app) {
     addFrameOptions(app, options->animation);
     addCameraOptions(app, options->camera);
     addLayerOptions(app, options->capture);
+    addChannelOptions(app, options->channels);
     addClipOptions(app, options->clip);
     addLightOptions(app, options->capture, options->shadow_size);
     addLookOptions(app, options->look);

@@ -60,6 +60,8 @@ std::string settingsHash(const ShownScene& shown, const View& view, const Captur
     if (!shown.include.empty()) settings["include"] = shown.include;
     if (!shown.exclude.empty()) settings["exclude"] = shown.exclude;
     if (capture.shadows) settings["shadows"] = capture.shadow_size;
+    for (const Channel channel : capture.channels)
+        settings["channels"].push_back(infoOf(channel).name);
     if (capture.samples > 1) settings["samples"] = capture.samples;
     if (capture.occlusion_ratio > 0) settings["occlusionRatio"] = capture.occlusion_ratio;
     if (capture.tail == Tail::kBlend) settings["tail"] = "blend";

@@ -15,6 +15,7 @@ void BandBuffers::bind() const {
     if (counts_) counts_.bindStorage(PEELER_COUNTS);
     if (clip_first_) clip_first_.bindStorage(PEELER_CLIP_FIRST);
     if (clip_depths_) clip_depths_.bindStorage(PEELER_CLIP_DEPTHS);
+    if (channels_) channels_.bindStorage(PEELER_CHANNELS);
 }
 
 void BandBuffers::reserveClip(std::span<const std::uint32_t> first) {

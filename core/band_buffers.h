@@ -33,14 +33,19 @@ class BandBuffers {
         reserve(primitives_, fragments * sizeof(std::uint32_t));
         reserve(colors_, fragments * 4 * pixelTypeSize(color_type));
     }
+    /// Room for what channels.frag yields, all 0.
+    void clearForChannels(std::size_t floats) {
+        reserve(channels_, floats * sizeof(float));
+        channels_.clearToZero(floats * sizeof(float));
+    }
     /// Room for the boundary of a clip mesh: of each pixel where its surfaces begin, and one more.
     void reserveClip(std::span<const std::uint32_t> first);
     /// Room for a composite of so many pixels: the counts are these, all else is 0.
     void clearForComposite(std::span<const std::uint32_t> counts);
     /// Frees all.
     void free() {
-        for (gl::Buffer* buffer :
-             {&slots_, &depths_, &primitives_, &colors_, &counts_, &clip_first_, &clip_depths_})
+        for (gl::Buffer* buffer : {&slots_, &depths_, &primitives_, &colors_, &counts_,
+                                   &clip_first_, &clip_depths_, &channels_})
             *buffer = {};
     }
     /// Binds all at their PEELER_ binding points.
@@ -50,6 +55,7 @@ class BandBuffers {
     const gl::Buffer& depths() const { return depths_; }
     const gl::Buffer& primitives() const { return primitives_; }
     const gl::Buffer& colors() const { return colors_; }
+    const gl::Buffer& channels() const { return channels_; }
 
   private:
     void reserve(gl::Buffer& buffer, std::size_t bytes) {
@@ -59,7 +65,7 @@ class BandBuffers {
     }
 
     const gl::Functions& gl_;
-    gl::Buffer slots_, depths_, primitives_, colors_, counts_, clip_first_, clip_depths_;
+    gl::Buffer slots_, depths_, primitives_, colors_, counts_, clip_first_, clip_depths_, channels_;
 };
 
 }  // namespace peeler

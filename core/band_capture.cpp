@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/gather.h"
+#include "core/supersampling.h"
 
 namespace peeler {
 namespace {
@@ -37,6 +38,8 @@ BandCapture::BandCapture(gl::Context& context, const Scene& scene, const SceneCo
                          StageTimes& times)
     : context_(context),
       times_(times),
+      scene_(scene),
+      contents_(&contents),
       gpu_scene_(timed(times, "upload", [&] { return GpuScene(context, scene, contents); })),
       rasterizer_(context, gpu_scene_),
       buffers_(context.functions()) {}
@@ -51,6 +54,7 @@ void BandCapture::setView(const View& view, const CaptureSettings& settings) {
 void BandCapture::setContents(const SceneContents& contents) {
     gl().Finish();
     gpu_scene_.setContents(contents);
+    contents_ = &contents;
 }
 
 void BandCapture::free() {
@@ -60,7 +64,8 @@ void BandCapture::free() {
 }
 
 std::uint64_t BandCapture::fragmentBytes() const {
-    return BandBuffers::fragmentBytes(settings_.color_type);
+    return BandBuffers::fragmentBytes(settings_.color_type) +
+           shadedComponents(settings_.channels) * sizeof(float);
 }
 
 std::uint64_t BandCapture::pixelBytes() const {
@@ -188,11 +193,13 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
         gl::waitForGpu(gl());
         gl::checkErrors(gl(), "capturing fragments");
     }
-    const StageTimer timer(times_, "sort");
     {
+        const StageTimer timer(times_, "sort");
         const auto slots = buffers_.slots().read(pixels * sizeof(std::uint32_t));
         checkSlots(slots.as<const std::uint32_t>(), band, first_, std::span(first_).subspan(1));
     }
+    if (shadedComponents(settings_.channels) > 0) passes += captureChannels(band, fragments);
+    const StageTimer timer(times_, "sort");
     const auto depths = buffers_.depths().read(fragments * sizeof(float));
     const auto primitives = buffers_.primitives().read(fragments * sizeof(std::uint32_t));
     const auto colors = buffers_.colors().read(fragments * 4 * pixelTypeSize(settings_.color_type));
@@ -200,11 +207,54 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
     out.color.channels = {"R", "G", "B", "A"};
     out.color.type = settings_.color_type;
     out.extra.clear();
-    if (request.primitives) out.extra.push_back({{kPrimitiveChannel}, PixelType::kUint, {}});
+    const bool keyed = request.keys || !settings_.channels.empty();
+    std::vector<std::uint32_t> sources;
     gather({first_, depths.as<const float>(), primitives.as<const std::uint32_t>(),
             colors.as<const void>()},
-           view_.projection, request.layers, out);
+           view_.projection, request.layers, out, keyed ? &sources : nullptr);
+    if (keyed) addChannels(request, primitives.as<const std::uint32_t>(), sources, out);
     return passes;
+}
+
+int BandCapture::captureChannels(const Window& band, std::size_t fragments) {
+    const StageTimer timer(times_, "capture");
+    const std::size_t components = shadedComponents(settings_.channels);
+    buffers_.clearForChannels(std::max<std::size_t>(fragments, 1) * components);
+    buffers_.bind();
+    int passes = 0;
+    forEachTile(band, [&](const Window& tile, const Window& area) {
+        rasterizer_.setTile(tile);
+        const auto framebuffer = gl::makeEmptyFramebuffer(gl(), tile.width(), tile.height());
+        rasterizer_.draw({.fragment_shader = "channels.frag",
+                          .describes = true,
+                          .bounded = false,
+                          .framebuffer = framebuffer.name(),
+                          .argument = {{static_cast<int>(components), 0, 0, 0}}},
+                         area);
+        passes = 1;
+    });
+    gl::waitForGpu(gl());
+    gl::checkErrors(gl(), "capturing channels");
+    return passes;
+}
+
+void BandCapture::addChannels(const BandRequest& request, const std::uint32_t* primitives,
+                              std::span<const std::uint32_t> sources, LayeredImage& out) const {
+    FragmentArray array{{kKeyChannel}, PixelType::kUint, {}};
+    array.data.resize(sources.size() * sizeof(std::uint32_t));
+    const std::span<std::uint32_t> keys = array.as<std::uint32_t>();
+    for (std::size_t i = 0; i < sources.size(); ++i)
+        keys[i] = primitives[sources[i]];
+    const std::size_t floats = shadedComponents(settings_.channels) * first_.back();
+    FragmentSources from{scene_, *contents_, gpu_scene_.list(), view_, next_frame_, keys, sources};
+    if (floats == 0) {
+        appendChannels(from, settings_.channels, out);
+    } else {
+        const auto values = buffers_.channels().read(floats * sizeof(float));
+        from.values = values.as<const float>();
+        appendChannels(from, settings_.channels, out);
+    }
+    if (request.keys) out.extra.insert(out.extra.begin(), std::move(array));
 }
 
 int BandCapture::composite(CompositeMethod& method, const BandRequest& request,

@@ -16,6 +16,7 @@
 #include "core/peel/method.h"
 #include "core/scene_rasterizer.h"
 #include "core/stage_times.h"
+#include "core/surface_channels.h"
 #include "core/view.h"
 
 namespace peeler {
@@ -26,7 +27,7 @@ struct BandRequest {
     std::span<const std::uint32_t> counts;  ///< of the band's pixels, as count() found them
     std::uint32_t layers = 0;               ///< the nearest to keep; 0 = all
     bool tail = false;                      ///< composite: blend the others behind them
-    bool primitives = false;  ///< layers: with their draw-order keys as an extra array
+    bool keys = false;  ///< layers: with their draw-order keys as the first extra array
 };
 
 /// Owns the uploaded scene and the buffers. "count", "capture" and "sort" are added to the times.
@@ -36,8 +37,10 @@ class BandCapture {
     BandCapture(gl::Context& context, const Scene& scene, const SceneContents& contents,
                 StageTimes& times);
 
-    /// Shows the scene at another moment, from the next setView() on.
+    /// Shows the scene at another moment, from the next setView() on. Must outlive its use.
     void setContents(const SceneContents& contents);
+    /// What motion is measured against; must outlive its use. None: nothing moves.
+    void setNextFrame(const NextFrame* next) { next_frame_ = next; }
 
     void setView(const View& view, const CaptureSettings& settings);
     /// What shines on the scene; must outlive its use. To be set before the view.
@@ -49,8 +52,9 @@ class BandCapture {
     /// How many surfaces of the clip meshes every pixel of the band has. Overwrites `counts`.
     void countClip(const Window& band, std::vector<std::uint32_t>& counts);
 
-    /// Captures a band's fragments and sorts them into `out`. Returns the geometry passes. Throws
-    /// Error (kInternal) if any pixel's fragments differ in number from the count.
+    /// Captures a band's fragments and sorts them into `out`, with the channels of the settings as
+    /// extra arrays. Returns the geometry passes. Throws Error (kInternal) if any pixel's fragments
+    /// differ in number from the count.
     int layers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
 
     /// Composites a band. Returns and throws like layers().
@@ -82,10 +86,17 @@ class BandCapture {
     void forEachTile(const Window& band, F&& f);
     void checkSlots(const std::uint32_t* slots, const Window& band,
                     std::span<const std::uint32_t> first, std::span<const std::uint32_t> end) const;
+    /// Another geometry pass, which finds what channels.frag yields of the captured fragments.
+    int captureChannels(const Window& band, std::size_t fragments);
+    void addChannels(const BandRequest& request, const std::uint32_t* primitives,
+                     std::span<const std::uint32_t> sources, LayeredImage& out) const;
     void readComposite(const BandRequest& request, CompositeImage& out);
 
     gl::Context& context_;
     StageTimes& times_;
+    const Scene& scene_;
+    const SceneContents* contents_;
+    const NextFrame* next_frame_ = nullptr;
     GpuScene gpu_scene_;
     SceneRasterizer rasterizer_;
     BandBuffers buffers_;

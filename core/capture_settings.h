@@ -4,7 +4,9 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
+#include "core/channels.h"
 #include "core/clip.h"
 #include "core/layered_image.h"
 
@@ -43,7 +45,9 @@ struct CaptureSettings {
     bool opaque_only = false;  ///< nothing that is BLEND or transmits light
     ClipVolume clip{};         ///< fragments on the wrong side do not count
     PixelType color_type = PixelType::kHalf;  ///< or kFloat
-    std::uint32_t max_layers = 0;             ///< nearest layers to keep; 0 = all
+    std::vector<Channel>
+        channels{};                ///< of every fragment, in the order of the table; not composites
+    std::uint32_t max_layers = 0;  ///< nearest layers to keep; 0 = all
     double occlusion_ratio = 0;  ///< the first layer on fewer than this share of the pixels is last
     Tail tail = Tail::kDrop;
     int samples = 1;  ///< sub-pixel positions a pixel, merged into one picture

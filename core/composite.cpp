@@ -131,6 +131,20 @@ void compositeWeightedSum(const LayeredImage& image, const Color& background, Co
                   [](const auto* colors, std::size_t count) { return sumOf(colors, count); });
 }
 
+void appendNearestChannels(const LayeredImage& image, CompositeImage& out) {
+    for (const FragmentArray& array : image.extra) {
+        const std::size_t stride = array.stride();
+        FragmentArray nearest{array.channels, array.type, {}};
+        nearest.data.assign(image.window.pixels() * stride, std::byte{0});
+        for (std::size_t p = 0; p < image.window.pixels(); ++p) {
+            if (image.count(p) == 0) continue;
+            std::copy_n(array.data.data() + image.offsets[p] * stride, stride,
+                        nearest.data.data() + p * stride);
+        }
+        out.extra.push_back(std::move(nearest));
+    }
+}
+
 void toSingleLayer(const CompositeImage& composite, LayeredImage& out) {
     const std::size_t pixels = composite.window.pixels();
     out.window = composite.window;

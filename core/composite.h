@@ -19,6 +19,7 @@ struct CompositeImage {
     Window window;
     std::vector<std::array<float, 4>> rgba;
     std::vector<float> z;
+    std::vector<FragmentArray> extra{};  ///< other quantities, a record a pixel
 };
 
 /// Front to back "over" of premultiplied colours (Porter & Duff 1984): C += (1 − A)·c, A += (1 −
@@ -43,6 +44,10 @@ void compositeWeightedAverage(const LayeredImage& image, const std::array<float,
 /// Weighted sum (Meshkin 2007): ΣA·C + background·(1 − ΣA). Alpha may exceed 1.
 void compositeWeightedSum(const LayeredImage& image, const std::array<float, 4>& background,
                           CompositeImage& out);
+
+/// Appends to `out` what the first fragment of every pixel has besides colour and Z; 0 where there
+/// is none.
+void appendNearestChannels(const LayeredImage& image, CompositeImage& out);
 
 /// A composite as a layered image of one layer, in 32-bit float: a fragment in every pixel whose Z
 /// is finite. Compositing that gives the composite again. `out` is overwritten.

@@ -87,7 +87,7 @@ std::size_t DrawList::indexOf(const Geometry& geometry) {
 void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instances) {
     const MeshInstance& first = instances.front();
     const auto& primitives = scene.meshes[static_cast<std::size_t>(first.mesh)].primitives;
-    Group group{static_cast<std::uint32_t>(next_key_), 0, next_surface_, {}};
+    Group group{static_cast<std::uint32_t>(next_key_), 0, next_surface_, worlds_.size(), {}};
     std::uint64_t keys = 0;
     std::size_t most_vertices = 0;
     for (const Primitive& p : primitives) {
@@ -128,17 +128,35 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
     groups_.push_back(std::move(group));
 }
 
-std::uint32_t DrawList::surfaceOf(std::uint32_t key) const {
+const DrawList::Group& DrawList::groupOf(std::uint32_t key) const {
     const auto after =
         std::upper_bound(groups_.begin(), groups_.end(), key,
                          [](std::uint32_t k, const Group& group) { return k < group.first_key; });
-    const Group& group = *(after - 1);
-    const std::uint32_t instance = (key - group.first_key) / group.instance_keys;
-    const std::uint32_t within = (key - group.first_key) % group.instance_keys;
-    const auto next = std::upper_bound(group.surfaces.begin(), group.surfaces.end(), within);
-    const auto surface = static_cast<std::uint32_t>(next - group.surfaces.begin()) - 1;
-    return group.first_surface + instance * static_cast<std::uint32_t>(group.surfaces.size()) +
-           surface;
+    return *(after - 1);
+}
+
+KeyOrigin DrawList::originIn(const Group& group, std::uint32_t key) {
+    KeyOrigin origin;
+    origin.instance = group.first_instance + (key - group.first_key) / group.instance_keys;
+    origin.in_mesh = (key - group.first_key) % group.instance_keys;
+    // The last of those that begin there: primitives without elements begin there, too.
+    const auto next =
+        std::upper_bound(group.surfaces.begin(), group.surfaces.end(), origin.in_mesh);
+    origin.primitive = static_cast<std::size_t>(next - group.surfaces.begin()) - 1;
+    origin.element = origin.in_mesh - group.surfaces[origin.primitive];
+    return origin;
+}
+
+KeyOrigin DrawList::originOf(std::uint32_t key) const {
+    return originIn(groupOf(key), key);
+}
+
+std::uint32_t DrawList::surfaceOf(std::uint32_t key) const {
+    const Group& group = groupOf(key);
+    const KeyOrigin origin = originIn(group, key);
+    const std::size_t surface =
+        (origin.instance - group.first_instance) * group.surfaces.size() + origin.primitive;
+    return group.first_surface + static_cast<std::uint32_t>(surface);
 }
 
 }  // namespace peeler

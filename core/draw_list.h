@@ -43,6 +43,14 @@ struct Draw {
     bool textured_alpha = false;        ///< … and a texture decides
 };
 
+/// Where a key comes from.
+struct KeyOrigin {
+    std::size_t instance = 0;   ///< index into SceneContents::meshes
+    std::size_t primitive = 0;  ///< of the mesh
+    std::uint32_t element = 0;  ///< which of the points, lines or triangles of that primitive
+    std::uint32_t in_mesh = 0;  ///< which of those of the whole mesh, primitive after primitive
+};
+
 /// Depth-first over the nodes, then instance, then primitive of the mesh: a key counts the
 /// primitives that GL makes in this order, whether instances are drawn at once or one by one. Keys
 /// start at 1.
@@ -58,6 +66,7 @@ class DrawList {
     std::span<const glm::dmat4> worlds(const Draw& draw) const {
         return {worlds_.data() + draw.first_world, draw.instances};
     }
+    KeyOrigin originOf(std::uint32_t key) const;
     /// A number for the primitive of a mesh at the place that a key belongs to; in draw order.
     std::uint32_t surfaceOf(std::uint32_t key) const;
 
@@ -66,8 +75,11 @@ class DrawList {
     /// first_key + i · instance_keys + [surfaces[s], surfaces[s + 1]).
     struct Group {
         std::uint32_t first_key = 0, instance_keys = 0, first_surface = 0;
+        std::size_t first_instance = 0;  // index into SceneContents::meshes
         std::vector<std::uint32_t> surfaces;
     };
+    const Group& groupOf(std::uint32_t key) const;
+    static KeyOrigin originIn(const Group& group, std::uint32_t key);
     void addGroup(const Scene& scene, std::span<const MeshInstance> instances);
     std::size_t indexOf(const Geometry& geometry);
 

@@ -46,11 +46,9 @@ void resizeAnew(std::vector<T>& values, std::size_t size) {
 template <class Color>
 void gatherRow(const CapturedFragments& captured, const Projection& projection,
                std::size_t first_pixel, std::size_t pixels, LayeredImage& out,
-               std::vector<Entry>& entries) {
+               std::uint32_t* sources, std::vector<Entry>& entries) {
     const auto* colors = static_cast<const Color*>(captured.color);
     auto* out_colors = reinterpret_cast<Color*>(out.color.data.data());
-    std::uint32_t* out_primitives =
-        out.extra.empty() ? nullptr : out.extra.front().as<std::uint32_t>().data();
     for (std::size_t p = first_pixel; p < first_pixel + pixels; ++p) {
         const std::uint32_t begin = captured.first[p], end = captured.first[p + 1];
         entries.clear();
@@ -65,7 +63,7 @@ void gatherRow(const CapturedFragments& captured, const Projection& projection,
             const double depth = static_cast<double>(entries[k].depth);
             out.z[to + k] = static_cast<float>(projection.linearZ(depth));
             out_colors[to + k] = colors[entries[k].index];
-            if (out_primitives) out_primitives[to + k] = entries[k].primitive;
+            if (sources) sources[to + k] = entries[k].index;
         }
     }
 }
@@ -80,7 +78,7 @@ struct FloatColor {
 }  // namespace
 
 void gather(const CapturedFragments& captured, const Projection& projection,
-            std::uint32_t max_layers, LayeredImage& out) {
+            std::uint32_t max_layers, LayeredImage& out, std::vector<std::uint32_t>* sources) {
     const std::size_t pixels = out.window.pixels();
     resizeAnew(out.offsets, pixels + 1);
     out.offsets[0] = 0;
@@ -92,17 +90,19 @@ void gather(const CapturedFragments& captured, const Projection& projection,
     const std::size_t fragments = out.offsets[pixels];
     resizeAnew(out.z, fragments);
     resizeAnew(out.color.data, fragments * out.color.stride());
-    for (FragmentArray& primitives : out.extra)
-        resizeAnew(primitives.data, fragments * primitives.stride());
+    if (sources) resizeAnew(*sources, fragments);
+    std::uint32_t* const out_sources = sources ? sources->data() : nullptr;
 
     const auto width = static_cast<std::size_t>(out.window.width());
     const auto rows = static_cast<std::size_t>(out.window.height());
     parallelFor(rows, [&](std::size_t row) {
         thread_local std::vector<Entry> entries;
         if (out.color.type == PixelType::kHalf)
-            gatherRow<HalfColor>(captured, projection, row * width, width, out, entries);
+            gatherRow<HalfColor>(captured, projection, row * width, width, out, out_sources,
+                                 entries);
         else
-            gatherRow<FloatColor>(captured, projection, row * width, width, out, entries);
+            gatherRow<FloatColor>(captured, projection, row * width, width, out, out_sources,
+                                  entries);
     });
 }
 

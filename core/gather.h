@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/layered_image.h"
 #include "core/view.h"
@@ -19,14 +20,13 @@ struct CapturedFragments {
     const void* color;                     ///< 4 halfs or 4 floats a fragment
 };
 
-/// The name of the array of draw-order keys.
-inline constexpr const char* kPrimitiveChannel = "primitive";
-
 /// Sorts every pixel's list by (depth, primitive), keeps the nearest `max_layers` (0 = all), turns
 /// buffer depth into camera Z and writes the result to `out`, whose window and colour type are set
-/// and whose storage is reused. If `out` has an extra array, it is that of the primitives. Rows are
-/// done in parallel; the result does not depend on how.
+/// and whose storage is reused; extra arrays are left alone. `sources`, if given, becomes the index
+/// that each fragment of `out` has in the captured arrays. Rows are done in parallel; the result
+/// does not depend on how.
 void gather(const CapturedFragments& captured, const Projection& projection,
-            std::uint32_t max_layers, LayeredImage& out);
+            std::uint32_t max_layers, LayeredImage& out,
+            std::vector<std::uint32_t>* sources = nullptr);
 
 }  // namespace peeler

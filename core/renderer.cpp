@@ -30,7 +30,10 @@ constexpr std::uint64_t kKeptBytes = 256ULL << 20;
 
 std::uint64_t bytesOf(const LayeredImage& image) {
     return image.offsets.size() * sizeof(std::uint32_t) + image.z.size() * sizeof(float) +
-           image.color.data.size();
+           image.color.data.size() +
+           std::accumulate(
+               image.extra.begin(), image.extra.end(), std::size_t{0},
+               [](std::size_t sum, const FragmentArray& array) { return sum + array.data.size(); });
 }
 
 }  // namespace
@@ -53,6 +56,7 @@ struct Renderer::State {
     gl::Context& context;
     const Scene& scene;
     SceneContents contents;
+    NextFrame next_frame;
     StageTimes times;
     BandCapture band_capture;
     Lighting lighting;
@@ -83,8 +87,8 @@ struct Renderer::State {
     BandCosts costs() const;
     std::uint64_t clipFragments(const BandCosts& costs, int y) const;
     std::uint64_t rowFragments(int y) const;
-    std::uint64_t bytesOfSinks(std::span<Sink* const> sinks) const;
-    std::vector<Window> bands(std::uint64_t fixed_bytes);
+    void addSinks(std::span<Sink* const> sinks, BandCosts& costs) const;
+    std::vector<Window> bands(std::span<Sink* const> sinks);
 
     void chooseMethod();
     void chooseViews(const View& view);
@@ -116,6 +120,11 @@ void Renderer::setContents(SceneContents contents) {
     if (!lit_alike) s.lighting.contentsChanged();
 }
 
+void Renderer::setNextFrame(NextFrame next) {
+    state_->next_frame = std::move(next);
+    state_->band_capture.setNextFrame(&state_->next_frame);
+}
+
 StageTimes Renderer::takeTimes() {
     return std::exchange(state_->times, {});
 }
@@ -138,6 +147,10 @@ void checkSettings(const CaptureSettings& settings) {
     if (settings.tail == Tail::kBlend && !settings.composite) {
         throw Error(ErrorKind::kUsage, "layers are stored as they are found, never blended",
                     "--tail blend", "add --as composite or write a .png, or leave --tail out");
+    }
+    if (settings.composite && !settings.channels.empty()) {
+        throw Error(ErrorKind::kUsage, "a composite that is found on the fly has no channels",
+                    "--channels", "leave --channels out, or capture layers");
     }
 }
 
@@ -187,11 +200,15 @@ BandCosts Renderer::State::costs() const {
         costs.largest_array_bytes = 4 * sizeof(float);
     } else {
         costs.fixed_bytes += layer_method->tileBytes(tile, float_color);
-        costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color;
-        costs.largest_array_bytes = color;
+        const std::uint64_t channels = channelBytes(settings.channels, type);
+        costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color + channels;
+        // Keys and where fragments were captured.
+        if (channels > 0) costs.fragment_bytes += 2 * sizeof(std::uint32_t);
+        costs.largest_array_bytes =
+            std::max<std::uint64_t>(color, shadedComponents(settings.channels) * sizeof(float));
         // All samples are held until they are merged, with their primitives and while sorting.
         if (mergesLayers()) {
-            costs.fragment_bytes += color + 16 * sizeof(float);
+            costs.fragment_bytes += color + channels + 16 * sizeof(float);
             costs.pixel_bytes += (views.size() + 1) * sizeof(std::uint32_t);
         }
         // A sample's composite, and what is handed over.
@@ -217,27 +234,29 @@ std::uint64_t Renderer::State::rowFragments(int y) const {
                             : samples->rowFragments(y);
 }
 
-/// What the sinks hold besides a band.
-std::uint64_t Renderer::State::bytesOfSinks(std::span<Sink* const> sinks) const {
-    const std::uint64_t fragment = sizeof(float) + 4 * pixelTypeSize(settings.color_type);
+/// What the sinks hold besides a band, and of it.
+void Renderer::State::addSinks(std::span<Sink* const> sinks, BandCosts& with_sinks) const {
+    const std::uint64_t fragment =
+        sizeof(float) + 4 * pixelTypeSize(settings.color_type) + plan.channel_bytes;
     const auto width = static_cast<std::uint64_t>(plan.view.crop.width());
-    std::uint64_t bytes = 0;
     for (const Sink* sink : sinks) {
         const SinkMemory memory = sink->memory();
         const std::uint64_t pixels = static_cast<std::uint64_t>(memory.rows) * width;
         std::uint64_t fragments = samples->mostFragments(memory.rows);
         if (limit) fragments = std::min(fragments, pixels * limit);
         if (settings.composite) fragments = pixels;
-        const std::uint64_t rows = fragments * fragment + pixels * kPixelBytes;
-        bytes += 2 * rows + memory.bytes;  // twice: those of the last band and of this one
+        const std::uint64_t rows =
+            fragments * fragment + pixels * (kPixelBytes + memory.pixel_bytes);
+        // Twice: those of the last band and of this one.
+        with_sinks.fixed_bytes += 2 * rows + memory.bytes;
+        with_sinks.pixel_bytes += memory.pixel_bytes;
     }
-    return bytes;
 }
 
-std::vector<Window> Renderer::State::bands(std::uint64_t fixed_bytes) {
+std::vector<Window> Renderer::State::bands(std::span<Sink* const> sinks) {
     freeBands();
     BandCosts with_sinks = costs();
-    with_sinks.fixed_bytes += fixed_bytes;
+    addSinks(sinks, with_sinks);
     return cutBands(plan.view.crop, bandLimits(settings.memory, residentBytes(), with_sinks),
                     [&](int y) { return rowFragments(y) + clipFragments(with_sinks, y); });
 }
@@ -308,7 +327,7 @@ void Renderer::State::mergeViews() {
     std::uint64_t kept = 0;
     bool keeps = true;
     std::vector<std::uint32_t> row(width);
-    for (const Window& band : bands(0)) {
+    for (const Window& band : bands({})) {
         captureMerged(band, image);
         for (int y = band.y0; y < band.y1; ++y) {
             for (std::size_t x = 0; x < width; ++x)
@@ -344,6 +363,7 @@ void Renderer::State::limitLayers() {
 void Renderer::State::fillPlan() {
     const DepthComplexity& complexity = merged ? *merged : *samples;
     plan.color_type = settings.color_type;
+    plan.channel_bytes = channelBytes(settings.channels, settings.color_type);
     plan.samples = settings.samples;
     plan.layers = complexity.layers(method->exact() ? limit : 0);
     plan.fragments_counted = complexity.counted();
@@ -386,8 +406,7 @@ std::span<const std::uint32_t> Renderer::State::countsOf(const Window& band) {
 void Renderer::State::captureLayers(const Window& band, std::uint32_t most, LayeredImage& out) {
     report.passes += band_capture.layers(
         *layer_method,
-        {.band = band, .counts = countsOf(band), .layers = most, .primitives = mergesLayers()},
-        out);
+        {.band = band, .counts = countsOf(band), .layers = most, .keys = mergesLayers()}, out);
 }
 
 void Renderer::State::compositeView(const Window& band, CompositeImage& out) {
@@ -462,7 +481,7 @@ CaptureReport Renderer::capture(std::span<Sink* const> sinks, const Progress& pr
             take(image);
         }
     } else {
-        for (const Window& band : s.bands(s.bytesOfSinks(sinks))) {
+        for (const Window& band : s.bands(sinks)) {
             s.render(band, s.image);
             take(s.image);
         }

@@ -13,6 +13,7 @@
 #include "core/scene_contents.h"
 #include "core/sink.h"
 #include "core/stage_times.h"
+#include "core/surface_channels.h"
 #include "core/view.h"
 
 namespace peeler {
@@ -44,6 +45,9 @@ class Renderer {
     /// Shows the same scene (of the file's `scenes`) at another moment from the next plan() on.
     /// Only what has moved is uploaded anew.
     void setContents(SceneContents contents);
+
+    /// What motion is measured against in the captures to come.
+    void setNextFrame(NextFrame next);
 
     /// The count pass: what capture() will deliver for these arguments. (Several samples have to be
     /// merged for that, too.)

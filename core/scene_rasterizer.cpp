@@ -79,7 +79,9 @@ SceneRasterizer::SceneRasterizer(const gl::Context& context, const GpuScene& sce
 }
 
 void SceneRasterizer::setView(const View& view, const CaptureSettings& settings) {
-    if (settings.color_type != settings_.color_type) variants_.clear();  // they are made for one
+    // They are made for these.
+    if (settings.color_type != settings_.color_type || settings.channels != settings_.channels)
+        variants_.clear();
     view_ = view;
     settings_ = settings;
     boundary_nodes_ = settings.clip.nodes;
@@ -234,7 +236,10 @@ const gl::Program& SceneRasterizer::program(const std::vector<std::string_view>&
 const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const Draw& draw) {
     const GpuMaterial& material = scene_.materials()[draw.material];
     unsigned bits = 0;
-    if (pass.shades) {
+    if (pass.describes) {
+        bits = kVaryings | material.features * kFirstFeature;
+        if (material.textured) bits |= kTextured;
+    } else if (pass.shades) {
         bits = kVaryings;
         const bool unlit = settings_.shading == Shading::kUnlit || material.unlit;
         if (unlit) bits |= kUnlit;
@@ -258,6 +263,10 @@ const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const Draw
     const gl::Program*& cached = variants_[{pass.fragment_shader, pass.definitions, bits}];
     if (!cached) {
         std::string definitions(pass.definitions);
+        if (pass.describes) {
+            for (const Channel channel : settings_.channels)
+                definitions.append(" ").append(infoOf(channel).definition);
+        }
         for (const auto& [bit, definition] : kDefinitions)
             if (bits & bit) definitions.append(" ").append(definition);
         for (std::size_t i = 0; i < materialFeatures().size(); ++i)

@@ -40,6 +40,9 @@ struct GeometryPass {
     std::string_view fragment_shader;
     std::string_view definitions = "";  ///< for the preprocessor, separated by spaces
     bool shades = false;  ///< looks at the surface's colour, not only at depth and alpha
+    /// Looks at all that the material says, whatever light makes of it, for the channels of the
+    /// settings.
+    bool describes = false;
     Draws draws = Draws::kAll;
     bool bounded = true;  ///< fragments behind the opaque bound, if there is one, do not count
     GLuint framebuffer = 0;

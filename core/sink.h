@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/id_names.h"
 #include "core/layered_image.h"
 #include "core/stage_times.h"
 #include "core/view.h"
@@ -26,6 +27,7 @@ struct Plan {
     std::uint64_t fragments_stored = 0;   ///< after the layer limit
     std::uint64_t fragments_blended = 0;  ///< those beyond it, if a composite blends them
     PixelType color_type = PixelType::kHalf;
+    std::size_t channel_bytes = 0;  ///< of a fragment, besides colour and Z
     int samples = 1;  ///< sub-pixel positions; of several, what they merge into is counted
 
     /// Whether every fragment is in its place.
@@ -41,12 +43,14 @@ struct Provenance {
     int frame = 0;
     double time = 0;               ///< seconds
     double frames_per_second = 0;  ///< 0 = does not apply
+    IdNames ids{};                 ///< if fragments have ids
 };
 
 /// What a sink holds besides the band it is given; the capture leaves room for it under a budget.
 struct SinkMemory {
-    int rows = 0;             ///< of fragments, kept from one band to the next
-    std::uint64_t bytes = 0;  ///< whatever the bands
+    int rows = 0;                   ///< of fragments, kept from one band to the next
+    std::uint64_t bytes = 0;        ///< whatever the bands
+    std::uint64_t pixel_bytes = 0;  ///< of every pixel of those rows and of the band at hand
 };
 
 /// Takes a picture band by band. Bands arrive top to bottom without gaps, each as wide as the crop,

@@ -35,7 +35,7 @@ struct Entry {
 /// Fragments of different samples, at most one of each, that become one.
 struct Group {
     std::uint32_t surface;
-    float z;
+    std::size_t nearest;       // index into the pixel's entries
     std::vector<int> members;  // by sample: index into the pixel's entries, −1 = none
 };
 
@@ -43,6 +43,7 @@ struct MergedRow {
     std::vector<std::uint32_t> counts;  // by pixel
     std::vector<float> z;
     std::vector<Color> colors;
+    std::vector<std::pair<int, std::uint32_t>> nearest;  // sample and fragment in it
 };
 
 /// Merges the pixels of a row one after the other; the storage is reused.
@@ -114,7 +115,7 @@ void RowMerger::group() {
             --found;
         if (found <= last || !fits(groups_[static_cast<std::size_t>(found)], entry)) {
             found = static_cast<int>(groups_.size());
-            groups_.push_back({entry.surface, entry.z, std::vector<int>(samples_.size(), -1)});
+            groups_.push_back({entry.surface, i, std::vector<int>(samples_.size(), -1)});
         }
         groups_[static_cast<std::size_t>(found)].members[static_cast<std::size_t>(entry.sample)] =
             static_cast<int>(i);
@@ -145,7 +146,9 @@ void RowMerger::composite(MergedRow& row) const {
         Color merged = hidden ? plain : seen;
         for (double& component : merged)
             component /= weight;
-        row.z.push_back(group.z);
+        const Entry& nearest = entries_[group.nearest];
+        row.z.push_back(nearest.z);
+        row.nearest.emplace_back(nearest.sample, nearest.fragment);
         row.colors.push_back(merged);
     }
 }
@@ -213,6 +216,19 @@ void mergeSamples(std::span<const LayeredImage> samples, const SurfaceOf& surfac
     for (const MergedRow& row : rows) {
         for (const Color& color : row.colors)
             store(color, color_type, out.color.data.data() + out.color.stride() * fragment++);
+    }
+    for (std::size_t i = 1; i < samples.front().extra.size(); ++i) {
+        const FragmentArray& like = samples.front().extra[i];
+        const std::size_t stride = like.stride();
+        FragmentArray& array = out.extra.emplace_back(FragmentArray{like.channels, like.type, {}});
+        array.data.reserve(out.z.size() * stride);
+        for (const MergedRow& row : rows) {
+            for (const auto& [sample, from] : row.nearest) {
+                const auto* data = samples[static_cast<std::size_t>(sample)].extra[i].data.data();
+                array.data.insert(array.data.end(), data + from * stride,
+                                  data + (from + 1) * stride);
+            }
+        }
     }
 }
 

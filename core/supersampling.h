@@ -21,20 +21,24 @@ std::vector<glm::dvec2> samplePositions(int samples);
 /// nearest. The first one (`index` 0) overwrites `mean`.
 void addToMean(const CompositeImage& sample, int index, int samples, CompositeImage& mean);
 
+/// The name of the array of draw-order keys.
+inline constexpr const char* kKeyChannel = "key";
+
 /// Which surface (node and primitive of the mesh) a primitive belongs to.
 using SurfaceOf = std::function<std::uint32_t(std::uint32_t primitive)>;
 
-/// Merges samples of one band into fragments with coverage. Each image needs the extra array
-/// "primitive". Fragments of different samples merge if they belong to one surface, keep the order
-/// of their samples, and none of the other sample's fragments of that surface is nearer; different
-/// surfaces never bleed into each other.
+/// Merges samples of one band into fragments with coverage. The first extra array of each image is
+/// that of the keys; the others are channels. Fragments of different samples merge if they belong
+/// to one surface, keep the order of their samples, and none of the other sample's fragments of
+/// that surface is nearer; different surfaces never bleed into each other.
 ///
-/// The Z of a merged fragment is the nearest sample's. Its alpha is the share that it covers of
-/// what the fragments in front of it leave uncovered, sample by sample, so that compositing the
-/// merged fragments gives the mean of the samples' composites: with T the light that still gets
-/// through each sample, alpha = Σ T·a / Σ T, likewise colour. Where nothing gets through it is the
-/// plain mean. (The same reasoning that makes deep images hold up at shared edges; cf. Egstad,
-/// Davis & Lacewell, "Improved Deep Image Compositing Using Subpixel Masks", DigiPro 2015.)
+/// Z and channels of a merged fragment are the nearest sample's. Its alpha is the share that it
+/// covers of what the fragments in front of it leave uncovered, sample by sample, so that
+/// compositing the merged fragments gives the mean of the samples' composites: with T the light
+/// that still gets through each sample, alpha = Σ T·a / Σ T, likewise colour. Where nothing gets
+/// through it is the plain mean. (The same reasoning that makes deep images hold up at shared
+/// edges; cf. Egstad, Davis & Lacewell, "Improved Deep Image Compositing Using Subpixel Masks",
+/// DigiPro 2015.)
 void mergeSamples(std::span<const LayeredImage> samples, const SurfaceOf& surface_of,
                   PixelType color_type, LayeredImage& out);
 

@@ -5,6 +5,7 @@
 #include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
 #include <atomic>
@@ -15,6 +16,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "formats/exr_header.h"
+#include "formats/id_manifest.h"
 
 namespace peeler {
 namespace {
@@ -29,6 +31,17 @@ std::vector<ExrChannel> colorChannels(PixelType type, int color, int z) {
             {"B", type, color, 2, 4},
             {"A", type, color, 3, 4},
             {"Z", PixelType::kFloat, z, 0, 1}};
+}
+
+/// Those of other arrays.
+void appendChannels(const std::vector<FragmentArray>& arrays, std::vector<ExrChannel>& channels) {
+    for (std::size_t i = 0; i < arrays.size(); ++i) {
+        const FragmentArray& array = arrays[i];
+        for (std::size_t c = 0; c < array.components(); ++c) {
+            channels.push_back(
+                {array.channels[c], array.type, static_cast<int>(i), c, array.components()});
+        }
+    }
 }
 
 void sortByName(std::vector<ExrChannel>& channels) {
@@ -107,6 +120,15 @@ std::byte* gatherLayerRow(const LayeredImage& image, const std::vector<ExrChanne
 std::byte* gatherCompositeRow(const CompositeImage& image, const std::vector<ExrChannel>& channels,
                               std::size_t first, std::size_t count, std::byte* out) {
     for (const ExrChannel& channel : channels) {
+        if (channel.source >= 0) {
+            const FragmentArray& array = image.extra[static_cast<std::size_t>(channel.source)];
+            const std::size_t size = pixelTypeSize(channel.type);
+            for (std::size_t p = first; p < first + count; ++p, out += size) {
+                std::memcpy(out, array.data.data() + p * array.stride() + channel.component * size,
+                            size);
+            }
+            continue;
+        }
         for (std::size_t p = first; p < first + count; ++p) {
             if (channel.source == ExrChannel::kCompositeZ) {
                 out = put(image.z[p], out);
@@ -192,8 +214,8 @@ void ExrBandWriter::write(const LayeredImage& band) {
     check(band);
     if (!composite_channels_.empty()) {
         const StageTimer timer(times_, "composite");
-        compositeOver(band, options_.background, band_composite_);
-        compositeOver(carried_, options_.background, carried_composite_);
+        composite(band, band_composite_);
+        composite(carried_, carried_composite_);
     }
     next_row_ = band.window.y1;
     fragments_seen_ += band.fragments();
@@ -212,9 +234,17 @@ SinkMemory ExrBandWriter::memory() const {
     int width = 0;
     for (const ExrPart& part : parts_)
         width = std::max(width, part.window.width());
-    const std::uint64_t pixel = 4 * pixelTypeSize(plan_.color_type) + sizeof(float);
+    const std::uint64_t pixel =
+        4 * pixelTypeSize(plan_.color_type) + sizeof(float) + plan_.channel_bytes;
+    std::uint64_t composite = 0;  // besides colour and Z
+    if (options_.nearest_channels) composite += plan_.channel_bytes;
+    if (options_.cryptomatte) {
+        for (const CryptomatteLayer& layer : cryptomatteLayers({}))
+            composite += cryptomatteArray(layer).stride();
+    }
     return {kExrRowsPerChunk - 1,
-            kCopies * static_cast<std::uint64_t>(width) * kExrRowsPerChunk * pixel};
+            kCopies * static_cast<std::uint64_t>(width) * kExrRowsPerChunk * (pixel + composite),
+            composite};
 }
 
 void ExrBandWriter::finish() {
@@ -224,44 +254,60 @@ void ExrBandWriter::finish() {
     file_.commit();
 }
 
+void ExrBandWriter::composite(const LayeredImage& image, CompositeImage& out) const {
+    compositeOver(image, options_.background, out);
+    out.extra.clear();
+    if (options_.nearest_channels) appendNearestChannels(image, out);
+    for (const CryptomatteLayer& layer : cryptomatte_)
+        appendCryptomatte(image, layer, out);
+}
+
 void ExrBandWriter::open(const LayeredImage& first_band) {
     layer_channels_ = colorChannels(plan_.color_type, ExrChannel::kColor, ExrChannel::kZ);
-    for (std::size_t i = 0; i < first_band.extra.size(); ++i) {
-        const FragmentArray& array = first_band.extra[i];
-        for (std::size_t c = 0; c < array.components(); ++c) {
-            layer_channels_.push_back(
-                {array.channels[c], array.type, static_cast<int>(i), c, array.components()});
-        }
-    }
-    composite_channels_ =
-        colorChannels(plan_.color_type, ExrChannel::kCompositeColor, ExrChannel::kCompositeZ);
+    appendChannels(first_band.extra, layer_channels_);
     sortByName(layer_channels_);
-    sortByName(composite_channels_);
-
-    std::vector<Imf::Header> headers;
-    bool composite = false, layered = false;
-    for (const ExrPart& part : parts_) {
-        Imf::Header header = exrHeader(plan_, provenance_, part.window);
-        header.setName(part.name);
-        if (part.layer != ExrPart::kComposite) {
-            header.insert("peeler:layer", Imf::IntAttribute(part.layer));
-            layered = true;
-        }
-        composite = composite || part.layer == ExrPart::kComposite;
-        for (const ExrChannel& channel : channels(part)) {
-            if (header.channels().findChannel(channel.name)) {
-                throw Error(ErrorKind::kInternal, "two channels of one name", channel.name);
-            }
-            header.channels().insert(channel.name, Imf::Channel(exrType(channel.type)));
-        }
-        headers.push_back(std::move(header));
+    const auto is_composite = [](const ExrPart& part) { return part.layer == ExrPart::kComposite; };
+    if (std::any_of(parts_.begin(), parts_.end(), is_composite)) {
+        if (options_.cryptomatte) cryptomatte_ = cryptomatteLayers(provenance_.ids);
+        composite_channels_ =
+            colorChannels(plan_.color_type, ExrChannel::kCompositeColor, ExrChannel::kCompositeZ);
+        std::vector<FragmentArray> arrays;
+        if (options_.nearest_channels) arrays = emptyImage(first_band, 0).extra;
+        for (const CryptomatteLayer& layer : cryptomatte_)
+            arrays.push_back(cryptomatteArray(layer));
+        appendChannels(arrays, composite_channels_);
+        sortByName(composite_channels_);
     }
-    if (!composite) composite_channels_.clear();
+    std::vector<Imf::Header> headers;
+    for (const ExrPart& part : parts_)
+        addHeader(headers, part);
     exr_ = std::make_unique<ExrFile>(file_, std::move(headers));
     carried_ = emptyImage(first_band, next_row_);
     // Layers are stored as they come; a composite is converted.
+    const bool layered = !std::all_of(parts_.begin(), parts_.end(), is_composite);
     if (layered && first_band.color.type != plan_.color_type)
         throw Error(ErrorKind::kInternal, "a band's colours do not fit the plan", file_.path());
+}
+
+void ExrBandWriter::addHeader(std::vector<Imf::Header>& headers, const ExrPart& part) const {
+    Imf::Header header = exrHeader(plan_, provenance_, part.window);
+    header.setName(part.name);
+    if (part.layer != ExrPart::kComposite)
+        header.insert("peeler:layer", Imf::IntAttribute(part.layer));
+    bool has_ids = false;
+    for (const ExrChannel& channel : channels(part)) {
+        if (header.channels().findChannel(channel.name))
+            throw Error(ErrorKind::kInternal, "two channels of one name", channel.name);
+        header.channels().insert(channel.name, Imf::Channel(exrType(channel.type)));
+        has_ids = has_ids || channel.name.starts_with("id.");
+    }
+    if (has_ids && !provenance_.ids.empty()) addIdManifest(header, provenance_.ids);
+    if (part.layer == ExrPart::kComposite) {
+        for (const CryptomatteLayer& layer : cryptomatte_)
+            for (const auto& [name, text] : cryptomatteAttributes(layer))
+                header.insert(name, Imf::StringAttribute(text));
+    }
+    headers.push_back(std::move(header));
 }
 
 void ExrBandWriter::check(const LayeredImage& band) const {

@@ -11,6 +11,7 @@
 #include "core/composite.h"
 #include "core/sink.h"
 #include "formats/atomic_file.h"
+#include "formats/cryptomatte.h"
 #include "formats/exr_chunks.h"
 
 namespace peeler {
@@ -31,13 +32,15 @@ struct ExrChannel {
     enum Source : int { kCompositeColor = -4, kCompositeZ = -3, kZ = -2, kColor = -1 };
     std::string name;
     PixelType type = PixelType::kHalf;
-    int source = kColor;  ///< a Source, or the index of LayeredImage::extra
+    int source = kColor;  ///< a Source, or the index among the extra arrays
     std::size_t component = 0, components = 1;
 };
 
 struct ExrBandOptions {
     std::array<float, 4> background{};  ///< premultiplied, behind the composite
     int level = kDefaultZipLevel;
+    bool nearest_channels = false;  ///< the composite has the other channels of the first fragment
+    bool cryptomatte = false;       ///< the composite has ids' coverage; needs the channels id.*
 };
 
 /// Streams bands into the parts. The bytes of the file do not depend on how the picture is cut into
@@ -72,6 +75,8 @@ class ExrBandWriter {
 
     void open(const LayeredImage& first_band);
     void check(const LayeredImage& band) const;
+    void composite(const LayeredImage& image, CompositeImage& out) const;
+    void addHeader(std::vector<Imf::Header>& headers, const ExrPart& part) const;
     std::vector<Job> finishedChunks(int end_row);
     void run(std::span<const Job> jobs, const LayeredImage& band);
     void boundBuffers();
@@ -88,6 +93,7 @@ class ExrBandWriter {
     AtomicFile file_;
     std::unique_ptr<ExrFile> exr_;  ///< from the first band on: it says which channels there are
     std::vector<ExrChannel> composite_channels_, layer_channels_;
+    std::vector<CryptomatteLayer> cryptomatte_;
     std::vector<int> next_chunk_;  ///< of each part
     int next_row_ = 0;
     LayeredImage carried_;

@@ -7,8 +7,8 @@
 namespace peeler {
 
 ExrCompositeWriter::ExrCompositeWriter(std::string path, Provenance provenance,
-                                       std::array<float, 4> background, int level)
-    : path_(std::move(path)), provenance_(std::move(provenance)), options_{background, level} {}
+                                       ExrBandOptions options)
+    : path_(std::move(path)), provenance_(std::move(provenance)), options_(options) {}
 
 ExrCompositeWriter::~ExrCompositeWriter() = default;
 

@@ -2,7 +2,6 @@
 // Flat OpenEXR images: all layers composited.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <string>
 
@@ -12,12 +11,11 @@
 namespace peeler {
 
 /// Writes a single-part file: R,G,B,A as `Plan::color_type`, Z (float, +inf where nothing is) of
-/// the first fragment, dataWindow = crop, with the attributes of a layered file but `peeler:layer`.
+/// the first fragment and, with ExrBandOptions::nearest_channels, its other channels; dataWindow =
+/// crop, with the attributes of a layered file but `peeler:layer`.
 class ExrCompositeWriter : public Sink {
   public:
-    /// `background`: premultiplied linear RGBA.
-    ExrCompositeWriter(std::string path, Provenance provenance,
-                       std::array<float, 4> background = {}, int level = kDefaultZipLevel);
+    ExrCompositeWriter(std::string path, Provenance provenance, ExrBandOptions options = {});
     ~ExrCompositeWriter() override;
 
     /// Throws Error (kOutput) if the file cannot be created.

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "formats/exr_header.h"
+#include "formats/id_manifest.h"
 
 namespace peeler {
 namespace {
@@ -113,6 +114,10 @@ ExrInfo describe(const ExrInput& input) {
     const ExrInputPart& first = info.parts.front();
     info.is_peeler = !first.attribute("peeler:version").empty();
     info.provenance = provenanceOf(first);
+    for (const ExrInputPart& part : info.parts) {
+        if (part.id_manifest.empty() || !info.provenance.ids.empty()) continue;
+        info.provenance.ids = idNamesFromManifest(part.id_manifest);
+    }
     info.plan.view = viewOf(info, input.path());
     info.plan.color_type = colorType(info);
     info.plan.fragments_counted =

@@ -200,6 +200,11 @@ void ExrInput::readHeaders() {
                   part.name);
             std::string text = attributeText(*attribute);
             if (!text.empty()) part.attributes[attribute->name] = std::move(text);
+            if (attribute->type == EXR_ATTR_OPAQUE &&
+                std::string_view(attribute->type_name) == "idmanifest") {
+                const auto* bytes = static_cast<const std::byte*>(attribute->opaque->packed_data);
+                part.id_manifest.assign(bytes, bytes + attribute->opaque->size);
+            }
         }
     }
 }

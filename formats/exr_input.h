@@ -28,7 +28,8 @@ struct ExrInputPart {
     Window data_window, display_window;
     std::vector<ExrInputChannel> channels;  ///< sorted by name
     std::map<std::string, std::string>
-        attributes;  ///< those of type string, int, float, double, rational
+        attributes;                        ///< those of type string, int, float, double, rational
+    std::vector<std::byte> id_manifest{};  ///< the attribute idManifest as it is stored
 
     const ExrInputChannel* channel(const std::string& wanted) const;
     /// The text of an attribute, "" if there is none.

@@ -34,8 +34,9 @@ void ExrLdiWriter::begin(const Plan& plan) {
         parts.push_back({layerName(i), window, static_cast<int>(i)});
     }
     fragments_planned_ = plan.fragments_stored;
-    writer_ = std::make_unique<ExrBandWriter>(path_, std::move(parts), plan, provenance_,
-                                              ExrBandOptions{.level = options_.level});
+    writer_ = std::make_unique<ExrBandWriter>(
+        path_, std::move(parts), plan, provenance_,
+        ExrBandOptions{.level = options_.level, .cryptomatte = options_.cryptomatte});
 }
 
 void ExrLdiWriter::write(const LayeredImage& band) {

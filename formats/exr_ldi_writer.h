@@ -13,6 +13,7 @@ namespace peeler {
 struct ExrLdiOptions {
     bool composite = true;         ///< begin with a part that shows all layers composited
     int level = kDefaultZipLevel;  ///< of libdeflate, 1–12
+    bool cryptomatte = false;      ///< in the part composite; needs the channels id.*
 };
 
 /// "layer_000", "layer_001", …: at least three digits.

@@ -15,12 +15,16 @@ namespace peeler {
 namespace {
 
 std::unique_ptr<Sink> makeLdi(const std::string& path, const OutputOptions& options) {
-    return std::make_unique<ExrLdiWriter>(path, options.provenance,
-                                          ExrLdiOptions{.composite = options.composite_part});
+    return std::make_unique<ExrLdiWriter>(
+        path, options.provenance,
+        ExrLdiOptions{.composite = options.composite_part, .cryptomatte = options.cryptomatte});
 }
 
 std::unique_ptr<Sink> makeExrComposite(const std::string& path, const OutputOptions& options) {
-    return std::make_unique<ExrCompositeWriter>(path, options.provenance, options.background);
+    return std::make_unique<ExrCompositeWriter>(path, options.provenance,
+                                                ExrBandOptions{.background = options.background,
+                                                               .nearest_channels = true,
+                                                               .cryptomatte = options.cryptomatte});
 }
 
 std::unique_ptr<Sink> makeExrMidpoint(const std::string& path, const OutputOptions& options) {
@@ -41,8 +45,13 @@ constexpr char kPng[] = "png", kJpeg[] = "jpeg", kTiff[] = "tiff";  // OpenImage
 
 const std::array<OutputFormat, 6>& table() {
     static const std::array<OutputFormat, 6> rows = {{
-        {{".exr"}, "ldi", "layered depth image: one OpenEXR part a layer", makeLdi},
-        {{".exr"}, "composite", "flat OpenEXR image: R,G,B,A and the first Z", makeExrComposite},
+        {{".exr"}, "ldi", "layered depth image: one OpenEXR part a layer", makeLdi, false, true},
+        {{".exr"},
+         "composite",
+         "flat OpenEXR image: R,G,B,A and the first Z",
+         makeExrComposite,
+         false,
+         true},
         {{".exr"},
          "midpoint-depth",
          "midpoint shadow map: Z halfway between the two nearest opaque surfaces",

@@ -18,6 +18,7 @@ namespace peeler {
 struct OutputOptions {
     std::string as;                     ///< kind; "" = the extension's first row in the table
     bool composite_part = true;         ///< ldi: begin with a part `composite`
+    bool cryptomatte = false;           ///< ldi, composite: in the composite part
     std::array<float, 4> background{};  ///< premultiplied linear RGBA; composite
     float exposure = 0;                 ///< stops; PNG, JPEG, TIFF
     std::string tone_map = "none";      ///< PNG, JPEG, TIFF
@@ -32,6 +33,7 @@ struct OutputFormat {
     std::unique_ptr<Sink> (*make)(const std::string& path, const OutputOptions& options);
     /// It shows what casts shadows: both faces of OPAQUE and MASK surfaces, every layer of them.
     bool casters = false;
+    bool channels = false;  ///< it holds what fragments have besides colour and Z
 };
 
 /// Every format; of two rows with the same extension the first is the default.

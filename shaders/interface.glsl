@@ -38,6 +38,7 @@ using glm::vec4;
 #define PEELER_CLIP_DEPTHS 6  // float, buffer depth; the sign bit is set on back faces
 #define PEELER_LIGHTS 7      // LightCount, then a LightRecord a light
 #define PEELER_INSTANCES 8   // Placements of all draws that have several
+#define PEELER_CHANNELS 9    // floats of a fragment that channels.frag yields
 
 // Texture units. GL promises 16 in a shader, and a material may use 17 besides those of lights and peeling; so a program
 // has only those samplers that its variant reads, and GpuScene counts them.

@@ -26,15 +26,12 @@ const float kFill = 0.1;  // the environment's share beside punctual lights
 /// diffuse light that is transmitted instead.
 vec3 litColor(vec3 base, float passing, Gradients g) {
     float occlusion = 1.0;
-    vec3 emissive = material.emissive.rgb;
 #ifdef TEXTURED
     if (hasTexture(PEELER_OCCLUSION_UNIT)) {
         float r = sampled(occlusion_texture, PEELER_OCCLUSION_UNIT, g).r;
         occlusion = 1.0 + material.factors.w * (r - 1.0);
     }
 #endif
-    emissive *= TEXEL(emissive_texture, PEELER_EMISSIVE_UNIT).rgb;
-
     Reflector s = reflectorOf(base, g);
 #ifdef TRANSMISSION
     s.diffuse *= 1.0 - passing;
@@ -75,7 +72,7 @@ vec3 litColor(vec3 base, float passing, Gradients g) {
     varnish += key * coatReflectance(s, kKeyDirection);
 #endif
 #endif
-    radiance += emissive;
+    radiance += emissiveColor(g);
 #ifdef CLEARCOAT
     radiance = (1.0 - s.coat) * radiance + varnish;
 #endif

@@ -18,7 +18,7 @@ vec3 geometricNormal(Gradients g) {
     return dot(facet, facet) > 0.0 ? normalize(facet) : vec3(0.0, 0.0, 1.0);
 }
 
-#if defined(TEXTURED) || defined(ANISOTROPY)
+#if defined(TEXTURED) || defined(ANISOTROPY) || defined(CHANNEL_TANGENT)
 /// Where U and (up the image) V grow, about `normal`; 0 where texture coordinates do not say. `unit`: the texture
 /// whose UV set counts if the mesh has no tangents.
 void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3 bitangent) {

@@ -99,15 +99,14 @@ Reflector reflectorOf(vec3 base, Gradients g) {
     s.n = world_from_view * shadingNormal(g);
     s.n_dot_v = clamp(dot(s.n, s.v), 1e-4, 1.0);
 
-    vec4 texel = TEXEL(metallic_roughness_texture, PEELER_METALLIC_ROUGHNESS_UNIT);
+    vec2 rough_metal = roughnessMetallic(g);
+    s.roughness = rough_metal.x;
     s.f90 = 1.0;
 #ifdef SPECULAR_GLOSSINESS
-    s.f0 = material.specular.rgb * texel.rgb;
-    s.roughness = clamp(1.0 - material.specular.a * texel.a, 0.0, 1.0);
+    s.f0 = material.specular.rgb * TEXEL(metallic_roughness_texture, PEELER_METALLIC_ROUGHNESS_UNIT).rgb;
     s.diffuse = base * (1.0 - largest(s.f0));
 #else
-    float metallic = clamp(material.factors.x * texel.b, 0.0, 1.0);
-    s.roughness = clamp(material.factors.y * texel.g, 0.0, 1.0);
+    float metallic = rough_metal.y;
     s.diffuse = base * (1.0 - metallic);
     vec3 dielectric = vec3(0.04);
 #ifdef SPECULAR

@@ -69,6 +69,19 @@ vec4 baseColor(Gradients g) {
     return color;
 }
 
+/// Light that the material gives off.
+vec3 emissiveColor(Gradients g) { return material.emissive.rgb * TEXEL(emissive_texture, PEELER_EMISSIVE_UNIT).rgb; }
+
+/// Roughness, and how much of a metal it is, both 0 to 1.
+vec2 roughnessMetallic(Gradients g) {
+    vec4 texel = TEXEL(metallic_roughness_texture, PEELER_METALLIC_ROUGHNESS_UNIT);
+#ifdef SPECULAR_GLOSSINESS
+    return vec2(clamp(1.0 - material.specular.a * texel.a, 0.0, 1.0), 0.0);
+#else
+    return clamp(vec2(material.factors.y * texel.g, material.factors.x * texel.b), 0.0, 1.0);
+#endif
+}
+
 /// The alpha test of MASK materials, and alpha exactly 0 of BLEND ones.
 bool passesAlphaTest(float alpha) {
     if ((material.flags.x & PEELER_ALPHA_MASK) != 0u) return alpha >= material.emissive.w;

@@ -23,7 +23,7 @@ LayeredImage pixel(const std::vector<Fragment>& fragments) {
     image.offsets = {0, static_cast<std::uint32_t>(fragments.size())};
     image.color = {{"R", "G", "B", "A"}, PixelType::kFloat, {}};
     image.color.data.resize(fragments.size() * 16);
-    image.extra.push_back({{kPrimitiveChannel}, PixelType::kUint, {}});
+    image.extra.push_back({{kKeyChannel}, PixelType::kUint, {}});
     image.extra[0].data.resize(fragments.size() * 4);
     for (std::size_t i = 0; i < fragments.size(); ++i) {
         image.z.push_back(fragments[i].z);

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is stored of every fragment besides colour and Z, and how its ids are named.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "core/channels.h"
+#include "core/id_names.h"
+
+namespace CLI {
+class App;
+}
+
+namespace peeler::cmd {
+
+struct ChannelOptions {
+    std::vector<Channel> channels{};  ///< in the order of the table, each once
+    bool cryptomatte = false;
+    std::optional<std::filesystem::path> manifest{};
+
+    bool wants(Channel channel) const;
+    bool any() const { return !channels.empty() || cryptomatte || manifest; }
+};
+
+/// Declares --channels, --cryptomatte and --manifest.
+void addChannelOptions(CLI::App& app, ChannelOptions& options);
+
+/// What has to be captured: the channels, and ids for what needs them.
+std::vector<Channel> capturedChannels(const ChannelOptions& options);
+
+/// Throws Error (kUsage) if the output cannot hold channels, or a manifest would name ids that it
+/// has not; (kOutput) if the manifest cannot be written.
+void checkChannelOptions(const ChannelOptions& options, bool output_holds_channels,
+                         const std::string& output);
+
+/// Writes the manifest: {"object": [{"id", "name", "cryptomatte"}], "material": [likewise]}, the
+/// last being the hash in hexadecimal. Throws Error (kOutput).
+void writeIdManifest(const std::filesystem::path& path, const IdNames& names);
+
+}  // namespace peeler::cmd

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/primitive_corners.h"
+
+namespace peeler {
+namespace {
+
+/// Places in the sequence of vertices that is drawn, which has `size`.
+Corners placesOf(Topology topology, std::size_t e, std::size_t size) {
+    switch (topology) {
+        case Topology::kPoints:
+            return {1, {e}};
+        case Topology::kLines:
+            return {2, {2 * e, 2 * e + 1}};
+        case Topology::kLineLoop:
+            return {2, {e, (e + 1) % size}};
+        case Topology::kLineStrip:
+            return {2, {e, e + 1}};
+        case Topology::kTriangles:
+            return {3, {3 * e, 3 * e + 1, 3 * e + 2}};
+        case Topology::kTriangleStrip:
+            return {3, {e + e % 2, e + 1 - e % 2, e + 2}};
+        case Topology::kTriangleFan:
+            return {3, {0, e + 1, e + 2}};
+    }
+    return {};
+}
+
+}  // namespace
+
+Corners cornersOf(const Primitive& primitive, std::uint32_t element) {
+    const std::size_t size =
+        primitive.indices.empty() ? primitive.positions.size() : primitive.indices.size();
+    Corners corners = placesOf(primitive.topology, element, size);
+    if (primitive.indices.empty()) return corners;
+    for (std::size_t& vertex : corners.vertex)
+        vertex = primitive.indices[vertex];
+    return corners;
+}
+
+}  // namespace peeler

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/id_manifest.h"
+
+#include <OpenEXR/ImfIDManifest.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <limits>
+
+#include "core/error.h"
+
+namespace peeler {
+namespace {
+
+constexpr const char *kObject = "id.object", *kMaterial = "id.material";
+/// What zlib cannot beat, and more names than a scene has.
+constexpr std::uint64_t kMaxRatio = 1100, kMaxBytes = 1U << 30;
+
+void addGroup(Imf::IDManifest& manifest, const char* channel,
+              const std::vector<std::string>& names) {
+    Imf::IDManifest::ChannelGroupManifest group;
+    group.setChannel(channel);
+    group.setComponent("name");
+    group.setLifetime(Imf::IDManifest::LIFETIME_STABLE);
+    group.setHashScheme(Imf::IDManifest::NOTHASHED);
+    group.setEncodingScheme(Imf::IDManifest::ID_SCHEME);
+    for (std::size_t i = 0; i < names.size(); ++i)
+        group.insert(i + 1, names[i]);
+    manifest.add(group);
+}
+
+std::vector<std::string> namesOf(const Imf::IDManifest& manifest, const char* channel) {
+    std::vector<std::string> names;
+    const std::size_t index = manifest.find(channel);
+    if (index == manifest.size()) return names;
+    for (auto i = manifest[index].begin(); i != manifest[index].end(); ++i) {
+        // Ours are 1, 2, 3, …; those of a stranger may be any.
+        if (i.id() != names.size() + 1 || i.text().empty()) return {};
+        names.push_back(i.text().front());
+    }
+    return names;
+}
+
+}  // namespace
+
+void addIdManifest(Imf::Header& header, const IdNames& names) {
+    Imf::IDManifest manifest;
+    addGroup(manifest, kObject, names.objects);
+    addGroup(manifest, kMaterial, names.materials);
+    Imf::addIDManifest(header, Imf::CompressedIDManifest(manifest));
+}
+
+IdNames idNamesFromManifest(std::span<const std::byte> attribute) {
+    // A little-endian length of what zlib has packed, and that.
+    std::uint32_t unpacked = 0;
+    if (attribute.size() < sizeof unpacked || attribute.size() > std::numeric_limits<int>::max())
+        throw Error(ErrorKind::kInput, "the manifest is cut off", "idManifest");
+    std::memcpy(&unpacked, attribute.data(), sizeof unpacked);
+    const auto packed = attribute.subspan(sizeof unpacked);
+    if (unpacked > kMaxBytes || unpacked > packed.size() * kMaxRatio)
+        throw Error(ErrorKind::kInput, "the manifest has no plausible size", "idManifest");
+    try {
+        Imf::CompressedIDManifest compressed;
+        compressed._uncompressedDataSize = unpacked;
+        compressed._compressedDataSize = static_cast<int>(packed.size());
+        compressed._data = static_cast<unsigned char*>(std::malloc(packed.size()));
+        if (!compressed._data) throw std::bad_alloc();
+        std::memcpy(compressed._data, packed.data(), packed.size());
+        const Imf::IDManifest manifest(compressed);
+        return {namesOf(manifest, kObject), namesOf(manifest, kMaterial)};
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& e) {
+        throw Error(ErrorKind::kInput, std::string("the manifest is damaged: ") + e.what(),
+                    "idManifest");
+    }
+}
+
+}  // namespace peeler

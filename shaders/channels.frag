@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// What else is asked of fragments that have been captured (core/channels.h), whatever the method: every fragment looks
+// for its place in its pixel's list by its primitive, of which a pixel has no second one. Vectors are in world space.
+#include "normal.glsl"
+
+layout(location = 0) uniform ivec4 argument;  // x: floats a fragment
+
+layout(std430, binding = PEELER_SLOTS) readonly buffer Slots { uint slots[]; };  // where each pixel's list has ended
+layout(std430, binding = PEELER_PRIMITIVES) readonly buffer Primitives { uint primitives[]; };
+layout(std430, binding = PEELER_CHANNELS) writeonly buffer Channels { float channels[]; };
+
+void put(inout uint at, vec3 v) {
+    channels[at++] = v.x;
+    channels[at++] = v.y;
+    channels[at++] = v.z;
+}
+
+#ifdef CHANNEL_TANGENT
+/// Where U grows, and with which sign cross(normal, tangent) points up the image. `normal` is the viewer's side's.
+vec4 surfaceTangent(vec3 normal, Gradients g) {
+    vec3 tangent, bitangent;
+    tangentFrame(normal, PEELER_NORMAL_UNIT, g, tangent, bitangent);
+    float size = dot(tangent, tangent);
+    if (!(size > 0.0)) return vec4(0.0);
+    float side = gl_FrontFacing ? 1.0 : -1.0;  // the frame's sides turn with the normal's; directions on it do not
+    return vec4(side * tangent * inversesqrt(size), side * sign(dot(cross(normal, side * tangent), bitangent)));
+}
+#endif
+
+void main() {
+    Gradients g = surfaceGradients();
+    uint key = fragmentKey().primitive, pixel = pixelIndex();
+    uint slot = pixel == 0u ? 0u : slots[pixel - 1u], end = slots[pixel];
+    while (slot < end && primitives[slot] != key) ++slot;
+    if (slot == end) return;  // it does not count, or is beyond the layers that are kept
+    uint at = slot * uint(argument.x);
+
+#if defined(CHANNEL_NORMAL) || defined(CHANNEL_TANGENT)
+    mat3 world_from_view = mat3(frame.world_from_view);
+#endif
+#ifdef CHANNEL_NORMAL
+    put(at, world_from_view * shadingNormal(g));
+#endif
+#ifdef CHANNEL_UV
+    channels[at++] = surface.texcoords.x;
+    channels[at++] = surface.texcoords.y;
+#endif
+#ifdef CHANNEL_TANGENT
+    vec4 tangent = surfaceTangent(geometricNormal(g), g);
+    put(at, world_from_view * tangent.xyz);
+    channels[at++] = tangent.w;
+#endif
+#ifdef CHANNEL_BASE_COLOR
+    put(at, baseColor(g).rgb);
+#endif
+#ifdef CHANNEL_EMISSIVE
+    put(at, emissiveColor(g));
+#endif
+#ifdef CHANNEL_ROUGHNESS_METALLIC
+    vec2 rough_metal = roughnessMetallic(g);
+    channels[at++] = rough_metal.x;
+    channels[at++] = rough_metal.y;
+#endif
+}
