@@ -306,7 +306,7 @@ std::string treeText(const Scene& scene) {
         // Deeper levels stand below each other, or the text would grow with the square of the
         // depth.
         text += std::string(2 * std::min<std::size_t>(depth, 40), ' ');
-        text += node.name.empty() ? "node " + std::to_string(index) : printable(node.name);
+        text += printable(nodeName(scene, static_cast<std::size_t>(index)));
         if (node.mesh >= 0) {
             text +=
                 ": " + elementsText(elementsOf(scene.meshes[static_cast<std::size_t>(node.mesh)]));

@@ -11,12 +11,6 @@ namespace peeler::cmd {
 
 namespace {
 
-/// As peeler info shows it.
-std::string nameOf(const Scene& scene, std::size_t node) {
-    const std::string& name = scene.nodes[node].name;
-    return name.empty() ? "node " + std::to_string(node) : name;
-}
-
 /// Whether each node's name matches one of the globs.
 std::vector<char> matching(const Scene& scene, const std::vector<std::string>& globs,
                            const char* option) {
@@ -24,14 +18,14 @@ std::vector<char> matching(const Scene& scene, const std::vector<std::string>& g
     for (const std::string& glob : globs) {
         bool found = false;
         for (std::size_t i = 0; i < result.size(); ++i) {
-            if (fnmatch(glob.c_str(), nameOf(scene, i).c_str(), 0) != 0) continue;
+            if (fnmatch(glob.c_str(), nodeName(scene, i).c_str(), 0) != 0) continue;
             result[i] = 1;
             found = true;
         }
         if (found) continue;
         std::vector<std::string> names;
         for (std::size_t i = 0; i < result.size(); ++i)
-            names.push_back(nameOf(scene, i));
+            names.push_back(nodeName(scene, i));
         throw Error(
             ErrorKind::kUsage, "no node has a name like this", std::string(option) + ' ' + glob,
             choiceHint(glob, "nodes", std::vector<std::string_view>(names.begin(), names.end())));

@@ -6,11 +6,7 @@ namespace peeler {
 IdNames idNames(const Scene& scene) {
     IdNames names;
     for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
-        const Node& node = scene.nodes[i];
-        std::string name = node.name;
-        if (name.empty() && node.mesh >= 0)
-            name = scene.meshes[static_cast<std::size_t>(node.mesh)].name;
-        names.objects.push_back(name.empty() ? "node " + std::to_string(i) : name);
+        names.objects.push_back(nodeName(scene, i));
     }
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         const std::string& name = scene.materials[i].name;

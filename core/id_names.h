@@ -18,8 +18,7 @@ struct IdNames {
     bool operator==(const IdNames&) const = default;
 };
 
-/// Their own names; of a node without one that of its mesh, else "node 12", "material 3",
-/// "default material". Names need not be unique.
+/// Their own names, else nodeName(), "material 3", "default material". Names need not be unique.
 IdNames idNames(const Scene& scene);
 
 }  // namespace peeler

@@ -13,6 +13,11 @@ glm::dmat4 Trs::matrix() const {
     return result;
 }
 
+std::string nodeName(const Scene& scene, std::size_t node) {
+    const std::string& name = scene.nodes[node].name;
+    return name.empty() ? "node " + std::to_string(node) : name;
+}
+
 std::vector<int> rootsOf(const std::vector<Node>& nodes) {
     std::vector<char> is_child(nodes.size(), 0);
     for (const Node& node : nodes)

@@ -180,6 +180,9 @@ struct Scene {
     std::vector<std::string> warnings;  ///< whole sentences, each once
 };
 
+/// What a node is called: its own name, else "node 12".
+std::string nodeName(const Scene& scene, std::size_t node);
+
 /// The nodes that are no other node's child, in order.
 std::vector<int> rootsOf(const std::vector<Node>& nodes);
 

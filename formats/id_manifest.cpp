@@ -54,8 +54,8 @@ void addIdManifest(Imf::Header& header, const IdNames& names) {
 }
 
 IdNames idNamesFromManifest(std::span<const std::byte> attribute) {
-    // A little-endian length of what zlib has packed, and that.
-    std::uint32_t unpacked = 0;
+    // The little-endian 64-bit size of what zlib has packed, and that.
+    std::uint64_t unpacked = 0;
     if (attribute.size() < sizeof unpacked || attribute.size() > std::numeric_limits<int>::max())
         throw Error(ErrorKind::kInput, "the manifest is cut off", "idManifest");
     std::memcpy(&unpacked, attribute.data(), sizeof unpacked);

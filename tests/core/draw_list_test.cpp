@@ -95,6 +95,19 @@ TEST(DrawList, NumbersSurfacesInDrawOrder) {
     EXPECT_EQ(at_once.surfaceOf(15), 4U);
 }
 
+TEST(DrawList, KnowsWhereKeysComeFrom) {
+    const Scene scene = grove();  // strips of three triangles and pairs, at four places and one
+    const DrawList list(scene, contents(scene, 0));
+    for (std::uint32_t key = 1; key <= 25; ++key) {
+        const std::uint32_t in_mesh = (key - 1) % 5;
+        const KeyOrigin origin = list.originOf(key);
+        EXPECT_EQ(origin.instance, (key - 1) / 5);
+        EXPECT_EQ(origin.in_mesh, in_mesh);
+        EXPECT_EQ(origin.primitive, in_mesh < 3 ? 0U : 1U);
+        EXPECT_EQ(origin.element, in_mesh < 3 ? in_mesh : in_mesh - 3);
+    }
+}
+
 TEST(DrawList, GivesDeformedMeshesGeometriesOfTheirOwn) {
     Scene scene = row();
     scene.meshes[0].primitives[0].targets.resize(1);

@@ -410,7 +410,7 @@ TEST_F(ExrLdi, FlatFileHoldsTheCompositeOverTheBackground) {
     const SyntheticPicture picture = makePicture({.seed = 95});
     const std::array<float, 4> background = {0.25F, 0.5F, 0.75F, 1};
     const fs::path path = scratch / "flat.exr";
-    ExrCompositeWriter writer(path, provenance(), background);
+    ExrCompositeWriter writer(path, provenance(), {.background = background});
     writePicture(writer, picture, {6});
     CompositeImage wanted;
     compositeOver(picture.image, background, wanted);

@@ -116,6 +116,10 @@ void CollectSink::write(const LayeredImage& band) {
         image.offsets.push_back(base + band.offsets[p]);
     image.z.insert(image.z.end(), band.z.begin(), band.z.end());
     image.color.data.insert(image.color.data.end(), band.color.data.begin(), band.color.data.end());
+    for (std::size_t i = 0; i < band.extra.size(); ++i) {
+        const auto& data = band.extra[i].data;
+        image.extra[i].data.insert(image.extra[i].data.end(), data.begin(), data.end());
+    }
 }
 
 gl::Context& sharedContext() {
@@ -144,10 +148,10 @@ Captured capture(Renderer& renderer, const View& view, const CaptureSettings& se
 
 namespace {
 template <class T>
-std::string firstDifference(const char* what, const std::vector<T>& a, const std::vector<T>& b) {
+std::string firstDifference(const std::string& what, const std::vector<T>& a,
+                            const std::vector<T>& b) {
     if (a.size() != b.size())
-        return std::string(what) + ": " + std::to_string(a.size()) + " and " +
-               std::to_string(b.size());
+        return what + ": " + std::to_string(a.size()) + " and " + std::to_string(b.size());
     for (std::size_t i = 0; i < a.size(); ++i)
         if (std::memcmp(&a[i], &b[i], sizeof(T)) != 0) return what + (" " + std::to_string(i));
     return {};
@@ -159,6 +163,12 @@ std::string difference(const LayeredImage& a, const LayeredImage& b) {
     std::string text = firstDifference("offset", a.offsets, b.offsets);
     if (text.empty()) text = firstDifference("z", a.z, b.z);
     if (text.empty()) text = firstDifference("colour byte", a.color.data, b.color.data);
+    if (text.empty() && a.extra.size() != b.extra.size()) return "number of extra arrays";
+    for (std::size_t i = 0; text.empty() && i < a.extra.size(); ++i) {
+        if (a.extra[i].channels != b.extra[i].channels) return "names of extra channels";
+        text = firstDifference("byte of " + a.extra[i].channels.front(), a.extra[i].data,
+                               b.extra[i].data);
+    }
     return text;
 }
 

@@ -72,7 +72,7 @@ Captured capture(const Scene& scene, const View& view, const CaptureSettings& se
 /// The same with what is uploaded and compiled already, for tests that render a scene many times.
 Captured capture(Renderer& renderer, const View& view, const CaptureSettings& settings = {});
 
-/// Bit for bit: windows, offsets, depth, colour. Returns "" or what differs first.
+/// Bit for bit: windows, offsets, depth, colour, extra arrays. Returns "" or what differs first.
 std::string difference(const LayeredImage& a, const LayeredImage& b);
 
 /// The colour of a fragment as floats.

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Corners of points, lines and triangles of every topology.
+#include "core/primitive_corners.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace peeler {
+namespace {
+
+using Vertices = std::vector<std::size_t>;
+
+std::vector<Vertices> all(const Primitive& primitive, std::uint32_t count) {
+    std::vector<Vertices> result;
+    for (std::uint32_t e = 0; e < count; ++e) {
+        const Corners corners = cornersOf(primitive, e);
+        result.emplace_back(corners.vertex.begin(), corners.vertex.begin() + corners.count);
+    }
+    return result;
+}
+
+Primitive made(Topology topology, std::size_t vertices) {
+    Primitive primitive;
+    primitive.topology = topology;
+    primitive.positions.resize(vertices);
+    return primitive;
+}
+
+TEST(PrimitiveCorners, AreThoseThatGlDraws) {
+    using List = std::vector<Vertices>;
+    EXPECT_EQ(all(made(Topology::kPoints, 3), 3), (List{{0}, {1}, {2}}));
+    EXPECT_EQ(all(made(Topology::kLines, 4), 2), (List{{0, 1}, {2, 3}}));
+    EXPECT_EQ(all(made(Topology::kLineStrip, 3), 2), (List{{0, 1}, {1, 2}}));
+    EXPECT_EQ(all(made(Topology::kLineLoop, 3), 3), (List{{0, 1}, {1, 2}, {2, 0}}));
+    EXPECT_EQ(all(made(Topology::kTriangles, 6), 2), (List{{0, 1, 2}, {3, 4, 5}}));
+    EXPECT_EQ(all(made(Topology::kTriangleStrip, 5), 3), (List{{0, 1, 2}, {2, 1, 3}, {2, 3, 4}}));
+    EXPECT_EQ(all(made(Topology::kTriangleFan, 5), 3), (List{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
+}
+
+TEST(PrimitiveCorners, GoThroughTheIndices) {
+    Primitive primitive = made(Topology::kTriangleStrip, 9);
+    primitive.indices = {8, 6, 4, 2};
+    EXPECT_EQ(all(primitive, 2), (std::vector<Vertices>{{8, 6, 4}, {4, 6, 2}}));
+}
+
+}  // namespace
+}  // namespace peeler
