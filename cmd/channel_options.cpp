@@ -88,11 +88,16 @@ std::vector<Channel> capturedChannels(const ChannelOptions& options) {
     return channels;
 }
 
-void checkChannelOptions(const ChannelOptions& options, bool output_holds_channels,
-                         const std::string& output) {
-    if ((!options.channels.empty() || options.cryptomatte) && !output_holds_channels) {
-        throw Error(ErrorKind::kUsage, "this output holds colour alone, no channels", output,
+void checkChannelOptions(const ChannelOptions& options, const OutputFlags& output) {
+    const OutputFormat& format = findOutputFormat(output.path.string(), output.as);
+    if ((!options.channels.empty() || options.cryptomatte) && !format.channels) {
+        throw Error(ErrorKind::kUsage, "this output holds colour alone, no channels",
+                    output.path.string(),
                     "write an .exr, or leave --channels and --cryptomatte out");
+    }
+    if (options.cryptomatte && (!format.composite || output.no_composite)) {
+        throw Error(ErrorKind::kUsage, "Cryptomatte belongs to a composite, and there is none",
+                    "--cryptomatte", "leave it out, or --no-composite");
     }
     if (options.manifest && !options.cryptomatte && !options.wants(Channel::kId)) {
         throw Error(ErrorKind::kUsage, "there are no ids to be named", "--manifest",

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "cmd/output_options.h"
 #include "core/channels.h"
 #include "core/id_names.h"
 
@@ -30,10 +31,9 @@ void addChannelOptions(CLI::App& app, ChannelOptions& options);
 /// What has to be captured: the channels, and ids for what needs them.
 std::vector<Channel> capturedChannels(const ChannelOptions& options);
 
-/// Throws Error (kUsage) if the output cannot hold channels, or a manifest would name ids that it
-/// has not; (kOutput) if the manifest cannot be written.
-void checkChannelOptions(const ChannelOptions& options, bool output_holds_channels,
-                         const std::string& output);
+/// Throws Error (kUsage) if the output holds no channels, or no composite for Cryptomatte, or if a
+/// manifest would name ids that it has not.
+void checkChannelOptions(const ChannelOptions& options, const OutputFlags& output);
 
 /// Writes the manifest: {"object": [{"id", "name", "cryptomatte"}], "material": [likewise]}, the
 /// last being the hash in hexadecimal. Throws Error (kOutput).

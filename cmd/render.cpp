@@ -77,7 +77,7 @@ class Render {
   private:
     void checkOptions();
     void checkFiles();
-    void chooseChannels(const OutputFormat& format);
+    void chooseChannels();
     void openScene();
     void renderPicture(const Moment& moment);
     void pose(const Moment& moment);
@@ -144,7 +144,7 @@ void Render::checkOptions() {
     capture_ = options_.capture;
     const OutputFormat& format = findOutputFormat(path, options_.output.as);
     capture_.composite = format.kind == "composite";
-    chooseChannels(format);
+    chooseChannels();
     if (format.casters) chooseCasters(capture_);
     checkSettings(capture_);
     if (options_.fxaa && !capture_.composite && capture_.channels.empty()) {
@@ -157,8 +157,8 @@ void Render::checkOptions() {
 }
 
 /// A composite with channels is made of layers, by its writer.
-void Render::chooseChannels(const OutputFormat& format) {
-    checkChannelOptions(options_.channels, format.channels, options_.output.path.string());
+void Render::chooseChannels() {
+    checkChannelOptions(options_.channels, options_.output);
     capture_.channels = capturedChannels(options_.channels);
     if (capture_.channels.empty()) return;
     if (options_.fxaa) {

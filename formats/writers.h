@@ -34,6 +34,7 @@ struct OutputFormat {
     /// It shows what casts shadows: both faces of OPAQUE and MASK surfaces, every layer of them.
     bool casters = false;
     bool channels = false;  ///< it holds what fragments have besides colour and Z
+    bool composite = true;  ///< a composite is in it
 };
 
 /// Every format; of two rows with the same extension the first is the default.

@@ -258,6 +258,7 @@ TEST_F(ChannelsCli, RefusesWhatCannotBe) {
         {"a.exr", {"--channels", "id,,uv"}, "channel"},
         {"a.png", {"--channels", "id"}, "no channels"},
         {"a.png", {"--cryptomatte"}, "no channels"},
+        {"a.exr", {"--cryptomatte", "--no-composite"}, "belongs to a composite"},
         {"a.exr", {"--manifest", "x.json"}, "no ids"},
         {"a.exr", {"--channels", "id", "--manifest", folder_ / "a.exr"}, "would replace"},
         {"a.exr", {"--channels", "id", "--manifest", "/nonexistent/x.json"}, "/nonexistent"},
