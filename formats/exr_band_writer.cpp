@@ -5,6 +5,7 @@
 #include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
 #include <atomic>
@@ -15,13 +16,15 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "formats/exr_header.h"
+#include "formats/exr_layout.h"
 
 namespace peeler {
 namespace {
 
 constexpr std::uint32_t kNoFragment = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kBytesInFlight = 16U << 20;  ///< of chunks before packing: bounds the memory
-constexpr std::size_t kCopies = 3;                 ///< of a chunk in flight: raw, filtered, packed
+constexpr std::size_t kFileBuffer = std::size_t{1} << 20;  ///< of an AtomicFile
+constexpr std::size_t kCopies = 3;  ///< of a chunk in flight: raw, filtered, packed
 
 std::vector<ExrChannel> colorChannels(PixelType type, int color, int z) {
     return {{"R", type, color, 0, 4},
@@ -34,18 +37,6 @@ std::vector<ExrChannel> colorChannels(PixelType type, int color, int z) {
 void sortByName(std::vector<ExrChannel>& channels) {
     const auto name = [](const ExrChannel& a, const ExrChannel& b) { return a.name < b.name; };
     std::sort(channels.begin(), channels.end(), name);
-}
-
-Imf::PixelType exrType(PixelType type) {
-    switch (type) {
-        case PixelType::kHalf:
-            return Imf::HALF;
-        case PixelType::kFloat:
-            return Imf::FLOAT;
-        case PixelType::kUint:
-            break;
-    }
-    return Imf::UINT;
 }
 
 std::size_t pixelBytes(const std::vector<ExrChannel>& channels) {
@@ -85,7 +76,7 @@ std::size_t findFragments(const LayeredImage& image, std::uint32_t k, int x0, in
     return found;
 }
 
-std::byte* gatherLayerRow(const LayeredImage& image, const std::vector<ExrChannel>& channels,
+std::byte* gatherLayerRow(const LayeredImage& image, std::span<const ExrChannel> channels,
                           std::span<const std::uint32_t> row, std::byte* out) {
     for (const ExrChannel& channel : channels) {
         if (channel.source == ExrChannel::kZ) {
@@ -104,7 +95,7 @@ std::byte* gatherLayerRow(const LayeredImage& image, const std::vector<ExrChanne
     return out;
 }
 
-std::byte* gatherCompositeRow(const CompositeImage& image, const std::vector<ExrChannel>& channels,
+std::byte* gatherCompositeRow(const CompositeImage& image, std::span<const ExrChannel> channels,
                               std::size_t first, std::size_t count, std::byte* out) {
     for (const ExrChannel& channel : channels) {
         for (std::size_t p = first; p < first + count; ++p) {
@@ -175,22 +166,24 @@ LayeredImage emptyImage(const LayeredImage& like, int y) {
 
 }  // namespace
 
-ExrBandWriter::ExrBandWriter(const std::string& path, std::vector<ExrPart> parts, Plan plan,
-                             Provenance provenance, ExrBandOptions options)
+ExrBandWriter::ExrBandWriter(const std::vector<std::string>& paths, std::vector<ExrPart> parts,
+                             Plan plan, Provenance provenance, ExrBandOptions options)
     : plan_(std::move(plan)),
       provenance_(std::move(provenance)),
       options_(options),
       parts_(std::move(parts)),
-      file_(path),
       next_chunk_(parts_.size(), 0),
-      next_row_(plan_.view.crop.y0) {}
+      next_row_(plan_.view.crop.y0) {
+    for (const std::string& path : paths)
+        files_.push_back(std::make_unique<AtomicFile>(path));
+}
 
 ExrBandWriter::~ExrBandWriter() = default;
 
 void ExrBandWriter::write(const LayeredImage& band) {
-    if (!exr_) open(band);
+    if (exr_.empty()) open(band);
     check(band);
-    if (!composite_channels_.empty()) {
+    if (composite_) {
         const StageTimer timer(times_, "composite");
         compositeOver(band, options_.background, band_composite_);
         compositeOver(carried_, options_.background, carried_composite_);
@@ -209,59 +202,98 @@ void ExrBandWriter::write(const LayeredImage& band) {
 }
 
 SinkMemory ExrBandWriter::memory() const {
-    int width = 0;
-    for (const ExrPart& part : parts_)
-        width = std::max(width, part.window.width());
+    std::uint64_t values = 0;  // of the widest row of a part
+    for (const ExrPart& part : parts_) {
+        values = std::max(values, static_cast<std::uint64_t>(part.window.width()) *
+                                      static_cast<std::uint64_t>(part.layers.size()));
+    }
     const std::uint64_t pixel = 4 * pixelTypeSize(plan_.color_type) + sizeof(float);
-    return {kExrRowsPerChunk - 1,
-            kCopies * static_cast<std::uint64_t>(width) * kExrRowsPerChunk * pixel};
+    const auto rows = static_cast<std::uint64_t>(rowsPerChunk());
+    return {rowsPerChunk() - 1,
+            kCopies * values * rows * pixel + (files_.size() - 1) * kFileBuffer};
 }
 
 void ExrBandWriter::finish() {
-    if (!exr_) throw Error(ErrorKind::kInternal, "no band was written", file_.path());
+    if (exr_.empty())
+        throw Error(ErrorKind::kInternal, "no band was written", files_.front()->path());
     const StageTimer timer(times_, "write");
-    exr_->finish();
-    file_.commit();
+    for (const auto& exr : exr_)
+        exr->finish();
+    commitAll(files_);
 }
 
 void ExrBandWriter::open(const LayeredImage& first_band) {
-    layer_channels_ = colorChannels(plan_.color_type, ExrChannel::kColor, ExrChannel::kZ);
+    carried_ = emptyImage(first_band, next_row_);
+    findChannels(first_band);
+    std::vector<std::vector<Imf::Header>> headers(files_.size());
+    bool layered = false;
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+        auto& of_file = headers[parts_[part].file];
+        place_.push_back(of_file.size());
+        of_file.push_back(header(part));
+        for (const int layer : parts_[part].layers) {
+            composite_ = composite_ || layer == ExrPart::kComposite;
+            layered = layered || layer != ExrPart::kComposite;
+        }
+    }
+    for (std::size_t file = 0; file < files_.size(); ++file)
+        exr_.push_back(std::make_unique<ExrFile>(*files_[file], std::move(headers[file])));
+    for (std::size_t part = 0; part < parts_.size(); ++part)
+        chunks_.push_back(exr_[parts_[part].file]->chunkCount(place_[part]));
+    // Layers are stored as they come; a composite is converted.
+    if (layered && first_band.color.type != plan_.color_type) {
+        throw Error(ErrorKind::kInternal, "a band's colours do not fit the plan",
+                    files_.front()->path());
+    }
+}
+
+/// Of each part, from what a layer and a composite have.
+void ExrBandWriter::findChannels(const LayeredImage& first_band) {
+    auto layer_channels = colorChannels(plan_.color_type, ExrChannel::kColor, ExrChannel::kZ);
     for (std::size_t i = 0; i < first_band.extra.size(); ++i) {
         const FragmentArray& array = first_band.extra[i];
         for (std::size_t c = 0; c < array.components(); ++c) {
-            layer_channels_.push_back(
+            layer_channels.push_back(
                 {array.channels[c], array.type, static_cast<int>(i), c, array.components()});
         }
     }
-    composite_channels_ =
+    const auto composite_channels =
         colorChannels(plan_.color_type, ExrChannel::kCompositeColor, ExrChannel::kCompositeZ);
-    sortByName(layer_channels_);
-    sortByName(composite_channels_);
-
-    std::vector<Imf::Header> headers;
-    bool composite = false, layered = false;
     for (const ExrPart& part : parts_) {
-        Imf::Header header = exrHeader(plan_, provenance_, part.window);
-        header.setName(part.name);
-        if (part.layer != ExrPart::kComposite) {
-            header.insert("peeler:layer", Imf::IntAttribute(part.layer));
-            layered = true;
-        }
-        composite = composite || part.layer == ExrPart::kComposite;
-        for (const ExrChannel& channel : channels(part)) {
-            if (header.channels().findChannel(channel.name)) {
-                throw Error(ErrorKind::kInternal, "two channels of one name", channel.name);
+        std::vector<ExrChannel>& channels = channels_.emplace_back();
+        for (const int layer : part.layers) {
+            const bool composite = layer == ExrPart::kComposite;
+            const std::string prefix =
+                composite || !part.prefixed ? "" : layerName(static_cast<std::size_t>(layer)) + ".";
+            for (ExrChannel channel : composite ? composite_channels : layer_channels) {
+                channel.name.insert(0, prefix);
+                channel.layer = layer;
+                channels.push_back(std::move(channel));
             }
-            header.channels().insert(channel.name, Imf::Channel(exrType(channel.type)));
         }
-        headers.push_back(std::move(header));
+        sortByName(channels);
     }
-    if (!composite) composite_channels_.clear();
-    exr_ = std::make_unique<ExrFile>(file_, std::move(headers));
-    carried_ = emptyImage(first_band, next_row_);
-    // Layers are stored as they come; a composite is converted.
-    if (layered && first_band.color.type != plan_.color_type)
-        throw Error(ErrorKind::kInternal, "a band's colours do not fit the plan", file_.path());
+}
+
+Imf::Header ExrBandWriter::header(std::size_t part) const {
+    const ExrPart& shown = parts_[part];
+    Imf::Header header = exrHeader(plan_, provenance_, shown.window);
+    header.setName(shown.name);
+    header.compression() = options_.compression;
+    if (!options_.layout.empty())
+        header.insert("peeler:layout", Imf::StringAttribute(std::string(options_.layout)));
+    if (shown.layers.size() == 1 && shown.layers.front() != ExrPart::kComposite)
+        header.insert("peeler:layer", Imf::IntAttribute(shown.layers.front()));
+    if (shown.fragments != 0) {
+        header.insert("peeler:fragmentsStored",
+                      Imf::StringAttribute(std::to_string(shown.fragments)));
+    }
+    for (const ExrChannel& channel : channels_[part]) {
+        if (header.channels().findChannel(channel.name))
+            throw Error(ErrorKind::kInternal, "two channels of one name", channel.name);
+        header.channels().insert(channel.name, Imf::Channel(exrPixelType(channel.type)));
+    }
+    return header;
 }
 
 void ExrBandWriter::check(const LayeredImage& band) const {
@@ -278,16 +310,17 @@ void ExrBandWriter::check(const LayeredImage& band) const {
                band.extra[i].type == carried_.extra[i].type &&
                band.extra[i].data.size() == band.fragments() * band.extra[i].stride();
     }
-    if (!good) throw Error(ErrorKind::kInternal, "a band does not fit the plan", file_.path());
+    if (!good)
+        throw Error(ErrorKind::kInternal, "a band does not fit the plan", files_.front()->path());
 }
 
 std::vector<ExrBandWriter::Job> ExrBandWriter::finishedChunks(int end_row) {
     std::vector<Job> jobs;
     for (std::size_t part = 0; part < parts_.size(); ++part) {
         const Window& window = parts_[part].window;
-        for (int& chunk = next_chunk_[part]; chunk < exr_->chunkCount(part); ++chunk) {
-            const int y0 = window.y0 + chunk * kExrRowsPerChunk;
-            const int y1 = std::min(y0 + kExrRowsPerChunk, window.y1);
+        for (int& chunk = next_chunk_[part]; chunk < chunks_[part]; ++chunk) {
+            const int y0 = window.y0 + chunk * rowsPerChunk();
+            const int y1 = std::min(y0 + rowsPerChunk(), window.y1);
             if (y1 > end_row) break;
             jobs.push_back({part, chunk, y0, y1});
         }
@@ -306,8 +339,10 @@ void ExrBandWriter::run(std::span<const Job> jobs, const LayeredImage& band) {
         encode(jobs, band);
     }
     const StageTimer timer(times_, "write");
-    for (std::size_t i = 0; i < jobs.size(); ++i)
-        exr_->append(jobs[i].part, jobs[i].chunk, packed_[i]);
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+        const std::size_t part = jobs[i].part;
+        exr_[parts_[part].file]->append(place_[part], jobs[i].chunk, packed_[i]);
+    }
     boundBuffers();
 }
 
@@ -336,7 +371,8 @@ void ExrBandWriter::encode(std::span<const Job> jobs, const LayeredImage& band) 
                 idle_packers_.pop_back();
             }
         }
-        if (!packer) packer = std::make_unique<ExrChunkPacker>(options_.level);
+        if (!packer)
+            packer = std::make_unique<ExrChunkPacker>(options_.level, options_.compression);
         written += gather(jobs[i], band, *packer);
         packer->pack(packed_[i]);
         const std::lock_guard lock(mutex);
@@ -348,28 +384,35 @@ void ExrBandWriter::encode(std::span<const Job> jobs, const LayeredImage& band) 
 std::size_t ExrBandWriter::rawBytes(const Job& job) const {
     const ExrPart& part = parts_[job.part];
     return static_cast<std::size_t>(part.window.width()) *
-           static_cast<std::size_t>(job.y1 - job.y0) * pixelBytes(channels(part));
+           static_cast<std::size_t>(job.y1 - job.y0) * pixelBytes(channels_[job.part]);
 }
 
 std::uint64_t ExrBandWriter::gather(const Job& job, const LayeredImage& band,
                                     ExrChunkPacker& packer) const {
     const ExrPart& part = parts_[job.part];
     const auto width = static_cast<std::size_t>(part.window.width());
-    const std::vector<ExrChannel>& part_channels = channels(part);
+    const std::span<const ExrChannel> all = channels_[job.part];
     std::byte* out = packer.raw(rawBytes(job)).data();
     std::vector<std::uint32_t> row(width);
     std::uint64_t found = 0;
     for (int y = job.y0; y < job.y1; ++y) {
         const bool is_carried = y < carried_.window.y1;
         const LayeredImage& image = is_carried ? carried_ : band;
-        if (part.layer == ExrPart::kComposite) {
-            const CompositeImage& composite = is_carried ? carried_composite_ : band_composite_;
-            out = gatherCompositeRow(composite, part_channels, image.pixelIndex(part.window.x0, y),
-                                     width, out);
-        } else {
-            found += findFragments(image, static_cast<std::uint32_t>(part.layer), part.window.x0, y,
-                                   row);
-            out = gatherLayerRow(image, part_channels, row, out);
+        // Channels are sorted by name, so those of a layer stand together.
+        for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
+            const int layer = all[first].layer;
+            while (end < all.size() && all[end].layer == layer)
+                ++end;
+            const auto channels = all.subspan(first, end - first);
+            if (layer == ExrPart::kComposite) {
+                const CompositeImage& composite = is_carried ? carried_composite_ : band_composite_;
+                out = gatherCompositeRow(composite, channels, image.pixelIndex(part.window.x0, y),
+                                         width, out);
+            } else {
+                found +=
+                    findFragments(image, static_cast<std::uint32_t>(layer), part.window.x0, y, row);
+                out = gatherLayerRow(image, channels, row, out);
+            }
         }
     }
     return found;
@@ -378,8 +421,8 @@ std::uint64_t ExrBandWriter::gather(const Job& job, const LayeredImage& band,
 void ExrBandWriter::carry(const LayeredImage& band) {
     int needed = next_row_;
     for (std::size_t part = 0; part < parts_.size(); ++part) {
-        if (next_chunk_[part] == exr_->chunkCount(part)) continue;
-        needed = std::min(needed, parts_[part].window.y0 + next_chunk_[part] * kExrRowsPerChunk);
+        if (next_chunk_[part] == chunks_[part]) continue;
+        needed = std::min(needed, parts_[part].window.y0 + next_chunk_[part] * rowsPerChunk());
     }
     LayeredImage kept = emptyImage(band, needed);
     reserveRows(carried_, needed, kept);
@@ -387,10 +430,6 @@ void ExrBandWriter::carry(const LayeredImage& band) {
     if (needed < carried_.window.y1) appendRows(carried_, needed, carried_.window.y1, kept);
     appendRows(band, std::max(needed, band.window.y0), band.window.y1, kept);
     carried_ = std::move(kept);
-}
-
-const std::vector<ExrChannel>& ExrBandWriter::channels(const ExrPart& part) const {
-    return part.layer == ExrPart::kComposite ? composite_channels_ : layer_channels_;
 }
 
 }  // namespace peeler

@@ -8,13 +8,16 @@ namespace peeler {
 
 ExrCompositeWriter::ExrCompositeWriter(std::string path, Provenance provenance,
                                        std::array<float, 4> background, int level)
-    : path_(std::move(path)), provenance_(std::move(provenance)), options_{background, level} {}
+    : path_(std::move(path)),
+      provenance_(std::move(provenance)),
+      options_{.background = background, .level = level} {}
 
 ExrCompositeWriter::~ExrCompositeWriter() = default;
 
 void ExrCompositeWriter::begin(const Plan& plan) {
-    std::vector<ExrPart> parts = {{"composite", plan.view.crop, ExrPart::kComposite}};
-    writer_ = std::make_unique<ExrBandWriter>(path_, std::move(parts), plan, provenance_, options_);
+    std::vector<ExrPart> parts = {{.name = "composite", .window = plan.view.crop}};
+    writer_ = std::make_unique<ExrBandWriter>(std::vector{path_}, std::move(parts), plan,
+                                              provenance_, options_);
 }
 
 void ExrCompositeWriter::write(const LayeredImage& band) {
