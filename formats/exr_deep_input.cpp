@@ -40,6 +40,20 @@ bool toCounts(std::span<std::uint32_t> table, std::size_t width) {
     return true;
 }
 
+/// The table of a block. OpenEXR's writer packs it if that makes it smaller than the table of a
+/// whole tile, though a tile at the edge has fewer entries; else it stores a whole tile's, of which
+/// the first entries count.
+bool unpackTable(const ExrInputPart& part, std::span<const std::byte> table,
+                 std::span<std::byte> out) {
+    const Grid grid = gridOf(part);
+    const std::size_t whole = sizeof(std::uint32_t) * static_cast<std::size_t>(grid.width) *
+                              static_cast<std::size_t>(grid.height);
+    if (table.size() < whole && exrUnpackAlways(part.compression, table, out)) return true;
+    if (table.size() != whole && table.size() != out.size()) return false;
+    std::memcpy(out.data(), table.data(), out.size());
+    return true;
+}
+
 }  // namespace
 
 std::size_t ExrInput::deepBlocks(std::size_t part) const {
@@ -88,7 +102,7 @@ void ExrInput::readDeepBlock(std::size_t part, std::size_t block, bool counts_on
           info.name);
 
     out.counts.resize(out.window.pixels());
-    if (!exrUnpack(info.compression, table, std::as_writable_bytes(std::span(out.counts))) ||
+    if (!unpackTable(info, table, std::as_writable_bytes(std::span(out.counts))) ||
         !toCounts(out.counts, static_cast<std::size_t>(out.window.width()))) {
         refuse("the sample counts of a chunk are damaged", info);
     }

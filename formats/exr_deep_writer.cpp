@@ -188,13 +188,16 @@ void ExrDeepWriter::writeRows(const LayeredImage& image, int y0, int y1) {
 
 /// Takes note of what the header will say of the samples.
 void ExrDeepWriter::look(const LayeredImage& image, int y0, int y1) {
-    const std::size_t first = image.pixelIndex(image.window.x0, y0);
-    const std::size_t last = image.pixelIndex(image.window.x0, y1);
-    fragments_written_ += image.offsets[last] - image.offsets[first];
-    for (std::size_t p = first; p < last; ++p) {
-        most_samples_ = std::max(most_samples_, image.count(p));
-        for (std::size_t f = image.offsets[p] + 1; !coincident_ && f < image.offsets[p + 1]; ++f)
-            coincident_ = image.z[f] == image.z[f - 1];
+    const auto width = static_cast<std::size_t>(window_.width());
+    for (int y = y0; y < y1; ++y) {
+        const std::size_t first = image.pixelIndex(window_.x0, y);
+        fragments_written_ += image.offsets[first + width] - image.offsets[first];
+        for (std::size_t p = first; p < first + width; ++p) {
+            most_samples_ = std::max(most_samples_, image.count(p));
+            for (std::size_t f = image.offsets[p] + 1; !coincident_ && f < image.offsets[p + 1];
+                 ++f)
+                coincident_ = image.z[f] == image.z[f - 1];
+        }
     }
 }
 

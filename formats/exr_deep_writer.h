@@ -17,7 +17,7 @@
 namespace peeler {
 
 struct ExrDeepOptions {
-    DeepMergeSettings merge;
+    DeepMergeSettings merge = {};
     Imf::Compression compression = Imf::ZIPS_COMPRESSION;  ///< or none or RLE: no other is allowed
     int level = kDefaultZipLevel;                          ///< of libdeflate, 1–12
 };

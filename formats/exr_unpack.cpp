@@ -65,7 +65,12 @@ bool exrUnpack(const std::string& compression, std::span<const std::byte> packed
         if (!out.empty()) std::memcpy(out.data(), packed.data(), out.size());
         return true;
     }
-    if (compression == "none" || packed.size() > out.size()) return false;
+    return packed.size() < out.size() && exrUnpackAlways(compression, packed, out);
+}
+
+bool exrUnpackAlways(const std::string& compression, std::span<const std::byte> packed,
+                     std::span<std::byte> out) {
+    if (compression == "none") return false;
     std::vector<std::byte> filtered(out.size());
     if (!(compression == "rle" ? unpackRuns(packed, filtered) : inflate(packed, filtered)))
         return false;

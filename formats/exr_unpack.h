@@ -15,8 +15,13 @@ namespace peeler {
 std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t packed);
 
 /// Unpacks a chunk of "none", "rle", "zips" or "zip" (ExrInputPart::compression) into `out`, which
-/// has the size that it must have. Returns false if it does not unpack to exactly that.
+/// has the size that it must have; one of that size is not packed. Returns false if it does not
+/// unpack to exactly that.
 bool exrUnpack(const std::string& compression, std::span<const std::byte> packed,
                std::span<std::byte> out);
+
+/// The same of a chunk that is known to be packed, even if that has not made it smaller.
+bool exrUnpackAlways(const std::string& compression, std::span<const std::byte> packed,
+                     std::span<std::byte> out);
 
 }  // namespace peeler
