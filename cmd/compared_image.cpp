@@ -14,7 +14,7 @@ bool hasLayers(const std::string& path) {
     if (fileKind(path) != FileKind::kExr) return false;
     const ExrInfo info = readExrInfo(path);
     // A picture of nothing has no layer, and its composite is a part with that name.
-    return !info.layers.empty() ||
+    return !info.layers.empty() || !info.deep.empty() ||
            (info.composite >= 0 && info.parts.front().attribute("peeler:layers") == "0");
 }
 

@@ -20,7 +20,7 @@ class ComparedImage {
 
     const std::string& path() const { return path_; }
     bool layered() const { return reader_ != nullptr; }
-    std::size_t layers() const { return layered() ? reader_->info().layers.size() : 0; }
+    std::size_t layers() const { return layered() ? reader_->info().plan.layers.size() : 0; }
     int width() const;  ///< of the display window
     int height() const;
     Window window() const;  ///< what has pixels

@@ -87,12 +87,15 @@ void Flatten::forEachBand(const std::string& stage, Take&& take) {
 }
 
 void Flatten::limitLayers() {
-    if (options_.max_layers == 0 || options_.max_layers >= plan_.layers.size()) return;
+    const bool limited = options_.max_layers != 0 && options_.max_layers < plan_.layers.size();
+    const bool told = reader_->info().is_peeler || plan_.fragments_stored != 0;
+    if (!limited && told) return;
     // The header tells how many fragments the picture shows, and comes before them: count first.
-    plan_.layers.resize(options_.max_layers);
+    if (limited) plan_.layers.resize(options_.max_layers);
     plan_.fragments_stored = 0;
     forEachBand("count",
                 [&](const LayeredImage& band) { plan_.fragments_stored += band.fragments(); });
+    if (!told) plan_.fragments_counted = plan_.fragments_stored;
 }
 
 void Flatten::composite() {
@@ -128,7 +131,7 @@ VerbAction declareFlatten(CLI::App& app) {
     options->output.as = "composite";
     addValue(
         app, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
-        "a layered depth image (.exr)")
+        "a layered or deep image (.exr)")
         ->required();
     addOutputOptions(app, options->output);
     addFxaaOption(app, options->fxaa, "quick, but render --samples sees more");

@@ -44,7 +44,7 @@ VerbAction declareInfo(CLI::App& app) {
     const auto options = std::make_shared<InfoOptions>();
     addValue(
         app, "FILE", "", options->file, [](const std::string& text) { return fs::path(text); },
-        "a scene (.gltf, .glb) or a layered image (.exr)")
+        "a scene (.gltf, .glb) or a layered or deep image (.exr)")
         ->required();
     addSandboxOption(app, options->allow_outside);
     app.add_flag("--json", options->json, "print JSON");

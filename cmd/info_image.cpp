@@ -7,6 +7,7 @@
 
 #include "cmd/info_kinds.h"
 #include "cmd/report.h"
+#include "formats/exr_layout.h"
 #include "formats/layered_input.h"
 
 namespace peeler::cmd {
@@ -35,8 +36,9 @@ struct ImageFacts {
 /// work.
 void readLayers(const std::string& path, ImageFacts& facts) {
     const std::unique_ptr<LayeredInput> reader = openLayered(path);
-    const Window& crop = facts.info.plan.view.crop;
-    facts.layer_pixels.assign(facts.info.layers.size(), 0);
+    const Window crop = reader->info().plan.view.crop;
+    facts.info.plan.layers = reader->info().plan.layers;
+    facts.layer_pixels.assign(facts.info.plan.layers.size(), 0);
     LayeredImage band;
     const int rows = reader->rowsFor(kBandBytes);
     for (int y = crop.y0; y < crop.y1; y += rows) {
@@ -52,7 +54,7 @@ void readLayers(const std::string& path, ImageFacts& facts) {
 ImageFacts gather(const std::string& path) {
     ImageFacts facts;
     facts.info = readExrInfo(path);
-    facts.layered = !facts.info.layers.empty();
+    facts.layered = !facts.info.layers.empty() || !facts.info.deep.empty();
     if (facts.layered) readLayers(path, facts);
     return facts;
 }
@@ -98,11 +100,10 @@ Json toJson(const ImageFacts& facts, const InfoOptions& options) {
     json["fragmentsFound"] = facts.layered ? Json(facts.fragments) : Json();
     json["complete"] = facts.countsKnown() ? Json(plan.complete() && facts.agrees()) : Json();
     json["layers"] = Json::array();
-    for (std::size_t i = 0; i < info.layers.size(); ++i) {
-        const ExrInputPart& part = info.parts[info.layers[i]];
+    for (std::size_t i = 0; i < plan.layers.size(); ++i) {
         Json layer;
-        layer["name"] = part.name;
-        layer["window"] = windowJson(part.data_window);
+        layer["name"] = layerName(i);
+        layer["window"] = windowJson(plan.layers[i].data_window);
         layer["pixels"] = facts.layer_pixels[i];
         json["layers"].push_back(layer);
     }
@@ -126,11 +127,10 @@ std::string toText(const ImageFacts& facts, const InfoOptions& options) {
                 groupedText(plan.fragments_counted) +
                 (plan.complete() ? ", complete\n" : ", not complete\n");
     }
-    text += "layers: " + groupedText(info.layers.size()) + '\n';
-    for (std::size_t i = 0; i < info.layers.size(); ++i) {
-        const ExrInputPart& part = info.parts[info.layers[i]];
-        text += "  " + printable(part.name) + "  " + countText(facts.layer_pixels[i], "pixel") +
-                ", " + windowText(part.data_window) + '\n';
+    text += "layers: " + groupedText(plan.layers.size()) + '\n';
+    for (std::size_t i = 0; i < plan.layers.size(); ++i) {
+        text += "  " + layerName(i) + "  " + countText(facts.layer_pixels[i], "pixel") + ", " +
+                windowText(plan.layers[i].data_window) + '\n';
     }
     text += "parts:\n";
     for (const ExrInputPart& part : info.parts) {

@@ -12,6 +12,7 @@
 #include "cmd/parse.h"
 #include "core/error.h"
 #include "formats/atomic_file.h"
+#include "formats/exr_layout.h"
 #include "formats/image_writer.h"
 
 namespace peeler::cmd {
@@ -60,6 +61,7 @@ double parseExposure(const std::string& text) {
 
 void checkFormat(const OutputFlags& flags) {
     const OutputFormat& format = findOutputFormat(flags.path.string(), flags.as);
+    checkLayerFileOptions(flags.layers, format);
     constexpr const char* kCompositeHint = "add --as composite, or choose another extension";
     if (format.kind != "composite") {
         if (flags.background)
@@ -68,8 +70,11 @@ void checkFormat(const OutputFlags& flags) {
             refuseOption("--exposure", "layers are stored as rendered", kCompositeHint);
         if (flags.tone_map)
             refuseOption("--tone-map", "layers are stored as rendered", kCompositeHint);
-        if (flags.no_composite && format.casters)
+        if (flags.no_composite && format.kind != "ldi")
             refuseOption("--no-composite", "this output has no composite", "leave it out");
+        if (flags.no_composite && flags.layers.layout == kPerFileLayout)
+            refuseOption("--no-composite", "the composite's file is the one that names the others",
+                         "leave it out, or choose another --layout");
         return;
     }
     if (flags.no_composite) {
@@ -85,11 +90,7 @@ void checkFormat(const OutputFlags& flags) {
 
 }  // namespace
 
-void addOutputOptions(CLI::App& app, OutputFlags& flags) {
-    const auto add = [&](const char* name, const char* value, auto& target, auto parse,
-                         const std::string& help) {
-        return addValue(app, name, value, target, parse, help)->group("Output");
-    };
+void addOutputFile(CLI::App& app, OutputFlags& flags) {
     std::string extensions;
     std::set<std::string_view> known;
     for (const OutputFormat& format : outputFormats()) {
@@ -98,12 +99,21 @@ void addOutputOptions(CLI::App& app, OutputFlags& flags) {
             extensions += (extensions.empty() ? "" : ", ") + std::string(extension);
         }
     }
-    add(
-        "-o,--output", "FILE", flags.path, [](const std::string& text) { return fs::path(text); },
-        "the file to write: " + extensions)
+    addValue(
+        app, "-o,--output", "FILE", flags.path,
+        [](const std::string& text) { return fs::path(text); }, "the file to write: " + extensions)
+        ->group("Output")
         ->required();
     app.add_flag("--no-clobber", flags.no_clobber, "fail if the file is there already")
         ->group("Output");
+}
+
+void addOutputOptions(CLI::App& app, OutputFlags& flags) {
+    const auto add = [&](const char* name, const char* value, auto& target, auto parse,
+                         const std::string& help) {
+        return addValue(app, name, value, target, parse, help)->group("Output");
+    };
+    addOutputFile(app, flags);
     add(
         "--background", "COLOR", flags.background,
         [](const std::string& text) { return parseColor(text); },
@@ -147,6 +157,7 @@ void addLayerOutputOptions(CLI::App& app, OutputFlags& flags) {
     app.add_flag("--no-composite", flags.no_composite,
                  "layers only, without the part that shows them composited")
         ->group("Output");
+    addLayerFileOptions(app, flags.layers);
 }
 
 void checkTarget(const OutputFlags& flags, const std::vector<fs::path>& inputs) {
@@ -160,6 +171,7 @@ void checkTarget(const OutputFlags& flags, const std::vector<fs::path>& inputs) 
         throw Error(ErrorKind::kOutput, "the file is there already", flags.path.string(),
                     "remove it, choose another name, or leave --no-clobber out");
     }
+    checkLayerFiles(flags.layers, flags.path, inputs, flags.no_clobber);
 }
 
 void checkOutput(const OutputFlags& flags, const std::vector<fs::path>& inputs) {
@@ -180,6 +192,7 @@ OutputOptions outputOptions(const OutputFlags& flags, const Provenance& provenan
     if (flags.exposure) options.exposure = static_cast<float>(*flags.exposure);
     if (flags.tone_map) options.tone_map = *flags.tone_map;
     options.provenance = provenance;
+    applyLayerFileOptions(flags.layers, options);
     return options;
 }
 

@@ -10,6 +10,7 @@
 
 #include "cmd/choices.h"
 #include "cmd/console.h"
+#include "cmd/layer_file_options.h"
 #include "cmd/report.h"
 #include "core/sink.h"
 #include "formats/writers.h"
@@ -28,11 +29,14 @@ struct OutputFlags {
     std::optional<std::array<float, 4>> background;  ///< straight linear RGBA
     std::optional<double> exposure;                  ///< stops
     std::optional<std::string> tone_map;
+    LayerFileFlags layers;
 };
 
-/// Declares -o, --no-clobber, --background, --exposure and --tone-map.
+/// Declares -o and --no-clobber.
+void addOutputFile(CLI::App& app, OutputFlags& flags);
+/// Declares those and --background, --exposure and --tone-map.
 void addOutputOptions(CLI::App& app, OutputFlags& flags);
-/// Declares --as and --no-composite, for verbs that have layers to write.
+/// Declares --as, --no-composite and those of layer files, for verbs that have layers to write.
 void addLayerOutputOptions(CLI::App& app, OutputFlags& flags);
 
 /// Declares --fxaa; `remark` ends its description.

@@ -303,7 +303,7 @@ void Render::tell(const Moment& moment) {
     result_.output = output_.path;
     if (options_.animation.frames) result_.frame = moment.frame;
     result_.time = moment.time;
-    result_.bytes = fs::file_size(output_.path);
+    result_.bytes = bytesWritten(output_.layers, output_.path, plan_.layers.size());
     result_.width = view_.width;
     result_.height = view_.height;
     result_.layers = plan_.layers.size();

@@ -17,18 +17,18 @@
 #include "core/parallel.h"
 
 namespace peeler {
-namespace {
 
-using Color = std::array<float, 4>;
-
-/// a + (1 − a.a)·b
-Color over(const Color& a, const Color& b) {
+std::array<float, 4> over(const std::array<float, 4>& a, const std::array<float, 4>& b) {
     const float rest = 1.0F - a[3];
-    Color sum = a;
+    std::array<float, 4> sum = a;
     for (std::size_t c = 0; c < 4; ++c)
         sum[c] += rest * b[c];
     return sum;
 }
+
+namespace {
+
+using Color = std::array<float, 4>;
 
 Color colorOf(const float* components) {
     return {components[0], components[1], components[2], components[3]};

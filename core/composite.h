@@ -28,6 +28,9 @@ struct CompositeImage {
 void compositeOver(const LayeredImage& image, const std::array<float, 4>& background,
                    CompositeImage& out);
 
+/// a in front of b, premultiplied: a + (1 − a.a)·b.
+std::array<float, 4> over(const std::array<float, 4>& a, const std::array<float, 4>& b);
+
 /// The colour of one fragment.
 std::array<float, 4> colorOf(const LayeredImage& image, std::size_t fragment);
 

@@ -36,6 +36,7 @@ struct View {
     int width = 1280, height = 720;  ///< display window
     Window crop;                     ///< the pixels that are rendered, inside the display window
     glm::dvec2 sample{0.5};          ///< where in a pixel its sample lies, 0–1, y down
+    bool known = true;               ///< false: from a file that tells the windows alone
 };
 
 /// The point in world space at camera Z `z` (scene units) on the ray through (x, y) of the picture:

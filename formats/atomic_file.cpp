@@ -32,7 +32,7 @@ struct Slot {
     char path[PATH_MAX];
 };
 static_assert(std::atomic<int>::is_always_lock_free);
-constexpr std::size_t kSlots = 64;
+constexpr std::size_t kSlots = 1024;  // a file a layer needs many
 std::array<Slot, kSlots> slots;
 
 int occupySlot(const std::string& path) {
@@ -170,9 +170,13 @@ void AtomicFile::flush() {
     buffer_.clear();
 }
 
-void AtomicFile::commit() {
+void AtomicFile::sync() {
     flush();
     if (fsync(descriptor_) != 0) fail("cannot write: " + text(errno), errno);
+}
+
+void AtomicFile::commit() {
+    sync();
     // Network file systems report a full quota as late as here.
     if (close(std::exchange(descriptor_, -1)) != 0) fail("cannot write: " + text(errno), errno);
     if (std::rename(temporary_path_.c_str(), destination_.c_str()) != 0) {
@@ -214,6 +218,22 @@ void AtomicFile::discard() noexcept {
 
 void AtomicFile::fail(const std::string& what, int error) const {
     throw Error(ErrorKind::kOutput, what, path_, hintFor(error));
+}
+
+void commitAll(std::span<const std::unique_ptr<AtomicFile>> files) {
+    if (files.size() == 1) return files.front()->commit();
+    for (const auto& file : files)
+        file->sync();
+    // The first last: it is the one that names the others.
+    for (std::size_t i = files.size(); i-- > 0;) {
+        try {
+            files[i]->commit();
+        } catch (...) {
+            for (std::size_t done = i + 1; done < files.size(); ++done)
+                unlink(files[done]->destination().c_str());
+            throw;
+        }
+    }
 }
 
 void removeTemporaryFiles() noexcept {

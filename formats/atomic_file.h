@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -34,11 +35,15 @@ class AtomicFile {
     std::size_t readAt(std::uint64_t offset, std::span<std::byte> bytes);
     /// Hands the buffer to the operating system, so that temporaryPath() can be opened and read.
     void flush();
-    /// flush, fsync, close, rename, fsync of the folder. Nothing may be written after it.
+    /// flush and fsync: what can fail for want of space has not.
+    void sync();
+    /// sync, close, rename, fsync of the folder. Nothing may be written after it.
     void commit();
 
     std::uint64_t size() const { return size_; }  ///< bytes, those in the buffer included
     const std::string& path() const { return path_; }
+    /// path() with symbolic links followed: where the file will stand.
+    const std::string& destination() const { return destination_; }
     const std::string& temporaryPath() const { return temporary_path_; }
 
   private:
@@ -54,6 +59,10 @@ class AtomicFile {
     std::vector<std::byte> buffer_;
     std::uint64_t size_ = 0;
 };
+
+/// commit() of files that are worth something only together: first every one is synced. If one
+/// cannot be renamed nevertheless, those that were are removed, so that no half set stands there.
+void commitAll(std::span<const std::unique_ptr<AtomicFile>> files);
 
 /// Unlinks the hidden file of every AtomicFile alive. Async-signal-safe: for handlers that are
 /// about to end the process.

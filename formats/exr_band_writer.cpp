@@ -16,6 +16,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "formats/exr_header.h"
+#include "formats/exr_layout.h"
 #include "formats/id_manifest.h"
 
 namespace peeler {
@@ -23,7 +24,8 @@ namespace {
 
 constexpr std::uint32_t kNoFragment = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kBytesInFlight = 16U << 20;  ///< of chunks before packing: bounds the memory
-constexpr std::size_t kCopies = 3;                 ///< of a chunk in flight: raw, filtered, packed
+constexpr std::size_t kFileBuffer = std::size_t{1} << 20;  ///< of an AtomicFile
+constexpr std::size_t kCopies = 3;  ///< of a chunk in flight: raw, filtered, packed
 
 std::vector<ExrChannel> colorChannels(PixelType type, int color, int z) {
     return {{"R", type, color, 0, 4},
@@ -47,18 +49,6 @@ void appendChannels(const std::vector<FragmentArray>& arrays, std::vector<ExrCha
 void sortByName(std::vector<ExrChannel>& channels) {
     const auto name = [](const ExrChannel& a, const ExrChannel& b) { return a.name < b.name; };
     std::sort(channels.begin(), channels.end(), name);
-}
-
-Imf::PixelType exrType(PixelType type) {
-    switch (type) {
-        case PixelType::kHalf:
-            return Imf::HALF;
-        case PixelType::kFloat:
-            return Imf::FLOAT;
-        case PixelType::kUint:
-            break;
-    }
-    return Imf::UINT;
 }
 
 std::size_t pixelBytes(const std::vector<ExrChannel>& channels) {
@@ -98,7 +88,7 @@ std::size_t findFragments(const LayeredImage& image, std::uint32_t k, int x0, in
     return found;
 }
 
-std::byte* gatherLayerRow(const LayeredImage& image, const std::vector<ExrChannel>& channels,
+std::byte* gatherLayerRow(const LayeredImage& image, std::span<const ExrChannel> channels,
                           std::span<const std::uint32_t> row, std::byte* out) {
     for (const ExrChannel& channel : channels) {
         if (channel.source == ExrChannel::kZ) {
@@ -117,7 +107,7 @@ std::byte* gatherLayerRow(const LayeredImage& image, const std::vector<ExrChanne
     return out;
 }
 
-std::byte* gatherCompositeRow(const CompositeImage& image, const std::vector<ExrChannel>& channels,
+std::byte* gatherCompositeRow(const CompositeImage& image, std::span<const ExrChannel> channels,
                               std::size_t first, std::size_t count, std::byte* out) {
     for (const ExrChannel& channel : channels) {
         if (channel.source >= 0) {
@@ -197,22 +187,24 @@ LayeredImage emptyImage(const LayeredImage& like, int y) {
 
 }  // namespace
 
-ExrBandWriter::ExrBandWriter(const std::string& path, std::vector<ExrPart> parts, Plan plan,
-                             Provenance provenance, ExrBandOptions options)
+ExrBandWriter::ExrBandWriter(const std::vector<std::string>& paths, std::vector<ExrPart> parts,
+                             Plan plan, Provenance provenance, ExrBandOptions options)
     : plan_(std::move(plan)),
       provenance_(std::move(provenance)),
       options_(options),
       parts_(std::move(parts)),
-      file_(path),
       next_chunk_(parts_.size(), 0),
-      next_row_(plan_.view.crop.y0) {}
+      next_row_(plan_.view.crop.y0) {
+    for (const std::string& path : paths)
+        files_.push_back(std::make_unique<AtomicFile>(path));
+}
 
 ExrBandWriter::~ExrBandWriter() = default;
 
 void ExrBandWriter::write(const LayeredImage& band) {
-    if (!exr_) open(band);
+    if (exr_.empty()) open(band);
     check(band);
-    if (!composite_channels_.empty()) {
+    if (composite_) {
         const StageTimer timer(times_, "composite");
         composite(band, band_composite_);
         composite(carried_, carried_composite_);
@@ -231,9 +223,11 @@ void ExrBandWriter::write(const LayeredImage& band) {
 }
 
 SinkMemory ExrBandWriter::memory() const {
-    int width = 0;
-    for (const ExrPart& part : parts_)
-        width = std::max(width, part.window.width());
+    std::uint64_t values = 0;  // of the widest row of a part
+    for (const ExrPart& part : parts_) {
+        values = std::max(values, static_cast<std::uint64_t>(part.window.width()) *
+                                      static_cast<std::uint64_t>(part.layers.size()));
+    }
     const std::uint64_t pixel =
         4 * pixelTypeSize(plan_.color_type) + sizeof(float) + plan_.channel_bytes;
     std::uint64_t composite = 0;  // besides colour and Z
@@ -242,16 +236,19 @@ SinkMemory ExrBandWriter::memory() const {
         for (const CryptomatteLayer& layer : cryptomatteLayers({}))
             composite += cryptomatteArray(layer).stride();
     }
-    return {kExrRowsPerChunk - 1,
-            kCopies * static_cast<std::uint64_t>(width) * kExrRowsPerChunk * (pixel + composite),
+    const auto rows = static_cast<std::uint64_t>(rowsPerChunk());
+    return {rowsPerChunk() - 1,
+            kCopies * values * rows * (pixel + composite) + (files_.size() - 1) * kFileBuffer,
             composite};
 }
 
 void ExrBandWriter::finish() {
-    if (!exr_) throw Error(ErrorKind::kInternal, "no band was written", file_.path());
+    if (exr_.empty())
+        throw Error(ErrorKind::kInternal, "no band was written", files_.front()->path());
     const StageTimer timer(times_, "write");
-    exr_->finish();
-    file_.commit();
+    for (const auto& exr : exr_)
+        exr->finish();
+    commitAll(files_);
 }
 
 void ExrBandWriter::composite(const LayeredImage& image, CompositeImage& out) const {
@@ -263,51 +260,85 @@ void ExrBandWriter::composite(const LayeredImage& image, CompositeImage& out) co
 }
 
 void ExrBandWriter::open(const LayeredImage& first_band) {
-    layer_channels_ = colorChannels(plan_.color_type, ExrChannel::kColor, ExrChannel::kZ);
-    appendChannels(first_band.extra, layer_channels_);
-    sortByName(layer_channels_);
-    const auto is_composite = [](const ExrPart& part) { return part.layer == ExrPart::kComposite; };
-    if (std::any_of(parts_.begin(), parts_.end(), is_composite)) {
-        if (options_.cryptomatte) cryptomatte_ = cryptomatteLayers(provenance_.ids);
-        composite_channels_ =
-            colorChannels(plan_.color_type, ExrChannel::kCompositeColor, ExrChannel::kCompositeZ);
-        std::vector<FragmentArray> arrays;
-        if (options_.nearest_channels) arrays = emptyImage(first_band, 0).extra;
-        for (const CryptomatteLayer& layer : cryptomatte_)
-            arrays.push_back(cryptomatteArray(layer));
-        appendChannels(arrays, composite_channels_);
-        sortByName(composite_channels_);
-    }
-    std::vector<Imf::Header> headers;
-    for (const ExrPart& part : parts_)
-        addHeader(headers, part);
-    exr_ = std::make_unique<ExrFile>(file_, std::move(headers));
     carried_ = emptyImage(first_band, next_row_);
+    findChannels(first_band);
+    std::vector<std::vector<Imf::Header>> headers(files_.size());
+    bool layered = false;
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+        auto& of_file = headers[parts_[part].file];
+        place_.push_back(of_file.size());
+        of_file.push_back(header(part));
+        for (const int layer : parts_[part].layers) {
+            composite_ = composite_ || layer == ExrPart::kComposite;
+            layered = layered || layer != ExrPart::kComposite;
+        }
+    }
+    for (std::size_t file = 0; file < files_.size(); ++file)
+        exr_.push_back(std::make_unique<ExrFile>(*files_[file], std::move(headers[file])));
+    for (std::size_t part = 0; part < parts_.size(); ++part)
+        chunks_.push_back(exr_[parts_[part].file]->chunkCount(place_[part]));
     // Layers are stored as they come; a composite is converted.
-    const bool layered = !std::all_of(parts_.begin(), parts_.end(), is_composite);
-    if (layered && first_band.color.type != plan_.color_type)
-        throw Error(ErrorKind::kInternal, "a band's colours do not fit the plan", file_.path());
+    if (layered && first_band.color.type != plan_.color_type) {
+        throw Error(ErrorKind::kInternal, "a band's colours do not fit the plan",
+                    files_.front()->path());
+    }
 }
 
-void ExrBandWriter::addHeader(std::vector<Imf::Header>& headers, const ExrPart& part) const {
-    Imf::Header header = exrHeader(plan_, provenance_, part.window);
-    header.setName(part.name);
-    if (part.layer != ExrPart::kComposite)
-        header.insert("peeler:layer", Imf::IntAttribute(part.layer));
-    bool has_ids = false;
-    for (const ExrChannel& channel : channels(part)) {
+/// Of each part, from what a layer and a composite have.
+void ExrBandWriter::findChannels(const LayeredImage& first_band) {
+    auto layer_channels = colorChannels(plan_.color_type, ExrChannel::kColor, ExrChannel::kZ);
+    appendChannels(first_band.extra, layer_channels);
+    auto composite_channels =
+        colorChannels(plan_.color_type, ExrChannel::kCompositeColor, ExrChannel::kCompositeZ);
+    std::vector<FragmentArray> arrays;
+    if (options_.nearest_channels) arrays = emptyImage(first_band, 0).extra;
+    if (options_.cryptomatte) cryptomatte_ = cryptomatteLayers(provenance_.ids);
+    for (const CryptomatteLayer& layer : cryptomatte_)
+        arrays.push_back(cryptomatteArray(layer));
+    appendChannels(arrays, composite_channels);
+    for (const ExrPart& part : parts_) {
+        std::vector<ExrChannel>& channels = channels_.emplace_back();
+        for (const int layer : part.layers) {
+            const bool composite = layer == ExrPart::kComposite;
+            const std::string prefix =
+                composite || !part.prefixed ? "" : layerName(static_cast<std::size_t>(layer)) + ".";
+            for (ExrChannel channel : composite ? composite_channels : layer_channels) {
+                channel.name.insert(0, prefix);
+                channel.layer = layer;
+                channels.push_back(std::move(channel));
+            }
+        }
+        sortByName(channels);
+    }
+}
+
+Imf::Header ExrBandWriter::header(std::size_t part) const {
+    const ExrPart& shown = parts_[part];
+    Imf::Header header = exrHeader(plan_, provenance_, shown.window);
+    header.setName(shown.name);
+    header.compression() = options_.compression;
+    if (!options_.layout.empty())
+        header.insert("peeler:layout", Imf::StringAttribute(std::string(options_.layout)));
+    if (shown.layers.size() == 1 && shown.layers.front() != ExrPart::kComposite)
+        header.insert("peeler:layer", Imf::IntAttribute(shown.layers.front()));
+    if (shown.fragments != 0) {
+        header.insert("peeler:fragmentsStored",
+                      Imf::StringAttribute(std::to_string(shown.fragments)));
+    }
+    for (const ExrChannel& channel : channels_[part]) {
         if (header.channels().findChannel(channel.name))
             throw Error(ErrorKind::kInternal, "two channels of one name", channel.name);
-        header.channels().insert(channel.name, Imf::Channel(exrType(channel.type)));
-        has_ids = has_ids || channel.name.starts_with("id.");
+        header.channels().insert(channel.name, Imf::Channel(exrPixelType(channel.type)));
     }
-    if (has_ids && !provenance_.ids.empty()) addIdManifest(header, provenance_.ids);
-    if (part.layer == ExrPart::kComposite) {
-        for (const CryptomatteLayer& layer : cryptomatte_)
+    addIdManifest(header, provenance_.ids);
+    const auto& layers = shown.layers;
+    if (std::find(layers.begin(), layers.end(), ExrPart::kComposite) != layers.end()) {
+        for (const CryptomatteLayer& layer : cryptomatte_) {
             for (const auto& [name, text] : cryptomatteAttributes(layer))
                 header.insert(name, Imf::StringAttribute(text));
+        }
     }
-    headers.push_back(std::move(header));
+    return header;
 }
 
 void ExrBandWriter::check(const LayeredImage& band) const {
@@ -324,16 +355,17 @@ void ExrBandWriter::check(const LayeredImage& band) const {
                band.extra[i].type == carried_.extra[i].type &&
                band.extra[i].data.size() == band.fragments() * band.extra[i].stride();
     }
-    if (!good) throw Error(ErrorKind::kInternal, "a band does not fit the plan", file_.path());
+    if (!good)
+        throw Error(ErrorKind::kInternal, "a band does not fit the plan", files_.front()->path());
 }
 
 std::vector<ExrBandWriter::Job> ExrBandWriter::finishedChunks(int end_row) {
     std::vector<Job> jobs;
     for (std::size_t part = 0; part < parts_.size(); ++part) {
         const Window& window = parts_[part].window;
-        for (int& chunk = next_chunk_[part]; chunk < exr_->chunkCount(part); ++chunk) {
-            const int y0 = window.y0 + chunk * kExrRowsPerChunk;
-            const int y1 = std::min(y0 + kExrRowsPerChunk, window.y1);
+        for (int& chunk = next_chunk_[part]; chunk < chunks_[part]; ++chunk) {
+            const int y0 = window.y0 + chunk * rowsPerChunk();
+            const int y1 = std::min(y0 + rowsPerChunk(), window.y1);
             if (y1 > end_row) break;
             jobs.push_back({part, chunk, y0, y1});
         }
@@ -352,8 +384,10 @@ void ExrBandWriter::run(std::span<const Job> jobs, const LayeredImage& band) {
         encode(jobs, band);
     }
     const StageTimer timer(times_, "write");
-    for (std::size_t i = 0; i < jobs.size(); ++i)
-        exr_->append(jobs[i].part, jobs[i].chunk, packed_[i]);
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+        const std::size_t part = jobs[i].part;
+        exr_[parts_[part].file]->append(place_[part], jobs[i].chunk, packed_[i]);
+    }
     boundBuffers();
 }
 
@@ -382,7 +416,8 @@ void ExrBandWriter::encode(std::span<const Job> jobs, const LayeredImage& band) 
                 idle_packers_.pop_back();
             }
         }
-        if (!packer) packer = std::make_unique<ExrChunkPacker>(options_.level);
+        if (!packer)
+            packer = std::make_unique<ExrChunkPacker>(options_.level, options_.compression);
         written += gather(jobs[i], band, *packer);
         packer->pack(packed_[i]);
         const std::lock_guard lock(mutex);
@@ -394,28 +429,35 @@ void ExrBandWriter::encode(std::span<const Job> jobs, const LayeredImage& band) 
 std::size_t ExrBandWriter::rawBytes(const Job& job) const {
     const ExrPart& part = parts_[job.part];
     return static_cast<std::size_t>(part.window.width()) *
-           static_cast<std::size_t>(job.y1 - job.y0) * pixelBytes(channels(part));
+           static_cast<std::size_t>(job.y1 - job.y0) * pixelBytes(channels_[job.part]);
 }
 
 std::uint64_t ExrBandWriter::gather(const Job& job, const LayeredImage& band,
                                     ExrChunkPacker& packer) const {
     const ExrPart& part = parts_[job.part];
     const auto width = static_cast<std::size_t>(part.window.width());
-    const std::vector<ExrChannel>& part_channels = channels(part);
+    const std::span<const ExrChannel> all = channels_[job.part];
     std::byte* out = packer.raw(rawBytes(job)).data();
     std::vector<std::uint32_t> row(width);
     std::uint64_t found = 0;
     for (int y = job.y0; y < job.y1; ++y) {
         const bool is_carried = y < carried_.window.y1;
         const LayeredImage& image = is_carried ? carried_ : band;
-        if (part.layer == ExrPart::kComposite) {
-            const CompositeImage& composite = is_carried ? carried_composite_ : band_composite_;
-            out = gatherCompositeRow(composite, part_channels, image.pixelIndex(part.window.x0, y),
-                                     width, out);
-        } else {
-            found += findFragments(image, static_cast<std::uint32_t>(part.layer), part.window.x0, y,
-                                   row);
-            out = gatherLayerRow(image, part_channels, row, out);
+        // Channels are sorted by name, so those of a layer stand together.
+        for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
+            const int layer = all[first].layer;
+            while (end < all.size() && all[end].layer == layer)
+                ++end;
+            const auto channels = all.subspan(first, end - first);
+            if (layer == ExrPart::kComposite) {
+                const CompositeImage& composite = is_carried ? carried_composite_ : band_composite_;
+                out = gatherCompositeRow(composite, channels, image.pixelIndex(part.window.x0, y),
+                                         width, out);
+            } else {
+                found +=
+                    findFragments(image, static_cast<std::uint32_t>(layer), part.window.x0, y, row);
+                out = gatherLayerRow(image, channels, row, out);
+            }
         }
     }
     return found;
@@ -424,8 +466,8 @@ std::uint64_t ExrBandWriter::gather(const Job& job, const LayeredImage& band,
 void ExrBandWriter::carry(const LayeredImage& band) {
     int needed = next_row_;
     for (std::size_t part = 0; part < parts_.size(); ++part) {
-        if (next_chunk_[part] == exr_->chunkCount(part)) continue;
-        needed = std::min(needed, parts_[part].window.y0 + next_chunk_[part] * kExrRowsPerChunk);
+        if (next_chunk_[part] == chunks_[part]) continue;
+        needed = std::min(needed, parts_[part].window.y0 + next_chunk_[part] * rowsPerChunk());
     }
     LayeredImage kept = emptyImage(band, needed);
     reserveRows(carried_, needed, kept);
@@ -433,10 +475,6 @@ void ExrBandWriter::carry(const LayeredImage& band) {
     if (needed < carried_.window.y1) appendRows(carried_, needed, carried_.window.y1, kept);
     appendRows(band, std::max(needed, band.window.y0), band.window.y1, kept);
     carried_ = std::move(kept);
-}
-
-const std::vector<ExrChannel>& ExrBandWriter::channels(const ExrPart& part) const {
-    return part.layer == ExrPart::kComposite ? composite_channels_ : layer_channels_;
 }
 
 }  // namespace peeler

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/composite.h"
@@ -19,12 +20,17 @@ namespace peeler {
 inline constexpr int kDefaultZipLevel =
     4;  ///< libdeflate's; higher ones gain little on float pixels
 
-/// What one part of the file shows.
+/// What one part of a file shows.
 struct ExrPart {
     static constexpr int kComposite = -1;
     std::string name;
     Window window;
-    int layer = kComposite;  ///< index of the fragment in every pixel's list
+    /// Indices of fragments in every pixel's list, or kComposite.
+    std::vector<int> layers = {kComposite};
+    bool prefixed = false;  ///< a layer's channels are layer_000.R, …
+    std::size_t file = 0;   ///< which of the writer's files it is in
+    /// What the layer holds, if a reader that opens the part's file alone should know; 0 = no.
+    std::uint64_t fragments = 0;
 };
 
 /// Where a channel of a part comes from.
@@ -34,6 +40,7 @@ struct ExrChannel {
     PixelType type = PixelType::kHalf;
     int source = kColor;  ///< a Source, or the index among the extra arrays
     std::size_t component = 0, components = 1;
+    int layer = ExrPart::kComposite;  ///< of the part's: whose fragments
 };
 
 struct ExrBandOptions {
@@ -41,23 +48,26 @@ struct ExrBandOptions {
     int level = kDefaultZipLevel;
     bool nearest_channels = false;  ///< the composite has the other channels of the first fragment
     bool cryptomatte = false;       ///< the composite has ids' coverage; needs the channels id.*
+    Imf::Compression compression = Imf::ZIP_COMPRESSION;  ///< or ZIPS, RLE or none
+    std::string_view layout = {};                         ///< for `peeler:layout`; "" = none
 };
 
-/// Streams bands into the parts. The bytes of the file do not depend on how the picture is cut into
-/// bands or on the number of threads. Between bands it keeps the rows that unfinished chunks still
-/// need, at most
+/// Streams bands into the parts of one file or several. The bytes of the file do not depend on how
+/// the picture is cut into bands or on the number of threads. Between bands it keeps the rows that
+/// unfinished chunks still need, at most
 /// 15. A pixel without the layer is 0 in every channel but Z, which is +inf.
 class ExrBandWriter {
   public:
-    /// Creates the hidden file. Throws Error (kOutput).
-    ExrBandWriter(const std::string& path, std::vector<ExrPart> parts, Plan plan,
+    /// Creates the hidden files. Throws Error (kOutput).
+    ExrBandWriter(const std::vector<std::string>& paths, std::vector<ExrPart> parts, Plan plan,
                   Provenance provenance, ExrBandOptions options);
     ~ExrBandWriter();
 
     /// Throws Error (kOutput) of the disk; (kInternal) if the band is not the next one, or is
     /// malformed.
     void write(const LayeredImage& band);
-    /// Throws Error (kInternal) if rows are missing.
+    /// Several files get their final names only when all of them are whole. Throws Error
+    /// (kInternal) if rows are missing.
     void finish();
 
     /// The rows it keeps, and what a chunk of the widest part takes while it is packed.
@@ -74,9 +84,11 @@ class ExrBandWriter {
     };
 
     void open(const LayeredImage& first_band);
+    void findChannels(const LayeredImage& first_band);
+    Imf::Header header(std::size_t part) const;
+    int rowsPerChunk() const { return exrRowsPerChunk(options_.compression); }
     void check(const LayeredImage& band) const;
     void composite(const LayeredImage& image, CompositeImage& out) const;
-    void addHeader(std::vector<Imf::Header>& headers, const ExrPart& part) const;
     std::vector<Job> finishedChunks(int end_row);
     void run(std::span<const Job> jobs, const LayeredImage& band);
     void boundBuffers();
@@ -84,17 +96,19 @@ class ExrBandWriter {
     std::size_t rawBytes(const Job& job) const;
     std::uint64_t gather(const Job& job, const LayeredImage& band, ExrChunkPacker& packer) const;
     void carry(const LayeredImage& band);
-    const std::vector<ExrChannel>& channels(const ExrPart& part) const;
 
     Plan plan_;
     Provenance provenance_;
     ExrBandOptions options_;
     std::vector<ExrPart> parts_;
-    AtomicFile file_;
-    std::unique_ptr<ExrFile> exr_;  ///< from the first band on: it says which channels there are
-    std::vector<ExrChannel> composite_channels_, layer_channels_;
     std::vector<CryptomatteLayer> cryptomatte_;
-    std::vector<int> next_chunk_;  ///< of each part
+    std::vector<std::unique_ptr<AtomicFile>> files_;
+    /// Of each file, from the first band on: it says which channels there are.
+    std::vector<std::unique_ptr<ExrFile>> exr_;
+    std::vector<std::size_t> place_;                 ///< of each part in its file
+    std::vector<std::vector<ExrChannel>> channels_;  ///< of each part
+    bool composite_ = false;                         ///< a part shows it
+    std::vector<int> chunks_, next_chunk_;           ///< of each part
     int next_row_ = 0;
     LayeredImage carried_;
     CompositeImage carried_composite_, band_composite_;

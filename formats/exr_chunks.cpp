@@ -5,6 +5,7 @@
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
+#include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfVersion.h>
 #include <libdeflate.h>
 
@@ -69,15 +70,63 @@ void checkChunkSize(const Imf::Header& header, const std::string& path) {
     const Imath::Box2i& window = header.dataWindow();
     const auto width =
         static_cast<std::uint64_t>(std::int64_t{window.max.x} - std::int64_t{window.min.x} + 1);
-    if (width * pixel * kExrRowsPerChunk > std::numeric_limits<std::int32_t>::max()) {
-        throw Error(ErrorKind::kOutput, "16 rows of the picture are larger than OpenEXR's 2 GiB",
+    const auto rows = static_cast<std::uint64_t>(exrRowsPerChunk(header.compression()));
+    if (width * pixel * rows > std::numeric_limits<std::int32_t>::max()) {
+        throw Error(ErrorKind::kOutput,
+                    std::to_string(rows) + " rows of the picture are larger than OpenEXR's 2 GiB",
                     path, "render narrower tiles, or fewer channels");
+    }
+}
+
+bool isDeep(const Imf::Header& header) {
+    return Imf::isDeepData(header.type());
+}
+
+/// OpenEXR's run lengths (ImfRle.cpp): n ≥ 0 repeats the byte that follows n + 1 times, n < 0 is
+/// followed by −n bytes as they are. A run has 3 bytes at least, 128 at most.
+void packRuns(std::span<const std::byte> in, std::vector<std::byte>& out) {
+    constexpr std::size_t kShortest = 3, kLongest = 128, kMostLiterals = 127;
+    out.clear();
+    const auto runAt = [&](std::size_t i) {
+        std::size_t run = 1;
+        while (run < kLongest && i + run < in.size() && in[i + run] == in[i])
+            ++run;
+        return run;
+    };
+    for (std::size_t i = 0; i < in.size();) {
+        if (const std::size_t run = runAt(i); run >= kShortest) {
+            out.push_back(static_cast<std::byte>(run - 1));
+            out.push_back(in[i]);
+            i += run;
+            continue;
+        }
+        std::size_t literals = 1;
+        while (literals < kMostLiterals && i + literals < in.size() &&
+               runAt(i + literals) < kShortest)
+            ++literals;
+        out.push_back(static_cast<std::byte>(-static_cast<int>(literals)));
+        out.insert(out.end(), in.begin() + static_cast<std::ptrdiff_t>(i),
+                   in.begin() + static_cast<std::ptrdiff_t>(i + literals));
+        i += literals;
     }
 }
 
 }  // namespace
 
-ExrChunkPacker::ExrChunkPacker(int level) : compressor_(libdeflate_alloc_compressor(level)) {
+Imf::PixelType exrPixelType(PixelType type) {
+    switch (type) {
+        case PixelType::kHalf:
+            return Imf::HALF;
+        case PixelType::kFloat:
+            return Imf::FLOAT;
+        case PixelType::kUint:
+            break;
+    }
+    return Imf::UINT;
+}
+
+ExrChunkPacker::ExrChunkPacker(int level, Imf::Compression compression)
+    : compression_(compression), compressor_(libdeflate_alloc_compressor(level)) {
     if (!compressor_) throw Error(ErrorKind::kMemory, "no memory for a compressor");
 }
 
@@ -90,11 +139,11 @@ std::span<std::byte> ExrChunkPacker::raw(std::size_t bytes) {
     return raw_;
 }
 
-void ExrChunkPacker::pack(std::vector<std::byte>& out) {
+/// The even bytes, then the odd ones, and of that sequence the differences, biased by 128
+/// (ImfZip.cpp). Both at once here.
+void ExrChunkPacker::filter() {
     const std::size_t size = raw_.size();
     filtered_.resize(size);
-    // OpenEXR's ZIP: the even bytes, then the odd ones, and of that sequence the differences,
-    // biased by 128 (ImfZip.cpp). Both at once here.
     const auto* in = reinterpret_cast<const std::uint8_t*>(raw_.data());
     auto* to = reinterpret_cast<std::uint8_t*>(filtered_.data());
     const std::size_t even = (size + 1) / 2, odd = size / 2;
@@ -106,34 +155,44 @@ void ExrChunkPacker::pack(std::vector<std::byte>& out) {
     for (std::size_t i = 1; i < odd; ++i) {
         to[even + i] = static_cast<std::uint8_t>(in[2 * i + 1] - in[2 * i - 1] + 128);
     }
+}
 
-    out.resize(size);
-    const std::size_t packed = libdeflate_zlib_compress(compressor_, filtered_.data(), size,
-                                                        out.data(), size > 0 ? size - 1 : 0);
-    if (packed > 0) {
-        out.resize(packed);
-    } else {
-        out = raw_;  // a chunk as large as its pixels is read as plain pixels
+void ExrChunkPacker::pack(std::vector<std::byte>& out) {
+    const std::size_t size = raw_.size();
+    bool smaller = false;
+    if (compression_ != Imf::NO_COMPRESSION && size > 0) {
+        filter();
+        if (compression_ == Imf::RLE_COMPRESSION) {
+            packRuns(filtered_, out);
+            smaller = out.size() < size;
+        } else {
+            out.resize(size);
+            const std::size_t packed =
+                libdeflate_zlib_compress(compressor_, filtered_.data(), size, out.data(), size - 1);
+            smaller = packed > 0;
+            out.resize(packed);
+        }
     }
+    if (!smaller) out = raw_;  // a chunk as large as its pixels is read as plain pixels
 }
 
 ExrFile::ExrFile(AtomicFile& file, std::vector<Imf::Header> headers)
     : file_(file), headers_(std::move(headers)) {
     const bool multi_part = headers_.size() > 1;
     int version = Imf::EXR_VERSION | (multi_part ? Imf::MULTI_PART_FILE_FLAG : 0);
-    MemoryStream stream;
     std::size_t chunks = 0;
     try {
         for (Imf::Header& header : headers_) {
             const Imath::Box2i& window = header.dataWindow();
             const int rows = window.max.y - window.min.y + 1;
-            header.setChunkCount((rows + kExrRowsPerChunk - 1) / kExrRowsPerChunk);
+            const int step = exrRowsPerChunk(header.compression());
+            header.setChunkCount((rows + step - 1) / step);
             first_offset_.push_back(chunks);
             chunks += static_cast<std::size_t>(header.chunkCount());
             header.sanityCheck(false, multi_part);
             checkChunkSize(header, file_.path());
             if (hasLongNames(header)) version |= Imf::LONG_NAMES_FLAG;
-            header.writeTo(stream);
+            if (isDeep(header)) version |= Imf::NON_IMAGE_FLAG;
         }
     } catch (const Error&) {
         throw;
@@ -141,36 +200,83 @@ ExrFile::ExrFile(AtomicFile& file, std::vector<Imf::Header> headers)
         throw Error(ErrorKind::kOutput, std::string("OpenEXR refuses the header: ") + e.what(),
                     file_.path());
     }
-    if (multi_part) stream.data.push_back('\0');
     std::string start;
     put(start, std::int32_t{Imf::MAGIC});
     put(start, std::int32_t{version});
     file_.append(bytesOf(start));
-    file_.append(bytesOf(stream.data));
+    header_position_ = file_.size();
+    file_.append(bytesOf(headerBytes()));
 
     table_position_ = file_.size();
     offsets_.assign(chunks, 0);
     file_.append(std::as_bytes(std::span(offsets_)));
 }
 
-void ExrFile::append(std::size_t part, int chunk, std::span<const std::byte> packed) {
+std::string ExrFile::headerBytes() {
+    MemoryStream stream;
+    for (const Imf::Header& header : headers_)
+        header.writeTo(stream);
+    if (headers_.size() > 1) stream.data.push_back('\0');
+    return std::move(stream.data);
+}
+
+void ExrFile::beginChunk(std::size_t part, int chunk, std::string& start) {
     std::uint64_t& offset = offsets_.at(first_offset_[part] + static_cast<std::size_t>(chunk));
     if (offset != 0) throw Error(ErrorKind::kInternal, "a chunk is written twice", file_.path());
     offset = file_.size();
-    std::string start;
+    const Imf::Header& header = headers_[part];
     if (headers_.size() > 1) put(start, static_cast<std::int32_t>(part));
-    put(start, std::int32_t{headers_[part].dataWindow().min.y + chunk * kExrRowsPerChunk});
+    put(start,
+        std::int32_t{header.dataWindow().min.y + chunk * exrRowsPerChunk(header.compression())});
+}
+
+void ExrFile::append(std::size_t part, int chunk, std::span<const std::byte> packed) {
+    std::string start;
+    beginChunk(part, chunk, start);
     put(start, static_cast<std::int32_t>(packed.size()));
     file_.append(bytesOf(start));
     file_.append(packed);
 }
 
+void ExrFile::append(std::size_t part, int chunk, const ExrDeepChunk& packed) {
+    if (packed.unpacked > std::numeric_limits<std::int32_t>::max()) {
+        throw Error(ErrorKind::kOutput, "the samples of a row are larger than OpenEXR's 2 GiB",
+                    file_.path(), "render narrower tiles, or fewer channels or layers");
+    }
+    std::string start;
+    beginChunk(part, chunk, start);
+    put(start, std::uint64_t{packed.counts.size()});
+    put(start, std::uint64_t{packed.samples.size()});
+    put(start, std::uint64_t{packed.unpacked});
+    file_.append(bytesOf(start));
+    file_.append(packed.counts);
+    file_.append(packed.samples);
+}
+
+void ExrFile::setAttribute(std::size_t part, const char* name, const Imf::Attribute& value) {
+    headers_[part].insert(name, value);
+    headers_changed_ = true;
+}
+
 void ExrFile::finish() {
+    writeTables();
+    readBack();
+}
+
+void ExrFile::writeTables() {
     for (const std::uint64_t offset : offsets_) {
         if (offset == 0)
             throw Error(ErrorKind::kInternal, "rows of the picture are missing", file_.path());
     }
     file_.writeAt(table_position_, std::as_bytes(std::span(offsets_)));
+    if (!headers_changed_) return;
+    const std::string headers = headerBytes();
+    if (header_position_ + headers.size() != table_position_)
+        throw Error(ErrorKind::kInternal, "a changed header has another size", file_.path());
+    file_.writeAt(header_position_, bytesOf(headers));
+}
+
+void ExrFile::readBack() {
     try {
         Imf::MultiPartInputFile check(file_.temporaryPath().c_str(), 0, false);
         bool same = check.parts() == static_cast<int>(headers_.size());

@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// The container of a scan-line OpenEXR file: headers, offset tables, ZIP chunks in any order.
+// The container of a scan-line OpenEXR file, flat or deep: headers, offset tables, chunks in any
+// order.
 //
 // OpenEXR's own multi-part writer compresses part after part and wants them written that way; this
 // one takes finished chunks of any part in any order, so bands can stream through all parts at
 // once. Layout: https://openexr.com/en/latest/OpenEXRFileLayout.html
 #pragma once
 
+#include <OpenEXR/ImfCompression.h>
 #include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfPixelType.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "core/layered_image.h"
 #include "formats/atomic_file.h"
 
 struct libdeflate_compressor;
@@ -21,28 +26,47 @@ namespace peeler {
 
 inline constexpr int kExrRowsPerChunk = 16;  ///< of ZIP compression
 
-/// Compresses chunks. Keeps its buffers; one for each thread.
+/// Rows that are compressed together: 16 for ZIP, else 1.
+inline int exrRowsPerChunk(Imf::Compression compression) {
+    return compression == Imf::ZIP_COMPRESSION ? kExrRowsPerChunk : 1;
+}
+
+/// OpenEXR's name for a type.
+Imf::PixelType exrPixelType(PixelType type);
+
+/// Compresses chunks: ZIP, ZIPS, RLE or not at all. Keeps its buffers; one for each thread.
 class ExrChunkPacker {
   public:
     /// `level` as libdeflate's: 1 fastest, 12 smallest. Throws Error (kMemory).
-    explicit ExrChunkPacker(int level);
+    explicit ExrChunkPacker(int level, Imf::Compression compression = Imf::ZIP_COMPRESSION);
     ~ExrChunkPacker();
     ExrChunkPacker(const ExrChunkPacker&) = delete;
     ExrChunkPacker& operator=(const ExrChunkPacker&) = delete;
 
     /// The caller's room for the pixels of the next chunk, `bytes` of them, contents undefined.
     std::span<std::byte> raw(std::size_t bytes);
-    /// Packs raw() into `out`: bytes apart, differences, zlib; or as it is where that does not
-    /// shrink it.
+    /// Packs raw() into `out`: bytes apart, differences, then zlib or run lengths; or as it is
+    /// where that does not shrink it.
     void pack(std::vector<std::byte>& out);
     std::size_t bytesKept() const { return raw_.capacity() + filtered_.capacity(); }
 
   private:
+    void filter();
+
+    Imf::Compression compression_;
     libdeflate_compressor* compressor_;
     std::vector<std::byte> raw_, filtered_;
 };
 
-/// Assembles the file. Single-part if there is one header, else multi-part.
+/// A packed row of deep samples.
+struct ExrDeepChunk {
+    std::vector<std::byte> counts;   ///< for each pixel, how many samples it and those left have
+    std::vector<std::byte> samples;  ///< channel after channel
+    std::size_t unpacked = 0;        ///< bytes of the samples before packing
+};
+
+/// Assembles the file. Single-part if there is one header, else multi-part. A part is deep if its
+/// header's type says so.
 class ExrFile {
   public:
     /// Writes magic number, headers (chunk counts are filled in) and room for the offset tables.
@@ -51,18 +75,28 @@ class ExrFile {
     ExrFile(AtomicFile& file, std::vector<Imf::Header> headers);
 
     int chunkCount(std::size_t part) const { return headers_[part].chunkCount(); }
-    /// Adds a packed chunk; each exactly once.
+    /// Adds a packed chunk of a flat part; each exactly once.
     void append(std::size_t part, int chunk, std::span<const std::byte> packed);
+    /// The same of a deep part. Throws Error (kOutput) if a row has more than OpenEXR's 2 GiB.
+    void append(std::size_t part, int chunk, const ExrDeepChunk& packed);
+    /// Replaces the value of an attribute of a part by one that takes as many bytes.
+    void setAttribute(std::size_t part, const char* name, const Imf::Attribute& value);
     /// Fills in the offset tables and reads headers and tables back with OpenEXR.
     /// Throws Error (kInternal) if a chunk is missing.
     void finish();
 
   private:
+    std::string headerBytes();
+    void beginChunk(std::size_t part, int chunk, std::string& start);
+    void writeTables();
+    void readBack();
+
     AtomicFile& file_;
     std::vector<Imf::Header> headers_;
     std::vector<std::size_t> first_offset_;  ///< of each part, in offsets_
     std::vector<std::uint64_t> offsets_;     ///< of all parts, as in the file; 0 = not written
-    std::uint64_t table_position_ = 0;
+    std::uint64_t header_position_ = 0, table_position_ = 0;
+    bool headers_changed_ = false;
 };
 
 }  // namespace peeler

@@ -13,8 +13,9 @@ ExrCompositeWriter::ExrCompositeWriter(std::string path, Provenance provenance,
 ExrCompositeWriter::~ExrCompositeWriter() = default;
 
 void ExrCompositeWriter::begin(const Plan& plan) {
-    std::vector<ExrPart> parts = {{"composite", plan.view.crop, ExrPart::kComposite}};
-    writer_ = std::make_unique<ExrBandWriter>(path_, std::move(parts), plan, provenance_, options_);
+    std::vector<ExrPart> parts = {{.name = "composite", .window = plan.view.crop}};
+    writer_ = std::make_unique<ExrBandWriter>(std::vector{path_}, std::move(parts), plan,
+                                              provenance_, options_);
 }
 
 void ExrCompositeWriter::write(const LayeredImage& band) {

@@ -66,6 +66,7 @@ double degrees(double tangent_of_half) {
 }
 
 float pixelAspectRatio(const View& view) {
+    if (!view.known) return 1;
     const double ratio =
         (view.projection.half_width / view.width) / (view.projection.half_height / view.height);
     // Square pixels that rounding made 1.0000001 are square.
@@ -108,10 +109,13 @@ void addProvenance(Imf::Header& header, const Plan& plan, const Provenance& prov
     text("peeler:sceneHash", provenance.scene_hash);
     text("peeler:settingsHash", provenance.settings_hash);
     text("peeler:renderer", provenance.renderer);
-    text("peeler:camera", plan.view.camera_name);
-    text("peeler:depth", "camera z");
-    text("peeler:projection", plan.view.projection.perspective ? "perspective" : "orthographic");
-    text("peeler:cameraJson", cameraJson(plan.view));
+    if (plan.view.known) {
+        text("peeler:camera", plan.view.camera_name);
+        text("peeler:depth", "camera z");
+        text("peeler:projection",
+             plan.view.projection.perspective ? "perspective" : "orthographic");
+        text("peeler:cameraJson", cameraJson(plan.view));
+    }
     text("peeler:fragmentsCounted", std::to_string(plan.fragments_counted));
     text("peeler:fragmentsStored", std::to_string(plan.fragments_stored));
     if (plan.fragments_blended != 0)
@@ -152,11 +156,11 @@ Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Wind
         Imath::Box2i({0, 0}, {view.width - 1, view.height - 1}),
         Imath::Box2i({data_window.x0, data_window.y0}, {data_window.x1 - 1, data_window.y1 - 1}),
         pixelAspectRatio(view), Imath::V2f(0, 0),
-        static_cast<float>(2 * view.projection.half_width), Imf::INCREASING_Y,
+        view.known ? static_cast<float>(2 * view.projection.half_width) : 1, Imf::INCREASING_Y,
         Imf::ZIP_COMPRESSION);
     header.setType(Imf::SCANLINEIMAGE);
     Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec. 709, D65
-    addCamera(header, view);
+    if (view.known) addCamera(header, view);
     addProvenance(header, plan, provenance);
     addDate(header);
     return header;

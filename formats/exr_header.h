@@ -32,6 +32,7 @@ namespace peeler {
 ///   exceed 32 bits; `peeler:layers`, `peeler:complete` and `peeler:frame` int; `peeler:time`
 ///   double; the rest strings, left out where empty.
 /// - `peeler:cameraJson`: see cameraJson().
+/// - Nothing of the camera if it is not known (View::known).
 /// - capDate (UTC) only if SOURCE_DATE_EPOCH is set.
 Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Window& data_window);
 

@@ -1,26 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/exr_info.h"
 
+#include <algorithm>
 #include <charconv>
 #include <string_view>
 
 #include "core/error.h"
 #include "formats/exr_header.h"
+#include "formats/exr_layout.h"
 #include "formats/id_manifest.h"
 
 namespace peeler {
 namespace {
-
-constexpr std::string_view kLayerPrefix = "layer_";
-
-/// The number in "layer_012"; −1 if the name is another.
-int layerNumber(const std::string& name) {
-    if (!name.starts_with(kLayerPrefix)) return -1;
-    int number = -1;
-    const char* end = name.data() + name.size();
-    const auto [stop, failure] = std::from_chars(name.data() + kLayerPrefix.size(), end, number);
-    return failure == std::errc() && stop == end ? number : -1;
-}
 
 template <class T>
 T numberOf(const std::string& text) {
@@ -67,11 +58,14 @@ View viewOf(const ExrInfo& info, const std::string& path) {
     }
     view.width = display.width();
     view.height = display.height();
+    view.known = !json.empty();
     Window all;
     if (info.composite >= 0) all = info.parts[static_cast<std::size_t>(info.composite)].data_window;
     for (const std::size_t layer : info.layers)
         all = unite(all, info.parts[layer].data_window);
-    if (info.composite < 0 && info.layers.empty()) all = first.data_window;
+    for (const std::size_t part : info.deep)
+        all = unite(all, info.parts[part].data_window);
+    if (all.empty()) all = first.data_window;
     // Without a composite part the crop is known from the JSON alone.
     const bool known = !json.empty() && intersect(view.crop, all) == all &&
                        intersect(view.crop, display) == view.crop;
@@ -79,37 +73,90 @@ View viewOf(const ExrInfo& info, const std::string& path) {
     return view;
 }
 
+bool isFloat(const ExrInputPart& part, const std::string& prefix) {
+    for (const char* name : {"R", "G", "B", "A"}) {
+        const ExrInputChannel* channel = part.channel(prefix + name);
+        if (channel && channel->type != PixelType::kHalf) return true;
+    }
+    return false;
+}
+
 PixelType colorType(const ExrInfo& info) {
-    for (const std::size_t layer : info.layers) {
-        for (const char* name : {"R", "G", "B", "A"}) {
-            const ExrInputChannel* channel = info.parts[layer].channel(name);
-            if (channel && channel->type != PixelType::kHalf) return PixelType::kFloat;
+    bool any = false;
+    for (std::size_t i = 0; i < info.layers.size(); ++i)
+        any = any || isFloat(info.parts[info.layers[i]], info.prefixes[i]);
+    if (!info.deep.empty()) any = any || isFloat(info.parts[info.deep.front()], "");
+    if (info.layers.empty() && info.composite >= 0)
+        any = any || isFloat(info.parts[static_cast<std::size_t>(info.composite)], "");
+    return any ? PixelType::kFloat : PixelType::kHalf;
+}
+
+/// Where a layer is.
+struct Place {
+    std::size_t part = 0;
+    std::string prefix;
+};
+using Layers = std::map<int, Place>;
+
+void addLayer(int number, const Place& place, const ExrFiles& files, Layers& layers) {
+    if (layers.emplace(number, place).second) return;
+    throw Error(ErrorKind::kInput, "two parts are the same layer", files.where(place.part));
+}
+
+/// Layers are parts with their name (plain, nuke, per-file), else the first part that has channels
+/// with their names (single-part).
+Layers findLayers(const ExrFiles& files) {
+    Layers layers;
+    const std::vector<ExrInputPart>& parts = files.parts();
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const std::string& name = parts[i].name;
+        const int number = name.find('.') == std::string::npos ? layerNumber(name) : -1;
+        if (number < 0) continue;
+        const bool prefixed = parts[i].channel(name + ".Z") != nullptr;
+        addLayer(number, {i, prefixed ? name + "." : ""}, files, layers);
+    }
+    for (std::size_t i = 0; i < parts.size() && layers.empty(); ++i) {
+        for (const ExrInputChannel& channel : parts[i].channels) {
+            const int number = layerNumber(channel.name);
+            const std::size_t dot = channel.name.find('.');
+            if (number < 0 || dot == std::string::npos || parts[i].deep()) continue;
+            layers.try_emplace(number, Place{i, channel.name.substr(0, dot + 1)});
         }
     }
-    if (!info.layers.empty() || info.composite < 0) return PixelType::kHalf;
-    const auto* red = info.parts[static_cast<std::size_t>(info.composite)].channel("R");
-    return red ? red->type : PixelType::kHalf;
+    return layers;
+}
+
+/// The part that shows all layers: one with its name, or, beside layers in the same part, that.
+int findComposite(const ExrFiles& files, const ExrInfo& info) {
+    const std::vector<ExrInputPart>& parts = files.parts();
+    const std::string layout = parts.front().attribute("peeler:layout");
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        for (const ExrLayout& row : exrLayouts()) {
+            const bool named = parts[i].name == row.composite_part;
+            const bool plain = row.composite_part == exrLayouts().front().composite_part;
+            if (named && (plain || layout == row.name)) return static_cast<int>(i);
+        }
+    }
+    if (info.layers.empty() || info.prefixes.front().empty()) return -1;
+    const std::size_t part = info.layers.front();
+    return parts[part].channel("R") && parts[part].channel("Z") ? static_cast<int>(part) : -1;
 }
 
 }  // namespace
 
-ExrInfo describe(const ExrInput& input) {
+ExrInfo describe(const ExrFiles& files) {
     ExrInfo info;
-    info.parts = input.parts();
-    info.bytes = input.bytes();
-    if (info.parts.empty()) throw Error(ErrorKind::kInput, "it has no parts", input.path());
-    std::map<int, std::size_t> layers;
-    for (std::size_t i = 0; i < info.parts.size(); ++i) {
-        const int number = layerNumber(info.parts[i].name);
-        if (number >= 0 && !layers.emplace(number, i).second) {
-            throw Error(ErrorKind::kInput, "two parts are the same layer",
-                        input.path() + ": " + info.parts[i].name);
-        }
-        if (info.parts[i].name == "composite" && info.composite < 0)
-            info.composite = static_cast<int>(i);
+    info.parts = files.parts();
+    info.bytes = files.bytes();
+    if (info.parts.empty()) throw Error(ErrorKind::kInput, "it has no parts", files.path());
+    for (auto& [number, place] : findLayers(files)) {
+        info.layers.push_back(place.part);
+        info.prefixes.push_back(place.prefix);
     }
-    for (const auto& [number, part] : layers)
-        info.layers.push_back(part);
+    info.composite = findComposite(files, info);
+    for (std::size_t i = 0; i < info.parts.size() && info.layers.empty(); ++i) {
+        if (info.parts[i].deep()) info.deep.push_back(i);
+    }
 
     const ExrInputPart& first = info.parts.front();
     info.is_peeler = !first.attribute("peeler:version").empty();
@@ -118,11 +165,14 @@ ExrInfo describe(const ExrInput& input) {
         if (part.id_manifest.empty() || !info.provenance.ids.empty()) continue;
         info.provenance.ids = idNamesFromManifest(part.id_manifest);
     }
-    info.plan.view = viewOf(info, input.path());
+    info.plan.view = viewOf(info, files.path());
     info.plan.color_type = colorType(info);
     info.plan.fragments_counted =
         numberOf<std::uint64_t>(first.attribute("peeler:fragmentsCounted"));
     info.plan.fragments_stored = numberOf<std::uint64_t>(first.attribute("peeler:fragmentsStored"));
+    info.plan.fragments_blended =
+        numberOf<std::uint64_t>(first.attribute("peeler:fragmentsBlended"));
+    info.plan.samples = std::max(1, numberOf<int>(first.attribute("peeler:samples")));
     for (const std::size_t layer : info.layers) {
         info.plan.layers.push_back({info.parts[layer].data_window, 0});
     }
@@ -130,7 +180,7 @@ ExrInfo describe(const ExrInput& input) {
 }
 
 ExrInfo readExrInfo(const std::string& path) {
-    return describe(ExrInput(path));
+    return describe(ExrFiles(path));
 }
 
 }  // namespace peeler

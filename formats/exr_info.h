@@ -8,20 +8,25 @@
 #include <vector>
 
 #include "core/sink.h"
-#include "formats/exr_input.h"
+#include "formats/exr_files.h"
 
 namespace peeler {
 
-/// What the headers of an OpenEXR file say, layered or not.
+/// What the headers of an OpenEXR picture say, layered, deep or flat.
 struct ExrInfo {
-    std::vector<ExrInputPart> parts;  ///< in the order of the file
-    std::vector<std::size_t> layers;  ///< parts `layer_*`, front to back
-    int composite = -1;               ///< the part `composite`, −1 = none
-    std::uint64_t bytes = 0;          ///< of the file
+    std::vector<ExrInputPart> parts;  ///< in the order of the file, then of the files of a set
+    /// Of each layer, front to back, the part it is in; empty for deep and flat files. How many
+    /// layers a picture has, whatever holds them, an open LayeredInput tells: plan.layers.size().
+    std::vector<std::size_t> layers;
+    std::vector<std::string> prefixes;  ///< of each layer's channels in its part: "", "layer_000."
+    int composite = -1;                 ///< the part with the composite, −1 = none
+    std::vector<std::size_t> deep;      ///< parts with deep samples
+    std::uint64_t bytes = 0;            ///< of the file, or of all files of a set
 
     /// The plan that wrote the file, as far as it is known: windows always; the camera if there is
     /// a `peeler:cameraJson`, else the default one; `fragments_counted` and `fragments_stored` 0 if
-    /// not written; `LayerPlan::pixels` never. `view.crop` holds all parts.
+    /// not written; `LayerPlan::pixels` never; the layers of a deep file only if a LayeredInput
+    /// has it open. `view.crop` holds all parts.
     Plan plan;
     Provenance provenance;   ///< empty where unknown
     bool is_peeler = false;  ///< has `peeler:version`
@@ -31,8 +36,8 @@ struct ExrInfo {
     }
 };
 
-/// Throws Error (kInput) if the file has no plausible parts.
-ExrInfo describe(const ExrInput& input);
+/// Throws Error (kInput) if the picture has no plausible parts.
+ExrInfo describe(const ExrFiles& files);
 
 /// Reads headers only. Throws Error (kInput).
 ExrInfo readExrInfo(const std::string& path);

@@ -12,6 +12,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <system_error>
@@ -22,8 +23,9 @@ namespace peeler {
 namespace {
 
 constexpr int kMaxSide = 1 << 17;  ///< pixels; larger than any GPU renders
+constexpr int kMaxCoordinate = 1 << 28;
 constexpr int kMaxParts = 1 << 16;
-constexpr int kMaxChannels = 1 << 10;  ///< of a part
+constexpr int kMaxChannels = 1 << 16;  ///< of a part: all layers may be in one
 
 /// OpenEXRCore says the details of a failure to a callback, on the thread that made the call.
 thread_local std::string last_message;
@@ -36,7 +38,9 @@ Window toWindow(const exr_attr_box2i_t& box) {
     // Saturated, so that hostile corners do not overflow; such sizes are refused before this is
     // used.
     constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
-    return {box.min.x, box.min.y, static_cast<int>(std::min(std::int64_t{box.max.x} + 1, kMost)),
+    return {std::max(box.min.x, -static_cast<int>(kMost)),
+            std::max(box.min.y, -static_cast<int>(kMost)),
+            static_cast<int>(std::min(std::int64_t{box.max.x} + 1, kMost)),
             static_cast<int>(std::min(std::int64_t{box.max.y} + 1, kMost))};
 }
 
@@ -120,10 +124,28 @@ class Decoder {
 
 }  // namespace
 
+std::vector<FragmentArray> fragmentArrays(std::span<const ExrInputChannel> channels) {
+    std::vector<FragmentArray> arrays;
+    std::string group;
+    for (const ExrInputChannel& channel : channels) {
+        const std::string prefix = channel.name.substr(0, channel.name.rfind('.') + 1);
+        if (arrays.empty() || prefix.empty() || prefix != group ||
+            arrays.back().type != channel.type) {
+            arrays.push_back({{}, channel.type, {}});
+        }
+        group = prefix;
+        arrays.back().channels.push_back(channel.name);
+    }
+    return arrays;
+}
+
 const ExrInputChannel* ExrInputPart::channel(const std::string& wanted) const {
-    const auto found = std::find_if(channels.begin(), channels.end(),
-                                    [&](const auto& channel) { return channel.name == wanted; });
-    return found == channels.end() ? nullptr : &*found;
+    const auto found =
+        std::lower_bound(channels.begin(), channels.end(), wanted,
+                         [](const ExrInputChannel& channel, const std::string& text) {
+                             return channel.name < text;
+                         });
+    return found == channels.end() || found->name != wanted ? nullptr : &*found;
 }
 
 std::string ExrInputPart::attribute(const std::string& wanted) const {
@@ -178,6 +200,15 @@ void ExrInput::readHeaders() {
         exr_attr_box2i_t box{};
         check(exr_get_data_window(context_, i, &box), part.name);
         part.data_window = toWindow(box);
+        if (storage == EXR_STORAGE_TILED || storage == EXR_STORAGE_DEEP_TILED) {
+            std::uint32_t width = 0, height = 0;
+            exr_tile_level_mode_t levels{};
+            exr_tile_round_mode_t rounding{};
+            check(exr_get_tile_descriptor(context_, i, &width, &height, &levels, &rounding),
+                  part.name);
+            part.tile_width = static_cast<int>(width);
+            part.tile_height = static_cast<int>(height);
+        }
         check(exr_get_display_window(context_, i, &box), part.name);
         part.display_window = toWindow(box);
 
@@ -213,15 +244,18 @@ void ExrInput::checkSizes() const {
     std::uint64_t most = 0;  // bytes that a file of this size can unpack to
     for (const ExrInputPart& part : parts_) {
         const Window& window = part.data_window;
-        if (window.width() > kMaxSide || window.height() > kMaxSide || window.empty() ||
-            part.channels.size() > kMaxChannels) {
+        const int far = std::max(
+            {std::abs(window.x0), std::abs(window.y0), std::abs(window.x1), std::abs(window.y1)});
+        if (far > kMaxCoordinate || window.width() > kMaxSide || window.height() > kMaxSide ||
+            window.empty() || part.channels.size() > kMaxChannels) {
             throw Error(ErrorKind::kInput, "the size of a part is not plausible",
                         path_ + ": " + part.name);
         }
-        if (!hasBoundedRatio(part.compression) || part.type != "scanlineimage") continue;
-        std::uint64_t pixel = 0;
-        for (const auto& channel : part.channels)
-            pixel += pixelTypeSize(channel.type);
+        std::uint64_t pixel = part.deep() ? sizeof(std::uint32_t) : 0;  // at least its count
+        if (part.type == "scanlineimage" && hasBoundedRatio(part.compression)) {
+            for (const auto& channel : part.channels)
+                pixel += pixelTypeSize(channel.type);
+        }
         most += window.pixels() * pixel;
     }
     if (most / kMaxRatio > bytes_) {
@@ -258,9 +292,11 @@ void ExrInput::readChunk(std::size_t part, int y, const Window& window,
     for (std::size_t t = 0; t < targets.size(); ++t) {
         const std::size_t size = pixelTypeSize(targets[t].type);
         planes[t].resize(chunk_width * chunk_height * size);
-        for (int c = 0; c < pipeline.channel_count; ++c) {
+        // The pipeline has the channels of the part, in the same order.
+        const ExrInputChannel* wanted = info.channel(targets[t].name);
+        const auto c = wanted ? wanted - info.channels.data() : pipeline.channel_count;
+        if (c < pipeline.channel_count && targets[t].name == pipeline.channels[c].channel_name) {
             exr_coding_channel_info_t& channel = pipeline.channels[c];
-            if (targets[t].name != channel.channel_name) continue;
             channel.decode_to_ptr = reinterpret_cast<std::uint8_t*>(planes[t].data());
             channel.user_data_type = fromPixelType(targets[t].type);
             channel.user_bytes_per_element = static_cast<std::int16_t>(size);
@@ -281,6 +317,11 @@ void ExrInput::readChunk(std::size_t part, int y, const Window& window,
                         static_cast<std::size_t>(rows.width()) * size);
         }
     }
+}
+
+void ExrInput::refuse(const std::string& what, const ExrInputPart& part) const {
+    throw Error(ErrorKind::kInput, what, part.name.empty() ? path_ : path_ + ": " + part.name,
+                "the file may be damaged or cut off; write it again");
 }
 
 void ExrInput::check(int result, const std::string& part) const {

@@ -21,10 +21,15 @@ struct ExrInputChannel {
     PixelType type = PixelType::kHalf;
 };
 
+/// The arrays for the channels of a fragment beside colour and Z: channels (sorted by name) that
+/// agree in type and in their names up to the last dot (N.X, N.Y, N.Z) are one array. Without data.
+std::vector<FragmentArray> fragmentArrays(std::span<const ExrInputChannel> channels);
+
 struct ExrInputPart {
     std::string name;         ///< "" in a single-part file without one
     std::string type;         ///< "scanlineimage", "tiledimage", "deepscanline" or "deeptile"
     std::string compression;  ///< "none", "zip", …
+    int tile_width = 0, tile_height = 0;  ///< of tiled parts
     Window data_window, display_window;
     std::vector<ExrInputChannel> channels;  ///< sorted by name
     std::map<std::string, std::string>
@@ -34,6 +39,7 @@ struct ExrInputPart {
     const ExrInputChannel* channel(const std::string& wanted) const;
     /// The text of an attribute, "" if there is none.
     std::string attribute(const std::string& wanted) const;
+    bool deep() const { return type == "deepscanline" || type == "deeptile"; }
 };
 
 /// Where decoded values of a channel go: pixel (x, y) to first + (x − window.x0)·size + (y −
@@ -43,6 +49,14 @@ struct ExrTarget {
     PixelType type = PixelType::kFloat;
     std::byte* first = nullptr;
     std::size_t stride = 0;  ///< bytes from row to row
+};
+
+/// A block of a deep part: a row, or a tile of full resolution.
+struct ExrDeepBlock {
+    Window window;
+    std::vector<std::uint32_t> counts;  ///< samples of each pixel, row-major
+    /// Row after row, of each channel after channel (by name), of each pixel after pixel.
+    std::vector<std::byte> samples;
 };
 
 /// An open file. Nothing in it is trusted: sizes are checked against limits and against the size of
@@ -67,9 +81,20 @@ class ExrInput {
     void readChunk(std::size_t part, int y, const Window& window,
                    std::span<const ExrTarget> targets) const;
 
+    /// Blocks of a deep part, row-major.
+    std::size_t deepBlocks(std::size_t part) const;
+    /// The pixels of a block.
+    Window deepBlockWindow(std::size_t part, std::size_t block) const;
+    /// Reads how many samples the pixels of a block have, and the samples unless `counts_only`.
+    /// Reuses the storage of `out`. Safe to call from several threads. Throws Error (kInput),
+    /// `where` being path and part.
+    void readDeepBlock(std::size_t part, std::size_t block, bool counts_only,
+                       ExrDeepBlock& out) const;
+
   private:
     void readHeaders();
     void checkSizes() const;
+    [[noreturn]] void refuse(const std::string& what, const ExrInputPart& part) const;
     void check(int result, const std::string& part = {}) const;
 
     std::string path_;

@@ -5,14 +5,16 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <map>
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "formats/exr_layout.h"
 
 namespace peeler {
 namespace {
 
-constexpr std::size_t kColorChannels = 4, kDepthChannel = 4, kFirstExtra = 5;
+constexpr std::size_t kColorChannels = 4, kAlphaChannel = 3, kDepthChannel = 4, kFirstExtra = 5;
 
 }  // namespace
 
@@ -34,92 +36,167 @@ struct ExrLdiReader::Layer {
 };
 
 ExrLdiReader::ExrLdiReader(const std::string& path) : input_(path), info_(describe(input_)) {
-    const std::string promised =
-        info_.attributes().contains("peeler:layers") ? info_.attributes().at("peeler:layers") : "";
+    const std::string promised = info_.parts.front().attribute("peeler:layers");
+    const bool lone_layer = info_.parts.front().attribute("peeler:layout") == kPerFileLayout &&
+                            info_.layers.size() == 1 && info_.composite < 0;
     if (info_.layers.empty() && promised != "0") {
-        throw Error(ErrorKind::kInput, "it is not a layered depth image: no part is named layer_*",
-                    path, "render with --as ldi");
-    }
-    if (!promised.empty() && promised != std::to_string(info_.layers.size())) {
+        if (info_.is_peeler) {
+            throw Error(ErrorKind::kInput,
+                        "it is not a layered depth image: no part is named layer_*", path,
+                        "render with --as ldi");
+        }
+        takeFlatPicture();
+    } else if (!promised.empty() && promised != std::to_string(info_.layers.size()) &&
+               !lone_layer) {
         throw Error(
             ErrorKind::kInput,
             "it should have " + promised + " layers and has " + std::to_string(info_.layers.size()),
             path, "render it again");
     }
+    for (std::size_t i = 0; i < info_.layers.size(); ++i)
+        sources_.push_back({info_.layers[i], info_.prefixes[i]});
     findChannels();
+    checkLayers();
 }
 
 ExrLdiReader::~ExrLdiReader() = default;
+
+void ExrLdiReader::takeFlatPicture() {
+    for (std::size_t i = 0; i < info_.parts.size() && !flat_; ++i) {
+        const ExrInputPart& part = info_.parts[i];
+        const bool colored = part.channel("R") && part.channel("G") && part.channel("B");
+        const ExrInputChannel* grey = part.channel("Y");
+        if (!colored && (!grey || grey->type == PixelType::kUint)) continue;
+        flat_ = true;
+        info_.layers = {i};
+        info_.prefixes = {""};
+        info_.composite = -1;
+        info_.plan.layers = {{part.data_window, 0}};
+        info_.plan.view.crop = part.data_window;
+        info_.plan.color_type = PixelType::kHalf;
+        for (const char* name : {"R", "G", "B", "A", "Y"}) {
+            const ExrInputChannel* channel = part.channel(name);
+            if (channel && channel->type != PixelType::kHalf)
+                info_.plan.color_type = PixelType::kFloat;
+        }
+    }
+    if (flat_) return;
+    throw Error(ErrorKind::kInput, "it has neither layers nor a picture: no part has R, G, B or Y",
+                input_.path(), "peeler info lists its parts");
+}
+
+void ExrLdiReader::checkLayers() const {
+    for (const Source& source : sources_) {
+        const ExrInputPart& part = info_.parts[source.part];
+        if (part.type != "scanlineimage") {
+            throw Error(ErrorKind::kInput,
+                        "a layer is of type " + part.type + ", not scanlineimage",
+                        input_.where(source.part), "oiiotool IN --scanline -o OUT changes tiles");
+        }
+        for (std::size_t c = 0; c < kFirstExtra; ++c) {
+            const ExrInputChannel* channel = part.channel(source.prefix + channels_[c].name);
+            if (channel ? channel->type != PixelType::kUint : flat_) continue;
+            throw Error(
+                ErrorKind::kInput,
+                "a layer has no channel " + source.prefix + channels_[c].name + " of half or float",
+                input_.where(source.part));
+        }
+    }
+}
 
 void ExrLdiReader::findChannels() {
     for (const char* name : {"R", "G", "B", "A"})
         channels_.push_back({name, info_.plan.color_type});
     channels_.push_back({"Z", PixelType::kFloat});
-    for (const std::size_t layer : info_.layers) {
-        const ExrInputPart& part = info_.parts[layer];
-        if (part.type != "scanlineimage") {
-            throw Error(ErrorKind::kInput,
-                        "a layer is of type " + part.type + ", not scanlineimage",
-                        input_.path() + ": " + part.name);
-        }
-        for (std::size_t c = 0; c < kFirstExtra; ++c) {
-            const ExrInputChannel* channel = part.channel(channels_[c].name);
-            if (channel && channel->type != PixelType::kUint) continue;
-            throw Error(ErrorKind::kInput,
-                        "a layer has no channel " + channels_[c].name + " of half or float",
-                        input_.path() + ": " + part.name);
-        }
+    if (sources_.empty()) return;
+    const Source& first = sources_.front();
+    std::vector<ExrInputChannel> others;
+    for (const ExrInputChannel& channel : info_.parts[first.part].channels) {
+        if (!channel.name.starts_with(first.prefix)) continue;
+        const ExrInputChannel bare{channel.name.substr(first.prefix.size()), channel.type};
+        const auto named = [&](const ExrInputChannel& c) { return c.name == bare.name; };
+        if (std::none_of(channels_.begin(), channels_.begin() + kFirstExtra, named))
+            others.push_back(bare);
     }
-    if (info_.layers.empty()) return;
-    std::string group;
-    for (const ExrInputChannel& channel : info_.parts[info_.layers.front()].channels) {
-        const auto named = [&](const ExrInputChannel& c) { return c.name == channel.name; };
-        if (std::any_of(channels_.begin(), channels_.begin() + kFirstExtra, named)) continue;
-        const std::string prefix = channel.name.substr(0, channel.name.rfind('.') + 1);
-        if (extra_.empty() || prefix.empty() || prefix != group ||
-            extra_.back().type != channel.type) {
-            extra_.push_back({{}, channel.type, {}});
-        }
-        group = prefix;
-        extra_.back().channels.push_back(channel.name);
-        channels_.push_back(channel);
-    }
+    extra_ = fragmentArrays(others);
+    channels_.insert(channels_.end(), others.begin(), others.end());
 }
 
 std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
-    const Window& window, std::span<const std::size_t> parts,
+    const Window& window, std::span<const Source> sources,
     std::span<const ExrInputChannel> channels) const {
     struct Job {
-        std::size_t layer;
+        std::size_t part;
         int y;
     };
-    std::vector<Layer> layers(parts.size());
-    std::vector<std::vector<ExrTarget>> targets(parts.size());
+    std::vector<Layer> layers(sources.size());
+    // All layers that one part holds are unpacked at once.
+    std::map<std::size_t, std::vector<ExrTarget>> targets;
     std::vector<Job> jobs;
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-        const ExrInputPart& part = info_.parts[parts[i]];
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        const std::size_t index = sources[i].part;
+        const ExrInputPart& part = info_.parts[index];
         Layer& layer = layers[i];
         layer.window = intersect(window, part.data_window);
         layer.planes.resize(channels.size());
         if (layer.window.empty()) continue;
+        const auto [wanted, first] = targets.try_emplace(index);
         for (std::size_t c = 0; c < channels.size(); ++c) {
-            if (!part.channel(channels[c].name)) continue;
+            const std::string name = sources[i].prefix + channels[c].name;
+            if (!part.channel(name)) continue;
             const std::size_t size = pixelTypeSize(channels[c].type);
             layer.planes[c].resize(layer.window.pixels() * size);
-            targets[i].push_back({channels[c].name, channels[c].type, layer.planes[c].data(),
-                                  static_cast<std::size_t>(layer.window.width()) * size});
+            wanted->second.push_back({name, channels[c].type, layer.planes[c].data(),
+                                      static_cast<std::size_t>(layer.window.width()) * size});
         }
-        const int rows = input_.rowsPerChunk(parts[i]);
+        if (!first) continue;
+        const int rows = input_.rowsPerChunk(index);
         const int skipped = (layer.window.y0 - part.data_window.y0) / rows * rows;
-        for (int y = part.data_window.y0 + skipped; y < layer.window.y1; y += rows) {
-            jobs.push_back({i, y});
-        }
+        for (int y = part.data_window.y0 + skipped; y < layer.window.y1; y += rows)
+            jobs.push_back({index, y});
     }
     parallelFor(jobs.size(), [&](std::size_t j) {
         const Job& job = jobs[j];
-        input_.readChunk(parts[job.layer], job.y, layers[job.layer].window, targets[job.layer]);
+        input_.readChunk(job.part, job.y, intersect(window, info_.parts[job.part].data_window),
+                         targets.at(job.part));
     });
     return layers;
+}
+
+/// Alpha and Z where a flat picture has none, and three colours of one.
+void ExrLdiReader::completeFlatPicture(Layer& layer) const {
+    const std::size_t pixels = layer.window.pixels();
+    const std::size_t size = pixelTypeSize(info_.plan.color_type);
+    const bool half = info_.plan.color_type == PixelType::kHalf;
+    for (std::size_t c = 0; c < 3; ++c) {
+        if (!layer.planes[c].empty()) continue;
+        for (std::size_t e = kFirstExtra; e < channels_.size(); ++e) {
+            if (channels_[e].name == "Y" && channels_[e].type == info_.plan.color_type)
+                layer.planes[c] = layer.planes[e];
+        }
+        layer.planes[c].resize(pixels * size);
+    }
+    if (layer.planes[kAlphaChannel].empty()) {
+        constexpr std::uint16_t kHalfOne = 0x3c00;
+        constexpr float kOne = 1;
+        layer.planes[kAlphaChannel].resize(pixels * size);
+        for (std::size_t p = 0; p < pixels; ++p) {
+            std::memcpy(layer.planes[kAlphaChannel].data() + p * size,
+                        half ? static_cast<const void*>(&kHalfOne) : &kOne, size);
+        }
+    }
+    if (!layer.planes[kDepthChannel].empty()) return;
+    constexpr float kNothing = std::numeric_limits<float>::infinity(), kSomewhere = 0;
+    layer.planes[kDepthChannel].resize(pixels * sizeof(float));
+    for (std::size_t p = 0; p < pixels; ++p) {
+        bool empty = true;
+        for (std::size_t byte = p * size; byte < (p + 1) * size; ++byte) {
+            for (std::size_t c = 0; c < kColorChannels; ++c)
+                empty = empty && layer.planes[c][byte] == std::byte{0};
+        }
+        std::memcpy(layer.planes[kDepthChannel].data() + p * sizeof(float),
+                    empty ? &kNothing : &kSomewhere, sizeof(float));
+    }
 }
 
 void ExrLdiReader::read(const Window& window, LayeredImage& out) {
@@ -127,7 +204,8 @@ void ExrLdiReader::read(const Window& window, LayeredImage& out) {
         throw Error(ErrorKind::kInternal, "the window is empty or outside the picture",
                     input_.path());
     }
-    const std::vector<Layer> layers = decode(window, info_.layers, channels_);
+    std::vector<Layer> layers = decode(window, sources_, channels_);
+    if (flat_) completeFlatPicture(layers.front());
     const auto width = static_cast<std::size_t>(window.width());
     const auto height = static_cast<std::size_t>(window.height());
 
@@ -211,11 +289,12 @@ void ExrLdiReader::readComposite(const Window& window, CompositeImage& out) {
     for (const char* name : {"R", "G", "B", "A", "Z"}) {
         if (!composite.channel(name) || composite.type != "scanlineimage") {
             throw Error(ErrorKind::kInput, std::string("the composite has no channel ") + name,
-                        input_.path() + ": " + composite.name);
+                        input_.where(part));
         }
         channels.push_back({name, PixelType::kFloat});
     }
-    const Layer layer = std::move(decode(window, {&part, 1}, channels).front());
+    const Source source{part, ""};
+    const Layer layer = std::move(decode(window, {&source, 1}, channels).front());
     out.window = window;
     out.rgba.resize(window.pixels());
     out.z.resize(window.pixels());

@@ -9,14 +9,17 @@
 
 #include "core/composite.h"
 #include "core/layered_image.h"
+#include "formats/exr_files.h"
 #include "formats/exr_info.h"
-#include "formats/exr_input.h"
 #include "formats/layered_input.h"
 
 namespace peeler {
 
-/// Reads files of ExrLdiWriter, and any other whose parts `layer_*` hold R, G, B, A, Z. A fragment
-/// is where Z is less than +inf. Memory grows with the window that is read, not with the file.
+/// Reads files of ExrLdiWriter in every layout, and any other whose parts `layer_*` hold R, G, B,
+/// A, Z. A fragment is where Z is less than +inf.
+///
+/// A flat picture of others is read as one layer: the first scan-line part with R, G, B or Y. Where
+/// it has no A, alpha is 1; where it has no Z, a pixel that is not all 0 has a fragment, at Z = 0.
 class ExrLdiReader : public LayeredInput {
   public:
     /// Throws Error (kInput) if the file is not layered; `where` names the part.
@@ -30,12 +33,22 @@ class ExrLdiReader : public LayeredInput {
 
   private:
     struct Layer;
-    std::vector<Layer> decode(const Window& window, std::span<const std::size_t> parts,
+    /// A part, and what stands before the names of its channels.
+    struct Source {
+        std::size_t part;
+        std::string prefix;
+    };
+    std::vector<Layer> decode(const Window& window, std::span<const Source> sources,
                               std::span<const ExrInputChannel> channels) const;
+    void checkLayers() const;
     void findChannels();
+    void takeFlatPicture();
+    void completeFlatPicture(Layer& layer) const;
 
-    ExrInput input_;
+    ExrFiles input_;
     ExrInfo info_;
+    bool flat_ = false;                      ///< a flat picture of others, as one layer
+    std::vector<Source> sources_;            ///< of the layers
     std::vector<ExrInputChannel> channels_;  ///< R, G, B, A, Z, then those of extra_
     std::vector<FragmentArray> extra_;       ///< without data
 };

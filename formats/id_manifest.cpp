@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/id_manifest.h"
 
+#include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfIDManifest.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <limits>
+#include <set>
 
 #include "core/error.h"
 
@@ -19,10 +22,19 @@ constexpr const char *kObject = "id.object", *kMaterial = "id.material";
 /// What zlib cannot beat, and more names than a scene has.
 constexpr std::uint64_t kMaxRatio = 1100, kMaxBytes = 1U << 30;
 
-void addGroup(Imf::IDManifest& manifest, const char* channel,
+/// Whether a channel of a part is this one, of whatever layer ("layer_000.id.object").
+bool isOf(const std::string& channel, const std::string& name) {
+    return channel == name || channel.ends_with("." + name);
+}
+
+void addGroup(Imf::IDManifest& manifest, const Imf::ChannelList& channels, const char* name,
               const std::vector<std::string>& names) {
+    std::set<std::string> found;
+    for (auto i = channels.begin(); i != channels.end(); ++i)
+        if (isOf(i.name(), name)) found.insert(i.name());
+    if (found.empty() || names.empty()) return;
     Imf::IDManifest::ChannelGroupManifest group;
-    group.setChannel(channel);
+    group.setChannels(found);
     group.setComponent("name");
     group.setLifetime(Imf::IDManifest::LIFETIME_STABLE);
     group.setHashScheme(Imf::IDManifest::NOTHASHED);
@@ -32,14 +44,18 @@ void addGroup(Imf::IDManifest& manifest, const char* channel,
     manifest.add(group);
 }
 
-std::vector<std::string> namesOf(const Imf::IDManifest& manifest, const char* channel) {
+std::vector<std::string> namesOf(const Imf::IDManifest& manifest, const char* name) {
     std::vector<std::string> names;
-    const std::size_t index = manifest.find(channel);
-    if (index == manifest.size()) return names;
-    for (auto i = manifest[index].begin(); i != manifest[index].end(); ++i) {
-        // Ours are 1, 2, 3, …; those of a stranger may be any.
-        if (i.id() != names.size() + 1 || i.text().empty()) return {};
-        names.push_back(i.text().front());
+    for (std::size_t g = 0; g < manifest.size() && names.empty(); ++g) {
+        const auto& channels = manifest[g].getChannels();
+        if (std::none_of(channels.begin(), channels.end(),
+                         [name](const std::string& channel) { return isOf(channel, name); }))
+            continue;
+        for (auto i = manifest[g].begin(); i != manifest[g].end(); ++i) {
+            // Ours are 1, 2, 3, …; those of a stranger may be any.
+            if (i.id() != names.size() + 1 || i.text().empty()) return {};
+            names.push_back(i.text().front());
+        }
     }
     return names;
 }
@@ -48,9 +64,9 @@ std::vector<std::string> namesOf(const Imf::IDManifest& manifest, const char* ch
 
 void addIdManifest(Imf::Header& header, const IdNames& names) {
     Imf::IDManifest manifest;
-    addGroup(manifest, kObject, names.objects);
-    addGroup(manifest, kMaterial, names.materials);
-    Imf::addIDManifest(header, Imf::CompressedIDManifest(manifest));
+    addGroup(manifest, header.channels(), kObject, names.objects);
+    addGroup(manifest, header.channels(), kMaterial, names.materials);
+    if (manifest.size() > 0) Imf::addIDManifest(header, Imf::CompressedIDManifest(manifest));
 }
 
 IdNames idNamesFromManifest(std::span<const std::byte> attribute) {

@@ -11,8 +11,8 @@
 
 namespace peeler {
 
-/// Adds the names of the channels id.object and id.material (scheme "id", not hashed, stable as
-/// long as the scene file is).
+/// Adds the names of those channels of the header that are an id.object or id.material of some
+/// layer (scheme "id", not hashed, stable as long as the scene file is); nothing if there are none.
 void addIdManifest(Imf::Header& header, const IdNames& names);
 
 /// The inverse, from the bytes of the attribute. Nothing for channels that are not there. Throws

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/layered_input.h"
 
+#include "formats/exr_deep_reader.h"
 #include "formats/exr_ldi_reader.h"
 
 namespace peeler {
 
 std::unique_ptr<LayeredInput> openLayered(const std::string& path) {
-    return std::make_unique<ExrLdiReader>(path);
+    if (readExrInfo(path).deep.empty()) return std::make_unique<ExrLdiReader>(path);
+    return std::make_unique<ExrDeepReader>(path);
 }
 
 }  // namespace peeler

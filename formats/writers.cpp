@@ -7,6 +7,8 @@
 
 #include "core/error.h"
 #include "formats/exr_composite_writer.h"
+#include "formats/exr_compression.h"
+#include "formats/exr_deep_writer.h"
 #include "formats/exr_ldi_writer.h"
 #include "formats/exr_midpoint_writer.h"
 #include "formats/image_writer.h"
@@ -14,10 +16,23 @@
 namespace peeler {
 namespace {
 
+Imf::Compression compressionOf(const OutputOptions& options, bool deep) {
+    return static_cast<Imf::Compression>(findExrCompression(options.compression, deep).value);
+}
+
 std::unique_ptr<Sink> makeLdi(const std::string& path, const OutputOptions& options) {
     return std::make_unique<ExrLdiWriter>(
         path, options.provenance,
-        ExrLdiOptions{.composite = options.composite_part, .cryptomatte = options.cryptomatte});
+        ExrLdiOptions{.composite = options.composite_part,
+                      .cryptomatte = options.cryptomatte,
+                      .layout = options.layout,
+                      .compression = compressionOf(options, false)});
+}
+
+std::unique_ptr<Sink> makeDeep(const std::string& path, const OutputOptions& options) {
+    return std::make_unique<ExrDeepWriter>(
+        path, options.provenance,
+        ExrDeepOptions{.merge = options.deep_merge, .compression = compressionOf(options, true)});
 }
 
 std::unique_ptr<Sink> makeExrComposite(const std::string& path, const OutputOptions& options) {
@@ -43,9 +58,16 @@ std::unique_ptr<Sink> makeImage(const std::string& path, const OutputOptions& op
 
 constexpr char kPng[] = "png", kJpeg[] = "jpeg", kTiff[] = "tiff";  // OpenImageIO's names
 
-const std::array<OutputFormat, 6>& table() {
-    static const std::array<OutputFormat, 6> rows = {{
+const std::array<OutputFormat, 7>& table() {
+    static const std::array<OutputFormat, 7> rows = {{
         {{".exr"}, "ldi", "layered depth image: one OpenEXR part a layer", makeLdi, false, true},
+        {{".exr"},
+         "deep",
+         "deep image: every fragment a sample of an OpenEXR deep scan line",
+         makeDeep,
+         false,
+         true,
+         false},
         {{".exr"},
          "composite",
          "flat OpenEXR image: R,G,B,A and the first Z",

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/deep_merge.h"
 #include "core/sink.h"
 
 namespace peeler {
@@ -19,6 +20,9 @@ struct OutputOptions {
     std::string as;                     ///< kind; "" = the extension's first row in the table
     bool composite_part = true;         ///< ldi: begin with a part `composite`
     bool cryptomatte = false;           ///< ldi, composite: in the composite part
+    std::string layout;                 ///< ldi: a name in exrLayouts(), "" = plain
+    DeepMergeSettings deep_merge;       ///< deep
+    std::string compression;            ///< ldi, deep: a name in exrCompressions(), "" = default
     std::array<float, 4> background{};  ///< premultiplied linear RGBA; composite
     float exposure = 0;                 ///< stops; PNG, JPEG, TIFF
     std::string tone_map = "none";      ///< PNG, JPEG, TIFF

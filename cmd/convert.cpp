@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler convert: the layers of a file in another form, band by band, nothing lost.
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "cmd/layered_bands.h"
+#include "cmd/options.h"
+#include "cmd/output_options.h"
+#include "cmd/progress.h"
+#include "cmd/report.h"
+#include "cmd/resources.h"
+#include "cmd/verbs.h"
+#include "core/error.h"
+#include "core/layer_windows.h"
+#include "formats/layered_input.h"
+#include "formats/writers.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ConvertOptions {
+    fs::path input;
+    int threads = 0;
+    OutputFlags output;
+    ReportFlags report;
+};
+
+/// One run. run() lists its stages.
+class Convert {
+  public:
+    Convert(const ConvertOptions& options, Console& console)
+        : options_(options), console_(console) {}
+
+    void run() {
+        {
+            const StageTimer timer(result_.milliseconds, "total");
+            checkOptions();
+            open();
+            count();
+            write();
+        }
+        tell();
+    }
+
+  private:
+    void checkOptions();
+    void open();
+    void count();
+    void write();
+    void tell();
+
+    template <class Take>
+    void forEachBand(const std::string& stage, Take&& take);
+
+    const ConvertOptions& options_;
+    Console& console_;
+    std::unique_ptr<LayeredInput> reader_;
+    Plan plan_;
+    PictureResult result_;
+};
+
+void Convert::checkOptions() {
+    console_.setQuiet(options_.report.quiet);
+    const OutputFormat& format =
+        findOutputFormat(options_.output.path.string(), options_.output.as);
+    if (format.kind == "composite" || format.casters) {
+        throw Error(ErrorKind::kUsage, "convert writes layers", options_.output.path.string(),
+                    "use --as ldi or --as deep; peeler flatten makes composites");
+    }
+    checkOutput(options_.output, {options_.input});
+    checkReport(options_.report, {options_.input, options_.output.path});
+    setThreads(options_.threads);
+}
+
+void Convert::open() {
+    const StageTimer timer(result_.milliseconds, "load");
+    reader_ = openLayered(options_.input.string());
+    plan_ = reader_->info().plan;
+}
+
+template <class Take>
+void Convert::forEachBand(const std::string& stage, Take&& take) {
+    ProgressReport progress(console_, options_.report.shownProgress(), stage);
+    cmd::forEachBand(*reader_, 0, result_.milliseconds, progress, take);
+}
+
+/// Headers come before pixels and tell where each layer lies. A deep file's counts have been read;
+/// other headers promise windows that may be wider than what they hold.
+void Convert::count() {
+    if (!reader_->info().deep.empty()) return;
+    LayerWindows windows;
+    forEachBand("count", [&](const LayeredImage& band) { windows.add(band); });
+    plan_.layers = windows.layers();
+    plan_.fragments_stored = windows.fragments();
+    if (!reader_->info().is_peeler) plan_.fragments_counted = plan_.fragments_stored;
+}
+
+void Convert::write() {
+    Provenance provenance = reader_->info().provenance;
+    if (provenance.version.empty()) provenance.version = PEELER_VERSION;
+    const auto writer =
+        makeSink(options_.output.path.string(), outputOptions(options_.output, provenance));
+    writer->begin(plan_);
+    forEachBand("convert", [&](const LayeredImage& band) { writer->write(band); });
+    writer->finish();
+    add(result_.milliseconds, writer->times());
+}
+
+void Convert::tell() {
+    result_.output = options_.output.path;
+    result_.bytes = bytesWritten(options_.output.layers, options_.output.path, plan_.layers.size());
+    result_.width = plan_.view.width;
+    result_.height = plan_.view.height;
+    result_.layers = plan_.layers.size();
+    result_.fragments_counted = plan_.fragments_counted;
+    result_.fragments_stored = plan_.fragments_stored;
+    result_.method = reader_->info().provenance.method;
+    result_.renderer = reader_->info().provenance.renderer;
+    result_.peak_memory = peakMemory();
+    tellResult(options_.report, result_, console_);
+}
+
+constexpr const char* kFooter =
+    "Layered files (--as ldi, in any --layout) and deep images hold the same fragments: from one\n"
+    "to the other and back nothing is lost, and the file is the same byte for byte if it was\n"
+    "written with the same options. Deep images of other programs are read too; samples are\n"
+    "sorted by depth first.";
+
+}  // namespace
+
+VerbAction declareConvert(CLI::App& app) {
+    const auto options = std::make_shared<ConvertOptions>();
+    addValue(
+        app, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
+        "a layered or deep image (.exr)")
+        ->required();
+    addOutputFile(app, options->output);
+    addLayerOutputOptions(app, options->output);
+    addThreadsOption(app, options->threads);
+    addReportOptions(app, options->report);
+    app.footer(kFooter);
+    return [options](Console& console) {
+        Convert(*options, console).run();
+        return 0;
+    };
+}
+
+}  // namespace peeler::cmd

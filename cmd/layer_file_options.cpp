@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/layer_file_options.h"
+
+#include <limits>
+#include <string_view>
+#include <system_error>
+
+#include "cmd/options.h"
+#include "cmd/parse.h"
+#include "core/error.h"
+#include "formats/exr_compression.h"
+#include "formats/exr_files.h"
+#include "formats/exr_layout.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Choice<DeepMerge> kDeepMerges[] = {
+    {"off", DeepMerge::kOff, "every fragment is a sample"},
+    {"exact", DeepMerge::kExact, "those at the very same depth"},
+    {"by-id", DeepMerge::kById, "those of one object and material within the tolerances"},
+    {"by-z", DeepMerge::kByZ, "those within --deep-z-tolerance"},
+};
+
+bool isSet(const LayerFileFlags& flags) {
+    return flags.layout && findExrLayout(*flags.layout).one_file_a_layer;
+}
+
+/// A name of a table with `name` and `summary` in each row, and the table as help.
+template <class Row>
+CLI::Option* addNamed(CLI::App& app, const char* option, std::optional<std::string>& target,
+                      std::span<const Row> rows, const std::string& kind, std::string help,
+                      bool first_is_default) {
+    std::vector<std::string_view> names;
+    for (const Row& row : rows) {
+        help += '\n' + std::string(row.name) +
+                (names.empty() && first_is_default ? " (default): " : ": ") +
+                std::string(row.summary);
+        names.push_back(row.name);
+    }
+    return addValue(
+        app, option, "NAME", target,
+        [names, kind](const std::string& text) {
+            for (const std::string_view name : names) {
+                if (name == text) return text;
+            }
+            refuseName(kind, text, names);
+        },
+        help);
+}
+
+double parseTolerance(const std::string& text) {
+    const double value = parseNumber(text);
+    if (value < 0) throw Error(ErrorKind::kUsage, "expected a number from 0");
+    return value;
+}
+
+[[noreturn]] void refuse(const char* option, const std::string& what, const std::string& hint) {
+    throw Error(ErrorKind::kUsage, what, option, hint);
+}
+
+void checkDeepMerge(const LayerFileFlags& flags) {
+    const bool by_id = flags.deep_merge == DeepMerge::kById;
+    const bool near = by_id || flags.deep_merge == DeepMerge::kByZ;
+    if (near && !flags.z_tolerance) {
+        refuse("--deep-merge", "nothing says how near samples must be",
+               "add --deep-z-tolerance, in scene units");
+    }
+    if (flags.z_tolerance && !near)
+        refuse("--deep-z-tolerance", "no samples are merged by it",
+               "add --deep-merge by-id or by-z");
+    if (flags.alpha_tolerance && !by_id)
+        refuse("--deep-alpha-tolerance", "no samples are merged by it", "add --deep-merge by-id");
+}
+
+}  // namespace
+
+void addLayerFileOptions(CLI::App& app, LayerFileFlags& flags) {
+    constexpr const char* kGroup = "Layer files";
+    addNamed(app, "--layout", flags.layout, exrLayouts(), "layout",
+             "where the layers of --as ldi go", true)
+        ->group(kGroup);
+    addNamed(app, "--compression", flags.compression, exrCompressions(), "compression",
+             "lossless compression of layers; deep images take no zip", false)
+        ->group(kGroup);
+    addChoice<DeepMerge>(app, "--deep-merge", flags.deep_merge, kDeepMerges, "merge",
+                         "neighbouring samples of --as deep that become one, with the same "
+                         "composite and the nearest's depth:")
+        ->group(kGroup);
+    addValue(app, "--deep-z-tolerance", "X", flags.z_tolerance, parseTolerance,
+             "how far samples that are merged may lie behind the nearest, scene units")
+        ->group(kGroup);
+    addValue(app, "--deep-alpha-tolerance", "X", flags.alpha_tolerance, parseTolerance,
+             "how far their alpha may be from the nearest's, by-id (default: 1, any)")
+        ->group(kGroup);
+}
+
+void checkLayerFileOptions(const LayerFileFlags& flags, const OutputFormat& format) {
+    const bool layered = format.kind == "ldi", deep = format.kind == "deep";
+    if (flags.layout && !layered)
+        refuse("--layout", "only layered files have a layout", "add --as ldi, or leave it out");
+    if (flags.compression && !layered && !deep)
+        refuse("--compression", "only layers are compressed as asked for",
+               "add --as ldi or --as deep, or leave it out");
+    if (flags.compression) findExrCompression(*flags.compression, deep);
+    const bool merging = flags.deep_merge != DeepMerge::kOff;
+    if ((merging || flags.z_tolerance || flags.alpha_tolerance) && !deep) {
+        refuse(merging ? "--deep-merge"
+                       : (flags.z_tolerance ? "--deep-z-tolerance" : "--deep-alpha-tolerance"),
+               "only the samples of deep images are merged", "add --as deep, or leave it out");
+    }
+    checkDeepMerge(flags);
+}
+
+void checkLayerFiles(const LayerFileFlags& flags, const fs::path& output,
+                     const std::vector<fs::path>& inputs, bool no_clobber) {
+    if (!isSet(flags)) return;
+    std::error_code failure;
+    const std::string beginning = output.stem().string() + ".layer_";
+    for (const fs::path& input : inputs) {
+        const fs::path beside = output.parent_path() / input.filename();
+        if (!input.filename().string().starts_with(beginning) ||
+            !fs::equivalent(input, beside, failure))
+            continue;
+        refuse("--layout per-file", "a layer's file could replace the input " + input.string(),
+               "choose another name for the output");
+    }
+    const fs::path first = exrLayerFile(output.string(), 0);
+    if (no_clobber && fs::exists(fs::symlink_status(first, failure))) {
+        throw Error(ErrorKind::kOutput, "the file is there already", first.string(),
+                    "remove it, choose another name, or leave --no-clobber out");
+    }
+}
+
+void applyLayerFileOptions(const LayerFileFlags& flags, OutputOptions& options) {
+    options.layout = flags.layout.value_or("");
+    options.compression = flags.compression.value_or("");
+    options.deep_merge.mode = flags.deep_merge;
+    options.deep_merge.z_tolerance = static_cast<float>(flags.z_tolerance.value_or(0));
+    options.deep_merge.alpha_tolerance = static_cast<float>(flags.alpha_tolerance.value_or(1));
+}
+
+std::uint64_t bytesWritten(const LayerFileFlags& flags, const fs::path& output,
+                           std::size_t layers) {
+    std::uint64_t bytes = fs::file_size(output);
+    for (std::size_t layer = 0; isSet(flags) && layer < layers; ++layer)
+        bytes += fs::file_size(exrLayerFile(output.string(), layer));
+    return bytes;
+}
+
+}  // namespace peeler::cmd

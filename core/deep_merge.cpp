@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs of samples found, counted, composited.
+#include "core/deep_merge.h"
+
+// Without the lookup table Imath's conversions are all in the header: core links no OpenEXR.
+#define IMATH_HALF_NO_LOOKUP_TABLE
+#include <Imath/half.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "core/composite.h"
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace peeler {
+namespace {
+
+/// One component of a FragmentArray of ids.
+struct IdChannel {
+    const std::uint32_t* first = nullptr;
+    std::size_t stride = 1;  ///< values from fragment to fragment
+
+    std::uint32_t operator[](std::size_t fragment) const { return first[fragment * stride]; }
+};
+
+IdChannel findIds(const LayeredImage& image, const std::string& name) {
+    for (const FragmentArray& array : image.extra) {
+        const auto found = std::find(array.channels.begin(), array.channels.end(), name);
+        if (found == array.channels.end() || array.type != PixelType::kUint) continue;
+        return {array.as<std::uint32_t>().data() + (found - array.channels.begin()),
+                array.components()};
+    }
+    throw Error(ErrorKind::kUsage, "the samples have no channel " + name + " to merge by",
+                "--deep-merge by-id", "add --channels id, or merge by-z");
+}
+
+/// Says which samples belong to the run of an earlier one.
+class Matcher {
+  public:
+    Matcher(const LayeredImage& image, const DeepMergeSettings& settings)
+        : image_(image), settings_(settings) {
+        if (settings.mode != DeepMerge::kById) return;
+        objects_ = findIds(image, "id.object");
+        materials_ = findIds(image, "id.material");
+    }
+
+    bool operator()(std::size_t first, std::size_t other) const {
+        const float distance = image_.z[other] - image_.z[first];
+        switch (settings_.mode) {
+            case DeepMerge::kExact:
+                return image_.z[other] == image_.z[first];
+            case DeepMerge::kByZ:
+                return distance <= settings_.z_tolerance;
+            case DeepMerge::kById:
+                return distance <= settings_.z_tolerance && objects_[first] == objects_[other] &&
+                       materials_[first] == materials_[other] &&
+                       std::abs(colorOf(image_, first)[3] - colorOf(image_, other)[3]) <=
+                           settings_.alpha_tolerance;
+            case DeepMerge::kOff:
+                break;
+        }
+        return false;
+    }
+
+  private:
+    const LayeredImage& image_;
+    DeepMergeSettings settings_;
+    IdChannel objects_, materials_;
+};
+
+/// The end of the run that begins with `first`; `end` is that of the pixel.
+std::size_t runEnd(const Matcher& together, std::size_t first, std::size_t end) {
+    std::size_t next = first + 1;
+    while (next < end && together(first, next))
+        ++next;
+    return next;
+}
+
+void store(const std::array<float, 4>& color, FragmentArray& array, std::size_t fragment) {
+    for (std::size_t c = 0; c < 4; ++c) {
+        if (array.type == PixelType::kFloat) {
+            array.as<float>()[4 * fragment + c] = color[c];
+        } else {
+            array.as<std::uint16_t>()[4 * fragment + c] = imath_float_to_half(color[c]);
+        }
+    }
+}
+
+void copyFragment(const FragmentArray& from, std::size_t source, FragmentArray& to,
+                  std::size_t target) {
+    std::memcpy(to.data.data() + target * to.stride(), from.data.data() + source * from.stride(),
+                from.stride());
+}
+
+void resizeLike(const FragmentArray& like, std::size_t fragments, FragmentArray& array) {
+    array.channels = like.channels;
+    array.type = like.type;
+    array.data.resize(fragments * like.stride());
+}
+
+}  // namespace
+
+void mergeSamples(const LayeredImage& image, int y0, int y1, const DeepMergeSettings& settings,
+                  LayeredImage& out) {
+    const Matcher together(image, settings);
+    out.window = {image.window.x0, y0, image.window.x1, y1};
+    const std::size_t base = image.pixelIndex(image.window.x0, y0);
+    const auto width = static_cast<std::size_t>(image.window.width());
+    const auto height = static_cast<std::size_t>(y1 - y0);
+    out.offsets.assign(width * height + 1, 0);
+    parallelFor(height, [&](std::size_t row) {
+        for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
+            const std::size_t end = image.offsets[base + p + 1];
+            for (std::size_t f = image.offsets[base + p]; f < end; f = runEnd(together, f, end))
+                ++out.offsets[p + 1];
+        }
+    });
+    for (std::size_t p = 1; p < out.offsets.size(); ++p)
+        out.offsets[p] += out.offsets[p - 1];
+
+    const std::size_t fragments = out.offsets.back();
+    out.z.resize(fragments);
+    resizeLike(image.color, fragments, out.color);
+    out.extra.resize(image.extra.size());
+    for (std::size_t i = 0; i < image.extra.size(); ++i)
+        resizeLike(image.extra[i], fragments, out.extra[i]);
+    parallelFor(height, [&](std::size_t row) {
+        for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
+            const std::size_t end = image.offsets[base + p + 1];
+            std::size_t target = out.offsets[p];
+            for (std::size_t f = image.offsets[base + p]; f < end; ++target) {
+                const std::size_t next = runEnd(together, f, end);
+                out.z[target] = image.z[f];
+                copyFragment(image.color, f, out.color, target);
+                for (std::size_t i = 0; i < image.extra.size(); ++i)
+                    copyFragment(image.extra[i], f, out.extra[i], target);
+                if (next > f + 1) {
+                    std::array<float, 4> color = colorOf(image, f);
+                    for (++f; f < next; ++f)
+                        color = over(color, colorOf(image, f));
+                    store(color, out.color, target);
+                }
+                f = next;
+            }
+        }
+    });
+}
+
+}  // namespace peeler

@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: Apache-2.0
+// Counts, then samples scattered to their fragments, then order.
+#include "formats/exr_deep_reader.h"
+
+#include <Imath/half.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <set>
+
+#include "core/error.h"
+#include "core/layer_windows.h"
+#include "core/parallel.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::uint32_t kMostSamples = 1 << 16;  ///< in a pixel: as many layers as can be stored
+constexpr std::uint16_t kHalfOne = 0x3c00;
+
+/// A sample at infinity is there, and must not look like none.
+float finiteDepth(float z) {
+    constexpr float kFarthest = std::numeric_limits<float>::max();
+    return z < std::numeric_limits<float>::infinity() ? z : kFarthest;
+}
+
+float floatAt(const std::byte* from, PixelType type) {
+    if (type == PixelType::kFloat) {
+        float value = 0;
+        std::memcpy(&value, from, sizeof value);
+        return value;
+    }
+    std::uint16_t bits = 0;
+    std::memcpy(&bits, from, sizeof bits);
+    return imath_half_to_float(bits);
+}
+
+void storeColor(const std::byte* from, PixelType type, FragmentArray& color, std::size_t fragment,
+                std::size_t component) {
+    const std::size_t place = fragment * 4 + component;
+    if (color.type == PixelType::kFloat) {
+        color.as<float>()[place] = floatAt(from, type);
+    } else {
+        std::memcpy(&color.as<std::uint16_t>()[place], from, sizeof(std::uint16_t));
+    }
+}
+
+/// Puts the fragments [begin, end) of an array into the order that `order` names.
+template <class T>
+void permute(T* values, std::size_t stride, const std::vector<std::uint32_t>& order,
+             std::vector<std::byte>& scratch) {
+    const std::size_t bytes = stride * sizeof(T);
+    scratch.resize(order.size() * bytes);
+    std::memcpy(scratch.data(), values, scratch.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+        std::memcpy(values + i * stride, scratch.data() + order[i] * bytes, bytes);
+}
+
+/// Sorts the fragments of each pixel by Z; those at the same Z keep their order.
+void sortFragments(LayeredImage& image) {
+    const auto width = static_cast<std::size_t>(image.window.width());
+    parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
+        std::vector<std::uint32_t> order;
+        std::vector<std::byte> scratch;
+        for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
+            float* z = image.z.data() + image.offsets[p];
+            if (std::is_sorted(z, z + image.count(p))) continue;
+            order.resize(image.count(p));
+            std::iota(order.begin(), order.end(), 0U);
+            std::stable_sort(order.begin(), order.end(),
+                             [&](std::uint32_t a, std::uint32_t b) { return z[a] < z[b]; });
+            permute(z, 1, order, scratch);
+            const auto reorder = [&](FragmentArray& array) {
+                permute(array.data.data() + image.offsets[p] * array.stride(), array.stride(),
+                        order, scratch);
+            };
+            reorder(image.color);
+            for (FragmentArray& array : image.extra)
+                reorder(array);
+        }
+    });
+}
+
+}  // namespace
+
+ExrDeepReader::ExrDeepReader(const std::string& path) : input_(path), info_(describe(input_)) {
+    const std::size_t main = findMainPart();
+    parts_.push_back({main, {}});
+    for (const std::size_t other : findOthers(main))
+        parts_.push_back({other, {}});
+    countSamples();
+    info_.deep.clear();
+    for (const Part& part : parts_)
+        info_.deep.push_back(part.index);
+    findChannels();
+}
+
+ExrDeepReader::~ExrDeepReader() = default;
+
+std::size_t ExrDeepReader::findMainPart() const {
+    for (const std::size_t part : info_.deep) {
+        const ExrInputChannel* depth = info_.parts[part].channel("Z");
+        if (depth && depth->type != PixelType::kUint) return part;
+    }
+    throw Error(ErrorKind::kInput, "no deep part has a channel Z of half or float", input_.path(),
+                "samples without a depth have no order");
+}
+
+/// The parts that speak of the same samples, as far as their headers tell.
+std::vector<std::size_t> ExrDeepReader::findOthers(std::size_t main) const {
+    std::vector<std::size_t> others;
+    std::set<std::string> known;
+    const auto isDepth = [](const std::string& name) { return name == "Z" || name == "ZBack"; };
+    for (const ExrInputChannel& channel : info_.parts[main].channels)
+        known.insert(channel.name);
+    for (const std::size_t index : info_.deep) {
+        if (index == main) continue;
+        const ExrInputPart& part = info_.parts[index];
+        bool joins = part.data_window == info_.parts[main].data_window && sameBlocks(main, index);
+        for (const ExrInputChannel& channel : part.channels)
+            joins = joins && (isDepth(channel.name) || !known.contains(channel.name));
+        if (!joins && info_.is_peeler) {
+            throw Error(ErrorKind::kInput, "the part does not fit the others", input_.where(index),
+                        "render it again");
+        }
+        if (!joins) continue;
+        for (const ExrInputChannel& channel : part.channels)
+            known.insert(channel.name);
+        others.push_back(index);
+    }
+    return others;
+}
+
+bool ExrDeepReader::sameBlocks(std::size_t a, std::size_t b) const {
+    return input_.deepBlocks(a) == input_.deepBlocks(b) &&
+           input_.deepBlockWindow(a, 0) == input_.deepBlockWindow(b, 0);
+}
+
+/// Fills in the plan; parts that have other counts are left out, or are an error in our own files.
+void ExrDeepReader::countSamples() {
+    const std::size_t main = parts_.front().index;
+    const Window& all = info_.parts[main].data_window;
+    LayerWindows windows;
+    std::vector<std::uint64_t> rows(static_cast<std::size_t>(all.height()), 0);
+    std::set<std::size_t> different;
+    ExrDeepBlock block, other;
+    for (std::size_t b = 0; b < input_.deepBlocks(main); ++b) {
+        input_.readDeepBlock(main, b, true, block);
+        for (const Part& part : parts_) {
+            if (part.index == main || different.contains(part.index)) continue;
+            input_.readDeepBlock(part.index, b, true, other);
+            if (other.counts != block.counts) different.insert(part.index);
+        }
+        const Window& window = block.window;
+        std::size_t i = 0;
+        for (int y = window.y0; y < window.y1; ++y) {
+            for (int x = window.x0; x < window.x1; ++x, ++i) {
+                const std::uint32_t count = block.counts[i];
+                if (count > kMostSamples) {
+                    throw Error(ErrorKind::kInput, "a pixel has more than 65536 samples",
+                                input_.where(main), "merge samples first");
+                }
+                windows.add(x, y, count);
+                rows[static_cast<std::size_t>(y - all.y0)] += count;
+            }
+        }
+    }
+    if (!different.empty() && info_.is_peeler) {
+        throw Error(ErrorKind::kInput, "the part has other samples than the first",
+                    input_.where(*different.begin()), "render it again");
+    }
+    std::erase_if(parts_, [&](const Part& part) { return different.contains(part.index); });
+
+    Plan& plan = info_.plan;
+    plan.layers = windows.layers();
+    plan.fragments_stored = windows.fragments();
+    if (!info_.is_peeler) plan.fragments_counted = plan.fragments_stored;
+    std::uint64_t sample = 0;
+    for (const Part& part : parts_) {
+        for (const ExrInputChannel& channel : info_.parts[part.index].channels)
+            sample += pixelTypeSize(channel.type);
+    }
+    most_row_bytes_ = 2 * sample * *std::max_element(rows.begin(), rows.end());
+}
+
+void ExrDeepReader::findChannels() {
+    const ExrInputPart& main = info_.parts[parts_.front().index];
+    info_.plan.color_type = PixelType::kHalf;
+    constexpr const char* kColors[] = {"R", "G", "B", "A"};
+    const bool grey = !main.channel("R") && !main.channel("G") && !main.channel("B");
+    const auto routeOf = [&](const std::string& name, bool first) -> Route {
+        const auto* color = std::find(std::begin(kColors), std::end(kColors), name);
+        if (first && color != std::end(kColors))
+            return {.target = Route::kColor,
+                    .component = static_cast<std::size_t>(color - std::begin(kColors))};
+        if (first && grey && name == "Y") return {.target = Route::kGrey};
+        if (name == "Z") return {.target = first ? Route::kZ : Route::kNowhere};
+        return {.target = !first && name == "ZBack" ? Route::kNowhere : 0};
+    };
+    std::vector<ExrInputChannel> others;
+    for (Part& part : parts_) {
+        const bool first = &part == &parts_.front();
+        for (const ExrInputChannel& channel : info_.parts[part.index].channels) {
+            Route route = routeOf(channel.name, first);
+            route.type = channel.type;
+            const bool colored = route.target == Route::kColor || route.target == Route::kGrey;
+            if (colored && channel.type == PixelType::kUint) {
+                throw Error(ErrorKind::kInput, "a colour is stored as integers",
+                            input_.where(part.index));
+            }
+            if (colored && channel.type == PixelType::kFloat)
+                info_.plan.color_type = PixelType::kFloat;
+            if (route.target >= 0) others.push_back(channel);
+            part.routes.push_back(route);
+        }
+    }
+    opaque_ = main.channel("A") == nullptr;
+    std::sort(others.begin(), others.end(),
+              [](const ExrInputChannel& a, const ExrInputChannel& b) { return a.name < b.name; });
+    extra_ = fragmentArrays(others);
+    for (Part& part : parts_) {
+        for (std::size_t c = 0; c < part.routes.size(); ++c) {
+            if (part.routes[c].target < 0) continue;
+            const std::string& name = info_.parts[part.index].channels[c].name;
+            for (std::size_t i = 0; i < extra_.size(); ++i) {
+                const auto& names = extra_[i].channels;
+                const auto found = std::find(names.begin(), names.end(), name);
+                if (found == names.end()) continue;
+                part.routes[c].target = static_cast<int>(i);
+                part.routes[c].component = static_cast<std::size_t>(found - names.begin());
+            }
+        }
+    }
+}
+
+std::vector<std::size_t> ExrDeepReader::blocksIn(const Window& window, std::size_t part) const {
+    std::vector<std::size_t> blocks;
+    for (std::size_t b = 0; b < input_.deepBlocks(part); ++b) {
+        if (!intersect(input_.deepBlockWindow(part, b), window).empty()) blocks.push_back(b);
+    }
+    return blocks;
+}
+
+void ExrDeepReader::readCounts(const Window& window, LayeredImage& out) const {
+    const std::size_t main = parts_.front().index;
+    const std::vector<std::size_t> blocks = blocksIn(window, main);
+    out.offsets.assign(window.pixels() + 1, 0);
+    parallelFor(blocks.size(), [&](std::size_t i) {
+        ExrDeepBlock block;
+        input_.readDeepBlock(main, blocks[i], true, block);
+        const Window shared = intersect(block.window, window);
+        const auto width = static_cast<std::size_t>(block.window.width());
+        for (int y = shared.y0; y < shared.y1; ++y) {
+            const auto row = static_cast<std::size_t>(y - block.window.y0) * width;
+            for (int x = shared.x0; x < shared.x1; ++x) {
+                out.offsets[out.pixelIndex(x, y) + 1] =
+                    block.counts[row + static_cast<std::size_t>(x - block.window.x0)];
+            }
+        }
+    });
+    std::uint64_t total = 0;
+    for (std::uint32_t& offset : out.offsets) {
+        total += offset;
+        if (total > std::numeric_limits<std::uint32_t>::max()) {
+            throw Error(ErrorKind::kMemory, "over 2^32 fragments in one band", input_.path(),
+                        "read fewer rows at once");
+        }
+        offset = static_cast<std::uint32_t>(total);
+    }
+}
+
+void ExrDeepReader::readSamples(const Window& window, LayeredImage& out) const {
+    for (const Part& part : parts_) {
+        const std::vector<std::size_t> blocks = blocksIn(window, part.index);
+        parallelFor(blocks.size(), [&](std::size_t i) {
+            ExrDeepBlock block;
+            input_.readDeepBlock(part.index, blocks[i], false, block);
+            scatter(block, part, out);
+        });
+    }
+}
+
+void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, LayeredImage& out) const {
+    const auto width = static_cast<std::size_t>(block.window.width());
+    const std::byte* from = block.samples.data();
+    const auto store = [&](const Route& route, std::size_t fragment, const std::byte* value) {
+        if (route.target == Route::kZ) {
+            out.z[fragment] = finiteDepth(floatAt(value, route.type));
+        } else if (route.target == Route::kColor) {
+            storeColor(value, route.type, out.color, fragment, route.component);
+        } else if (route.target == Route::kGrey) {
+            for (std::size_t c = 0; c < 3; ++c)
+                storeColor(value, route.type, out.color, fragment, c);
+        } else if (route.target >= 0) {
+            FragmentArray& array = out.extra[static_cast<std::size_t>(route.target)];
+            const std::size_t size = pixelTypeSize(array.type);
+            std::memcpy(array.data.data() + fragment * array.stride() + route.component * size,
+                        value, size);
+        }
+    };
+    for (int y = block.window.y0; y < block.window.y1; ++y) {
+        const std::uint32_t* counts =
+            block.counts.data() + static_cast<std::size_t>(y - block.window.y0) * width;
+        const bool wanted_row = y >= out.window.y0 && y < out.window.y1;
+        for (const Route& route : part.routes) {
+            const std::size_t size = pixelTypeSize(route.type);
+            for (std::size_t x = 0; x < width; ++x) {
+                const int column = block.window.x0 + static_cast<int>(x);
+                const bool wanted = wanted_row && column >= out.window.x0 && column < out.window.x1;
+                if (!wanted) {
+                    from += counts[x] * size;
+                    continue;
+                }
+                const std::size_t pixel = out.pixelIndex(column, y);
+                // The file may change while it is read; the memory must not be another's.
+                if (out.count(pixel) != counts[x]) {
+                    throw Error(ErrorKind::kInput, "the sample counts have changed",
+                                input_.where(part.index), "read it again");
+                }
+                for (std::uint32_t k = 0; k < counts[x]; ++k, from += size)
+                    store(route, out.offsets[pixel] + k, from);
+            }
+        }
+    }
+}
+
+void ExrDeepReader::read(const Window& window, LayeredImage& out) {
+    if (window.empty() || intersect(window, info_.plan.view.crop) != window) {
+        throw Error(ErrorKind::kInternal, "the window is empty or outside the picture",
+                    input_.path());
+    }
+    out.window = window;
+    readCounts(window, out);
+    const std::size_t fragments = out.offsets.back();
+    out.z.resize(fragments);
+    out.color = {{"R", "G", "B", "A"}, info_.plan.color_type, std::move(out.color.data)};
+    out.color.data.assign(fragments * out.color.stride(), std::byte{0});
+    out.extra.resize(extra_.size());
+    for (std::size_t i = 0; i < extra_.size(); ++i) {
+        out.extra[i] = {extra_[i].channels, extra_[i].type, std::move(out.extra[i].data)};
+        out.extra[i].data.resize(fragments * extra_[i].stride());
+    }
+    if (opaque_) {
+        for (std::size_t f = 0; f < fragments; ++f) {
+            if (out.color.type == PixelType::kFloat) {
+                out.color.as<float>()[4 * f + 3] = 1;
+            } else {
+                out.color.as<std::uint16_t>()[4 * f + 3] = kHalfOne;
+            }
+        }
+    }
+    readSamples(window, out);
+    sortFragments(out);
+}
+
+void ExrDeepReader::readComposite(const Window&, CompositeImage&) {
+    throw Error(ErrorKind::kInput, "a deep image has no part \"composite\"", input_.path(),
+                "flatten it first");
+}
+
+int ExrDeepReader::rowsFor(std::uint64_t bytes) const {
+    const Window& crop = info_.plan.view.crop;
+    const std::uint64_t row =
+        most_row_bytes_ + static_cast<std::uint64_t>(crop.width()) * sizeof(std::uint32_t);
+    const auto rows = static_cast<std::uint64_t>(std::max(1, crop.height()));
+    return static_cast<int>(
+        std::clamp(bytes / std::max<std::uint64_t>(1, row), std::uint64_t{1}, rows));
+}
+
+}  // namespace peeler

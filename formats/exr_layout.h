@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of layouts: how the layers of a picture are spread over channels, parts and files.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace peeler {
+
+/// One layout. The composite, where there is one, comes first and has plain channel names.
+struct ExrLayout {
+    std::string_view name;     ///< for --layout and `peeler:layout`
+    std::string_view summary;  ///< for --help
+    bool one_part = false;     ///< all layers and the composite in one part
+    bool prefixed = false;     ///< a layer's channels are layer_000.R, …
+    bool one_file_a_layer = false;
+    std::string_view composite_part = "composite";  ///< its name
+};
+
+inline constexpr std::string_view kPerFileLayout = "per-file";
+
+/// Every layout; the first is the default.
+std::span<const ExrLayout> exrLayouts();
+
+/// The layout with this name, "" being the default. Throws Error (kUsage) that lists the choices.
+const ExrLayout& findExrLayout(std::string_view name);
+
+/// "layer_000", "layer_001", …: at least three digits.
+std::string layerName(std::size_t layer);
+
+/// The number in "layer_012" or before the first dot of "layer_012.R"; −1 if the name is another.
+int layerNumber(std::string_view name);
+
+}  // namespace peeler

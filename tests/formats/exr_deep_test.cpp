@@ -1,0 +1,448 @@
+// SPDX-License-Identifier: Apache-2.0
+// Deep EXR files: sample by sample with OpenEXR, back through our reader, and those of others.
+#include <OpenEXR/ImfDeepImageStateAttribute.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#include <gtest/gtest.h>
+
+#include <cfloat>
+#include <cmath>
+#include <fstream>
+#include <functional>
+
+#include "core/composite.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "formats/deep_file.h"
+#include "formats/exr_deep_reader.h"
+#include "formats/exr_deep_writer.h"
+#include "formats/exr_ldi_writer.h"
+#include "formats/same_image.h"
+#include "formats/synthetic_image.h"
+#include "support/test_support.h"
+
+namespace peeler {
+namespace {
+
+namespace fs = std::filesystem;
+using test::DeepFileOptions;
+using test::DeepPart;
+using test::expectSame;
+using test::makePicture;
+using test::ScratchDir;
+using test::SyntheticPicture;
+using test::writePicture;
+
+/// makePicture with a float channel too.
+SyntheticPicture makeRichPicture(test::SyntheticOptions options) {
+    options.extra = true;
+    SyntheticPicture picture = makePicture(options);
+    FragmentArray position{{"P.X", "P.Y", "P.Z"}, PixelType::kFloat, {}};
+    for (std::size_t i = 0; i < 3 * picture.image.fragments(); ++i)
+        test::appendValue(position.data, std::sin(static_cast<float>(i)) * 1e5F);
+    picture.image.extra.insert(picture.image.extra.begin() + 1, std::move(position));
+    return picture;
+}
+
+void writeDeep(const fs::path& path, const SyntheticPicture& picture,
+               const std::vector<int>& heights = {1 << 20}, const ExrDeepOptions& options = {}) {
+    Provenance provenance;
+    provenance.version = "1.2.3";
+    ExrDeepWriter writer(path, provenance, options);
+    writePicture(writer, picture, heights);
+}
+
+LayeredImage readAll(const fs::path& path) {
+    const auto reader = openLayered(path);
+    LayeredImage image;
+    reader->read(reader->info().plan.view.crop, image);
+    return image;
+}
+
+/// Calls check(channel's list in the file, first fragment) for every pixel of the part's window;
+/// all pixels outside it must be empty.
+template <class Check>
+void forEachPixel(const DeepPart& part, const LayeredImage& image, Check&& check) {
+    const Window& all = image.window;
+    for (int y = all.y0; y < all.y1; ++y) {
+        for (int x = all.x0; x < all.x1; ++x) {
+            const std::size_t pixel = image.pixelIndex(x, y);
+            if (!part.window.intersects(Imath::V2i(x, y))) {
+                ASSERT_EQ(image.count(pixel), 0U) << x << "," << y;
+                continue;
+            }
+            const std::size_t p = static_cast<std::size_t>(y - part.window.min.y) * part.width() +
+                                  static_cast<std::size_t>(x - part.window.min.x);
+            ASSERT_EQ(part.counts[p], image.count(pixel)) << x << "," << y;
+            check(p, image.offsets[pixel]);
+        }
+    }
+}
+
+void expectChannel(const DeepPart& part, const LayeredImage& image, const std::string& name,
+                   Imf::PixelType type, const std::function<double(std::size_t)>& expected) {
+    ASSERT_TRUE(part.types.contains(name)) << name;
+    EXPECT_EQ(part.types.at(name), type) << name;
+    const auto& lists = part.values.at(name);
+    forEachPixel(part, image, [&](std::size_t p, std::size_t first) {
+        for (std::size_t k = 0; k < lists[p].size(); ++k)
+            ASSERT_EQ(lists[p][k], expected(first + k)) << name << " of pixel " << p;
+    });
+}
+
+double halfAt(const FragmentArray& array, std::size_t i) {
+    return static_cast<double>(imath_half_to_float(array.as<std::uint16_t>()[i]));
+}
+
+class ExrDeep : public testing::Test {
+  protected:
+    void TearDown() override { setThreadCount(0); }
+    ScratchDir scratch;
+};
+
+TEST_F(ExrDeep, EverySampleReadsBackWithOpenExr) {
+    for (const Imf::Compression compression :
+         {Imf::ZIPS_COMPRESSION, Imf::RLE_COMPRESSION, Imf::NO_COMPRESSION}) {
+        SCOPED_TRACE(compression);
+        const SyntheticPicture picture =
+            makeRichPicture({.seed = 11, .width = 41, .height = 33, .crop = {2, 3, 40, 33}});
+        const LayeredImage& image = picture.image;
+        writeDeep(scratch / "out.exr", picture, {13}, {.compression = compression});
+        Imf::MultiPartInputFile file((scratch / "out.exr").c_str());
+        ASSERT_EQ(file.parts(), 2);
+        EXPECT_EQ(file.header(0).name(), "color");
+        EXPECT_EQ(file.header(1).name(), "ids");
+        EXPECT_EQ(file.header(0).type(), "deepscanline");
+        const DeepPart color = test::readDeepPart(file, 0), ids = test::readDeepPart(file, 1);
+        EXPECT_EQ(color.types.size(), 11U);  // RGBA Z N P
+        EXPECT_EQ(ids.types.size(), 2U);     // Z id
+        const char* names[] = {"R", "G", "B", "A"};
+        for (std::size_t c = 0; c < 4; ++c) {
+            expectChannel(color, image, names[c], Imf::HALF,
+                          [&](std::size_t f) { return halfAt(image.color, 4 * f + c); });
+        }
+        for (const DeepPart* part : {&color, &ids}) {
+            expectChannel(*part, image, "Z", Imf::FLOAT,
+                          [&](std::size_t f) { return static_cast<double>(image.z[f]); });
+        }
+        expectChannel(color, image, "N.Y", Imf::HALF,
+                      [&](std::size_t f) { return halfAt(image.extra[0], 3 * f + 1); });
+        expectChannel(color, image, "P.Z", Imf::FLOAT, [&](std::size_t f) {
+            return static_cast<double>(image.extra[1].as<float>()[3 * f + 2]);
+        });
+        expectChannel(ids, image, "id", Imf::UINT, [&](std::size_t f) {
+            return static_cast<double>(image.extra[2].as<std::uint32_t>()[f]);
+        });
+    }
+}
+
+TEST_F(ExrDeep, OurReaderReturnsTheSameImage) {
+    for (std::uint32_t seed = 1; seed <= 6; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        test::SyntheticOptions options{.seed = seed};
+        if (seed % 3 == 0) options.color_type = PixelType::kFloat;
+        if (seed > 3) options.crop = {5, 9, 70, 58};
+        const SyntheticPicture picture =
+            seed % 2 == 0 ? makeRichPicture(options) : makePicture(options);
+        const LayeredImage& wanted = picture.image;
+        writeDeep(scratch / "out.exr", picture, {5, 20});
+        ExrDeepReader reader(scratch / "out.exr");
+        EXPECT_EQ(reader.info().plan.fragments_stored, picture.image.fragments());
+        ASSERT_EQ(reader.info().plan.layers.size(), picture.plan.layers.size());
+        for (std::size_t k = 0; k < picture.plan.layers.size(); ++k) {
+            EXPECT_EQ(reader.info().plan.layers[k].data_window, picture.plan.layers[k].data_window);
+            EXPECT_EQ(reader.info().plan.layers[k].pixels, picture.plan.layers[k].pixels);
+        }
+        LayeredImage read;
+        reader.read(picture.image.window, read);
+        expectSame(read, wanted);
+        for (int y = wanted.window.y0; y < wanted.window.y1; y += 11) {
+            const Window rows{wanted.window.x0, y, wanted.window.x1,
+                              std::min(y + 11, wanted.window.y1)};
+            reader.read(rows, read);
+            expectSame(read, test::cutRows(wanted, rows.y0, rows.y1));
+        }
+    }
+}
+
+TEST_F(ExrDeep, BytesDoNotDependOnBandsOrThreads) {
+    const SyntheticPicture picture = makeRichPicture({.seed = 21, .width = 97, .height = 130});
+    const DeepMergeSettings merges[] = {{}, {DeepMerge::kByZ, 0.4F, 1}};
+    for (const DeepMergeSettings& merge : merges) {
+        setThreadCount(1);
+        writeDeep(scratch / "a.exr", picture, {1 << 20}, {.merge = merge});
+        const std::string whole = test::bytesOf(scratch / "a.exr");
+        ASSERT_FALSE(whole.empty());
+        const std::vector<std::vector<int>> cuts = {{1}, {2, 15}, {17}, {31, 1, 64}};
+        for (std::size_t i = 0; i < cuts.size(); ++i) {
+            setThreadCount(static_cast<int>(i) + 1);
+            writeDeep(scratch / "b.exr", picture, cuts[i], {.merge = merge});
+            EXPECT_TRUE(test::bytesOf(scratch / "b.exr") == whole) << "cut " << i;
+        }
+    }
+}
+
+TEST_F(ExrDeep, TheStateSaysWhetherSamplesCoincide) {
+    for (const bool coincident : {false, true}) {
+        SyntheticPicture picture = makePicture({.seed = 31, .width = 20, .height = 20});
+        LayeredImage& image = picture.image;
+        for (std::size_t p = 0; p < image.window.pixels(); ++p) {
+            for (std::uint32_t f = image.offsets[p] + 1; f < image.offsets[p + 1]; ++f)
+                image.z[f] = image.z[f - 1] + 1;
+        }
+        // The last list of all, so that the writer has to look everywhere.
+        std::size_t last = image.window.pixels() - 1;
+        while (image.count(last) < 2)
+            --last;
+        if (coincident) image.z[image.offsets[last] + 1] = image.z[image.offsets[last]];
+        writeDeep(scratch / "out.exr", picture, {3});
+        Imf::MultiPartInputFile file((scratch / "out.exr").c_str());
+        EXPECT_EQ(Imf::deepImageState(file.header(0)),
+                  coincident ? Imf::DIS_SORTED : Imf::DIS_TIDY);
+        EXPECT_EQ(file.header(0)
+                      .typedAttribute<Imf::IntAttribute>("maxSamplesPerPixel")
+                      .value(),
+                  static_cast<int>(picture.plan.layers.size()));
+    }
+}
+
+TEST_F(ExrDeep, MergedFilesSayWhatIsLeftAndCompositeAlike) {
+    const SyntheticPicture picture = makePicture({.seed = 41, .color_type = PixelType::kFloat});
+    writeDeep(scratch / "out.exr", picture, {7}, {.merge = {DeepMerge::kExact, 0, 1}});
+    ExrDeepReader reader(scratch / "out.exr");
+    LayeredImage merged;
+    reader.read(picture.image.window, merged);
+    EXPECT_LT(merged.fragments(), picture.image.fragments());
+    Imf::MultiPartInputFile file((scratch / "out.exr").c_str());
+    const Imf::Header& header = file.header(0);
+    EXPECT_EQ(Imf::deepImageState(header), Imf::DIS_TIDY);
+    const auto text = [&](const char* name) {
+        return header.typedAttribute<Imf::StringAttribute>(name).value();
+    };
+    EXPECT_EQ(std::stoull(text("peeler:fragmentsStored")), merged.fragments());
+    EXPECT_EQ(text("peeler:deepMerge"), "exact");
+    EXPECT_EQ(header.typedAttribute<Imf::IntAttribute>("peeler:complete").value(), 0);
+    EXPECT_EQ(header.typedAttribute<Imf::IntAttribute>("peeler:layers").value(),
+              static_cast<int>(reader.info().plan.layers.size()));
+    CompositeImage before, after;
+    compositeOver(picture.image, {}, before);
+    compositeOver(merged, {}, after);
+    EXPECT_EQ(before.z, after.z);
+    for (std::size_t p = 0; p < before.rgba.size(); ++p) {
+        for (std::size_t c = 0; c < 4; ++c)
+            ASSERT_NEAR(before.rgba[p][c], after.rgba[p][c], 1e-5F);
+    }
+}
+
+TEST_F(ExrDeep, AnEmptyPictureIsAFile) {
+    const SyntheticPicture picture = makePicture({.crop = {3, 4, 80, 50}, .most_layers = 0});
+    writeDeep(scratch / "empty.exr", picture, {9});
+    Imf::MultiPartInputFile file((scratch / "empty.exr").c_str());
+    const DeepPart part = test::readDeepPart(file, 0);
+    EXPECT_EQ(part.window, Imath::Box2i({3, 4}, {79, 49}));
+    EXPECT_EQ(*std::max_element(part.counts.begin(), part.counts.end()), 0U);
+    expectSame(readAll(scratch / "empty.exr"), picture.image);
+}
+
+TEST_F(ExrDeep, OtherProgramsReadIt) {
+    const std::string path = scratch / "out.exr";
+    writeDeep(path, makeRichPicture({.seed = 51}));
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"exrheader", path}, {"exrinfo", "-v", path},
+          {"oiiotool", "--info", "-v", "--stats", "-a", path}}) {
+        const test::CommandResult result = test::runCommand(command);
+        EXPECT_EQ(result.exit_code, 0) << command.front() << ": " << result.err;
+        EXPECT_NE(result.out.find("ids"), std::string::npos) << result.out;
+    }
+}
+
+TEST_F(ExrDeep, ABandThatDoesNotFitThePlanIsRefused) {
+    const SyntheticPicture picture = makePicture({.seed = 71});
+    const auto expectInternal = [](auto&& action) {
+        try {
+            action();
+            FAIL() << "nothing was thrown";
+        } catch (const Error& e) {
+            EXPECT_EQ(e.kind(), ErrorKind::kInternal) << e.what();
+        }
+    };
+    expectInternal([&] {  // a gap
+        ExrDeepWriter writer(scratch / "out.exr", {});
+        writer.begin(picture.plan);
+        writer.write(test::cutRows(picture.image, 1, 5));
+    });
+    expectInternal([&] {  // rows missing at the end
+        ExrDeepWriter writer(scratch / "out.exr", {});
+        writer.begin(picture.plan);
+        writer.write(test::cutRows(picture.image, 0, 5));
+        writer.finish();
+    });
+    expectInternal([&] {  // a fragment more than planned
+        SyntheticPicture wrong = picture;
+        ++wrong.plan.fragments_stored;
+        writeDeep(scratch / "out.exr", wrong);
+    });
+    expectInternal([&] {  // a window that cuts fragments off
+        SyntheticPicture wrong = picture;
+        for (LayerPlan& layer : wrong.plan.layers)
+            --layer.data_window.x1;
+        writeDeep(scratch / "out.exr", wrong);
+    });
+    EXPECT_TRUE(fs::is_empty(scratch.path()));
+}
+
+/// Foreign files. Two pixels have samples: (5, 4) has three out of order, (6, 4) one at infinity.
+DeepPart foreignPart(Imf::PixelType depth_type) {
+    DeepPart part;
+    part.window = {{3, 2}, {12, 9}};
+    part.counts.assign(part.pixels(), 0);
+    part.types = {{"R", Imf::HALF}, {"A", Imf::FLOAT}, {"Z", depth_type}};
+    const std::size_t p = 2 * part.width() + 2;
+    part.counts[p] = 3;
+    part.counts[p + 1] = 1;
+    for (const auto& [name, type] : part.types)
+        part.values[name].resize(part.pixels());
+    part.values["Z"][p] = {2, 1, 2};
+    part.values["R"][p] = {0.25, 0.5, 0.125};
+    part.values["A"][p] = {0.3, 0.2, 0.1};
+    part.values["Z"][p + 1] = {HUGE_VAL};
+    part.values["R"][p + 1] = {1};
+    part.values["A"][p + 1] = {1};
+    return part;
+}
+
+void expectForeign(const LayeredImage& image) {
+    const std::size_t p = image.pixelIndex(5, 4);
+    ASSERT_EQ(image.fragments(), 4U);
+    ASSERT_EQ(image.count(p), 3U);
+    ASSERT_EQ(image.count(p + 1), 1U);
+    EXPECT_EQ(image.z, (std::vector<float>{1, 2, 2, FLT_MAX}));
+    ASSERT_EQ(image.color.type, PixelType::kFloat);
+    using Color = std::array<float, 4>;
+    EXPECT_EQ(colorOf(image, 0), (Color{0.5F, 0, 0, 0.2F}));
+    EXPECT_EQ(colorOf(image, 1), (Color{0.25F, 0, 0, 0.3F}));  // stable: the first at Z = 2
+    EXPECT_EQ(colorOf(image, 2), (Color{0.125F, 0, 0, 0.1F}));
+    EXPECT_EQ(colorOf(image, 3), (Color{1, 0, 0, 1}));
+}
+
+TEST_F(ExrDeep, ForeignScanLinesAndTilesAreSorted) {
+    for (const Imf::PixelType type : {Imf::HALF, Imf::FLOAT}) {
+        for (const int tile : {0, 3, 4, 64}) {
+            for (const auto compression :
+                 {Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION}) {
+                SCOPED_TRACE(testing::Message() << type << " " << tile << " " << compression);
+                const fs::path path = scratch / "foreign.exr";
+                test::writeDeepFile(path, {foreignPart(type)},
+                                    {.compression = compression, .tile = tile});
+                ASSERT_NO_THROW(expectForeign(readAll(path)));
+                const auto reader = openLayered(path);
+                EXPECT_EQ(reader->info().plan.fragments_counted, 4U);
+                EXPECT_EQ(reader->info().plan.layers.size(), 3U);
+                EXPECT_FALSE(reader->info().plan.view.known);
+                LayeredImage row;
+                reader->read({5, 4, 6, 5}, row);
+                EXPECT_EQ(row.fragments(), 3U);
+            }
+        }
+    }
+}
+
+TEST_F(ExrDeep, WithoutAlphaItIsOpaqueAndGreyIsThreeColours) {
+    DeepPart part = foreignPart(Imf::FLOAT);
+    part.types.erase("A");
+    part.types["Y"] = part.types["R"];
+    part.values["Y"] = part.values["R"];
+    part.types.erase("R");
+    part.types["ZBack"] = Imf::FLOAT;
+    part.values["ZBack"] = part.values["Z"];
+    test::writeDeepFile(scratch / "grey.exr", {part});
+    const LayeredImage image = readAll(scratch / "grey.exr");
+    ASSERT_EQ(image.color.type, PixelType::kHalf);
+    EXPECT_EQ(colorOf(image, 0), (std::array<float, 4>{0.5F, 0.5F, 0.5F, 1}));
+    ASSERT_EQ(image.extra.size(), 1U);
+    EXPECT_EQ(image.extra[0].channels.front(), "ZBack");
+    EXPECT_EQ(image.extra[0].as<float>()[0], 1);
+}
+
+TEST_F(ExrDeep, PartsOfTheSameSamplesAreJoinedAndOthersAreNot) {
+    DeepPart first = foreignPart(Imf::FLOAT), second = first, third = first;
+    second.name = "ids";
+    second.types = {{"Z", Imf::FLOAT}, {"object", Imf::UINT}};
+    second.values["object"].resize(second.pixels());
+    const std::size_t p = 2 * first.width() + 2;
+    second.values["object"][p] = {7, 8, 9};
+    second.values["object"][p + 1] = {4294967295.0};
+    third.name = "other";
+    third.types = {{"mask", Imf::HALF}};
+    third.values["mask"] = third.values["R"];
+    third.counts[p + 1] = 0;
+    test::writeDeepFile(scratch / "parts.exr", {first, second, third});
+    const LayeredImage image = readAll(scratch / "parts.exr");
+    expectForeign(image);
+    ASSERT_EQ(image.extra.size(), 1U);  // the mask has other counts
+    EXPECT_EQ(image.extra[0].channels.front(), "object");
+    const auto ids = image.extra[0].as<std::uint32_t>();
+    EXPECT_EQ(std::vector<std::uint32_t>(ids.begin(), ids.end()),
+              (std::vector<std::uint32_t>{8, 7, 9, 4294967295U}));
+}
+
+TEST_F(ExrDeep, WithoutZThereIsNoOrder) {
+    DeepPart part = foreignPart(Imf::FLOAT);
+    part.types.erase("Z");
+    test::writeDeepFile(scratch / "flat.exr", {part});
+    try {
+        openLayered(scratch / "flat.exr");
+        FAIL() << "nothing was thrown";
+    } catch (const Error& e) {
+        EXPECT_EQ(e.kind(), ErrorKind::kInput);
+        EXPECT_NE(e.hint(), "");
+    }
+}
+
+/// Files with bytes changed or cut off: an error that says so, or an image; never anything else.
+void expectErrorsNotCrashes(const fs::path& path, std::uint32_t seed, int turns) {
+    const std::string good = test::bytesOf(path);
+    std::mt19937 random(seed);
+    int refused = 0;
+    for (int i = 0; i < turns; ++i) {
+        std::string bad = good;
+        if (i % 3 == 0) {
+            bad.resize(random() % good.size());
+        } else {
+            // Mostly in the headers and the first chunks, where sizes stand.
+            const std::size_t range =
+                i % 3 == 1 ? std::min<std::size_t>(4000, bad.size()) : bad.size();
+            for (int n = 0; n < 3; ++n)
+                bad[random() % range] = static_cast<char>(random());
+        }
+        std::ofstream(path, std::ios::binary) << bad;
+        try {
+            const auto reader = openLayered(path);
+            LayeredImage image;
+            const Window crop = reader->info().plan.view.crop;
+            reader->read({crop.x0, crop.y0, crop.x1, std::min(crop.y1, crop.y0 + 64)}, image);
+        } catch (const Error& e) {
+            EXPECT_EQ(e.kind(), ErrorKind::kInput)
+                << "seed " << seed << " turn " << i << ": " << e.what();
+            ++refused;
+        }
+    }
+    EXPECT_GT(refused, turns / 4);
+}
+
+TEST_F(ExrDeep, DamagedFilesAreErrorsNotCrashes) {
+    const SyntheticPicture picture = makeRichPicture({.seed = 81, .width = 30, .height = 24});
+    std::uint32_t seed = 5;
+    for (const auto compression :
+         {Imf::ZIPS_COMPRESSION, Imf::RLE_COMPRESSION, Imf::NO_COMPRESSION}) {
+        writeDeep(scratch / "ours.exr", picture, {7}, {.compression = compression});
+        expectErrorsNotCrashes(scratch / "ours.exr", seed++, 150);
+        test::writeDeepFile(scratch / "tiles.exr", {foreignPart(Imf::HALF)},
+                            {.compression = compression, .tile = 4});
+        expectErrorsNotCrashes(scratch / "tiles.exr", seed++, 150);
+    }
+}
+
+}  // namespace
+}  // namespace peeler
