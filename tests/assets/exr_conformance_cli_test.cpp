@@ -68,10 +68,7 @@ TEST(ExrConformance, ValidFilesAreReadAndInvalidOnesRefused) {
         const std::string out = (scratch / "out.exr").string();
         for (const std::vector<std::string>& command :
              {std::vector<std::string>{"info", file},
-              {"info", file, "--json"},
               {"flatten", file, "-o", out},
-              {"flatten", file, "-o", (scratch / "out.png").string()},
-              {"convert", file, "-o", out},
               {"convert", file, "-o", out, "--as", "deep"},
               {"verify", file}}) {
             if (!exists(command.front().c_str())) continue;
