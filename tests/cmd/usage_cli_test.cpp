@@ -119,7 +119,7 @@ INSTANTIATE_TEST_SUITE_P(
         render({"--surfaces", "visble"}, {"did you mean 'visible'?"}),
         render({"--faces", "sides"}, {"gltf, front, back, both"}),
         render({"--backend", "eglo"}, {"did you mean 'egl'?", "auto, egl, osmesa"}),
-        render({"--as", "png"}, {"--as png", "ldi, composite"})));
+        render({"--as", "png"}, {"--as png", "ldi, deep, composite"})));
 
 INSTANTIATE_TEST_SUITE_P(
     Values, Refusals,

@@ -30,9 +30,7 @@ struct DeepPart {
     std::map<std::string, Imf::PixelType> types;
     std::map<std::string, std::vector<std::vector<double>>> values;
 
-    std::size_t width() const {
-        return static_cast<std::size_t>(window.max.x - window.min.x + 1);
-    }
+    std::size_t width() const { return static_cast<std::size_t>(window.max.x - window.min.x + 1); }
     std::size_t pixels() const {
         return width() * static_cast<std::size_t>(window.max.y - window.min.y + 1);
     }
@@ -50,16 +48,16 @@ struct Buffers {
     Imf::DeepFrameBuffer frameBuffer(DeepPart& part) {
         Imf::DeepFrameBuffer buffer;
         const auto width = part.width();
-        const auto origin = static_cast<std::ptrdiff_t>(part.window.min.x) +
-                            static_cast<std::ptrdiff_t>(part.window.min.y) *
-                                static_cast<std::ptrdiff_t>(width);
-        buffer.insertSampleCountSlice(Imf::Slice(
-            Imf::UINT, reinterpret_cast<char*>(part.counts.data() - origin),
-            sizeof(std::uint32_t), sizeof(std::uint32_t) * width));
+        const auto origin =
+            static_cast<std::ptrdiff_t>(part.window.min.x) +
+            static_cast<std::ptrdiff_t>(part.window.min.y) * static_cast<std::ptrdiff_t>(width);
+        buffer.insertSampleCountSlice(
+            Imf::Slice(Imf::UINT, reinterpret_cast<char*>(part.counts.data() - origin),
+                       sizeof(std::uint32_t), sizeof(std::uint32_t) * width));
         for (const auto& [name, type] : part.types) {
-            buffer.insert(name, Imf::DeepSlice(
-                                    type, reinterpret_cast<char*>(pointers[name].data() - origin),
-                                    sizeof(char*), sizeof(char*) * width, kSlot));
+            buffer.insert(
+                name, Imf::DeepSlice(type, reinterpret_cast<char*>(pointers[name].data() - origin),
+                                     sizeof(char*), sizeof(char*) * width, kSlot));
         }
         return buffer;
     }
@@ -118,8 +116,8 @@ inline DeepPart readDeepPart(Imf::MultiPartInputFile& file, int index) {
         lists.resize(part.pixels());
         for (std::size_t p = 0; p < part.pixels(); ++p) {
             for (std::uint32_t k = 0; k < part.counts[p]; ++k) {
-                lists[p].push_back(detail::valueAt(
-                    buffers.samples[name][p].data() + k * detail::kSlot, type));
+                lists[p].push_back(
+                    detail::valueAt(buffers.samples[name][p].data() + k * detail::kSlot, type));
             }
         }
     }

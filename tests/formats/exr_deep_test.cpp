@@ -200,9 +200,7 @@ TEST_F(ExrDeep, TheStateSaysWhetherSamplesCoincide) {
         Imf::MultiPartInputFile file((scratch / "out.exr").c_str());
         EXPECT_EQ(Imf::deepImageState(file.header(0)),
                   coincident ? Imf::DIS_SORTED : Imf::DIS_TIDY);
-        EXPECT_EQ(file.header(0)
-                      .typedAttribute<Imf::IntAttribute>("maxSamplesPerPixel")
-                      .value(),
+        EXPECT_EQ(file.header(0).typedAttribute<Imf::IntAttribute>("maxSamplesPerPixel").value(),
                   static_cast<int>(picture.plan.layers.size()));
     }
 }
@@ -249,7 +247,8 @@ TEST_F(ExrDeep, OtherProgramsReadIt) {
     const std::string path = scratch / "out.exr";
     writeDeep(path, makeRichPicture({.seed = 51}));
     for (const std::vector<std::string>& command :
-         {std::vector<std::string>{"exrheader", path}, {"exrinfo", "-v", path},
+         {std::vector<std::string>{"exrheader", path},
+          {"exrinfo", "-v", path},
           {"oiiotool", "--info", "-v", "--stats", "-a", path}}) {
         const test::CommandResult result = test::runCommand(command);
         EXPECT_EQ(result.exit_code, 0) << command.front() << ": " << result.err;

@@ -219,7 +219,7 @@ TEST(Writers, ChoicesAreListedWhereAChoiceIsWrong) {
     options.as = "ldi";
     EXPECT_EQ(usageHint("out.png", options), "write .exr, or use --as composite");
     options.as = "voxels";
-    EXPECT_EQ(usageHint("out.exr", options), "choose one of: ldi, composite, midpoint-depth");
+    EXPECT_EQ(usageHint("out.exr", options), "choose one of: ldi, deep, composite, midpoint-depth");
     options.as = "";
     options.tone_map = "filmic";
     EXPECT_EQ(usageHint("out.png", options), "choose one of: none, neutral, aces");
