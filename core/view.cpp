@@ -34,4 +34,12 @@ double Projection::linearZ(double depth) const {
     return near * far / (depth * (far - near) + near);
 }
 
+glm::dvec3 worldPosition(const View& view, double x, double y, double z) {
+    const Projection& projection = view.projection;
+    const double scale = projection.perspective ? z : 1;
+    const glm::dvec4 in_camera(projection.half_width * (2 * x / view.width - 1) * scale,
+                               projection.half_height * (1 - 2 * y / view.height) * scale, -z, 1);
+    return glm::dvec3(view.camera_to_world * in_camera);
+}
+
 }  // namespace peeler

@@ -38,4 +38,9 @@ struct View {
     glm::dvec2 sample{0.5};          ///< where in a pixel its sample lies, 0–1, y down
 };
 
+/// The point in world space at camera Z `z` (scene units) on the ray through (x, y) of the picture:
+/// pixels from the upper left corner of the display window, y down, so that the centre of pixel
+/// (i, j) is (i + 0.5, j + 0.5). For a pixel's sample add `view.sample` instead.
+glm::dvec3 worldPosition(const View& view, double x, double y, double z);
+
 }  // namespace peeler

@@ -51,5 +51,46 @@ TEST(Projection, SubRectanglesAreThePartsOfTheWhole) {
     }
 }
 
+TEST(WorldPosition, LiesOnTheRayOfThePixel) {
+    View view;
+    view.width = 40;
+    view.height = 20;
+    view.projection.half_width = 2;
+    view.projection.half_height = 1;
+    // The camera at (10, 20, 30) looks along +X: its −Z is the world's +X, its +X the world's +Z.
+    view.camera_to_world = {{0, 0, 1, 0}, {0, 1, 0, 0}, {-1, 0, 0, 0}, {10, 20, 30, 1}};
+    const auto expectPoint = [&](double x, double y, double z, const glm::dvec3& expected) {
+        const glm::dvec3 point = worldPosition(view, x, y, z);
+        for (int i = 0; i < 3; ++i)
+            EXPECT_NEAR(point[i], expected[i], 1e-12);
+    };
+    expectPoint(20, 10, 5, {15, 20, 30});
+    expectPoint(40, 0, 5, {15, 25, 40});  // the upper right corner
+    expectPoint(10, 15, 1, {11, 19.5, 29});
+    view.projection.perspective = false;
+    expectPoint(40, 0, 5, {15, 21, 32});
+}
+
+/// What the rasterizer projects to a pixel comes back from it.
+TEST(WorldPosition, InvertsTheClipMatrix) {
+    for (const bool perspective : {true, false}) {
+        View view;
+        view.projection.perspective = perspective;
+        view.projection.half_width = 0.8;
+        view.projection.half_height = 0.45;
+        view.projection.far = 100;
+        view.camera_to_world = {
+            {0.36, 0.48, -0.8, 0}, {-0.8, 0.6, 0, 0}, {0.48, 0.64, 0.6, 0}, {-3, 2, 7, 1}};
+        const glm::dvec3 point(-4.1, 1.2, 4.3);
+        const glm::dvec4 in_camera = glm::inverse(view.camera_to_world) * glm::dvec4(point, 1);
+        const glm::dvec4 clip = view.projection.matrix() * in_camera;
+        const glm::dvec3 back =
+            worldPosition(view, (0.5 + 0.5 * clip.x / clip.w) * view.width,
+                          (0.5 - 0.5 * clip.y / clip.w) * view.height, -in_camera.z);
+        for (int i = 0; i < 3; ++i)
+            EXPECT_NEAR(back[i], point[i], 1e-12);
+    }
+}
+
 }  // namespace
 }  // namespace peeler
