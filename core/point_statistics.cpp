@@ -15,7 +15,7 @@ void PointStatistics::add(const glm::dvec3& point) {
 glm::dvec3 PointStatistics::tidy(glm::dvec3 v) const {
     const double smallest = 1e-9 * glm::length(largest - least);
     for (int i = 0; i < 3; ++i) {
-        if (std::abs(v[i]) < smallest) v[i] = 0;
+        if (std::abs(v[i]) <= smallest) v[i] = 0;  // −0 as well
     }
     return v;
 }

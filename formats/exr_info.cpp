@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/exr_info.h"
 
+#include <algorithm>
 #include <charconv>
 #include <string_view>
 
@@ -118,6 +119,9 @@ ExrInfo describe(const ExrInput& input) {
     info.plan.fragments_counted =
         numberOf<std::uint64_t>(first.attribute("peeler:fragmentsCounted"));
     info.plan.fragments_stored = numberOf<std::uint64_t>(first.attribute("peeler:fragmentsStored"));
+    info.plan.fragments_blended =
+        numberOf<std::uint64_t>(first.attribute("peeler:fragmentsBlended"));
+    info.plan.samples = std::max(1, numberOf<int>(first.attribute("peeler:samples")));
     for (const std::size_t layer : info.layers) {
         info.plan.layers.push_back({info.parts[layer].data_window, 0});
     }

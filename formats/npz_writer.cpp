@@ -104,9 +104,9 @@ void NpzWriter::finish() {
                         file_.path() + ": " + entry.array.name);
         }
         // Only now, when the checksum is known.
-        file_.writeAt(entry.offset, bytesOf(localHeader(entry) + entry.header));
+        file_.writeAt(entry.offset, asBytes(localHeader(entry) + entry.header));
     }
-    file_.writeAt(end_, bytesOf(directory(end_)));
+    file_.writeAt(end_, asBytes(directory(end_)));
     file_.commit();
 }
 

@@ -62,7 +62,7 @@ class NpzWriter {
 
 /// The numbers of an array as bytes.
 template <class Range>
-std::span<const std::byte> bytesOf(const Range& numbers) {
+std::span<const std::byte> asBytes(const Range& numbers) {
     return std::as_bytes(std::span(numbers));
 }
 
