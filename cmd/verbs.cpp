@@ -14,6 +14,7 @@ std::span<const Verb> verbs() {
         {"sheet", "Show the composite and the layers side by side", declareSheet},
         {"compare", "Tell how far two pictures are apart, layer by layer", declareCompare},
         {"info", "Tell what is in a scene or in a layered file", declareInfo},
+        {"verify", "Tell whether files are whole and belong together", declareVerify},
         {"devices", "List every GL backend and device, and why one cannot be used", declareDevices},
     };
     return kVerbs;

@@ -35,6 +35,7 @@ VerbAction declareMerge(CLI::App& app);
 VerbAction declareSheet(CLI::App& app);
 VerbAction declareCompare(CLI::App& app);
 VerbAction declareInfo(CLI::App& app);
+VerbAction declareVerify(CLI::App& app);
 VerbAction declareDevices(CLI::App& app);
 
 }  // namespace peeler::cmd
