@@ -10,6 +10,7 @@
 
 #include "cmd/extract_sinks.h"
 #include "cmd/frames.h"
+#include "cmd/layer_files.h"
 #include "cmd/layered_bands.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
@@ -23,16 +24,12 @@
 #include "core/fragment_channel.h"
 #include "core/select_layers.h"
 #include "formats/layered_input.h"
-#include "formats/writers.h"
 
 namespace peeler::cmd {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Layers that are written in one reading of the file: each is an open file with rows in memory.
-constexpr std::size_t kLayersAtOnce = 32;
 
 struct ExtractOptions {
     fs::path input;
@@ -63,7 +60,6 @@ class Extract {
         selectLayers();
         count();
         extract();
-        extractMoreLayers();
         tell();
     }
 
@@ -74,17 +70,13 @@ class Extract {
     void selectLayers();
     void count();
     void extract();
-    void extractMoreLayers();
+    void addProducts();
     void tell();
 
     bool writesLayers() const { return !options_.output.path.empty(); }
-    bool writesExrLayers() const;
-    fs::path layerPath(std::size_t layer) const;
-    std::unique_ptr<Sink> layerSink(std::size_t layer) const;
-    /// Opens the next files of layers; `finish` makes them stand under their names.
-    void beginLayers();
-    void writeLayers(const LayeredImage& band);
-    void finishLayers();
+    bool writesExrLayers() const {
+        return writesLayers() && LayerFiles::needCounts(options_.output);
+    }
 
     template <class Take>
     void forEachBand(const std::string& stage, Take&& take);
@@ -95,27 +87,17 @@ class Extract {
     Provenance provenance_;
     Plan whole_, chosen_;  ///< the picture as it is, and with the chosen layers only
     LayerSelection selection_;
-    std::vector<std::size_t> layers_;  ///< to be written as files, front to back
-    std::size_t next_layer_ = 0;       ///< of layers_
-    std::vector<std::pair<std::size_t, std::unique_ptr<Sink>>> open_layers_;
-    LayeredImage layer_;
+    std::optional<LayerFiles> layers_;
     std::vector<Product> products_;
     CountMap* counts_ = nullptr;  ///< one of them
     std::uint64_t fragments_ = 0;
     StageTimes times_;
-    std::vector<std::pair<std::string, fs::path>> finished_;  ///< kind and path
 };
 
 template <class Take>
 void Extract::forEachBand(const std::string& stage, Take&& take) {
     ProgressReport progress(console_, options_.report.shownProgress(), stage);
     cmd::forEachBand(*reader_, 0, times_, progress, take);
-}
-
-bool Extract::writesExrLayers() const {
-    return writesLayers() &&
-           std::ranges::count(findOutputFormat(options_.output.path.string(), "").extensions,
-                              ".exr") != 0;
 }
 
 void Extract::checkFile(const fs::path& path, const char* extension) const {
@@ -142,7 +124,6 @@ void Extract::checkOptions() const {
                         "--background, --exposure, --tone-map",
                         "leave it out, or write .png, .jpg or .tif");
         }
-        findOutputFormat(options_.output.path.string(), "");
         outputs.push_back(options_.output.path);
     }
     if (options_.counts) {
@@ -193,24 +174,19 @@ void Extract::selectLayers() {
     }
     chosen_ = whole_;
     chosen_.layers.clear();
-    std::set<fs::path> names;
+    std::vector<std::size_t> layers;
     for (std::size_t layer = 0; layer < count; ++layer) {
         if (!selection_.holds(layer)) continue;
         chosen_.layers.push_back(whole_.layers[layer]);
-        if (!writesLayers()) continue;
-        layers_.push_back(layer);
-        OutputFlags flags = options_.output;
-        flags.path = layerPath(layer);
-        if (!names.insert(flags.path).second) {
-            throw Error(ErrorKind::kUsage, "the layers would have the same name",
-                        "--output " + options_.output.path.string(),
-                        "put #### or %04d into the file's name, where the layer's number goes, or "
-                        "choose one with --layer");
-        }
-        flags.as = writesExrLayers() ? "ldi" : "composite";
-        checkOutput(flags, {options_.input});
+        layers.push_back(layer);
     }
-    if (writesLayers() && layers_.empty()) console_.warning("there is no layer to write");
+    std::set<fs::path> names;
+    if (writesLayers()) {
+        if (layers.empty()) console_.warning("there is no layer to write");
+        layers_.emplace(options_.output, provenance_, layers, options_.input);
+        for (const std::size_t layer : layers)
+            names.insert(layers_->path(layer).lexically_normal());
+    }
     for (const auto& other : {options_.counts, options_.points, options_.arrays}) {
         if (!other || names.insert(other->lexically_normal()).second) continue;
         throw Error(ErrorKind::kUsage, "two outputs have the same name", other->string());
@@ -220,7 +196,8 @@ void Extract::selectLayers() {
 /// Headers tell how many fragments follow, and come before them: count first, where there are such
 /// headers.
 void Extract::count() {
-    if (!options_.arrays && !writesExrLayers()) return;
+    const bool partial_counts = options_.counts && !selection_.all();
+    if (!options_.arrays && !writesExrLayers() && !partial_counts) return;
     DepthComplexity complexity(whole_.view.crop);
     std::vector<std::uint32_t> counts;
     forEachBand("count", [&](const LayeredImage& band) {
@@ -243,45 +220,7 @@ void Extract::count() {
     whole_.fragments_counted = std::max(whole_.fragments_counted, complexity.counted());
 }
 
-fs::path Extract::layerPath(std::size_t layer) const {
-    const std::string path = options_.output.path.string();
-    return hasFrameToken(path) ? framePath(path, static_cast<int>(layer)) : path;
-}
-
-std::unique_ptr<Sink> Extract::layerSink(std::size_t layer) const {
-    OutputFlags flags = options_.output;
-    flags.as = writesExrLayers() ? "ldi" : "composite";
-    flags.no_composite = true;
-    return makeSink(layerPath(layer).string(), outputOptions(flags, provenance_));
-}
-
-void Extract::beginLayers() {
-    for (; next_layer_ < layers_.size() && open_layers_.size() < kLayersAtOnce; ++next_layer_) {
-        const std::size_t layer = layers_[next_layer_];
-        Plan plan = whole_;
-        plan.layers = {whole_.layers[layer]};
-        plan.fragments_stored = whole_.layers[layer].pixels;
-        open_layers_.emplace_back(layer, layerSink(layer)).second->begin(plan);
-    }
-}
-
-void Extract::writeLayers(const LayeredImage& band) {
-    for (auto& [layer, sink] : open_layers_) {
-        singleLayer(band, static_cast<std::uint32_t>(layer), layer_);
-        sink->write(layer_);
-    }
-}
-
-void Extract::finishLayers() {
-    for (auto& [layer, sink] : open_layers_) {
-        sink->finish();
-        add(times_, sink->times());
-        finished_.emplace_back("layer", layerPath(layer));
-    }
-    open_layers_.clear();
-}
-
-void Extract::extract() {
+void Extract::addProducts() {
     const auto add_product = [&](const char* kind, const std::optional<fs::path>& path, auto make) {
         if (path) products_.push_back({kind, *path, make(path->string())});
     };
@@ -292,45 +231,42 @@ void Extract::extract() {
         counts_ = map.get();
         return map;
     });
+    const std::string scene =
+        provenance_.scene.empty() ? "the scene" : printable(provenance_.scene);
     add_product("points", options_.points, [&](const std::string& path) {
         return std::make_unique<PointCloud>(
-            path, PointCloudOptions{options_.double_points,
-                                    "world space of " +
-                                        (provenance_.scene.empty() ? std::string("the scene")
-                                                                   : printable(provenance_.scene)) +
-                                        ", +Y up, by peeler " PEELER_VERSION});
+            path,
+            PointCloudOptions{options_.double_points,
+                              "world space of " + scene + ", +Y up, by peeler " PEELER_VERSION});
     });
     add_product("arrays", options_.arrays,
                 [](const std::string& path) { return std::make_unique<FragmentArrays>(path); });
-    for (Product& product : products_)
-        product.sink->begin(chosen_);
-    beginLayers();
-    if (products_.empty() && open_layers_.empty()) return;
-
-    LayeredImage chosen;
-    forEachBand("extract", [&](const LayeredImage& band) {
-        writeLayers(band);
-        if (products_.empty()) return;
-        chosen = band;
-        if (!findChannel(chosen, "layer")) addLayerIndices(chosen);
-        keepLayers(chosen, selection_);
-        fragments_ += chosen.fragments();
-        for (Product& product : products_)
-            product.sink->write(chosen);
-    });
-    finishLayers();
-    for (Product& product : products_) {
-        product.sink->finish();
-        add(times_, product.sink->times());
-        finished_.emplace_back(product.kind, product.path);
-    }
 }
 
-void Extract::extractMoreLayers() {
-    while (next_layer_ < layers_.size()) {
-        beginLayers();
-        forEachBand("extract", [&](const LayeredImage& band) { writeLayers(band); });
-        finishLayers();
+void Extract::extract() {
+    addProducts();
+    for (Product& product : products_)
+        product.sink->begin(chosen_);
+    LayeredImage chosen;
+    // Everything in the first reading but for the layers that are too many for it.
+    for (bool first = true; first || (layers_ && layers_->left()); first = false) {
+        if (layers_) layers_->begin(whole_);
+        forEachBand("extract", [&](const LayeredImage& band) {
+            if (layers_) layers_->write(band);
+            if (!first || products_.empty()) return;
+            chosen = band;
+            if (!findChannel(chosen, "layer")) addLayerIndices(chosen);
+            keepLayers(chosen, selection_);
+            fragments_ += chosen.fragments();
+            for (Product& product : products_)
+                product.sink->write(chosen);
+        });
+        if (layers_) layers_->finish(times_);
+        if (!first) continue;
+        for (Product& product : products_) {
+            product.sink->finish();
+            add(times_, product.sink->times());
+        }
     }
 }
 
@@ -344,14 +280,21 @@ void Extract::tell() {
     json["fragments"] = products_.empty() ? Json() : Json(fragments_);
     json["mostFragments"] = counts_ ? Json(counts_->largest()) : Json();
     json["outputs"] = nlohmann::ordered_json::array();
-    for (const auto& [kind, path] : finished_) {
+    const auto tell_output = [&](const std::string& kind, const fs::path& path,
+                                 const std::string& what) {
         const std::uint64_t bytes = fs::file_size(path);
         json["outputs"].push_back({{"kind", kind}, {"path", path.string()}, {"bytes", bytes}});
-        std::string text = path.string() + ": ";
-        if (kind == "depthComplexity")
-            text += "0 to " + countText(counts_->largest(), "fragment") + " a pixel, ";
-        if (kind == "points" || kind == "arrays") text += countText(fragments_, "fragment") + ", ";
-        console_.note(text + bytesText(bytes));
+        console_.note(path.string() + ": " + what + bytesText(bytes));
+    };
+    if (layers_) {
+        for (const std::size_t layer : layers_->layers())
+            tell_output("layer", layers_->path(layer), "");
+    }
+    for (const Product& product : products_) {
+        tell_output(product.kind, product.path,
+                    product.sink.get() == counts_
+                        ? "0 to " + countText(counts_->largest(), "fragment") + " a pixel, "
+                        : countText(fragments_, "fragment") + ", ");
     }
     json["milliseconds"] = times_;
     if (options_.report.file) writeReport(*options_.report.file, json);
