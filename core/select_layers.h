@@ -14,7 +14,7 @@ namespace peeler {
 /// all).
 struct LayerSelection {
     std::uint32_t nearest = 0;
-    std::vector<bool> listed;  ///< by layer; those beyond its end are not in it
+    std::vector<bool> listed{};  ///< by layer; those beyond its end are not in it
 
     bool all() const { return nearest == 0 && listed.empty(); }
     bool holds(std::size_t layer) const {

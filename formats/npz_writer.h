@@ -17,7 +17,7 @@ namespace peeler {
 struct NpzArray {
     std::string name;  ///< the key in numpy's mapping
     NumberType type = NumberType::kFloat;
-    std::vector<std::uint64_t> shape;
+    std::vector<std::uint64_t> shape{};
 
     std::uint64_t bytes() const;
 };
