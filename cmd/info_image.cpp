@@ -40,12 +40,6 @@ struct ImageFacts {
     }
 };
 
-bool holdsFragments(const ExrInfo& info) {
-    return !info.layers.empty() || std::ranges::any_of(info.parts, [](const ExrInputPart& part) {
-        return part.type.starts_with("deep");
-    });
-}
-
 /// Reads every layer: a file that is damaged says so here, and not in the middle of somebody's
 /// work.
 void readLayers(const std::string& path, ImageFacts& facts) {
@@ -82,7 +76,7 @@ void readLayers(const std::string& path, ImageFacts& facts) {
 ImageFacts gather(const std::string& path) {
     ImageFacts facts;
     facts.info = readExrInfo(path);
-    facts.layered = holdsFragments(facts.info);
+    facts.layered = isLayered(facts.info);
     if (facts.layered) readLayers(path, facts);
     return facts;
 }
@@ -219,8 +213,10 @@ std::string cameraText(const View& view) {
 std::string provenanceText(const Provenance& p) {
     std::array<char, 64> moment{};
     std::snprintf(moment.data(), moment.size(), "frame %d, %.6g s", p.frame, p.time);
-    return "from: " + printable(p.scene) + ", " + moment.data() + ", by " + printable(p.method) +
-           " on " + printable(p.renderer) + '\n';
+    std::string text = "from: " + printable(p.scene) + ", " + moment.data();
+    if (!p.method.empty()) text += ", by " + printable(p.method);
+    if (!p.renderer.empty()) text += " on " + printable(p.renderer);
+    return text + '\n';
 }
 
 std::string toText(const ImageFacts& facts, const InfoOptions& options) {

@@ -32,12 +32,6 @@ std::string at(const std::map<std::string, std::string>& attributes, const std::
     return found == attributes.end() ? std::string() : found->second;
 }
 
-bool holdsFragments(const ExrInfo& info) {
-    const bool deep = std::ranges::any_of(
-        info.parts, [](const ExrInputPart& part) { return part.type.starts_with("deep"); });
-    return deep || !info.layers.empty() || at(info.attributes(), "peeler:layers") == "0";
-}
-
 /// The pixels of a part of a layer, all channels, in some rows.
 struct PartRows {
     Window window;
@@ -185,9 +179,9 @@ void verify(VerifiedFile& file) {
     file.width = info.plan.view.width;
     file.height = info.plan.view.height;
     file.provenance = info.provenance;
-    file.kind = !info.is_peeler        ? VerifiedKind::kForeign
-                : holdsFragments(info) ? VerifiedKind::kLayered
-                                       : VerifiedKind::kFlat;
+    file.kind = !info.is_peeler   ? VerifiedKind::kForeign
+                : isLayered(info) ? VerifiedKind::kLayered
+                                  : VerifiedKind::kFlat;
     if (info.is_peeler) checkCompleteness(info, file);
     if (file.kind == VerifiedKind::kLayered) {
         const std::unique_ptr<LayeredInput> input = openLayered(file.path);
