@@ -31,6 +31,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Of a band; the writers of layers keep a band of their layer each.
+constexpr std::uint64_t kExtractBandBytes = std::uint64_t{64} << 20;
+
 struct ExtractOptions {
     fs::path input;
     OutputFlags output;  ///< of layers; an empty path = none
@@ -97,7 +100,7 @@ class Extract {
 template <class Take>
 void Extract::forEachBand(const std::string& stage, Take&& take) {
     ProgressReport progress(console_, options_.report.shownProgress(), stage);
-    cmd::forEachBand(*reader_, 0, times_, progress, take);
+    cmd::forEachBand(*reader_, 0, times_, progress, take, kExtractBandBytes);
 }
 
 void Extract::checkFile(const fs::path& path, const char* extension) const {
