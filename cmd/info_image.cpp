@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // peeler info on an OpenEXR image.
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
 #include "cmd/info_kinds.h"
 #include "cmd/report.h"
+#include "core/depth_complexity.h"
+#include "core/point_statistics.h"
 #include "formats/exr_layout.h"
 #include "formats/layered_input.h"
 
@@ -23,10 +29,13 @@ constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 struct ImageFacts {
     ExrInfo info;
     bool layered = false;
-    std::vector<std::uint64_t> layer_pixels;
+    std::vector<LayerPlan> layers;         ///< windows as the file has them
+    std::vector<std::uint64_t> histogram;  ///< pixels by their number of fragments
     std::uint64_t fragments = 0;
+    std::optional<PointStatistics> points;  ///< if the camera is known
 
     bool countsKnown() const { return info.attributes().contains("peeler:fragmentsStored"); }
+    bool cameraKnown() const { return info.attributes().contains("peeler:cameraJson"); }
     bool agrees() const {
         return !layered || !countsKnown() || fragments == info.plan.fragments_stored;
     }
@@ -36,25 +45,39 @@ struct ImageFacts {
 /// work.
 void readLayers(const std::string& path, ImageFacts& facts) {
     const std::unique_ptr<LayeredInput> reader = openLayered(path);
-    const Window crop = reader->info().plan.view.crop;
-    facts.info.plan.layers = reader->info().plan.layers;
-    facts.layer_pixels.assign(facts.info.plan.layers.size(), 0);
+    facts.info = reader->info();
+    const View& view = facts.info.plan.view;
+    const Window& crop = view.crop;
+    DepthComplexity complexity(crop);
+    PointStatistics points;
     LayeredImage band;
+    std::vector<std::uint32_t> counts;
     const int rows = reader->rowsFor(kBandBytes);
     for (int y = crop.y0; y < crop.y1; y += rows) {
         reader->read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
-        facts.fragments += band.fragments();
-        for (std::size_t pixel = 0; pixel < band.window.pixels(); ++pixel) {
-            for (std::uint32_t k = 0; k < band.count(pixel); ++k)
-                ++facts.layer_pixels[k];
+        std::size_t pixel = 0;
+        for (int row = band.window.y0; row < band.window.y1; ++row) {
+            counts.clear();
+            for (int x = crop.x0; x < crop.x1; ++x)
+                counts.push_back(band.count(pixel++));
+            complexity.addRow(row, counts);
         }
+        if (facts.cameraKnown()) addPoints(view, band, points);
     }
+    facts.fragments = complexity.counted();
+    facts.histogram = complexity.histogram();
+    facts.layers = complexity.layers();
+    // Layers of which there is nothing are there all the same.
+    facts.layers.resize(std::max(facts.layers.size(), facts.info.plan.layers.size()));
+    for (std::size_t k = 0; k < facts.info.plan.layers.size(); ++k)
+        facts.layers[k].data_window = facts.info.plan.layers[k].data_window;
+    if (facts.cameraKnown()) facts.points = points;
 }
 
 ImageFacts gather(const std::string& path) {
     ImageFacts facts;
     facts.info = readExrInfo(path);
-    facts.layered = !facts.info.layers.empty() || !facts.info.deep.empty();
+    facts.layered = isLayered(facts.info);
     if (facts.layered) readLayers(path, facts);
     return facts;
 }
@@ -84,6 +107,31 @@ Json partJson(const ExrInputPart& part) {
     return json;
 }
 
+/// Six significant digits: what other programs that add the same numbers print as well.
+std::string pointText(const glm::dvec3& p) {
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), "(%.6g, %.6g, %.6g)", p.x, p.y, p.z);
+    return text.data();
+}
+
+Json pointJson(const glm::dvec3& p) {
+    return {p.x, p.y, p.z};
+}
+
+Json pointsJson(const PointStatistics& points) {
+    if (points.empty()) return {{"count", 0}};
+    return {{"count", points.points},
+            {"min", pointJson(points.boxMin())},
+            {"max", pointJson(points.boxMax())},
+            {"mean", pointJson(points.mean())}};
+}
+
+Json provenanceJson(const Provenance& p) {
+    return {{"scene", p.scene},     {"sceneHash", p.scene_hash}, {"settingsHash", p.settings_hash},
+            {"method", p.method},   {"surfaces", p.surfaces},    {"renderer", p.renderer},
+            {"version", p.version}, {"frame", p.frame},          {"time", p.time}};
+}
+
 Json toJson(const ImageFacts& facts, const InfoOptions& options) {
     const ExrInfo& info = facts.info;
     const Plan& plan = info.plan;
@@ -92,6 +140,7 @@ Json toJson(const ImageFacts& facts, const InfoOptions& options) {
     json["file"] = options.file.string();
     json["bytes"] = info.bytes;
     json["peeler"] = info.is_peeler;
+    json["layered"] = facts.layered;
     json["width"] = plan.view.width;
     json["height"] = plan.view.height;
     json["crop"] = windowJson(plan.view.crop);
@@ -100,18 +149,72 @@ Json toJson(const ImageFacts& facts, const InfoOptions& options) {
     json["fragmentsFound"] = facts.layered ? Json(facts.fragments) : Json();
     json["complete"] = facts.countsKnown() ? Json(plan.complete() && facts.agrees()) : Json();
     json["layers"] = Json::array();
-    for (std::size_t i = 0; i < plan.layers.size(); ++i) {
+    for (std::size_t i = 0; i < facts.layers.size(); ++i) {
         Json layer;
         layer["name"] = layerName(i);
-        layer["window"] = windowJson(plan.layers[i].data_window);
-        layer["pixels"] = facts.layer_pixels[i];
+        layer["window"] = windowJson(facts.layers[i].data_window);
+        layer["pixels"] = facts.layers[i].pixels;
         json["layers"].push_back(layer);
     }
+    json["depthComplexity"] = facts.layered ? Json(facts.histogram) : Json();
+    json["points"] = facts.points ? pointsJson(*facts.points) : Json();
+    json["camera"] =
+        facts.cameraKnown() ? Json::parse(info.attributes().at("peeler:cameraJson")) : Json();
+    json["provenance"] = info.is_peeler ? provenanceJson(info.provenance) : Json();
     json["parts"] = Json::array();
     for (const ExrInputPart& part : info.parts)
         json["parts"].push_back(partJson(part));
     json["attributes"] = info.attributes();
     return json;
+}
+
+std::string layersText(const ImageFacts& facts) {
+    std::string text = "layers: " + groupedText(facts.layers.size()) + '\n';
+    for (std::size_t i = 0; i < facts.layers.size(); ++i) {
+        text += "  " + layerName(i) + "  " + countText(facts.layers[i].pixels, "pixel") + ", " +
+                windowText(facts.layers[i].data_window) + '\n';
+    }
+    if (!facts.layered) return text;
+    text += "fragments a pixel:\n";
+    for (std::size_t n = 0; n < facts.histogram.size(); ++n) {
+        if (facts.histogram[n] == 0) continue;
+        text += "  " + std::to_string(n) + "  " + countText(facts.histogram[n], "pixel") + '\n';
+    }
+    return text;
+}
+
+/// Where the fragments are. The programs in examples/readers print the same three lines.
+std::string pointsText(const PointStatistics& points) {
+    std::string text = "points: " + std::to_string(points.points) + '\n';
+    if (points.empty()) return text;
+    return text + "bounds: " + pointText(points.boxMin()) + " to " + pointText(points.boxMax()) +
+           "\nmean: " + pointText(points.mean()) + '\n';
+}
+
+std::string cameraText(const View& view) {
+    const Projection& projection = view.projection;
+    const glm::dvec3 eye(view.camera_to_world[3]), forward(-view.camera_to_world[2]);
+    std::array<char, 96> size{};
+    if (projection.perspective) {
+        constexpr double kDegrees = 57.295779513082320877;
+        std::snprintf(size.data(), size.size(), "perspective, %.6g degrees high",
+                      2 * kDegrees * std::atan(projection.half_height));
+    } else {
+        std::snprintf(size.data(), size.size(), "orthographic, %.6g high",
+                      2 * projection.half_height);
+    }
+    return "camera: " +
+           (view.camera_name.empty() ? std::string() : printable(view.camera_name) + ", ") +
+           size.data() + ", at " + pointText(eye) + " looking along " + pointText(forward) + '\n';
+}
+
+std::string provenanceText(const Provenance& p) {
+    std::array<char, 64> moment{};
+    std::snprintf(moment.data(), moment.size(), "frame %d, %.6g s", p.frame, p.time);
+    std::string text = "from: " + printable(p.scene) + ", " + moment.data();
+    if (!p.method.empty()) text += ", by " + printable(p.method);
+    if (!p.renderer.empty()) text += " on " + printable(p.renderer);
+    return text + '\n';
 }
 
 std::string toText(const ImageFacts& facts, const InfoOptions& options) {
@@ -126,12 +229,13 @@ std::string toText(const ImageFacts& facts, const InfoOptions& options) {
         text += "fragments: " + groupedText(plan.fragments_stored) + " of " +
                 groupedText(plan.fragments_counted) +
                 (plan.complete() ? ", complete\n" : ", not complete\n");
+    } else if (facts.layered) {
+        text += "fragments: " + groupedText(facts.fragments) + '\n';
     }
-    text += "layers: " + groupedText(plan.layers.size()) + '\n';
-    for (std::size_t i = 0; i < plan.layers.size(); ++i) {
-        text += "  " + layerName(i) + "  " + countText(facts.layer_pixels[i], "pixel") + ", " +
-                windowText(plan.layers[i].data_window) + '\n';
-    }
+    text += layersText(facts);
+    if (facts.points) text += pointsText(*facts.points);
+    if (facts.cameraKnown()) text += cameraText(plan.view);
+    if (info.is_peeler) text += provenanceText(info.provenance);
     text += "parts:\n";
     for (const ExrInputPart& part : info.parts) {
         text += "  " + (part.name.empty() ? "(no name)" : printable(part.name)) + "  " + part.type +

@@ -12,16 +12,16 @@
 
 namespace peeler::cmd {
 
+/// What a band may take: enough for wide chunks of many layers, little beside what a render takes.
+inline constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
+
 /// Reads the picture top to bottom and hands each band to `take`: the nearest `max_layers`
 /// fragments of every pixel (0 = all). Reading counts as "load".
 template <class Take>
 void forEachBand(LayeredInput& reader, std::uint32_t max_layers, StageTimes& times,
-                 ProgressReport& progress, Take&& take) {
-    // What a band may take: enough for wide chunks of many layers, little beside what a render
-    // takes.
-    constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
+                 ProgressReport& progress, Take&& take, std::uint64_t band_bytes = kBandBytes) {
     const Window& crop = reader.info().plan.view.crop;
-    const int rows = reader.rowsFor(kBandBytes);
+    const int rows = reader.rowsFor(band_bytes);
     LayeredImage band;
     for (int y = crop.y0; y < crop.y1; y += rows) {
         {

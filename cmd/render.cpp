@@ -285,10 +285,9 @@ Provenance Render::provenance(const Moment& moment) const {
         capture_.opaque_only ? "opaque" : nameOf<Surfaces>(kSurfaces, capture_.surfaces);
     provenance.scene = options_.scene.file.filename().string();
     provenance.scene_hash = hexText(scene_->scene().content_hash);
-    provenance.settings_hash =
-        settingsHash({scene_->index(), scene_->animations(), moment.time, options_.scene.include,
-                      options_.scene.exclude},
-                     view_, capture_, options_.fxaa, lookSettings(options_.look, scene_->scene()));
+    provenance.settings_hash = settingsHash(
+        {scene_->index(), scene_->animations(), options_.scene.include, options_.scene.exclude},
+        capture_, options_.fxaa, lookSettings(options_.look, scene_->scene()));
     provenance.renderer = context_->device().renderer;
     provenance.frame = moment.frame;
     provenance.time = moment.time;

@@ -8,10 +8,14 @@ std::span<const Verb> verbs() {
     static constexpr Verb kVerbs[] = {
         {"render", "Render every layer of a glTF scene into one file", declareRender},
         {"flatten", "Composite the layers of a file into one picture", declareFlatten},
+        {"extract", "Take layers, points, arrays or fragment counts out of a layered file",
+         declareExtract},
+        {"merge", "Put tiles of one picture together", declareMerge},
         {"convert", "Turn layered into deep files and back, losslessly", declareConvert},
         {"sheet", "Show the composite and the layers side by side", declareSheet},
         {"compare", "Tell how far two pictures are apart, layer by layer", declareCompare},
         {"info", "Tell what is in a scene or in a layered file", declareInfo},
+        {"verify", "Tell whether files are whole and belong together", declareVerify},
         {"devices", "List every GL backend and device, and why one cannot be used", declareDevices},
     };
     return kVerbs;

@@ -30,10 +30,13 @@ std::span<const Verb> verbs();
 // One file each.
 VerbAction declareRender(CLI::App& app);
 VerbAction declareFlatten(CLI::App& app);
+VerbAction declareExtract(CLI::App& app);
+VerbAction declareMerge(CLI::App& app);
 VerbAction declareConvert(CLI::App& app);
 VerbAction declareSheet(CLI::App& app);
 VerbAction declareCompare(CLI::App& app);
 VerbAction declareInfo(CLI::App& app);
+VerbAction declareVerify(CLI::App& app);
 VerbAction declareDevices(CLI::App& app);
 
 }  // namespace peeler::cmd

@@ -21,6 +21,8 @@ class DepthComplexity {
     /// One entry a layer, front to back; the nearest `limit` of them (0 = all).
     std::vector<LayerPlan> layers(std::uint32_t limit = 0) const;
     std::uint64_t counted() const { return counted_; }
+    /// Pixels by their number of fragments, from 0 up to the most that a pixel has.
+    const std::vector<std::uint64_t>& histogram() const { return histogram_; }
     /// Fragments counted in row y, without the layer limit.
     std::uint64_t rowFragments(int y) const {
         return row_fragments_[static_cast<std::size_t>(y - crop_.y0)];

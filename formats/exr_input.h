@@ -80,6 +80,9 @@ class ExrInput {
     /// being path and part.
     void readChunk(std::size_t part, int y, const Window& window,
                    std::span<const ExrTarget> targets) const;
+    /// Decodes every chunk of a part of scan lines or tiles, all levels, and keeps nothing. Throws
+    /// Error (kInput) at the first that is damaged.
+    void decodeAll(std::size_t part) const;
 
     /// Blocks of a deep part, row-major.
     std::size_t deepBlocks(std::size_t part) const;

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "core/sink.h"
-#include "formats/atomic_file.h"
-#include "formats/exr_chunks.h"
+#include "formats/exr_plane_writer.h"
 
 namespace peeler {
 
@@ -27,20 +26,14 @@ class ExrMidpointWriter : public Sink {
     /// Throws Error (kInternal) if rows are missing.
     void finish() override;
     SinkMemory memory() const override;
-    StageTimes times() const override { return times_; }
+    StageTimes times() const override;
 
   private:
-    void writeChunks(bool last);
-
     std::string path_;
     Provenance provenance_;
-    Plan plan_;
-    std::unique_ptr<AtomicFile> file_;
-    std::unique_ptr<ExrFile> exr_;
-    ExrChunkPacker packer_;
-    std::vector<std::byte> packed_;
-    std::vector<float> rows_;  ///< of chunks that are not complete yet
-    int next_chunk_ = 0;
+    Projection projection_;
+    std::unique_ptr<ExrPlaneWriter> plane_;
+    std::vector<float> midpoints_;  ///< of a band
     StageTimes times_;
 };
 

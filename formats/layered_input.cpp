@@ -6,6 +6,12 @@
 
 namespace peeler {
 
+bool isLayered(const ExrInfo& info) {
+    const auto layers = info.attributes().find("peeler:layers");
+    return !info.layers.empty() || !info.deep.empty() ||
+           (layers != info.attributes().end() && layers->second == "0");
+}
+
 std::unique_ptr<LayeredInput> openLayered(const std::string& path) {
     if (readExrInfo(path).deep.empty()) return std::make_unique<ExrLdiReader>(path);
     return std::make_unique<ExrDeepReader>(path);

@@ -34,6 +34,9 @@ class LayeredInput {
     virtual int rowsFor(std::uint64_t bytes) const = 0;
 };
 
+/// Whether the headers promise fragments, be they of an empty picture: what openLayered() is for.
+bool isLayered(const ExrInfo& info);
+
 /// Throws Error (kInput) if the file is not layered; `where` names path and part.
 std::unique_ptr<LayeredInput> openLayered(const std::string& path);
 

@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler extract: layers as files of their own, a point cloud, arrays, a map of fragment counts.
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "cmd/extract_sinks.h"
+#include "cmd/frames.h"
+#include "cmd/layer_files.h"
+#include "cmd/layered_bands.h"
+#include "cmd/options.h"
+#include "cmd/output_options.h"
+#include "cmd/parse.h"
+#include "cmd/progress.h"
+#include "cmd/report.h"
+#include "cmd/resources.h"
+#include "cmd/verbs.h"
+#include "core/depth_complexity.h"
+#include "core/error.h"
+#include "core/fragment_channel.h"
+#include "core/select_layers.h"
+#include "formats/layered_input.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Of a band; the writers of layers keep a band of their layer each.
+constexpr std::uint64_t kExtractBandBytes = std::uint64_t{64} << 20;
+
+struct ExtractOptions {
+    fs::path input;
+    OutputFlags output;  ///< of layers; an empty path = none
+    std::optional<fs::path> counts, points, arrays;
+    std::vector<int> layers;  ///< empty = all
+    std::uint32_t max_layers = 0;
+    bool double_points = false;
+    int threads = 0;
+    ReportFlags report;
+};
+
+struct Product {
+    std::string kind;
+    fs::path path;
+    std::unique_ptr<Sink> sink;
+};
+
+/// One run. run() lists its stages.
+class Extract {
+  public:
+    Extract(const ExtractOptions& options, Console& console)
+        : options_(options), console_(console) {}
+
+    void run() {
+        checkOptions();
+        open();
+        selectLayers();
+        count();
+        extract();
+        tell();
+    }
+
+  private:
+    void checkOptions() const;
+    void checkFile(const fs::path& path, const char* extension) const;
+    void open();
+    void selectLayers();
+    void count();
+    void extract();
+    void addProducts();
+    void tell();
+
+    bool writesLayers() const { return !options_.output.path.empty(); }
+    bool writesExrLayers() const {
+        return writesLayers() && LayerFiles::needCounts(options_.output);
+    }
+
+    template <class Take>
+    void forEachBand(const std::string& stage, Take&& take);
+
+    const ExtractOptions& options_;
+    Console& console_;
+    std::unique_ptr<LayeredInput> reader_;
+    Provenance provenance_;
+    Plan whole_, chosen_;  ///< the picture as it is, and with the chosen layers only
+    LayerSelection selection_;
+    std::optional<LayerFiles> layers_;
+    std::vector<Product> products_;
+    CountMap* counts_ = nullptr;  ///< one of them
+    std::uint64_t fragments_ = 0;
+    StageTimes times_;
+};
+
+template <class Take>
+void Extract::forEachBand(const std::string& stage, Take&& take) {
+    ProgressReport progress(console_, options_.report.shownProgress(), stage);
+    cmd::forEachBand(*reader_, 0, times_, progress, take, kExtractBandBytes);
+}
+
+void Extract::checkFile(const fs::path& path, const char* extension) const {
+    std::string found = path.extension().string();
+    std::ranges::transform(found, found.begin(),
+                           [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
+    if (found != extension) {
+        throw Error(ErrorKind::kUsage, std::string("expected a name that ends in ") + extension,
+                    path.string());
+    }
+    OutputFlags flags;
+    flags.path = path;
+    flags.no_clobber = options_.output.no_clobber;
+    checkTarget(flags, {options_.input});
+}
+
+void Extract::checkOptions() const {
+    console_.setQuiet(options_.report.quiet);
+    std::vector<fs::path> outputs;
+    if (writesLayers()) {
+        if (writesExrLayers() &&
+            (options_.output.background || options_.output.exposure || options_.output.tone_map)) {
+            throw Error(ErrorKind::kUsage, "layers in an EXR stay as they were rendered",
+                        "--background, --exposure, --tone-map",
+                        "leave it out, or write .png, .jpg or .tif");
+        }
+        outputs.push_back(options_.output.path);
+    }
+    if (options_.counts) {
+        OutputFlags flags;
+        flags.path = *options_.counts;
+        flags.no_clobber = options_.output.no_clobber;
+        flags.as = "composite";
+        checkOutput(flags, {options_.input});
+        outputs.push_back(*options_.counts);
+    }
+    if (options_.points) checkFile(outputs.emplace_back(*options_.points), ".ply");
+    if (options_.arrays) checkFile(outputs.emplace_back(*options_.arrays), ".npz");
+    if (outputs.empty()) {
+        throw Error(ErrorKind::kUsage, "nothing to extract", "",
+                    "give one or more of --output, --depth-complexity, --points and --npz");
+    }
+    if (options_.double_points && !options_.points) {
+        throw Error(ErrorKind::kUsage, "there are no points to be stored in 64 bits", "--double",
+                    "add --points FILE.ply");
+    }
+    std::vector<fs::path> others = outputs;
+    others.push_back(options_.input);
+    checkReport(options_.report, others);
+    setThreads(options_.threads);
+}
+
+void Extract::open() {
+    const StageTimer timer(times_, "load");
+    reader_ = openLayered(options_.input.string());
+    whole_ = reader_->info().plan;
+    provenance_ = reader_->info().provenance;
+    provenance_.version = PEELER_VERSION;
+}
+
+void Extract::selectLayers() {
+    const std::size_t count = whole_.layers.size();
+    selection_.nearest = options_.max_layers;
+    for (const int layer : options_.layers) {
+        if (static_cast<std::size_t>(layer) >= count) {
+            throw Error(ErrorKind::kUsage, "there is no layer " + std::to_string(layer),
+                        options_.input.string(),
+                        count == 0 ? "the picture is empty"
+                                   : "it has " + countText(count, "layer") + ", 0 to " +
+                                         std::to_string(count - 1));
+        }
+        selection_.listed.resize(count);
+        selection_.listed[static_cast<std::size_t>(layer)] = true;
+    }
+    chosen_ = whole_;
+    chosen_.layers.clear();
+    std::vector<std::size_t> layers;
+    for (std::size_t layer = 0; layer < count; ++layer) {
+        if (!selection_.holds(layer)) continue;
+        chosen_.layers.push_back(whole_.layers[layer]);
+        layers.push_back(layer);
+    }
+    std::set<fs::path> names;
+    if (writesLayers()) {
+        if (layers.empty()) console_.warning("there is no layer to write");
+        layers_.emplace(options_.output, provenance_, layers, options_.input);
+        for (const std::size_t layer : layers)
+            names.insert(layers_->path(layer).lexically_normal());
+    }
+    for (const auto& other : {options_.counts, options_.points, options_.arrays}) {
+        if (!other || names.insert(other->lexically_normal()).second) continue;
+        throw Error(ErrorKind::kUsage, "two outputs have the same name", other->string());
+    }
+}
+
+/// Headers tell how many fragments follow, and come before them: count first, where there are such
+/// headers.
+void Extract::count() {
+    const bool partial_counts = options_.counts && !selection_.all();
+    if (!options_.arrays && !writesExrLayers() && !partial_counts) return;
+    DepthComplexity complexity(whole_.view.crop);
+    std::vector<std::uint32_t> counts;
+    forEachBand("count", [&](const LayeredImage& band) {
+        const auto width = static_cast<std::size_t>(band.window.width());
+        std::size_t pixel = 0;
+        for (int y = band.window.y0; y < band.window.y1; ++y) {
+            counts.clear();
+            for (std::size_t x = 0; x < width; ++x)
+                counts.push_back(band.count(pixel++));
+            complexity.addRow(y, counts);
+        }
+    });
+    // A window may be larger than it has to be, in files of others.
+    const std::vector<LayerPlan> found = complexity.layers();
+    chosen_.fragments_stored = 0;
+    for (std::size_t layer = 0; layer < found.size(); ++layer) {
+        if (layer < whole_.layers.size()) whole_.layers[layer] = found[layer];
+        if (selection_.holds(layer)) chosen_.fragments_stored += found[layer].pixels;
+    }
+    whole_.fragments_counted = std::max(whole_.fragments_counted, complexity.counted());
+}
+
+void Extract::addProducts() {
+    const auto add_product = [&](const char* kind, const std::optional<fs::path>& path, auto make) {
+        if (path) products_.push_back({kind, *path, make(path->string())});
+    };
+    add_product("depthComplexity", options_.counts, [&](const std::string& path) {
+        OutputOptions output;
+        output.provenance = provenance_;
+        auto map = std::make_unique<CountMap>(path, output);
+        counts_ = map.get();
+        return map;
+    });
+    const std::string scene =
+        provenance_.scene.empty() ? "the scene" : printable(provenance_.scene);
+    add_product("points", options_.points, [&](const std::string& path) {
+        return std::make_unique<PointCloud>(
+            path,
+            PointCloudOptions{options_.double_points,
+                              "world space of " + scene + ", +Y up, by peeler " PEELER_VERSION});
+    });
+    add_product("arrays", options_.arrays,
+                [](const std::string& path) { return std::make_unique<FragmentArrays>(path); });
+}
+
+void Extract::extract() {
+    addProducts();
+    for (Product& product : products_)
+        product.sink->begin(chosen_);
+    LayeredImage chosen;
+    // Everything in the first reading but for the layers that are too many for it.
+    for (bool first = true; first || (layers_ && layers_->left()); first = false) {
+        if (layers_) layers_->begin(whole_);
+        forEachBand("extract", [&](const LayeredImage& band) {
+            if (layers_) layers_->write(band);
+            if (!first || products_.empty()) return;
+            chosen = band;
+            if (!findChannel(chosen, "layer")) addLayerIndices(chosen);
+            keepLayers(chosen, selection_);
+            fragments_ += chosen.fragments();
+            for (Product& product : products_)
+                product.sink->write(chosen);
+        });
+        if (layers_) layers_->finish(times_);
+        if (!first) continue;
+        for (Product& product : products_) {
+            product.sink->finish();
+            add(times_, product.sink->times());
+        }
+    }
+}
+
+void Extract::tell() {
+    nlohmann::ordered_json json;
+    json["input"] = options_.input.string();
+    json["width"] = whole_.view.width;
+    json["height"] = whole_.view.height;
+    json["layers"] = chosen_.layers.size();
+    using Json = nlohmann::ordered_json;
+    json["fragments"] = products_.empty() ? Json() : Json(fragments_);
+    json["mostFragments"] = counts_ ? Json(counts_->largest()) : Json();
+    json["outputs"] = nlohmann::ordered_json::array();
+    const auto tell_output = [&](const std::string& kind, const fs::path& path,
+                                 const std::string& what) {
+        const std::uint64_t bytes = fs::file_size(path);
+        json["outputs"].push_back({{"kind", kind}, {"path", path.string()}, {"bytes", bytes}});
+        console_.note(path.string() + ": " + what + bytesText(bytes));
+    };
+    if (layers_) {
+        for (const std::size_t layer : layers_->layers())
+            tell_output("layer", layers_->path(layer), "");
+    }
+    for (const Product& product : products_) {
+        tell_output(product.kind, product.path,
+                    product.sink.get() == counts_
+                        ? "0 to " + countText(counts_->largest(), "fragment") + " a pixel, "
+                        : countText(fragments_, "fragment") + ", ");
+    }
+    json["milliseconds"] = times_;
+    if (options_.report.file) writeReport(*options_.report.file, json);
+    if (options_.report.json) console_.result(jsonText(json));
+}
+
+/// The grammar of frames, but for the sign.
+void takeLayers(const std::string& text, std::vector<int>& layers) {
+    std::vector<int> more;
+    try {
+        more = parseFrames(text);
+    } catch (const Error&) {
+        more = {-1};
+    }
+    if (std::ranges::any_of(more, [](int layer) { return layer < 0; })) {
+        throw Error(ErrorKind::kUsage, "expected layers, counted from 0", "",
+                    "e.g. 2, 0-3 or 0,2,5-8");
+    }
+    layers.insert(layers.end(), more.begin(), more.end());
+}
+
+constexpr const char* kFooter =
+    "Arrays of the .npz, for n fragments of w x h pixels: ray_splits (w*h + 1, int64; pixel p,\n"
+    "row by row, has the fragments ray_splits[p] to ray_splits[p + 1], front to back), z (n),\n"
+    "rgba (n, 4; linear, premultiplied), layer (n, uint32), one array (n) for every other\n"
+    "channel, by its name in the file; window (x, y, w, h of these pixels) and size (of the\n"
+    "picture), int64; camera_to_world (4, 4; column vectors, looks along -Z), half_width,\n"
+    "half_height, near, far, float64; perspective, 1 or 0. What lies behind pixel (i, j) at z:\n"
+    "camera_to_world @ (half_width * (2 * (i + 0.5) / size[0] - 1) * z,\n"
+    "                   half_height * (1 - 2 * (j + 0.5) / size[1]) * z, -z, 1),\n"
+    "without the factors z unless it is perspective. examples/readers does it.";
+
+}  // namespace
+
+VerbAction declareExtract(CLI::App& app) {
+    const auto options = std::make_shared<ExtractOptions>();
+    const auto path = [](const std::string& text) { return fs::path(text); };
+    addValue(app, "IN", "", options->input, path, "a layered image (.exr)")->required();
+    addOutputOptions(app, options->output);
+    app.get_option("--output")
+        ->required(false)
+        ->description(wrapped("every layer as a file of its own, #### or %04d being its number: "
+                              ".exr (all channels, cropped to the layer), .png, .jpg, .tif"));
+    const auto add = [&](const char* name, auto& target, const char* help) {
+        addValue(app, name, "FILE", target, path, help)->group("Output");
+    };
+    add("--depth-complexity", options->counts,
+        "how many fragments every pixel has: .exr (a channel count), or a picture, black to "
+        "yellow");
+    add("--points", options->points,
+        "every fragment as a point in world space (.ply, binary) with colour, layer, and normal "
+        "and ids if the file has them");
+    app.add_flag("--double", options->double_points, "x, y, z of --points in 64 bits, not 32")
+        ->group("Output");
+    add("--npz", options->arrays, "every fragment in arrays for numpy (.npz, see below)");
+    addRepeated(
+        app, "--layer", "K",
+        [options](const std::string& text) { takeLayers(text, options->layers); },
+        "only these layers, 0 being the nearest: 2, 0-3 or 0,2,5-8; may be repeated")
+        ->group("Layers");
+    addValue(
+        app, "--layers", "N|all", options->max_layers,
+        [](const std::string& text) { return parseLayers(text); },
+        "only the N nearest layers (default: all)")
+        ->group("Layers");
+    addThreadsOption(app, options->threads);
+    addReportOptions(app, options->report);
+    app.footer(kFooter);
+    return [options](Console& console) {
+        Extract(*options, console).run();
+        return 0;
+    };
+}
+
+}  // namespace peeler::cmd

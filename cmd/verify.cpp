@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler verify: whether files are whole, and whether they belong together.
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <set>
+#include <vector>
+
+#include "cmd/options.h"
+#include "cmd/output_options.h"
+#include "cmd/progress.h"
+#include "cmd/report.h"
+#include "cmd/resources.h"
+#include "cmd/verbs.h"
+#include "cmd/verified_file.h"
+#include "core/error.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct VerifyOptions {
+    std::vector<fs::path> inputs;
+    bool any_settings = false;
+    int threads = 0;
+    ReportFlags report;
+};
+
+bool isOurs(const VerifiedFile& file) {
+    return file.kind == VerifiedKind::kLayered || file.kind == VerifiedKind::kFlat;
+}
+
+/// What files of one sequence have in common.
+struct SharedAttribute {
+    const char* name;
+    std::string (*text)(const VerifiedFile& file);
+};
+constexpr SharedAttribute kShared[] = {
+    {"peeler:sceneHash", [](const VerifiedFile& f) { return f.provenance.scene_hash; }},
+    {"peeler:settingsHash", [](const VerifiedFile& f) { return f.provenance.settings_hash; }},
+    {"the size of the picture",
+     [](const VerifiedFile& f) {
+         return std::to_string(f.width) + " x " + std::to_string(f.height);
+     }},
+};
+
+void checkSettings(std::vector<VerifiedFile>& files) {
+    const auto first = std::ranges::find_if(files, isOurs);
+    for (VerifiedFile& file : files) {
+        if (!isOurs(file)) continue;
+        for (const SharedAttribute& attribute : kShared) {
+            if (attribute.text(file) == attribute.text(*first)) continue;
+            file.blame(Verdict::kBad, std::string("differs from ") + first->path + " in " +
+                                          attribute.name + ": " + attribute.text(file) + ", not " +
+                                          attribute.text(*first));
+        }
+    }
+}
+
+/// Frames between the first and the last, at the distance that all have in common, of which there
+/// is no file.
+std::vector<int> missingFrames(const std::vector<VerifiedFile>& files) {
+    constexpr std::int64_t kMost = 1000000;  // as many as can be asked for
+    std::set<std::int64_t> frames;
+    for (const VerifiedFile& file : files) {
+        if (isOurs(file)) frames.insert(file.provenance.frame);
+    }
+    std::vector<int> missing;
+    if (frames.size() < 2) return missing;
+    std::int64_t step = 0;
+    for (const std::int64_t frame : frames)
+        step = std::gcd(step, frame - *frames.begin());
+    if ((*frames.rbegin() - *frames.begin()) / step > kMost) return missing;
+    for (std::int64_t frame = *frames.begin(); frame < *frames.rbegin(); frame += step) {
+        if (!frames.contains(frame)) missing.push_back(static_cast<int>(frame));
+    }
+    return missing;
+}
+
+/// "3, 5-8, 11"
+std::string framesText(const std::vector<int>& frames) {
+    std::string text;
+    for (std::size_t i = 0; i < frames.size();) {
+        std::size_t last = i;
+        while (last + 1 < frames.size() && frames[last + 1] == frames[last] + 1)
+            ++last;
+        text += (text.empty() ? "" : ", ") + std::to_string(frames[i]);
+        if (last > i) text += '-' + std::to_string(frames[last]);
+        i = last + 1;
+    }
+    return text;
+}
+
+constexpr const char* kKinds[] = {"unknown", "foreign", "flat", "layered"};
+constexpr const char* kVerdicts[] = {"good", "incomplete", "bad"};
+
+Json toJson(const VerifiedFile& file) {
+    Json json;
+    json["path"] = file.path;
+    json["kind"] = kKinds[static_cast<std::size_t>(file.kind)];
+    json["verdict"] = kVerdicts[static_cast<std::size_t>(file.verdict)];
+    const bool layered = file.kind == VerifiedKind::kLayered;
+    json["layers"] = layered ? Json(file.layers) : Json();
+    json["fragments"] = layered ? Json(file.fragments) : Json();
+    json["frame"] = isOurs(file) ? Json(file.provenance.frame) : Json();
+    json["problems"] = file.problems;
+    return json;
+}
+
+std::string toText(const VerifiedFile& file) {
+    std::string text = printable(file.path) + ": ";
+    if (!file.problems.empty()) {
+        for (std::size_t i = 0; i < file.problems.size(); ++i)
+            text += (i == 0 ? "" : "; ") + printable(file.problems[i]);
+        return text + '\n';
+    }
+    if (file.kind == VerifiedKind::kForeign)
+        return text + "readable; not written by peeler, so nothing else was checked\n";
+    if (file.kind == VerifiedKind::kFlat) return text + "good, without layers\n";
+    return text + "good, " + countText(file.layers, "layer") + ", " +
+           countText(file.fragments, "fragment") + '\n';
+}
+
+int verifyAll(const VerifyOptions& options, Console& console) {
+    console.setQuiet(options.report.quiet);
+    checkReport(options.report, options.inputs);
+    setThreads(options.threads);
+    std::vector<VerifiedFile> files;
+    {
+        ProgressReport progress(console, options.report.shownProgress(), "verify");
+        for (const fs::path& path : options.inputs) {
+            files.push_back(verifyFile(path.string()));
+            progress.update(static_cast<double>(files.size()) /
+                            static_cast<double>(options.inputs.size()));
+        }
+    }
+    if (!options.any_settings) checkSettings(files);
+    const std::vector<int> missing = missingFrames(files);
+
+    Verdict worst = missing.empty() ? Verdict::kGood : Verdict::kIncomplete;
+    std::size_t faulty = 0;
+    Json json;
+    json["files"] = Json::array();
+    std::string text;
+    for (const VerifiedFile& file : files) {
+        worst = std::max(worst, file.verdict);
+        faulty += file.verdict == Verdict::kGood ? 0 : 1;
+        json["files"].push_back(toJson(file));
+        if (!console.quiet() || file.verdict != Verdict::kGood) text += toText(file);
+    }
+    json["missingFrames"] = missing;
+    json["verdict"] = kVerdicts[static_cast<std::size_t>(worst)];
+    if (!missing.empty()) text += "missing frames: " + framesText(missing) + '\n';
+    if (options.report.file) writeReport(*options.report.file, json);
+    const std::string result = options.report.json ? jsonText(json) : text;
+    if (!result.empty()) console.result(result);
+    if (worst == Verdict::kGood) return 0;
+    std::string sum;
+    if (faulty != 0) {
+        sum = std::to_string(faulty) + " of " + countText(files.size(), "file") +
+              (faulty == 1 ? " is " : " are ") + "not good";
+    }
+    if (!missing.empty()) {
+        sum += (sum.empty() ? "" : ", and ") + countText(missing.size(), "frame") +
+               (missing.size() == 1 ? " is " : " are ") + "missing";
+    }
+    console.error(sum);
+    return static_cast<int>(worst == Verdict::kBad ? ErrorKind::kInput : ErrorKind::kIncomplete);
+}
+
+}  // namespace
+
+VerbAction declareVerify(CLI::App& app) {
+    const auto options = std::make_shared<VerifyOptions>();
+    app.add_option_function<std::vector<std::string>>(
+           "FILES",
+           [options](const std::vector<std::string>& paths) {
+               options->inputs.assign(paths.begin(), paths.end());
+           },
+           "OpenEXR files; those of peeler as one sequence")
+        ->option_text(" ")
+        ->required();
+    app.add_flag("--any-settings", options->any_settings,
+                 wrapped("scene, settings and size may differ from file to file"));
+    addThreadsOption(app, options->threads);
+    addReportOptions(app, options->report);
+    app.footer(
+        "Every chunk is read. Of layers: sorted by Z, a finite Z wherever there is a fragment, 0\n"
+        "where there is none, as many fragments as the header says, a composite that is the\n"
+        "composite of the layers, bit for bit. A file that peeler did not write is read to its\n"
+        "end, no more.\n\n"
+        "Exit codes: 0 all is good; 3 a file is unreadable or inconsistent, or has other "
+        "settings;\n"
+        "6 nothing worse than fragments or frames that are missing.");
+    return [options](Console& console) { return verifyAll(*options, console); };
+}
+
+}  // namespace peeler::cmd
