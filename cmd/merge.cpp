@@ -322,14 +322,8 @@ void Merge::tell() {
 
 VerbAction declareMerge(CLI::App& app) {
     const auto options = std::make_shared<MergeOptions>();
-    app.add_option_function<std::vector<std::string>>(
-           "TILES",
-           [options](const std::vector<std::string>& paths) {
-               options->inputs.assign(paths.begin(), paths.end());
-           },
-           "layered images (.exr) of one scene, view and settings, rendered with --crop")
-        ->option_text(" ")
-        ->required();
+    addFiles(app, "TILES", options->inputs,
+             "layered images (.exr) of one scene, view and settings, rendered with --crop");
     addOutputOptions(app, options->output);
     addLayerOutputOptions(app, options->output);
     app.add_flag("--allow-gaps", options->allow_gaps, "pixels that no tile has stay empty");

@@ -29,4 +29,15 @@ std::string wrapped(const std::string& text) {
     return out;
 }
 
+CLI::Option* addFiles(CLI::App& app, const std::string& name,
+                      std::vector<std::filesystem::path>& files, const std::string& help) {
+    const std::function<void(const std::vector<std::string>&)> assign =
+        [&files](const std::vector<std::string>& texts) {
+            files.assign(texts.begin(), texts.end());
+        };
+    return app.add_option_function<std::vector<std::string>>(name, assign, wrapped(help))
+        ->option_text(" ")
+        ->required();
+}
+
 }  // namespace peeler::cmd

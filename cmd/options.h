@@ -3,6 +3,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <utility>
@@ -60,6 +61,10 @@ CLI::Option* addRepeated(CLI::App& app, const std::string& name, const std::stri
         ->expected(1)
         ->take_all();
 }
+
+/// Adds a positional argument of one or more files.
+CLI::Option* addFiles(CLI::App& app, const std::string& name,
+                      std::vector<std::filesystem::path>& files, const std::string& help);
 
 /// Adds an option with a table of names; the help lists them, the first as the default.
 template <class T>

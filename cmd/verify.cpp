@@ -177,14 +177,7 @@ int verifyAll(const VerifyOptions& options, Console& console) {
 
 VerbAction declareVerify(CLI::App& app) {
     const auto options = std::make_shared<VerifyOptions>();
-    app.add_option_function<std::vector<std::string>>(
-           "FILES",
-           [options](const std::vector<std::string>& paths) {
-               options->inputs.assign(paths.begin(), paths.end());
-           },
-           "OpenEXR files; those of peeler as one sequence")
-        ->option_text(" ")
-        ->required();
+    addFiles(app, "FILES", options->inputs, "OpenEXR files; those of peeler as one sequence");
     app.add_flag("--any-settings", options->any_settings,
                  wrapped("scene, settings and size may differ from file to file"));
     addThreadsOption(app, options->threads);
