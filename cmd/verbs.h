@@ -30,6 +30,7 @@ std::span<const Verb> verbs();
 // One file each.
 VerbAction declareRender(CLI::App& app);
 VerbAction declareFlatten(CLI::App& app);
+VerbAction declareView(CLI::App& app);
 VerbAction declareSheet(CLI::App& app);
 VerbAction declareCompare(CLI::App& app);
 VerbAction declareInfo(CLI::App& app);
