@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <string_view>
 
@@ -17,8 +18,11 @@ namespace {
 constexpr double kSteepest = 20, kGentle = 1.75;
 /// A steep step and its neighbour on the same surface differ by no more than this share of it.
 constexpr double kBend = 0.6;
-/// How far around its own place a fragment looks for a partner in the next pixel's list.
-constexpr std::uint32_t kReach = 8;
+/// What leaving a fragment without a partner costs, in squared steps: a pair is worth as much as
+/// two.
+constexpr double kGap = kSteepest * kSteepest / 2;
+/// Fragments of a pixel that are considered; what is behind them has no links.
+constexpr std::size_t kMostFragments = 128;
 
 constexpr Side opposite(Side side) {
     return static_cast<Side>((side + 2) % kSides);
@@ -52,11 +56,11 @@ class Linker {
         });
         // A row writes its own fragments' sides and the upper side of those in the row below.
         parallelFor(height, [&](std::size_t y) {
-            std::vector<Pair> pairs;
+            Table table;
             for (std::size_t x = 0; x < width; ++x) {
                 const std::size_t pixel = y * width + x;
-                if (x + 1 < width) pairUp(pixel, pixel + 1, kRight, pairs);
-                if (y + 1 < height) pairUp(pixel, pixel + width, kDown, pairs);
+                if (x + 1 < width) align(pixel, pixel + 1, kRight, table);
+                if (y + 1 < height) align(pixel, pixel + width, kDown, table);
             }
         });
         SurfaceLinks kept(links_.size());
@@ -71,10 +75,18 @@ class Linker {
     }
 
   private:
-    struct Pair {
-        double step;
-        std::uint32_t from, to;
+    enum Choice : std::uint8_t { kPair, kSkipFrom, kSkipTo };
+    struct Table {
+        std::vector<double> cost;
+        std::vector<Choice> choice;
     };
+    struct List {
+        std::size_t first, count;
+    };
+
+    List list(std::size_t pixel) const {
+        return {image_.offsets[pixel], std::min<std::size_t>(image_.count(pixel), kMostFragments)};
+    }
     struct Id {
         std::span<const std::uint32_t> values;
         std::size_t stride, component;
@@ -84,6 +96,13 @@ class Linker {
     double slope(std::size_t from, std::size_t to, Side side) const {
         const double unit = rays_.unitStep(std::min(planar_[from], planar_[to]))[side % 2];
         return (planar_[to] - planar_[from]) / std::abs(unit);
+    }
+
+    double cost(std::size_t from, std::size_t to, Side side) const {
+        if (!rays_.isSeen(planar_[from]) || !rays_.isSeen(planar_[to]) || !sameObject(from, to))
+            return std::numeric_limits<double>::infinity();
+        const double step = slope(from, to, side);
+        return step * step;
     }
 
     bool sameObject(std::size_t a, std::size_t b) const {
@@ -98,34 +117,40 @@ class Linker {
         links_[to][opposite(side)] = from;
     }
 
-    void pairUp(std::size_t pixel, std::size_t next, Side side, std::vector<Pair>& pairs) {
-        const std::uint32_t begin = image_.offsets[pixel], end = image_.offsets[pixel + 1];
-        const std::uint32_t next_begin = image_.offsets[next], next_end = image_.offsets[next + 1];
-        pairs.clear();
-        for (std::uint32_t from = begin; from < end; ++from) {
-            if (!rays_.isSeen(planar_[from])) continue;
-            const auto at = static_cast<std::uint32_t>(
-                std::lower_bound(image_.z.begin() + next_begin, image_.z.begin() + next_end,
-                                 image_.z[from]) -
-                image_.z.begin());
-            // Coincident fragments may be many: the partner is about as far down the list.
-            const std::uint32_t center = std::max(at, std::min(next_begin + from - begin, at + 1));
-            const std::uint32_t first = center - std::min(center - next_begin, kReach);
-            const std::uint32_t last = std::min(next_end, center + kReach);
-            for (std::uint32_t to = first; to < last; ++to) {
-                if (!rays_.isSeen(planar_[to]) || !sameObject(from, to)) continue;
-                const double step = std::abs(slope(from, to, side));
-                if (step <= kSteepest) pairs.push_back({step, from, to});
+    /// The order-preserving assignment of two lists with the least sum of squared steps, found by
+    /// dynamic programming (as sequences are aligned). Squares, because two parallel surfaces
+    /// closer to each other than their step are as near to the wrong one's next fragment as to
+    /// their own in plain sums, and nearer in greedy ones.
+    void align(std::size_t pixel, std::size_t next, Side side, Table& table) {
+        const List from = list(pixel), to = list(next);
+        if (from.count == 0 || to.count == 0) return;
+        const std::size_t width = to.count + 1;
+        table.cost.assign((from.count + 1) * width, 0);
+        table.choice.assign((from.count + 1) * width, kSkipFrom);
+        for (std::size_t j = 1; j <= to.count; ++j) {
+            table.cost[j] = static_cast<double>(j) * kGap;
+            table.choice[j] = kSkipTo;
+        }
+        for (std::size_t i = 1; i <= from.count; ++i) {
+            table.cost[i * width] = static_cast<double>(i) * kGap;
+            for (std::size_t j = 1; j <= to.count; ++j) {
+                const std::size_t at = i * width + j;
+                double best = table.cost[at - width] + kGap;
+                const double other = table.cost[at - 1] + kGap;
+                if (other < best) best = other, table.choice[at] = kSkipTo;
+                const double paired =
+                    table.cost[at - width - 1] + cost(from.first + i - 1, to.first + j - 1, side);
+                if (paired <= best) best = paired, table.choice[at] = kPair;
+                table.cost[at] = best;
             }
         }
-        std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
-            if (a.step != b.step) return a.step < b.step;
-            return a.from != b.from ? a.from < b.from : a.to < b.to;
-        });
-        for (const Pair& pair : pairs) {
-            if (links_[pair.from][side] == kNoFragment &&
-                links_[pair.to][opposite(side)] == kNoFragment)
-                link(pair.from, pair.to, side);
+        for (std::size_t i = from.count, j = to.count; i > 0 || j > 0;) {
+            const Choice choice = table.choice[i * width + j];
+            if (choice == kPair)
+                link(static_cast<std::uint32_t>(from.first + i - 1),
+                     static_cast<std::uint32_t>(to.first + j - 1), side);
+            i -= choice != kSkipTo;
+            j -= choice != kSkipFrom;
         }
     }
 
