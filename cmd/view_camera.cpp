@@ -5,11 +5,11 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
-#include <vector>
 
 #include "cmd/camera_options.h"
 #include "cmd/options.h"
 #include "core/error.h"
+#include "core/median_depth.h"
 #include "core/placement.h"
 
 namespace peeler::cmd {
@@ -21,29 +21,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 glm::dvec2 parseAngles(std::string_view text) {
     const auto numbers = parseNumbers<2>(text, "yaw,pitch");
     return {numbers[0], numbers[1]};
-}
-
-std::vector<float> firstDepths(const LayeredImage& image, const Window& window) {
-    std::vector<float> depths;
-    for (int y = window.y0; y < window.y1; ++y) {
-        for (int x = window.x0; x < window.x1; ++x) {
-            const std::size_t pixel = image.pixelIndex(x, y);
-            if (image.count(pixel) > 0) depths.push_back(image.z[image.offsets[pixel]]);
-        }
-    }
-    return depths;
-}
-
-/// Nothing where there is not a single fragment.
-std::optional<double> medianDepth(const LayeredImage& image, const View& view) {
-    const Window middle{view.width / 3, view.height / 3, view.width - view.width / 3,
-                        view.height - view.height / 3};
-    std::vector<float> depths = firstDepths(image, intersect(middle, image.window));
-    if (depths.empty()) depths = firstDepths(image, image.window);
-    if (depths.empty()) return {};
-    const auto median = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-    std::nth_element(depths.begin(), median, depths.end());
-    return *median;
 }
 
 /// Turns a camera about a point: to the right about `up`, then upwards about its own right.

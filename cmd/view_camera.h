@@ -22,6 +22,10 @@ struct ViewCameraOptions {
     std::optional<double> ortho_height;  ///< scene units
     std::optional<Size> size;
     std::optional<Window> crop;
+
+    bool changesAnything() const {
+        return eye || target || up || orbit || fov || ortho_height || size || crop;
+    }
 };
 
 /// Declares --eye, --target, --up, --orbit, --fov, --ortho-height, --size and --crop. `options`
@@ -31,8 +35,8 @@ void addViewCameraOptions(CLI::App& app, ViewCameraOptions& options);
 /// Throws Error (kUsage) for what contradicts itself whatever the file is.
 void checkViewCameraOptions(const ViewCameraOptions& options);
 
-/// What the picture is about: the point on the viewing axis as deep as the median of the first
-/// fragments in the middle ninth of the picture, or of all if there is none. World space.
+/// What the picture is about: the point on the viewing axis at medianDepth(), or at 1 if there is
+/// none. World space.
 glm::dvec3 centerOfInterest(const LayeredImage& image, const View& view);
 
 /// `own`, the file's camera, with what the options change; near plane close enough to clip nothing

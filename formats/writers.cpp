@@ -9,6 +9,7 @@
 #include "formats/exr_composite_writer.h"
 #include "formats/exr_ldi_writer.h"
 #include "formats/exr_midpoint_writer.h"
+#include "formats/html_view_writer.h"
 #include "formats/image_writer.h"
 
 namespace peeler {
@@ -37,10 +38,20 @@ std::unique_ptr<Sink> makeImage(const std::string& path, const OutputOptions& op
                      .software = "peeler " + options.provenance.version});
 }
 
+std::unique_ptr<Sink> makePage(const std::string& path, const OutputOptions& options) {
+    return std::make_unique<HtmlViewWriter>(
+        path, options.provenance,
+        HtmlViewOptions{.image = {.background = options.background,
+                                  .exposure = options.exposure,
+                                  .tone_map = options.tone_map,
+                                  .software = {}},
+                        .max_fragments = options.max_fragments});
+}
+
 constexpr char kPng[] = "png", kJpeg[] = "jpeg", kTiff[] = "tiff";  // OpenImageIO's names
 
-const std::array<OutputFormat, 6>& table() {
-    static const std::array<OutputFormat, 6> rows = {{
+const std::array<OutputFormat, 7>& table() {
+    static const std::array<OutputFormat, 7> rows = {{
         {{".exr"}, "ldi", "layered depth image: one OpenEXR part a layer", makeLdi},
         {{".exr"}, "composite", "flat OpenEXR image: R,G,B,A and the first Z", makeExrComposite},
         {{".exr"},
@@ -48,9 +59,20 @@ const std::array<OutputFormat, 6>& table() {
          "midpoint shadow map: Z halfway between the two nearest opaque surfaces",
          makeExrMidpoint,
          true},
-        {{".png"}, "composite", "8-bit sRGB with straight alpha", makeImage<kPng>},
-        {{".jpg", ".jpeg"}, "composite", "8-bit sRGB without alpha", makeImage<kJpeg>},
-        {{".tif", ".tiff"}, "composite", "16-bit sRGB with straight alpha", makeImage<kTiff>},
+        {{".png"}, "composite", "8-bit sRGB with straight alpha", makeImage<kPng>, false, true},
+        {{".jpg", ".jpeg"}, "composite", "8-bit sRGB without alpha", makeImage<kJpeg>, false, true},
+        {{".tif", ".tiff"},
+         "composite",
+         "16-bit sRGB with straight alpha",
+         makeImage<kTiff>,
+         false,
+         true},
+        {{".html", ".htm"},
+         "page",
+         "web page that shows the layers from any side, in one file",
+         makePage,
+         false,
+         true},
     }};
     return rows;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -16,11 +17,12 @@ namespace peeler {
 /// What the command line says about an output file. Fields that a format has no use for are
 /// ignored.
 struct OutputOptions {
-    std::string as;                     ///< kind; "" = the extension's first row in the table
-    bool composite_part = true;         ///< ldi: begin with a part `composite`
-    std::array<float, 4> background{};  ///< premultiplied linear RGBA; composite
-    float exposure = 0;                 ///< stops; PNG, JPEG, TIFF
-    std::string tone_map = "none";      ///< PNG, JPEG, TIFF
+    std::string as;                           ///< kind; "" = the extension's first row in the table
+    bool composite_part = true;               ///< ldi: begin with a part `composite`
+    std::array<float, 4> background{};        ///< premultiplied linear RGBA; composite, page
+    float exposure = 0;                       ///< stops; PNG, JPEG, TIFF, page
+    std::string tone_map = "none";            ///< PNG, JPEG, TIFF, page
+    std::uint64_t max_fragments = 4'000'000;  ///< page: more than these it does not hold
     Provenance provenance;
 };
 
@@ -32,6 +34,8 @@ struct OutputFormat {
     std::unique_ptr<Sink> (*make)(const std::string& path, const OutputOptions& options);
     /// It shows what casts shadows: both faces of OPAQUE and MASK surfaces, every layer of them.
     bool casters = false;
+    /// It is for eyes and not for further work: encoded for a display, with exposure and tone map.
+    bool encoded = false;
 };
 
 /// Every format; of two rows with the same extension the first is the default.
