@@ -15,9 +15,9 @@ namespace peeler {
 namespace {
 
 /// Steps, in pixel spacings: the tangent of the angle between surface and picture.
-constexpr double kSteepest = 20, kGentle = 1.75;
+constexpr double kSteepest = 20, kGentle = 3;
 /// A steep step and its neighbour on the same surface differ by no more than this share of it.
-constexpr double kBend = 0.6;
+constexpr double kBend = 0.8;
 /// What leaving a fragment without a partner costs, in squared steps: a pair is worth as much as
 /// two.
 constexpr double kGap = kSteepest * kSteepest / 2;

@@ -25,7 +25,7 @@ using SurfaceLinks = std::vector<std::array<std::uint32_t, kSides>>;
 /// Layers are ordered by depth and not by surface, so a fragment's neighbour may be on any layer.
 /// Fragments of two pixels are paired by the least step in depth, nearest pairs first; equal ones
 /// (surfaces that coincide) in draw order. With channels `id.object` and `id.instance` only
-/// fragments of the same object are paired. A step remains if it is gentle (below a slope of 60°),
+/// fragments of the same object are paired. A step remains if it is gentle (below a slope of 72°),
 /// or if the surface goes on with a similar step on one side of it; otherwise it is taken for the
 /// edge of what is in front.
 SurfaceLinks linkSurfaces(const LayeredImage& image, const View& view);
