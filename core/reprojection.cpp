@@ -46,6 +46,11 @@ struct Hit {
     float z, u, v;
 };
 
+/// std::llround without the call.
+std::int64_t rounded(double value) {
+    return static_cast<std::int64_t>(value + (value < 0 ? -0.5 : 0.5));
+}
+
 /// Twice the signed area of a triangle; antisymmetric to the bit.
 std::int64_t area(const Fixed& a, const Fixed& b, const Fixed& c) {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
@@ -104,8 +109,9 @@ class Reprojection {
     }
 
     std::optional<ScreenCell> project(std::size_t fragment) const;
-    /// Rows of the crop whose samples a cell may cover, as strips: [first, last).
-    std::array<std::size_t, 2> stripsOf(const ScreenCell& cell) const;
+    /// Strips whose samples a cell may cover: [first, last).
+    using StripRange = std::array<std::uint16_t, 2>;
+    StripRange stripsOf(const ScreenCell& cell) const;
     void sortIntoStrips();
     void rasterise(std::uint32_t fragment, const ScreenCell& cell, const Window& strip,
                    std::vector<Hit>& hits) const;
@@ -140,7 +146,7 @@ std::optional<ScreenCell> Reprojection::project(std::size_t fragment) const {
         if (!(z > projection.near && z <= projection.far)) return {};
         const glm::dvec2 at = to_rays_.pixel(point);
         if (!(std::abs(at.x) < kFarOut && std::abs(at.y) < kFarOut)) return {};
-        cell.corners[c] = Fixed(std::llround(at.x * kSteps), std::llround(at.y * kSteps));
+        cell.corners[c] = Fixed(rounded(at.x * kSteps), rounded(at.y * kSteps));
         cell.weights[c] = to_rays_.weight(z) / (from_rays_.perspective() ? planar : 1.0);
         cell.least = c == 0 ? cell.corners[c] : glm::min(cell.least, cell.corners[c]);
         cell.most = c == 0 ? cell.corners[c] : glm::max(cell.most, cell.corners[c]);
@@ -153,14 +159,14 @@ int firstPixel(std::int64_t coordinate, double sample) {
     return static_cast<int>(std::ceil(static_cast<double>(coordinate) / kSteps - sample));
 }
 
-std::array<std::size_t, 2> Reprojection::stripsOf(const ScreenCell& cell) const {
+Reprojection::StripRange Reprojection::stripsOf(const ScreenCell& cell) const {
     const int first = std::max(firstPixel(cell.least.y, to_.sample.y), to_.crop.y0);
     const int last = std::min(firstPixel(cell.most.y + 1, to_.sample.y), to_.crop.y1);
     const int left = std::max(firstPixel(cell.least.x, to_.sample.x), to_.crop.x0);
     const int right = std::min(firstPixel(cell.most.x + 1, to_.sample.x), to_.crop.x1);
     if (first >= last || left >= right) return {0, 0};
-    return {static_cast<std::size_t>((first - to_.crop.y0) / kStripRows),
-            static_cast<std::size_t>((last - 1 - to_.crop.y0) / kStripRows + 1)};
+    return {static_cast<std::uint16_t>((first - to_.crop.y0) / kStripRows),
+            static_cast<std::uint16_t>((last - 1 - to_.crop.y0) / kStripRows + 1)};
 }
 
 void Reprojection::sortIntoStrips() {
@@ -170,21 +176,23 @@ void Reprojection::sortIntoStrips() {
     const auto height = static_cast<std::size_t>(image_.window.height());
     const std::size_t chunk_rows = 16, chunks = (height + chunk_rows - 1) / chunk_rows;
     std::vector<std::size_t> places(chunks * strips_);
-    const auto forCells = [&](std::size_t chunk, auto&& body) {
+    std::vector<StripRange> ranges(image_.fragments());
+    const auto forEach = [&](std::size_t chunk, auto&& body) {
         const std::uint32_t begin = image_.offsets[chunk * chunk_rows * width];
         const std::uint32_t end =
             image_.offsets[std::min(height, (chunk + 1) * chunk_rows) * width];
         for (std::uint32_t f = begin; f < end; ++f) {
-            const auto cell = project(f);
-            if (!cell) continue;
-            const auto [first, last] = stripsOf(*cell);
-            for (std::size_t strip = first; strip < last; ++strip)
-                body(f, strip);
+            for (std::size_t strip = ranges[f][0]; strip < ranges[f][1]; ++strip)
+                body(f, places[chunk * strips_ + strip]);
         }
     };
     parallelFor(chunks, [&](std::size_t chunk) {
-        forCells(chunk,
-                 [&](std::uint32_t, std::size_t strip) { ++places[chunk * strips_ + strip]; });
+        const std::size_t end = std::min(height, (chunk + 1) * chunk_rows) * width;
+        for (std::uint32_t f = image_.offsets[chunk * chunk_rows * width]; f < image_.offsets[end];
+             ++f) {
+            if (const auto cell = project(f)) ranges[f] = stripsOf(*cell);
+        }
+        forEach(chunk, [](std::uint32_t, std::size_t& place) { ++place; });
     });
     strip_offsets_.assign(strips_ + 1, 0);
     std::size_t total = 0;
@@ -198,9 +206,7 @@ void Reprojection::sortIntoStrips() {
     }
     strip_fragments_.resize(total);
     parallelFor(chunks, [&](std::size_t chunk) {
-        forCells(chunk, [&](std::uint32_t f, std::size_t strip) {
-            strip_fragments_[places[chunk * strips_ + strip]++] = f;
-        });
+        forEach(chunk, [&](std::uint32_t f, std::size_t& place) { strip_fragments_[place++] = f; });
     });
 }
 
@@ -211,7 +217,7 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
          firstPixel(cell.most.x + 1, to_.sample.x), firstPixel(cell.most.y + 1, to_.sample.y)},
         strip);
     if (box.empty()) return;
-    const Fixed sample(std::llround(to_.sample.x * kSteps), std::llround(to_.sample.y * kSteps));
+    const Fixed sample(rounded(to_.sample.x * kSteps), rounded(to_.sample.y * kSteps));
     // The diagonal is the same seen from both of its triangles.
     constexpr std::array<std::array<std::size_t, 3>, 2> kTriangles = {{{0, 1, 2}, {0, 2, 3}}};
     for (const auto& triangle : kTriangles) {

@@ -214,7 +214,8 @@ std::string usageHint(const std::string& path, const OutputOptions& options) {
 
 TEST(Writers, ChoicesAreListedWhereAChoiceIsWrong) {
     OutputOptions options;
-    EXPECT_EQ(usageHint("out.bmp", options), "choose one of: .exr, .png, .jpg, .jpeg, .tif, .tiff, .html, .htm");
+    EXPECT_EQ(usageHint("out.bmp", options),
+              "choose one of: .exr, .png, .jpg, .jpeg, .tif, .tiff, .html, .htm");
     EXPECT_NE(usageHint("out", options).find(".exr"), std::string::npos);
     options.as = "ldi";
     EXPECT_EQ(usageHint("out.png", options), "write .exr, or use --as composite");
