@@ -136,8 +136,9 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
                    "give an --up that points upwards in the picture");
         view.camera_to_world = *place;
     }
-    if (view.camera_to_world != own.camera_to_world ||
-        projection.perspective != own.projection.perspective) {
+    const bool moved = view.camera_to_world != own.camera_to_world ||
+                       projection.perspective != own.projection.perspective;
+    if (moved) {
         view.camera_name.clear();
         // The file's planes have clipped what it holds; here they would clip once more.
         const double distance = glm::length(target - glm::dvec3(view.camera_to_world[3]));
@@ -148,7 +149,7 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
     if (options.crop) {
         checkCrop(*options.crop, view.width, view.height);
         view.crop = *options.crop;
-    } else if (!options.size) {
+    } else if (!moved && !options.size) {
         view.crop = own.crop;
     }
     return view;

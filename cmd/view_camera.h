@@ -40,7 +40,8 @@ void checkViewCameraOptions(const ViewCameraOptions& options);
 glm::dvec3 centerOfInterest(const LayeredImage& image, const View& view);
 
 /// `own`, the file's camera, with what the options change; near plane close enough to clip nothing
-/// that the file holds, no far plane. Throws Error (kUsage) for a camera that cannot be.
+/// that the file holds, no far plane. The file's crop stays only while its camera and size do.
+/// Throws Error (kUsage) for a camera that cannot be.
 View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOptions& options);
 
 }  // namespace peeler::cmd

@@ -101,17 +101,22 @@ TEST(Reprojection, APlaneMovesByTheShiftOfTheCamera) {
     }
 }
 
-TEST(Reprojection, HalfAPixelIsTheMeanOfTwo) {
+TEST(Reprojection, BetweenPixelsColoursAreBilinear) {
     const View from = viewOf(12, 9);
     const LayeredImage image = fragmentLists(from.crop, [](int x, int y) {
         return std::vector<TestFragment>{{4, paint(x, y)}};
     });
-    const LayeredImage seen = seenFrom(image, from, moved(from, {0.5 * 0.08, 0, 0}));
-    for (int x = 0; x + 1 < 12; ++x) {
-        Color mean{};
-        for (std::size_t c = 0; c < 4; ++c)
-            mean[c] = (paint(x, 5)[c] + paint(x + 1, 5)[c]) / 2;
-        expectNear(only(seen, x, 5), mean);
+    // Half a pixel to the right, a quarter up.
+    const LayeredImage seen = seenFrom(image, from, moved(from, {0.5 * 0.08, 0.25 * 0.08, 0}));
+    for (int y = 1; y < 9; ++y) {
+        for (int x = 0; x + 1 < 12; ++x) {
+            Color mean{};
+            for (std::size_t c = 0; c < 4; ++c) {
+                mean[c] = 0.75F * (paint(x, y)[c] + paint(x + 1, y)[c]) / 2 +
+                          0.25F * (paint(x, y - 1)[c] + paint(x + 1, y - 1)[c]) / 2;
+            }
+            expectNear(only(seen, x, y), mean);
+        }
     }
 }
 
