@@ -20,52 +20,14 @@ namespace {
 constexpr double kDefaultFov = 40;  ///< degrees, vertical
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-double parseFov(std::string_view text) {
-    const double degrees = parseNumber(text);
-    if (!(degrees > 0 && degrees < 180)) {
-        throw Error(ErrorKind::kUsage, "expected an angle between 0 and 180 degrees");
-    }
-    return degrees;
-}
-
-glm::dvec3 parseDirection(std::string_view text) {
-    const glm::dvec3 direction = parseVector(text);
-    if (direction == glm::dvec3(0)) {
-        throw Error(ErrorKind::kUsage, "expected a direction, which has a length");
-    }
-    return direction;
-}
-
 double aspectOf(const View& view) {
     return static_cast<double>(view.width) / view.height;
 }
 
-/// Sets the picture's size; the width alone goes with `aspect` (width / height).
-void setSize(View& view, Size size, double aspect) {
-    if (size.height == 0) {
-        const double height = std::round(size.width / aspect);
-        if (!(height <= kMaxSide)) {
-            throw Error(ErrorKind::kUsage, "the camera's aspect ratio makes the picture too high",
-                        "--size " + std::to_string(size.width), "give the height too: --size WxH");
-        }
-        size.height = std::max(1, static_cast<int>(height));
-        checkPixels(size);
-    }
-    view.width = size.width;
-    view.height = size.height;
-}
-
-std::string cropText(const Window& crop) {
-    return std::to_string(crop.x0) + ',' + std::to_string(crop.y0) + ',' +
-           std::to_string(crop.width()) + ',' + std::to_string(crop.height());
-}
-
-void checkCrop(const Window& crop, int width, int height) {
-    if (crop.x1 <= width && crop.y1 <= height) return;
-    throw Error(ErrorKind::kUsage, "the crop reaches outside the picture",
-                "--crop " + cropText(crop),
-                "the picture is " + std::to_string(width) + " x " + std::to_string(height) +
-                    " pixels; --crop takes x,y,width,height");
+void setSize(View& view, const Size& size, double aspect) {
+    const Size whole = sizeWithAspect(size, aspect);
+    view.width = whole.width;
+    view.height = whole.height;
 }
 
 /// One of the scene's cameras: its half height and aspect ratio, near and far, its place.
@@ -187,7 +149,32 @@ void setDepthRange(View& view, const CameraOptions& options, const Bounds& bound
                 asked ? "--near, --far" : "camera " + view.camera_name, "give --near and --far");
 }
 
+std::string cropText(const Window& crop) {
+    return std::to_string(crop.x0) + ',' + std::to_string(crop.y0) + ',' +
+           std::to_string(crop.width()) + ',' + std::to_string(crop.height());
+}
+
 }  // namespace
+
+Size sizeWithAspect(Size size, double aspect) {
+    if (size.height != 0) return size;
+    const double height = std::round(size.width / aspect);
+    if (!(height <= kMaxSide)) {
+        throw Error(ErrorKind::kUsage, "the camera's aspect ratio makes the picture too high",
+                    "--size " + std::to_string(size.width), "give the height too: --size WxH");
+    }
+    size.height = std::max(1, static_cast<int>(height));
+    checkPixels(size);
+    return size;
+}
+
+void checkCrop(const Window& crop, int width, int height) {
+    if (crop.x1 <= width && crop.y1 <= height) return;
+    throw Error(ErrorKind::kUsage, "the crop reaches outside the picture",
+                "--crop " + cropText(crop),
+                "the picture is " + std::to_string(width) + " x " + std::to_string(height) +
+                    " pixels; --crop takes x,y,width,height");
+}
 
 void addCameraOptions(CLI::App& app, CameraOptions& options) {
     const auto text = [](const std::string& value) { return value; };

@@ -37,6 +37,13 @@ void addCameraOptions(CLI::App& app, CameraOptions& options);
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkCameraOptions(const CameraOptions& options);
 
+/// The size with a height, from the aspect ratio (width / height) where it has none. Throws Error
+/// (kUsage) if that is too high a picture.
+Size sizeWithAspect(Size size, double aspect);
+
+/// Throws Error (kUsage) for a crop that reaches outside the picture.
+void checkCrop(const Window& crop, int width, int height);
+
 /// What a camera in its place is called: its own name, else its node's, else "camera N" by draw
 /// order.
 std::vector<std::string> cameraNames(const Scene& scene, const SceneContents& contents);

@@ -62,30 +62,29 @@ double parseExposure(const std::string& text) {
 void checkFormat(const OutputFlags& flags) {
     const OutputFormat& format = findOutputFormat(flags.path.string(), flags.as);
     checkLayerFileOptions(flags.layers, format);
-    constexpr const char* kCompositeHint = "add --as composite, or choose another extension";
-    if (format.kind != "composite") {
+    const bool composite = format.kind == "composite";
+    if (!composite && !format.encoded) {
+        constexpr const char* kCompositeHint = "add --as composite, or choose another extension";
         if (flags.background)
             refuseOption("--background", "layers have no background", kCompositeHint);
         if (flags.exposure)
             refuseOption("--exposure", "layers are stored as rendered", kCompositeHint);
         if (flags.tone_map)
             refuseOption("--tone-map", "layers are stored as rendered", kCompositeHint);
-        if (flags.no_composite && format.kind != "ldi")
-            refuseOption("--no-composite", "this output has no composite", "leave it out");
-        if (flags.no_composite && flags.layers.layout == kPerFileLayout)
-            refuseOption("--no-composite", "the composite's file is the one that names the others",
-                         "leave it out, or choose another --layout");
-        return;
     }
-    if (flags.no_composite) {
+    if (flags.no_composite && composite) {
         refuseOption("--no-composite", "this output is nothing but the composite", "leave it out");
     }
-    const bool linear = std::find(format.extensions.begin(), format.extensions.end(), ".exr") !=
-                        format.extensions.end();
+    if (flags.no_composite && format.kind != "ldi")
+        refuseOption("--no-composite", "this output has no composite", "leave it out");
+    if (flags.no_composite && flags.layers.layout == kPerFileLayout)
+        refuseOption("--no-composite", "the composite's file is the one that names the others",
+                     "leave it out, or choose another --layout");
+    if (format.encoded) return;
     constexpr const char* kLinear = "an EXR holds linear light as rendered";
     constexpr const char* kDisplayHint = "write a .png, .jpg or .tif";
-    if (linear && flags.exposure) refuseOption("--exposure", kLinear, kDisplayHint);
-    if (linear && flags.tone_map) refuseOption("--tone-map", kLinear, kDisplayHint);
+    if (flags.exposure) refuseOption("--exposure", kLinear, kDisplayHint);
+    if (flags.tone_map) refuseOption("--tone-map", kLinear, kDisplayHint);
 }
 
 }  // namespace
@@ -94,6 +93,7 @@ void addOutputFile(CLI::App& app, OutputFlags& flags) {
     std::string extensions;
     std::set<std::string_view> known;
     for (const OutputFormat& format : outputFormats()) {
+        if (!flags.as.empty() && format.kind != flags.as) continue;
         for (const std::string_view extension : format.extensions) {
             if (!known.insert(extension).second) continue;
             extensions += (extensions.empty() ? "" : ", ") + std::string(extension);
@@ -120,14 +120,14 @@ void addOutputOptions(CLI::App& app, OutputFlags& flags) {
         "behind a composite: transparent (default), r,g,b[,a] in linear light, or #rrggbb[aa] in "
         "sRGB");
     add("--exposure", "STOPS", flags.exposure, parseExposure,
-        "brightens (or darkens) .png, .jpg and .tif (default: 0)");
+        "brightens (or darkens) what is not an EXR (default: 0)");
     std::string maps;
     for (const ToneMap& row : toneMaps()) {
         maps += '\n' + std::string(row.name) + (maps.empty() ? " (default): " : ": ") +
                 std::string(row.summary);
     }
     add("--tone-map", "NAME", flags.tone_map, toneMapNamed,
-        "how .png, .jpg and .tif show bright light" + maps);
+        "how what is not an EXR shows bright light" + maps);
 }
 
 void addFxaaOption(CLI::App& app, bool& fxaa, const std::string& remark) {

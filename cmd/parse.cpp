@@ -132,6 +132,7 @@ std::array<double, count> parseNumbers(std::string_view text, std::string_view e
         numbers[i] = parseNumber(parts[i]);
     return numbers;
 }
+template std::array<double, 2> parseNumbers<2>(std::string_view, std::string_view);
 template std::array<double, 4> parseNumbers<4>(std::string_view, std::string_view);
 template std::array<double, 6> parseNumbers<6>(std::string_view, std::string_view);
 
@@ -139,6 +140,22 @@ glm::dvec3 parseVector(std::string_view text) {
     const auto parts = split(text, ',');
     if (parts.size() != 3) refuse("expected three numbers x,y,z");
     return {parseNumber(parts[0]), parseNumber(parts[1]), parseNumber(parts[2])};
+}
+
+glm::dvec3 parseDirection(std::string_view text) {
+    const glm::dvec3 direction = parseVector(text);
+    if (direction == glm::dvec3(0)) {
+        throw Error(ErrorKind::kUsage, "expected a direction, which has a length");
+    }
+    return direction;
+}
+
+double parseFov(std::string_view text) {
+    const double degrees = parseNumber(text);
+    if (!(degrees > 0 && degrees < 180)) {
+        throw Error(ErrorKind::kUsage, "expected an angle between 0 and 180 degrees");
+    }
+    return degrees;
 }
 
 Size parseSize(std::string_view text) {

@@ -30,6 +30,12 @@ std::array<double, count> parseNumbers(std::string_view text, std::string_view e
 /// "x,y,z".
 glm::dvec3 parseVector(std::string_view text);
 
+/// "x,y,z" with a length.
+glm::dvec3 parseDirection(std::string_view text);
+
+/// A field of view in degrees, between 0 and 180.
+double parseFov(std::string_view text);
+
 /// Sides and pixels of the largest picture. The side is what the GL and EXR readers in use take,
 /// the pixels are where a picture's index still fits 32 bits with room to spare.
 inline constexpr int kMaxSide = 65536;

@@ -33,6 +33,7 @@ VerbAction declareFlatten(CLI::App& app);
 VerbAction declareExtract(CLI::App& app);
 VerbAction declareMerge(CLI::App& app);
 VerbAction declareConvert(CLI::App& app);
+VerbAction declareView(CLI::App& app);
 VerbAction declareSheet(CLI::App& app);
 VerbAction declareCompare(CLI::App& app);
 VerbAction declareInfo(CLI::App& app);

@@ -222,18 +222,21 @@ void ImageWriter::Output::abandon() noexcept {
     }
 }
 
-ImageWriter::ImageWriter(std::string path, std::string format, ImageOptions options)
-    : path_(std::move(path)), format_(std::move(format)), options_(std::move(options)) {
+const ToneMap& findToneMap(const std::string& name) {
     std::string names;
     for (const ToneMap& entry : kToneMaps) {
-        if (entry.name == options_.tone_map) tone_map_ = &entry;
+        if (entry.name == name) return entry;
         names += (names.empty() ? "" : ", ") + std::string(entry.name);
     }
-    if (!tone_map_) {
-        throw Error(ErrorKind::kUsage, "there is no tone map \"" + options_.tone_map + "\"",
-                    "--tone-map", "choose one of: " + names);
-    }
+    throw Error(ErrorKind::kUsage, "there is no tone map \"" + name + "\"", "--tone-map",
+                "choose one of: " + names);
 }
+
+ImageWriter::ImageWriter(std::string path, std::string format, ImageOptions options)
+    : path_(std::move(path)),
+      format_(std::move(format)),
+      options_(std::move(options)),
+      tone_map_(&findToneMap(options_.tone_map)) {}
 
 ImageWriter::~ImageWriter() = default;
 

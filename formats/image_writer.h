@@ -21,6 +21,8 @@ struct ToneMap {
 };
 /// The table: the first row is the default.
 std::span<const ToneMap> toneMaps();
+/// Throws Error (kUsage) that lists them.
+const ToneMap& findToneMap(const std::string& name);
 
 /// The sRGB transfer function (IEC 61966-2-1), linear to encoded, clipped to 0–1; NaN becomes 0.
 float encodeSrgb(float linear);

@@ -11,6 +11,7 @@
 #include "formats/exr_deep_writer.h"
 #include "formats/exr_ldi_writer.h"
 #include "formats/exr_midpoint_writer.h"
+#include "formats/html_view_writer.h"
 #include "formats/image_writer.h"
 
 namespace peeler {
@@ -56,32 +57,61 @@ std::unique_ptr<Sink> makeImage(const std::string& path, const OutputOptions& op
                      .software = "peeler " + options.provenance.version});
 }
 
+std::unique_ptr<Sink> makePage(const std::string& path, const OutputOptions& options) {
+    return std::make_unique<HtmlViewWriter>(
+        path, options.provenance,
+        HtmlViewOptions{.image = {.background = options.background,
+                                  .exposure = options.exposure,
+                                  .tone_map = options.tone_map,
+                                  .software = {}},
+                        .max_fragments = options.max_fragments});
+}
+
 constexpr char kPng[] = "png", kJpeg[] = "jpeg", kTiff[] = "tiff";  // OpenImageIO's names
 
-const std::array<OutputFormat, 7>& table() {
-    static const std::array<OutputFormat, 7> rows = {{
-        {{".exr"}, "ldi", "layered depth image: one OpenEXR part a layer", makeLdi, false, true},
-        {{".exr"},
-         "deep",
-         "deep image: every fragment a sample of an OpenEXR deep scan line",
-         makeDeep,
-         false,
-         true,
-         false},
-        {{".exr"},
-         "composite",
-         "flat OpenEXR image: R,G,B,A and the first Z",
-         makeExrComposite,
-         false,
-         true},
-        {{".exr"},
-         "midpoint-depth",
-         "midpoint shadow map: Z halfway between the two nearest opaque surfaces",
-         makeExrMidpoint,
-         true},
-        {{".png"}, "composite", "8-bit sRGB with straight alpha", makeImage<kPng>},
-        {{".jpg", ".jpeg"}, "composite", "8-bit sRGB without alpha", makeImage<kJpeg>},
-        {{".tif", ".tiff"}, "composite", "16-bit sRGB with straight alpha", makeImage<kTiff>},
+const std::array<OutputFormat, 8>& table() {
+    static const std::array<OutputFormat, 8> rows = {{
+        {.extensions = {".exr"},
+         .kind = "ldi",
+         .summary = "layered depth image: one OpenEXR part a layer",
+         .make = makeLdi,
+         .channels = true},
+        {.extensions = {".exr"},
+         .kind = "deep",
+         .summary = "deep image: every fragment a sample of an OpenEXR deep scan line",
+         .make = makeDeep,
+         .channels = true,
+         .composite = false},
+        {.extensions = {".exr"},
+         .kind = "composite",
+         .summary = "flat OpenEXR image: R,G,B,A and the first Z",
+         .make = makeExrComposite,
+         .channels = true},
+        {.extensions = {".exr"},
+         .kind = "midpoint-depth",
+         .summary = "midpoint shadow map: Z halfway between the two nearest opaque surfaces",
+         .make = makeExrMidpoint,
+         .casters = true},
+        {.extensions = {".png"},
+         .kind = "composite",
+         .summary = "8-bit sRGB with straight alpha",
+         .make = makeImage<kPng>,
+         .encoded = true},
+        {.extensions = {".jpg", ".jpeg"},
+         .kind = "composite",
+         .summary = "8-bit sRGB without alpha",
+         .make = makeImage<kJpeg>,
+         .encoded = true},
+        {.extensions = {".tif", ".tiff"},
+         .kind = "composite",
+         .summary = "16-bit sRGB with straight alpha",
+         .make = makeImage<kTiff>,
+         .encoded = true},
+        {.extensions = {".html", ".htm"},
+         .kind = "page",
+         .summary = "web page that shows the layers from any side, in one file",
+         .make = makePage,
+         .encoded = true},
     }};
     return rows;
 }

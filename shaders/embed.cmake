@@ -16,3 +16,16 @@ function(peeler_embed_shaders out folder)
     file(CONFIGURE OUTPUT ${generated} CONTENT "${text}" @ONLY)
     set(${out} ${generated} PARENT_SCOPE)
 endfunction()
+
+# peeler_embed_text(OUT FILE HEADER FUNCTION): generates a C++ file that defines FUNCTION of HEADER,
+# which returns the text of FILE, and sets OUT to its path.
+function(peeler_embed_text out path header function)
+    get_filename_component(name ${path} NAME_WE)
+    set(generated ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
+    file(READ ${path} source)
+    set(text "// Generated from ${name} by embed.cmake.\n#include \"${header}\"\n")
+    string(APPEND text "std::string_view peeler::${function}() { return R\"__text(${source})__text\"; }\n")
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${path})
+    file(CONFIGURE OUTPUT ${generated} CONTENT "${text}" @ONLY)
+    set(${out} ${generated} PARENT_SCOPE)
+endfunction()

@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Measures views from layers against direct renders from the same cameras; prints a Markdown table.
+
+    python3 tests/benchmarks/views_from_layers.py PEELER SCENE... [--size 1280x720] [--angles 5,10,20]
+                                                  [-- OPTIONS OF RENDER]
+
+The layers are captured 1.5 times as wide as the picture (and as dense), since a direct render shows
+what comes in from the sides and layers cannot show what they have not seen. PSNR of what `peeler
+compare` reads from 8-bit PNGs over mid grey, in linear light, for a peak of 1. At 0 degrees the layers
+are those of the picture itself, against `peeler flatten`. Milliseconds: of `view` with all layers,
+reading and writing included, and of `render`.
+"""
+import argparse
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+MARGIN = 1.5
+BACKGROUND = ["--background", "0.18,0.18,0.18"]
+
+
+class Peeler:
+    def __init__(self, program: str, folder: str):
+        self.program, self.folder = program, pathlib.Path(folder)
+
+    def __call__(self, verb: str, *arguments, check: bool = True) -> dict:
+        command = [self.program, verb, *map(str, arguments), "--json"]
+        done = subprocess.run(command, check=check, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        return json.loads(done.stdout)
+
+    def file(self, name: str) -> pathlib.Path:
+        return self.folder / name
+
+    def psnr(self, a: str, b: str) -> float:
+        result = self("compare", self.file(a), self.file(b), check=False)
+        return float(result["composite"]["psnr"])
+
+    def camera(self, name: str, margin: float = 1) -> list:
+        """The options of render for the camera of a picture, its field of view so much wider."""
+        attributes = self("info", self.file(name))["attributes"]
+        camera = json.loads(attributes["peeler:cameraJson"])
+        rows = camera["cameraToWorld"]
+        if camera["projection"] != "perspective":
+            size = ["--ortho-height", repr(2 * margin * camera["halfHeight"])]
+        else:
+            size = ["--fov", repr(math.degrees(2 * math.atan(margin * camera["halfHeight"])))]
+
+        def vector(values):
+            return ",".join(map(repr, values))
+
+        eye = [row[3] for row in rows[:3]]
+        return ["--eye", vector(eye), "--target", vector(e - row[2] for e, row in zip(eye, rows)),
+                "--up", vector(row[1] for row in rows[:3]), *size]
+
+
+def measure(peeler: Peeler, scene: str, size: str, angles: list, more: list) -> None:
+    def view(layers: str, name: str, n: str, *arguments) -> dict:
+        return peeler("view", peeler.file(layers), "-o", peeler.file(name), "--layers", n, *arguments)
+
+    def row(angle, one: float, all_layers: float, shown: dict, rendered: dict) -> None:
+        cells = [pathlib.Path(scene).stem, f"{angle}°", f"{one:.1f}", f"{all_layers:.1f}",
+                 f"{shown['milliseconds']['total']:.0f}", f"{rendered['milliseconds']['total']:.0f}"]
+        print("| " + " | ".join(cells) + " |", flush=True)
+
+    rendered = peeler("render", scene, "-o", peeler.file("own.exr"), "--size", size, *more)
+    peeler("flatten", peeler.file("own.exr"), "-o", peeler.file("direct.png"), *BACKGROUND)
+    view("own.exr", "one.png", "1", *BACKGROUND)
+    shown = view("own.exr", "all.png", "all", *BACKGROUND)
+    row(0, peeler.psnr("one.png", "direct.png"), peeler.psnr("all.png", "direct.png"), shown, rendered)
+
+    width, height = (round(MARGIN * int(side)) for side in size.split("x"))
+    peeler("render", scene, "-o", peeler.file("wide.exr"), "--size", f"{width}x{height}",
+           *peeler.camera("own.exr", MARGIN), *more)
+    own = peeler.camera("own.exr")[-2:]
+    for angle in angles:
+        picture = ["--orbit", f"{angle},0", "--size", size, *own]
+        view("wide.exr", "camera.exr", "1", *picture)
+        rendered = peeler("render", scene, "-o", peeler.file("direct.png"), "--size", size, *BACKGROUND,
+                          *peeler.camera("camera.exr"), *more)
+        view("wide.exr", "one.png", "1", *picture, *BACKGROUND)
+        shown = view("wide.exr", "all.png", "all", *picture, *BACKGROUND)
+        row(angle, peeler.psnr("one.png", "direct.png"), peeler.psnr("all.png", "direct.png"), shown, rendered)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("peeler")
+    parser.add_argument("scenes", nargs="+")
+    parser.add_argument("--size", default="1280x720")
+    parser.add_argument("--angles", default="5,10,20")
+    arguments, more = sys.argv[1:], []
+    if "--" in arguments:
+        at = arguments.index("--")
+        arguments, more = arguments[:at], arguments[at + 1:]
+    options = parser.parse_args(arguments)
+
+    print("| scene | beside it | one layer, dB | all layers, dB | view, ms | render, ms |")
+    print("| --- | ---: | ---: | ---: | ---: | ---: |")
+    for scene in options.scenes:
+        with tempfile.TemporaryDirectory() as folder:
+            measure(Peeler(options.peeler, folder), scene, options.size, options.angles.split(","), more)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Uses a page of `peeler view` in headless Chromium as a visitor would.
+
+    view_page_test.py PAGE.html OUT_FOLDER
+
+Writes what the canvas shows after each step as PNG (original, one_layer, depth, dragged, keys,
+nearer, reset), a screenshot of all of it (page), and console.json: what the browser's console said.
+Exit code 77: there is no Chromium, no chromedriver or no Selenium; why is on stdout.
+"""
+import base64
+import json
+import shutil
+import sys
+from pathlib import Path
+
+SKIP = 77
+FLAGS = [
+    "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle",
+    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--force-device-scale-factor=1",
+    "--window-size=1000,800", "--disable-background-networking",
+]
+
+
+def skip(reason):
+    print(reason)
+    sys.exit(SKIP)
+
+
+def start():
+    try:
+        from selenium import webdriver
+        from selenium.webdriver.chrome.service import Service
+    except ImportError:
+        skip("no Selenium: apt-get install python3-selenium")
+    browser, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if not browser or not driver:
+        skip("no Chromium with chromedriver: apt-get install chromium chromium-driver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = browser
+    for flag in FLAGS:
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    return webdriver.Chrome(service=Service(driver), options=options)
+
+
+class Page:
+    def __init__(self, driver, out):
+        from selenium.webdriver.support.ui import WebDriverWait
+        self.driver, self.out, self.wait = driver, out, WebDriverWait(driver, 60)
+
+    def frames(self):
+        return int(self.driver.execute_script(
+            "return document.getElementById('picture').dataset.frame || 0"))
+
+    def after(self, action):
+        """Does something and waits until the page has drawn it."""
+        before = self.frames()
+        action()
+        self.wait.until(lambda _: self.frames() > before)
+        # What else was asked for meanwhile is drawn by the frame after next.
+        self.driver.execute_async_script(
+            "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(done))")
+
+    def run(self, script, *arguments):
+        self.after(lambda: self.driver.execute_script(script, *arguments))
+
+    def save(self, name):
+        url = self.driver.execute_script(
+            "return document.getElementById('picture').toDataURL('image/png')")
+        (self.out / f"{name}.png").write_bytes(base64.b64decode(url.split(",", 1)[1]))
+
+
+def main():
+    page_file, out = Path(sys.argv[1]).resolve(), Path(sys.argv[2])
+    driver = start()
+    try:
+        from selenium.webdriver.common.action_chains import ActionChains
+        from selenium.webdriver.common.keys import Keys
+        page = Page(driver, out)
+        driver.get(page_file.as_uri())
+        page.wait.until(lambda _: page.frames() > 0)
+        driver.save_screenshot(str(out / "page.png"))
+
+        # A pixel of the canvas for a pixel of the capture.
+        page.run("const c = document.getElementById('picture');"
+                 "c.style.border = 0;"
+                 "c.style.width = JSON.parse(document.getElementById('view').textContent).width + 'px'")
+        page.save("original")
+        slide = ("const s = document.getElementById('layers'); s.value = arguments[0];"
+                 "s.dispatchEvent(new Event('input'))")
+        page.run(slide, 1)
+        page.save("one_layer")
+        page.run(slide, 10000)
+        page.after(lambda: driver.find_element("id", "depth").click())
+        page.save("depth")
+        page.after(lambda: driver.find_element("id", "depth").click())
+        canvas = driver.find_element("id", "picture")
+        page.after(lambda: ActionChains(driver).click_and_hold(canvas)
+                   .move_by_offset(-40, 10).release().perform())
+        page.save("dragged")
+        driver.save_screenshot(str(out / "page_dragged.png"))
+        page.after(lambda: driver.find_element("tag name", "body").send_keys(
+            Keys.ARROW_LEFT, Keys.ARROW_LEFT, "["))
+        page.save("keys")
+        page.run("document.getElementById('picture').dispatchEvent("
+                 "new WheelEvent('wheel', {deltaY: -200, cancelable: true}))")
+        page.save("nearer")
+        page.after(lambda: driver.find_element("id", "reset").click())
+        page.save("reset")
+        (out / "console.json").write_text(json.dumps(driver.get_log("browser"), indent=1))
+    finally:
+        driver.quit()
+
+
+main()

@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: Apache-2.0
+// Views from layers whose answer is known on paper.
+#include "core/reprojection.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+#include <random>
+
+#include "core/composite.h"
+#include "core/nearest.h"
+#include "core/parallel.h"
+#include "support/fragment_lists.h"
+
+namespace peeler::test {
+namespace {
+
+using Color = std::array<float, 4>;
+
+/// At the origin; a pixel is 0.02 wide at distance 1.
+View viewOf(int width, int height, bool perspective = true) {
+    View view;
+    view.width = width;
+    view.height = height;
+    view.crop = {0, 0, width, height};
+    view.projection = {perspective, 0.01 * width, 0.01 * height, 0.01,
+                       perspective ? HUGE_VAL : 1000};
+    return view;
+}
+
+View moved(View view, const glm::dvec3& by) {
+    view.camera_to_world = glm::translate(view.camera_to_world, by);
+    return view;
+}
+
+/// Turned about a point on the axis at this distance.
+View orbited(View view, double distance, double degrees) {
+    const glm::dvec3 center(0, 0, -distance);
+    view.camera_to_world = glm::translate(glm::dmat4(1), center) *
+                           glm::rotate(glm::dmat4(1), glm::radians(degrees), glm::dvec3(0, 1, 0)) *
+                           glm::translate(glm::dmat4(1), -center) * view.camera_to_world;
+    return view;
+}
+
+LayeredImage seenFrom(const LayeredImage& image, const View& from, const View& to) {
+    LayeredImage whole;
+    whole.window = to.crop;
+    whole.offsets.push_back(0);
+    int next = to.crop.y0;
+    reproject(image, from, to, [&](const LayeredImage& band) {
+        EXPECT_EQ(band.window.y0, next);
+        next = band.window.y1;
+        const std::uint32_t before = whole.offsets.back();
+        for (std::size_t p = 1; p < band.offsets.size(); ++p)
+            whole.offsets.push_back(before + band.offsets[p]);
+        whole.z.insert(whole.z.end(), band.z.begin(), band.z.end());
+        whole.color.type = band.color.type;
+        whole.color.channels = band.color.channels;
+        whole.color.data.insert(whole.color.data.end(), band.color.data.begin(),
+                                band.color.data.end());
+    });
+    EXPECT_EQ(next, to.crop.y1);
+    return whole;
+}
+
+/// The one fragment of a pixel.
+Color only(const LayeredImage& image, int x, int y) {
+    const std::size_t pixel = image.pixelIndex(x, y);
+    EXPECT_EQ(image.count(pixel), 1U) << x << ' ' << y;
+    return image.count(pixel) == 1 ? colorOf(image, image.offsets[pixel]) : Color{};
+}
+
+Color paint(int x, int y) {
+    return {static_cast<float>(x * 37 % 11) / 11, static_cast<float>(y * 17 % 13) / 13,
+            static_cast<float>((x + y) % 7) / 7, 1};
+}
+
+void expectNear(const Color& a, const Color& b, float most = 2e-6F) {
+    for (std::size_t c = 0; c < 4; ++c)
+        EXPECT_NEAR(a[c], b[c], most);
+}
+
+TEST(Reprojection, APlaneMovesByTheShiftOfTheCamera) {
+    for (const bool perspective : {true, false}) {
+        const View from = viewOf(40, 30, perspective);
+        const LayeredImage image = fragmentLists(from.crop, [](int x, int y) {
+            return std::vector<TestFragment>{{4, paint(x, y)}};
+        });
+        const double pixel = 0.02 * (perspective ? 4 : 1);
+        const LayeredImage seen = seenFrom(image, from, moved(from, {3 * pixel, 2 * pixel, 0}));
+        for (int y = 0; y < 30; ++y) {
+            for (int x = 0; x < 40; ++x) {
+                const bool inside = x + 3 < 40 && y - 2 >= 0;
+                ASSERT_EQ(seen.count(seen.pixelIndex(x, y)), inside ? 1U : 0U) << x << ' ' << y;
+                if (!inside) continue;
+                expectNear(only(seen, x, y), paint(x + 3, y - 2));
+                EXPECT_NEAR(seen.z[seen.offsets[seen.pixelIndex(x, y)]], 4, 1e-6);
+            }
+        }
+    }
+}
+
+TEST(Reprojection, BetweenPixelsColoursAreBilinear) {
+    const View from = viewOf(12, 9);
+    const LayeredImage image = fragmentLists(from.crop, [](int x, int y) {
+        return std::vector<TestFragment>{{4, paint(x, y)}};
+    });
+    // Half a pixel to the right, a quarter up.
+    const LayeredImage seen = seenFrom(image, from, moved(from, {0.5 * 0.08, 0.25 * 0.08, 0}));
+    for (int y = 1; y < 9; ++y) {
+        for (int x = 0; x + 1 < 12; ++x) {
+            Color mean{};
+            for (std::size_t c = 0; c < 4; ++c) {
+                mean[c] = 0.75F * (paint(x, y)[c] + paint(x + 1, y)[c]) / 2 +
+                          0.25F * (paint(x, y - 1)[c] + paint(x + 1, y - 1)[c]) / 2;
+            }
+            expectNear(only(seen, x, y), mean);
+        }
+    }
+}
+
+TEST(Reprojection, WhatWasHiddenComesOutFromBehind) {
+    // A square at 2 in front of a wall at 4. The camera moves by 4 pixels at 2, 2 pixels at 4.
+    constexpr Color kSquare{1, 0, 0, 1};
+    const auto covered = [](int x, int y) { return x >= 10 && x < 20 && y >= 8 && y < 16; };
+    const View from = viewOf(40, 24);
+    LayeredImage image = fragmentLists(from.crop, [&](int x, int y) {
+        std::vector<TestFragment> list;
+        if (covered(x, y)) list.push_back({2, kSquare});
+        list.push_back({4, paint(x, y)});
+        return list;
+    });
+    const View to = moved(from, {4 * 0.04, 0, 0});
+    const LayeredImage seen = seenFrom(image, from, to);
+    keepNearest(image, 1);
+    const LayeredImage first_layer = seenFrom(image, from, to);
+    int holes = 0;
+    for (int y = 0; y < 24; ++y) {
+        for (int x = 0; x < 38; ++x) {
+            const bool front = covered(x + 4, y);
+            expectNear(only(seen, x, y), front ? kSquare : paint(x + 2, y));
+            // With one layer the wall has a hole where the square was.
+            const bool known = front || !covered(x + 2, y);
+            ASSERT_EQ(first_layer.count(first_layer.pixelIndex(x, y)), known ? 1U : 0U);
+            holes += !known;
+        }
+    }
+    EXPECT_EQ(holes, 2 * 8);
+}
+
+TEST(Reprojection, TransparentSurfacesAreBlendedInOrderOnce) {
+    const Color near{0.3F, 0, 0, 0.5F}, far{0, 0.2F, 0, 0.25F}, wall{0, 0, 1, 1};
+    const View from = viewOf(48, 32);
+    const LayeredImage image = fragmentLists(from.crop, [&](int, int) {
+        return std::vector<TestFragment>{{3, near}, {3.2F, far}, {4, wall}, {9, near}};
+    });
+    const LayeredImage seen = seenFrom(image, from, orbited(from, 3.5, 15));
+    CompositeImage composite;
+    compositeOver(seen, {}, composite);
+    for (int y = 12; y < 20; ++y) {
+        for (int x = 18; x < 30; ++x) {
+            ASSERT_EQ(seen.count(seen.pixelIndex(x, y)), 3U) << "nothing behind the wall";
+            expectNear(composite.rgba[seen.pixelIndex(x, y)], {0.3F, 0.5F * 0.2F, 0.5F * 0.75F, 1},
+                       1e-5F);
+        }
+    }
+}
+
+TEST(Reprojection, ATiltedPlaneHasNoCracksAndLiesWhereItShould) {
+    // n·p = −1 in the captured camera's space, 45° off.
+    const glm::dvec3 n = glm::normalize(glm::dvec3(std::sin(0.8), 0.2, std::cos(0.8))) / 3.0;
+    const View from = viewOf(64, 64);
+    const auto ray = [](double x, double y) {
+        return glm::dvec3(0.02 * (x + 0.5) - 0.64, 0.64 - 0.02 * (y + 0.5), -1);
+    };
+    const LayeredImage image = fragmentLists(from.crop, [&](int x, int y) {
+        return std::vector<TestFragment>{
+            {static_cast<float>(-1 / glm::dot(n, ray(x, y))), {0.1F, 0.1F, 0.1F, 0.2F}}};
+    });
+    for (const double degrees : {-35.0, -10.0, 10.0, 25.0}) {
+        const View to = orbited(from, 3, degrees);
+        const LayeredImage seen = seenFrom(image, from, to);
+        const glm::dvec3 eye(to.camera_to_world[3]);
+        int covered = 0;
+        for (int y = 0; y < 64; ++y) {
+            for (int x = 0; x < 64; ++x) {
+                const glm::dvec3 direction(to.camera_to_world * glm::dvec4(ray(x, y), 0));
+                const double z = -(1 + glm::dot(n, eye)) / glm::dot(n, direction);
+                // Where the point is on the captured picture, in pixels.
+                const glm::dvec3 point = eye + z * direction;
+                const glm::dvec2 at = glm::dvec2(point.x, -point.y) / -point.z * 50.0 + 32.0;
+                const double margin = std::min(std::min(at.x, at.y), 64 - std::max(at.x, at.y));
+                const std::uint32_t count = seen.count(seen.pixelIndex(x, y));
+                if (!(z > 0) || point.z > 0 || margin < -0.1) {
+                    EXPECT_EQ(count, 0U);
+                } else if (margin > 0.1) {
+                    ASSERT_EQ(count, 1U) << degrees << ": " << x << ' ' << y;
+                    EXPECT_NEAR(seen.z[seen.offsets[seen.pixelIndex(x, y)]], z, 3e-5 * z);
+                    ++covered;
+                }
+            }
+        }
+        EXPECT_GT(covered, 1000) << degrees;
+    }
+}
+
+TEST(Reprojection, EdgesDoNotGrow) {
+    // A ball of radius 1 at distance 4, seen from the side at the same distance: no pixel beyond
+    // its outline, and of the visible part few missing.
+    constexpr int kSize = 240;
+    constexpr double kPixel = 1.6 / kSize;
+    View from = viewOf(kSize, kSize);
+    from.projection.half_width = from.projection.half_height = 0.8;
+    const auto ray = [](int x, int y) {
+        return glm::dvec3(kPixel * (x + 0.5) - 0.8, 0.8 - kPixel * (y + 0.5), -1);
+    };
+    const glm::dvec3 center(0, 0, -4);
+    const auto hit = [&](const glm::dvec3& d) {  // the nearer one, 0 = none
+        const double b = glm::dot(d, center), c = glm::dot(center, center) - 1, a = glm::dot(d, d);
+        return b * b < a * c ? 0 : (b - std::sqrt(b * b - a * c)) / a;
+    };
+    const LayeredImage image = fragmentLists(from.crop, [&](int x, int y) {
+        const double z = hit(ray(x, y));
+        std::vector<TestFragment> list;
+        if (z > 0) list.push_back({static_cast<float>(z), {1, 1, 1, 1}});
+        return list;
+    });
+    for (const double degrees : {0.0, 8.0, 20.0}) {
+        const LayeredImage seen = seenFrom(image, from, orbited(from, 4, degrees));
+        const double turn = glm::radians(degrees);
+        int missing = 0, visible = 0;
+        for (int y = 0; y < kSize; ++y) {
+            for (int x = 0; x < kSize; ++x) {
+                const double z = hit(ray(x, y));
+                const std::uint32_t count = seen.count(seen.pixelIndex(x, y));
+                if (count > 0) {
+                    // No more than a pixel's corner out of the outline's tangent cone.
+                    const glm::dvec3 d = glm::normalize(ray(x, y));
+                    const double angle = std::acos(-d.z) - std::asin(0.25);
+                    EXPECT_LT(angle, 0.71 * kPixel) << degrees << ": " << x << ' ' << y;
+                }
+                if (z <= 0) continue;
+                // Did the captured camera see this point from above 10°?
+                const glm::dvec3 normal = z * ray(x, y) - center;
+                const glm::dvec3 eye(-4 * std::sin(turn), 0, 4 * std::cos(turn));
+                if (glm::dot(normal, glm::normalize(eye - normal)) < 0.17) continue;
+                ++visible;
+                missing += count == 0;
+            }
+        }
+        EXPECT_GT(visible, 4000);
+        EXPECT_LE(missing, visible / 500) << degrees;
+    }
+}
+
+/// Lists without any sense to them: surfaces that cross, touch and end anywhere.
+LayeredImage noise(const Window& window) {
+    std::mt19937 random(20);
+    std::uniform_real_distribution<float> any(0, 1);
+    return fragmentLists(window, [&](int x, int) {
+        std::vector<TestFragment> list;
+        const int count = static_cast<int>(any(random) * 6);
+        float z = 1 + any(random);
+        for (int k = 0; k < count; ++k) {
+            const float alpha = 0.1F + 0.8F * any(random);
+            list.push_back({z, {alpha * any(random), alpha * any(random), alpha, alpha}});
+            if (k % 2 == x % 2) z += any(random) * any(random);  // else they coincide
+        }
+        return list;
+    });
+}
+
+TEST(Reprojection, TheCapturedCameraSeesTheCapture) {
+    for (const bool perspective : {true, false}) {
+        View from = viewOf(50, 40, perspective);
+        from.camera_to_world =
+            glm::rotate(glm::translate(glm::dmat4(1), {3, -2, 7}), 0.7, glm::dvec3(0.6, 0.8, 0));
+        from.crop = {5, 3, 47, 39};
+        const LayeredImage image = noise(from.crop);
+        const LayeredImage seen = seenFrom(image, from, from);
+        ASSERT_EQ(seen.offsets, image.offsets);
+        EXPECT_EQ(seen.z, image.z);
+        for (std::size_t f = 0; f < image.fragments(); ++f)
+            expectNear(colorOf(seen, f), colorOf(image, f), 1e-6F);
+    }
+}
+
+TEST(Reprojection, ThreadsAndCropsChangeNothing) {
+    const View from = viewOf(70, 300);
+    const LayeredImage image = noise(from.crop);
+    const View to = orbited(from, 2, 12);
+    setThreadCount(1);
+    const LayeredImage one = seenFrom(image, from, to);
+    setThreadCount(3);
+    const LayeredImage three = seenFrom(image, from, to);
+    setThreadCount(0);
+    EXPECT_GT(one.fragments(), 10'000U);
+    EXPECT_EQ(one.offsets, three.offsets);
+    EXPECT_EQ(one.z, three.z);
+    EXPECT_EQ(one.color.data, three.color.data);
+
+    View part = to;
+    part.crop = {11, 37, 40, 290};
+    const LayeredImage cropped = seenFrom(image, from, part);
+    for (int y = part.crop.y0; y < part.crop.y1; ++y) {
+        for (int x = part.crop.x0; x < part.crop.x1; ++x) {
+            const std::size_t here = cropped.pixelIndex(x, y), there = one.pixelIndex(x, y);
+            ASSERT_EQ(cropped.count(here), one.count(there));
+            for (std::uint32_t k = 0; k < one.count(there); ++k)
+                EXPECT_EQ(cropped.z[cropped.offsets[here] + k], one.z[one.offsets[there] + k]);
+        }
+    }
+}
+
+TEST(Reprojection, WhatIsBehindTheCameraOrNoDepthIsLeftOut) {
+    const View from = viewOf(6, 4);
+    const std::array<float, 6> depths = {std::nanf(""), HUGE_VALF, 2, 0.5F, 0, -1};
+    const LayeredImage image = fragmentLists(from.crop, [&](int x, int) {
+        return std::vector<TestFragment>{{depths[static_cast<std::size_t>(x)], {1, 1, 1, 1}}};
+    });
+    EXPECT_EQ(seenFrom(image, from, from).fragments(), 2U * 4);
+    EXPECT_EQ(seenFrom(image, from, moved(from, {0, 0, -1})).fragments(), 2U * 4)
+        << "the column at 2 is twice as wide from half as far, the one at 0.5 is behind";
+    const LayeredImage nothing =
+        fragmentLists(from.crop, [](int, int) { return std::vector<TestFragment>{}; });
+    EXPECT_EQ(seenFrom(nothing, from, from).fragments(), 0U);
+}
+
+}  // namespace
+}  // namespace peeler::test
