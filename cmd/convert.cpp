@@ -119,6 +119,7 @@ void Convert::tell() {
     result_.layers = plan_.layers.size();
     result_.fragments_counted = plan_.fragments_counted;
     result_.fragments_stored = plan_.fragments_stored;
+    countMerged(options_.output.layers, options_.output.path, result_);
     result_.method = reader_->info().provenance.method;
     result_.renderer = reader_->info().provenance.renderer;
     result_.peak_memory = peakMemory();

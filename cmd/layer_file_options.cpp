@@ -11,6 +11,7 @@
 #include "formats/exr_compression.h"
 #include "formats/exr_files.h"
 #include "formats/exr_layout.h"
+#include "formats/layered_input.h"
 
 namespace peeler::cmd {
 
@@ -141,6 +142,13 @@ void applyLayerFileOptions(const LayerFileFlags& flags, OutputOptions& options) 
     options.deep_merge.mode = flags.deep_merge;
     options.deep_merge.z_tolerance = static_cast<float>(flags.z_tolerance.value_or(0));
     options.deep_merge.alpha_tolerance = static_cast<float>(flags.alpha_tolerance.value_or(1));
+}
+
+void countMerged(const LayerFileFlags& flags, const fs::path& output, PictureResult& result) {
+    if (flags.deep_merge == DeepMerge::kOff) return;
+    const Plan plan = openLayered(output.string())->info().plan;
+    result.layers = plan.layers.size();
+    result.fragments_stored = plan.fragments_stored;
 }
 
 std::uint64_t bytesWritten(const LayerFileFlags& flags, const fs::path& output,

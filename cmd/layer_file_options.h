@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cmd/report.h"
 #include "core/deep_merge.h"
 #include "formats/writers.h"
 
@@ -37,6 +38,11 @@ void checkLayerFiles(const LayerFileFlags& flags, const std::filesystem::path& o
 
 /// Fills in what the format's writer is told.
 void applyLayerFileOptions(const LayerFileFlags& flags, OutputOptions& options);
+
+/// Layers and fragments of a finished file as they are in it, if samples were merged: the plan
+/// knows of none.
+void countMerged(const LayerFileFlags& flags, const std::filesystem::path& output,
+                 PictureResult& result);
 
 /// Bytes of all files that were written for a picture of so many layers.
 std::uint64_t bytesWritten(const LayerFileFlags& flags, const std::filesystem::path& output,

@@ -309,6 +309,7 @@ void Render::tell(const Moment& moment) {
     result_.fragments_counted = plan_.fragments_counted;
     result_.fragments_stored = plan_.fragments_stored;
     result_.fragments_blended = plan_.fragments_blended;
+    countMerged(output_.layers, output_.path, result_);
     result_.samples = plan_.samples;
     result_.method = capture_.method;
     result_.renderer = context_->device().renderer;

@@ -24,11 +24,13 @@ bool inflate(std::span<const std::byte> packed, std::span<std::byte> out) {
 bool unpackRuns(std::span<const std::byte> packed, std::span<std::byte> out) {
     std::size_t filled = 0;
     for (std::size_t i = 0; i < packed.size();) {
-        const int code = static_cast<signed char>(packed[i++]);
-        const auto count = static_cast<std::size_t>(code < 0 ? -code : code + 1);
-        const std::size_t stored = code < 0 ? count : 1;
+        // A signed byte: from 128 on it is code − 256.
+        const auto code = std::to_integer<std::size_t>(packed[i++]);
+        const bool literal = code >= 128;
+        const std::size_t count = literal ? 256 - code : code + 1;
+        const std::size_t stored = literal ? count : 1;
         if (count > out.size() - filled || stored > packed.size() - i) return false;
-        if (code < 0) {
+        if (literal) {
             std::memcpy(out.data() + filled, packed.data() + i, count);
         } else {
             std::fill_n(out.begin() + static_cast<std::ptrdiff_t>(filled), count, packed[i]);

@@ -85,7 +85,6 @@ TEST_F(ConvertVerb, OpenImageIoFlattensToOurCompositeWithinHalfPrecision) {
 }
 
 TEST_F(ConvertVerb, MergedSamplesAreFewerAndLookAlike) {
-    // Six panes a distance apart, every second one moved onto the one before.
     const std::string scene = writeScene(scratch_.path(), stackScene(6)).string();
     const std::vector<std::string> render{"render", scene,  "-o",     at("a.exr"),
                                           "--as",   "deep", "--size", "64x48"};
@@ -93,7 +92,10 @@ TEST_F(ConvertVerb, MergedSamplesAreFewerAndLookAlike) {
     std::vector<std::string> merged = render;
     merged[3] = at("b.exr");
     merged.insert(merged.end(), {"--deep-merge", "by-z", "--deep-z-tolerance", "1000"});
-    run(merged);
+    const Json fewer = run(merged);
+    EXPECT_EQ(fewer["fragmentsStored"].get<unsigned>() * 6, all["fragmentsStored"].get<unsigned>());
+    EXPECT_EQ(fewer["layers"], 1);
+    EXPECT_EQ(fewer["complete"], false);
     const auto reader = openLayered(at("b.exr"));
     EXPECT_EQ(reader->info().plan.layers.size(), 1U);
     EXPECT_EQ(reader->info().plan.fragments_stored * 6, all["fragmentsStored"].get<unsigned>());
