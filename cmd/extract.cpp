@@ -88,6 +88,7 @@ class Extract {
     Console& console_;
     std::unique_ptr<LayeredInput> reader_;
     Provenance provenance_;
+    bool camera_known_ = false;
     Plan whole_, chosen_;  ///< the picture as it is, and with the chosen layers only
     LayerSelection selection_;
     std::optional<LayerFiles> layers_;
@@ -159,6 +160,12 @@ void Extract::open() {
     whole_ = reader_->info().plan;
     provenance_ = reader_->info().provenance;
     provenance_.version = PEELER_VERSION;
+    camera_known_ = reader_->info().attributes().contains("peeler:cameraJson");
+    if (options_.points && !camera_known_) {
+        throw Error(ErrorKind::kInput, "nothing in it says where its camera was",
+                    options_.input.string(),
+                    "points in the world need peeler:cameraJson, which peeler render writes");
+    }
 }
 
 void Extract::selectLayers() {
@@ -202,17 +209,7 @@ void Extract::count() {
     const bool partial_counts = options_.counts && !selection_.all();
     if (!options_.arrays && !writesExrLayers() && !partial_counts) return;
     DepthComplexity complexity(whole_.view.crop);
-    std::vector<std::uint32_t> counts;
-    forEachBand("count", [&](const LayeredImage& band) {
-        const auto width = static_cast<std::size_t>(band.window.width());
-        std::size_t pixel = 0;
-        for (int y = band.window.y0; y < band.window.y1; ++y) {
-            counts.clear();
-            for (std::size_t x = 0; x < width; ++x)
-                counts.push_back(band.count(pixel++));
-            complexity.addRow(y, counts);
-        }
-    });
+    forEachBand("count", [&](const LayeredImage& band) { complexity.addBand(band); });
     // A window may be larger than it has to be, in files of others.
     const std::vector<LayerPlan> found = complexity.layers();
     chosen_.fragments_stored = 0;
@@ -242,8 +239,9 @@ void Extract::addProducts() {
             PointCloudOptions{options_.double_points,
                               "world space of " + scene + ", +Y up, by peeler " PEELER_VERSION});
     });
-    add_product("arrays", options_.arrays,
-                [](const std::string& path) { return std::make_unique<FragmentArrays>(path); });
+    add_product("arrays", options_.arrays, [&](const std::string& path) {
+        return std::make_unique<FragmentArrays>(path, camera_known_);
+    });
 }
 
 void Extract::extract() {
@@ -328,7 +326,8 @@ constexpr const char* kFooter =
     "half_height, near, far, float64; perspective, 1 or 0. What lies behind pixel (i, j) at z:\n"
     "camera_to_world @ (half_width * (2 * (i + 0.5) / size[0] - 1) * z,\n"
     "                   half_height * (1 - 2 * (j + 0.5) / size[1]) * z, -z, 1),\n"
-    "without the factors z unless it is perspective. examples/readers does it.";
+    "without the factors z unless it is perspective. examples/readers does it. The camera is NaN\n"
+    "where the file does not tell it.";
 
 }  // namespace
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
 #include <set>
 #include <span>
 
@@ -84,13 +85,16 @@ void FragmentArrays::writeCamera() {
                                                 view.crop.height()});
     number(kSize, std::array<std::int64_t, 2>{view.width, view.height});
     number(kPerspective, static_cast<std::uint8_t>(view.projection.perspective ? 1 : 0));
-    number(kHalfWidth, view.projection.half_width);
-    number(kHalfHeight, view.projection.half_height);
-    number(kNear, view.projection.near);
-    number(kFar, view.projection.far);
+    const auto camera_number = [&](Array array, double value) {
+        number(array, camera_known_ ? value : std::numeric_limits<double>::quiet_NaN());
+    };
+    camera_number(kHalfWidth, view.projection.half_width);
+    camera_number(kHalfHeight, view.projection.half_height);
+    camera_number(kNear, view.projection.near);
+    camera_number(kFar, view.projection.far);
     for (int row = 0; row < 4; ++row) {
         for (int column = 0; column < 4; ++column)
-            number(kCameraToWorld, view.camera_to_world[column][row]);
+            camera_number(kCameraToWorld, view.camera_to_world[column][row]);
     }
 }
 

@@ -68,10 +68,12 @@ class PointCloud : public Sink {
 };
 
 /// Every fragment in arrays for numpy; the help of the verb lists them. The plan's
-/// `fragments_stored` must be the number of fragments that will come.
+/// `fragments_stored` must be the number of fragments that will come. A camera that is not known is
+/// NaN.
 class FragmentArrays : public Sink {
   public:
-    explicit FragmentArrays(std::string path) : path_(std::move(path)) {}
+    FragmentArrays(std::string path, bool camera_known)
+        : path_(std::move(path)), camera_known_(camera_known) {}
 
     void begin(const Plan& plan) override { plan_ = plan; }
     void write(const LayeredImage& band) override;
@@ -82,6 +84,7 @@ class FragmentArrays : public Sink {
     void writeCamera();
 
     std::string path_;
+    bool camera_known_;
     Plan plan_;
     std::vector<std::string> channels_;  ///< of `extra`, as in the file
     std::optional<NpzWriter> writer_;    ///< from the first band on

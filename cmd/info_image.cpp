@@ -51,17 +51,10 @@ void readLayers(const std::string& path, ImageFacts& facts) {
     DepthComplexity complexity(crop);
     PointStatistics points;
     LayeredImage band;
-    std::vector<std::uint32_t> counts;
     const int rows = reader->rowsFor(kBandBytes);
     for (int y = crop.y0; y < crop.y1; y += rows) {
         reader->read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
-        std::size_t pixel = 0;
-        for (int row = band.window.y0; row < band.window.y1; ++row) {
-            counts.clear();
-            for (int x = crop.x0; x < crop.x1; ++x)
-                counts.push_back(band.count(pixel++));
-            complexity.addRow(row, counts);
-        }
+        complexity.addBand(band);
         if (facts.cameraKnown()) addPoints(view, band, points);
     }
     facts.fragments = complexity.counted();

@@ -2,15 +2,13 @@
 #include "cmd/verified_file.h"
 
 #include <algorithm>
-#include <cstring>
-#include <limits>
 #include <memory>
 
 #include "cmd/console.h"
 #include "cmd/report.h"
+#include "cmd/verified_layers.h"
 #include "core/error.h"
 #include "core/layer_checks.h"
-#include "formats/exr_layout.h"
 #include "formats/layered_input.h"
 
 namespace peeler::cmd {
@@ -19,115 +17,9 @@ namespace {
 
 constexpr std::uint64_t kBandBytes = std::uint64_t{128} << 20;
 
-std::string pixelsText(const BrokenPixels& broken) {
-    return countText(broken.pixels, "pixel") + ", the first at (" + std::to_string(broken.x) +
-           ", " + std::to_string(broken.y) + ")";
-}
-
-void blameIfAny(VerifiedFile& file, const BrokenPixels& broken, const std::string& what) {
-    if (broken.pixels != 0) file.blame(Verdict::kBad, what + " in " + pixelsText(broken));
-}
-
 std::string at(const std::map<std::string, std::string>& attributes, const std::string& name) {
     const auto found = attributes.find(name);
     return found == attributes.end() ? std::string() : found->second;
-}
-
-/// The pixels of a layer in some rows, all channels.
-struct PartRows {
-    Window window;
-    std::vector<std::vector<std::byte>> planes;  ///< in the order of the part's channels
-    std::size_t depth = 0;                       ///< which of them is Z
-
-    bool hasFragment(std::size_t pixel) const {
-        float z = 0;
-        std::memcpy(&z, planes[depth].data() + pixel * sizeof z, sizeof z);
-        return z < std::numeric_limits<float>::infinity();
-    }
-};
-
-void readRows(const ExrInput& input, std::size_t part, const std::string& prefix,
-              const Window& window, PartRows& out) {
-    const ExrInputPart& info = input.parts()[part];
-    out.window = window;
-    out.planes.clear();
-    std::vector<ExrTarget> targets;
-    for (const ExrInputChannel& channel : info.channels) {
-        if (!channel.name.starts_with(prefix)) continue;
-        const bool is_depth = channel.name == prefix + "Z";
-        if (is_depth) out.depth = out.planes.size();
-        const PixelType type = is_depth ? PixelType::kFloat : channel.type;
-        auto& plane = out.planes.emplace_back(window.pixels() * pixelTypeSize(type));
-        targets.push_back({channel.name, type, plane.data(),
-                           static_cast<std::size_t>(window.width()) * pixelTypeSize(type)});
-    }
-    const int rows = input.rowsPerChunk(part);
-    const int first = (window.y0 - info.data_window.y0) / rows * rows + info.data_window.y0;
-    for (int y = first; y < window.y1; y += rows)
-        input.readChunk(part, y, window, targets);
-}
-
-/// What the fragment lists do not show: pixels without a fragment, and layers that skip one.
-void checkLayerParts(const std::string& path, const ExrInfo& info, VerifiedFile& file) {
-    const ExrInput input(path);
-    for (std::size_t k = 0; k < info.layers.size(); ++k) {
-        const std::size_t part = info.layers[k];
-        // Of a set of files the others are not checked here.
-        if (part >= input.parts().size() || input.parts()[part].type != "scanlineimage" ||
-            !input.parts()[part].channel(info.prefixes[k] + "Z"))
-            return;
-    }
-    constexpr int kRows = 128;
-    const Window& crop = info.plan.view.crop;
-    const auto width = static_cast<std::size_t>(crop.width());
-    std::vector<BrokenPixels> coloured(info.layers.size()), orphaned(info.layers.size());
-    std::vector<BrokenPixels> not_a_number(info.layers.size());
-    std::vector<bool> before, now;
-    PartRows rows;
-    for (int y0 = crop.y0; y0 < crop.y1; y0 += kRows) {
-        const Window band{crop.x0, y0, crop.x1, std::min(y0 + kRows, crop.y1)};
-        before.assign(band.pixels(), true);
-        for (std::size_t k = 0; k < info.layers.size(); ++k) {
-            const std::size_t part = info.layers[k];
-            const Window window = intersect(band, input.parts()[part].data_window);
-            now.assign(band.pixels(), false);
-            if (!window.empty()) readRows(input, part, info.prefixes[k], window, rows);
-            std::size_t pixel = 0;
-            for (int y = window.y0; y < window.y1; ++y) {
-                for (int x = window.x0; x < window.x1; ++x, ++pixel) {
-                    const std::size_t in_band = static_cast<std::size_t>(y - band.y0) * width +
-                                                static_cast<std::size_t>(x - band.x0);
-                    now[in_band] = rows.hasFragment(pixel);
-                    if (now[in_band]) {
-                        if (!before[in_band]) orphaned[k].add(x, y);
-                        continue;
-                    }
-                    bool zero = true;
-                    for (std::size_t c = 0; c < rows.planes.size(); ++c) {
-                        const auto& plane = rows.planes[c];
-                        const std::size_t size = plane.size() / window.pixels();
-                        const std::byte* value = plane.data() + pixel * size;
-                        if (c == rows.depth) {
-                            constexpr float kNone = std::numeric_limits<float>::infinity();
-                            if (std::memcmp(value, &kNone, size) != 0) not_a_number[k].add(x, y);
-                        } else {
-                            zero = zero && std::all_of(value, value + size, [](std::byte b) {
-                                       return b == std::byte{0};
-                                   });
-                        }
-                    }
-                    if (!zero) coloured[k].add(x, y);
-                }
-            }
-            std::swap(before, now);
-        }
-    }
-    for (std::size_t k = 0; k < info.layers.size(); ++k) {
-        const std::string name = layerName(k);
-        blameIfAny(file, not_a_number[k], name + ": Z is not a number");
-        blameIfAny(file, coloured[k], name + ": there is colour without a fragment");
-        blameIfAny(file, orphaned[k], name + ": there is a fragment and none in the layer before");
-    }
 }
 
 void checkFragments(LayeredInput& input, VerifiedFile& file) {
@@ -158,9 +50,9 @@ void checkFragments(LayeredInput& input, VerifiedFile& file) {
         input.readComposite(window, composite);
         findWrongComposite(band, composite, composite_type, wrong);
     }
-    blameIfAny(file, unsorted, "the layers are not in order of Z");
-    blameIfAny(file, infinite, "a fragment's Z is not finite");
-    blameIfAny(file, wrong, "the composite is not what the layers make");
+    file.blame(unsorted, "the layers are not in order of Z");
+    file.blame(infinite, "a fragment's Z is not finite");
+    file.blame(wrong, "the composite is not what the layers make");
     if (file.fragments != info.plan.fragments_stored) {
         file.blame(Verdict::kBad, "the header says " + groupedText(info.plan.fragments_stored) +
                                       " fragments, and there are " + groupedText(file.fragments));
@@ -216,6 +108,12 @@ void verify(VerifiedFile& file) {
 void VerifiedFile::blame(Verdict found, const std::string& problem) {
     verdict = std::max(verdict, found);
     problems.push_back(problem);
+}
+
+void VerifiedFile::blame(const BrokenPixels& broken, const std::string& what) {
+    if (broken.pixels == 0) return;
+    blame(Verdict::kBad, what + " in " + countText(broken.pixels, "pixel") + ", the first at (" +
+                             std::to_string(broken.x) + ", " + std::to_string(broken.y) + ")");
 }
 
 VerifiedFile verifyFile(const std::string& path) {

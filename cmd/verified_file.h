@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/layer_checks.h"
 #include "core/sink.h"
 
 namespace peeler::cmd {
@@ -32,6 +33,8 @@ struct VerifiedFile {
     std::uint64_t fragments = 0;  ///< found
 
     void blame(Verdict found, const std::string& problem);
+    /// Nothing if no pixel is broken.
+    void blame(const BrokenPixels& broken, const std::string& what);
 };
 
 /// Reads the file from beginning to end, in bands. Of layers: Z is a number wherever there is a

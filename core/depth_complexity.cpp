@@ -34,6 +34,17 @@ void DepthComplexity::addRow(int y, std::span<const std::uint32_t> counts) {
     counted_ += total;
 }
 
+void DepthComplexity::addBand(const LayeredImage& band) {
+    const auto width = static_cast<std::size_t>(crop_.width());
+    std::vector<std::uint32_t> counts(width);
+    for (int y = band.window.y0; y < band.window.y1; ++y) {
+        const std::size_t first = band.pixelIndex(band.window.x0, y);
+        for (std::size_t x = 0; x < width; ++x)
+            counts[x] = band.count(first + x);
+        addRow(y, counts);
+    }
+}
+
 std::uint64_t DepthComplexity::mostFragments(int rows) const {
     const auto height = static_cast<std::size_t>(std::max(0, rows));
     std::uint64_t most = 0, sum = 0;

@@ -18,6 +18,9 @@ class DepthComplexity {
     /// The counts of row y (display-window coordinates), crop.width() of them, left to right.
     void addRow(int y, std::span<const std::uint32_t> counts);
 
+    /// The rows of a band, which is as wide as the crop.
+    void addBand(const LayeredImage& band);
+
     /// One entry a layer, front to back; the nearest `limit` of them (0 = all).
     std::vector<LayerPlan> layers(std::uint32_t limit = 0) const;
     std::uint64_t counted() const { return counted_; }

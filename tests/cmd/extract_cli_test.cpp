@@ -321,6 +321,23 @@ TEST_F(ExtractCommand, APictureWithoutFragments) {
     EXPECT_EQ(read(kReadNpz, path("a.npz")).at("ray_splits").at(2), (Json{0, 0, 0, 0, 0}));
 }
 
+TEST_F(ExtractCommand, AFileThatDoesNotTellItsCamera) {
+    std::string bytes = bytesOf(write("in.exr", knownPicture()));
+    const std::string name = "peeler:cameraJson";
+    for (std::size_t at = 0; (at = bytes.find(name, at)) != std::string::npos;)
+        bytes.replace(at, name.size(), "another:cameraXml");
+    std::ofstream(path("other.exr"), std::ios::binary) << bytes;
+    const CommandResult result = extract({path("other.exr"), "--points", path("p.ply")});
+    EXPECT_EQ(result.exit_code, 3);
+    EXPECT_NE(result.err.find("where its camera was"), std::string::npos) << result.err;
+    EXPECT_EQ(runPeeler({"info", path("other.exr")}).out.find("\npoints: "), std::string::npos);
+    ASSERT_EQ(extract({path("other.exr"), "--npz", path("a.npz")}).exit_code, 0);
+    PEELER_REQUIRE_PYTHON("numpy");
+    const CommandResult numpy = runPython(
+        "import sys, numpy; print(numpy.load(sys.argv[1])['half_width'])", {path("a.npz")});
+    EXPECT_EQ(numpy.out, "nan\n");
+}
+
 TEST_F(ExtractCommand, WhatItRefuses) {
     const std::string in = write("in.exr", knownPicture());
     std::ofstream(path("there.ply")) << "mine";

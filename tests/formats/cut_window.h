@@ -41,12 +41,7 @@ inline SyntheticPicture cutPicture(const SyntheticPicture& whole, const Window& 
     tile.plan = whole.plan;
     tile.plan.view.crop = window;
     DepthComplexity complexity(window);
-    for (int y = window.y0; y < window.y1; ++y) {
-        std::vector<std::uint32_t> counts;
-        for (int x = window.x0; x < window.x1; ++x)
-            counts.push_back(tile.image.count(tile.image.pixelIndex(x, y)));
-        complexity.addRow(y, counts);
-    }
+    complexity.addBand(tile.image);
     tile.plan.layers = complexity.layers();
     tile.plan.fragments_counted = tile.plan.fragments_stored = tile.image.fragments();
     return tile;
