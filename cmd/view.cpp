@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // peeler view: the layers of a file as another camera sees them, or as a page to look around in.
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -100,11 +101,13 @@ void ViewRun::load() {
                     "view needs the attribute peeler:cameraJson, which peeler render writes");
     }
     reader_->read(plan_.view.crop, image_);
-    if (options_.max_layers != 0 && options_.max_layers < plan_.layers.size()) {
+    if (options_.max_layers != 0) {
         keepNearest(image_, options_.max_layers);
-        plan_.layers.resize(options_.max_layers);
+        plan_.layers.resize(std::min<std::size_t>(plan_.layers.size(), options_.max_layers));
     }
     plan_.fragments_stored = image_.fragments();
+    // Files of others do not say how many there were.
+    plan_.fragments_counted = std::max(plan_.fragments_counted, plan_.fragments_stored);
 }
 
 void ViewRun::render() {
