@@ -140,8 +140,8 @@ VerbAction declareConvert(CLI::App& app) {
         app, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
         "a layered or deep image (.exr)")
         ->required();
-    addOutputFile(app, options->output);
-    addLayerOutputOptions(app, options->output);
+    addOutputFile(app, options->output, true);
+    addLayerOutputOptions(app, options->output, true);
     addThreadsOption(app, options->threads);
     addReportOptions(app, options->report);
     app.footer(kFooter);

@@ -59,6 +59,10 @@ double parseExposure(const std::string& text) {
     throw Error(ErrorKind::kUsage, what, option, hint);
 }
 
+bool holdsLayers(const OutputFormat& format) {
+    return format.kind == "ldi" || format.kind == "deep";
+}
+
 void checkFormat(const OutputFlags& flags) {
     const OutputFormat& format = findOutputFormat(flags.path.string(), flags.as);
     checkLayerFileOptions(flags.layers, format);
@@ -89,11 +93,12 @@ void checkFormat(const OutputFlags& flags) {
 
 }  // namespace
 
-void addOutputFile(CLI::App& app, OutputFlags& flags) {
+void addOutputFile(CLI::App& app, OutputFlags& flags, bool layers_only) {
     std::string extensions;
     std::set<std::string_view> known;
     for (const OutputFormat& format : outputFormats()) {
         if (!flags.as.empty() && format.kind != flags.as) continue;
+        if (layers_only && !holdsLayers(format)) continue;
         for (const std::string_view extension : format.extensions) {
             if (!known.insert(extension).second) continue;
             extensions += (extensions.empty() ? "" : ", ") + std::string(extension);
@@ -135,11 +140,12 @@ void addFxaaOption(CLI::App& app, bool& fxaa, const std::string& remark) {
         ->group("Output");
 }
 
-void addLayerOutputOptions(CLI::App& app, OutputFlags& flags) {
+void addLayerOutputOptions(CLI::App& app, OutputFlags& flags, bool layers_only) {
     std::string kinds;
     std::set<std::string_view> known;
     std::vector<std::string_view> names;
     for (const OutputFormat& format : outputFormats()) {
+        if (layers_only && !holdsLayers(format)) continue;
         if (!known.insert(format.kind).second) continue;
         names.push_back(format.kind);
         kinds += (kinds.empty() ? "" : " or ") + std::string(format.kind);

@@ -32,12 +32,12 @@ struct OutputFlags {
     LayerFileFlags layers;
 };
 
-/// Declares -o and --no-clobber.
-void addOutputFile(CLI::App& app, OutputFlags& flags);
+/// Declares -o and --no-clobber; with `layers_only` for a verb that writes no composites.
+void addOutputFile(CLI::App& app, OutputFlags& flags, bool layers_only = false);
 /// Declares those and --background, --exposure and --tone-map.
 void addOutputOptions(CLI::App& app, OutputFlags& flags);
 /// Declares --as, --no-composite and those of layer files, for verbs that have layers to write.
-void addLayerOutputOptions(CLI::App& app, OutputFlags& flags);
+void addLayerOutputOptions(CLI::App& app, OutputFlags& flags, bool layers_only = false);
 
 /// Declares --fxaa; `remark` ends its description.
 void addFxaaOption(CLI::App& app, bool& fxaa, const std::string& remark);

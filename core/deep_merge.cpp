@@ -104,8 +104,8 @@ void resizeLike(const FragmentArray& like, std::size_t fragments, FragmentArray&
 
 }  // namespace
 
-void mergeSamples(const LayeredImage& image, int y0, int y1, const DeepMergeSettings& settings,
-                  LayeredImage& out) {
+void mergeDeepSamples(const LayeredImage& image, int y0, int y1, const DeepMergeSettings& settings,
+                      LayeredImage& out) {
     const Matcher together(image, settings);
     out.window = {image.window.x0, y0, image.window.x1, y1};
     const std::size_t base = image.pixelIndex(image.window.x0, y0);

@@ -28,7 +28,7 @@ struct DeepMergeSettings {
 /// what it was within that rounding. Its Z and its other channels are those of the run's nearest
 /// sample. Runs of one are copied bit for bit. `out` is overwritten. Throws Error (kUsage) if ids
 /// are needed and `image` has no channels id.object and id.material.
-void mergeSamples(const LayeredImage& image, int y0, int y1, const DeepMergeSettings& settings,
-                  LayeredImage& out);
+void mergeDeepSamples(const LayeredImage& image, int y0, int y1, const DeepMergeSettings& settings,
+                      LayeredImage& out);
 
 }  // namespace peeler

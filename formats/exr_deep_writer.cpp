@@ -96,7 +96,7 @@ void ExrDeepWriter::write(const LayeredImage& band) {
         if (options_.merge.mode == DeepMerge::kOff) {
             writeRows(band, y, next);
         } else {
-            mergeSamples(band, y, next, options_.merge, merged_);
+            mergeDeepSamples(band, y, next, options_.merge, merged_);
             writeRows(merged_, y, next);
         }
         y = next;

@@ -119,7 +119,9 @@ Layers findLayers(const ExrFiles& files) {
         for (const ExrInputChannel& channel : parts[i].channels) {
             const int number = layerNumber(channel.name);
             const std::size_t dot = channel.name.find('.');
-            if (number < 0 || dot == std::string::npos || parts[i].deep()) continue;
+            // Others name layers so that are no depth layers.
+            const bool depth = dot != std::string::npos && channel.name.substr(dot) == ".Z";
+            if (number < 0 || !depth || parts[i].deep()) continue;
             layers.try_emplace(number, Place{i, channel.name.substr(0, dot + 1)});
         }
     }

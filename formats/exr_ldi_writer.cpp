@@ -11,7 +11,7 @@
 namespace peeler {
 
 ExrLdiWriter::ExrLdiWriter(std::string path, Provenance provenance, ExrLdiOptions options)
-    : path_(std::move(path)), provenance_(std::move(provenance)), options_(options) {}
+    : path_(std::move(path)), provenance_(std::move(provenance)), options_(std::move(options)) {}
 
 ExrLdiWriter::~ExrLdiWriter() = default;
 

@@ -39,7 +39,7 @@ LayeredImage pixelOf(const std::vector<Sample>& samples) {
 
 LayeredImage merged(const LayeredImage& image, const DeepMergeSettings& settings) {
     LayeredImage out;
-    mergeSamples(image, image.window.y0, image.window.y1, settings, out);
+    mergeDeepSamples(image, image.window.y0, image.window.y1, settings, out);
     return out;
 }
 
@@ -83,7 +83,7 @@ TEST(DeepMerge, ByIdWithoutIdsSaysHowToGetThem) {
     LayeredImage image = pixelOf({{1, 1, 1, 1}}), out;
     image.extra.clear();
     try {
-        mergeSamples(image, 0, 1, {DeepMerge::kById, 1, 1}, out);
+        mergeDeepSamples(image, 0, 1, {DeepMerge::kById, 1, 1}, out);
         FAIL() << "nothing was thrown";
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kUsage);
@@ -98,7 +98,7 @@ TEST(DeepMerge, TheCompositeStaysWithinRounding) {
         for (const float tolerance : {0.0F, 0.3F, 100.0F}) {
             LayeredImage out;
             const int y0 = image.window.y0 + 5, y1 = image.window.y1 - 7;
-            mergeSamples(image, y0, y1, {DeepMerge::kByZ, tolerance, 1}, out);
+            mergeDeepSamples(image, y0, y1, {DeepMerge::kByZ, tolerance, 1}, out);
             const LayeredImage rows = test::cutRows(image, y0, y1);
             EXPECT_LT(out.fragments(), rows.fragments());
             CompositeImage before, after;
