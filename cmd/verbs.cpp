@@ -8,7 +8,7 @@ std::span<const Verb> verbs() {
     static constexpr Verb kVerbs[] = {
         {"render", "Render every layer of a glTF scene into one file", declareRender},
         {"flatten", "Composite the layers of a file into one picture", declareFlatten},
-        {"view", "Show the layers of a file from another camera", declareView},
+        {"view", "Show the layers of a file from another camera, or on a web page", declareView},
         {"sheet", "Show the composite and the layers side by side", declareSheet},
         {"compare", "Tell how far two pictures are apart, layer by layer", declareCompare},
         {"info", "Tell what is in a scene or in a layered file", declareInfo},

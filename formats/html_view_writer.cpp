@@ -35,7 +35,7 @@ using Rgba = std::array<float, 4>;
 constexpr std::size_t kPlanes = 16;     ///< bytes of a fragment before compression
 constexpr std::uint64_t kScratch = 80;  ///< bytes a fragment takes in finish()
 
-/// Sheets of a fragment list as the page wants them: layer after layer, row by row.
+/// Fragments in the order of the page: layer after layer, row by row.
 struct LayerOrder {
     struct Place {
         std::uint32_t fragment, pixel;
@@ -162,7 +162,7 @@ std::string scriptText(const Json& json) {
 
 /// Premultiplied sRGB bytes of a premultiplied linear colour.
 std::array<std::uint8_t, 4> encoded(const Rgba& color, float exposure, const ToneMap& tone_map) {
-    const float alpha = std::clamp(color[3], 0.0F, 1.0F);
+    const float alpha = color[3] > 0 ? std::min(color[3], 1.0F) : 0;  // NaN is none
     const float straight = alpha > 0 ? alpha : 1;  // light without coverage stays as it is
     const auto mapped =
         tone_map.map({color[0] / straight * exposure, color[1] / straight * exposure,
