@@ -123,7 +123,7 @@ class Packer {
 
 std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
     const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
-        libdeflate_alloc_compressor(9), libdeflate_free_compressor);
+        libdeflate_alloc_compressor(6), libdeflate_free_compressor);
     std::vector<std::uint8_t> packed(
         libdeflate_zlib_compress_bound(compressor.get(), bytes.size()));
     packed.resize(libdeflate_zlib_compress(compressor.get(), bytes.data(), bytes.size(),
@@ -239,7 +239,7 @@ void HtmlViewWriter::begin(const Plan& plan) {
                         " fragments, and there are " + std::to_string(plan.fragments_stored),
                     path_,
                     "keep fewer --layers, render a smaller --size, or raise "
-                    "peeler view --max-fragments (some 5 bytes of page each)");
+                    "peeler view --max-fragments (2 to 5 bytes of page each)");
     }
     plan_ = plan;
     image_ = {};
