@@ -12,7 +12,7 @@ std::span<const Verb> verbs() {
          declareExtract},
         {"merge", "Put tiles of one picture together", declareMerge},
         {"convert", "Turn layered into deep files and back, losslessly", declareConvert},
-        {"view", "Show the layers of a file from another camera", declareView},
+        {"view", "Show the layers of a file from another camera, or on a web page", declareView},
         {"sheet", "Show the composite and the layers side by side", declareSheet},
         {"compare", "Tell how far two pictures are apart, layer by layer", declareCompare},
         {"info", "Tell what is in a scene or in a layered file", declareInfo},

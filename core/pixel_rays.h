@@ -2,6 +2,7 @@
 // Which point a pixel and a depth stand for, and in which pixel a point is seen.
 #pragma once
 
+#include <cmath>
 #include <glm/glm.hpp>
 
 #include "core/view.h"

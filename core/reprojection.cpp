@@ -9,6 +9,7 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/composite.h"

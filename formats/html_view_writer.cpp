@@ -35,7 +35,7 @@ using Rgba = std::array<float, 4>;
 constexpr std::size_t kPlanes = 16;     ///< bytes of a fragment before compression
 constexpr std::uint64_t kScratch = 80;  ///< bytes a fragment takes in finish()
 
-/// Sheets of a fragment list as the page wants them: layer after layer, row by row.
+/// Fragments in the order of the page: layer after layer, row by row.
 struct LayerOrder {
     struct Place {
         std::uint32_t fragment, pixel;
@@ -123,7 +123,7 @@ class Packer {
 
 std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
     const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
-        libdeflate_alloc_compressor(9), libdeflate_free_compressor);
+        libdeflate_alloc_compressor(6), libdeflate_free_compressor);
     std::vector<std::uint8_t> packed(
         libdeflate_zlib_compress_bound(compressor.get(), bytes.size()));
     packed.resize(libdeflate_zlib_compress(compressor.get(), bytes.data(), bytes.size(),
@@ -162,7 +162,7 @@ std::string scriptText(const Json& json) {
 
 /// Premultiplied sRGB bytes of a premultiplied linear colour.
 std::array<std::uint8_t, 4> encoded(const Rgba& color, float exposure, const ToneMap& tone_map) {
-    const float alpha = std::clamp(color[3], 0.0F, 1.0F);
+    const float alpha = color[3] > 0 ? std::min(color[3], 1.0F) : 0;  // NaN is none
     const float straight = alpha > 0 ? alpha : 1;  // light without coverage stays as it is
     const auto mapped =
         tone_map.map({color[0] / straight * exposure, color[1] / straight * exposure,
@@ -239,7 +239,7 @@ void HtmlViewWriter::begin(const Plan& plan) {
                         " fragments, and there are " + std::to_string(plan.fragments_stored),
                     path_,
                     "keep fewer --layers, render a smaller --size, or raise "
-                    "peeler view --max-fragments (some 5 bytes of page each)");
+                    "peeler view --max-fragments (2 to 5 bytes of page each)");
     }
     plan_ = plan;
     image_ = {};
