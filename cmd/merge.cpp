@@ -171,8 +171,10 @@ void Merge::checkCommon() {
             const std::string a = attribute.text(first.info()), b = attribute.text(tile.info());
             if (a == b) continue;
             if (attribute.must) differ(first, tile, attribute.name, a, b);
-            console_.warning(first.path + " and " + tile.path + " differ in " + attribute.name +
-                             ": " + a + " and " + b + "; the file will say the first");
+            std::string text = first.path + " and " + tile.path;
+            text.append(" differ in ").append(attribute.name).append(": ").append(a);
+            text.append(" and ").append(b).append("; the file will say the first");
+            console_.warning(text);
             break;
         }
     }
