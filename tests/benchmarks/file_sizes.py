@@ -1,0 +1,66 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Writes scenes in every form, layout and compression, side by side, and prints bytes and times as a Markdown table.
+
+    python3 tests/benchmarks/file_sizes.py PEELER SCENE... [--size 1920x1080] [--runs 3] [-- OPTIONS OF RENDER]
+
+A cell is the file's size and the milliseconds of encoding and writing; of the runs the quickest counts.
+"""
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+FORMS = (  # what the row says, options of render
+    ("layers, zip (default)", ()),
+    ("layers, zips", ("--compression", "zips")),
+    ("layers, rle", ("--compression", "rle")),
+    ("layers, none", ("--compression", "none")),
+    ("layers, zip, `--layout nuke`", ("--layout", "nuke")),
+    ("layers, zip, `--layout single-part`", ("--layout", "single-part")),
+    ("layers, zip, `--layout per-file`", ("--layout", "per-file")),
+    ("layers, zip, `--precision float`", ("--precision", "float")),
+    ("layers, zip, `--channels id`", ("--channels", "id")),
+    ("layers, zip, `--channels normal,position`", ("--channels", "normal,position")),
+    ("deep, zips (default)", ("--as", "deep")),
+    ("deep, rle", ("--as", "deep", "--compression", "rle")),
+    ("deep, none", ("--as", "deep", "--compression", "none")),
+    ("deep, zips, `--channels id`", ("--as", "deep", "--channels", "id")),
+    ("deep, zips, `--deep-merge exact`", ("--as", "deep", "--deep-merge", "exact")),
+)
+
+
+def quickest(peeler: str, scene: str, size: str, runs: int, more: list) -> tuple:
+    """Bytes, and milliseconds of encoding and writing."""
+    results = []
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(runs):
+            command = [peeler, "render", scene, "-o", f"{folder}/out.exr", "--size", size, "--json", "--quiet", *more]
+            done = subprocess.run(command, check=True, capture_output=True, text=True)
+            result = json.loads(done.stdout)
+            results.append((result["bytes"], result["milliseconds"]["encode"] + result["milliseconds"]["write"]))
+    return min(results, key=lambda result: result[1])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("peeler")
+    parser.add_argument("scenes", nargs="+")
+    parser.add_argument("--size", default="1920x1080")
+    parser.add_argument("--runs", type=int, default=3)
+    own, _, more = " ".join(sys.argv[1:]).partition(" -- ")
+    options = parser.parse_args(own.split())
+
+    print("| | " + " | ".join(pathlib.Path(scene).stem for scene in options.scenes) + " |")
+    print("| --- |" + " ---: |" * len(options.scenes))
+    for name, form in FORMS:
+        cells = [quickest(options.peeler, scene, options.size, options.runs, [*form, *more.split()])
+                 for scene in options.scenes]
+        print(f"| {name} | " + " | ".join(f"{size / 1e6:.1f} MB, {time:.0f} ms" for size, time in cells) + " |",
+              flush=True)
+
+
+if __name__ == "__main__":
+    main()
