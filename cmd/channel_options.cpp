@@ -91,9 +91,9 @@ std::vector<Channel> capturedChannels(const ChannelOptions& options) {
 void checkChannelOptions(const ChannelOptions& options, const OutputFlags& output) {
     const OutputFormat& format = findOutputFormat(output.path.string(), output.as);
     if ((!options.channels.empty() || options.cryptomatte) && !format.channels) {
-        throw Error(ErrorKind::kUsage, "this output holds colour alone, no channels",
-                    output.path.string(),
-                    "write an .exr, or leave --channels and --cryptomatte out");
+        throw Error(
+            ErrorKind::kUsage, "this output holds colour alone, no channels", output.path.string(),
+            "write layers or a composite as .exr, or leave --channels and --cryptomatte out");
     }
     if (options.cryptomatte && (!format.composite || output.no_composite)) {
         throw Error(ErrorKind::kUsage, "Cryptomatte belongs to a composite, and there is none",

@@ -103,8 +103,9 @@ void Convert::count() {
 void Convert::write() {
     Provenance provenance = reader_->info().provenance;
     if (provenance.version.empty()) provenance.version = PEELER_VERSION;
-    const auto writer =
-        makeSink(options_.output.path.string(), outputOptions(options_.output, provenance));
+    OutputOptions output = outputOptions(options_.output, provenance);
+    output.cryptomatte = keepsCryptomatte(reader_->info(), options_.output);
+    const auto writer = makeSink(options_.output.path.string(), output);
     writer->begin(plan_);
     forEachBand("convert", [&](const LayeredImage& band) { writer->write(band); });
     writer->finish();
@@ -113,7 +114,9 @@ void Convert::write() {
 
 void Convert::tell() {
     result_.output = options_.output.path;
-    result_.bytes = bytesWritten(options_.output.layers, options_.output.path, plan_.layers.size());
+    const OutputFlags& output = options_.output;
+    result_.bytes = bytesWritten(output.layers, output.path, plan_.layers.size());
+    warnOfOtherLayers(output.layers, output.path, plan_.layers.size(), console_);
     result_.width = plan_.view.width;
     result_.height = plan_.view.height;
     result_.layers = plan_.layers.size();
@@ -129,8 +132,8 @@ void Convert::tell() {
 constexpr const char* kFooter =
     "Layered files (--as ldi, in any --layout) and deep images hold the same fragments: from one\n"
     "to the other and back nothing is lost, and the file is the same byte for byte if it was\n"
-    "written with the same options. Deep images of other programs are read too; samples are\n"
-    "sorted by depth first.";
+    "written with the same options. A deep image has no composite, and so no Cryptomatte. Deep\n"
+    "images of other programs are read too; samples are sorted by depth first.";
 
 }  // namespace
 

@@ -144,6 +144,15 @@ void Extract::checkOptions() const {
         throw Error(ErrorKind::kUsage, "nothing to extract", "",
                     "give one or more of --output, --depth-complexity, --points and --npz");
     }
+    if (!options_.layers.empty() && options_.max_layers != 0) {
+        throw Error(ErrorKind::kUsage, "layers are chosen by number or from the front",
+                    "--layer, --layers", "leave one of them out");
+    }
+    const OutputFlags& look = options_.output;
+    if (!writesLayers() && (look.background || look.exposure || look.tone_map)) {
+        throw Error(ErrorKind::kUsage, "no picture of a layer is written",
+                    "--background, --exposure, --tone-map", "leave it out, or add --output");
+    }
     if (options_.double_points && !options_.points) {
         throw Error(ErrorKind::kUsage, "there are no points to be stored in 64 bits", "--double",
                     "add --points FILE.ply");

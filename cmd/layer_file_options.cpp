@@ -119,19 +119,20 @@ void checkLayerFileOptions(const LayerFileFlags& flags, const OutputFormat& form
 void checkLayerFiles(const LayerFileFlags& flags, const fs::path& output,
                      const std::vector<fs::path>& inputs, bool no_clobber) {
     if (!isSet(flags)) return;
-    std::error_code failure;
-    const std::string beginning = output.stem().string() + ".layer_";
     for (const fs::path& input : inputs) {
-        const fs::path beside = output.parent_path() / input.filename();
-        if (!input.filename().string().starts_with(beginning) ||
-            !fs::equivalent(input, beside, failure))
-            continue;
-        refuse("--layout per-file", "a layer's file could replace the input " + input.string(),
-               "choose another name for the output");
+        for (const std::string& file : exrFilesOf(input.string())) {
+            if (isExrLayerFile(file, output.string())) {
+                refuse("--layout per-file", "a layer's file could replace the input " + file,
+                       "choose another name for the output");
+            }
+        }
     }
-    const fs::path first = exrLayerFile(output.string(), 0);
-    if (no_clobber && fs::exists(fs::symlink_status(first, failure))) {
-        throw Error(ErrorKind::kOutput, "the file is there already", first.string(),
+    if (!no_clobber) return;
+    std::error_code failure;
+    const fs::path folder = output.has_parent_path() ? output.parent_path() : fs::path(".");
+    for (const auto& entry : fs::directory_iterator(folder, failure)) {
+        if (!isExrLayerFile(entry.path().string(), output.string())) continue;
+        throw Error(ErrorKind::kOutput, "the file is there already", entry.path().string(),
                     "remove it, choose another name, or leave --no-clobber out");
     }
 }
@@ -149,6 +150,15 @@ void countMerged(const LayerFileFlags& flags, const fs::path& output, PictureRes
     const Plan plan = openLayered(output.string())->info().plan;
     result.layers = plan.layers.size();
     result.fragments_stored = plan.fragments_stored;
+}
+
+void warnOfOtherLayers(const LayerFileFlags& flags, const fs::path& output, std::size_t layers,
+                       Console& console) {
+    std::error_code failure;
+    const std::string next = exrLayerFile(output.string(), layers);
+    if (!isSet(flags) || !fs::exists(next, failure)) return;
+    console.warning("Files of layers that the picture does not have are there from earlier: " +
+                    next + " and what may follow.");
 }
 
 std::uint64_t bytesWritten(const LayerFileFlags& flags, const fs::path& output,

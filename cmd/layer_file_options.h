@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cmd/console.h"
 #include "cmd/report.h"
 #include "core/deep_merge.h"
 #include "formats/writers.h"
@@ -43,6 +44,10 @@ void applyLayerFileOptions(const LayerFileFlags& flags, OutputOptions& options);
 /// knows of none.
 void countMerged(const LayerFileFlags& flags, const std::filesystem::path& output,
                  PictureResult& result);
+
+/// Says so if files of layers beyond the picture's are left of another picture of that name.
+void warnOfOtherLayers(const LayerFileFlags& flags, const std::filesystem::path& output,
+                       std::size_t layers, Console& console);
 
 /// Bytes of all files that were written for a picture of so many layers.
 std::uint64_t bytesWritten(const LayerFileFlags& flags, const std::filesystem::path& output,

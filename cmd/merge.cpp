@@ -13,7 +13,9 @@
 #include "cmd/resources.h"
 #include "cmd/verbs.h"
 #include "core/error.h"
+#include "core/layer_windows.h"
 #include "core/tiles.h"
+#include "formats/exr_layout.h"
 #include "formats/layered_input.h"
 #include "formats/writers.h"
 
@@ -84,6 +86,7 @@ constexpr CommonAttribute kCommon[] = {
      },
      true},
     {"peeler:settingsHash", [](const ExrInfo& i) { return i.provenance.settings_hash; }, true},
+    {"peeler:deepMerge", [](const ExrInfo& i) { return i.provenance.deep_merge; }, true},
     {"peeler:method", [](const ExrInfo& i) { return i.provenance.method; }, false},
     {"peeler:renderer", [](const ExrInfo& i) { return i.provenance.renderer; }, false},
     {"peeler:version", [](const ExrInfo& i) { return i.provenance.version; }, false},
@@ -113,6 +116,7 @@ class Merge {
     void checkCommon();
     void checkCover();
     void plan();
+    void countLayers();
     void write();
     void tell();
 
@@ -133,6 +137,10 @@ class Merge {
 void Merge::checkOptions() {
     console_.setQuiet(options_.report.quiet);
     checkOutput(options_.output, options_.inputs);
+    if (findOutputFormat(options_.output.path.string(), options_.output.as).casters) {
+        throw Error(ErrorKind::kUsage, "layers do not tell which surfaces cast shadows",
+                    "--as midpoint-depth", "render it as a whole");
+    }
     std::vector<fs::path> others = options_.inputs;
     others.push_back(options_.output.path);
     checkReport(options_.report, others);
@@ -220,17 +228,27 @@ void Merge::plan() {
             window = unite(window, part.layers[k].data_window);
         }
     }
-    if (!overlap(windows_)) return;
+    const bool pixels_matter = options_.output.layers.layout == kPerFileLayout;
+    if (!overlap(windows_)) {
+        if (pixels_matter) countLayers();
+        return;
+    }
     if (!complete) {
         throw Error(ErrorKind::kInput,
                     "tiles overlap and lack fragments: nobody knows how many the picture has",
                     options_.output.path.string(),
                     "render tiles that do not overlap, or all their layers");
     }
-    plan_.fragments_stored = 0;
-    forEachBand("count",
-                [&](const LayeredImage& band) { plan_.fragments_stored += band.fragments(); });
+    countLayers();
     plan_.fragments_counted = plan_.fragments_stored;
+}
+
+/// Where tiles overlap, only their union tells.
+void Merge::countLayers() {
+    LayerWindows windows;
+    forEachBand("count", [&](const LayeredImage& band) { windows.add(band); });
+    plan_.layers = windows.layers();
+    plan_.fragments_stored = windows.fragments();
 }
 
 /// What is read at once stays within kBandBytes, whether the tiles lie side by side or not.
@@ -285,8 +303,9 @@ void Merge::forEachBand(const std::string& stage, Take&& take) {
 void Merge::write() {
     Provenance provenance = tiles_.front().info().provenance;
     provenance.version = PEELER_VERSION;
-    auto writer =
-        makeSink(options_.output.path.string(), outputOptions(options_.output, provenance));
+    OutputOptions output = outputOptions(options_.output, provenance);
+    output.cryptomatte = keepsCryptomatte(tiles_.front().info(), options_.output);
+    auto writer = makeSink(options_.output.path.string(), output);
     writer->begin(plan_);
     std::uint64_t fragments = 0;
     forEachBand("merge", [&](const LayeredImage& band) {
@@ -306,7 +325,9 @@ void Merge::write() {
 void Merge::tell() {
     const Provenance& provenance = tiles_.front().info().provenance;
     result_.output = options_.output.path;
-    result_.bytes = fs::file_size(options_.output.path);
+    const OutputFlags& output = options_.output;
+    result_.bytes = bytesWritten(output.layers, output.path, plan_.layers.size());
+    warnOfOtherLayers(output.layers, output.path, plan_.layers.size(), console_);
     result_.width = plan_.view.width;
     result_.height = plan_.view.height;
     result_.layers = plan_.layers.size();

@@ -12,6 +12,7 @@
 #include "cmd/parse.h"
 #include "core/error.h"
 #include "formats/atomic_file.h"
+#include "formats/exr_files.h"
 #include "formats/exr_layout.h"
 #include "formats/image_writer.h"
 
@@ -168,9 +169,13 @@ void addLayerOutputOptions(CLI::App& app, OutputFlags& flags, bool layers_only) 
 
 void checkTarget(const OutputFlags& flags, const std::vector<fs::path>& inputs) {
     for (const fs::path& input : inputs) {
-        if (!sameFile(flags.path, input)) continue;
-        throw Error(ErrorKind::kUsage, "the output is the input", flags.path.string(),
-                    "choose another name for the output");
+        for (const std::string& file : exrFilesOf(input.string())) {
+            if (!sameFile(flags.path, file)) continue;
+            throw Error(ErrorKind::kUsage,
+                        file == input.string() ? "the output is the input"
+                                               : "the output is a file of the input",
+                        flags.path.string(), "choose another name for the output");
+        }
     }
     std::error_code failure;
     if (flags.no_clobber && fs::exists(fs::symlink_status(flags.path, failure))) {
@@ -202,6 +207,12 @@ OutputOptions outputOptions(const OutputFlags& flags, const Provenance& provenan
     return options;
 }
 
+bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output) {
+    const OutputFormat& format = findOutputFormat(output.path.string(), output.as);
+    return input.has_cryptomatte && !input.provenance.ids.empty() && format.channels &&
+           format.composite && !output.no_composite;
+}
+
 ProgressStyle ReportFlags::shownProgress() const {
     return quiet && progress != ProgressStyle::kJson ? ProgressStyle::kNone : progress;
 }
@@ -221,7 +232,7 @@ void addReportOptions(CLI::App& app, ReportFlags& flags) {
 void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,
                     const std::string& what, const std::string& option) {
     for (const fs::path& other : others) {
-        if (!sameFile(file, other)) continue;
+        if (!sameFile(file, other) && !isExrLayerFile(file.string(), other.string())) continue;
         throw Error(ErrorKind::kUsage, what + " would replace the input or the output",
                     option + " " + file.string(), "choose another name for it");
     }

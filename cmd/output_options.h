@@ -13,6 +13,7 @@
 #include "cmd/layer_file_options.h"
 #include "cmd/report.h"
 #include "core/sink.h"
+#include "formats/exr_info.h"
 #include "formats/writers.h"
 
 namespace CLI {
@@ -51,6 +52,10 @@ void checkTarget(const OutputFlags& flags, const std::vector<std::filesystem::pa
 
 /// What the format's writer is told; the background premultiplied.
 OutputOptions outputOptions(const OutputFlags& flags, const Provenance& provenance);
+
+/// Whether an output made of `input` is to have Cryptomatte layers: the input has them, and a
+/// composite is written. They are made anew of the ids.
+bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output);
 
 struct ReportFlags {
     bool json = false;

@@ -27,6 +27,7 @@
 #include "core/error.h"
 #include "core/fxaa_filter.h"
 #include "core/gl/context.h"
+#include "core/peel/method.h"
 #include "core/renderer.h"
 #include "formats/writers.h"
 
@@ -66,6 +67,8 @@ class Render {
         try {
             for (const Moment& moment : moments_)
                 renderPicture(moment);
+            if (options_.channels.manifest)
+                writeIdManifest(*options_.channels.manifest, idNames(scene_->scene()));
         } catch (...) {
             // The frames that are there should be known.
             if (!finished_.empty()) tellSequence();
@@ -161,6 +164,17 @@ void Render::chooseChannels() {
     checkChannelOptions(options_.channels, options_.output);
     capture_.channels = capturedChannels(options_.channels);
     if (capture_.channels.empty()) return;
+    const MethodInfo* method = findPeelMethod(capture_.method);
+    if (method && !method->exact()) {
+        throw Error(ErrorKind::kUsage,
+                    capture_.method + " finds no fragments that could have channels",
+                    "--method " + capture_.method,
+                    "choose another method, or leave --channels and --cryptomatte out");
+    }
+    if (capture_.tail == Tail::kBlend) {
+        throw Error(ErrorKind::kUsage, "what is blended has no channels", "--tail blend",
+                    "leave it out, or --channels and --cryptomatte");
+    }
     if (options_.fxaa) {
         throw Error(ErrorKind::kUsage, "a filter of colours cannot smooth channels", "--fxaa",
                     "use --samples, or leave --channels and --cryptomatte out");
@@ -180,7 +194,16 @@ void Render::checkFiles() {
         others.push_back(output.path);
     }
     if (options_.channels.manifest) {
-        checkExtraFile(*options_.channels.manifest, others, "the manifest", "--manifest");
+        const std::string manifest = options_.channels.manifest->string();
+        if (options_.animation.frames && hasFrameToken(manifest)) {
+            throw Error(ErrorKind::kUsage, "one manifest serves all frames",
+                        "--manifest " + manifest, "give it a name without a frame number");
+        }
+        checkExtraFile(manifest, others, "the manifest", "--manifest");
+        if (options_.output.no_clobber && fs::exists(manifest)) {
+            throw Error(ErrorKind::kOutput, "the file is there already", manifest,
+                        "remove it, choose another name, or leave --no-clobber out");
+        }
         others.push_back(*options_.channels.manifest);
     }
     checkReport(options_.report, others);
@@ -191,8 +214,6 @@ void Render::openScene() {
     SceneOptions scene = options_.scene;
     scene.gltf.strict = options_.strict;
     scene_.emplace(scene, options_.look, options_.animation, capture_.shadows, console_);
-    if (options_.channels.manifest)
-        writeIdManifest(*options_.channels.manifest, idNames(scene_->scene()));
 }
 
 void Render::renderPicture(const Moment& moment) {
@@ -303,6 +324,7 @@ void Render::tell(const Moment& moment) {
     if (options_.animation.frames) result_.frame = moment.frame;
     result_.time = moment.time;
     result_.bytes = bytesWritten(output_.layers, output_.path, plan_.layers.size());
+    warnOfOtherLayers(output_.layers, output_.path, plan_.layers.size(), console_);
     result_.width = view_.width;
     result_.height = view_.height;
     result_.layers = plan_.layers.size();

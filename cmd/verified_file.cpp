@@ -9,6 +9,7 @@
 #include "cmd/verified_layers.h"
 #include "core/error.h"
 #include "core/layer_checks.h"
+#include "formats/exr_layout.h"
 #include "formats/layered_input.h"
 
 namespace peeler::cmd {
@@ -61,6 +62,10 @@ void checkFragments(LayeredInput& input, VerifiedFile& file) {
 
 void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
     const Plan& plan = info.plan;
+    // A layer's file tells of the whole picture, whose fragments are in other files, too.
+    if (at(info.attributes(), "peeler:layout") == kPerFileLayout &&
+        !at(info.attributes(), "peeler:layer").empty())
+        return;
     const bool says_complete = at(info.attributes(), "peeler:complete") == "1";
     if (says_complete != plan.complete()) {
         file.blame(Verdict::kBad, "peeler:complete is " + at(info.attributes(), "peeler:complete") +

@@ -71,7 +71,9 @@ std::byte* copyChannel(const LayeredImage& image, const ExrChannel& channel, std
 }  // namespace
 
 ExrDeepWriter::ExrDeepWriter(std::string path, Provenance provenance, ExrDeepOptions options)
-    : path_(std::move(path)), provenance_(std::move(provenance)), options_(options) {}
+    : path_(std::move(path)), provenance_(std::move(provenance)), options_(options) {
+    if (options_.merge.mode != DeepMerge::kOff) provenance_.deep_merge = mergeText(options_.merge);
+}
 
 ExrDeepWriter::~ExrDeepWriter() = default;
 
@@ -132,8 +134,6 @@ void ExrDeepWriter::open(const LayeredImage& first_band) {
         header.compression() = options_.compression;
         header.insert(kMaxSamples, Imf::IntAttribute(0));
         Imf::addDeepImageState(header, Imf::DIS_SORTED);
-        if (options_.merge.mode != DeepMerge::kOff)
-            header.insert("peeler:deepMerge", Imf::StringAttribute(mergeText(options_.merge)));
         for (const ExrChannel& channel : part.channels) {
             if (header.channels().findChannel(channel.name))
                 throw Error(ErrorKind::kInternal, "two channels of one name", channel.name);

@@ -2,11 +2,13 @@
 // Parts of several files in one list, and whether the files belong together.
 #include "formats/exr_files.h"
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 
 #include "core/error.h"
 #include "formats/exr_layout.h"
+#include "formats/file_kind.h"
 
 namespace peeler {
 namespace {
@@ -31,6 +33,12 @@ int numberOf(const std::string& text) {
     return number;
 }
 
+/// Whether a file with these parts is the head of a set, and not one of its layers.
+bool isHead(const std::vector<ExrInputPart>& parts) {
+    return !parts.empty() && parts.front().attribute("peeler:layout") == kPerFileLayout &&
+           parts.front().attribute("peeler:layer").empty();
+}
+
 }  // namespace
 
 std::string exrLayerFile(const std::string& path, std::size_t layer) {
@@ -38,6 +46,32 @@ std::string exrLayerFile(const std::string& path, std::size_t layer) {
     return (whole.parent_path() /
             (whole.stem().string() + "." + layerName(layer) + whole.extension().string()))
         .string();
+}
+
+bool isExrLayerFile(const std::string& path, const std::string& head) {
+    namespace fs = std::filesystem;
+    std::error_code failure;
+    const fs::path file = fs::weakly_canonical(path, failure);
+    const fs::path whole = fs::weakly_canonical(head, failure);
+    const std::string name = file.stem().string(), beginning = whole.stem().string() + ".";
+    return file.parent_path() == whole.parent_path() && file.extension() == whole.extension() &&
+           name.starts_with(beginning) &&
+           layerNumber(std::string_view(name).substr(beginning.size())) >= 0;
+}
+
+std::vector<std::string> exrFilesOf(const std::string& path) {
+    std::vector<std::string> files{path};
+    try {
+        if (fileKind(path) != FileKind::kExr) return files;
+        const ExrInput input(path);
+        if (!isHead(input.parts())) return files;
+        const int layers = numberOf(input.parts().front().attribute("peeler:layers"));
+        for (int layer = 0; layer < std::min(layers, kMostLayers); ++layer)
+            files.push_back(exrLayerFile(path, static_cast<std::size_t>(layer)));
+    } catch (const Error&) {
+        // Whoever reads it will say what is wrong.
+    }
+    return files;
 }
 
 ExrFiles::ExrFiles(const std::string& path) {
@@ -55,8 +89,7 @@ void ExrFiles::add(const std::string& path) {
 }
 
 void ExrFiles::addLayers() {
-    if (parts_.empty() || parts_.front().attribute("peeler:layout") != kPerFileLayout) return;
-    if (!parts_.front().attribute("peeler:layer").empty()) return;  // it is one of the layers
+    if (!isHead(parts_)) return;
     const ExrInputPart head = parts_.front();
     const int layers = numberOf(head.attribute("peeler:layers"));
     if (layers < 0 || layers > kMostLayers)

@@ -15,6 +15,13 @@ namespace peeler {
 /// The file of one layer beside the one that is named: "out.exr" has "out.layer_007.exr".
 std::string exrLayerFile(const std::string& path, std::size_t layer);
 
+/// Whether `path` names the file of a layer beside `head`, however both are spelt.
+bool isExrLayerFile(const std::string& path, const std::string& head);
+
+/// All files that reading a picture touches: the named one and, if it is the head of a set, those
+/// of its layers, be they there or not. Only the named one if it cannot be read.
+std::vector<std::string> exrFilesOf(const std::string& path);
+
 /// An open picture as one list of parts. The file that is named comes first; if it is the head of
 /// a set (layout "per-file"), the files of its layers follow, front to back.
 class ExrFiles {

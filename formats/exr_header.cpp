@@ -109,6 +109,7 @@ void addProvenance(Imf::Header& header, const Plan& plan, const Provenance& prov
     text("peeler:sceneHash", provenance.scene_hash);
     text("peeler:settingsHash", provenance.settings_hash);
     text("peeler:renderer", provenance.renderer);
+    text("peeler:deepMerge", provenance.deep_merge);
     if (plan.view.known) {
         text("peeler:camera", plan.view.camera_name);
         text("peeler:depth", "camera z");

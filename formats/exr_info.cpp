@@ -36,6 +36,7 @@ Provenance provenanceOf(const ExrInputPart& part) {
     p.scene_hash = part.attribute("peeler:sceneHash");
     p.settings_hash = part.attribute("peeler:settingsHash");
     p.renderer = part.attribute("peeler:renderer");
+    p.deep_merge = part.attribute("peeler:deepMerge");
     p.frame = numberOf<int>(part.attribute("peeler:frame"));
     p.time = numberOf<double>(part.attribute("peeler:time"));
     p.frames_per_second = rationalOf(part.attribute("framesPerSecond"));
@@ -166,6 +167,10 @@ ExrInfo describe(const ExrFiles& files) {
     for (const ExrInputPart& part : info.parts) {
         if (part.id_manifest.empty() || !info.provenance.ids.empty()) continue;
         info.provenance.ids = idNamesFromManifest(part.id_manifest);
+    }
+    if (info.composite >= 0) {
+        const ExrInputPart& part = info.parts[static_cast<std::size_t>(info.composite)];
+        info.has_cryptomatte = part.channel("CryptoObject00.R") != nullptr;
     }
     info.plan.view = viewOf(info, files.path());
     info.plan.color_type = colorType(info);

@@ -28,8 +28,9 @@ struct ExrInfo {
     /// not written; `LayerPlan::pixels` never; the layers of a deep file only if a LayeredInput
     /// has it open. `view.crop` holds all parts.
     Plan plan;
-    Provenance provenance;   ///< empty where unknown
-    bool is_peeler = false;  ///< has `peeler:version`
+    Provenance provenance;         ///< empty where unknown
+    bool has_cryptomatte = false;  ///< in its composite
+    bool is_peeler = false;        ///< has `peeler:version`
     /// The first part's `peeler:` attributes, software and the like, as text.
     const std::map<std::string, std::string>& attributes() const {
         return parts.front().attributes;

@@ -37,7 +37,9 @@ class LayeredInput {
 /// Whether the headers promise fragments, be they of an empty picture: what openLayered() is for.
 bool isLayered(const ExrInfo& info);
 
-/// Throws Error (kInput) if the file is not layered; `where` names path and part.
+/// Opens layered files in any layout, deep files, and flat pictures of other programs as one layer.
+/// Throws Error (kInput) for what has no fragments to read (our own composites, too); `where` names
+/// path and part.
 std::unique_ptr<LayeredInput> openLayered(const std::string& path);
 
 }  // namespace peeler

@@ -18,6 +18,10 @@ def layers(path):
     image = oiio.ImageInput.open(path)
     if image is None:
         sys.exit(oiio.geterror())
+    spec = image.spec()
+    if spec.deep or spec.getattribute("peeler:layout") not in (None, "plain"):
+        sys.exit("only layered files with a part a layer are read here: "
+                 "peeler convert IN.exr -o OUT.exr --as ldi writes one")
     part = 0
     while image.seek_subimage(part, 0):
         spec = image.spec()

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Uses a page of `peeler view` in headless Chromium as a visitor would.
 
-    view_page_test.py PAGE.html OUT_FOLDER
+    view_page_test.py PAGE.html OUT_FOLDER [screenshots]
 
 Writes what the canvas shows after each step as PNG (original, one_layer, depth, dragged, keys,
-nearer, reset), a screenshot of all of it (page), and console.json: what the browser's console said.
+nearer, reset), and console.json: what the browser's console said. With "screenshots" also pictures
+of all of the page, for eyes (on a busy machine Chromium may not be in time for them).
 Exit code 77: there is no Chromium, no chromedriver or no Selenium; why is on stdout.
 """
 import base64
@@ -72,6 +73,7 @@ class Page:
 
 def main():
     page_file, out = Path(sys.argv[1]).resolve(), Path(sys.argv[2])
+    screenshots = sys.argv[3:] == ["screenshots"]
     driver = start()
     try:
         from selenium.webdriver.common.action_chains import ActionChains
@@ -79,7 +81,8 @@ def main():
         page = Page(driver, out)
         driver.get(page_file.as_uri())
         page.wait.until(lambda _: page.frames() > 0)
-        driver.save_screenshot(str(out / "page.png"))
+        if screenshots:
+            driver.save_screenshot(str(out / "page.png"))
 
         # A pixel of the canvas for a pixel of the capture.
         page.run("const c = document.getElementById('picture');"
@@ -98,7 +101,8 @@ def main():
         page.after(lambda: ActionChains(driver).click_and_hold(canvas)
                    .move_by_offset(-40, 10).release().perform())
         page.save("dragged")
-        driver.save_screenshot(str(out / "page_dragged.png"))
+        if screenshots:
+            driver.save_screenshot(str(out / "page_dragged.png"))
         page.after(lambda: driver.find_element("tag name", "body").send_keys(
             Keys.ARROW_LEFT, Keys.ARROW_LEFT, "["))
         page.save("keys")

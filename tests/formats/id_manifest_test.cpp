@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfIDManifest.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfStandardAttributes.h>
@@ -25,6 +26,8 @@ const IdNames kNames{{"body", "body", "Übergröße", ""}, {"glass", "default ma
 /// What a header holds, as a file has it: the length, and what zlib has packed.
 std::vector<std::byte> stored(const IdNames& names) {
     Imf::Header header;
+    for (const char* channel : {"layer_000.id.object", "layer_000.id.material", "id.objects"})
+        header.channels().insert(channel, Imf::Channel(Imf::UINT));
     addIdManifest(header, names);
     const Imf::CompressedIDManifest& manifest = Imf::idManifest(header);
     std::vector<std::byte> bytes(8 + static_cast<std::size_t>(manifest._compressedDataSize));
@@ -36,6 +39,12 @@ std::vector<std::byte> stored(const IdNames& names) {
 
 TEST(IdManifest, ReadsBack) {
     EXPECT_EQ(idNamesFromManifest(stored(kNames)), kNames);
+}
+
+TEST(IdManifest, NeedsIds) {
+    Imf::Header header;
+    addIdManifest(header, kNames);
+    EXPECT_FALSE(Imf::hasIDManifest(header));
 }
 
 TEST(IdManifest, IsInEveryPartWithIdsAndReadByOpenExr) {
