@@ -36,11 +36,11 @@ struct Plan {
 
 /// Where a picture comes from: what the `peeler:` attributes say besides plan and view.
 struct Provenance {
-    std::string version, method, surfaces;
-    std::string scene;  ///< file name without folder
-    std::string scene_hash, settings_hash;
-    std::string renderer;    ///< GL_RENDERER
-    std::string deep_merge;  ///< how samples of a deep image were merged, "" = not
+    std::string version{}, method{}, surfaces{};
+    std::string scene{};  ///< file name without folder
+    std::string scene_hash{}, settings_hash{};
+    std::string renderer{};    ///< GL_RENDERER
+    std::string deep_merge{};  ///< how samples of a deep image were merged, "" = not
     int frame = 0;
     double time = 0;               ///< seconds
     double frames_per_second = 0;  ///< 0 = does not apply
