@@ -51,8 +51,8 @@ std::string exrLayerFile(const std::string& path, std::size_t layer) {
 bool isExrLayerFile(const std::string& path, const std::string& head) {
     namespace fs = std::filesystem;
     std::error_code failure;
-    const fs::path file = fs::weakly_canonical(path, failure);
-    const fs::path whole = fs::weakly_canonical(head, failure);
+    const fs::path file = fs::weakly_canonical(fs::absolute(path), failure);
+    const fs::path whole = fs::weakly_canonical(fs::absolute(head), failure);
     const std::string name = file.stem().string(), beginning = whole.stem().string() + ".";
     return file.parent_path() == whole.parent_path() && file.extension() == whole.extension() &&
            name.starts_with(beginning) &&
