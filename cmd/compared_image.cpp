@@ -2,6 +2,7 @@
 #include "cmd/compared_image.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/error.h"
 #include "formats/file_kind.h"
@@ -9,14 +10,6 @@
 namespace peeler::cmd {
 
 namespace {
-
-bool hasLayers(const std::string& path) {
-    if (fileKind(path) != FileKind::kExr) return false;
-    const ExrInfo info = readExrInfo(path);
-    // A picture of nothing has no layer, and its composite is a part with that name.
-    return !info.layers.empty() || !info.deep.empty() ||
-           (info.composite >= 0 && info.parts.front().attribute("peeler:layers") == "0");
-}
 
 std::string text(const Window& window) {
     return std::to_string(window.width()) + " x " + std::to_string(window.height()) + " at (" +
@@ -30,11 +23,11 @@ std::string size(int width, int height) {
 }  // namespace
 
 ComparedImage::ComparedImage(const std::string& path) : path_(path) {
-    if (hasLayers(path)) {
-        reader_ = openLayered(path);
-    } else {
-        flat_ = readFlatImage(path);
+    if (fileKind(path) == FileKind::kExr) {
+        if (OpenedExr opened(path); isLayered(opened.info))
+            reader_ = openLayered(std::move(opened));
     }
+    if (!reader_) flat_ = readFlatImage(path);
 }
 
 int ComparedImage::width() const {

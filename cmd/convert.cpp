@@ -114,18 +114,8 @@ void Convert::write() {
 
 void Convert::tell() {
     result_.output = options_.output.path;
-    const OutputFlags& output = options_.output;
-    result_.bytes = bytesWritten(output.layers, output.path, plan_.layers.size());
-    warnOfOtherLayers(output.layers, output.path, plan_.layers.size(), console_);
-    result_.width = plan_.view.width;
-    result_.height = plan_.view.height;
-    result_.layers = plan_.layers.size();
-    result_.fragments_counted = plan_.fragments_counted;
-    result_.fragments_stored = plan_.fragments_stored;
-    countMerged(options_.output.layers, options_.output.path, result_);
-    result_.method = reader_->info().provenance.method;
-    result_.renderer = reader_->info().provenance.renderer;
-    result_.peak_memory = peakMemory();
+    describePicture(plan_, reader_->info().provenance, result_);
+    describeFiles(options_.output.layers, options_.output.path, result_, console_);
     tellResult(options_.report, result_, console_);
 }
 

@@ -113,14 +113,7 @@ void Flatten::composite() {
 void Flatten::tell() {
     result_.output = options_.output.path;
     result_.bytes = fs::file_size(options_.output.path);
-    result_.width = plan_.view.width;
-    result_.height = plan_.view.height;
-    result_.layers = plan_.layers.size();
-    result_.fragments_counted = plan_.fragments_counted;
-    result_.fragments_stored = plan_.fragments_stored;
-    result_.method = reader_->info().provenance.method;
-    result_.renderer = reader_->info().provenance.renderer;
-    result_.peak_memory = peakMemory();
+    describePicture(plan_, reader_->info().provenance, result_);
     tellResult(options_.report, result_, console_);
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cmd/info_kinds.h"
+#include "cmd/layered_bands.h"
 #include "cmd/report.h"
 #include "core/depth_complexity.h"
 #include "core/point_statistics.h"
@@ -23,7 +24,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kPixelTypes[] = {"half", "float", "uint"};
-constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 
 /// What the headers say, and what reading the layers found.
 struct ImageFacts {
@@ -43,20 +43,16 @@ struct ImageFacts {
 
 /// Reads every layer: a file that is damaged says so here, and not in the middle of somebody's
 /// work.
-void readLayers(const std::string& path, ImageFacts& facts) {
-    const std::unique_ptr<LayeredInput> reader = openLayered(path);
+void readLayers(OpenedExr opened, ImageFacts& facts) {
+    const std::unique_ptr<LayeredInput> reader = openLayered(std::move(opened));
     facts.info = reader->info();
     const View& view = facts.info.plan.view;
-    const Window& crop = view.crop;
-    DepthComplexity complexity(crop);
+    DepthComplexity complexity(view.crop);
     PointStatistics points;
-    LayeredImage band;
-    const int rows = reader->rowsFor(kBandBytes);
-    for (int y = crop.y0; y < crop.y1; y += rows) {
-        reader->read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
+    forEachBand(*reader, kBandBytes, [&](const LayeredImage& band) {
         complexity.addBand(band);
         if (facts.cameraKnown()) addPoints(view, band, points);
-    }
+    });
     facts.fragments = complexity.counted();
     facts.histogram = complexity.histogram();
     facts.layers = complexity.layers();
@@ -69,9 +65,10 @@ void readLayers(const std::string& path, ImageFacts& facts) {
 
 ImageFacts gather(const std::string& path) {
     ImageFacts facts;
-    facts.info = readExrInfo(path);
+    OpenedExr opened(path);
+    facts.info = opened.info;
     facts.layered = isLayered(facts.info);
-    if (facts.layered) readLayers(path, facts);
+    if (facts.layered) readLayers(std::move(opened), facts);
     return facts;
 }
 

@@ -145,28 +145,24 @@ void applyLayerFileOptions(const LayerFileFlags& flags, OutputOptions& options) 
     options.deep_merge.alpha_tolerance = static_cast<float>(flags.alpha_tolerance.value_or(1));
 }
 
-void countMerged(const LayerFileFlags& flags, const fs::path& output, PictureResult& result) {
+void describeFiles(const LayerFileFlags& flags, const fs::path& output, PictureResult& result,
+                   Console& console) {
+    result.bytes = fs::file_size(output);
+    if (isSet(flags)) {
+        for (std::size_t layer = 0; layer < result.layers; ++layer)
+            result.bytes += fs::file_size(exrLayerFile(output.string(), layer));
+        std::error_code failure;
+        const std::string next = exrLayerFile(output.string(), result.layers);
+        if (fs::exists(next, failure)) {
+            console.warning(
+                "Files of layers that the picture does not have are there from earlier: " + next +
+                " and what may follow.");
+        }
+    }
     if (flags.deep_merge == DeepMerge::kOff) return;
     const Plan plan = openLayered(output.string())->info().plan;
     result.layers = plan.layers.size();
     result.fragments_stored = plan.fragments_stored;
-}
-
-void warnOfOtherLayers(const LayerFileFlags& flags, const fs::path& output, std::size_t layers,
-                       Console& console) {
-    std::error_code failure;
-    const std::string next = exrLayerFile(output.string(), layers);
-    if (!isSet(flags) || !fs::exists(next, failure)) return;
-    console.warning("Files of layers that the picture does not have are there from earlier: " +
-                    next + " and what may follow.");
-}
-
-std::uint64_t bytesWritten(const LayerFileFlags& flags, const fs::path& output,
-                           std::size_t layers) {
-    std::uint64_t bytes = fs::file_size(output);
-    for (std::size_t layer = 0; isSet(flags) && layer < layers; ++layer)
-        bytes += fs::file_size(exrLayerFile(output.string(), layer));
-    return bytes;
 }
 
 }  // namespace peeler::cmd

@@ -40,17 +40,10 @@ void checkLayerFiles(const LayerFileFlags& flags, const std::filesystem::path& o
 /// Fills in what the format's writer is told.
 void applyLayerFileOptions(const LayerFileFlags& flags, OutputOptions& options);
 
-/// Layers and fragments of a finished file as they are in it, if samples were merged: the plan
-/// knows of none.
-void countMerged(const LayerFileFlags& flags, const std::filesystem::path& output,
-                 PictureResult& result);
-
-/// Says so if files of layers beyond the picture's are left of another picture of that name.
-void warnOfOtherLayers(const LayerFileFlags& flags, const std::filesystem::path& output,
-                       std::size_t layers, Console& console);
-
-/// Bytes of all files that were written for a picture of so many layers.
-std::uint64_t bytesWritten(const LayerFileFlags& flags, const std::filesystem::path& output,
-                           std::size_t layers);
+/// Fills in what the finished files themselves tell: their bytes, and layers and fragments if
+/// samples were merged, of which the plan knows nothing. `result` has the layers of the plan. Warns
+/// if files of layers beyond them are left of another picture of that name.
+void describeFiles(const LayerFileFlags& flags, const std::filesystem::path& output,
+                   PictureResult& result, Console& console);
 
 }  // namespace peeler::cmd

@@ -15,7 +15,19 @@ namespace peeler::cmd {
 /// What a band may take: enough for wide chunks of many layers, little beside what a render takes.
 inline constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 
-/// Reads the picture top to bottom and hands each band to `take`: the nearest `max_layers`
+/// Reads the picture top to bottom and hands each band to `take`.
+template <class Take>
+void forEachBand(LayeredInput& reader, std::uint64_t band_bytes, Take&& take) {
+    const Window& crop = reader.info().plan.view.crop;
+    const int rows = reader.rowsFor(band_bytes);
+    LayeredImage band;
+    for (int y = crop.y0; y < crop.y1; y += rows) {
+        reader.read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
+        take(band);
+    }
+}
+
+/// The same with progress: the nearest `max_layers`
 /// fragments of every pixel (0 = all). Reading counts as "load".
 template <class Take>
 void forEachBand(LayeredInput& reader, std::uint32_t max_layers, StageTimes& times,

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "cmd/layered_bands.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
 #include "cmd/progress.h"
@@ -24,8 +25,6 @@ namespace peeler::cmd {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 
 struct MergeOptions {
     std::vector<fs::path> inputs;
@@ -323,21 +322,11 @@ void Merge::write() {
 }
 
 void Merge::tell() {
-    const Provenance& provenance = tiles_.front().info().provenance;
     result_.output = options_.output.path;
-    const OutputFlags& output = options_.output;
-    result_.bytes = bytesWritten(output.layers, output.path, plan_.layers.size());
-    warnOfOtherLayers(output.layers, output.path, plan_.layers.size(), console_);
-    result_.width = plan_.view.width;
-    result_.height = plan_.view.height;
-    result_.layers = plan_.layers.size();
-    result_.fragments_counted = plan_.fragments_counted;
-    result_.fragments_stored = plan_.fragments_stored;
+    describePicture(plan_, tiles_.front().info().provenance, result_);
     result_.fragments_blended = plan_.fragments_blended;
     result_.samples = plan_.samples;
-    result_.method = provenance.method;
-    result_.renderer = provenance.renderer;
-    result_.peak_memory = peakMemory();
+    describeFiles(options_.output.layers, options_.output.path, result_, console_);
     tellResult(options_.report, result_, console_);
 }
 

@@ -68,7 +68,7 @@ class Render {
             for (const Moment& moment : moments_)
                 renderPicture(moment);
             if (options_.channels.manifest)
-                writeIdManifest(*options_.channels.manifest, idNames(scene_->scene()));
+                writeIdManifest(*options_.channels.manifest, provenance_.ids);
         } catch (...) {
             // The frames that are there should be known.
             if (!finished_.empty()) tellSequence();
@@ -109,6 +109,7 @@ class Render {
     Clock::time_point start_;  // of what belongs to the picture in the making
     OutputFlags output_;
     Plan plan_;
+    Provenance provenance_;
     PictureResult result_;
     std::vector<PictureResult> finished_;
     std::optional<ProgressReport> progress_;
@@ -277,7 +278,8 @@ void Render::plan() {
 }
 
 void Render::capture(const Moment& moment) {
-    OutputOptions output = outputOptions(output_, provenance(moment));
+    provenance_ = provenance(moment);
+    OutputOptions output = outputOptions(output_, provenance_);
     output.cryptomatte = options_.channels.cryptomatte;
     auto writer = makeSink(output_.path.string(), output);
     if (options_.fxaa) writer = std::make_unique<FxaaFilter>(std::move(writer), output.background);
@@ -323,20 +325,11 @@ void Render::tell(const Moment& moment) {
     result_.output = output_.path;
     if (options_.animation.frames) result_.frame = moment.frame;
     result_.time = moment.time;
-    result_.bytes = bytesWritten(output_.layers, output_.path, plan_.layers.size());
-    warnOfOtherLayers(output_.layers, output_.path, plan_.layers.size(), console_);
-    result_.width = view_.width;
-    result_.height = view_.height;
-    result_.layers = plan_.layers.size();
-    result_.fragments_counted = plan_.fragments_counted;
-    result_.fragments_stored = plan_.fragments_stored;
+    describePicture(plan_, provenance_, result_);
     result_.fragments_blended = plan_.fragments_blended;
-    countMerged(output_.layers, output_.path, result_);
     result_.samples = plan_.samples;
-    result_.method = capture_.method;
-    result_.renderer = context_->device().renderer;
     result_.backend = context_->device().backend;
-    result_.peak_memory = peakMemory();
+    describeFiles(output_.layers, output_.path, result_, console_);
     if (options_.animation.frames)
         console_.note(summary(result_));
     else

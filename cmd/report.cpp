@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "cmd/resources.h"
 #include "formats/atomic_file.h"
 
 namespace peeler::cmd {
@@ -15,6 +16,17 @@ namespace {
 constexpr const char* kStages[] = {"load", "context",   "upload", "count", "capture",
                                    "sort", "composite", "encode", "write", "total"};
 }  // namespace
+
+void describePicture(const Plan& plan, const Provenance& provenance, PictureResult& result) {
+    result.width = plan.view.width;
+    result.height = plan.view.height;
+    result.layers = plan.layers.size();
+    result.fragments_counted = plan.fragments_counted;
+    result.fragments_stored = plan.fragments_stored;
+    result.method = provenance.method;
+    result.renderer = provenance.renderer;
+    result.peak_memory = peakMemory();
+}
 
 nlohmann::ordered_json toJson(const PictureResult& result) {
     nlohmann::ordered_json json;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "core/sink.h"
 #include "core/stage_times.h"
 
 namespace peeler::cmd {
@@ -28,6 +29,10 @@ struct PictureResult {
     std::uint64_t peak_memory = 0;  ///< bytes
     StageTimes milliseconds;
 };
+
+/// Fills in size, layers and fragments of a picture, what it was made with, and the memory that it
+/// took.
+void describePicture(const Plan& plan, const Provenance& provenance, PictureResult& result);
 
 /// The keys of cli.md, in that order, in camelCase like the peeler: attributes; `frame` and `time`
 /// only of a sequence. Every stage is there, 0 where it did not happen.

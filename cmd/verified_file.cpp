@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "cmd/console.h"
+#include "cmd/layered_bands.h"
 #include "cmd/report.h"
 #include "cmd/verified_layers.h"
 #include "core/error.h"
@@ -16,7 +18,8 @@ namespace peeler::cmd {
 
 namespace {
 
-constexpr std::uint64_t kBandBytes = std::uint64_t{128} << 20;
+/// Of a band, beside which its composite is read.
+constexpr std::uint64_t kVerifiedBytes = std::uint64_t{128} << 20;
 
 std::string at(const std::map<std::string, std::string>& attributes, const std::string& name) {
     const auto found = attributes.find(name);
@@ -27,7 +30,6 @@ void checkFragments(LayeredInput& input, VerifiedFile& file) {
     const ExrInfo& info = input.info();
     const Window& crop = info.plan.view.crop;
     BrokenPixels unsorted, infinite, wrong;
-    LayeredImage band;
     CompositeImage composite;
     PixelType composite_type = PixelType::kFloat;
     if (info.composite >= 0) {
@@ -40,17 +42,14 @@ void checkFragments(LayeredInput& input, VerifiedFile& file) {
     const bool has_composite =
         info.composite >= 0 &&
         info.parts[static_cast<std::size_t>(info.composite)].data_window == crop;
-    const int rows = input.rowsFor(kBandBytes);
-    for (int y = crop.y0; y < crop.y1; y += rows) {
-        const Window window{crop.x0, y, crop.x1, std::min(y + rows, crop.y1)};
-        input.read(window, band);
+    forEachBand(input, kVerifiedBytes, [&](const LayeredImage& band) {
         file.fragments += band.fragments();
         findUnsorted(band, unsorted);
         findInfinite(band, infinite);
-        if (!has_composite) continue;
-        input.readComposite(window, composite);
+        if (!has_composite) return;
+        input.readComposite(band.window, composite);
         findWrongComposite(band, composite, composite_type, wrong);
-    }
+    });
     file.blame(unsorted, "the layers are not in order of Z");
     file.blame(infinite, "a fragment's Z is not finite");
     file.blame(wrong, "the composite is not what the layers make");
@@ -77,7 +76,8 @@ void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
 }
 
 void verify(VerifiedFile& file) {
-    const ExrInfo info = readExrInfo(file.path);
+    OpenedExr opened(file.path);
+    const ExrInfo info = opened.info;
     file.width = info.plan.view.width;
     file.height = info.plan.view.height;
     file.provenance = info.provenance;
@@ -86,7 +86,7 @@ void verify(VerifiedFile& file) {
                                   : VerifiedKind::kFlat;
     if (info.is_peeler) checkCompleteness(info, file);
     if (file.kind == VerifiedKind::kLayered) {
-        const std::unique_ptr<LayeredInput> input = openLayered(file.path);
+        const std::unique_ptr<LayeredInput> input = openLayered(std::move(opened));
         file.layers = input->info().plan.layers.size();
         checkFragments(*input, file);
         checkLayerParts(file.path, input->info(), file);
@@ -100,12 +100,8 @@ void verify(VerifiedFile& file) {
         if (!part_is_deep) input.decodeAll(part);
     }
     if (!deep) return;
-    const std::unique_ptr<LayeredInput> layers = openLayered(file.path);
-    const Window& crop = layers->info().plan.view.crop;
-    const int rows = layers->rowsFor(kBandBytes);
-    LayeredImage band;
-    for (int y = crop.y0; y < crop.y1; y += rows)
-        layers->read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
+    const std::unique_ptr<LayeredInput> layers = openLayered(std::move(opened));
+    forEachBand(*layers, kVerifiedBytes, [](const LayeredImage&) {});
 }
 
 }  // namespace

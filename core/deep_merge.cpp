@@ -14,26 +14,14 @@
 
 #include "core/composite.h"
 #include "core/error.h"
+#include "core/fragment_channel.h"
 #include "core/parallel.h"
 
 namespace peeler {
 namespace {
 
-/// One component of a FragmentArray of ids.
-struct IdChannel {
-    const std::uint32_t* first = nullptr;
-    std::size_t stride = 1;  ///< values from fragment to fragment
-
-    std::uint32_t operator[](std::size_t fragment) const { return first[fragment * stride]; }
-};
-
-IdChannel findIds(const LayeredImage& image, const std::string& name) {
-    for (const FragmentArray& array : image.extra) {
-        const auto found = std::find(array.channels.begin(), array.channels.end(), name);
-        if (found == array.channels.end() || array.type != PixelType::kUint) continue;
-        return {array.as<std::uint32_t>().data() + (found - array.channels.begin()),
-                array.components()};
-    }
+FragmentChannel idsToMergeBy(const LayeredImage& image, const std::string& name) {
+    if (const FragmentChannel ids = findIds(image, name)) return ids;
     throw Error(ErrorKind::kUsage, "the samples have no channel " + name + " to merge by",
                 "--deep-merge by-id", "add --channels id, or merge by-z");
 }
@@ -44,8 +32,8 @@ class Matcher {
     Matcher(const LayeredImage& image, const DeepMergeSettings& settings)
         : image_(image), settings_(settings) {
         if (settings.mode != DeepMerge::kById) return;
-        objects_ = findIds(image, "id.object");
-        materials_ = findIds(image, "id.material");
+        objects_ = idsToMergeBy(image, "id.object");
+        materials_ = idsToMergeBy(image, "id.material");
     }
 
     bool operator()(std::size_t first, std::size_t other) const {
@@ -56,8 +44,9 @@ class Matcher {
             case DeepMerge::kByZ:
                 return distance <= settings_.z_tolerance;
             case DeepMerge::kById:
-                return distance <= settings_.z_tolerance && objects_[first] == objects_[other] &&
-                       materials_[first] == materials_[other] &&
+                return distance <= settings_.z_tolerance &&
+                       objects_.id(first) == objects_.id(other) &&
+                       materials_.id(first) == materials_.id(other) &&
                        std::abs(colorOf(image_, first)[3] - colorOf(image_, other)[3]) <=
                            settings_.alpha_tolerance;
             case DeepMerge::kOff:
@@ -69,7 +58,7 @@ class Matcher {
   private:
     const LayeredImage& image_;
     DeepMergeSettings settings_;
-    IdChannel objects_, materials_;
+    FragmentChannel objects_, materials_;
 };
 
 /// The end of the run that begins with `first`; `end` is that of the pixel.

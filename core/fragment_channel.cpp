@@ -25,6 +25,10 @@ const std::byte* FragmentChannel::data(std::size_t fragment) const {
            component_ * pixelTypeSize(array_->type);
 }
 
+std::uint32_t FragmentChannel::id(std::size_t fragment) const {
+    return read<std::uint32_t>(data(fragment));
+}
+
 float FragmentChannel::value(std::size_t fragment) const {
     const std::byte* bytes = data(fragment);
     if (type() == PixelType::kHalf) return imath_half_to_float(read<std::uint16_t>(bytes));
@@ -39,6 +43,11 @@ FragmentChannel findChannel(const LayeredImage& image, std::string_view name) {
         }
     }
     return {};
+}
+
+FragmentChannel findIds(const LayeredImage& image, std::string_view name) {
+    const FragmentChannel channel = findChannel(image, name);
+    return channel && channel.type() == PixelType::kUint ? channel : FragmentChannel();
 }
 
 }  // namespace peeler

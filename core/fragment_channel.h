@@ -21,6 +21,8 @@ class FragmentChannel {
     PixelType type() const { return array_->type; }
     /// The stored bytes of a fragment's value, pixelTypeSize(type()) of them.
     const std::byte* data(std::size_t fragment) const;
+    /// The value of a channel of type uint.
+    std::uint32_t id(std::size_t fragment) const;
     /// The value, uint rounded to float.
     float value(std::size_t fragment) const;
 
@@ -31,5 +33,7 @@ class FragmentChannel {
 
 /// False if the image has no such channel.
 FragmentChannel findChannel(const LayeredImage& image, std::string_view name);
+/// The same of a channel of type uint; false also if it is of another.
+FragmentChannel findIds(const LayeredImage& image, std::string_view name);
 
 }  // namespace peeler

@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "core/parallel.h"
+#include "core/pixel_rays.h"
 #include "core/primitive_corners.h"
 
 namespace peeler {
@@ -20,21 +21,18 @@ namespace {
 class PixelProjection {
   public:
     explicit PixelProjection(const View& view)
-        : view_(view), camera_from_world_(glm::inverse(view.camera_to_world)) {}
+        : rays_(view), camera_from_world_(glm::inverse(view.camera_to_world)) {}
 
     /// False if the point is not in front of the camera.
     bool project(const glm::dvec3& world, glm::dvec2& pixel) const {
-        const glm::dvec4 p = camera_from_world_ * glm::dvec4(world, 1);
-        const Projection& projection = view_.projection;
-        const double w = projection.perspective ? -p.z : 1;
-        if (!(w > 0)) return false;
-        pixel = {(p.x / (w * projection.half_width) + 1) / 2 * view_.width,
-                 (1 - p.y / (w * projection.half_height)) / 2 * view_.height};
+        const glm::dvec3 point(camera_from_world_ * glm::dvec4(world, 1));
+        if (rays_.perspective() && !(point.z < 0)) return false;
+        pixel = rays_.pixel(point);
         return true;
     }
 
   private:
-    const View& view_;
+    PixelRays rays_;
     glm::dmat4 camera_from_world_;
 };
 

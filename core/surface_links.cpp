@@ -8,6 +8,7 @@
 #include <span>
 #include <string_view>
 
+#include "core/fragment_channel.h"
 #include "core/parallel.h"
 #include "core/pixel_rays.h"
 
@@ -33,14 +34,8 @@ class Linker {
     Linker(const LayeredImage& image, const View& view) : image_(image), rays_(view) {
         links_.resize(image.fragments());
         planar_.resize(image.fragments());
-        for (const FragmentArray& array : image.extra) {
-            if (array.type != PixelType::kUint) continue;
-            for (std::size_t c = 0; c < array.components(); ++c) {
-                const std::string_view name = array.channels[c];
-                if (name == "id.object" || name == "id.instance")
-                    ids_.push_back({array.as<std::uint32_t>(), array.components(), c});
-            }
-        }
+        for (const char* name : {"id.object", "id.instance"})
+            if (const FragmentChannel ids = findIds(image, name)) ids_.push_back(ids);
     }
 
     SurfaceLinks run() {
@@ -87,10 +82,6 @@ class Linker {
     List list(std::size_t pixel) const {
         return {image_.offsets[pixel], std::min<std::size_t>(image_.count(pixel), kMostFragments)};
     }
-    struct Id {
-        std::span<const std::uint32_t> values;
-        std::size_t stride, component;
-    };
 
     /// The step between two fragments in pixel spacings, signed.
     double slope(std::size_t from, std::size_t to, Side side) const {
@@ -106,10 +97,8 @@ class Linker {
     }
 
     bool sameObject(std::size_t a, std::size_t b) const {
-        return std::all_of(ids_.begin(), ids_.end(), [&](const Id& id) {
-            return id.values[a * id.stride + id.component] ==
-                   id.values[b * id.stride + id.component];
-        });
+        return std::all_of(ids_.begin(), ids_.end(),
+                           [&](const FragmentChannel& ids) { return ids.id(a) == ids.id(b); });
     }
 
     void link(std::uint32_t from, std::uint32_t to, Side side) {
@@ -171,7 +160,7 @@ class Linker {
     PixelRays rays_;
     SurfaceLinks links_;
     std::vector<double> planar_;
-    std::vector<Id> ids_;
+    std::vector<FragmentChannel> ids_;
 };
 
 }  // namespace

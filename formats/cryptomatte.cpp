@@ -10,22 +10,11 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/fragment_channel.h"
 #include "core/parallel.h"
 
 namespace peeler {
 namespace {
-
-std::span<const std::uint32_t> idsOf(const LayeredImage& image, const std::string& channel,
-                                     std::size_t& component, std::size_t& components) {
-    for (const FragmentArray& array : image.extra) {
-        const auto found = std::find(array.channels.begin(), array.channels.end(), channel);
-        if (found == array.channels.end() || array.type != PixelType::kUint) continue;
-        component = static_cast<std::size_t>(found - array.channels.begin());
-        components = array.components();
-        return array.as<std::uint32_t>();
-    }
-    throw Error(ErrorKind::kInternal, "Cryptomatte needs ids", channel);
-}
 
 struct Cover {
     std::uint32_t hash;
@@ -104,9 +93,8 @@ FragmentArray cryptomatteArray(const CryptomatteLayer& layer) {
 
 void appendCryptomatte(const LayeredImage& image, const CryptomatteLayer& layer,
                        CompositeImage& composite) {
-    std::size_t component = 0, components = 0;
-    const std::span<const std::uint32_t> ids =
-        idsOf(image, layer.id_channel, component, components);
+    const FragmentChannel ids = findIds(image, layer.id_channel);
+    if (!ids) throw Error(ErrorKind::kInternal, "Cryptomatte needs ids", layer.id_channel);
     std::vector<std::uint32_t> hashes;
     for (const std::string& name : layer.names)
         hashes.push_back(cryptomatteHash(name));
@@ -122,7 +110,7 @@ void appendCryptomatte(const LayeredImage& image, const CryptomatteLayer& layer,
             coverage.clear();
             float through = 1;
             for (std::uint32_t f = image.offsets[pixel]; f < image.offsets[pixel + 1]; ++f) {
-                const std::uint32_t id = ids[f * components + component];
+                const std::uint32_t id = ids.id(f);
                 const float alpha = colorOf(image, f)[3];
                 if (id > 0 && id <= hashes.size() && through * alpha > 0)
                     coverage.add(hashes[id - 1], through * alpha);

@@ -11,7 +11,6 @@
 #include <atomic>
 #include <cstring>
 #include <limits>
-#include <mutex>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -394,34 +393,21 @@ void ExrBandWriter::run(std::span<const Job> jobs, const LayeredImage& band) {
 /// Frees the buffers kept for reuse where they have become many: left alone, each would grow in
 /// time to the largest chunk.
 void ExrBandWriter::boundBuffers() {
-    std::size_t kept = 0;
+    std::size_t kept = packers_.bytesKept();
     for (const auto& packed : packed_)
         kept += packed.capacity();
-    for (const auto& packer : idle_packers_)
-        kept += packer->bytesKept();
     if (kept <= kCopies * kBytesInFlight) return;
     packed_.clear();
-    idle_packers_.clear();
+    packers_.clear();
 }
 
 void ExrBandWriter::encode(std::span<const Job> jobs, const LayeredImage& band) {
-    std::mutex mutex;
     std::atomic<std::uint64_t> written{0};
     parallelFor(jobs.size(), [&](std::size_t i) {
-        std::unique_ptr<ExrChunkPacker> packer;
-        {
-            const std::lock_guard lock(mutex);
-            if (!idle_packers_.empty()) {
-                packer = std::move(idle_packers_.back());
-                idle_packers_.pop_back();
-            }
-        }
-        if (!packer)
-            packer = std::make_unique<ExrChunkPacker>(options_.level, options_.compression);
-        written += gather(jobs[i], band, *packer);
-        packer->pack(packed_[i]);
-        const std::lock_guard lock(mutex);
-        idle_packers_.push_back(std::move(packer));
+        packers_.with([&](ExrChunkPacker& packer) {
+            written += gather(jobs[i], band, packer);
+            packer.pack(packed_[i]);
+        });
     });
     fragments_written_ += written;
 }

@@ -176,6 +176,21 @@ void ExrChunkPacker::pack(std::vector<std::byte>& out) {
     if (!smaller) out = raw_;  // a chunk as large as its pixels is read as plain pixels
 }
 
+std::size_t ExrPackerPool::bytesKept() const {
+    std::size_t bytes = 0;
+    for (const auto& packer : idle_)
+        bytes += packer->bytesKept();
+    return bytes;
+}
+
+std::unique_ptr<ExrChunkPacker> ExrPackerPool::take() {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) return std::make_unique<ExrChunkPacker>(level_, compression_);
+    std::unique_ptr<ExrChunkPacker> packer = std::move(idle_.back());
+    idle_.pop_back();
+    return packer;
+}
+
 ExrFile::ExrFile(AtomicFile& file, std::vector<Imf::Header> headers)
     : file_(file), headers_(std::move(headers)) {
     const bool multi_part = headers_.size() > 1;

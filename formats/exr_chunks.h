@@ -13,6 +13,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -56,6 +58,33 @@ class ExrChunkPacker {
     Imf::Compression compression_;
     libdeflate_compressor* compressor_;
     std::vector<std::byte> raw_, filtered_;
+};
+
+/// Packers that are kept for whoever needs one next, on any thread.
+class ExrPackerPool {
+  public:
+    ExrPackerPool(int level, Imf::Compression compression)
+        : level_(level), compression_(compression) {}
+
+    /// Calls use(packer) with one that nobody else has.
+    template <class Use>
+    void with(Use&& use) {
+        std::unique_ptr<ExrChunkPacker> packer = take();
+        use(*packer);
+        const std::lock_guard lock(mutex_);
+        idle_.push_back(std::move(packer));
+    }
+    /// Of the packers that are idle.
+    std::size_t bytesKept() const;
+    void clear() { idle_.clear(); }
+
+  private:
+    std::unique_ptr<ExrChunkPacker> take();
+
+    int level_;
+    Imf::Compression compression_;
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<ExrChunkPacker>> idle_;
 };
 
 /// A packed row of deep samples.

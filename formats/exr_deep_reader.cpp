@@ -86,7 +86,8 @@ void sortFragments(LayeredImage& image) {
 
 }  // namespace
 
-ExrDeepReader::ExrDeepReader(const std::string& path) : input_(path), info_(describe(input_)) {
+ExrDeepReader::ExrDeepReader(OpenedExr opened)
+    : input_(std::move(opened.files)), info_(std::move(opened.info)) {
     const std::size_t main = findMainPart();
     parts_.push_back({main, {}});
     for (const std::size_t other : findOthers(main))
@@ -261,15 +262,7 @@ void ExrDeepReader::readCounts(const Window& window, LayeredImage& out) const {
             }
         }
     });
-    std::uint64_t total = 0;
-    for (std::uint32_t& offset : out.offsets) {
-        total += offset;
-        if (total > std::numeric_limits<std::uint32_t>::max()) {
-            throw Error(ErrorKind::kMemory, "over 2^32 fragments in one band", input_.path(),
-                        "read fewer rows at once");
-        }
-        offset = static_cast<std::uint32_t>(total);
-    }
+    countsToOffsets(out.offsets, input_.path());
 }
 
 void ExrDeepReader::readSamples(const Window& window, LayeredImage& out) const {

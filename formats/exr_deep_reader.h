@@ -29,7 +29,8 @@ class ExrDeepReader : public LayeredInput {
   public:
     /// Throws Error (kInput) if no deep part has Z, or the counts are damaged; `where` names the
     /// part.
-    explicit ExrDeepReader(const std::string& path);
+    explicit ExrDeepReader(OpenedExr opened);
+    explicit ExrDeepReader(const std::string& path) : ExrDeepReader(OpenedExr(path)) {}
     ~ExrDeepReader() override;
 
     const ExrInfo& info() const override { return info_; }

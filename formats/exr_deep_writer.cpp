@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <mutex>
 #include <sstream>
 #include <utility>
 
@@ -205,22 +204,11 @@ void ExrDeepWriter::look(const LayeredImage& image, int y0, int y1) {
 
 /// Row after row, of each all parts.
 void ExrDeepWriter::encode(const LayeredImage& image, int y0, std::size_t chunks) {
-    std::mutex mutex;
     parallelFor(chunks, [&](std::size_t i) {
-        std::unique_ptr<ExrChunkPacker> packer;
-        {
-            const std::lock_guard lock(mutex);
-            if (!idle_packers_.empty()) {
-                packer = std::move(idle_packers_.back());
-                idle_packers_.pop_back();
-            }
-        }
-        if (!packer)
-            packer = std::make_unique<ExrChunkPacker>(options_.level, options_.compression);
         const int y = y0 + static_cast<int>(i / parts_.size());
-        encodeRow(image, parts_[i % parts_.size()], y, *packer, packed_[i]);
-        const std::lock_guard lock(mutex);
-        idle_packers_.push_back(std::move(packer));
+        packers_.with([&](ExrChunkPacker& packer) {
+            encodeRow(image, parts_[i % parts_.size()], y, packer, packed_[i]);
+        });
     });
 }
 
@@ -248,14 +236,12 @@ void ExrDeepWriter::encodeRow(const LayeredImage& image, const Part& part, int y
 
 /// Frees the buffers kept for reuse where they have become many.
 void ExrDeepWriter::boundBuffers() {
-    std::size_t kept = 0;
+    std::size_t kept = packers_.bytesKept();
     for (const ExrDeepChunk& chunk : packed_)
         kept += chunk.counts.capacity() + chunk.samples.capacity();
-    for (const auto& packer : idle_packers_)
-        kept += packer->bytesKept();
     if (kept <= kCopies * kBytesInFlight) return;
     packed_.clear();
-    idle_packers_.clear();
+    packers_.clear();
 }
 
 SinkMemory ExrDeepWriter::memory() const {

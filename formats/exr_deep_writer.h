@@ -78,7 +78,7 @@ class ExrDeepWriter : public Sink {
     std::uint32_t most_samples_ = 0;  ///< in one pixel
     bool coincident_ = false;         ///< two samples of a pixel have the same Z
     std::vector<ExrDeepChunk> packed_;
-    std::vector<std::unique_ptr<ExrChunkPacker>> idle_packers_;
+    ExrPackerPool packers_{options_.level, options_.compression};
     StageTimes times_;
 };
 

@@ -40,6 +40,15 @@ struct ExrInfo {
 /// Throws Error (kInput) if the picture has no plausible parts.
 ExrInfo describe(const ExrFiles& files);
 
+/// An open picture with what its headers say, for whoever decides by them how to read it.
+struct OpenedExr {
+    /// Throws like ExrFiles and describe().
+    explicit OpenedExr(const std::string& path) : files(path), info(describe(files)) {}
+
+    ExrFiles files;
+    ExrInfo info;
+};
+
 /// Reads headers only. Throws Error (kInput).
 ExrInfo readExrInfo(const std::string& path);
 

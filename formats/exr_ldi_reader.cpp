@@ -35,14 +35,15 @@ struct ExrLdiReader::Layer {
     }
 };
 
-ExrLdiReader::ExrLdiReader(const std::string& path) : input_(path), info_(describe(input_)) {
+ExrLdiReader::ExrLdiReader(OpenedExr opened)
+    : input_(std::move(opened.files)), info_(std::move(opened.info)) {
     const std::string promised = info_.parts.front().attribute("peeler:layers");
     const bool lone_layer = info_.parts.front().attribute("peeler:layout") == kPerFileLayout &&
                             info_.layers.size() == 1 && info_.composite < 0;
     if (info_.layers.empty() && promised != "0") {
         if (info_.is_peeler) {
             throw Error(ErrorKind::kInput,
-                        "it is not a layered depth image: no part is named layer_*", path,
+                        "it is not a layered depth image: no part is named layer_*", input_.path(),
                         "render with --as ldi");
         }
         takeFlatPicture();
@@ -51,7 +52,7 @@ ExrLdiReader::ExrLdiReader(const std::string& path) : input_(path), info_(descri
         throw Error(
             ErrorKind::kInput,
             "it should have " + promised + " layers and has " + std::to_string(info_.layers.size()),
-            path, "render it again");
+            input_.path(), "render it again");
     }
     for (std::size_t i = 0; i < info_.layers.size(); ++i)
         sources_.push_back({info_.layers[i], info_.prefixes[i]});
@@ -230,15 +231,8 @@ void ExrLdiReader::read(const Window& window, LayeredImage& out) {
         forEachFragment(window.y0 + static_cast<int>(row),
                         [&](std::size_t x, const Layer&, std::size_t) { ++counts[x]; });
     });
-    std::uint64_t total = 0;
-    for (std::uint32_t& offset : out.offsets) {
-        total += offset;
-        if (total > std::numeric_limits<std::uint32_t>::max()) {
-            throw Error(ErrorKind::kMemory, "over 2^32 fragments in one band", input_.path(),
-                        "read fewer rows at once");
-        }
-        offset = static_cast<std::uint32_t>(total);
-    }
+    countsToOffsets(out.offsets, input_.path());
+    const std::size_t total = out.offsets.back();
 
     out.z.resize(total);
     out.color = {{"R", "G", "B", "A"}, info_.plan.color_type, std::move(out.color.data)};

@@ -23,7 +23,8 @@ namespace peeler {
 class ExrLdiReader : public LayeredInput {
   public:
     /// Throws Error (kInput) if the file is not layered; `where` names the part.
-    explicit ExrLdiReader(const std::string& path);
+    explicit ExrLdiReader(OpenedExr opened);
+    explicit ExrLdiReader(const std::string& path) : ExrLdiReader(OpenedExr(path)) {}
     ~ExrLdiReader() override;
 
     const ExrInfo& info() const override { return info_; }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/composite.h"
 #include "core/layered_image.h"
@@ -32,6 +33,11 @@ class LayeredInput {
 
     /// Rows of full width whose read() takes about `bytes`, at least one chunk's.
     virtual int rowsFor(std::uint64_t bytes) const = 0;
+
+  protected:
+    /// Turns the counts of the pixels, after a leading 0, into LayeredImage::offsets. Throws Error
+    /// (kMemory).
+    static void countsToOffsets(std::vector<std::uint32_t>& counts, const std::string& path);
 };
 
 /// Whether the headers promise fragments, be they of an empty picture: what openLayered() is for.
@@ -41,5 +47,6 @@ bool isLayered(const ExrInfo& info);
 /// Throws Error (kInput) for what has no fragments to read (our own composites, too); `where` names
 /// path and part.
 std::unique_ptr<LayeredInput> openLayered(const std::string& path);
+std::unique_ptr<LayeredInput> openLayered(OpenedExr opened);
 
 }  // namespace peeler
