@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bundles of rays: which rays are traced together, as one picture is rendered.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/scene_contents.h"
+#include "core/view.h"
+
+namespace peeler {
+
+/// How dense the rays of a bundle are: so many along its longer side, or so far apart.
+struct RayGrid {
+    int resolution = 1024;
+    double spacing = 0;  ///< scene units; 0 = by the resolution
+};
+
+/// A grid of rays, one through the centre of every pixel of `view`; row by row, the upper row
+/// first. Its `extra[0]` being the keys (kKeyChannel), a band of such a picture is the hits of its
+/// rays.
+struct Bundle {
+    std::string name;  ///< unique among those traced together: "bundle_000"
+    View view;
+
+    bool parallel() const { return !view.projection.perspective; }
+    std::size_t rays() const { return view.crop.pixels(); }
+    /// Unit vectors in world space: where the axis goes, and the sides of the picture.
+    glm::dvec3 direction() const { return -glm::dvec3(view.camera_to_world[2]); }
+    glm::dvec3 right() const { return glm::dvec3(view.camera_to_world[0]); }
+    glm::dvec3 up() const { return glm::dvec3(view.camera_to_world[1]); }
+    /// Where t = 0: in the middle of the plane that all parallel rays start from, or the eye.
+    glm::dvec3 origin() const { return glm::dvec3(view.camera_to_world[3]); }
+    /// Scene units; of a pinhole bundle at distance 1.
+    glm::dvec2 size() const {
+        return 2.0 * glm::dvec2(view.projection.half_width, view.projection.half_height);
+    }
+    /// t of a hit at camera Z 1 on the ray of pixel (x, y) of the picture: t is the distance from
+    /// where the ray starts.
+    double tScale(int x, int y) const;
+};
+
+/// Parallel rays along `direction` (of any length but 0) that cover `area` seen from there, and
+/// from end to end all of `scene`: the ends cut nothing. Rays do not begin at the border but half a
+/// ray further out, so a face along it is not half missed. Deterministic: the same direction
+/// gives the same sides. Throws Error (kUsage) if there would be more than 2^30 rays or a
+/// side over 65536.
+Bundle parallelBundle(std::string name, const Bounds& area, const Bounds& scene,
+                      const glm::dvec3& direction, const RayGrid& grid);
+
+/// Along +X, +Y and +Z (a layered depth normal image: Chen & Wang 2008) with all rays on one
+/// lattice of cubes: the rays of each go through the centres of the cells.
+struct AxisBundles {
+    std::vector<Bundle> bundles;  ///< three
+    glm::dvec3 corner{0};         ///< least corner of the first cell, world space
+    double spacing = 0;           ///< side of a cell
+    glm::ivec3 cells{0};          ///< along x, y, z
+};
+AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& grid);
+
+}  // namespace peeler
