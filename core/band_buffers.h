@@ -20,18 +20,18 @@ class BandBuffers {
     explicit BandBuffers(const gl::Functions& gl) : gl_(gl) {}
 
     /// Bytes of one fragment in these buffers.
-    static std::size_t fragmentBytes(PixelType color_type) {
-        return sizeof(float) + sizeof(std::uint32_t) + 4 * pixelTypeSize(color_type);
+    static std::size_t fragmentBytes(std::size_t color_bytes) {
+        return sizeof(float) + sizeof(std::uint32_t) + color_bytes;
     }
 
     /// Bytes of one pixel of a composite.
     static std::size_t compositeBytes() { return 5 * sizeof(std::uint32_t) + 4 * sizeof(float); }
 
     void reserveSlots(std::size_t pixels) { reserve(slots_, pixels * sizeof(std::uint32_t)); }
-    void reserveFragments(std::size_t fragments, PixelType color_type) {
+    void reserveFragments(std::size_t fragments, std::size_t color_bytes) {
         reserve(depths_, fragments * sizeof(float));
         reserve(primitives_, fragments * sizeof(std::uint32_t));
-        reserve(colors_, fragments * 4 * pixelTypeSize(color_type));
+        if (color_bytes > 0) reserve(colors_, fragments * color_bytes);
     }
     /// Room for what channels.frag yields, all 0.
     void clearForChannels(std::size_t floats) {

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/gather.h"
+#include "core/refine.h"
 #include "core/supersampling.h"
 
 namespace peeler {
@@ -17,6 +18,12 @@ constexpr std::uint32_t kNoLimit = 0xFFFFFFFFU;
 
 std::uint32_t limitOf(const BandRequest& request) {
     return request.layers ? request.layers : kNoLimit;
+}
+
+std::vector<std::string> colorChannels(Hits hits) {
+    if (hits == Hits::kNone) return {"R", "G", "B", "A"};
+    if (hits == Hits::kSloped) return {"dDepth.X", "dDepth.Y"};
+    return {};
 }
 
 /// The largest value of the pixels of `area`, which lies in `band`.
@@ -48,6 +55,7 @@ void BandCapture::setView(const View& view, const CaptureSettings& settings) {
     view_ = view;
     settings_ = settings;
     clip_band_ = {};
+    largest_correction_ = 0;
     rasterizer_.setView(view, settings);
 }
 
@@ -64,7 +72,7 @@ void BandCapture::free() {
 }
 
 std::uint64_t BandCapture::fragmentBytes() const {
-    return BandBuffers::fragmentBytes(settings_.color_type) +
+    return BandBuffers::fragmentBytes(settings_.colorBytes()) +
            shadedComponents(settings_.channels) * sizeof(float);
 }
 
@@ -176,7 +184,7 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
         const StageTimer timer(times_, "capture");
         prepareClip(band);
         buffers_.reserveSlots(pixels);
-        buffers_.reserveFragments(fragments, settings_.color_type);
+        buffers_.reserveFragments(fragments, settings_.colorBytes());
         {
             const auto mapping = buffers_.slots().overwrite(pixels * sizeof(std::uint32_t));
             std::copy_n(first_.begin(), pixels, mapping.as<std::uint32_t>());
@@ -202,16 +210,20 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
     const StageTimer timer(times_, "sort");
     const auto depths = buffers_.depths().read(fragments * sizeof(float));
     const auto primitives = buffers_.primitives().read(fragments * sizeof(std::uint32_t));
-    const auto colors = buffers_.colors().read(fragments * 4 * pixelTypeSize(settings_.color_type));
     out.window = band;
-    out.color.channels = {"R", "G", "B", "A"};
-    out.color.type = settings_.color_type;
+    out.color.type = settings_.hits == Hits::kSloped ? PixelType::kFloat : settings_.color_type;
     out.extra.clear();
-    const bool keyed = request.keys || !settings_.channels.empty();
+    const bool keyed = request.keys || settings_.hits != Hits::kNone || !settings_.channels.empty();
     std::vector<std::uint32_t> sources;
-    gather({first_, depths.as<const float>(), primitives.as<const std::uint32_t>(),
-            colors.as<const void>()},
-           view_.projection, request.layers, out, keyed ? &sources : nullptr);
+    const auto gather_into = [&](const void* colors) {
+        gather({first_, depths.as<const float>(), primitives.as<const std::uint32_t>(), colors},
+               view_.projection, request.layers, out, keyed ? &sources : nullptr);
+    };
+    out.color.channels = colorChannels(settings_.hits);
+    if (out.color.components() == 0)
+        gather_into(nullptr);
+    else
+        gather_into(buffers_.colors().read(fragments * settings_.colorBytes()).as<const void>());
     if (keyed) addChannels(request, primitives.as<const std::uint32_t>(), sources, out);
     return passes;
 }
@@ -239,7 +251,7 @@ int BandCapture::captureChannels(const Window& band, std::size_t fragments) {
 }
 
 void BandCapture::addChannels(const BandRequest& request, const std::uint32_t* primitives,
-                              std::span<const std::uint32_t> sources, LayeredImage& out) const {
+                              std::span<std::uint32_t> sources, LayeredImage& out) {
     FragmentArray array{{kKeyChannel}, PixelType::kUint, {}};
     array.data.resize(sources.size() * sizeof(std::uint32_t));
     const std::span<std::uint32_t> keys = array.as<std::uint32_t>();
@@ -247,6 +259,8 @@ void BandCapture::addChannels(const BandRequest& request, const std::uint32_t* p
         keys[i] = primitives[sources[i]];
     const std::size_t floats = shadedComponents(settings_.channels) * first_.back();
     FragmentSources from{scene_, *contents_, gpu_scene_.list(), view_, next_frame_, keys, sources};
+    if (settings_.hits == Hits::kRefined)
+        largest_correction_ = std::max(largest_correction_, refineHits(from, out, keys, sources));
     if (floats == 0) {
         appendChannels(from, settings_.channels, out);
     } else {
@@ -254,7 +268,8 @@ void BandCapture::addChannels(const BandRequest& request, const std::uint32_t* p
         from.values = values.as<const float>();
         appendChannels(from, settings_.channels, out);
     }
-    if (request.keys) out.extra.insert(out.extra.begin(), std::move(array));
+    if (request.keys || settings_.hits != Hits::kNone)
+        out.extra.insert(out.extra.begin(), std::move(array));
 }
 
 int BandCapture::composite(CompositeMethod& method, const BandRequest& request,

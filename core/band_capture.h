@@ -27,7 +27,8 @@ struct BandRequest {
     std::span<const std::uint32_t> counts;  ///< of the band's pixels, as count() found them
     std::uint32_t layers = 0;               ///< the nearest to keep; 0 = all
     bool tail = false;                      ///< composite: blend the others behind them
-    bool keys = false;  ///< layers: with their draw-order keys as the first extra array
+    /// Layers: with their draw-order keys as the first extra array; hits always have them.
+    bool keys = false;
 };
 
 /// Owns the uploaded scene and the buffers. "count", "capture" and "sort" are added to the times.
@@ -60,6 +61,9 @@ class BandCapture {
     /// Composites a band. Returns and throws like layers().
     int composite(CompositeMethod& method, const BandRequest& request, CompositeImage& out);
 
+    const DrawList& list() const { return gpu_scene_.list(); }
+    /// The largest change of Z that refining hits has made since the last setView().
+    double largestCorrection() const { return largest_correction_; }
     /// Which surface a primitive's key belongs to (DrawList::surfaceOf).
     std::uint32_t surfaceOf(std::uint32_t key) const { return gpu_scene_.list().surfaceOf(key); }
 
@@ -89,7 +93,7 @@ class BandCapture {
     /// Another geometry pass, which finds what channels.frag yields of the captured fragments.
     int captureChannels(const Window& band, std::size_t fragments);
     void addChannels(const BandRequest& request, const std::uint32_t* primitives,
-                     std::span<const std::uint32_t> sources, LayeredImage& out) const;
+                     std::span<std::uint32_t> sources, LayeredImage& out);
     void readComposite(const BandRequest& request, CompositeImage& out);
 
     gl::Context& context_;
@@ -104,6 +108,7 @@ class BandCapture {
     CaptureSettings settings_;
     std::vector<std::uint32_t> first_;  ///< of the band being captured, pixels + 1 entries
     Window clip_band_;                  ///< whose boundary the buffers hold
+    double largest_correction_ = 0;
 };
 
 }  // namespace peeler

@@ -35,6 +35,15 @@ enum class Tail : std::uint8_t {
     kBlend  ///< composites: blended behind them as a weighted average
 };
 
+/// Rays instead of a picture: fragments have no colour, their keys (kKeyChannel) are the first
+/// extra array, and nothing is cut off before the near or behind the far plane.
+enum class Hits : std::uint8_t {
+    kNone,     ///< a picture
+    kRefined,  ///< Z is found anew in double precision from the primitive, and sorted by
+    kRaw,      ///< as the rasteriser has them
+    kSloped    ///< likewise; in place of colours, how depth changes (LayeredImage::color)
+};
+
 struct CaptureSettings {
     std::string method = "a-buffer";  ///< a name of the method table (core/peel/method.h)
     Surfaces surfaces = Surfaces::kAll;
@@ -45,6 +54,7 @@ struct CaptureSettings {
     bool opaque_only = false;  ///< nothing that is BLEND or transmits light
     ClipVolume clip{};         ///< fragments on the wrong side do not count
     PixelType color_type = PixelType::kHalf;  ///< or kFloat
+    Hits hits = Hits::kNone;
     std::vector<Channel>
         channels{};                ///< of every fragment, in the order of the table; not composites
     std::uint32_t max_layers = 0;  ///< nearest layers to keep; 0 = all
@@ -55,6 +65,12 @@ struct CaptureSettings {
     bool composite = false;
     std::uint64_t memory = 0;                 ///< most resident bytes of the process; 0 = no budget
     std::uint64_t band_bytes = 384ULL << 20;  ///< most bytes of a band; less under a tight budget
+
+    /// Bytes of what a fragment has in the place of its colour.
+    std::size_t colorBytes() const {
+        if (hits == Hits::kNone) return 4 * pixelTypeSize(color_type);
+        return hits == Hits::kSloped ? 2 * sizeof(float) : 0;
+    }
 };
 
 }  // namespace peeler

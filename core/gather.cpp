@@ -62,7 +62,7 @@ void gatherRow(const CapturedFragments& captured, const Projection& projection,
         for (std::uint32_t k = 0; k < kept; ++k) {
             const double depth = static_cast<double>(entries[k].depth);
             out.z[to + k] = static_cast<float>(projection.linearZ(depth));
-            out_colors[to + k] = colors[entries[k].index];
+            if (colors) out_colors[to + k] = colors[entries[k].index];
             if (sources) sources[to + k] = entries[k].index;
         }
     }
@@ -97,7 +97,7 @@ void gather(const CapturedFragments& captured, const Projection& projection,
     const auto rows = static_cast<std::size_t>(out.window.height());
     parallelFor(rows, [&](std::size_t row) {
         thread_local std::vector<Entry> entries;
-        if (out.color.type == PixelType::kHalf)
+        if (out.color.stride() <= sizeof(HalfColor))
             gatherRow<HalfColor>(captured, projection, row * width, width, out, out_sources,
                                  entries);
         else

@@ -17,7 +17,7 @@ struct CapturedFragments {
     std::span<const std::uint32_t> first;  ///< pixels + 1 entries
     const float* depth;                    ///< reversed Z: larger is nearer
     const std::uint32_t* primitive;        ///< draw order
-    const void* color;                     ///< 4 halfs or 4 floats a fragment
+    const void* color;                     ///< 8 or 16 bytes a fragment; null = none
 };
 
 /// Sorts every pixel's list by (depth, primitive), keeps the nearest `max_layers` (0 = all), turns

@@ -46,8 +46,10 @@ struct LayeredImage {
     Window window;
     std::vector<std::uint32_t> offsets;  ///< window.pixels() + 1 entries, offsets[0] = 0
     std::vector<float> z;                ///< camera Z, positive in front, scene units
-    FragmentArray color;                 ///< R,G,B,A; linear Rec. 709, premultiplied; half or float
-    std::vector<FragmentArray> extra;    ///< the other channels that were asked for
+    /// R,G,B,A; linear Rec. 709, premultiplied; half or float. Of hits nothing, or dDepth.X and
+    /// dDepth.Y (float): by how much buffer depth grows to the next pixel's ray, y up.
+    FragmentArray color;
+    std::vector<FragmentArray> extra;  ///< the other channels that were asked for
 
     std::size_t fragments() const { return z.size(); }
     std::size_t pixelIndex(int x, int y) const {

@@ -125,6 +125,14 @@ void Renderer::setNextFrame(NextFrame next) {
     state_->band_capture.setNextFrame(&state_->next_frame);
 }
 
+const DrawList& Renderer::drawList() const {
+    return state_->band_capture.list();
+}
+
+const SceneContents& Renderer::contents() const {
+    return state_->contents;
+}
+
 StageTimes Renderer::takeTimes() {
     return std::exchange(state_->times, {});
 }
@@ -147,6 +155,11 @@ void checkSettings(const CaptureSettings& settings) {
     if (settings.tail == Tail::kBlend && !settings.composite) {
         throw Error(ErrorKind::kUsage, "layers are stored as they are found, never blended",
                     "--tail blend", "add --as composite or write a .png, or leave --tail out");
+    }
+    if (settings.hits != Hits::kNone && (!method->layers()->takesAll() || settings.composite ||
+                                         settings.samples > 1 || settings.max_layers != 0)) {
+        throw Error(ErrorKind::kInternal, "all hits of rays are found at once, and as they are",
+                    where);
     }
     if (settings.composite && !settings.channels.empty()) {
         throw Error(ErrorKind::kUsage, "a composite that is found on the fly has no channels",
@@ -184,7 +197,7 @@ void Renderer::State::freeBands() {
 
 BandCosts Renderer::State::costs() const {
     const PixelType type = settings.color_type;
-    const std::uint64_t color = 4 * pixelTypeSize(type);
+    const std::uint64_t color = settings.colorBytes();
     const std::uint64_t tile = band_capture.tilePixels();
     const bool float_color = type == PixelType::kFloat;
     BandCosts costs;
@@ -203,9 +216,10 @@ BandCosts Renderer::State::costs() const {
         const std::uint64_t channels = channelBytes(settings.channels, type);
         costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color + channels;
         // Keys and where fragments were captured.
-        if (channels > 0) costs.fragment_bytes += 2 * sizeof(std::uint32_t);
-        costs.largest_array_bytes =
-            std::max<std::uint64_t>(color, shadedComponents(settings.channels) * sizeof(float));
+        if (channels > 0 || settings.hits != Hits::kNone)
+            costs.fragment_bytes += 2 * sizeof(std::uint32_t);
+        costs.largest_array_bytes = std::max<std::uint64_t>(
+            {color, shadedComponents(settings.channels) * sizeof(float), sizeof(float)});
         // All samples are held until they are merged, with their primitives and while sorting.
         if (mergesLayers()) {
             costs.fragment_bytes += color + channels + 16 * sizeof(float);
@@ -236,8 +250,7 @@ std::uint64_t Renderer::State::rowFragments(int y) const {
 
 /// What the sinks hold besides a band, and of it.
 void Renderer::State::addSinks(std::span<Sink* const> sinks, BandCosts& with_sinks) const {
-    const std::uint64_t fragment =
-        sizeof(float) + 4 * pixelTypeSize(settings.color_type) + plan.channel_bytes;
+    const std::uint64_t fragment = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
     const auto width = static_cast<std::uint64_t>(plan.view.crop.width());
     for (const Sink* sink : sinks) {
         const SinkMemory memory = sink->memory();
@@ -364,6 +377,7 @@ void Renderer::State::fillPlan() {
     const DepthComplexity& complexity = merged ? *merged : *samples;
     plan.color_type = settings.color_type;
     plan.channel_bytes = channelBytes(settings.channels, settings.color_type);
+    if (settings.hits != Hits::kNone) plan.channel_bytes += sizeof(std::uint32_t);
     plan.samples = settings.samples;
     plan.layers = complexity.layers(method->exact() ? limit : 0);
     plan.fragments_counted = complexity.counted();
@@ -487,6 +501,7 @@ CaptureReport Renderer::capture(std::span<Sink* const> sinks, const Progress& pr
         }
     }
     s.report.passes = passes;
+    s.report.largest_correction = s.band_capture.largestCorrection();
     if (!s.settings.composite && stored != s.plan.fragments_stored) {
         throw Error(ErrorKind::kInternal, std::to_string(stored) + " fragments were captured and " +
                                               std::to_string(s.plan.fragments_stored) + " planned");

@@ -21,6 +21,7 @@ namespace peeler {
 struct CaptureReport {
     int passes = 0;  ///< geometry passes over a band, the count pass not included
     int bands = 0;
+    double largest_correction = 0;  ///< of a hit's Z by refining, scene units
 };
 
 /// Called from the capturing thread with the share done, 0 to 1, never falling.
@@ -60,6 +61,10 @@ class Renderer {
     /// the composite. begin() and finish() of the sinks are the caller's. Throws what the sinks
     /// throw, and Error (kInternal) if any pixel's fragments differ in number from the count.
     CaptureReport capture(std::span<Sink* const> sinks, const Progress& progress = {});
+
+    /// What the keys of fragments stand for, until setContents().
+    const DrawList& drawList() const;
+    const SceneContents& contents() const;
 
     /// What the stages have taken since the last call.
     StageTimes takeTimes();

@@ -96,6 +96,7 @@ class SceneRasterizer {
     gl::PassState passState(GLuint framebuffer, const Window& area) const;
     /// Whether opaque surfaces hide what is behind them.
     bool bounded() const { return settings_.surfaces != Surfaces::kAll; }
+    Hits hits() const { return settings_.hits; }
     bool floatColor() const { return settings_.color_type == PixelType::kFloat; }
     const gl::Functions& functions() const { return context_.functions(); }
     /// Bytes of textures a tile needs for the opaque bound.

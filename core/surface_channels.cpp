@@ -12,7 +12,7 @@
 
 #include "core/parallel.h"
 #include "core/pixel_rays.h"
-#include "core/primitive_corners.h"
+#include "core/placed_element.h"
 
 namespace peeler {
 namespace {
@@ -56,82 +56,24 @@ struct Band {
 struct Fragment {
     glm::dvec2 at{0};  // in the picture
     double z = 0;
-    KeyOrigin origin;
-    const MeshInstance* instance = nullptr;
-    const Primitive* primitive = nullptr;
-    // The rest only if a channel asks for it.
-    Corners corners;
-    std::array<glm::dvec3, 3> corner{};  // world space
-    glm::dvec3 direction{0};             // of the pixel's ray; not of unit length
-    std::array<double, 3> weight{};      // of the corners
+    PlacedElement element;
+    // The rest, and the element's corners, only if a channel asks for it.
+    glm::dvec3 direction{0};         // of the pixel's ray; not of unit length
+    std::array<double, 3> weight{};  // of the corners
 };
-
-using Positions = std::array<glm::dvec3, 3>;
-
-Positions cornerPositions(const Scene& scene, const SceneContents& contents,
-                          const Fragment& fragment) {
-    const MeshInstance& instance = contents.meshes[fragment.origin.instance];
-    const auto& positions = positionsOf(scene, contents, instance, fragment.origin.primitive);
-    Positions world{};
-    for (std::size_t i = 0; i < static_cast<std::size_t>(fragment.corners.count); ++i) {
-        const glm::dvec3 local(positions[fragment.corners.vertex[i]]);
-        world[i] = glm::dvec3(instance.world * glm::dvec4(local, 1));
-    }
-    return world;
-}
-
-double clamped(double weight) {
-    return weight > 0 ? std::min(weight, 1.0) : 0;  // NaN (seen edge-on) becomes 0
-}
-
-/// Where the ray meets the plane of the triangle (Möller & Trumbore 1997).
-void weighTriangle(const glm::dvec3& origin, Fragment& f) {
-    const glm::dvec3 e1 = f.corner[1] - f.corner[0], e2 = f.corner[2] - f.corner[0];
-    const glm::dvec3 across = glm::cross(f.direction, e2), to = origin - f.corner[0];
-    const double determinant = glm::dot(e1, across);
-    double u = clamped(glm::dot(to, across) / determinant);
-    double v = clamped(glm::dot(f.direction, glm::cross(to, e1)) / determinant);
-    if (const double sum = u + v; sum > 1) {
-        u /= sum;
-        v /= sum;
-    }
-    f.weight = {1 - u - v, u, v};
-}
-
-/// Where the line is nearest to the ray.
-void weighLine(const glm::dvec3& origin, Fragment& f) {
-    const glm::dvec3 along = f.corner[1] - f.corner[0];
-    const glm::dvec3 normal = glm::cross(f.direction, glm::cross(f.direction, along));
-    const double u = clamped(glm::dot(origin - f.corner[0], normal) / glm::dot(along, normal));
-    f.weight = {1 - u, u, 0};
-}
 
 void findPoint(const Band& band, Fragment& f) {
     const View& view = band.sources.view;
-    f.corners = cornersOf(*f.primitive, f.origin.element);
-    f.corner = cornerPositions(band.sources.scene, band.sources.contents, f);
+    placeCorners(band.sources.scene, band.sources.contents, f.element);
     const glm::dvec3 origin = worldPosition(view, f.at.x, f.at.y, 0);
     f.direction = worldPosition(view, f.at.x, f.at.y, 1) - origin;
-    f.weight = {1, 0, 0};
-    if (f.corners.count == 3) weighTriangle(origin, f);
-    if (f.corners.count == 2) weighLine(origin, f);
-}
-
-glm::dvec3 weighted(const Positions& corners, const std::array<double, 3>& weight) {
-    return weight[0] * corners[0] + weight[1] * corners[1] + weight[2] * corners[2];
-}
-
-/// Counter-clockwise in the mesh; 0 for lines, points and what has no area.
-glm::dvec3 triangleNormal(const Fragment& f) {
-    if (f.corners.count < 3) return glm::dvec3(0);
-    const glm::dvec3 normal = glm::cross(f.corner[1] - f.corner[0], f.corner[2] - f.corner[0]);
-    return f.instance->mirrored ? -normal : normal;
+    f.weight = f.element.weightsAt(origin, f.direction);
 }
 
 // One function a channel: its components, as doubles, which hold any id.
 
 void normalOfTriangle(const Band&, const Fragment& f, double* out) {
-    glm::dvec3 normal = triangleNormal(f);
+    glm::dvec3 normal = f.element.normal();
     if (glm::dot(normal, f.direction) > 0) normal = -normal;
     const double size = glm::length(normal);
     normal = size > 0 ? normal / size : -glm::normalize(f.direction);
@@ -144,24 +86,26 @@ void position(const Band& band, const Fragment& f, double* out) {
 }
 
 void facing(const Band&, const Fragment& f, double* out) {
-    *out = glm::dot(triangleNormal(f), f.direction) > 0 ? -1 : 1;
+    *out = glm::dot(f.element.normal(), f.direction) > 0 ? -1 : 1;
 }
 
 void motion(const Band& band, const Fragment& f, double* out) {
     const NextFrame* next = band.sources.next;
     glm::dvec2 before, after;
-    if (!next || !band.now.project(weighted(f.corner, f.weight), before)) return;
-    const Positions moved = cornerPositions(band.sources.scene, next->contents, f);
-    if (!band.next.project(weighted(moved, f.weight), after)) return;
+    if (!next || !band.now.project(f.element.weighted(f.weight), before)) return;
+    PlacedElement moved = f.element;
+    placeCorners(band.sources.scene, next->contents, moved);
+    if (!band.next.project(moved.weighted(f.weight), after)) return;
     out[0] = after.x - before.x;
     out[1] = after.y - before.y;
 }
 
 void identity(const Band& band, const Fragment& f, double* out) {
-    out[0] = f.instance->node + 1.0;
-    out[1] = f.primitive->material + 1.0;
-    out[2] = f.origin.in_mesh + 1.0;
-    out[3] = band.ordinals[f.origin.instance] + 1.0;
+    const PlacedElement& element = f.element;
+    out[0] = element.instance->node + 1.0;
+    out[1] = element.primitive->material + 1.0;
+    out[2] = element.origin.in_mesh + 1.0;
+    out[3] = band.ordinals[element.origin.instance] + 1.0;
 }
 
 void barycentric(const Band&, const Fragment& f, double* out) {
@@ -232,10 +176,8 @@ class ChannelFiller {
         Fragment f;
         f.at = at;
         f.z = static_cast<double>(z);
-        f.origin = sources.list.originOf(sources.keys[fragment]);
-        f.instance = &sources.contents.meshes[f.origin.instance];
-        f.primitive = &sources.scene.meshes[static_cast<std::size_t>(f.instance->mesh)]
-                           .primitives[f.origin.primitive];
+        f.element =
+            elementOf(sources.scene, sources.contents, sources.list, sources.keys[fragment]);
         if (needs_point_) findPoint(band_, f);
         const float* shaded = shaded_components_ == 0
                                   ? nullptr

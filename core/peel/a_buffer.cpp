@@ -16,9 +16,11 @@ class ABuffer final : public LayerMethod {
         const auto& gl = rasterizer.functions();
         const Window& tile = rasterizer.tile();
         const auto framebuffer = gl::makeEmptyFramebuffer(gl, tile.width(), tile.height());
-        rasterizer.draw(
-            {.fragment_shader = "a_buffer.frag", .shades = true, .framebuffer = framebuffer.name()},
-            area);
+        GeometryPass pass{.fragment_shader = "a_buffer.frag", .shades = true};
+        if (rasterizer.hits() != Hits::kNone) pass = {.fragment_shader = "hits.frag"};
+        if (rasterizer.hits() == Hits::kSloped) pass.definitions = "SLOPES";
+        pass.framebuffer = framebuffer.name();
+        rasterizer.draw(pass, area);
         return 1;
     }
 };

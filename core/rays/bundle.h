@@ -15,7 +15,9 @@ namespace peeler {
 /// How dense the rays of a bundle are: so many along its longer side, or so far apart.
 struct RayGrid {
     int resolution = 1024;
-    double spacing = 0;  ///< scene units; 0 = by the resolution
+    double spacing = 0;     ///< scene units; 0 = by the resolution
+    double roll = 0;        ///< radians by which the sides are turned about the direction
+    glm::dvec2 shift{0.5};  ///< where in its cell each ray lies, 0–1, y down
 };
 
 /// A grid of rays, one through the centre of every pixel of `view`; row by row, the upper row
@@ -42,11 +44,10 @@ struct Bundle {
     double tScale(int x, int y) const;
 };
 
-/// Parallel rays along `direction` (of any length but 0) that cover `area` seen from there, and
-/// from end to end all of `scene`: the ends cut nothing. Rays do not begin at the border but half a
-/// ray further out, so a face along it is not half missed. Deterministic: the same direction
-/// gives the same sides. Throws Error (kUsage) if there would be more than 2^30 rays or a
-/// side over 65536.
+/// Parallel rays along `direction` (of any length but 0) that cover `area` as seen from there, and
+/// all of `scene` from end to end. Deterministic: the same direction gives the same sides, up being
+/// +Y, or +Z for directions along Y. Throws Error (kUsage) if there would be more than 2^30 rays or
+/// 65536 on a side.
 Bundle parallelBundle(std::string name, const Bounds& area, const Bounds& scene,
                       const glm::dvec3& direction, const RayGrid& grid);
 

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/rays/bundle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include "core/error.h"
+
+namespace peeler {
+namespace {
+
+constexpr double kMaxSide = 65536;
+constexpr double kMaxRays = 1 << 30;
+// Room around what is covered, by its size: what lies on the border stays inside when it is
+// rounded to the floats of GL, and is not clipped there.
+constexpr double kMargin = 1e-6;
+// Room at the ends: GL cuts nothing off, but depths are told apart only between them.
+constexpr double kEndMargin = 1e-3;
+
+/// Columns: right, up, backward (against the direction).
+glm::dmat3 sides(const glm::dvec3& direction, double roll = 0) {
+    const glm::dvec3 forward = glm::normalize(direction);
+    const bool upright = std::abs(forward.y) > 0.999;
+    const glm::dvec3 right =
+        glm::normalize(glm::cross(forward, upright ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0)));
+    const glm::dvec3 up = glm::cross(right, forward);
+    const double c = std::cos(roll), s = std::sin(roll);
+    return {c * right + s * up, c * up - s * right, -forward};
+}
+
+/// A box along the axes of `frame` around the corners of the bounds.
+Bounds boxIn(const glm::dmat3& frame, const Bounds& bounds) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    Bounds box{glm::dvec3(kInfinity), glm::dvec3(-kInfinity)};
+    for (int corner = 0; corner < 8; ++corner) {
+        glm::dvec3 at;
+        for (int axis = 0; axis < 3; ++axis)
+            at[axis] = corner >> axis & 1 ? bounds.max[axis] : bounds.min[axis];
+        const glm::dvec3 inside = glm::transpose(frame) * at;
+        box.min = glm::min(box.min, inside);
+        box.max = glm::max(box.max, inside);
+    }
+    return box;
+}
+
+double extentOf(const Bounds& bounds) {
+    const glm::dvec3 size = bounds.max - bounds.min;
+    const double extent = std::max({size.x, size.y, size.z});
+    return extent > 0 ? extent : 1;  // a lone point
+}
+
+/// Rays `spacing` apart around `center` (of which the depth does not matter).
+Bundle latticeBundle(std::string name, const glm::dmat3& frame, const glm::dvec3& center,
+                     const glm::dvec2& rays, double spacing, const Bounds& scene) {
+    if (!(rays.x <= kMaxSide && rays.y <= kMaxSide && rays.x * rays.y <= kMaxRays)) {
+        throw Error(ErrorKind::kUsage, "a bundle would have more rays than 2^30", "",
+                    "give a lower --resolution, a larger --spacing or smaller --bounds");
+    }
+    const Bounds box = boxIn(frame, scene);  // its z grows backward
+    const double margin = kEndMargin * extentOf(scene);
+    const glm::dvec3 middle = glm::transpose(frame) * center;
+    Bundle bundle;
+    bundle.name = std::move(name);
+    View& view = bundle.view;
+    view.camera_name = bundle.name;
+    view.camera_to_world = glm::dmat4(frame);
+    view.camera_to_world[3] =
+        glm::dvec4(frame * glm::dvec3(middle.x, middle.y, box.max.z + margin), 1);
+    view.width = static_cast<int>(rays.x);
+    view.height = static_cast<int>(rays.y);
+    view.crop = {0, 0, view.width, view.height};
+    view.projection.perspective = false;
+    view.projection.half_width = rays.x * spacing / 2;
+    view.projection.half_height = rays.y * spacing / 2;
+    view.projection.near = 0;
+    view.projection.far = box.max.z - box.min.z + 2 * margin;
+    return bundle;
+}
+
+/// At least one.
+double raysAcross(double extent, double spacing) {
+    return std::max(1.0, std::ceil(extent / spacing - kMargin));
+}
+
+}  // namespace
+
+double Bundle::tScale(int x, int y) const {
+    if (parallel()) return 1;
+    const glm::dvec2 at = glm::dvec2(x, y) + view.sample;
+    return glm::distance(worldPosition(view, at.x, at.y, 1), origin());
+}
+
+Bundle parallelBundle(std::string name, const Bounds& area, const Bounds& scene,
+                      const glm::dvec3& direction, const RayGrid& grid) {
+    const glm::dmat3 frame = sides(direction, grid.roll);
+    const Bounds box = boxIn(frame, area);
+    const glm::dvec2 size = glm::dvec2(box.max - box.min) + 2 * kMargin * extentOf(area);
+    const double spacing =
+        grid.spacing > 0 ? grid.spacing : std::max(size.x, size.y) / grid.resolution;
+    Bundle bundle =
+        latticeBundle(std::move(name), frame, frame * (0.5 * (box.min + box.max)),
+                      {raysAcross(size.x, spacing), raysAcross(size.y, spacing)}, spacing, scene);
+    bundle.view.sample = grid.shift;
+    return bundle;
+}
+
+AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& grid) {
+    const glm::dvec3 size = area.max - area.min + 2 * kMargin * extentOf(area);
+    AxisBundles axes;
+    axes.spacing =
+        grid.spacing > 0 ? grid.spacing : std::max({size.x, size.y, size.z}) / grid.resolution;
+    const glm::dvec3 center = 0.5 * (area.min + area.max);
+    glm::dvec3 cells;
+    for (int axis = 0; axis < 3; ++axis)
+        cells[axis] = raysAcross(size[axis], axes.spacing);
+    axes.corner = center - 0.5 * axes.spacing * cells;
+    constexpr const char* kNames[] = {"axis_x", "axis_y", "axis_z"};
+    for (int axis = 0; axis < 3; ++axis) {
+        glm::dvec3 direction(0);
+        direction[axis] = 1;
+        const glm::dmat3 frame = sides(direction);
+        // Right and up lie along axes: how many cells there are.
+        const glm::dvec2 rays(glm::abs(glm::dot(frame[0], cells)),
+                              glm::abs(glm::dot(frame[1], cells)));
+        axes.bundles.push_back(
+            latticeBundle(kNames[axis], frame, center, rays, axes.spacing, scene));
+    }
+    axes.cells = glm::ivec3(cells);
+    return axes;
+}
+
+}  // namespace peeler
