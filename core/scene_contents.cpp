@@ -163,6 +163,16 @@ SceneContents contents(const Scene& scene, int scene_index) {
     return contents(scene, scene_index, restPose(scene));
 }
 
+std::vector<std::uint32_t> instanceOrdinals(const SceneContents& contents) {
+    std::vector<std::uint32_t> ordinals;
+    for (const MeshInstance& instance : contents.meshes) {
+        const bool more =
+            !ordinals.empty() && contents.meshes[ordinals.size() - 1].node == instance.node;
+        ordinals.push_back(more ? ordinals.back() + 1 : 0);
+    }
+    return ordinals;
+}
+
 const std::vector<glm::vec3>& positionsOf(const Scene& scene, const SceneContents& contents,
                                           const MeshInstance& instance, std::size_t primitive) {
     if (instance.deformed >= 0)

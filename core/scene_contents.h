@@ -2,6 +2,7 @@
 // What a scene shows at a moment: meshes, cameras and lights in their places.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -48,6 +49,9 @@ struct SceneContents {
 SceneContents contents(const Scene& scene, int scene_index, const Pose& pose);
 /// At rest.
 SceneContents contents(const Scene& scene, int scene_index);
+
+/// Of every instance, which it is among those of its node.
+std::vector<std::uint32_t> instanceOrdinals(const SceneContents& contents);
 
 /// The positions of a primitive of an instance, in the space that its `world` starts from.
 const std::vector<glm::vec3>& positionsOf(const Scene& scene, const SceneContents& contents,

@@ -39,13 +39,10 @@ class PixelProjection {
 /// What all fragments of a band share.
 struct Band {
     explicit Band(const FragmentSources& s)
-        : sources(s), now(s.view), next(s.next ? s.next->view : s.view) {
-        for (const MeshInstance& instance : s.contents.meshes) {
-            const bool more =
-                !ordinals.empty() && s.contents.meshes[ordinals.size() - 1].node == instance.node;
-            ordinals.push_back(more ? ordinals.back() + 1 : 0);
-        }
-    }
+        : sources(s),
+          now(s.view),
+          next(s.next ? s.next->view : s.view),
+          ordinals(instanceOrdinals(s.contents)) {}
 
     const FragmentSources& sources;
     PixelProjection now, next;

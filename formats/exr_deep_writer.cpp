@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of fragment lists as deep chunks: the lists already are what a deep scan line holds.
 #include "formats/exr_deep_writer.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -10,12 +9,12 @@
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
-#include <cstring>
 #include <sstream>
 #include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "formats/exr_deep_rows.h"
 #include "formats/exr_header.h"
 #include "formats/id_manifest.h"
 
@@ -43,28 +42,6 @@ std::size_t sampleBytes(const LayeredImage& image) {
     for (const FragmentArray& array : image.extra)
         bytes += array.stride();
     return bytes;
-}
-
-template <class T>
-std::byte* copyComponent(std::span<const T> values, const ExrChannel& channel, std::size_t begin,
-                         std::size_t end, std::byte* out) {
-    const T* first = values.data() + channel.component;
-    for (std::size_t f = begin; f < end; ++f, out += sizeof(T))
-        std::memcpy(out, first + f * channel.components, sizeof(T));
-    return out;
-}
-
-std::byte* copyChannel(const LayeredImage& image, const ExrChannel& channel, std::size_t begin,
-                       std::size_t end, std::byte* out) {
-    if (channel.source == ExrChannel::kZ)
-        return copyComponent(std::span(image.z), channel, begin, end, out);
-    const FragmentArray& array = channel.source == ExrChannel::kColor
-                                     ? image.color
-                                     : image.extra[static_cast<std::size_t>(channel.source)];
-    // Bits are copied as they are, so float and uint are alike.
-    return pixelTypeSize(channel.type) == sizeof(std::uint16_t)
-               ? copyComponent(array.as<std::uint16_t>(), channel, begin, end, out)
-               : copyComponent(array.as<std::uint32_t>(), channel, begin, end, out);
 }
 
 }  // namespace
@@ -114,8 +91,8 @@ void ExrDeepWriter::open(const LayeredImage& first_band) {
     parts_ = {{"color", {depth}}, {"ids", {depth}}};
     const auto add = [&](const FragmentArray& array, int source) {
         auto& channels = parts_[array.type == PixelType::kUint ? 1 : 0].channels;
-        for (std::size_t c = 0; c < array.components(); ++c)
-            channels.push_back({array.channels[c], array.type, source, c, array.components()});
+        const std::vector<ExrChannel> more = deepChannels(array, source);
+        channels.insert(channels.end(), more.begin(), more.end());
     };
     add(like_.color, ExrChannel::kColor);
     for (std::size_t i = 0; i < like_.extra.size(); ++i)
@@ -207,31 +184,9 @@ void ExrDeepWriter::encode(const LayeredImage& image, int y0, std::size_t chunks
     parallelFor(chunks, [&](std::size_t i) {
         const int y = y0 + static_cast<int>(i / parts_.size());
         packers_.with([&](ExrChunkPacker& packer) {
-            encodeRow(image, parts_[i % parts_.size()], y, packer, packed_[i]);
+            packDeepRow(image, parts_[i % parts_.size()].channels, window_, y, packer, packed_[i]);
         });
     });
-}
-
-void ExrDeepWriter::encodeRow(const LayeredImage& image, const Part& part, int y,
-                              ExrChunkPacker& packer, ExrDeepChunk& chunk) const {
-    const auto width = static_cast<std::size_t>(window_.width());
-    const std::uint32_t* offsets = image.offsets.data() + image.pixelIndex(window_.x0, y);
-    std::byte* out = packer.raw(width * sizeof(std::uint32_t)).data();
-    for (std::size_t x = 1; x <= width; ++x, out += sizeof(std::uint32_t)) {
-        const std::uint32_t samples = offsets[x] - offsets[0];
-        std::memcpy(out, &samples, sizeof samples);
-    }
-    packer.pack(chunk.counts);
-
-    const std::size_t begin = offsets[0], end = offsets[width];
-    std::size_t bytes = 0;
-    for (const ExrChannel& channel : part.channels)
-        bytes += (end - begin) * pixelTypeSize(channel.type);
-    chunk.unpacked = bytes;
-    out = packer.raw(bytes).data();
-    for (const ExrChannel& channel : part.channels)
-        out = copyChannel(image, channel, begin, end, out);
-    packer.pack(chunk.samples);
 }
 
 /// Frees the buffers kept for reuse where they have become many.

@@ -58,8 +58,6 @@ class ExrDeepWriter : public Sink {
     void writeRows(const LayeredImage& image, int y0, int y1);
     void look(const LayeredImage& image, int y0, int y1);
     void encode(const LayeredImage& image, int y0, std::size_t chunks);
-    void encodeRow(const LayeredImage& image, const Part& part, int y, ExrChunkPacker& packer,
-                   ExrDeepChunk& chunk) const;
     void boundBuffers();
     void describeSamples();
 

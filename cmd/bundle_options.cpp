@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/bundle_options.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "cmd/options.h"
+#include "cmd/parse.h"
+#include "core/error.h"
+#include "core/rays/directions.h"
+#include "formats/gltf_files.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+constexpr const char* kGroup = "Rays";
+constexpr int kMostDirections = 1'000'000;
+constexpr std::uint64_t kMostDirectionBytes = 256U << 20;
+
+Bounds parseBounds(const std::string& text) {
+    const auto n = parseNumbers<6>(text, "x0,y0,z0,x1,y1,z1");
+    const glm::dvec3 a(n[0], n[1], n[2]), b(n[3], n[4], n[5]);
+    const Bounds bounds{glm::min(a, b), glm::max(a, b)};
+    const glm::dvec3 size = bounds.max - bounds.min;
+    if ((size.x > 0 ? 1 : 0) + (size.y > 0 ? 1 : 0) + (size.z > 0 ? 1 : 0) < 2)
+        throw Error(ErrorKind::kUsage, "expected two opposite corners of a box");
+    return bounds;
+}
+
+std::string bundleName(std::size_t index) {
+    char name[32];
+    std::snprintf(name, sizeof name, "bundle_%03zu", index);
+    return name;
+}
+
+void refuse(const char* what, const char* where, const char* hint) {
+    throw Error(ErrorKind::kUsage, what, where, hint);
+}
+
+}  // namespace
+
+RayGrid BundleOptions::grid() const {
+    RayGrid grid;
+    if (resolution) grid.resolution = *resolution;
+    if (spacing) grid.spacing = *spacing;
+    return grid;
+}
+
+void addBundleOptions(CLI::App& app, BundleOptions& options) {
+    addRepeated(
+        app, "--direction", "X,Y,Z",
+        [&options](const std::string& text) {
+            options.directions.push_back(glm::normalize(parseDirection(text)));
+        },
+        "a bundle of parallel rays along this direction in world space; may be given several times")
+        ->group(kGroup);
+    addValue(
+        app, "--directions", "N", options.count,
+        [](const std::string& text) {
+            return static_cast<int>(parseInteger(text, 1, kMostDirections));
+        },
+        "N bundles, evenly over the sphere (a spherical Fibonacci lattice)")
+        ->group(kGroup);
+    app.add_flag("--hemisphere", options.hemisphere,
+                 wrapped("--directions over the half around +Y only"))
+        ->group(kGroup);
+    addValue(
+        app, "--directions-file", "FILE", options.file,
+        [](const std::string& text) { return std::filesystem::path(text); },
+        "a bundle for every line of a text: x y z; what follows # does not count")
+        ->group(kGroup);
+    app.add_flag("--axes", options.axes,
+                 wrapped("bundles along +X, +Y and +Z, their rays on one lattice of cubes: a "
+                         "layered depth normal image"))
+        ->group(kGroup);
+    addValue(
+        app, "--resolution", "R", options.resolution,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, kMaxSide)); },
+        "rays along the longer side of every bundle (default: 1024)")
+        ->group(kGroup);
+    addValue(
+        app, "--spacing", "D", options.spacing,
+        [](const std::string& text) { return parsePositive(text); },
+        "distance from ray to ray instead, scene units")
+        ->group(kGroup);
+    addValue(app, "--bounds", "X0,Y0,Z0,X1,Y1,Z1", options.bounds, parseBounds,
+             "the box that bundles cover, across their direction; along it, rays go through the "
+             "whole scene (default: the scene's bounds)")
+        ->group(kGroup);
+    addCameraOptions(app, options.camera);
+    app.get_option("--camera")
+        ->description(wrapped("the rays of this camera's pixels: of the scene's, by name or index; "
+                              "--eye and so on build one"));
+    app.get_option("--size")->description(wrapped("pixels of the camera (default: 1280x720)"));
+}
+
+void checkBundleOptions(const BundleOptions& options) {
+    const bool parallel =
+        !options.directions.empty() || options.count || options.file || options.axes;
+    if (!parallel && !options.usesCamera())
+        refuse("no rays are asked for", "",
+               "give --direction X,Y,Z, --directions N, --directions-file, --axes or --camera");
+    if (parallel && options.usesCamera())
+        refuse("bundles are parallel or a camera's", "--camera", "trace them one after the other");
+    if (options.hemisphere && !options.count)
+        refuse("there are no directions to spread", "--hemisphere", "add --directions N");
+    if (options.resolution && options.spacing)
+        refuse("rays are so many or so far apart", "--resolution, --spacing",
+               "leave one of them out");
+    if (options.usesCamera() && (options.resolution || options.spacing || options.bounds))
+        refuse("a camera's rays are those of its pixels", "--resolution, --spacing, --bounds",
+               "use --size and --crop");
+    if (options.usesCamera()) checkCameraOptions(options.camera);
+}
+
+std::vector<glm::dvec3> readDirections(const std::filesystem::path& file) {
+    const auto bytes = readRegularFile(file, kMostDirectionBytes);
+    std::istringstream text(std::string(bytes.begin(), bytes.end()));
+    std::vector<glm::dvec3> directions;
+    std::string line;
+    for (std::size_t number = 1; std::getline(text, line); ++number) {
+        line.resize(std::min(line.find('#'), line.size()));
+        std::ranges::replace_if(
+            line, [](char c) { return c == '\t' || c == '\r' || c == ','; }, ' ');
+        std::istringstream words(line);
+        std::vector<std::string> found{std::istream_iterator<std::string>(words), {}};
+        if (found.empty()) continue;
+        const std::string where = file.string() + ":" + std::to_string(number);
+        try {
+            if (found.size() != 3) throw Error(ErrorKind::kUsage, "expected three numbers");
+            const glm::dvec3 direction = parseDirection(found[0] + "," + found[1] + "," + found[2]);
+            directions.push_back(glm::normalize(direction));
+        } catch (const Error& error) {
+            throw Error(ErrorKind::kInput, error.what(), where, "a direction a line: x y z");
+        }
+        if (directions.size() > kMostDirections)
+            throw Error(ErrorKind::kInput, "more directions than 1000000", where);
+    }
+    if (directions.empty())
+        throw Error(ErrorKind::kInput, "there is no direction in it", file.string(),
+                    "a direction a line: x y z");
+    return directions;
+}
+
+std::vector<Bundle> parallelBundles(const BundleOptions& options, const Bounds& scene) {
+    std::vector<glm::dvec3> directions = options.directions;
+    const auto append = [&](const std::vector<glm::dvec3>& more) {
+        directions.insert(directions.end(), more.begin(), more.end());
+    };
+    if (options.count)
+        append(options.hemisphere ? hemisphereDirections(*options.count)
+                                  : sphereDirections(*options.count));
+    if (options.file) append(readDirections(*options.file));
+    const Bounds area = options.bounds.value_or(scene);
+    std::vector<Bundle> bundles;
+    for (const glm::dvec3& direction : directions)
+        bundles.push_back(
+            parallelBundle(bundleName(bundles.size()), area, scene, direction, options.grid()));
+    if (options.axes) {
+        for (Bundle& bundle : axisBundles(area, scene, options.grid()).bundles)
+            bundles.push_back(std::move(bundle));
+    }
+    return bundles;
+}
+
+void shareDisplayWindow(std::vector<Bundle>& bundles) {
+    int width = 0, height = 0;
+    for (const Bundle& bundle : bundles) {
+        width = std::max(width, bundle.view.width);
+        height = std::max(height, bundle.view.height);
+    }
+    for (Bundle& bundle : bundles) {
+        View& view = bundle.view;
+        if (!bundle.parallel()) continue;  // alone
+        // To the right and down, where the picture grows.
+        const glm::dvec2 grown(width / static_cast<double>(view.width),
+                               height / static_cast<double>(view.height));
+        const glm::dvec2 half(view.projection.half_width, view.projection.half_height);
+        const glm::dvec2 shift = half * (grown - 1.0);
+        view.camera_to_world[3] += glm::dvec4(shift.x * bundle.right() - shift.y * bundle.up(), 0);
+        view.projection.half_width *= grown.x;
+        view.projection.half_height *= grown.y;
+        view.width = width;
+        view.height = height;
+    }
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hits of bundles of rays: a deep scan-line part a bundle.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/sink.h"
+#include "formats/exr_band_writer.h"
+#include "formats/exr_chunks.h"
+
+namespace peeler {
+
+/// One part: its name, the view whose pixels are the rays, and how many hits they have.
+struct ExrBundle {
+    std::string name;
+    View view;
+    std::uint64_t hits = 0;
+};
+
+/// Every hit of a ray is a point sample of its pixel, in the order of the list: Z (camera Z) and
+/// the components of the extra arrays, integers among them, but no colours. Compressed ZIPS. Parts
+/// come one after the other; all views have the same display window, a part's data window is its
+/// view's crop. The same hits make the same bytes, however cut into bands.
+class ExrHitsWriter {
+  public:
+    /// Throws Error (kOutput) if the file cannot be created.
+    ExrHitsWriter(const std::string& path, std::vector<ExrBundle> bundles, Provenance provenance);
+    ~ExrHitsWriter();
+
+    /// Bands of a bundle come top to bottom; all have the same extra arrays. Of those, one of the
+    /// name `left_out` is not written. Throws Error (kOutput).
+    void write(std::size_t bundle, const LayeredImage& band, std::string_view left_out);
+    void finish();
+
+  private:
+    void open(const LayeredImage& first_band, std::string_view left_out);
+
+    std::vector<ExrBundle> bundles_;
+    Provenance provenance_;
+    AtomicFile file_;
+    std::unique_ptr<ExrFile> exr_;  ///< from the first band on: it says which channels there are
+    std::vector<ExrChannel> channels_;
+    std::vector<ExrDeepChunk> packed_;
+    ExrPackerPool packers_;
+};
+
+}  // namespace peeler
