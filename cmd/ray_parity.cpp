@@ -70,8 +70,8 @@ void RayParity::finish() {
         console_.warning("and " + countText(odd - kNamed, "more solid") + " like that");
     if (!fail_) return;
     throw Error(ErrorKind::kInput,
-                countText(parity_.oddRays(), "ray") + (parity_.oddRays() == 1 ? " does" : " do") +
-                    " not leave what they enter: not every mesh is closed",
+                countText(parity_.oddRays(), "ray") + (parity_.oddRays() == 1 ? " hits" : " hit") +
+                    " a solid an odd number of times: not every mesh is closed",
                 first + (odd > 1 ? " and " + countText(odd - 1, "other") : ""),
                 "close the meshes, leave them out with --exclude, or use --parity report");
 }
