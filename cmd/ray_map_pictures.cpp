@@ -7,6 +7,7 @@
 #include "cmd/ray_map_output.h"
 #include "core/color_ramp.h"
 #include "core/error.h"
+#include "core/srgb.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -15,10 +16,11 @@ namespace {
 
 using Range = std::pair<double, double>;
 
-/// Like a film: black where all passes, white where nothing does.
+/// Like a film: black where all passes, white where nothing does; even to the eye, so that dense
+/// parts keep their details.
 std::array<float, 3> film(float transmission) {
-    const float density = std::clamp(1 - transmission, 0.0F, 1.0F);
-    return {density, density, density};
+    const float grey = linearFromSrgb(std::clamp(1 - transmission, 0.0F, 1.0F));
+    return {grey, grey, grey};
 }
 
 class RayMapPictures : public RayMapOutput {
