@@ -86,10 +86,16 @@ int chooseScene(const Scene& scene, const SceneOptions& options) {
     return static_cast<int>(chooseFrom("scene", *options.scene, names));
 }
 
+std::vector<char> nodesMatching(const Scene& scene, const std::vector<std::string>& globs,
+                                const char* option) {
+    std::vector<char> marked = matching(scene, globs, option);
+    spread(scene, marked);
+    return marked;
+}
+
 void selectNodes(Scene& scene, const SceneOptions& options) {
     if (!options.include.empty()) {
-        std::vector<char> included = matching(scene, options.include, "--include");
-        spread(scene, included);
+        const std::vector<char> included = nodesMatching(scene, options.include, "--include");
         for (std::size_t i = 0; i < included.size(); ++i)
             if (!included[i]) scene.nodes[i].mesh = scene.nodes[i].skin = -1;
     }

@@ -31,6 +31,11 @@ void addSandboxOption(CLI::App& app, bool& allow_outside);
 /// The scene's index. Throws Error (kUsage) with the list for one that is not there.
 int chooseScene(const Scene& scene, const SceneOptions& options);
 
+/// Of every node whether it has a name that matches one of the globs, or is below one that has.
+/// Throws Error (kUsage) for a glob that no node matches; `option` is where it comes from.
+std::vector<char> nodesMatching(const Scene& scene, const std::vector<std::string>& globs,
+                                const char* option);
+
 /// Takes away what is not to be seen: with --include every mesh that neither is at a node of such a
 /// name nor below one, with --exclude the nodes of such names and all below them, lights included.
 /// Cameras stay. Throws Error (kUsage) for a glob that no node matches.

@@ -4,6 +4,11 @@
 namespace peeler {
 namespace {
 
+/// Vertices in the sequence that is drawn.
+std::size_t sequenceOf(const Primitive& primitive) {
+    return primitive.indices.empty() ? primitive.positions.size() : primitive.indices.size();
+}
+
 /// Places in the sequence of vertices that is drawn, which has `size`.
 Corners placesOf(Topology topology, std::size_t e, std::size_t size) {
     switch (topology) {
@@ -27,10 +32,28 @@ Corners placesOf(Topology topology, std::size_t e, std::size_t size) {
 
 }  // namespace
 
+std::uint64_t elementsOf(const Primitive& primitive) {
+    const std::uint64_t n = sequenceOf(primitive);
+    switch (primitive.topology) {
+        case Topology::kPoints:
+            return n;
+        case Topology::kLines:
+            return n / 2;
+        case Topology::kLineLoop:
+            return n < 2 ? 0 : n;
+        case Topology::kLineStrip:
+            return n < 2 ? 0 : n - 1;
+        case Topology::kTriangles:
+            return n / 3;
+        case Topology::kTriangleStrip:
+        case Topology::kTriangleFan:
+            return n < 3 ? 0 : n - 2;
+    }
+    return 0;
+}
+
 Corners cornersOf(const Primitive& primitive, std::uint32_t element) {
-    const std::size_t size =
-        primitive.indices.empty() ? primitive.positions.size() : primitive.indices.size();
-    Corners corners = placesOf(primitive.topology, element, size);
+    Corners corners = placesOf(primitive.topology, element, sequenceOf(primitive));
     if (primitive.indices.empty()) return corners;
     for (std::size_t& vertex : corners.vertex)
         vertex = primitive.indices[vertex];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which vertices a point, line or triangle has.
+// Which points, lines or triangles GL makes of a primitive, and which vertices they have.
 #pragma once
 
 #include <array>
@@ -9,6 +9,9 @@
 #include "core/scene.h"
 
 namespace peeler {
+
+/// How many elements GL makes of a primitive; also what gl_PrimitiveID counts.
+std::uint64_t elementsOf(const Primitive& primitive);
 
 struct Corners {
     int count = 0;  ///< 1 to 3

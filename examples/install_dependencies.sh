@@ -7,9 +7,9 @@ set -eu
 run="libegl1 libgl1-mesa-dri libosmesa6"
 build="g++ cmake ninja-build pkg-config libgl-dev libegl-dev libglm-dev libopenexr-dev
     libopenimageio-dev libtinygltf-dev nlohmann-json3-dev libcli11-dev libdeflate-dev libdraco-dev
-    libmeshoptimizer-dev"
-test="libgtest-dev libembree-dev openexr openimageio-tools python3 python3-numpy
-    python3-openimageio clang-format clang-tidy chromium chromium-driver python3-selenium"
+    libmeshoptimizer-dev libopenvdb-dev libtbb-dev libboost-dev"
+test="libgtest-dev libembree-dev openexr openimageio-tools libopenvdb-tools python3 python3-numpy
+    python3-openimageio python3-openvdb clang-format clang-tidy chromium chromium-driver python3-selenium"
 
 packages=$run
 for set in "$@"; do

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/rays/ray_maps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <utility>
+
+#include "core/id_names.h"
+#include "core/parallel.h"
+
+namespace peeler {
+namespace {
+
+constexpr float kNowhere = std::numeric_limits<float>::infinity();
+
+constexpr RayMapInfo kMaps[] = {
+    {RayMap::kFirst, "first", "t of the first hit", PixelType::kFloat, false, false},
+    {RayMap::kLast, "last", "t of the last hit", PixelType::kFloat, false, false},
+    {RayMap::kCount, "count", "number of hits", PixelType::kUint, false, false},
+    {RayMap::kThickness, "thickness", "length inside of solids, from entry to exit",
+     PixelType::kFloat, true, true},
+    {RayMap::kPathLength, "path-length", "length inside of each material", PixelType::kFloat, true,
+     true},
+    {RayMap::kTransmission, "transmission", "share of X-rays that pass, as --attenuation says",
+     PixelType::kFloat, true, false},
+    {RayMap::kParity, "parity", "number of solids that are hit an odd number of times",
+     PixelType::kUint, true, false},
+    {RayMap::kOverlap, "overlap", "length inside of both parts", PixelType::kFloat, true, true},
+};
+
+/// A ray of which all is known that the maps ask for.
+struct Ray {
+    std::span<const float> t;
+    const Solids* solids;
+    const RayMapSettings& settings;
+    std::span<const std::size_t> path_materials;
+    RayMapScratch& scratch;
+};
+
+float sum(std::span<const Stretch> stretches) {
+    double length = 0;
+    for (const Stretch& stretch : stretches)
+        length += stretch.length();
+    return static_cast<float>(length);
+}
+
+void first(const Ray& ray, float* out) {
+    *out = ray.t.empty() ? kNowhere : ray.t.front();
+}
+
+void last(const Ray& ray, float* out) {
+    *out = ray.t.empty() ? kNowhere : ray.t.back();
+}
+
+void count(const Ray& ray, float* out) {
+    *out = static_cast<float>(ray.t.size());
+}
+
+void thickness(const Ray& ray, float* out) {
+    const auto all = [](const SolidSpan&) { return true; };
+    uniteSpans(ray.scratch.spans.all(), all, ray.scratch.inside);
+    *out = sum(ray.scratch.inside);
+}
+
+void pathLength(const Ray& ray, float* out) {
+    for (const double length : ray.scratch.paths)
+        *out++ = static_cast<float>(length);
+}
+
+void transmission(const Ray& ray, float* out) {
+    const std::vector<double>& mu = ray.settings.attenuation;
+    double exponent = 0;
+    for (std::size_t i = 0; i < ray.path_materials.size(); ++i)
+        if (ray.path_materials[i] < mu.size())
+            exponent -= mu[ray.path_materials[i]] * ray.scratch.paths[i];
+    *out = static_cast<float>(std::exp(exponent));
+}
+
+void parity(const Ray& ray, float* out) {
+    const auto hits = ray.scratch.spans.hits();
+    *out = static_cast<float>(std::ranges::count_if(hits, &SolidHits::odd));
+}
+
+/// What of `a` is also in `b`.
+float common(std::span<const Stretch> a, std::span<const Stretch> b) {
+    double length = 0;
+    for (std::size_t i = 0, k = 0; i < a.size() && k < b.size();) {
+        length += std::max(0.0, std::min(a[i].end, b[k].end) - std::max(a[i].begin, b[k].begin));
+        if (a[i].end < b[k].end) {
+            ++i;
+        } else {
+            ++k;
+        }
+    }
+    return static_cast<float>(length);
+}
+
+void overlap(const Ray& ray, float* out) {
+    RayMapScratch& scratch = ray.scratch;
+    for (const std::size_t part : {0, 1}) {
+        const auto belongs = [&](const SolidSpan& span) {
+            return ray.settings
+                       .parts[part][static_cast<std::size_t>(ray.solids->all()[span.solid].node)] !=
+                   0;
+        };
+        uniteSpans(scratch.spans.all(), belongs, part == 0 ? scratch.inside : scratch.other);
+    }
+    *out = common(scratch.inside, scratch.other);
+}
+
+/// In the order of the enumeration.
+constexpr void (*kEvaluations[])(const Ray&, float*) = {
+    first, last, count, thickness, pathLength, transmission, parity, overlap,
+};
+
+/// A name as a channel of EXR may have it, where a dot begins another name and control characters
+/// please nobody. 255 bytes are allowed.
+std::string channelName(const std::string& name) {
+    constexpr std::size_t kLongest = 200;
+    std::string result;
+    for (const char c : name)
+        result += c == '.' || static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '_' : c;
+    if (result.size() <= kLongest) return result;
+    std::size_t end = kLongest;
+    while (end > 0 && (static_cast<unsigned char>(result[end]) & 0xC0U) == 0x80U)
+        --end;  // not in the middle of a letter of UTF-8
+    result.resize(end);
+    return result;
+}
+
+/// The materials that solids of the scene have, in order.
+std::vector<std::size_t> materialsOf(const Scene& scene, const Solids& solids,
+                                     const SceneContents& contents) {
+    std::set<std::size_t> found;
+    for (const Solid& solid : solids.all()) {
+        const int mesh = contents.meshes[solid.instance].mesh;
+        const auto& primitives = scene.meshes[static_cast<std::size_t>(mesh)].primitives;
+        for (const std::size_t i : solid.primitives)
+            found.insert(static_cast<std::size_t>(primitives[i].material));
+    }
+    return {found.begin(), found.end()};
+}
+
+}  // namespace
+
+std::span<const RayMapInfo> rayMapTable() {
+    return kMaps;
+}
+
+RayMaps::RayMaps(const Scene& scene, const SceneContents& contents, const Solids* solids,
+                 RayMapSettings settings)
+    : solids_(solids), settings_(std::move(settings)) {
+    for (std::vector<char>& part : settings_.parts)
+        part.resize(scene.nodes.size());
+    for (const RayMap map : settings_.maps) {
+        needs_spans_ |= infoOf(map).solids;
+        needs_paths_ |= map == RayMap::kPathLength || map == RayMap::kTransmission;
+    }
+    if (needs_paths_) path_materials_ = materialsOf(scene, *solids_, contents);
+    path_of_.resize(scene.materials.size());
+    for (std::size_t i = 0; i < path_materials_.size(); ++i)
+        path_of_[path_materials_[i]] = i;
+
+    const std::vector<std::string> names = idNames(scene).materials;
+    std::set<std::string> taken;
+    for (const RayMap map : settings_.maps) {
+        if (map != RayMap::kPathLength) {
+            channels_.push_back({map, std::string(infoOf(map).name)});
+            continue;
+        }
+        for (const std::size_t material : path_materials_) {
+            std::string name = "path." + channelName(names[material]);
+            while (!taken.insert(name).second)
+                name += "_" + std::to_string(material);
+            channels_.push_back({map, name});
+        }
+    }
+}
+
+/// Goes along the ray with the spans that it is inside of on a stack: what has ended is taken off
+/// when it comes to lie on top.
+void RayMaps::findPaths(RayMapScratch& scratch) const {
+    std::vector<SolidSpan>& open = scratch.open;
+    scratch.paths.assign(path_materials_.size(), 0.0);
+    open.clear();
+    double at = 0;
+    const auto advance = [&](double to) {
+        while (!open.empty() && at < to) {
+            const SolidSpan& innermost = open.back();
+            if (innermost.end > at) {
+                const double end = std::min(innermost.end, to);
+                scratch.paths[path_of_[solids_->materialOf(innermost.key)]] += end - at;
+                at = end;
+            }
+            if (innermost.end <= at) open.pop_back();
+        }
+        at = to;
+    };
+    for (const SolidSpan& span : scratch.spans.all()) {
+        advance(span.begin);
+        open.push_back(span);
+    }
+    advance(std::numeric_limits<double>::infinity());
+}
+
+void RayMaps::evaluate(std::span<const float> t, std::span<const std::uint32_t> keys,
+                       RayMapScratch& scratch, std::span<float> out) const {
+    if (needs_spans_) scratch.spans.find(t, keys, *solids_);
+    if (needs_paths_) findPaths(scratch);
+    const Ray ray{t, solids_, settings_, path_materials_, scratch};
+    std::size_t channel = 0;
+    for (const RayMap map : settings_.maps) {
+        kEvaluations[static_cast<std::size_t>(map)](ray, out.data() + channel);
+        channel += map == RayMap::kPathLength ? path_materials_.size() : 1;
+    }
+}
+
+void RayMaps::evaluateRows(const Bundle& bundle, const LayeredImage& band, int y0, int y1,
+                           std::vector<float>& planes) const {
+    const auto width = static_cast<std::size_t>(band.window.width());
+    const std::size_t rows = static_cast<std::size_t>(y1 - y0), plane = rows * width;
+    const std::span<const std::uint32_t> keys = band.extra[0].as<std::uint32_t>();
+    planes.resize(channels_.size() * plane);
+    parallelFor(rows, [&](std::size_t row) {
+        RayMapScratch scratch;
+        std::vector<float> values(channels_.size());
+        const int y = y0 + static_cast<int>(row);
+        for (std::size_t i = 0; i < width; ++i) {
+            const int x = band.window.x0 + static_cast<int>(i);
+            const std::size_t pixel = band.pixelIndex(x, y);
+            const std::size_t begin = band.offsets[pixel], hits = band.count(pixel);
+            const double scale = bundle.tScale(x, y);
+            scratch.t.resize(hits);
+            for (std::size_t k = 0; k < hits; ++k)
+                scratch.t[k] = static_cast<float>(band.z[begin + k] * scale);
+            evaluate(scratch.t, keys.subspan(begin, hits), scratch, values);
+            for (std::size_t c = 0; c < values.size(); ++c)
+                planes[c * plane + row * width + i] = values[c];
+        }
+    });
+}
+
+}  // namespace peeler

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/rays/solids.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#include "core/primitive_corners.h"
+
+namespace peeler {
+namespace {
+
+using Edge = std::pair<std::uint32_t, std::uint32_t>;  // welded vertices, the lesser first
+
+/// The vertices of all primitives of a mesh, those at one position as one.
+class WeldedMesh {
+  public:
+    WeldedMesh(const Scene& scene, const SceneContents& contents, const MeshInstance& instance) {
+        const auto& primitives = scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives;
+        std::vector<Place> places;
+        for (std::size_t i = 0; i < primitives.size(); ++i) {
+            first_.push_back(places.size());
+            if (primitives[i].topology < Topology::kTriangles) continue;
+            for (const glm::vec3& p : positionsOf(scene, contents, instance, i))
+                places.push_back({bitsOf(p), static_cast<std::uint32_t>(places.size())});
+        }
+        std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+            return std::tie(a.bits, a.vertex) < std::tie(b.bits, b.vertex);
+        });
+        welded_.resize(places.size());
+        std::uint32_t one = 0;
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            if (i == 0 || places[i].bits != places[i - 1].bits) one = places[i].vertex;
+            welded_[places[i].vertex] = one;
+        }
+    }
+
+    std::uint32_t vertex(std::size_t primitive, std::size_t vertex) const {
+        return welded_[first_[primitive] + vertex];
+    }
+
+  private:
+    struct Place {
+        std::array<std::uint32_t, 3> bits;
+        std::uint32_t vertex;
+    };
+    static std::array<std::uint32_t, 3> bitsOf(const glm::vec3& p) {
+        const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x + 0.0F); };
+        return {bits(p.x), bits(p.y), bits(p.z)};
+    }
+
+    std::vector<std::size_t> first_;  // vertex of each primitive
+    std::vector<std::uint32_t> welded_;
+};
+
+/// Leaves the edges that are there an odd number of times, each once.
+void keepOpen(std::vector<Edge>& edges) {
+    std::sort(edges.begin(), edges.end());
+    std::size_t kept = 0;
+    for (std::size_t i = 0, end = 0; i < edges.size(); i = end) {
+        while (end < edges.size() && edges[end] == edges[i])
+            ++end;
+        if ((end - i) % 2 == 1) edges[kept++] = edges[i];
+    }
+    edges.resize(kept);
+}
+
+/// Appends the edges of a primitive's triangles; returns how many of these have three corners.
+std::uint64_t addEdges(const Primitive& primitive, std::size_t index, const WeldedMesh& mesh,
+                       std::vector<Edge>& edges) {
+    std::uint64_t triangles = 0;
+    const std::uint64_t elements = elementsOf(primitive);
+    for (std::uint64_t e = 0; e < elements; ++e) {
+        const Corners corners = cornersOf(primitive, static_cast<std::uint32_t>(e));
+        std::array<std::uint32_t, 3> v{};
+        for (std::size_t i = 0; i < 3; ++i)
+            v[i] = mesh.vertex(index, corners.vertex[i]);
+        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
+        ++triangles;
+        for (std::size_t i = 0; i < 3; ++i)
+            edges.push_back(std::minmax({v[i], v[(i + 1) % 3]}));
+    }
+    return triangles;
+}
+
+}  // namespace
+
+const std::vector<Solids::Shell>& Solids::shellsOf(const Scene& scene,
+                                                   const SceneContents& contents,
+                                                   const MeshInstance& instance) {
+    const auto [entry, fresh] = shells_.try_emplace({instance.mesh, instance.deformed});
+    std::vector<Shell>& shells = entry->second;
+    if (!fresh) return shells;
+    const auto& primitives = scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives;
+    const WeldedMesh mesh(scene, contents, instance);
+    Shell rest;
+    std::vector<Edge> open, edges;
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+        if (primitives[i].topology < Topology::kTriangles) continue;
+        edges.clear();
+        const std::uint64_t triangles = addEdges(primitives[i], i, mesh, edges);
+        if (triangles == 0) continue;
+        keepOpen(edges);
+        if (edges.empty()) {
+            shells.push_back({{i}, triangles, 0});
+            continue;
+        }
+        rest.primitives.push_back(i);
+        rest.triangles += triangles;
+        open.insert(open.end(), edges.begin(), edges.end());
+    }
+    if (!rest.primitives.empty()) {
+        // Two odd numbers make an even one: what is open of all is odd among what is open of each.
+        keepOpen(open);
+        rest.open_edges = open.size();
+        shells.push_back(std::move(rest));
+    }
+    return shells;
+}
+
+Solids::Solids(const Scene& scene, const SceneContents& contents) {
+    std::uint64_t key = 1;
+    for (std::size_t i = 0; i < contents.meshes.size(); ++i) {
+        const MeshInstance& instance = contents.meshes[i];
+        const std::size_t first = surfaces_.size();
+        for (const Primitive& p :
+             scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives) {
+            first_keys_.push_back(static_cast<std::uint32_t>(key));
+            surfaces_.push_back({kNone, static_cast<std::uint32_t>(p.material)});
+            key += elementsOf(p);
+        }
+        for (const Shell& shell : shellsOf(scene, contents, instance)) {
+            for (const std::size_t primitive : shell.primitives)
+                surfaces_[first + primitive].solid = static_cast<std::uint32_t>(solids_.size());
+            solids_.push_back(
+                {i, instance.node, shell.primitives, shell.triangles, shell.open_edges});
+        }
+    }
+}
+
+const Solids::Surface& Solids::surfaceOf(std::uint32_t key) const {
+    // The last of those that begin there: primitives without elements begin there, too.
+    const auto after = std::upper_bound(first_keys_.begin(), first_keys_.end(), key);
+    return surfaces_[static_cast<std::size_t>(after - first_keys_.begin()) - 1];
+}
+
+}  // namespace peeler

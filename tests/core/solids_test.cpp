@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which surfaces are closed, and which solid a key belongs to.
+#include "core/rays/solids.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+#include <numbers>
+
+#include "core/draw_list.h"
+#include "support/ray_hits.h"
+
+namespace peeler::test {
+namespace {
+
+/// A sphere of quads between parallels; with the poles as rows of equal vertices, so that there
+/// some triangles are degenerate. With `open` the first and last rows of quads are missing.
+Primitive globe(int columns, int rows, bool open, int material = 0, float radius = 1) {
+    Primitive primitive;
+    primitive.material = material;
+    for (int row = 0; row <= rows; ++row) {
+        for (int column = 0; column <= columns; ++column) {
+            // The seam and the poles lie at the same bits.
+            const double u = 2 * std::numbers::pi * (column % columns) / columns;
+            const double v = std::numbers::pi * row / rows;
+            const double ring = row == 0 || row == rows ? 0 : std::sin(v);
+            primitive.positions.emplace_back(radius * static_cast<float>(ring * std::cos(u)),
+                                             radius * static_cast<float>(std::cos(v)),
+                                             radius * static_cast<float>(ring * std::sin(u)));
+        }
+    }
+    const auto at = [&](int row, int column) {
+        return static_cast<std::uint32_t>(row * (columns + 1) + column);
+    };
+    for (int row = open ? 1 : 0; row < (open ? rows - 1 : rows); ++row) {
+        for (int column = 0; column < columns; ++column) {
+            for (const std::uint32_t index :
+                 {at(row, column), at(row, column + 1), at(row + 1, column + 1), at(row, column),
+                  at(row + 1, column + 1), at(row + 1, column)})
+                primitive.indices.push_back(index);
+        }
+    }
+    return primitive;
+}
+
+/// A side of the cube from −1 to 1, of its own material.
+Primitive cubeSide(int side) {
+    const int axis = side / 2;
+    const float sign = side % 2 == 0 ? -1.0F : 1.0F;
+    Primitive primitive;
+    primitive.material = side;
+    primitive.topology = Topology::kTriangleStrip;
+    for (const float a : {-1.0F, 1.0F}) {
+        for (const float b : {-1.0F, 1.0F}) {
+            glm::vec3 p(0);
+            p[axis] = sign;
+            p[(axis + 1) % 3] = a;
+            p[(axis + 2) % 3] = b;
+            primitive.positions.push_back(p);
+        }
+    }
+    return primitive;
+}
+
+/// One node with a mesh of these primitives.
+Scene sceneOf(std::vector<Primitive> primitives) {
+    Scene scene;
+    scene.scenes = {{"", {0}}};
+    scene.materials.resize(8);
+    scene.meshes.push_back({"", std::move(primitives)});
+    scene.nodes.resize(1);
+    scene.nodes[0].mesh = 0;
+    return scene;
+}
+
+struct Found {
+    std::vector<std::size_t> primitives;
+    std::uint64_t triangles = 0, open_edges = 0;
+    bool operator==(const Found&) const = default;
+};
+
+std::vector<Found> found(const Solids& solids) {
+    std::vector<Found> result;
+    for (const Solid& s : solids.all())
+        result.push_back({{s.primitives.begin(), s.primitives.end()}, s.triangles, s.open_edges});
+    return result;
+}
+
+std::vector<Found> solidsOf(std::vector<Primitive> primitives) {
+    const Scene scene = sceneOf(std::move(primitives));
+    return found(Solids(scene, contents(scene, 0)));
+}
+
+using List = std::vector<Found>;
+
+TEST(Solids, SidesOfDifferentMaterialsAreOneCube) {
+    std::vector<Primitive> sides;
+    for (int i = 0; i < 6; ++i)
+        sides.push_back(cubeSide(i));
+    const Scene scene = sceneOf(sides);
+    const Solids solids(scene, contents(scene, 0));
+    EXPECT_EQ(found(solids), (List{{{0, 1, 2, 3, 4, 5}, 12, 0}}));
+    for (std::uint32_t key = 1; key <= 12; ++key) {
+        EXPECT_EQ(solids.solidOf(key), 0U);
+        EXPECT_EQ(solids.materialOf(key), (key - 1) / 2);
+    }
+    sides.pop_back();
+    EXPECT_EQ(solidsOf(sides), (List{{{0, 1, 2, 3, 4}, 10, 4}}));
+}
+
+TEST(Solids, ASphereIsClosedWhateverItsPolesAndSeamAreMadeOf) {
+    // Half of the triangles at the poles have two corners only.
+    EXPECT_EQ(solidsOf({globe(12, 7, false)}), (List{{{0}, 2 * 12 * 7 - 2 * 12, 0}}));
+    EXPECT_EQ(solidsOf({globe(12, 7, true)}), (List{{{0}, 2 * 12 * 5, 2 * 12}}));
+}
+
+TEST(Solids, PrimitivesThatAreClosedStandAlone) {
+    const Primitive outer = globe(8, 4, false, 0), inner = globe(8, 4, false, 1, 0.5F);
+    EXPECT_EQ(solidsOf({outer, inner}), (List{{{0}, 48, 0}, {{1}, 48, 0}}));
+    // A closed one, and two that are open.
+    EXPECT_EQ(solidsOf({cubeSide(0), inner, cubeSide(1)}), (List{{{1}, 48, 0}, {{0, 2}, 4, 8}}));
+}
+
+TEST(Solids, ZeroHasTwoSigns) {
+    Primitive one = tetrahedron();
+    for (std::size_t i = 0; i < 3; ++i)
+        for (int axis = 0; axis < 3; ++axis)
+            if (one.positions[i][axis] == 0) one.positions[i][axis] = -0.0F;
+    EXPECT_EQ(solidsOf({one}), (List{{{0}, 4, 0}}));
+    one.positions[0].x = 1e-30F;
+    EXPECT_EQ(solidsOf({one}), (List{{{0}, 4, 4}}));
+}
+
+TEST(Solids, AnEdgeOfFourTrianglesIsNotOpen) {
+    Primitive twice = tetrahedron();  // two that touch along an edge
+    const Primitive once = tetrahedron();
+    for (glm::vec3 p : once.positions) {
+        p.x = -p.x;
+        p.y = -p.y;
+        twice.positions.push_back(p);
+    }
+    EXPECT_EQ(solidsOf({twice}), (List{{{0}, 8, 0}}));
+}
+
+TEST(Solids, LinesAndPointsBelongToNone) {
+    Primitive lines = tetrahedron();
+    lines.topology = Topology::kLines;
+    const Scene scene = sceneOf({lines, tetrahedron()});
+    const Solids solids(scene, contents(scene, 0));
+    EXPECT_EQ(found(solids), (List{{{1}, 4, 0}}));
+    EXPECT_EQ(solids.solidOf(6), Solids::kNone);
+    EXPECT_EQ(solids.solidOf(7), 0U);
+    EXPECT_EQ(solidsOf({lines}), List{});
+}
+
+TEST(Solids, ADeformedMeshHasItsOwnTopology) {
+    const Scene scene = sceneOf({tetrahedron()});
+    SceneContents shown = contents(scene, 0);
+    shown.deformed.resize(1);
+    shown.deformed[0].resize(1);
+    shown.deformed[0][0].positions = scene.meshes[0].primitives[0].positions;
+    shown.deformed[0][0].positions[0] += 1;  // a corner of one triangle
+    shown.meshes.push_back(shown.meshes[0]);
+    shown.meshes[1].deformed = 0;
+    EXPECT_EQ(found(Solids(scene, shown)), (List{{{0}, 4, 0}, {{0}, 4, 4}}));
+}
+
+/// Every key leads where DrawList says, in a scene with all that makes keys irregular.
+TEST(Solids, KeysAreThoseOfTheDrawList) {
+    Primitive empty, points;
+    points.topology = Topology::kPoints;
+    points.positions.resize(3);
+    Primitive masked = tetrahedron(2);  // not drawn at all
+    Scene scene = sceneOf({empty, tetrahedron(1), points, masked, empty, cubeSide(3), empty});
+    scene.materials[2].alpha_mode = AlphaMode::kMask;
+    scene.materials[2].base_color.a = 0;
+    scene.meshes.push_back({"", {tetrahedron(4)}});
+    scene.nodes.resize(3);
+    scene.nodes[1].mesh = 1;
+    scene.nodes[1].instances = {glm::dmat4(1), glm::scale(glm::dmat4(1), {-1, 1, 1}),
+                                glm::dmat4(2)};
+    scene.nodes[2].mesh = 0;
+    scene.scenes[0].roots = {0, 1, 2};
+    const SceneContents shown = contents(scene, 0);
+    const DrawList list(scene, shown);
+    const Solids solids(scene, shown);
+    ASSERT_EQ(solids.all().size(), 3U + 3U + 3U);
+    const std::uint32_t keys = 2 * (4 + 3 + 4 + 2) + 3 * 4;
+    for (std::uint32_t key = 1; key <= keys; ++key) {
+        const KeyOrigin origin = list.originOf(key);
+        const MeshInstance& instance = shown.meshes[origin.instance];
+        const Primitive& primitive =
+            scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives[origin.primitive];
+        EXPECT_EQ(solids.materialOf(key), static_cast<std::size_t>(primitive.material));
+        const std::uint32_t index = solids.solidOf(key);
+        if (primitive.topology == Topology::kPoints) {
+            EXPECT_EQ(index, Solids::kNone);
+            continue;
+        }
+        ASSERT_LT(index, solids.all().size());
+        const Solid& solid = solids.all()[index];
+        EXPECT_EQ(solid.instance, origin.instance) << key;
+        EXPECT_EQ(solid.node, instance.node);
+        EXPECT_EQ(std::ranges::count(solid.primitives, origin.primitive), 1) << key;
+    }
+}
+
+}  // namespace
+}  // namespace peeler::test

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hits of rays from formulas: spheres that stand for the solids of a scene.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/layered_image.h"
+#include "core/rays/bundle.h"
+#include "core/scene.h"
+#include "core/supersampling.h"
+
+namespace peeler::test {
+
+/// A tetrahedron, closed, its vertices not shared.
+inline Primitive tetrahedron(int material = 0, float size = 1) {
+    const glm::vec3 corner[] = {{0, 0, 0}, {size, 0, 0}, {0, size, 0}, {0, 0, size}};
+    Primitive primitive;
+    primitive.material = material;
+    for (const int i : {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2})
+        primitive.positions.push_back(corner[i]);
+    return primitive;
+}
+
+/// So many nodes "body 0", "body 1", … each with a closed mesh of its own material "m0", "m1", …
+inline Scene bodies(int count) {
+    Scene scene;
+    scene.scenes.resize(1);
+    scene.meshes.resize(static_cast<std::size_t>(count));
+    scene.nodes.resize(static_cast<std::size_t>(count));
+    scene.materials.resize(static_cast<std::size_t>(count) + 1);
+    for (int i = 0; i < count; ++i) {
+        const auto n = static_cast<std::size_t>(i);
+        scene.meshes[n].primitives = {tetrahedron(i)};
+        scene.nodes[n].name = "body " + std::to_string(i);
+        scene.nodes[n].mesh = i;
+        scene.materials[n].name = "m" + std::to_string(i);
+        scene.scenes[0].roots.push_back(i);
+    }
+    return scene;
+}
+
+/// A key of the n-th of bodies().
+inline std::uint32_t keyOf(int body) {
+    return 1 + 4 * static_cast<std::uint32_t>(body);
+}
+
+struct Hit {
+    double t = 0;
+    std::uint32_t key = 0;
+};
+
+/// A bundle's hits: `at(start, direction)` gives those of a ray in any order; t is the distance
+/// from the start, which for a pinhole bundle is the eye.
+inline LayeredImage rayHits(
+    const Bundle& bundle,
+    const std::function<std::vector<Hit>(const glm::dvec3&, const glm::dvec3&)>& at) {
+    const View& view = bundle.view;
+    LayeredImage image;
+    image.window = view.crop;
+    image.offsets.push_back(0);
+    image.extra.push_back({{kKeyChannel}, PixelType::kUint, {}});
+    std::vector<std::uint32_t> keys;
+    for (int y = view.crop.y0; y < view.crop.y1; ++y) {
+        for (int x = view.crop.x0; x < view.crop.x1; ++x) {
+            const glm::dvec3 start = worldPosition(view, x + 0.5, y + 0.5, 0);
+            const glm::dvec3 direction = worldPosition(view, x + 0.5, y + 0.5, 1) - start;
+            std::vector<Hit> hits = at(start, glm::normalize(direction));
+            std::ranges::stable_sort(hits, {}, &Hit::t);
+            for (const Hit& hit : hits) {
+                image.z.push_back(static_cast<float>(hit.t / glm::length(direction)));
+                keys.push_back(hit.key);
+            }
+            image.offsets.push_back(static_cast<std::uint32_t>(keys.size()));
+        }
+    }
+    const auto bytes = std::as_bytes(std::span(keys));
+    image.extra[0].data.assign(bytes.begin(), bytes.end());
+    return image;
+}
+
+struct Sphere {
+    glm::dvec3 center{0};
+    double radius = 1;
+};
+
+/// Where a ray meets the n-th sphere, with a key of the n-th of bodies().
+inline LayeredImage sphereHits(const Bundle& bundle, const std::vector<Sphere>& spheres) {
+    return rayHits(bundle, [&](const glm::dvec3& start, const glm::dvec3& direction) {
+        std::vector<Hit> hits;
+        for (std::size_t i = 0; i < spheres.size(); ++i) {
+            const glm::dvec3 to = spheres[i].center - start;
+            const double middle = glm::dot(to, direction);
+            const double square =
+                spheres[i].radius * spheres[i].radius - glm::dot(to, to) + middle * middle;
+            if (square <= 0) continue;
+            for (const double side : {-1, 1})
+                hits.push_back({middle + side * std::sqrt(square), keyOf(static_cast<int>(i))});
+        }
+        return hits;
+    });
+}
+
+}  // namespace peeler::test
