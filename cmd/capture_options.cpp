@@ -101,6 +101,12 @@ void addLayerOptions(CLI::App& app, CaptureSettings& capture) {
         ->group(kGroup);
 }
 
+void addRayFacesOption(CLI::App& app, CaptureSettings& capture) {
+    addChoice<Faces>(app, "--faces", capture.faces, kRayFaces, "choice of faces",
+                     "which sides of triangles rays hit:")
+        ->group("Rays");
+}
+
 void addLightOptions(CLI::App& app, CaptureSettings& capture, std::optional<int>& shadow_size) {
     constexpr const char* kGroup = "Light";
     app.add_flag("--shadows", capture.shadows,

@@ -19,6 +19,9 @@ namespace peeler::cmd {
 /// --shading and --precision.
 void addLayerOptions(CLI::App& app, CaptureSettings& capture);
 
+/// Declares --faces for rays: both unless told.
+void addRayFacesOption(CLI::App& app, CaptureSettings& capture);
+
 /// Declares --shadows and --shadow-size.
 void addLightOptions(CLI::App& app, CaptureSettings& capture, std::optional<int>& shadow_size);
 

@@ -40,6 +40,8 @@ inline constexpr Choice<Faces> kFaces[] = {
     {"back", Faces::kBack, "back faces only"},
     {"both", Faces::kBoth, "both, whatever the material says"},
 };
+/// Rays have another default.
+inline constexpr Choice<Faces> kRayFaces[] = {kFaces[3], kFaces[0], kFaces[1], kFaces[2]};
 inline constexpr Choice<Shading> kShading[] = {
     {"pbr", Shading::kPbr, "metallic-roughness under the scene's lights, or the built-in one"},
     {"unlit", Shading::kUnlit, "base colour alone"},

@@ -5,11 +5,10 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/sink.h"
-#include "formats/exr_band_writer.h"
-#include "formats/exr_chunks.h"
 
 namespace peeler {
 
@@ -36,15 +35,8 @@ class ExrHitsWriter {
     void finish();
 
   private:
-    void open(const LayeredImage& first_band, std::string_view left_out);
-
-    std::vector<ExrBundle> bundles_;
-    Provenance provenance_;
-    AtomicFile file_;
-    std::unique_ptr<ExrFile> exr_;  ///< from the first band on: it says which channels there are
-    std::vector<ExrChannel> channels_;
-    std::vector<ExrDeepChunk> packed_;
-    ExrPackerPool packers_;
+    struct File;
+    std::unique_ptr<File> file_;
 };
 
 }  // namespace peeler

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which maps of rays, and what they need to know.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cmd/ray_map_output.h"
+
+namespace CLI {
+class App;
+}
+
+namespace peeler::cmd {
+
+struct RayMapFlags {
+    std::vector<RayMap> maps;                                 ///< none: hits are written
+    std::vector<std::pair<std::string, double>> attenuation;  ///< by material: name or index
+    std::vector<std::string> parts;                           ///< globs of node names
+    std::optional<std::pair<double, double>> range;
+};
+
+/// Declares --map, --attenuation, --part and --range. `flags` must outlive the parse.
+void addRayMapOptions(CLI::App& app, RayMapFlags& flags);
+
+/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+void checkRayMapFlags(const RayMapFlags& flags);
+
+/// Throws Error (kUsage) for a material or a node that the scene does not have.
+RayMapOptions rayMapOptions(const RayMapFlags& flags, const Scene& scene);
+
+}  // namespace peeler::cmd
