@@ -251,6 +251,18 @@ CubeMap irradianceOf(const CubeMap& source) {
 
 }  // namespace
 
+EnvironmentSamples::EnvironmentSamples(const Environment& environment, int count) {
+    // As many pixels as directions.
+    const int height = std::max(1, static_cast<int>(std::lround(std::sqrt(count / 2.0))));
+    coarse_ = shrunk(environment, std::min(2 * height, environment.width),
+                     std::min(height, environment.height));
+    coarse_.rotation = environment.rotation;
+}
+
+glm::vec3 EnvironmentSamples::radiance(const glm::dvec3& direction) const {
+    return lookUp(coarse_, coarse_.rotation, glm::vec3(direction));
+}
+
 glm::vec3 cubeDirection(int face, int x, int y, int size) {
     // OpenGL 4.6, table 8.19.
     const float s = 2 * (static_cast<float>(x) + 0.5F) / static_cast<float>(size) - 1;

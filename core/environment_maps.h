@@ -28,6 +28,18 @@ struct EnvironmentMaps {
     CubeMap irradiance;  ///< divided by pi
 };
 
+/// What arrives from one of `count` directions that are spread evenly: the mean around it, so that
+/// small bright lights count for what they are.
+class EnvironmentSamples {
+  public:
+    EnvironmentSamples(const Environment& environment, int count);
+    /// `direction` is where it comes from, unit, world.
+    glm::vec3 radiance(const glm::dvec3& direction) const;
+
+  private:
+    Environment coarse_;
+};
+
 /// The same numbers whatever the number of threads. A white environment gives exactly white maps,
 /// up to rounding.
 EnvironmentMaps prefilter(const Environment& environment);
