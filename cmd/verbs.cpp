@@ -7,6 +7,9 @@ namespace peeler::cmd {
 std::span<const Verb> verbs() {
     static constexpr Verb kVerbs[] = {
         {"render", "Render every layer of a glTF scene into one file", declareRender},
+        {"bake",
+         "Tell what surfaces see around them: occlusion, thickness, light; into .glb or textures",
+         declareBake},
         {"flatten", "Composite the layers of a file into one picture", declareFlatten},
         {"extract", "Take layers, points, arrays or fragment counts out of a layered file",
          declareExtract},

@@ -6,30 +6,11 @@
 #include <map>
 
 #include "core/error.h"
+#include "core/primitive_corners.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {
 namespace {
-
-/// How many primitives GL makes of n vertices; also what gl_PrimitiveID counts.
-std::uint64_t primitiveCount(Topology topology, std::uint64_t n) {
-    switch (topology) {
-        case Topology::kPoints:
-            return n;
-        case Topology::kLines:
-            return n / 2;
-        case Topology::kLineLoop:
-            return n < 2 ? 0 : n;
-        case Topology::kLineStrip:
-            return n < 2 ? 0 : n - 1;
-        case Topology::kTriangles:
-            return n / 3;
-        case Topology::kTriangleStrip:
-        case Topology::kTriangleFan:
-            return n < 3 ? 0 : n - 2;
-    }
-    return 0;
-}
 
 std::size_t verticesOf(const Primitive& p) {
     return p.indices.empty() ? p.positions.size() : p.indices.size();
@@ -92,7 +73,7 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
     std::size_t most_vertices = 0;
     for (const Primitive& p : primitives) {
         group.surfaces.push_back(static_cast<std::uint32_t>(keys));
-        keys += primitiveCount(p.topology, verticesOf(p));
+        keys += elementCount(p);
         most_vertices = std::max(most_vertices, verticesOf(p));
     }
     // Both factors are below 2^32: more vertices have just been refused, and more instances need

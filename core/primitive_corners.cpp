@@ -25,12 +25,35 @@ Corners placesOf(Topology topology, std::size_t e, std::size_t size) {
     return {};
 }
 
+/// Of vertices in the sequence that is drawn.
+std::size_t lengthOf(const Primitive& primitive) {
+    return primitive.indices.empty() ? primitive.positions.size() : primitive.indices.size();
+}
+
 }  // namespace
 
+std::uint64_t elementCount(const Primitive& primitive) {
+    const std::uint64_t n = lengthOf(primitive);
+    switch (primitive.topology) {
+        case Topology::kPoints:
+            return n;
+        case Topology::kLines:
+            return n / 2;
+        case Topology::kLineLoop:
+            return n < 2 ? 0 : n;
+        case Topology::kLineStrip:
+            return n < 2 ? 0 : n - 1;
+        case Topology::kTriangles:
+            return n / 3;
+        case Topology::kTriangleStrip:
+        case Topology::kTriangleFan:
+            return n < 3 ? 0 : n - 2;
+    }
+    return 0;
+}
+
 Corners cornersOf(const Primitive& primitive, std::uint32_t element) {
-    const std::size_t size =
-        primitive.indices.empty() ? primitive.positions.size() : primitive.indices.size();
-    Corners corners = placesOf(primitive.topology, element, size);
+    Corners corners = placesOf(primitive.topology, element, lengthOf(primitive));
     if (primitive.indices.empty()) return corners;
     for (std::size_t& vertex : corners.vertex)
         vertex = primitive.indices[vertex];

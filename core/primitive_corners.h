@@ -15,6 +15,9 @@ struct Corners {
     std::array<std::size_t, 3> vertex{};
 };
 
+/// How many points, lines or triangles GL makes of a primitive; also what gl_PrimitiveID counts.
+std::uint64_t elementCount(const Primitive& primitive);
+
 /// Of the element that GL makes as the `element`-th of a primitive, in the order in which GL draws
 /// it: odd triangles of a strip are turned, so that all have one orientation (OpenGL 4.5 core,
 /// §10.1).
