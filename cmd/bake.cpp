@@ -261,7 +261,7 @@ void Bake::tell() {
         json["outputs"].push_back({{"path", path.string()}, {"bytes", bytes}});
         console_.note(
             path.string() + ": " + std::string(quantity) + " of " +
-            countText(receivers().size(), texels_ ? "point" : "vertex point") + ", " +
+            countText(receivers().size(), "receiver") + ", " +
             countText(static_cast<std::uint64_t>(options_.bake.settings.directions), "direction") +
             ", " + bytesText(bytes) + ", " +
             groupedText(static_cast<std::uint64_t>(std::llround(times_["total"]))) + " ms");

@@ -117,8 +117,7 @@ void addBakeOptions(CLI::App& app, BakeOptions& options) {
                             "quantity", "what is baked:")
         ->group("Baking");
     add("Baking", "--directions", "N", options.settings.directions, evenNumber,
-        "directions over the sphere, an even number (default: 256); the error falls with their "
-        "root or faster");
+        "directions over the sphere, an even number (default: 256)");
     add("Baking", "--resolution", "R", options.settings.resolution, integers(1, kMostResolution),
         "rays along the longer side of each direction's bundle, which covers the scene (default: "
         "512); details smaller than a ray's distance to the next are lost");

@@ -8,7 +8,7 @@ std::span<const Verb> verbs() {
     static constexpr Verb kVerbs[] = {
         {"render", "Render every layer of a glTF scene into one file", declareRender},
         {"bake",
-         "Tell what surfaces see around them: occlusion, thickness, light; into .glb or textures",
+         "Bake what surfaces see, occlusion, thickness or light, into a scene or textures",
          declareBake},
         {"flatten", "Composite the layers of a file into one picture", declareFlatten},
         {"extract", "Take layers, points, arrays or fragment counts out of a layered file",

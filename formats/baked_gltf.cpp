@@ -101,12 +101,23 @@ class VertexValues {
             package_.gltf()["meshes"][mesh].at("primitives").at(values.source.primitive);
         const auto extensions = primitive.find("extensions");
         const bool draco = extensions != primitive.end() && extensions->contains(kDraco);
+        if (draco) correctCounts(primitive, values.source.vertices);
         const auto put = [&](const std::string& name, std::size_t accessor) {
             primitive["attributes"][name] = accessor;
             if (draco) (*extensions)[kDraco]["attributes"].erase(name);
         };
         put("COLOR_0", color);
         put(attribute_, value);
+    }
+
+    /// Encoders do not always say how many vertices come out (Khronos' own 2CylinderEngine). All
+    /// attributes of a primitive have to have as many.
+    void correctCounts(const ordered_json& primitive, std::size_t vertices) {
+        for (const auto& [name, id] : primitive["extensions"][kDraco]["attributes"].items()) {
+            const auto index = primitive["attributes"].at(name).get<std::size_t>();
+            ordered_json& accessor = package_.gltf()["accessors"].at(index);
+            if (!accessor.contains("bufferView")) accessor["count"] = vertices;
+        }
     }
 
     GltfPackage& package_;
