@@ -290,11 +290,14 @@ void Bake::tell() {
 }
 
 constexpr const char* kFooter =
-    "What a vertex gets in a .glb: COLOR_0 (linear, 16 bits), which every viewer shows: ao and\n"
-    "sky-visibility times the COLOR_0 that was there, bent-normal n/2 + 1/2, thickness as a share\n"
-    "of the greatest, irradiance E/pi (what a white surface sends back), clipped at 1; and the\n"
-    "numbers themselves, 32-bit floats. A .png holds the same as COLOR_0, times no other colour,\n"
-    "an .exr the numbers. Bent normals and distances are those of the world.";
+    "What a vertex gets in a .glb: COLOR_0 (linear, 16 bits), which viewers multiply with the\n"
+    "material's colour: ao and sky-visibility times the COLOR_0 that was there, bent-normal\n"
+    "n/2 + 1/2, thickness as a share of the greatest, irradiance E/pi (what a white surface sends\n"
+    "back); clipped at 1. And the numbers themselves, 32-bit floats, as _AO and so on. A .png "
+    "holds\n"
+    "what is in COLOR_0, times no other colour, an .exr the numbers. Normals and distances are\n"
+    "those of the world. A mesh that nodes show differently is copied for each; the instances of\n"
+    "one node (EXT_mesh_gpu_instancing) get their mean. Surfaces are asked on their front.";
 
 }  // namespace
 

@@ -76,7 +76,8 @@ Imf::Header headerOf(const ValueTexture& texture, const std::string& software) {
 void gather(const ValueTexture& texture, int row, int rows, std::byte* out) {
     const auto side = static_cast<std::size_t>(texture.size);
     const std::size_t width = texture.components;
-    for (auto y = static_cast<std::size_t>(row); y < static_cast<std::size_t>(row + rows); ++y)
+    const auto first = static_cast<std::size_t>(row), count = static_cast<std::size_t>(rows);
+    for (std::size_t y = first; y < first + count; ++y)
         for (std::size_t c = width; c-- > 0;)
             for (std::size_t x = 0; x < side; ++x, out += sizeof(float))
                 std::memcpy(out, &texture.values[(y * side + x) * width + c], sizeof(float));

@@ -9,6 +9,7 @@
 
 #include "formats/gltf_builder.h"
 #include "formats/gltf_container.h"
+#include "formats/meshopt_gltf.h"
 #include "formats/texture_files.h"
 
 namespace peeler::test {
@@ -269,6 +270,76 @@ TEST(BakedGltf, GivesMaterialsOcclusionTextures) {
     EXPECT_EQ(scene.meshes[0].primitives[0].material, 1);
     EXPECT_EQ(scene.meshes[0].primitives[1].material, 0);
     EXPECT_EQ(scene.materials[1].base_color, glm::vec4(1));
+}
+
+TEST(BakedGltf, MovesCompressedViewsButNotThePlaceOfTheirData) {
+    GltfBuilder builder = compressed();
+    json& buffers = builder.gltf["buffers"];
+    const json placeholder = buffers[1];
+    buffers = {{{"uri", "data:;base64,AAAA"}, {"byteLength", 3}},
+               placeholder,
+               {{"uri", "packed.bin"}, {"byteLength", builder.bin.size()}}};
+    for (json& view : builder.gltf["bufferViews"])
+        view["extensions"]["EXT_meshopt_compression"]["buffer"] = 2;
+    const ScratchDir folder;
+    writeFile(folder / "packed.bin", builder.bin);
+    writeFile(folder / "scene.gltf", builder.gltf.dump());
+    const fs::path baked = bake(folder / "scene.gltf", {values(0)});
+    const Glb glb(baked);
+    ASSERT_EQ(glb.json["buffers"].size(), 2U);
+    EXPECT_EQ(json::parse(glb.json["buffers"][1].dump()), placeholder);
+    const auto& view = glb.json["bufferViews"][1];
+    EXPECT_EQ(view["buffer"], 1);
+    EXPECT_EQ(view["byteOffset"], 48);
+    const auto& packed = view["extensions"]["EXT_meshopt_compression"];
+    EXPECT_EQ(packed["buffer"], 0);
+    EXPECT_EQ(
+        packed["byteOffset"],
+        4 + builder.gltf["bufferViews"][1]["extensions"]["EXT_meshopt_compression"]["byteOffset"]
+                .get<int>());
+    const Primitive primitive = readGltf(baked).meshes[0].primitives[0];
+    EXPECT_EQ(primitive.positions, (std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+    EXPECT_EQ(primitive.indices, (std::vector<std::uint32_t>{0, 1, 2}));
+    EXPECT_EQ(primitive.colors.size(), 3U);
+}
+
+TEST(BakedGltf, StandsBesideDracosAttributes) {
+    // Never decoded here: what stands in the JSON matters.
+    GltfBuilder builder = triangle();
+    const json promise = {{"componentType", 5126}, {"count", 2}, {"type", "VEC3"}};
+    for (const char* name : {"POSITION", "COLOR_0"})
+        builder.attributes()[name] = builder.addAccessor(promise);
+    builder.primitive()["extensions"]["KHR_draco_mesh_compression"] = {
+        {"bufferView", 0}, {"attributes", {{"POSITION", 0}, {"COLOR_0", 1}}}};
+    builder.gltf["extensionsUsed"] = {"KHR_draco_mesh_compression"};
+    const ScratchDir folder;
+    const Glb glb(bake(builder.write(folder), {values(0)}));
+    const auto& primitive = glb.json["meshes"][0]["primitives"][0];
+    const auto& draco = primitive["extensions"]["KHR_draco_mesh_compression"];
+    EXPECT_EQ(draco["attributes"].dump(), R"({"POSITION":0})");
+    const auto count_of = [&](const char* name) {
+        return glb.json["accessors"][primitive["attributes"][name].get<std::size_t>()]["count"];
+    };
+    for (const char* name : {"POSITION", "COLOR_0", "_AO"})
+        EXPECT_EQ(count_of(name), 3) << name;  // as many as came out, whatever was promised
+}
+
+TEST(BakedGltf, KeepsTheOrderOfMembers) {
+    const ScratchDir folder;
+    writeFile(folder / "scene.gltf",
+              R"({"zeta": 1, "scenes": [{"nodes": [0]}], "nodes": [{"name": "n", "mesh": 0}],
+                  "buffers": [{"uri": "data:;base64,AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA",
+                               "byteLength": 36}],
+                  "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+                  "bufferViews": [{"buffer": 0, "byteLength": 36}],
+                  "accessors": [{"type": "VEC3", "count": 3, "componentType": 5126,
+                                 "bufferView": 0}], "asset": {"version": "2.0"}})");
+    const Glb glb(bake(folder / "scene.gltf", {values(0)}));
+    std::vector<std::string> names;
+    for (const auto& [name, member] : glb.json.items())
+        names.push_back(name);
+    EXPECT_EQ(names, (std::vector<std::string>{"zeta", "scenes", "nodes", "buffers", "meshes",
+                                               "bufferViews", "accessors", "asset"}));
 }
 
 TEST(BakedGltf, NoticesThatTheFileIsAnother) {
