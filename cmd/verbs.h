@@ -30,6 +30,7 @@ std::span<const Verb> verbs();
 // One file each.
 VerbAction declareRender(CLI::App& app);
 VerbAction declareRays(CLI::App& app);
+VerbAction declareBake(CLI::App& app);
 VerbAction declareFlatten(CLI::App& app);
 VerbAction declareExtract(CLI::App& app);
 VerbAction declareMerge(CLI::App& app);

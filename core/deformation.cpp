@@ -30,13 +30,6 @@ void displace(std::vector<Vector>& values, const std::vector<glm::vec3>& displac
     });
 }
 
-/// Inverse transpose, up to a positive factor: of a singular matrix, too.
-glm::dmat3 normalMatrix(const glm::dmat3& m) {
-    const glm::dmat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]),
-                               glm::cross(m[0], m[1]));
-    return glm::determinant(m) < 0 ? -cofactors : cofactors;
-}
-
 glm::dvec3 unit(const glm::dvec3& v) {
     const double length = glm::length(v);
     return length > 0 ? v / length : v;
@@ -63,6 +56,12 @@ void applySkin(const Primitive& primitive, const JointMatrices& skin, DeformedVe
 }
 
 }  // namespace
+
+glm::dmat3 normalMatrix(const glm::dmat3& m) {
+    const glm::dmat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]),
+                               glm::cross(m[0], m[1]));
+    return glm::determinant(m) < 0 ? -cofactors : cofactors;
+}
 
 glm::dmat4 skinMatrix(const Primitive& primitive, const JointMatrices& skin, std::size_t vertex) {
     if (primitive.joint_sets.empty()) return skin.unskinned;

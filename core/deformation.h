@@ -22,6 +22,10 @@ struct JointMatrices {
     glm::dmat4 unskinned{1};  ///< for primitives without joints, which follow their node
 };
 
+/// What turns normals where `m` takes positions: its inverse transpose, up to a positive factor; of
+/// a singular matrix, too.
+glm::dmat3 normalMatrix(const glm::dmat3& m);
+
 /// What moves a vertex: the weighted mean of its joints.
 glm::dmat4 skinMatrix(const Primitive& primitive, const JointMatrices& skin, std::size_t vertex);
 

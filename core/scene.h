@@ -53,6 +53,13 @@ struct MorphTarget {
     std::vector<glm::vec3> positions, normals, tangents;
 };
 
+/// Where a primitive stands in its file, for those who add to it.
+struct PrimitiveSource {
+    std::size_t primitive = 0;     ///< of the file's mesh
+    std::size_t first_vertex = 0;  ///< of the file's vertices those before are not kept
+    std::size_t vertices = 0;      ///< the file's, decoded
+};
+
 /// Vertex arrays of equal length (or empty where the file has none), and an index list (or empty:
 /// the vertices in order). Every index is in range; readers check that.
 struct Primitive {
@@ -68,6 +75,7 @@ struct Primitive {
     std::vector<std::uint32_t> indices;
     std::vector<JointSet> joint_sets;
     std::vector<MorphTarget> targets;  ///< as many in every primitive of a mesh
+    PrimitiveSource source{};
 };
 
 struct Mesh {

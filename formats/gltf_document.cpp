@@ -12,6 +12,7 @@
 #include "formats/gltf_checks.h"
 #include "formats/gltf_container.h"
 #include "formats/gltf_draco.h"
+#include "formats/gltf_json.h"
 #include "formats/gltf_lights.h"
 #include "formats/gltf_meshopt.h"
 #include "formats/gltf_schema.h"
@@ -22,33 +23,8 @@ namespace {
 
 using nlohmann::json;
 
-// tinygltf and the destructors of JSON values recurse; no real file nests deeper than extras do.
-constexpr int kMaxJsonDepth = 200;
-
 // A reader of warnings has seen enough then; a hostile file could have one for each of its bytes.
 constexpr std::size_t kMaxWarnings = 100;
-
-void checkDepth(std::string_view text, const std::string& path) {
-    int depth = 0;
-    bool in_string = false;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        const char c = text[i];
-        if (in_string) {
-            if (c == '\\') ++i;
-            if (c == '"') in_string = false;
-        } else if (c == '"') {
-            in_string = true;
-        } else if (c == '{' || c == '[') {
-            if (++depth > kMaxJsonDepth)
-                throw Error(
-                    ErrorKind::kInput,
-                    "the JSON is nested deeper than " + std::to_string(kMaxJsonDepth) + " levels",
-                    path, "this is not a glTF file that an exporter writes");
-        } else if (c == '}' || c == ']') {
-            --depth;
-        }
-    }
-}
 
 /// Moves an array out of the root object; an empty one if it is not there.
 json take(json& gltf, const char* name) {
@@ -70,25 +46,6 @@ json takeNodeExtensions(json& gltf) {
         }
     }
     return result;
-}
-
-json parseJson(std::string_view text, const std::string& path) {
-    if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);  // a byte order mark
-    const std::size_t begin = text.find_first_not_of(" \t\r\n");
-    if (begin == std::string_view::npos || text[begin] != '{')
-        throw Error(ErrorKind::kInput, "the file is neither binary glTF nor JSON", path,
-                    "a scene is a .gltf or .glb file");
-    checkDepth(text, path);
-    try {
-        return json::parse(text.begin(), text.end());
-    } catch (const json::exception& problem) {
-        // "[json.exception.parse_error.101] parse error at line 3, column 7: …"
-        std::string what = problem.what();
-        if (const std::size_t end = what.find("] "); end != std::string::npos)
-            what.erase(0, end + 2);
-        throw Error(ErrorKind::kInput, "the file is not valid JSON: " + what, path,
-                    "copy or export the file again");
-    }
 }
 
 /// tinygltf reads and decodes whatever buffers and images name, in the current folder too, wants a
@@ -226,7 +183,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     if (bytes.empty())
         throw Error(ErrorKind::kInput, "the file is empty", name, "copy or export it again");
     const GltfContainer container = splitGltfContainer(bytes, name, document.warnings);
-    json gltf = parseJson(container.json, name);
+    json gltf = parseGltfJson(container.json, name);
     checkGltfVersion(gltf, name);
     checkRequiredExtensions(gltf);
     checkGltfSchema(gltf);

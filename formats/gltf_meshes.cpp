@@ -94,6 +94,8 @@ class PrimitiveReader {
             out.indices = indices();
             keepUsedVertices(out.indices);
         }
+        out.source.first_vertex = used_.first;
+        out.source.vertices = vertex_count_;
         out.positions = attribute<glm::vec3>("POSITION", kPosition);
         out.normals = attribute<glm::vec3>("NORMAL", kNormal);
         out.tangents = attribute<glm::vec4>("TANGENT", kTangent);
@@ -290,6 +292,7 @@ std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& opti
             Primitive primitive;
             primitive.material = from.material >= 0 ? from.material : default_material;
             primitive.variants = variantMaterials(from, document.variants.size());
+            primitive.source.primitive = j;
             if (!PrimitiveReader(document, from, where).read(primitive)) continue;
             geometry_bytes += bytesOf(primitive);
             if (geometry_bytes > options.max_geometry_bytes)

@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler bake: what surfaces see around them, at the vertices or texels of a scene.
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "cmd/bake_options.h"
+#include "cmd/bake_values.h"
+#include "cmd/capture_options.h"
+#include "cmd/frames.h"
+#include "cmd/opened_scene.h"
+#include "cmd/options.h"
+#include "cmd/output_options.h"
+#include "cmd/progress.h"
+#include "cmd/report.h"
+#include "cmd/resources.h"
+#include "cmd/verbs.h"
+#include "core/error.h"
+#include "core/rays/texel_receivers.h"
+#include "core/rays/vertex_receivers.h"
+#include "formats/atomic_file.h"
+#include "formats/gltf_package.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct BakeCommand {
+    SceneOptions scene;
+    AnimationOptions animation;
+    LookOptions look;
+    BakeOptions bake;
+    CaptureSettings capture;
+    gl::ContextRequest device;
+    int threads = 0;
+    ReportFlags report;
+};
+
+constexpr int kTextureBits = 8;  // of an occlusion texture in a .glb: what every viewer takes
+constexpr const char* kSoftware = "peeler " PEELER_VERSION;
+
+/// One run. run() lists its stages.
+class Bake {
+  public:
+    Bake(const BakeCommand& options, Console& console) : options_(options), console_(console) {}
+
+    void run() {
+        {
+            const StageTimer timer(times_, "total");
+            checkOptions();
+            open();
+            placeReceivers();
+            nameOutputs();
+            gather();
+            write();
+        }
+        tell();
+    }
+
+  private:
+    void checkOptions() const;
+    void checkTargetFile(const fs::path& path) const;
+    void open();
+    void placeReceivers();
+    void warnOfTexels() const;
+    void nameOutputs();
+    void gather();
+    void write();
+    void writeVertices();
+    void writeTextures();
+    std::string materialName(int material) const;
+    void tell();
+
+    const Scene& scene() const { return scene_->scene(); }
+    const Receivers& receivers() const {
+        return texels_ ? texels_->receivers() : vertices_->receivers();
+    }
+
+    const BakeCommand& options_;
+    Console& console_;
+    std::optional<OpenedScene> scene_;
+    SceneContents contents_;
+    std::optional<VertexReceivers> vertices_;
+    std::optional<TexelReceivers> texels_;  ///< if those are the target
+    std::vector<fs::path> outputs_;         ///< one, or of .png one for each texture
+    std::vector<float> values_;
+    gl::Device device_;
+    StageTimes times_;
+};
+
+void Bake::checkTargetFile(const fs::path& path) const {
+    OutputFlags flags;
+    flags.path = path;
+    flags.no_clobber = options_.bake.no_clobber;
+    std::vector<fs::path> inputs{options_.scene.file};
+    if (options_.look.environment) inputs.push_back(*options_.look.environment);
+    checkTarget(flags, inputs);
+    const AtomicFile probe(path.string());
+}
+
+void Bake::checkOptions() const {
+    console_.setQuiet(options_.report.quiet);
+    checkBakeOptions(options_.bake, options_.look);
+    checkAnimationOptions(options_.animation);
+    checkLookOptions(options_.look);
+    const fs::path& output = options_.bake.output;
+    if (options_.bake.file() != BakeFile::kPng || !hasFrameToken(output.string()))
+        checkTargetFile(output);
+    checkReport(options_.report, {options_.scene.file, output});
+    setThreads(options_.threads);
+}
+
+void Bake::open() {
+    const StageTimer timer(times_, "load");
+    scene_.emplace(options_.scene, options_.look, options_.animation, false, console_);
+    contents_ = scene_->at(options_.animation.time.value_or(0));
+}
+
+void Bake::placeReceivers() {
+    const StageTimer timer(times_, "receivers");
+    vertices_.emplace(scene(), contents_);
+    if (vertices_->receivers().size() == 0)
+        throw Error(ErrorKind::kInput, "the scene shows no triangles to bake for",
+                    options_.scene.file.string(), "peeler info tells what is in it");
+    if (options_.bake.chosenTarget() == BakeTarget::kVertices) return;
+    texels_.emplace(scene(), contents_, *vertices_, options_.bake.texels());
+    warnOfTexels();
+}
+
+void Bake::warnOfTexels() const {
+    const std::string set = "TEXCOORD_" + std::to_string(texels_->settings().uv_set);
+    if (texels_->withoutUvs() > 0)
+        console_.warning(countText(texels_->withoutUvs(), "surface") + " without " + set +
+                         ": nothing is baked for what has none.");
+    for (const TexelAtlas& atlas : texels_->atlases()) {
+        if (atlas.shared == 0) continue;
+        const double share =
+            100 * static_cast<double>(atlas.shared) / static_cast<double>(atlas.covered);
+        console_.warning("The UVs of material " + materialName(atlas.material) +
+                         " overlap (mirrored, tiled, or several instances): " +
+                         countText(atlas.shared, "texel") + ", " +
+                         std::to_string(static_cast<int>(std::ceil(share))) +
+                         " % of those in use, hold a mean of several places.");
+    }
+}
+
+std::string Bake::materialName(int material) const {
+    const std::string number = std::to_string(material);
+    const std::string& name = scene().materials[static_cast<std::size_t>(material)].name;
+    return name.empty() ? number : number + " (" + printable(name) + ")";
+}
+
+/// Only now is known how many textures there are.
+void Bake::nameOutputs() {
+    const fs::path& output = options_.bake.output;
+    outputs_ = {output};
+    if (options_.bake.file() != BakeFile::kPng) return;
+    const bool numbered = hasFrameToken(output.string());
+    const std::size_t count = texels_->atlases().size();
+    if (!numbered && count > 1)
+        throw Error(
+            ErrorKind::kUsage,
+            "the textures of " + std::to_string(count) + " materials would have the same name",
+            "--output " + output.string(),
+            "put #### or %04d into the file's name, where the material's number goes, or "
+            "write an .exr");
+    if (!numbered) return;
+    outputs_.clear();
+    for (const TexelAtlas& atlas : texels_->atlases()) {
+        outputs_.emplace_back(framePath(output.string(), atlas.material));
+        checkTargetFile(outputs_.back());
+    }
+}
+
+void Bake::gather() {
+    std::unique_ptr<gl::Context> context;
+    {
+        const StageTimer timer(times_, "context");
+        context = openContext(options_.device, console_);
+    }
+    device_ = context->device();
+    Renderer renderer(*context, scene(), contents_);
+    BakeSettings settings = options_.bake.settings;
+    settings.bounces = options_.bake.bounces.value_or(settings.bounces);
+    CaptureSettings capture = options_.capture;
+    capture.faces = options_.bake.faces;
+    const DrawList list(scene(), contents_);
+    const SurfaceLookup lookup = texels_ ? texels_->lookup(list) : vertices_->lookup(list);
+    ProgressReport progress(console_, options_.report.shownProgress(), "bake");
+    const StageTimer timer(times_, "bake");
+    values_ = bake(renderer, scene(), contents_, receivers(), settings, capture, lookup,
+                   [&](double share) { progress.update(share); });
+}
+
+void Bake::write() {
+    const StageTimer timer(times_, "write");
+    if (texels_)
+        writeTextures();
+    else
+        writeVertices();
+}
+
+void Bake::writeVertices() {
+    const BakeQuantity quantity = options_.bake.settings.quantity;
+    const ShownValues shown(quantity, rangeOf(values_));
+    GltfPackage package(options_.scene.file, options_.scene.gltf);
+    addVertexValues(package, attributeOf(quantity),
+                    bakedPrimitives(scene(), contents_, *vertices_, values_, quantity, shown));
+    for (const std::string& warning : package.warnings())
+        console_.warning(warning);
+    package.write(outputs_.front().string());
+}
+
+void Bake::writeTextures() {
+    const BakeQuantity quantity = options_.bake.settings.quantity;
+    const BakeFile file = options_.bake.file();
+    const ShownValues shown(quantity, rangeOf(values_));
+    const auto default_material = static_cast<int>(scene().materials.size()) - 1;
+    std::vector<ValueTexture> parts;
+    std::vector<BakedTexture> occlusion;
+    for (std::size_t i = 0; i < texels_->atlases().size(); ++i) {
+        const TexelAtlas& atlas = texels_->atlases()[i];
+        ValueTexture texture{
+            "material_" + std::to_string(atlas.material), texels_->settings().size,
+            componentsOf(quantity),
+            texels_->pixels(atlas, values_, componentsOf(quantity), options_.bake.texelPadding())};
+        if (file == BakeFile::kExr) {
+            parts.push_back(std::move(texture));
+            continue;
+        }
+        for (float& value : texture.values)
+            value = shown(value);
+        if (file == BakeFile::kPng)
+            writePngTexture(outputs_[i].string(), texture, kSoftware);
+        else
+            occlusion.push_back({atlas.material == default_material ? -1 : atlas.material,
+                                 encodePng(texture, kTextureBits)});
+    }
+    if (file == BakeFile::kExr) writeExrTextures(outputs_.front().string(), parts, kSoftware);
+    if (file != BakeFile::kGltf) return;
+    GltfPackage package(options_.scene.file, options_.scene.gltf);
+    addOcclusionTextures(package, texels_->settings().uv_set, std::move(occlusion));
+    for (const std::string& warning : package.warnings())
+        console_.warning(warning);
+    package.write(outputs_.front().string());
+}
+
+void Bake::tell() {
+    const ValueRange range = rangeOf(values_);
+    const auto quantity = nameOf<BakeQuantity>(kBakeQuantities, options_.bake.settings.quantity);
+    nlohmann::ordered_json json;
+    json["input"] = options_.scene.file.string();
+    json["outputs"] = nlohmann::ordered_json::array();
+    for (const fs::path& path : outputs_) {
+        const std::uint64_t bytes = fs::file_size(path);
+        json["outputs"].push_back({{"path", path.string()}, {"bytes", bytes}});
+        console_.note(
+            path.string() + ": " + std::string(quantity) + " of " +
+            countText(receivers().size(), "receiver") + ", " +
+            countText(static_cast<std::uint64_t>(options_.bake.settings.directions), "direction") +
+            ", " + bytesText(bytes) + ", " +
+            groupedText(static_cast<std::uint64_t>(std::llround(times_["total"]))) + " ms");
+    }
+    json["quantity"] = quantity;
+    json["target"] = texels_ ? "texture" : "vertices";
+    json["directions"] = options_.bake.settings.directions;
+    json["resolution"] = options_.bake.settings.resolution;
+    json["receivers"] = receivers().size();
+    json["least"] = range.least;
+    json["mean"] = range.mean;
+    json["greatest"] = range.greatest;
+    json["textures"] = nlohmann::ordered_json::array();
+    if (texels_) {
+        for (const TexelAtlas& atlas : texels_->atlases())
+            json["textures"].push_back({{"material", atlas.material},
+                                        {"texelsCovered", atlas.covered},
+                                        {"texelsShared", atlas.shared}});
+    }
+    json["renderer"] = device_.renderer;
+    json["backend"] = device_.backend;
+    json["peakMemory"] = peakMemory();
+    json["milliseconds"] = times_;
+    if (options_.report.file) writeReport(*options_.report.file, json);
+    if (options_.report.json) console_.result(jsonText(json));
+}
+
+constexpr const char* kFooter =
+    "What a vertex gets in a .glb: COLOR_0 (linear, 16 bits), which viewers multiply with the\n"
+    "material's colour: ao and sky-visibility times the COLOR_0 that was there, bent-normal\n"
+    "n/2 + 1/2, thickness as a share of the greatest, irradiance E/pi (what a white surface sends\n"
+    "back); clipped at 1. And the numbers themselves, 32-bit floats, as _AO and so on. A .png "
+    "holds\n"
+    "what is in COLOR_0, times no other colour, an .exr the numbers. Normals and distances are\n"
+    "those of the world. A mesh that nodes show differently is copied for each; the instances of\n"
+    "one node (EXT_mesh_gpu_instancing) get their mean. Surfaces are asked on their front.";
+
+}  // namespace
+
+VerbAction declareBake(CLI::App& app) {
+    const auto options = std::make_shared<BakeCommand>();
+    addValue(
+        app, "SCENE", "", options->scene.file,
+        [](const std::string& text) { return fs::path(text); }, "a glTF scene (.gltf or .glb)")
+        ->required();
+    addBakeOptions(app, options->bake);
+    addSceneOptions(app, options->scene);
+    addTimeOptions(app, options->animation);
+    addLookOptions(app, options->look);
+    addMachineOptions(app, options->device, options->threads, options->capture);
+    addReportOptions(app, options->report);
+    app.footer(kFooter);
+    return [options](Console& console) {
+        Bake(*options, console).run();
+        return 0;
+    };
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// Adds baked values to a glTF file: to vertices, or as occlusion textures.
+#include "formats/baked_gltf.h"
+
+#include <cstring>
+#include <map>
+
+#include "core/error.h"
+#include "formats/gltf_schema.h"
+
+namespace peeler {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr const char* kDraco = "KHR_draco_mesh_compression";
+constexpr int kUnsignedShort = 5123, kFloat = 5126;
+
+/// The bytes of an element for each of the file's vertices; those that the scene has not kept are
+/// 0.
+template <class T>
+std::vector<std::uint8_t> bytesOfAll(const std::vector<T>& values, std::size_t a_vertex,
+                                     const PrimitiveSource& source) {
+    std::vector<std::uint8_t> bytes(source.vertices * a_vertex * sizeof(T));
+    if (!values.empty())
+        std::memcpy(bytes.data() + source.first_vertex * a_vertex * sizeof(T), values.data(),
+                    values.size() * sizeof(T));
+    return bytes;
+}
+
+class VertexValues {
+  public:
+    VertexValues(GltfPackage& package, const std::string& attribute,
+                 const std::vector<BakedPrimitive>& primitives)
+        : package_(package), attribute_(attribute) {
+        for (const BakedPrimitive& primitive : primitives)
+            baked_[primitive.node].push_back(&primitive);
+    }
+
+    void add() {
+        // The nodes of each mesh, those without values among them.
+        std::map<std::size_t, std::vector<std::size_t>> nodes_of;
+        const ordered_json& nodes = package_.gltf().at("nodes");
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            if (nodes[i].contains("mesh"))
+                nodes_of[nodes[i]["mesh"].get<std::size_t>()].push_back(i);
+        for (const auto& [mesh, users] : nodes_of)
+            share(mesh, users);
+    }
+
+  private:
+    using Values = std::vector<const BakedPrimitive*>;  ///< of all primitives, as a node shows them
+
+    const Values& valuesOf(std::size_t node) const {
+        static const Values kNone;
+        const auto found = baked_.find(static_cast<int>(node));
+        return found == baked_.end() ? kNone : found->second;
+    }
+
+    static bool same(const Values& a, const Values& b) {
+        return a.size() == b.size() &&
+               std::equal(a.begin(), a.end(), b.begin(),
+                          [](const auto* one, const auto* other) { return *one == *other; });
+    }
+
+    /// Nodes without values keep the mesh, else those with the first values.
+    void share(std::size_t mesh, const std::vector<std::size_t>& users) {
+        struct Version {
+            const Values* values;
+            std::size_t mesh;
+        };
+        std::vector<Version> versions;
+        for (const std::size_t node : users)
+            if (valuesOf(node).empty()) versions = {{&valuesOf(node), mesh}};
+        const ordered_json original = package_.gltf()["meshes"].at(mesh);
+        for (const std::size_t node : users) {
+            const Values& values = valuesOf(node);
+            std::size_t place = 0;
+            while (place < versions.size() && !same(*versions[place].values, values))
+                ++place;
+            if (place == versions.size()) {
+                ordered_json& meshes = package_.gltf()["meshes"];
+                versions.push_back({&values, place == 0 ? mesh : meshes.size()});
+                if (place > 0) meshes.push_back(original);
+                for (const BakedPrimitive* primitive : values)
+                    addTo(versions.back().mesh, *primitive);
+            }
+            package_.gltf()["nodes"][node]["mesh"] = versions[place].mesh;
+        }
+    }
+
+    void addTo(std::size_t mesh, const BakedPrimitive& values) {
+        const std::size_t width = values.values.size() / values.colors.size();
+        const std::size_t color =
+            package_.addAccessor(bytesOfAll(values.colors, 1, values.source),
+                                 {kUnsignedShort, true, "VEC4", values.source.vertices});
+        const std::size_t value = package_.addAccessor(
+            bytesOfAll(values.values, width, values.source),
+            {kFloat, false, width == 1 ? "SCALAR" : "VEC3", values.source.vertices});
+        ordered_json& primitive =
+            package_.gltf()["meshes"][mesh].at("primitives").at(values.source.primitive);
+        const auto extensions = primitive.find("extensions");
+        const bool draco = extensions != primitive.end() && extensions->contains(kDraco);
+        if (draco) correctCounts(primitive, values.source.vertices);
+        const auto put = [&](const std::string& name, std::size_t accessor) {
+            primitive["attributes"][name] = accessor;
+            if (draco) (*extensions)[kDraco]["attributes"].erase(name);
+        };
+        put("COLOR_0", color);
+        put(attribute_, value);
+    }
+
+    /// Encoders do not always say how many vertices come out (Khronos' own 2CylinderEngine). All
+    /// attributes of a primitive have to have as many.
+    void correctCounts(const ordered_json& primitive, std::size_t vertices) {
+        for (const auto& [name, id] : primitive["extensions"][kDraco]["attributes"].items()) {
+            const auto index = primitive["attributes"].at(name).get<std::size_t>();
+            ordered_json& accessor = package_.gltf()["accessors"].at(index);
+            if (!accessor.contains("bufferView")) accessor["count"] = vertices;
+        }
+    }
+
+    GltfPackage& package_;
+    const std::string& attribute_;
+    std::map<int, Values> baked_;  ///< by node
+};
+
+/// Calls body(primitive) for every primitive of the file.
+template <class Body>
+void forEachPrimitive(ordered_json& gltf, const Body& body) {
+    const auto meshes = gltf.find("meshes");
+    if (meshes == gltf.end()) return;
+    for (ordered_json& mesh : *meshes)
+        for (ordered_json& primitive : mesh["primitives"])
+            body(primitive);
+}
+
+/// What the values were made for must be there. Whoever changes the file meanwhile gets an error.
+template <class Change>
+void changing(const Change& change) {
+    try {
+        change();
+    } catch (const nlohmann::json::exception&) {
+        throw Error(ErrorKind::kInput, "the scene's file has changed since it was read", "",
+                    "try again");
+    }
+}
+
+}  // namespace
+
+void addVertexValues(GltfPackage& package, const std::string& attribute,
+                     const std::vector<BakedPrimitive>& primitives) {
+    changing([&] { VertexValues(package, attribute, primitives).add(); });
+}
+
+void addOcclusionTextures(GltfPackage& package, int uv_set, std::vector<BakedTexture> textures) {
+    changing([&] {
+        ordered_json& gltf = package.gltf();
+        for (BakedTexture& texture : textures) {
+            const std::string name = "occlusion of material " + std::to_string(texture.material);
+            const std::size_t image = package.addImage(
+                std::move(texture.png), "image/png",
+                texture.material < 0 ? "occlusion where there is no material" : name);
+            gltf["textures"].push_back({{"source", image}});
+            ordered_json info = {{"index", gltf["textures"].size() - 1}};
+            if (uv_set != 0) info["texCoord"] = uv_set;
+            if (texture.material >= 0) {
+                gltf.at("materials")
+                    .at(static_cast<std::size_t>(texture.material))["occlusionTexture"] = info;
+                continue;
+            }
+            gltf["materials"].push_back({{"occlusionTexture", info}});
+            const std::size_t material = gltf["materials"].size() - 1;
+            forEachPrimitive(gltf, [&](ordered_json& primitive) {
+                if (!primitive.contains("material")) primitive["material"] = material;
+            });
+        }
+    });
+}
+
+}  // namespace peeler

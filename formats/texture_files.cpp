@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// Textures of numbers, not of colours: PNG and OpenEXR.
+#include "formats/texture_files.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "formats/atomic_file.h"
+#include "formats/exr_band_writer.h"
+#include "formats/exr_chunks.h"
+
+namespace peeler {
+namespace {
+
+template <class T>
+std::vector<T> quantized(const std::vector<float>& values) {
+    constexpr float kMost = static_cast<float>(std::numeric_limits<T>::max());
+    std::vector<T> result(values.size());
+    std::ranges::transform(values, result.begin(), [](float value) {
+        const float clipped = value > 0 ? std::min(value, 1.0F) : 0.0F;  // NaN too
+        return static_cast<T>(std::lround(clipped * kMost));
+    });
+    return result;
+}
+
+std::vector<std::uint8_t> encoded(const ValueTexture& texture, int bits,
+                                  const std::string& software) {
+    const OIIO::TypeDesc type = bits == 16 ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::UINT8;
+    OIIO::ImageSpec spec(texture.size, texture.size, static_cast<int>(texture.components), type);
+    if (!software.empty()) spec.attribute("Software", software);
+    std::vector<std::uint8_t> bytes;
+    OIIO::Filesystem::IOVecOutput out(bytes);
+    const auto image = OIIO::ImageOutput::create("png");
+    const auto check = [&](bool success) {
+        if (success) return;
+        throw Error(ErrorKind::kOutput,
+                    "cannot encode a PNG: " + (image ? image->geterror() : OIIO::geterror()),
+                    texture.name);
+    };
+    check(image && image->set_ioproxy(&out) && image->open("texture.png", spec));
+    if (bits == 16)
+        check(image->write_image(type, quantized<std::uint16_t>(texture.values).data()));
+    else
+        check(image->write_image(type, quantized<std::uint8_t>(texture.values).data()));
+    check(image->close());
+    return bytes;
+}
+
+Imf::Header headerOf(const ValueTexture& texture, const std::string& software) {
+    Imf::Header header(texture.size, texture.size);
+    header.setName(texture.name);
+    header.setType(Imf::SCANLINEIMAGE);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    if (!software.empty()) header.insert("software", Imf::StringAttribute(software));
+    if (texture.components == 1) {
+        header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
+    } else {
+        for (const char* channel : {"B", "G", "R"})
+            header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
+    }
+    return header;
+}
+
+/// Rows as a chunk has them: channel after channel, in the order of their names.
+void gather(const ValueTexture& texture, int row, int rows, std::byte* out) {
+    const auto side = static_cast<std::size_t>(texture.size);
+    const std::size_t width = texture.components;
+    const auto first = static_cast<std::size_t>(row), count = static_cast<std::size_t>(rows);
+    for (std::size_t y = first; y < first + count; ++y)
+        for (std::size_t c = width; c-- > 0;)
+            for (std::size_t x = 0; x < side; ++x, out += sizeof(float))
+                std::memcpy(out, &texture.values[(y * side + x) * width + c], sizeof(float));
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encodePng(const ValueTexture& texture, int bits) {
+    return encoded(texture, bits, "");
+}
+
+void writePngTexture(const std::string& path, const ValueTexture& texture,
+                     const std::string& software) {
+    AtomicFile file(path);
+    const std::vector<std::uint8_t> bytes = encoded(texture, 16, software);
+    file.append(std::as_bytes(std::span(bytes)));
+    file.commit();
+}
+
+void writeExrTextures(const std::string& path, std::span<const ValueTexture> textures,
+                      const std::string& software) {
+    AtomicFile file(path);
+    std::vector<Imf::Header> headers;
+    for (const ValueTexture& texture : textures)
+        headers.push_back(headerOf(texture, software));
+    ExrFile exr(file, headers);
+    ExrPackerPool packers(kDefaultZipLevel, Imf::ZIP_COMPRESSION);
+    for (std::size_t part = 0; part < textures.size(); ++part) {
+        const ValueTexture& texture = textures[part];
+        std::vector<std::vector<std::byte>> packed(static_cast<std::size_t>(exr.chunkCount(part)));
+        parallelFor(packed.size(), [&](std::size_t chunk) {
+            const int row = static_cast<int>(chunk) * kExrRowsPerChunk;
+            const int rows = std::min(kExrRowsPerChunk, texture.size - row);
+            packers.with([&](ExrChunkPacker& packer) {
+                const std::size_t bytes = static_cast<std::size_t>(rows) *
+                                          static_cast<std::size_t>(texture.size) *
+                                          texture.components * sizeof(float);
+                gather(texture, row, rows, packer.raw(bytes).data());
+                packer.pack(packed[chunk]);
+            });
+        });
+        for (std::size_t chunk = 0; chunk < packed.size(); ++chunk)
+            exr.append(part, static_cast<int>(chunk), packed[chunk]);
+    }
+    exr.finish();
+    file.commit();
+}
+
+}  // namespace peeler

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler bake: what it refuses before any work, what it writes.
+#include <OpenImageIO/imagebuf.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cmd/tiny_gltf.h"
+#include "formats/gltf_reader.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// The triangle, opaque; with `uvs` the corners have TEXCOORD_0 (0,0) (1,0) (1/2,1).
+Json bakeScene(bool uvs = false) {
+    Json scene = triangleScene();
+    scene["materials"][0]["alphaMode"] = "OPAQUE";
+    if (!uvs) return scene;
+    scene["buffers"][0]["byteLength"] = 72;
+    scene["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 48}, {"byteLength", 24}});
+    scene["accessors"].push_back(
+        {{"bufferView", 2}, {"componentType", 5126}, {"count", 3}, {"type", "VEC2"}});
+    scene["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = 2;
+    return scene;
+}
+
+std::string bufferWithUvs() {
+    const float uvs[] = {0, 0, 1, 0, 0.5F, 1};
+    std::string bytes = triangleBuffer();
+    bytes.append(reinterpret_cast<const char*>(uvs), sizeof uvs);
+    return bytes;
+}
+
+class BakeCommand : public testing::Test {
+  protected:
+    void useUvs() { writeScene(folder_.path(), bakeScene(true), bufferWithUvs()); }
+
+    std::string file(const std::string& name) const { return (folder_ / name).string(); }
+
+    /// Few and coarse: fast.
+    CommandResult bake(const std::string& out, const std::vector<std::string>& more = {}) const {
+        std::vector<std::string> arguments{"bake", scene_.string(), "-o", file(out),
+                                           "-q",   "--directions",  "32", "--resolution",
+                                           "128"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return runPeeler(arguments);
+    }
+
+    void expectRefused(const std::string& out, const std::vector<std::string>& more, int code,
+                       const std::string& words) const {
+        const CommandResult result = bake(out, more);
+        EXPECT_EQ(result.exit_code, code) << out << ' ' << words << ": " << result.err;
+        EXPECT_NE(result.err.find(words), std::string::npos) << result.err;
+        EXPECT_FALSE(fs::exists(file(out)) && out != "scene.gltf") << out;
+    }
+
+    ScratchDir folder_;
+    fs::path scene_ = writeScene(folder_.path(), bakeScene());
+};
+
+TEST_F(BakeCommand, RefusesWhatContradictsItself) {
+    expectRefused("out.obj", {}, 2, ".glb, .exr, .png");
+    expectRefused("out", {}, 2, ".glb, .exr, .png");
+    expectRefused("out.exr", {"--target", "vertices"}, 2, "--target texture");
+    expectRefused("out.glb", {"--size", "64"}, 2, "--target texture");
+    expectRefused("out.glb", {"--target", "texture", "--quantity", "thickness"}, 2, ".exr");
+    expectRefused("out.glb", {"--bounces", "2"}, 2, "--quantity irradiance");
+    expectRefused("out.glb", {"--environment", "sky.hdr"}, 2, "--quantity irradiance");
+    expectRefused("out.glb", {"--directions", "33"}, 2, "even number");
+    expectRefused("out.glb", {"--max-distance", "0"}, 2, "--max-distance 0");
+    expectRefused("out.png", {"--uv", "2"}, 2, "--uv 2");
+    expectRefused("out.glb", {"--quantity", "oa"}, 2, "'ao'");
+    expectRefused("out.glb", {"--target", "vertex"}, 2, "vertices, texture");
+}
+
+TEST_F(BakeCommand, RefusesFilesThatItMustNotWrite) {
+    std::error_code ignored;
+    fs::copy_file(scene_, folder_ / "scene.glb", ignored);  // JSON in a .glb is read, too
+    scene_ = folder_ / "scene.glb";
+    const std::string before = bytesOf(scene_);
+    const CommandResult same = bake("scene.glb");
+    EXPECT_EQ(same.exit_code, 2) << same.err;
+    EXPECT_EQ(bytesOf(scene_), before);
+    expectRefused("none/out.glb", {}, 4, "none/out.glb");
+    writeText(file("there.glb"), "mine");
+    EXPECT_EQ(bake("there.glb", {"--no-clobber"}).exit_code, 4);
+    EXPECT_EQ(bytesOf(file("there.glb")), "mine");
+}
+
+TEST_F(BakeCommand, SaysWhatASceneLacks) {
+    expectRefused("out.png", {}, 3, "TEXCOORD_0");
+    Json lines = bakeScene();
+    lines["meshes"][0]["primitives"][0]["mode"] = 3;
+    writeScene(folder_.path(), lines);
+    expectRefused("out.glb", {}, 3, "no triangles");
+    Json two = bakeScene(true);
+    two["materials"].push_back(two["materials"][0]);
+    two["meshes"][0]["primitives"].push_back(two["meshes"][0]["primitives"][0]);
+    two["meshes"][0]["primitives"][1]["material"] = 1;
+    writeScene(folder_.path(), two, bufferWithUvs());
+    expectRefused("out.png", {}, 2, "####");
+}
+
+TEST_F(BakeCommand, PutsOpenSkyIntoVertices) {
+    const CommandResult result = bake("out.glb", {"--json"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const Json json = Json::parse(result.out);
+    EXPECT_EQ(json["quantity"], "ao");
+    EXPECT_EQ(json["target"], "vertices");
+    EXPECT_EQ(json["receivers"], 3);
+    EXPECT_EQ(json["outputs"][0]["bytes"], fs::file_size(file("out.glb")));
+    // A lone triangle occludes nothing of itself.
+    EXPECT_GT(json["least"], 0.95);
+    EXPECT_LE(json["greatest"], 1.0001);
+    const Scene scene = readGltf(file("out.glb"));
+    ASSERT_EQ(scene.meshes[0].primitives[0].colors.size(), 3U);
+    for (const glm::vec4& color : scene.meshes[0].primitives[0].colors)
+        EXPECT_GT(color.r, 0.95F);
+}
+
+TEST_F(BakeCommand, WritesTexturesOfEveryKind) {
+    useUvs();
+    const std::vector<std::string> small{"--size", "32", "--padding", "2"};
+    ASSERT_EQ(bake("out.exr", small).exit_code, 0);
+    const OIIO::ImageBuf exr(file("out.exr"));
+    EXPECT_EQ(exr.spec().width, 32);
+    EXPECT_EQ(exr.spec().nchannels, 1);
+    EXPECT_GT(exr.getchannel(16, 4, 0, 0), 0.95F);  // in the triangle
+    ASSERT_EQ(bake("m.####.png", small).exit_code, 0);
+    EXPECT_TRUE(fs::exists(file("m.0000.png")));
+    ASSERT_EQ(bake("out.glb", {"--target", "texture", "--size", "32"}).exit_code, 0);
+    const Scene scene = readGltf(file("out.glb"));
+    EXPECT_TRUE(scene.warnings.empty());
+    const TextureRef& texture = scene.materials[0].occlusion_texture;
+    ASSERT_GE(texture.image, 0);
+    EXPECT_EQ(scene.images[static_cast<std::size_t>(texture.image)].width, 32);
+    EXPECT_TRUE(scene.meshes[0].primitives[0].colors.empty());
+}
+
+TEST_F(BakeCommand, WarnsOfSharedTexels) {
+    Json twice = bakeScene(true);
+    twice["nodes"].push_back({{"mesh", 0}, {"translation", {0, 0, 5}}});
+    twice["scenes"][0]["nodes"] = {0, 1};
+    writeScene(folder_.path(), twice, bufferWithUvs());
+    const CommandResult result = bake("out.png", {"--size", "32"});
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_NE(result.err.find("warning: The UVs of material 0 overlap"), std::string::npos)
+        << result.err;
+}
+
+}  // namespace
+}  // namespace peeler::test
