@@ -99,7 +99,7 @@ float common(std::span<const Stretch> a, std::span<const Stretch> b) {
 
 void overlap(const Ray& ray, float* out) {
     RayMapScratch& scratch = ray.scratch;
-    for (const std::size_t part : {0, 1}) {
+    for (std::size_t part = 0; part < 2; ++part) {
         const auto belongs = [&](const SolidSpan& span) {
             return ray.settings
                        .parts[part][static_cast<std::size_t>(ray.solids->all()[span.solid].node)] !=
