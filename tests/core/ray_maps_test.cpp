@@ -172,7 +172,8 @@ TEST(RayMaps, NestedSpheresOfTwoMaterials) {
         ASSERT_EQ(planes.size(), 3 * plane);
         for (std::size_t i = 0; i < plane; ++i) {
             const double px = (double(i % 256) + 0.5) / 128 - 1;
-            const double py = (y + double(i / 256) + 0.5) / 128 - 1;
+            const std::size_t row = i / 256;
+            const double py = (y + double(row) + 0.5) / 128 - 1;
             const double square = px * px + py * py;
             const double outer = 2 * std::sqrt(std::max(0.0, 1 - square));
             const double inner = 2 * std::sqrt(std::max(0.0, 0.25 - square));
