@@ -53,7 +53,8 @@ using Values = std::vector<float>;
 TEST(RayMaps, FirstLastAndCountNeedNoSolids) {
     const Scene scene = bodies(1);
     const RayMaps maps(scene, contents(scene, 0), nullptr,
-                       {{RayMap::kFirst, RayMap::kLast, RayMap::kCount}});
+                       {{RayMap::kFirst, RayMap::kLast, RayMap::kFirst, RayMap::kCount}});
+    ASSERT_EQ(maps.channels().size(), 3U);
     RayMapScratch scratch;
     Values values(3);
     const float t[] = {1, 2, 5};
