@@ -65,6 +65,9 @@ void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
     if (at(info.attributes(), "peeler:layout") == kPerFileLayout &&
         !at(info.attributes(), "peeler:layer").empty())
         return;
+    // Numbers of pixels that are no picture's layers.
+    if (info.layers.empty() && info.deep.empty() && at(info.attributes(), "peeler:layers").empty())
+        return;
     const bool says_complete = at(info.attributes(), "peeler:complete") == "1";
     if (says_complete != plan.complete()) {
         file.blame(Verdict::kBad, "peeler:complete is " + at(info.attributes(), "peeler:complete") +

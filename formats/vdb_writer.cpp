@@ -55,7 +55,7 @@ class FileBuffer : public std::streambuf {
                       static_cast<unsigned long long>(high_.value()),
                       static_cast<unsigned long long>(low_.value()));
         std::string text(hex.data());
-        for (const std::size_t dash : {8, 13, 18, 23})
+        for (const std::size_t dash : std::array<std::size_t, 4>{8, 13, 18, 23})
             text.insert(dash, 1, '-');
         return text;
     }

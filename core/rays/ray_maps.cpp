@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "core/error.h"
 #include "core/id_names.h"
 #include "core/parallel.h"
 
@@ -99,7 +100,7 @@ float common(std::span<const Stretch> a, std::span<const Stretch> b) {
 
 void overlap(const Ray& ray, float* out) {
     RayMapScratch& scratch = ray.scratch;
-    for (const std::size_t part : {0, 1}) {
+    for (std::size_t part = 0; part < 2; ++part) {
         const auto belongs = [&](const SolidSpan& span) {
             return ray.settings
                        .parts[part][static_cast<std::size_t>(ray.solids->all()[span.solid].node)] !=
@@ -152,11 +153,18 @@ std::span<const RayMapInfo> rayMapTable() {
 RayMaps::RayMaps(const Scene& scene, const SceneContents& contents, const Solids* solids,
                  RayMapSettings settings)
     : solids_(solids), settings_(std::move(settings)) {
+    std::vector<RayMap> once;
+    for (const RayMap map : settings_.maps)
+        if (std::ranges::find(once, map) == once.end()) once.push_back(map);
+    settings_.maps = std::move(once);
     for (std::vector<char>& part : settings_.parts)
         part.resize(scene.nodes.size());
     for (const RayMap map : settings_.maps) {
         needs_spans_ |= infoOf(map).solids;
         needs_paths_ |= map == RayMap::kPathLength || map == RayMap::kTransmission;
+    }
+    if (needs_spans_ && solids_ == nullptr) {
+        throw Error(ErrorKind::kInternal, "a map needs to know what is inside of what");
     }
     if (needs_paths_) path_materials_ = materialsOf(scene, *solids_, contents);
     path_of_.resize(scene.materials.size());

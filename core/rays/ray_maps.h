@@ -45,7 +45,7 @@ inline const RayMapInfo& infoOf(RayMap map) {
 }
 
 struct RayMapSettings {
-    std::vector<RayMap> maps;
+    std::vector<RayMap> maps;  ///< one that is there twice counts once
     /// Of each of Scene::materials, a unit of length; may be shorter, what is missing is 0.
     std::vector<double> attenuation{};
     /// kOverlap: of each of Scene::nodes whether it belongs to the part.

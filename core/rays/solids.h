@@ -35,7 +35,8 @@ class Solids {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-    /// `scene` need not outlive it.
+    /// Scene and contents need not outlive it. While the topology of a mesh is found, it takes some
+    /// 30 bytes a triangle and 20 a vertex.
     Solids(const Scene& scene, const SceneContents& contents);
     Solids(const Solids&) = delete;
     Solids& operator=(const Solids&) = delete;

@@ -7,7 +7,6 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "core/rays/solid_spans.h"
 
 namespace peeler {
 namespace {
@@ -37,39 +36,52 @@ VoxelVotes::VoxelVotes(const AxisBundles& lattice, const Solids& solids)
 }
 
 void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage& band) {
-    const int a = static_cast<int>(axis), b = (a + 1) % 3, c = (a + 2) % 3;
-    const std::size_t strides[3] = {static_cast<std::size_t>(cells_.y) * std::size_t(cells_.z),
-                                    static_cast<std::size_t>(cells_.z), 1};
-    // t of the first cell's near side: the ray may go up the axis or down.
-    const double sign = bundle.direction()[a] < 0 ? -1 : 1;
-    const std::span<const std::uint32_t> keys = band.extra[0].as<std::uint32_t>();
+    // Neighbouring rays share cache lines of cells, whichever way they lie.
+    constexpr int kTile = 8;
+    const Window& window = band.window;
+    parallelFor(static_cast<std::size_t>((window.height() + kTile - 1) / kTile),
+                [&](std::size_t i) {
+                    Scratch scratch;
+                    const int y0 = window.y0 + static_cast<int>(i) * kTile;
+                    for (int x0 = window.x0; x0 < window.x1; x0 += kTile) {
+                        const Window tile = intersect({x0, y0, x0 + kTile, y0 + kTile}, window);
+                        for (int y = tile.y0; y < tile.y1; ++y)
+                            for (int x = tile.x0; x < tile.x1; ++x)
+                                addRay(static_cast<int>(axis), bundle, band, {x, y}, scratch);
+                    }
+                });
+}
+
+void VoxelVotes::addRay(int axis, const Bundle& bundle, const LayeredImage& band,
+                        const glm::ivec2& at, Scratch& scratch) {
+    const std::size_t pixel = band.pixelIndex(at.x, at.y);
+    const std::size_t begin = band.offsets[pixel], hits = band.count(pixel);
+    if (hits < 2) return;
+    const glm::dvec3 start =
+        (worldPosition(bundle.view, at.x + 0.5, at.y + 0.5, 0) - corner_) / spacing_;
+    // In cells; the ray lies along the axis, so it stays in one line of them.
+    glm::dvec3 cell = glm::floor(start);
+    cell[axis] = 0;
+    if (glm::any(glm::lessThan(cell, glm::dvec3(0))) ||
+        glm::any(glm::greaterThanEqual(cell, glm::dvec3(cells_))))
+        return;
+    const glm::u64vec3 strides(std::uint64_t(cells_.y) * std::uint64_t(cells_.z),
+                               std::uint64_t(cells_.z), 1);
+    const glm::u64vec3 offsets = glm::u64vec3(cell) * strides;
+    std::uint8_t* const line = votes_.data() + offsets.x + offsets.y + offsets.z;
+
     const auto all = [](const SolidSpan&) { return true; };
-    parallelFor(static_cast<std::size_t>(band.window.height()), [&](std::size_t row) {
-        SolidSpans spans;
-        std::vector<Stretch> inside;
-        const int y = band.window.y0 + static_cast<int>(row);
-        for (int x = band.window.x0; x < band.window.x1; ++x) {
-            const std::size_t pixel = band.pixelIndex(x, y);
-            const std::size_t begin = band.offsets[pixel], hits = band.count(pixel);
-            if (hits < 2) continue;
-            const glm::dvec3 start =
-                (worldPosition(bundle.view, x + 0.5, y + 0.5, 0) - corner_) / spacing_;
-            const double at_b = std::floor(start[b]), at_c = std::floor(start[c]);
-            if (at_b < 0 || at_b >= cells_[b] || at_c < 0 || at_c >= cells_[c]) continue;
-            std::uint8_t* const line = votes_.data() + static_cast<std::size_t>(at_b) * strides[b] +
-                                       static_cast<std::size_t>(at_c) * strides[c];
-            spans.find({band.z.data() + begin, hits}, keys.subspan(begin, hits), solids_);
-            uniteSpans(spans.all(), all, inside);
-            for (const Stretch& stretch : inside) {
-                double from = start[a] + sign * stretch.begin / spacing_;
-                double to = start[a] + sign * stretch.end / spacing_;
-                if (from > to) std::swap(from, to);
-                const int end = firstCell(to, cells_[a]);
-                for (int i = firstCell(from, cells_[a]); i < end; ++i)
-                    ++line[static_cast<std::size_t>(i) * strides[a]];
-            }
-        }
-    });
+    scratch.spans.find({band.z.data() + begin, hits},
+                       band.extra[0].as<std::uint32_t>().subspan(begin, hits), solids_);
+    uniteSpans(scratch.spans.all(), all, scratch.inside);
+    const double step = (bundle.direction()[axis] < 0 ? -1 : 1) / spacing_;
+    for (const Stretch& stretch : scratch.inside) {
+        const auto [from, to] =
+            std::minmax({start[axis] + step * stretch.begin, start[axis] + step * stretch.end});
+        const int end = firstCell(to, cells_[axis]);
+        for (int i = firstCell(from, cells_[axis]); i < end; ++i)
+            ++line[static_cast<std::size_t>(i) * strides[axis]];
+    }
 }
 
 std::uint64_t VoxelVotes::occupied() const {

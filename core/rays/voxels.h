@@ -9,7 +9,7 @@
 
 #include "core/layered_image.h"
 #include "core/rays/bundle.h"
-#include "core/rays/solids.h"
+#include "core/rays/solid_spans.h"
 
 namespace peeler {
 
@@ -36,6 +36,13 @@ class VoxelVotes {
     static std::uint64_t cellsOf(const AxisBundles& lattice);
 
   private:
+    struct Scratch {
+        SolidSpans spans;
+        std::vector<Stretch> inside;
+    };
+    void addRay(int axis, const Bundle& bundle, const LayeredImage& band, const glm::ivec2& at,
+                Scratch& scratch);
+
     glm::dvec3 corner_;
     double spacing_;
     glm::ivec3 cells_;

@@ -146,6 +146,9 @@ TEST_F(RayOutputs, AnExrHasAPartABundle) {
                     0.02);
         EXPECT_FALSE(told.at("channels").at(1).contains("volume"));
     }
+    const CommandResult verified = runPeeler({"verify", path("m.exr")});
+    EXPECT_EQ(verified.exit_code, 0) << verified.err;
+    EXPECT_EQ(verified.err.find("not written by peeler"), std::string::npos) << verified.err;
 }
 
 TEST_F(RayOutputs, PicturesGoFromBlackToTheGreatestValue) {

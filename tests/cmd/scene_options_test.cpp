@@ -79,6 +79,14 @@ TEST(NodeSelection, ExcludesWhatIsNamedAndWhatIsBelow) {
     EXPECT_EQ(shown(options), (Shown{{0}, 0}));
 }
 
+TEST(NodeSelection, NamesMatchWithAllBelow) {
+    const Scene scene = house();
+    using Marks = std::vector<char>;
+    EXPECT_EQ(nodesMatching(scene, {"body"}, "--part"), (Marks{1, 1, 1, 0, 0}));
+    EXPECT_EQ(nodesMatching(scene, {"arm", "node*"}, "--part"), (Marks{0, 1, 0, 0, 1}));
+    EXPECT_THROW(nodesMatching(scene, {"arm", "leg"}, "--part"), Error);
+}
+
 TEST(NodeSelection, RefusesWhatMatchesNothing) {
     SceneOptions options;
     options.exclude = {"flor"};

@@ -44,5 +44,25 @@ TEST(PrimitiveCorners, GoThroughTheIndices) {
     EXPECT_EQ(all(primitive, 2), (std::vector<Vertices>{{8, 6, 4}, {4, 6, 2}}));
 }
 
+TEST(PrimitiveCorners, VerticesThatAreLeftOverMakeNothing) {
+    struct Row {
+        Topology topology;
+        std::uint64_t of_none, of_one, of_two, of_five;
+    };
+    for (const Row& row :
+         {Row{Topology::kPoints, 0, 1, 2, 5}, Row{Topology::kLines, 0, 0, 1, 2},
+          Row{Topology::kLineLoop, 0, 0, 2, 5}, Row{Topology::kLineStrip, 0, 0, 1, 4},
+          Row{Topology::kTriangles, 0, 0, 0, 1}, Row{Topology::kTriangleStrip, 0, 0, 0, 3},
+          Row{Topology::kTriangleFan, 0, 0, 0, 3}}) {
+        EXPECT_EQ(elementsOf(made(row.topology, 0)), row.of_none);
+        EXPECT_EQ(elementsOf(made(row.topology, 1)), row.of_one);
+        EXPECT_EQ(elementsOf(made(row.topology, 2)), row.of_two);
+        EXPECT_EQ(elementsOf(made(row.topology, 5)), row.of_five);
+    }
+    Primitive indexed = made(Topology::kTriangles, 3);
+    indexed.indices = {0, 1, 2, 2, 1, 0, 1};
+    EXPECT_EQ(elementsOf(indexed), 2U);
+}
+
 }  // namespace
 }  // namespace peeler

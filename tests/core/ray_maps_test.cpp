@@ -53,7 +53,8 @@ using Values = std::vector<float>;
 TEST(RayMaps, FirstLastAndCountNeedNoSolids) {
     const Scene scene = bodies(1);
     const RayMaps maps(scene, contents(scene, 0), nullptr,
-                       {{RayMap::kFirst, RayMap::kLast, RayMap::kCount}});
+                       {{RayMap::kFirst, RayMap::kLast, RayMap::kFirst, RayMap::kCount}});
+    ASSERT_EQ(maps.channels().size(), 3U);
     RayMapScratch scratch;
     Values values(3);
     const float t[] = {1, 2, 5};
@@ -172,7 +173,8 @@ TEST(RayMaps, NestedSpheresOfTwoMaterials) {
         ASSERT_EQ(planes.size(), 3 * plane);
         for (std::size_t i = 0; i < plane; ++i) {
             const double px = (double(i % 256) + 0.5) / 128 - 1;
-            const double py = (y + double(i / 256) + 0.5) / 128 - 1;
+            const std::size_t row = i / 256;
+            const double py = (y + double(row) + 0.5) / 128 - 1;
             const double square = px * px + py * py;
             const double outer = 2 * std::sqrt(std::max(0.0, 1 - square));
             const double inner = 2 * std::sqrt(std::max(0.0, 0.25 - square));

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// .vdb as OpenVDB's own tools read it.
+#include "formats/vdb_writer.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <vector>
+
+#include "core/error.h"
+#include "support/python.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+constexpr glm::ivec3 kCells{21, 18, 35};
+
+std::uint8_t& at(std::vector<std::uint8_t>& values, int x, int y, int z) {
+    return values[static_cast<std::size_t>((x * kCells.y + y) * kCells.z + z)];
+}
+
+/// 2 in a box that fills some of OpenVDB's blocks wholly and others in part, 1 and 3 in a cell
+/// each.
+std::vector<std::uint8_t> box() {
+    std::vector<std::uint8_t> values(static_cast<std::size_t>(kCells.x * kCells.y * kCells.z));
+    for (int x = 3; x < 20; ++x)
+        for (int y = 0; y < 18; ++y)
+            for (int z = 6; z < 33; ++z)
+                at(values, x, y, z) = 2;
+    at(values, 0, 0, 0) = 1;
+    at(values, 20, 17, 34) = 3;
+    return values;
+}
+
+void write(const std::string& path, const std::vector<std::uint8_t>& values) {
+    AtomicFile file(path);
+    writeVdb(file, {kCells, {10, 20, 30}, 0.5, values, 2}, "test");
+    file.commit();
+}
+
+TEST(VdbWriter, WhatIsInsideIsActive) {
+    PEELER_REQUIRE_PYTHON("numpy");
+    PEELER_REQUIRE_PYTHON("pyopenvdb");
+    const ScratchDir scratch;
+    write(scratch / "a.vdb", box());
+    const CommandResult read = runPython(R"(
+import sys, numpy, pyopenvdb
+grids, metadata = pyopenvdb.readAll(sys.argv[1])
+assert len(grids) == 1 and metadata == {'creator': 'test'}, (grids, metadata)
+grid = grids[0]
+assert grid.name == 'density' and grid.gridClass == 'fog volume'
+dense = numpy.full((21, 18, 35), -1, numpy.float32)
+grid.copyToArray(dense)
+expected = numpy.zeros_like(dense)
+expected[3:20, :, 6:33] = 1
+expected[20, 17, 34] = 1
+assert (dense == expected).all()
+assert grid.activeVoxelCount() == expected.sum()
+assert grid.leafCount() < 40, grid.leafCount()
+assert grid.transform.indexToWorld((2, 4, 6)) == (11.25, 22.25, 33.25)
+)",
+                                         {scratch / "a.vdb"});
+    EXPECT_EQ(read.exit_code, 0) << read.err;
+}
+
+TEST(VdbWriter, TheSameVoxelsMakeTheSameBytes) {
+    const ScratchDir scratch;
+    std::vector<std::uint8_t> values = box();
+    write(scratch / "a.vdb", values);
+    write(scratch / "b.vdb", values);
+    at(values, 20, 17, 34) = 0;
+    write(scratch / "c.vdb", values);
+    const std::string a = bytesOf(scratch / "a.vdb"), c = bytesOf(scratch / "c.vdb");
+    EXPECT_EQ(a, bytesOf(scratch / "b.vdb"));
+    const std::string uuid = a.substr(21, 36);
+    EXPECT_EQ(uuid.find_first_not_of("0123456789abcdef-"), std::string::npos) << uuid;
+    EXPECT_EQ(uuid[8], '-');
+    EXPECT_NE(uuid, c.substr(21, 36));
+}
+
+TEST(VdbWriter, NothingInside) {
+    const ScratchDir scratch;
+    write(scratch / "a.vdb", std::vector<std::uint8_t>(box().size()));
+    EXPECT_GT(bytesOf(scratch / "a.vdb").size(), 100U);
+}
+
+TEST(VdbWriter, ADiskThatIsFull) {
+    const ScratchDir scratch;
+    const std::string path = scratch / "a.vdb";
+    const pid_t child = fork();
+    if (child == 0) {
+        signal(SIGXFSZ, SIG_IGN);
+        const rlimit limit{200, 200};
+        setrlimit(RLIMIT_FSIZE, &limit);
+        try {
+            write(path, box());
+        } catch (const Error& e) {
+            _exit(e.kind() == ErrorKind::kOutput ? 4 : 1);
+        }
+        _exit(0);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 4);
+    EXPECT_TRUE(std::filesystem::is_empty(scratch.path()));
+}
+
+}  // namespace
+}  // namespace peeler::test
