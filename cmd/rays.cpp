@@ -211,7 +211,6 @@ void Rays::chooseBundles() {
         return;
     }
     bundles_ = parallelBundles(options_.bundles, *all);
-    if (hasExtension(options_.output.path, ".exr")) shareDisplayWindow(bundles_);
 }
 
 void Rays::openOutputs() {

@@ -61,7 +61,13 @@ inline TriangleSoup soupOf(const Scene& scene) {
     return soup;
 }
 
-/// All hits of a ray, as Embree finds them.
+/// A hit as Embree finds it.
+struct OracleHit {
+    float t = 0;
+    unsigned triangle = 0;  ///< of the soup
+};
+
+/// All hits of a ray, in no order.
 class AllHits {
   public:
     explicit AllHits(const TriangleSoup& soup) : soup_(soup) {
@@ -92,6 +98,14 @@ class AllHits {
 
     std::vector<float> operator()(const glm::dvec3& origin, const glm::dvec3& direction,
                                   bool cull) {
+        std::vector<float> t;
+        for (const OracleHit& hit : hits(origin, direction, cull))
+            t.push_back(hit.t);
+        return t;
+    }
+
+    std::vector<OracleHit> hits(const glm::dvec3& origin, const glm::dvec3& direction,
+                                bool cull = false) {
         Collector collector;
         rtcInitIntersectContext(&collector.context);
         collector.soup = &soup_;
@@ -115,7 +129,7 @@ class AllHits {
         RTCIntersectContext context;  // first: Embree hands this pointer back
         const TriangleSoup* soup;
         bool cull;
-        std::vector<float> hits;
+        std::vector<OracleHit> hits;
     };
     static void filter(const RTCFilterFunctionNArguments* arguments) {
         auto* collector = reinterpret_cast<Collector*>(arguments->context);
@@ -125,7 +139,7 @@ class AllHits {
         const float facing =
             ray->dir_x * hit->Ng_x + ray->dir_y * hit->Ng_y + ray->dir_z * hit->Ng_z;
         if (collector->cull && collector->soup->culled_behind[hit->primID] && facing >= 0) return;
-        collector->hits.push_back(ray->tfar);
+        collector->hits.push_back({ray->tfar, hit->primID});
     }
 
     const TriangleSoup& soup_;
