@@ -323,13 +323,13 @@ TEST(BakedGltf, StandsBesideDracosAttributes) {
     for (const char* name : {"POSITION", "COLOR_0"})
         builder.attributes()[name] = builder.addAccessor(promise);
     builder.primitive()["extensions"]["KHR_draco_mesh_compression"] = {
-        {"bufferView", 0}, {"attributes", {{"POSITION", 0}, {"COLOR_0", 1}}}};
+        {"bufferView", 0}, {"attributes", {{"POSITION", 0}, {"COLOR_0", 1}, {"_UNUSED", 2}}}};
     builder.gltf["extensionsUsed"] = {"KHR_draco_mesh_compression"};
     const ScratchDir folder;
     const Glb glb(bake(builder.write(folder), {values(0)}));
     const auto& primitive = glb.json["meshes"][0]["primitives"][0];
     const auto& draco = primitive["extensions"]["KHR_draco_mesh_compression"];
-    EXPECT_EQ(draco["attributes"].dump(), R"({"POSITION":0})");
+    EXPECT_EQ(draco["attributes"].dump(), R"({"POSITION":0,"_UNUSED":2})");
     const auto count_of = [&](const char* name) {
         return glb.json["accessors"][primitive["attributes"][name].get<std::size_t>()]["count"];
     };
