@@ -73,7 +73,7 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
     std::size_t most_vertices = 0;
     for (const Primitive& p : primitives) {
         group.surfaces.push_back(static_cast<std::uint32_t>(keys));
-        keys += elementCount(p);
+        keys += elementsOf(p);
         most_vertices = std::max(most_vertices, verticesOf(p));
     }
     // Both factors are below 2^32: more vertices have just been refused, and more instances need

@@ -4,6 +4,11 @@
 namespace peeler {
 namespace {
 
+/// Vertices in the sequence that is drawn.
+std::size_t sequenceOf(const Primitive& primitive) {
+    return primitive.indices.empty() ? primitive.positions.size() : primitive.indices.size();
+}
+
 /// Places in the sequence of vertices that is drawn, which has `size`.
 Corners placesOf(Topology topology, std::size_t e, std::size_t size) {
     switch (topology) {
@@ -25,15 +30,10 @@ Corners placesOf(Topology topology, std::size_t e, std::size_t size) {
     return {};
 }
 
-/// Of vertices in the sequence that is drawn.
-std::size_t lengthOf(const Primitive& primitive) {
-    return primitive.indices.empty() ? primitive.positions.size() : primitive.indices.size();
-}
-
 }  // namespace
 
-std::uint64_t elementCount(const Primitive& primitive) {
-    const std::uint64_t n = lengthOf(primitive);
+std::uint64_t elementsOf(const Primitive& primitive) {
+    const std::uint64_t n = sequenceOf(primitive);
     switch (primitive.topology) {
         case Topology::kPoints:
             return n;
@@ -53,7 +53,7 @@ std::uint64_t elementCount(const Primitive& primitive) {
 }
 
 Corners cornersOf(const Primitive& primitive, std::uint32_t element) {
-    Corners corners = placesOf(primitive.topology, element, lengthOf(primitive));
+    Corners corners = placesOf(primitive.topology, element, sequenceOf(primitive));
     if (primitive.indices.empty()) return corners;
     for (std::size_t& vertex : corners.vertex)
         vertex = primitive.indices[vertex];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which vertices a point, line or triangle has.
+// Which points, lines or triangles GL makes of a primitive, and which vertices they have.
 #pragma once
 
 #include <array>
@@ -10,13 +10,13 @@
 
 namespace peeler {
 
+/// How many elements GL makes of a primitive; also what gl_PrimitiveID counts.
+std::uint64_t elementsOf(const Primitive& primitive);
+
 struct Corners {
     int count = 0;  ///< 1 to 3
     std::array<std::size_t, 3> vertex{};
 };
-
-/// How many points, lines or triangles GL makes of a primitive; also what gl_PrimitiveID counts.
-std::uint64_t elementCount(const Primitive& primitive);
 
 /// Of the element that GL makes as the `element`-th of a primitive, in the order in which GL draws
 /// it: odd triangles of a strip are turned, so that all have one orientation (OpenGL 4.5 core,

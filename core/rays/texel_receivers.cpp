@@ -149,7 +149,7 @@ TexelReceivers::TexelReceivers(const Scene& scene, const SceneContents& contents
             continue;
         }
         Chart& chart = charts[static_cast<std::size_t>(primitive.material)];
-        for (std::uint32_t t = 0; t < elementCount(primitive); ++t) {
+        for (std::uint32_t t = 0; t < elementsOf(primitive); ++t) {
             if (placement.isDegenerate(range, t)) continue;  // nobody sees it
             chart.triangles.push_back(uvTriangle(uvs, cornersOf(primitive, t), settings.size));
             chart.sources.push_back({static_cast<std::uint32_t>(r), t});

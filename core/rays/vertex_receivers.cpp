@@ -63,7 +63,7 @@ void VertexReceivers::fill(const VertexRange& range) {
     }
     // In world space, since a skin can mirror without the instance's matrix saying so.
     const double side = instance.mirrored ? -1 : 1;
-    for (std::uint32_t t = 0; t < elementCount(primitive); ++t) {
+    for (std::uint32_t t = 0; t < elementsOf(primitive); ++t) {
         const auto [a, b, c] = cornersOf(primitive, t).vertex;
         const glm::dvec3 area = side * glm::cross(world[b] - world[a], world[c] - world[a]);
         for (const std::size_t corner : {a, b, c}) {
