@@ -114,8 +114,9 @@ class VertexValues {
     /// attributes of a primitive have to have as many.
     void correctCounts(const ordered_json& primitive, std::size_t vertices) {
         for (const auto& [name, id] : primitive["extensions"][kDraco]["attributes"].items()) {
-            const auto index = primitive["attributes"].at(name).get<std::size_t>();
-            ordered_json& accessor = package_.gltf()["accessors"].at(index);
+            const auto attribute = primitive["attributes"].find(name);
+            if (attribute == primitive["attributes"].end()) continue;  // nobody reads it
+            ordered_json& accessor = package_.gltf()["accessors"].at(attribute->get<std::size_t>());
             if (!accessor.contains("bufferView")) accessor["count"] = vertices;
         }
     }
