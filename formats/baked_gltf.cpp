@@ -154,6 +154,25 @@ void addVertexValues(GltfPackage& package, const std::string& attribute,
     changing([&] { VertexValues(package, attribute, primitives).add(); });
 }
 
+void showVertexColorsAlone(GltfPackage& package) {
+    changing([&] {
+        constexpr const char* kUnlit = "KHR_materials_unlit";
+        ordered_json& gltf = package.gltf();
+        gltf["materials"].push_back({{"name", "vertex colors alone"},
+                                     {"pbrMetallicRoughness", {{"metallicFactor", 0}}},
+                                     {"doubleSided", true},
+                                     {"extensions", {{kUnlit, ordered_json::object()}}}});
+        const std::size_t material = gltf["materials"].size() - 1;
+        forEachPrimitive(gltf, [&](ordered_json& primitive) {
+            primitive["material"] = material;
+            const auto extensions = primitive.find("extensions");
+            if (extensions != primitive.end()) extensions->erase("KHR_materials_variants");
+        });
+        ordered_json& used = gltf["extensionsUsed"];
+        if (std::ranges::find(used, kUnlit) == used.end()) used.push_back(kUnlit);
+    });
+}
+
 void addOcclusionTextures(GltfPackage& package, int uv_set, std::vector<BakedTexture> textures) {
     changing([&] {
         ordered_json& gltf = package.gltf();
