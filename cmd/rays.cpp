@@ -47,7 +47,7 @@ struct RaysOptions {
     AnimationOptions animation;
     BundleOptions bundles;
     CaptureSettings capture;
-    bool no_refine = false;
+    bool refine = true;
     bool double_points = false;
     std::optional<int> voxels;
     std::optional<ParityUse> parity;
@@ -154,7 +154,7 @@ void Rays::checkOptions() {
     }
     checkFiles();
     capture_ = options_.capture;
-    capture_.hits = options_.no_refine ? Hits::kRaw : Hits::kRefined;
+    capture_.hits = options_.refine ? Hits::kRefined : Hits::kRaw;
     capture_.color_type = PixelType::kFloat;  // normals, too
     setThreads(options_.threads);
 }
@@ -305,7 +305,7 @@ void Rays::tell() {
     json["rays"] = rays;
     json["hits"] = hits_found_;
     json["largestCorrection"] =
-        options_.no_refine ? nlohmann::ordered_json() : nlohmann::ordered_json(largest_correction_);
+        options_.refine ? nlohmann::ordered_json(largest_correction_) : nlohmann::ordered_json();
     for (const auto& output : outputs_)
         output->tell(json);
     json["renderer"] = context_->device().renderer;
@@ -356,9 +356,10 @@ VerbAction declareRays(CLI::App& app) {
     app.add_flag("--double", options->double_points, "x, y, z of a .ply in 64 bits, not 32")
         ->group("Output");
     addBundleOptions(app, options->bundles);
-    app.add_flag("--no-refine", options->no_refine,
-                 wrapped("keep t as the rasteriser has it (a 32-bit depth, corners on a grid of "
-                         "1/256 pixel), not found anew in double precision"))
+    app.add_flag("--refine,!--no-refine", options->refine,
+                 wrapped("find t anew in double precision from the triangle (default); otherwise "
+                         "it is as the rasteriser has it: a 32-bit depth, corners on a grid of "
+                         "1/256 pixel"))
         ->group("Rays");
     addRayFacesOption(app, options->capture);
     addRayMapOptions(app, options->maps);

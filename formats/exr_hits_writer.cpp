@@ -3,6 +3,7 @@
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepImageStateAttribute.h>
+#include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 
@@ -62,6 +63,7 @@ void ExrHitsWriter::File::open(const LayeredImage& first_band, std::string_view 
         header.setVersion(1);
         header.compression() = Imf::ZIPS_COMPRESSION;
         Imf::addDeepImageState(header, Imf::DIS_SORTED);
+        header.insert("peeler:bundle", Imf::IntAttribute(static_cast<int>(headers.size())));
         for (const ExrChannel& channel : channels)
             header.channels().insert(channel.name, Imf::Channel(exrPixelType(channel.type)));
         addIdManifest(header, provenance.ids);

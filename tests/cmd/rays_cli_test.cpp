@@ -132,6 +132,10 @@ TEST_F(RaysCli, OpenExrReadsADeepPartABundle) {
     ASSERT_EQ(rays({"--axes", "--direction", "0,0,-1", "--resolution", "50", "-o", out("a.exr")})
                   .exit_code,
               0);
+    EXPECT_EQ(runPeeler({"verify", out("a.exr")}).exit_code, 0);
+    const CommandResult flat = runPeeler({"flatten", out("a.exr"), "-o", out("a.png")});
+    EXPECT_EQ(flat.exit_code, 3);
+    EXPECT_NE(flat.err.find("4 bundles"), std::string::npos) << flat.err;
     Imf::MultiPartInputFile file(out("a.exr").c_str());
     ASSERT_EQ(file.parts(), 4);
     EXPECT_EQ(file.header(0).name(), "bundle_000");
