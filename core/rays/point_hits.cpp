@@ -16,6 +16,8 @@ constexpr double kTouching = 1e-12;
 // Hits of one ray and of its neighbour can have another order: so many are looked at beyond the
 // one that is next.
 constexpr int kBeyond = 2;
+// So far along the ray, by the distance of rays, a plane is followed beyond its triangle.
+constexpr double kSteepest = 4;
 
 double largest(const glm::dvec3& v) {
     return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
@@ -25,8 +27,13 @@ double largest(const glm::dvec3& v) {
 class Search {
   public:
     Search(const Scene& scene, const SceneContents& contents, const DrawList& list,
-           const glm::dvec3& direction, const glm::dvec3& point)
-        : scene_(scene), contents_(contents), list_(list), direction_(direction), point_(point) {}
+           const Bundle& bundle, const glm::dvec3& point)
+        : scene_(scene),
+          contents_(contents),
+          list_(list),
+          direction_(bundle.direction()),
+          point_(point),
+          farthest_(kSteepest * bundle.size().x / bundle.view.width) {}
 
     PointHits among(std::span<const float> z, std::span<const std::uint32_t> keys, double at) {
         const auto place = std::ranges::upper_bound(z, at) - z.begin();
@@ -52,6 +59,11 @@ class Search {
         placeCorners(scene_, contents_, element);
         const glm::dvec3 hit = element.weighted(element.weightsAt(point_, direction_));
         double along = glm::dot(hit - point_, direction_);
+        const glm::dvec3 normal = element.normal();
+        const double plane =
+            glm::dot(element.corner[0] - point_, normal) / glm::dot(direction_, normal);
+        // Not if it is no plane, or is seen edge-on.
+        if (std::abs(plane - along) <= farthest_) along = plane;
         if (std::abs(along) <= kTouching * (largest(hit) + largest(point_))) along = 0;
         if (along > 0) {
             const bool nearer =
@@ -68,6 +80,7 @@ class Search {
     const SceneContents& contents_;
     const DrawList& list_;
     const glm::dvec3 direction_, point_;
+    const double farthest_;
     PointHits hits_;
 };
 
@@ -99,7 +112,7 @@ void findPointHits(const Scene& scene, const SceneContents& contents, const Draw
             if (!ray || ray->y < band.window.y0 || ray->y >= band.window.y1) continue;
             const std::size_t pixel = band.pixelIndex(ray->x, ray->y);
             const std::size_t first = band.offsets[pixel], count = band.count(pixel);
-            Search search(scene, contents, list, direction, points[i]);
+            Search search(scene, contents, list, bundle, points[i]);
             found[i] = search.among(z.subspan(first, count), keys.subspan(first, count),
                                     glm::dot(points[i] - origin, direction));
         }

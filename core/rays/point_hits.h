@@ -39,9 +39,10 @@ std::optional<glm::ivec2> nearestRay(const Bundle& bundle, const glm::dvec3& poi
 ///
 /// Rays do not go through the points. So a point's place in the list of the nearest ray is found by
 /// binary search, and the primitives around that place are followed to the point's own ray: a
-/// distance is exact where the point's ray meets the primitive that the nearest ray has hit, else
-/// it is that of the primitive's nearest point. What is thinner than the distance of rays can be
-/// missed. Points are done in parallel; the result does not depend on how.
+/// distance is exact where that meets the primitive that the nearest ray has hit. Else it is where
+/// it meets the primitive's plane, or the primitive's nearest point if that is far from there. What
+/// is thinner than the distance of rays can be missed. Points are done in parallel; the result does
+/// not depend on how.
 void findPointHits(const Scene& scene, const SceneContents& contents, const DrawList& list,
                    const Bundle& bundle, const LayeredImage& band,
                    std::span<const glm::dvec3> points, std::span<PointHits> found);

@@ -45,7 +45,6 @@ Agreement agreement(const std::filesystem::path& file, int resolution, unsigned 
     CaptureSettings settings;
     settings.hits = Hits::kRaw;
     settings.faces = Faces::kBoth;
-    settings.memory = 0;
     std::size_t compared = 0, coarse = 0, fine = 0, with_hit = 0;
     for (const glm::dvec3& direction : sphereDirections(kDirections)) {
         const Bundle bundle = parallelBundle("b", all, all, direction, {resolution});
@@ -74,10 +73,11 @@ Agreement agreement(const std::filesystem::path& file, int resolution, unsigned 
     const auto share = [&](std::size_t count) {
         return static_cast<double>(count) / static_cast<double>(compared);
     };
-    std::printf("%s, seed %u, %d rays across: %.2f %% have a hit, %.3f %% within 1e-3, %.3f %% "
-                "within 1e-6\n",
-                file.stem().c_str(), seed, resolution, 100 * share(with_hit), 100 * share(coarse),
-                100 * share(fine));
+    std::printf(
+        "%s, seed %u, %d rays across: %.2f %% have a hit, %.3f %% within 1e-3, %.3f %% "
+        "within 1e-6\n",
+        file.stem().c_str(), seed, resolution, 100 * share(with_hit), 100 * share(coarse),
+        100 * share(fine));
     return {share(coarse), share(fine)};
 }
 
@@ -85,18 +85,14 @@ TEST(PointHitsAgainstEmbree, OfRealModels) {
     PEELER_REQUIRE_ASSETS(assets);
     const std::filesystem::path models = assets / "gltf-sample-assets";
     const char* const kModels[] = {"Duck/glTF-Binary/Duck.glb",
-                                   "DamagedHelmet/glTF-Binary/DamagedHelmet.glb",
-                                   "Lantern/glTF-Binary/Lantern.glb"};
+                                   "DamagedHelmet/glTF-Binary/DamagedHelmet.glb"};
     unsigned seed = 60;
     for (const char* model : kModels) {
-        if (!exists(models / model)) {
-            std::printf("%s is not there\n", model);
-            continue;
-        }
         const Agreement at_1024 = agreement(models / model, 1024, ++seed);
-        EXPECT_GE(at_1024.coarse, 0.99);
+        EXPECT_GE(at_1024.coarse, 0.993);
+        EXPECT_GE(at_1024.fine, 0.97);
         const Agreement at_256 = agreement(models / model, 256, seed);
-        EXPECT_GE(at_1024.fine, at_256.fine);
+        EXPECT_GE(at_256.coarse, 0.965);
     }
 }
 

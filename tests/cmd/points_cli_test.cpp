@@ -45,14 +45,14 @@ TEST_F(Points, BeforeAndAfter) {
     PEELER_REQUIRE_PYTHON("numpy");
     for (const char* budget : {"0", "700M"}) {
         std::vector<std::string> options = {
-            "--points",     path("p.ply"), "-o",           path("o.npz"), "--direction", "0,0,2",
-            "--direction",  "0,0,-1",      "--resolution", "500",         "--json"};
+            "--points",    path("p.ply"), "-o",           path("o.npz"), "--direction", "0,0,2",
+            "--direction", "0,0,-1",      "--resolution", "500",         "--json"};
         if (std::string(budget) != "0") options.insert(options.end(), {"--memory", budget});
         const CommandResult run = rays(options);
         ASSERT_EQ(run.exit_code, 0) << run.err;
         const Json told = Json::parse(run.out).at("points");
-        EXPECT_EQ(told, Json::parse(
-                            R"({"count": 4, "before": 5, "after": 4, "besideBundles": 2})"));
+        EXPECT_EQ(told,
+                  Json::parse(R"({"count": 4, "before": 5, "after": 4, "besideBundles": 2})"));
         const CommandResult read = runPython(kReadNpz, {path("o.npz")});
         ASSERT_EQ(read.exit_code, 0) << read.err;
         EXPECT_EQ(Json::parse(read.out), Json::parse(R"({

@@ -168,7 +168,7 @@ TEST(PointHits, InsideASphereChordsAddUp) {
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double along = glm::dot(points[i], direction);
         const double half = std::sqrt(1 - glm::dot(points[i], points[i]) + along * along);
-        // The mesh is 0.004 within the sphere, and seen aslant.
+        // The mesh is up to 0.004 within the sphere, and seen aslant.
         EXPECT_NEAR(found[i].before.distance, half + along, 0.008);
         EXPECT_NEAR(found[i].after.distance, half - along, 0.008);
     }
