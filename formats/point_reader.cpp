@@ -45,7 +45,8 @@ std::vector<glm::dvec3> readPoints(const std::filesystem::path& path) {
     const auto bad = std::ranges::find_if_not(points, isUsable);
     if (bad != points.end())
         throw Error(ErrorKind::kInput,
-                    "point " + std::to_string(bad - points.begin()) + " is not a finite point",
+                    "point " + std::to_string(bad - points.begin()) +
+                        " is infinite, not a number, or too far away",
                     path.string(), "leave such points out (they count from 0)");
     return points;
 }

@@ -196,7 +196,7 @@ TEST(NpzPoints, AsNumpyWritesThem) {
         }
         return std::string();
     };
-    EXPECT_EQ(refused("nan.npz"), "point 1 is not a finite point");
+    EXPECT_EQ(refused("nan.npz"), "point 1 is infinite, not a number, or too far away");
     EXPECT_EQ(refused("empty.npz"), "there is no point in it");
     std::ofstream(scratch / "other.xyz") << "1 2 3\n";
     EXPECT_EQ(refused("other.xyz"), "this is neither a PLY file nor a .npz");
