@@ -17,6 +17,7 @@
 #include "cmd/opened_scene.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
+#include "cmd/point_output.h"
 #include "cmd/progress.h"
 #include "cmd/ray_map_options.h"
 #include "cmd/ray_map_output.h"
@@ -27,6 +28,7 @@
 #include "cmd/voxel_output.h"
 #include "core/error.h"
 #include "core/renderer.h"
+#include "formats/point_reader.h"
 
 namespace peeler::cmd {
 
@@ -49,6 +51,7 @@ struct RaysOptions {
     CaptureSettings capture;
     bool refine = true;
     bool double_points = false;
+    std::optional<fs::path> points;
     std::optional<int> voxels;
     std::optional<ParityUse> parity;
     RayMapFlags maps;
@@ -99,6 +102,7 @@ class Rays {
 
   private:
     void checkOptions();
+    void checkPoints() const;
     void checkFiles() const;
     void openScene();
     void chooseBundles();
@@ -152,24 +156,41 @@ void Rays::checkOptions() {
     } else {
         checkBundleOptions(options_.bundles);
     }
+    if (options_.points) checkPoints();
     checkFiles();
     capture_ = options_.capture;
-    capture_.hits = options_.refine ? Hits::kRefined : Hits::kRaw;
+    // Of what is next to points, t is found from the primitive anyway.
+    const bool refine = options_.refine && !options_.points;
+    capture_.hits = refine ? Hits::kRefined : Hits::kRaw;
     capture_.color_type = PixelType::kFloat;  // normals, too
     setThreads(options_.threads);
+}
+
+void Rays::checkPoints() const {
+    if (options_.voxels || writesPictures() || options_.double_points)
+        throw Error(ErrorKind::kUsage, "what is next to points is no picture of all hits",
+                    "--points", "leave --map, --voxels and --double out");
+    if (options_.bundles.usesCamera())
+        throw Error(ErrorKind::kUsage, "points are looked from along parallel rays", "--points",
+                    "give directions, not a camera");
+    if (writesFile() && !hasExtension(options_.output.path, ".npz"))
+        throw Error(ErrorKind::kUsage, "what is next to points is written as arrays",
+                    options_.output.path.string(), "end the name in .npz");
 }
 
 void Rays::checkFiles() const {
     if (!writesFile() && !options_.parity)
         throw Error(ErrorKind::kUsage, "nothing to write", "", "add --output FILE, or --parity");
-    if (!writesFile() && (writesPictures() || options_.voxels || options_.double_points))
+    if (!writesFile() &&
+        (writesPictures() || options_.voxels || options_.double_points || options_.points))
         throw Error(ErrorKind::kUsage, "there is no file to write to", "--output",
                     "add --output FILE");
     if (options_.double_points && !hasExtension(options_.output.path, ".ply"))
         throw Error(ErrorKind::kUsage, "only points can be stored in 64 bits", "--double",
                     "leave it out, or write a .ply");
     std::vector<fs::path> inputs{options_.scene.file};
-    if (options_.bundles.file) inputs.push_back(*options_.bundles.file);
+    for (const auto& file : {options_.bundles.file, options_.points})
+        if (file) inputs.push_back(*file);
     checkRayMapFlags(options_.maps);
     if (writesFile()) {
         if (writesPictures()) {
@@ -246,8 +267,9 @@ std::unique_ptr<RayOutput> Rays::makeOutput() {
         const Solids* inside = needsSolids(maps.settings.maps) ? &solids() : nullptr;
         return makeRayMapOutput(path, scene_->scene(), contents_, inside, maps);
     }
-    return makeHitOutput(path, {scene_->scene(), contents_, *list_, provenance},
-                         options_.double_points);
+    const HitSources sources{scene_->scene(), contents_, *list_, provenance};
+    if (options_.points) return makePointOutput(path, sources, readPoints(*options_.points));
+    return makeHitOutput(path, sources, options_.double_points);
 }
 
 void Rays::openRenderer() {
@@ -304,8 +326,9 @@ void Rays::tell() {
     json["bundles"] = bundles_.size();
     json["rays"] = rays;
     json["hits"] = hits_found_;
-    json["largestCorrection"] =
-        options_.refine ? nlohmann::ordered_json(largest_correction_) : nlohmann::ordered_json();
+    json["largestCorrection"] = capture_.hits == Hits::kRaw
+                                    ? nlohmann::ordered_json()
+                                    : nlohmann::ordered_json(largest_correction_);
     for (const auto& output : outputs_)
         output->tell(json);
     json["renderer"] = context_->device().renderer;
@@ -337,7 +360,11 @@ constexpr const char* kFooter =
     "made a unit vector. The .ply has a point a hit, the .exr a deep part a bundle (Z: distance\n"
     "along the axis). What --parity and maps call inside: of a closed surface, between its first\n"
     "and second hit, its third and fourth, and so on. A primitive that is closed by itself is a\n"
-    "surface of its own; what else a mesh has is one together.";
+    "surface of its own; what else a mesh has is one together.\n"
+    "Arrays of --points, for n points and d directions: t_before and t_after (d, n; distance to\n"
+    "the next hit against and along the direction, inf = none), geometry_ids_before, ..._after,\n"
+    "primitive_ids_before, ..._after (d, n; 0xFFFFFFFF = none), points (n, 3) and directions\n"
+    "(d, 3). A surface that a point lies on is before it, at distance 0.";
 
 }  // namespace
 
@@ -353,6 +380,12 @@ VerbAction declareRays(CLI::App& app) {
         ->required(false)
         ->description(wrapped("hits: .npz (arrays for numpy), .ply (points), .exr (deep); of "
                               "--map .exr, .png, .jpg or .tif; of --voxels .npz or .vdb"));
+    addValue(
+        app, "--points", "FILE", options->points,
+        [](const std::string& text) { return fs::path(text); },
+        "write the next hits before and after each of these points along every direction, not "
+        "all hits: a .ply, or a .npz with the array points (n, 3)")
+        ->group("Output");
     app.add_flag("--double", options->double_points, "x, y, z of a .ply in 64 bits, not 32")
         ->group("Output");
     addBundleOptions(app, options->bundles);

@@ -70,10 +70,11 @@ struct OracleHit {
 /// All hits of a ray, in no order.
 class AllHits {
   public:
-    explicit AllHits(const TriangleSoup& soup) : soup_(soup) {
+    explicit AllHits(const TriangleSoup& soup, RTCSceneFlags flags = RTC_SCENE_FLAG_ROBUST)
+        : soup_(soup) {
         device_ = rtcNewDevice(nullptr);
         scene_ = rtcNewScene(device_);
-        rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+        rtcSetSceneFlags(scene_, flags);
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
         const std::size_t count = soup.triangles.size();
         auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
@@ -96,8 +97,9 @@ class AllHits {
     AllHits(const AllHits&) = delete;
     AllHits& operator=(const AllHits&) = delete;
 
+    /// Distances, in any order. May be called by several threads at once.
     std::vector<float> operator()(const glm::dvec3& origin, const glm::dvec3& direction,
-                                  bool cull) {
+                                  bool cull) const {
         std::vector<float> t;
         for (const OracleHit& hit : hits(origin, direction, cull))
             t.push_back(hit.t);
@@ -105,7 +107,7 @@ class AllHits {
     }
 
     std::vector<OracleHit> hits(const glm::dvec3& origin, const glm::dvec3& direction,
-                                bool cull = false) {
+                                bool cull = false) const {
         Collector collector;
         rtcInitIntersectContext(&collector.context);
         collector.soup = &soup_;

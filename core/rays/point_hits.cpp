@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/rays/point_hits.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.h"
+#include "core/placed_element.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::size_t kPointsAtOnce = 1024;
+// What lies so near, by the size of the coordinates, touches: some roundings of a double.
+constexpr double kTouching = 1e-12;
+// Hits of one ray and of its neighbour can have another order: so many are looked at beyond the
+// one that is next.
+constexpr int kBeyond = 2;
+// So far along the ray, by the distance of rays, a plane is followed beyond its triangle.
+constexpr double kSteepest = 4;
+
+double largest(const glm::dvec3& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+/// What is next to one point, of the hits of one ray.
+class Search {
+  public:
+    Search(const Scene& scene, const SceneContents& contents, const DrawList& list,
+           const Bundle& bundle, const glm::dvec3& point)
+        : scene_(scene),
+          contents_(contents),
+          list_(list),
+          direction_(bundle.direction()),
+          point_(point),
+          farthest_(kSteepest * bundle.size().x / bundle.view.width) {}
+
+    PointHits among(std::span<const float> z, std::span<const std::uint32_t> keys, double at) {
+        const auto place = std::ranges::upper_bound(z, at) - z.begin();
+        const auto count = static_cast<std::ptrdiff_t>(z.size());
+        // Backward, later ones win where hits coincide; forward, only those that are nearer.
+        int beyond = 0;
+        for (std::ptrdiff_t i = place - 1; i >= 0 && beyond <= kBeyond; --i) {
+            look(keys[static_cast<std::size_t>(i)], false);
+            if (hits_.before.key != 0) ++beyond;
+        }
+        beyond = 0;
+        for (std::ptrdiff_t i = place; i < count && beyond <= kBeyond; ++i) {
+            look(keys[static_cast<std::size_t>(i)], true);
+            if (hits_.after.key != 0) ++beyond;
+        }
+        return hits_;
+    }
+
+  private:
+    /// `later`: than those before the point that have been seen so far.
+    void look(std::uint32_t key, bool later) {
+        PlacedElement element = elementOf(scene_, contents_, list_, key);
+        placeCorners(scene_, contents_, element);
+        const glm::dvec3 hit = element.weighted(element.weightsAt(point_, direction_));
+        double along = glm::dot(hit - point_, direction_);
+        const glm::dvec3 normal = element.normal();
+        const double plane =
+            glm::dot(element.corner[0] - point_, normal) / glm::dot(direction_, normal);
+        // Not if it is no plane, or is seen edge-on.
+        if (std::abs(plane - along) <= farthest_) along = plane;
+        if (std::abs(along) <= kTouching * (largest(hit) + largest(point_))) along = 0;
+        if (along > 0) {
+            const bool nearer =
+                later ? along < hits_.after.distance : along <= hits_.after.distance;
+            if (nearer) hits_.after = {along, key};
+        } else {
+            const bool nearer =
+                later ? -along <= hits_.before.distance : -along < hits_.before.distance;
+            if (nearer) hits_.before = {-along, key};
+        }
+    }
+
+    const Scene& scene_;
+    const SceneContents& contents_;
+    const DrawList& list_;
+    const glm::dvec3 direction_, point_;
+    const double farthest_;
+    PointHits hits_;
+};
+
+}  // namespace
+
+std::optional<glm::ivec2> nearestRay(const Bundle& bundle, const glm::dvec3& point) {
+    const View& view = bundle.view;
+    const glm::dvec3 from = point - bundle.origin();
+    const glm::dvec2 across(glm::dot(from, bundle.right()), -glm::dot(from, bundle.up()));
+    const glm::dvec2 at =
+        glm::floor((across / bundle.size() + 0.5) * glm::dvec2(view.width, view.height));
+    const Window& crop = view.crop;
+    // As doubles: points may be anywhere.
+    if (!(at.x >= crop.x0 && at.x < crop.x1 && at.y >= crop.y0 && at.y < crop.y1)) return {};
+    return glm::ivec2(at);
+}
+
+void findPointHits(const Scene& scene, const SceneContents& contents, const DrawList& list,
+                   const Bundle& bundle, const LayeredImage& band,
+                   std::span<const glm::dvec3> points, std::span<PointHits> found) {
+    const auto keys = band.extra.at(0).as<const std::uint32_t>();
+    const glm::dvec3 origin = bundle.origin(), direction = bundle.direction();
+    const std::span<const float> z(band.z);
+    const std::size_t parts = (points.size() + kPointsAtOnce - 1) / kPointsAtOnce;
+    parallelFor(parts, [&](std::size_t part) {
+        const std::size_t end = std::min(points.size(), (part + 1) * kPointsAtOnce);
+        for (std::size_t i = part * kPointsAtOnce; i < end; ++i) {
+            const std::optional<glm::ivec2> ray = nearestRay(bundle, points[i]);
+            if (!ray || ray->y < band.window.y0 || ray->y >= band.window.y1) continue;
+            const std::size_t pixel = band.pixelIndex(ray->x, ray->y);
+            const std::size_t first = band.offsets[pixel], count = band.count(pixel);
+            Search search(scene, contents, list, bundle, points[i]);
+            found[i] = search.among(z.subspan(first, count), keys.subspan(first, count),
+                                    glm::dot(points[i] - origin, direction));
+        }
+    });
+}
+
+}  // namespace peeler

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// rays --points: files of points in, arrays out, as numpy reads them.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "cmd/tiny_gltf.h"
+#include "support/python.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr const char* kReadNpz = R"(
+import json, sys, numpy
+a = numpy.load(sys.argv[1], allow_pickle=False)
+finite = lambda v: [None if numpy.isinf(x) else round(float(x), 6) for x in v.flatten()]
+print(json.dumps({k: [str(a[k].dtype), list(a[k].shape), finite(a[k])] for k in a}))
+)";
+
+/// Three triangles across Z: at 0, −0.1 and −0.2.
+class Points : public testing::Test {
+  protected:
+    Points() {
+        writeScene(scratch_.path(), stackScene(3));
+        std::ofstream(scratch_ / "p.ply")
+            << "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\n"
+               "property double z\nend_header\n0 0 -0.05\n3 -2 1\n1 1 -0.2\n0 500 0\n";
+    }
+    CommandResult rays(std::vector<std::string> options) const {
+        options.insert(options.begin(), {"rays", scratch_ / "scene.gltf"});
+        options.insert(options.end(), {"--backend", testBackend()});
+        return runPeeler(options);
+    }
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+
+    ScratchDir scratch_;
+};
+
+TEST_F(Points, BeforeAndAfter) {
+    PEELER_REQUIRE_PYTHON("numpy");
+    for (const char* budget : {"0", "700M"}) {
+        std::vector<std::string> options = {
+            "--points",    path("p.ply"), "-o",           path("o.npz"), "--direction", "0,0,2",
+            "--direction", "0,0,-1",      "--resolution", "500",         "--json"};
+        if (std::string(budget) != "0") options.insert(options.end(), {"--memory", budget});
+        const CommandResult run = rays(options);
+        ASSERT_EQ(run.exit_code, 0) << run.err;
+        const Json told = Json::parse(run.out).at("points");
+        EXPECT_EQ(told,
+                  Json::parse(R"({"count": 4, "before": 5, "after": 4, "besideBundles": 2})"));
+        const CommandResult read = runPython(kReadNpz, {path("o.npz")});
+        ASSERT_EQ(read.exit_code, 0) << read.err;
+        EXPECT_EQ(Json::parse(read.out), Json::parse(R"({
+            "t_before": ["float32", [2, 4], [0.05, 1, 0, null, 0.05, null, 0, null]],
+            "geometry_ids_before": ["uint32", [2, 4],
+                [1, 0, 2, 4294967295, 0, 4294967295, 2, 4294967295]],
+            "primitive_ids_before": ["uint32", [2, 4],
+                [0, 0, 0, 4294967295, 0, 4294967295, 0, 4294967295]],
+            "t_after": ["float32", [2, 4], [0.05, null, 0.1, null, 0.05, 1, null, null]],
+            "geometry_ids_after": ["uint32", [2, 4],
+                [0, 4294967295, 1, 4294967295, 1, 0, 4294967295, 4294967295]],
+            "primitive_ids_after": ["uint32", [2, 4],
+                [0, 4294967295, 0, 4294967295, 0, 0, 4294967295, 4294967295]],
+            "points": ["float64", [4, 3], [0, 0, -0.05, 3, -2, 1, 1, 1, -0.2, 0, 500, 0]],
+            "directions": ["float64", [2, 3], [0, 0, 1, 0, 0, -1]]})"));
+    }
+}
+
+TEST_F(Points, WhatContradicts) {
+    const auto expect = [&](int code, const std::string& what, std::vector<std::string> options) {
+        options.insert(options.end(), {"--points", path("p.ply")});
+        const CommandResult run = rays(options);
+        EXPECT_EQ(run.exit_code, code) << run.err;
+        EXPECT_NE(run.err.find(what), std::string::npos) << run.err;
+        EXPECT_FALSE(fs::exists(path("o.npz")));
+    };
+    const std::string out = path("o.npz");
+    expect(2, "--voxels", {"--axes", "--map", "thickness", "-o", out});
+    expect(2, "--map", {"--voxels", "8", "-o", out});
+    expect(2, "not a camera", {"--camera", "front", "-o", out});
+    expect(2, ".npz", {"--axes", "-o", path("o.ply")});
+    expect(2, "no file to write", {"--axes", "--parity", "report"});
+    expect(2, "no rays are asked for", {"-o", out});
+    fs::copy(path("p.ply"), path("p.npz"));
+    const CommandResult over =
+        rays({"--axes", "--points", path("p.npz"), "-o", path("p.npz"), "--overwrite"});
+    EXPECT_EQ(over.exit_code, 2) << over.err;
+    fs::resize_file(path("p.ply"), fs::file_size(path("p.ply")) - 6);
+    expect(3, "vertex 3", {"--axes", "-o", out});
+}
+
+}  // namespace
+}  // namespace peeler::test

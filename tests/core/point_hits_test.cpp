@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// The hits next to points, where they are known on paper.
+#include "core/rays/point_hits.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "core/placed_element.h"
+#include "support/capture.h"
+#include "support/ray_hits.h"
+
+namespace peeler::test {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// A scene of triangles whose hits are found one by one, without any renderer.
+class Traced {
+  public:
+    explicit Traced(Scene scene)
+        : scene_(std::move(scene)), contents_(contents(scene_, 0)), list_(scene_, contents_) {
+        std::uint32_t count = 0;
+        for (const MeshInstance& instance : contents_.meshes)
+            for (const Primitive& p : scene_.meshes[std::size_t(instance.mesh)].primitives)
+                count += static_cast<std::uint32_t>(elementsOf(p));
+        for (std::uint32_t key = 1; key <= count; ++key) {
+            PlacedElement element = elementOf(scene_, contents_, list_, key);
+            placeCorners(scene_, contents_, element);
+            elements_.push_back(element);
+        }
+    }
+
+    Bundle bundle(const glm::dvec3& direction, int resolution) const {
+        const Bounds all = bounds(scene_, contents_).value();
+        return parallelBundle("b", all, all, direction, {resolution});
+    }
+    LayeredImage hits(const Bundle& bundle) const {
+        return rayHits(bundle, [&](const glm::dvec3& start, const glm::dvec3& direction) {
+            std::vector<Hit> found;
+            for (std::size_t i = 0; i < elements_.size(); ++i) {
+                const auto& corner = elements_[i].corner;
+                const glm::dmat3 sides(corner[1] - corner[0], corner[2] - corner[0], -direction);
+                if (glm::determinant(sides) == 0) continue;
+                const glm::dvec3 at = glm::inverse(sides) * (start - corner[0]);
+                if (at.x >= 0 && at.y >= 0 && at.x + at.y <= 1)
+                    found.push_back({at.z, static_cast<std::uint32_t>(i + 1)});
+            }
+            return found;
+        });
+    }
+    std::vector<PointHits> around(const Bundle& bundle, const LayeredImage& band,
+                                  const std::vector<glm::dvec3>& points) const {
+        std::vector<PointHits> found(points.size());
+        findPointHits(scene_, contents_, list_, bundle, band, points, found);
+        return found;
+    }
+    std::vector<PointHits> around(const Bundle& bundle,
+                                  const std::vector<glm::dvec3>& points) const {
+        return around(bundle, hits(bundle), points);
+    }
+
+  private:
+    Scene scene_;
+    SceneContents contents_;
+    DrawList list_;
+    std::vector<PlacedElement> elements_;
+};
+
+/// Large triangles across Z, all rays through each; the n-th has the key n + 1.
+Scene sheets(const std::vector<float>& heights) {
+    SceneBuilder builder;
+    const int material = builder.material({1, 1, 1, 1});
+    for (const float z : heights)
+        builder.triangles({{-8, -4, z}, {8, -4, z}, {0, 12, z}}, material);
+    return builder.scene();
+}
+
+TEST(PointHits, BetweenSheets) {
+    const Traced traced(sheets({-1, 1, 2}));
+    const Bundle bundle = traced.bundle({0, 0, 1}, 16);
+    const auto found = traced.around(
+        bundle, {{0.1, 0.2, 0.25}, {0.1, 0.2, -3}, {0.1, 0.2, 5}, {100, 0, 0}, {-7.9, 11, 0}});
+    EXPECT_DOUBLE_EQ(found[0].before.distance, 1.25);
+    EXPECT_EQ(found[0].before.key, 1U);
+    EXPECT_DOUBLE_EQ(found[0].after.distance, 0.75);
+    EXPECT_EQ(found[0].after.key, 2U);
+    EXPECT_EQ(found[1].before.key, 0U);
+    EXPECT_EQ(found[1].before.distance, kInfinity);
+    EXPECT_DOUBLE_EQ(found[1].after.distance, 2);  // far in front of where the rays start
+    EXPECT_DOUBLE_EQ(found[2].before.distance, 3);
+    EXPECT_EQ(found[2].before.key, 3U);
+    EXPECT_EQ(found[2].after.distance, kInfinity);
+    for (const std::size_t beside : {std::size_t{3}, std::size_t{4}}) {  // the bundle; the sheets
+        EXPECT_EQ(found[beside].before.key, 0U);
+        EXPECT_EQ(found[beside].after.key, 0U);
+    }
+    EXPECT_FALSE(nearestRay(bundle, {100, 0, 0}));
+    EXPECT_FALSE(nearestRay(bundle, {0, 1e300, 0}));
+    EXPECT_TRUE(nearestRay(bundle, {-7.9, 11, 0}));
+}
+
+TEST(PointHits, OnASurfaceAndWhereSurfacesCoincide) {
+    const Traced traced(sheets({1, 0, 1, 1, 3}));
+    const std::vector<glm::dvec3> points = {{0.3, 0.2, 1}, {0.3, 0.2, 0.5}, {0.3, 0.2, 2}};
+    for (const double sign : {1.0, -1.0}) {
+        const auto found = traced.around(traced.bundle({0, 0, sign}, 16), points);
+        const bool up = sign > 0;
+        EXPECT_EQ(found[0].before.distance, 0);
+        EXPECT_EQ(found[0].before.key, 4U);  // the last one drawn
+        EXPECT_EQ(found[0].after.key, up ? 5U : 2U);
+        EXPECT_DOUBLE_EQ(found[0].after.distance, up ? 2 : 1);
+        EXPECT_EQ(found[1].before.key, up ? 2U : 4U);
+        EXPECT_EQ(found[1].after.key, up ? 1U : 2U);  // the first one drawn
+        EXPECT_EQ(found[2].before.key, up ? 4U : 5U);
+        EXPECT_EQ(found[2].after.key, up ? 5U : 1U);
+    }
+}
+
+// On a coarse grid what a ray hits is followed to the point's own ray.
+TEST(PointHits, SteepSurfacesAreFollowed) {
+    SceneBuilder builder;
+    const int material = builder.material({1, 1, 1, 1});
+    // z = 2x and z = −2x, which cross at x = 0.
+    builder.triangles({{-8, -4, -16}, {8, -4, 16}, {0, 12, 0}}, material);
+    builder.triangles({{-8, -4, 16}, {8, -4, -16}, {0, 12, 0}}, material);
+    const Traced traced(builder.scene());
+    std::mt19937 random(20);
+    std::uniform_real_distribution<double> x(-1.5, 1.5), z(-4, 4);
+    std::vector<glm::dvec3> points;
+    for (int i = 0; i < 1000; ++i)
+        points.emplace_back(x(random), x(random), z(random));
+    const auto found = traced.around(traced.bundle({0, 0, 1}, 8), points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        SCOPED_TRACE(i);
+        double before = kInfinity, after = kInfinity;
+        for (const double slope : {2.0, -2.0}) {
+            const double along = slope * points[i].x - points[i].z;
+            (along > 0 ? after : before) = std::min(along > 0 ? after : before, std::abs(along));
+        }
+        if (before == kInfinity) {
+            EXPECT_EQ(found[i].before.key, 0U);
+        } else {
+            EXPECT_NEAR(found[i].before.distance, before, 1e-12);
+        }
+        if (after == kInfinity) {
+            EXPECT_EQ(found[i].after.key, 0U);
+        } else {
+            EXPECT_NEAR(found[i].after.distance, after, 1e-12);
+        }
+    }
+}
+
+TEST(PointHits, InsideASphereChordsAddUp) {
+    SceneBuilder builder;
+    builder.sphere({0, 0, 0}, 1, builder.material({1, 1, 1, 1}));
+    const Traced traced(builder.scene());
+    std::mt19937 random(21);
+    std::uniform_real_distribution<double> within(-0.45, 0.45);
+    std::vector<glm::dvec3> points;
+    for (int i = 0; i < 500; ++i)
+        points.emplace_back(within(random), within(random), within(random));
+    const glm::dvec3 direction = glm::normalize(glm::dvec3(1, 2, -3));
+    const Bundle bundle = traced.bundle(direction, 64);
+    const LayeredImage hits = traced.hits(bundle);
+    const auto found = traced.around(bundle, hits, points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const double along = glm::dot(points[i], direction);
+        const double half = std::sqrt(1 - glm::dot(points[i], points[i]) + along * along);
+        // The mesh is up to 0.004 within the sphere, and seen aslant.
+        EXPECT_NEAR(found[i].before.distance, half + along, 0.008);
+        EXPECT_NEAR(found[i].after.distance, half - along, 0.008);
+    }
+    // Bands together are the whole.
+    std::vector<PointHits> banded(points.size());
+    for (int y = 0; y < bundle.view.height; y += 5) {
+        Bundle part = bundle;
+        part.view.crop.y0 = y;
+        part.view.crop.y1 = std::min(y + 5, bundle.view.height);
+        const LayeredImage band = traced.hits(part);
+        const auto some = traced.around(bundle, band, points);
+        for (std::size_t i = 0; i < points.size(); ++i)
+            if (some[i].before.key || some[i].after.key) banded[i] = some[i];
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        EXPECT_EQ(banded[i].before.key, found[i].before.key);
+        EXPECT_EQ(banded[i].after.distance, found[i].after.distance);
+    }
+}
+
+}  // namespace
+}  // namespace peeler::test
