@@ -38,6 +38,7 @@ class HitArrays final : public RayOutput {
             arrays.push_back({name, NumberType::kDouble, {count, 3}});
         for (const char* name : {"bundle_size", "bundle_resolution"})
             arrays.push_back({name, NumberType::kDouble, {count, 2}});
+        arrays.push_back({"bundle_window", NumberType::kDouble, {count, 4}});
         arrays.push_back({"bundle_perspective", NumberType::kUint8, {count}});
         writer_.emplace(path_, std::move(arrays));
         const std::int64_t zero = 0;
@@ -77,7 +78,9 @@ class HitArrays final : public RayOutput {
         put(3, bundle.up());
         put(4, bundle.size());
         put(5, glm::dvec2(bundle.view.width, bundle.view.height));
-        put(6, static_cast<std::uint8_t>(bundle.parallel() ? 0 : 1));
+        const Window& rays = bundle.view.crop;
+        put(6, glm::dvec4(rays.x0, rays.y0, rays.width(), rays.height()));
+        put(7, static_cast<std::uint8_t>(bundle.parallel() ? 0 : 1));
     }
 
     std::string path_;

@@ -163,6 +163,8 @@ void Rays::checkOptions() {
     const bool refine = options_.refine && !options_.points;
     capture_.hits = refine ? Hits::kRefined : Hits::kRaw;
     capture_.color_type = PixelType::kFloat;  // normals, too
+    // A camera sees from near to far; other rays have no ends.
+    capture_.depth_clamp = !options_.bundles.usesCamera();
     setThreads(options_.threads);
 }
 
@@ -353,7 +355,8 @@ constexpr const char* kFooter =
     "front), normals and geometric_normals (n, 3; world space, on the front), node_ids, mesh_ids,\n"
     "instance_ids (among those of the node), material_ids (n; indices into the glTF); of each\n"
     "bundle, float64: bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3),\n"
-    "bundle_size and bundle_resolution (b, 2), and bundle_perspective (b, 0 or 1). Rays go bundle\n"
+    "bundle_size and bundle_resolution (b, 2), bundle_window (b, 4; x, y, width, height: the rays\n"
+    "that were traced, all but with --crop), and bundle_perspective (b, 0 or 1). Rays go bundle\n"
     "by bundle, row by row from the top. With (w, h) = bundle_resolution ray (i, j) starts at\n"
     "  origin + ((i + 0.5) / w - 0.5) * size[0] * right - ((j + 0.5) / h - 0.5) * size[1] * up\n"
     "along direction; with perspective it starts at origin, along that sum + direction - origin,\n"

@@ -35,8 +35,8 @@ enum class Tail : std::uint8_t {
     kBlend  ///< composites: blended behind them as a weighted average
 };
 
-/// Rays instead of a picture: fragments have no colour, their keys (kKeyChannel) are the first
-/// extra array, and nothing is cut off before the near or behind the far plane.
+/// Rays instead of a picture: fragments have no colour, and their keys (kKeyChannel) are the first
+/// extra array.
 enum class Hits : std::uint8_t {
     kNone,     ///< a picture
     kRefined,  ///< Z is found anew in double precision from the primitive, and sorted by
@@ -55,6 +55,7 @@ struct CaptureSettings {
     ClipVolume clip{};         ///< fragments on the wrong side do not count
     PixelType color_type = PixelType::kHalf;  ///< or kFloat
     Hits hits = Hits::kNone;
+    bool depth_clamp = false;  ///< nothing is cut off before the near or behind the far plane
     std::vector<Channel>
         channels{};                ///< of every fragment, in the order of the table; not composites
     std::uint32_t max_layers = 0;  ///< nearest layers to keep; 0 = all

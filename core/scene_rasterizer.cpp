@@ -329,7 +329,7 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     if (pass.bounded && bound_missing_) renderOpaqueBound();
     gl::PassState state = passState(pass.framebuffer, area);
     state.depth_test = pass.depth_test;
-    state.depth_clamp = pass.draws == Draws::kClipMeshes || settings_.hits != Hits::kNone;
+    state.depth_clamp = pass.draws == Draws::kClipMeshes || settings_.depth_clamp;
     state.blend = pass.blend;
     gl::apply(gl, state);
     bindFrame();

@@ -336,6 +336,7 @@ std::vector<float> bake(Renderer& renderer, const Scene& scene, const SceneConte
     const auto gathering = gatheringOf(renderer, scene, contents, settings, lookup);
     CaptureSettings hits = capture;
     hits.hits = Hits::kSloped;
+    hits.depth_clamp = true;
     hits.color_type = PixelType::kFloat;
     hits.channels = gathering->channels();
     const auto directions = hemisphereDirections(std::max(1, settings.directions / 2));

@@ -57,11 +57,14 @@ shapes = {'t_hit': ('float32', (n,)), 'geometry_ids': ('uint32', (n,)),
           'material_ids': ('uint32', (n,)), 'bundle_origin': ('float64', (2, 3)),
           'bundle_direction': ('float64', (2, 3)), 'bundle_right': ('float64', (2, 3)),
           'bundle_up': ('float64', (2, 3)), 'bundle_size': ('float64', (2, 2)),
-          'bundle_resolution': ('float64', (2, 2)), 'bundle_perspective': ('uint8', (2,))}
+          'bundle_resolution': ('float64', (2, 2)), 'bundle_window': ('float64', (2, 4)),
+          'bundle_perspective': ('uint8', (2,))}
 assert set(a.files) == set(shapes) | {'ray_splits'}, a.files
 for name, (dtype, shape) in shapes.items():
     assert a[name].dtype == dtype and a[name].shape == shape, (name, a[name].dtype, a[name].shape)
 rays = a['bundle_resolution'].prod(axis=1).astype(int)
+window = a['bundle_window']
+assert (window[:, :2] == 0).all() and (window[:, 2:] == a['bundle_resolution']).all()
 assert a['ray_splits'].dtype == 'int64' and len(a['ray_splits']) == rays.sum() + 1
 ray = np.repeat(np.arange(rays.sum()), np.diff(a['ray_splits']))
 bundle = (ray >= rays[0]).astype(int)
@@ -126,6 +129,38 @@ for path, dtype in ((sys.argv[2], 'float32'), (sys.argv[3], 'float64')):
 )",
                                          {out("a.npz"), out("a.ply"), out("double.ply")});
     EXPECT_EQ(read.exit_code, 0) << read.err;
+}
+
+// The camera at (0, 0, 2) looks at the plane z = 0 of the triangle.
+constexpr const char* kCheckCamera = R"(
+import sys, numpy as np
+a = np.load(sys.argv[1], allow_pickle=False)
+x, y, width, height = a['bundle_window'][0]
+assert (x, y, width, height) == (10, 20, 30, 40) and len(a['ray_splits']) == 30 * 40 + 1
+assert a['bundle_perspective'][0] == 1 and np.abs(a['bundle_origin'][0] - (0, 0, 2)).max() < 1e-12
+ray = np.repeat(np.arange(1200), np.diff(a['ray_splits']))
+i, j = x + ray % width, y + ray // width
+(w, h), (sx, sy) = a['bundle_resolution'][0], a['bundle_size'][0]
+toward = (a['bundle_direction'][0] + ((i + 0.5) / w - 0.5)[:, None] * sx * a['bundle_right'][0]
+          - ((j + 0.5) / h - 0.5)[:, None] * sy * a['bundle_up'][0])
+toward /= np.linalg.norm(toward, axis=1)[:, None]
+at = a['bundle_origin'][0] + a['t_hit'][:, None] * toward
+assert len(ray) > 300 and np.abs(at[:, 2]).max() < 1e-6, (len(ray), np.abs(at[:, 2]).max())
+)";
+
+TEST_F(RaysCli, RaysOfACamerasCropAreWhereTheHelpSaysTheyAre) {
+    PEELER_REQUIRE_PYTHON("numpy");
+    const std::vector<std::string> camera = {"--eye", "0,0,2",  "--target",
+                                             "0,0,0", "--size", "80x70"};
+    std::vector<std::string> crop = camera, near = camera;
+    crop.insert(crop.end(), {"--crop", "10,20,30,40", "-o", out()});
+    const CommandResult run = rays(crop);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const CommandResult read = runPython(kCheckCamera, {out()});
+    EXPECT_EQ(read.exit_code, 0) << read.err;
+    // A camera does not see what is nearer than its near plane.
+    near.insert(near.end(), {"--near", "2.5", "-o", out("near.npz"), "--json"});
+    EXPECT_EQ(Json::parse(rays(near).out).at("hits"), 0);
 }
 
 TEST_F(RaysCli, OpenExrReadsADeepPartABundle) {
