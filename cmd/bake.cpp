@@ -211,6 +211,7 @@ void Bake::writeVertices() {
     GltfPackage package(options_.scene.file, options_.scene.gltf);
     addVertexValues(package, attributeOf(quantity),
                     bakedPrimitives(scene(), contents_, *vertices_, values_, quantity, shown));
+    if (options_.bake.values_alone) showVertexColorsAlone(package);
     for (const std::string& warning : package.warnings())
         console_.warning(warning);
     package.write(outputs_.front().string());

@@ -107,6 +107,10 @@ void addBakeOptions(CLI::App& app, BakeOptions& options) {
         "where to (default: vertices for a .glb, else texture):\nvertices: " +
             std::string(kTargets[0].summary) + "\ntexture: " + std::string(kTargets[1].summary))
         ->group("Output");
+    app.add_flag("--values-alone", options.values_alone,
+                 wrapped("of a .glb with values at vertices: everything gets one white, unlit "
+                         "material, so that viewers show them and nothing else"))
+        ->group("Output");
     add("Output", "--uv", "SET", options.uv_set, integers(0, 1),
         "the UV set of textures: 0 or 1 (default: 0)");
     add("Output", "--size", "N", options.size, integers(1, kMostTexels),
@@ -135,6 +139,10 @@ void addBakeOptions(CLI::App& app, BakeOptions& options) {
 void checkBakeOptions(const BakeOptions& options, const LookOptions& look) {
     const BakeFile file = options.file();
     const std::string path = options.output.string();
+    if (options.values_alone &&
+        (file != BakeFile::kGltf || options.chosenTarget() != BakeTarget::kVertices))
+        refuse("only values at vertices can be shown alone", "--values-alone",
+               "leave it out, or write a .glb with --target vertices");
     if (options.chosenTarget() == BakeTarget::kVertices) {
         if (file != BakeFile::kGltf)
             refuse("values of vertices need a scene to stand in",

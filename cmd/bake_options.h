@@ -36,6 +36,7 @@ enum class BakeFile { kGltf, kExr, kPng };
 struct BakeOptions {
     std::filesystem::path output;
     bool no_clobber = false;
+    bool values_alone = false;  ///< a .glb that shows them and no materials
     BakeSettings settings;
     std::optional<BakeTarget> target;  ///< none = vertices for a .glb, else texture
     std::optional<int> uv_set, size, padding, bounces;

@@ -167,26 +167,4 @@ std::vector<Bundle> parallelBundles(const BundleOptions& options, const Bounds& 
     return bundles;
 }
 
-void shareDisplayWindow(std::vector<Bundle>& bundles) {
-    int width = 0, height = 0;
-    for (const Bundle& bundle : bundles) {
-        width = std::max(width, bundle.view.width);
-        height = std::max(height, bundle.view.height);
-    }
-    for (Bundle& bundle : bundles) {
-        View& view = bundle.view;
-        if (!bundle.parallel()) continue;  // alone
-        // To the right and down, where the picture grows.
-        const glm::dvec2 grown(width / static_cast<double>(view.width),
-                               height / static_cast<double>(view.height));
-        const glm::dvec2 half(view.projection.half_width, view.projection.half_height);
-        const glm::dvec2 shift = half * (grown - 1.0);
-        view.camera_to_world[3] += glm::dvec4(shift.x * bundle.right() - shift.y * bundle.up(), 0);
-        view.projection.half_width *= grown.x;
-        view.projection.half_height *= grown.y;
-        view.width = width;
-        view.height = height;
-    }
-}
-
 }  // namespace peeler::cmd

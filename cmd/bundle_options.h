@@ -49,8 +49,4 @@ std::vector<glm::dvec3> readDirections(const std::filesystem::path& file);
 /// all that is to be hit. Throws like parallelBundle() and readDirections().
 std::vector<Bundle> parallelBundles(const BundleOptions& options, const Bounds& scene);
 
-/// The same bundles with a picture that has room for each, of which each renders its own crop:
-/// parts of an EXR share a display window.
-void shareDisplayWindow(std::vector<Bundle>& bundles);
-
 }  // namespace peeler::cmd

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cmd/hit_output.h"
+#include "core/rays/common_display.h"
 #include "core/supersampling.h"
 #include "formats/exr_hits_writer.h"
 
@@ -29,9 +30,10 @@ class HitImage final : public RayOutput {
     bool needsHits() const override { return true; }
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override {
+        const std::vector<View> views = withCommonDisplay(bundles);
         std::vector<ExrBundle> parts;
         for (std::size_t i = 0; i < bundles.size(); ++i)
-            parts.push_back({bundles[i].name, bundles[i].view, hits[i]});
+            parts.push_back({bundles[i].name, views[i], hits[i]});
         writer_.emplace(path_, std::move(parts), provenance_);
     }
     void take(std::size_t bundle, const LayeredImage& band) override {

@@ -30,7 +30,7 @@ std::unique_ptr<RayOutput> makeHitArrays(std::string path, const HitSources& sou
 std::unique_ptr<RayOutput> makeHitPoints(std::string path, const HitSources& sources,
                                          bool double_positions);
 
-/// .exr: a deep part a bundle. The bundles must share a display window (shareDisplayWindow).
+/// .exr: a deep part a bundle, of views withCommonDisplay().
 std::unique_ptr<RayOutput> makeHitImage(std::string path, const HitSources& sources);
 
 /// Whether the path ends in it, whatever the case; `extension` is lower case, with the dot.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/ray_map_options.h"
 
+#include <fnmatch.h>
+
 #include <algorithm>
 
 #include "cmd/options.h"
@@ -51,6 +53,24 @@ std::string materialName(const Scene& scene, std::size_t material) {
     return name.empty() ? "material " + std::to_string(material) : name;
 }
 
+/// Of all materials that the glob (or index) names.
+void setAttenuation(const Scene& scene, const std::string& glob, double mu,
+                    std::vector<double>& attenuation) {
+    std::vector<std::string> names;
+    bool found = false;
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        names.push_back(materialName(scene, i));
+        if (fnmatch(glob.c_str(), names.back().c_str(), 0) != 0 && glob != std::to_string(i))
+            continue;
+        attenuation[i] = mu;
+        found = true;
+    }
+    if (found) return;
+    throw Error(
+        ErrorKind::kUsage, "no material has a name like this", "--attenuation " + glob,
+        choiceHint(glob, "materials", std::vector<std::string_view>(names.begin(), names.end())));
+}
+
 }  // namespace
 
 void addRayMapOptions(CLI::App& app, RayMapFlags& flags) {
@@ -67,8 +87,8 @@ void addRayMapOptions(CLI::App& app, RayMapFlags& flags) {
     addRepeated(
         app, "--attenuation", "MATERIAL=MU",
         [&flags](const std::string& text) { flags.attenuation.push_back(parseAttenuation(text)); },
-        "how much this material weakens X-rays, per scene unit: what gets through is "
-        "exp(-sum MU * length); may be given several times")
+        "how much materials of this name (or glob, or index) weaken X-rays, per scene unit: what "
+        "gets through is exp(-sum MU * length); may be given several times, the last one counts")
         ->group(kGroup);
     addRepeated(
         app, "--part", "GLOB", [&flags](const std::string& text) { flags.parts.push_back(text); },
@@ -104,21 +124,9 @@ RayMapOptions rayMapOptions(const RayMapFlags& flags, const Scene& scene) {
     RayMapOptions options;
     options.range = flags.range;
     options.settings.maps = flags.maps;
-    std::vector<std::vector<std::string>> names;
-    for (std::size_t i = 0; i < scene.materials.size(); ++i)
-        names.push_back({materialName(scene, i)});
     if (!flags.attenuation.empty()) options.settings.attenuation.resize(scene.materials.size());
-    for (const auto& [name, mu] : flags.attenuation) {
-        const auto material = findNameOrIndex(name, names);
-        if (!material) {
-            std::vector<std::string_view> known;
-            for (const auto& material_names : names)
-                known.push_back(material_names.front());
-            throw Error(ErrorKind::kUsage, "there is no such material", "--attenuation " + name,
-                        choiceHint(name, "materials", known));
-        }
-        options.settings.attenuation[*material] = mu;
-    }
+    for (const auto& [glob, mu] : flags.attenuation)
+        setAttenuation(scene, glob, mu, options.settings.attenuation);
     for (std::size_t i = 0; i < flags.parts.size(); ++i)
         options.settings.parts[i] = nodesMatching(scene, {flags.parts[i]}, "--part");
     return options;

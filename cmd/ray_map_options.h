@@ -16,9 +16,10 @@ class App;
 namespace peeler::cmd {
 
 struct RayMapFlags {
-    std::vector<RayMap> maps;                                 ///< none: hits are written
-    std::vector<std::pair<std::string, double>> attenuation;  ///< by material: name or index
-    std::vector<std::string> parts;                           ///< globs of node names
+    std::vector<RayMap> maps;  ///< none: hits are written
+    std::vector<std::pair<std::string, double>>
+        attenuation;                 ///< by material: a glob of names, or an index
+    std::vector<std::string> parts;  ///< globs of node names
     std::optional<std::pair<double, double>> range;
 };
 

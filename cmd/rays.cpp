@@ -49,7 +49,7 @@ struct RaysOptions {
     AnimationOptions animation;
     BundleOptions bundles;
     CaptureSettings capture;
-    bool no_refine = false;
+    bool refine = true;
     bool double_points = false;
     std::optional<fs::path> points;
     std::optional<int> voxels;
@@ -160,7 +160,7 @@ void Rays::checkOptions() {
     checkFiles();
     capture_ = options_.capture;
     // Of what is next to points, t is found from the primitive anyway.
-    const bool refine = !options_.no_refine && !options_.points;
+    const bool refine = options_.refine && !options_.points;
     capture_.hits = refine ? Hits::kRefined : Hits::kRaw;
     capture_.color_type = PixelType::kFloat;  // normals, too
     setThreads(options_.threads);
@@ -232,7 +232,6 @@ void Rays::chooseBundles() {
         return;
     }
     bundles_ = parallelBundles(options_.bundles, *all);
-    if (hasExtension(options_.output.path, ".exr")) shareDisplayWindow(bundles_);
 }
 
 void Rays::openOutputs() {
@@ -390,9 +389,10 @@ VerbAction declareRays(CLI::App& app) {
     app.add_flag("--double", options->double_points, "x, y, z of a .ply in 64 bits, not 32")
         ->group("Output");
     addBundleOptions(app, options->bundles);
-    app.add_flag("--no-refine", options->no_refine,
-                 wrapped("keep t as the rasteriser has it (a 32-bit depth, corners on a grid of "
-                         "1/256 pixel), not found anew in double precision"))
+    app.add_flag("--refine,!--no-refine", options->refine,
+                 wrapped("find t anew in double precision from the triangle (default); otherwise "
+                         "it is as the rasteriser has it: a 32-bit depth, corners on a grid of "
+                         "1/256 pixel"))
         ->group("Rays");
     addRayFacesOption(app, options->capture);
     addRayMapOptions(app, options->maps);

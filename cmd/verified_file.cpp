@@ -65,7 +65,8 @@ void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
     if (at(info.attributes(), "peeler:layout") == kPerFileLayout &&
         !at(info.attributes(), "peeler:layer").empty())
         return;
-    // Numbers of pixels that are no picture's layers.
+    // Numbers of pixels that are no picture's layers, and bundles of rays.
+    if (holdsBundles(info)) return;
     if (info.layers.empty() && info.deep.empty() && at(info.attributes(), "peeler:layers").empty())
         return;
     const bool says_complete = at(info.attributes(), "peeler:complete") == "1";
@@ -103,6 +104,12 @@ void verify(VerifiedFile& file) {
         if (!part_is_deep) input.decodeAll(part);
     }
     if (!deep) return;
+    if (holdsBundles(info)) {
+        for (std::size_t n = 0; n < info.deep.size(); ++n)
+            forEachBand(*openBundle(OpenedExr(file.path), n), kVerifiedBytes,
+                        [](const LayeredImage&) {});
+        return;
+    }
     const std::unique_ptr<LayeredInput> layers = openLayered(std::move(opened));
     forEachBand(*layers, kVerifiedBytes, [](const LayeredImage&) {});
 }

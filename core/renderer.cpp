@@ -176,9 +176,12 @@ void Renderer::State::chooseMethod() {
 
 void Renderer::State::chooseViews(const View& view) {
     views.clear();
-    for (const glm::dvec2& position : samplePositions(settings.samples)) {
-        views.push_back(view);
-        views.back().sample = position;
+    if (settings.samples == 1) views.push_back(view);  // at its own sample
+    if (settings.samples > 1) {
+        for (const glm::dvec2& position : samplePositions(settings.samples)) {
+            views.push_back(view);
+            views.back().sample = position;
+        }
     }
     band_capture.setView(views.front(), settings);
 }

@@ -114,8 +114,9 @@ class VertexValues {
     /// attributes of a primitive have to have as many.
     void correctCounts(const ordered_json& primitive, std::size_t vertices) {
         for (const auto& [name, id] : primitive["extensions"][kDraco]["attributes"].items()) {
-            const auto index = primitive["attributes"].at(name).get<std::size_t>();
-            ordered_json& accessor = package_.gltf()["accessors"].at(index);
+            const auto attribute = primitive["attributes"].find(name);
+            if (attribute == primitive["attributes"].end()) continue;  // nobody reads it
+            ordered_json& accessor = package_.gltf()["accessors"].at(attribute->get<std::size_t>());
             if (!accessor.contains("bufferView")) accessor["count"] = vertices;
         }
     }
@@ -151,6 +152,25 @@ void changing(const Change& change) {
 void addVertexValues(GltfPackage& package, const std::string& attribute,
                      const std::vector<BakedPrimitive>& primitives) {
     changing([&] { VertexValues(package, attribute, primitives).add(); });
+}
+
+void showVertexColorsAlone(GltfPackage& package) {
+    changing([&] {
+        constexpr const char* kUnlit = "KHR_materials_unlit";
+        ordered_json& gltf = package.gltf();
+        gltf["materials"].push_back({{"name", "vertex colors alone"},
+                                     {"pbrMetallicRoughness", {{"metallicFactor", 0}}},
+                                     {"doubleSided", true},
+                                     {"extensions", {{kUnlit, ordered_json::object()}}}});
+        const std::size_t material = gltf["materials"].size() - 1;
+        forEachPrimitive(gltf, [&](ordered_json& primitive) {
+            primitive["material"] = material;
+            const auto extensions = primitive.find("extensions");
+            if (extensions != primitive.end()) extensions->erase("KHR_materials_variants");
+        });
+        ordered_json& used = gltf["extensionsUsed"];
+        if (std::ranges::find(used, kUnlit) == used.end()) used.push_back(kUnlit);
+    });
 }
 
 void addOcclusionTextures(GltfPackage& package, int uv_set, std::vector<BakedTexture> textures) {

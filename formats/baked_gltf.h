@@ -35,6 +35,10 @@ struct BakedPrimitive {
 void addVertexValues(GltfPackage& package, const std::string& attribute,
                      const std::vector<BakedPrimitive>& primitives);
 
+/// Gives everything one material, white and unlit (KHR_materials_unlit), so that viewers show
+/// COLOR_0 and nothing else.
+void showVertexColorsAlone(GltfPackage& package);
+
 struct BakedTexture {
     int material = -1;  ///< of the file; −1 = of primitives that name none
     std::vector<std::uint8_t> png;

@@ -3,6 +3,7 @@
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepImageStateAttribute.h>
+#include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 
@@ -30,6 +31,7 @@ struct ExrHitsWriter::File {
     AtomicFile file;
     std::unique_ptr<ExrFile> exr{};  // from the first band on: it says which channels there are
     std::vector<ExrChannel> channels{};
+    std::vector<int> next_row{};  // of each part
     std::vector<ExrDeepChunk> packed{};
     ExrPackerPool packers{kDefaultZipLevel, Imf::ZIPS_COMPRESSION};
 };
@@ -49,6 +51,7 @@ void ExrHitsWriter::File::open(const LayeredImage& first_band, std::string_view 
         channels.insert(channels.end(), more.begin(), more.end());
     }
     std::ranges::sort(channels, {}, &ExrChannel::name);
+    next_row.resize(bundles.size());
     std::vector<Imf::Header> headers;
     for (const ExrBundle& bundle : bundles) {
         Plan plan;
@@ -60,6 +63,7 @@ void ExrHitsWriter::File::open(const LayeredImage& first_band, std::string_view 
         header.setVersion(1);
         header.compression() = Imf::ZIPS_COMPRESSION;
         Imf::addDeepImageState(header, Imf::DIS_SORTED);
+        header.insert("peeler:bundle", Imf::IntAttribute(static_cast<int>(headers.size())));
         for (const ExrChannel& channel : channels)
             header.channels().insert(channel.name, Imf::Channel(exrPixelType(channel.type)));
         addIdManifest(header, provenance.ids);
@@ -69,17 +73,17 @@ void ExrHitsWriter::File::open(const LayeredImage& first_band, std::string_view 
 }
 
 void ExrHitsWriter::File::write(std::size_t bundle, const LayeredImage& band) {
-    const Window& window = bundles[bundle].view.crop;
     packed.resize(kRowsInFlight);
     for (int y = band.window.y0; y < band.window.y1; y += kRowsInFlight) {
         const int rows = std::min(kRowsInFlight, band.window.y1 - y);
         parallelFor(static_cast<std::size_t>(rows), [&](std::size_t row) {
             packers.with([&](ExrChunkPacker& packer) {
-                packDeepRow(band, channels, window, y + static_cast<int>(row), packer, packed[row]);
+                packDeepRow(band, channels, band.window, y + static_cast<int>(row), packer,
+                            packed[row]);
             });
         });
         for (int row = 0; row < rows; ++row)
-            exr->append(bundle, y + row - window.y0, packed[static_cast<std::size_t>(row)]);
+            exr->append(bundle, next_row[bundle]++, packed[static_cast<std::size_t>(row)]);
     }
 }
 

@@ -22,7 +22,8 @@ struct ExrBundle {
 /// Every hit of a ray is a point sample of its pixel, in the order of the list: Z (camera Z) and
 /// the components of the extra arrays, integers among them, but no colours. Compressed ZIPS. Parts
 /// come one after the other; all views have the same display window, a part's data window is its
-/// view's crop. The same hits make the same bytes, however cut into bands.
+/// view's crop. Bands are as wide, and may lie elsewhere. The same hits make the same bytes,
+/// however cut into bands.
 class ExrHitsWriter {
   public:
     /// Throws Error (kOutput) if the file cannot be created.

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <limits>
+#include <map>
 #include <string_view>
 
 #include "core/error.h"
@@ -20,6 +21,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 using Bytes = std::span<const std::uint8_t>;
 
+constexpr std::uint64_t kMostBytes = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint64_t kAlignment = 4;  // of chunks, and of what an accessor can need
 
 std::uint64_t padded(std::uint64_t bytes) {
@@ -60,6 +62,11 @@ std::size_t add(ordered_json& gltf, const char* name, ordered_json element) {
     return array.size() - 1;
 }
 
+[[noreturn]] void failTooLarge(const std::string& path) {
+    throw Error(ErrorKind::kOutput, "the .glb would pass the 4 GiB that its format allows", path,
+                "bake parts of the scene into files of their own");
+}
+
 std::string word(std::uint64_t value) {
     std::string bytes(4, '\0');
     for (std::size_t i = 0; i < 4; ++i)
@@ -83,8 +90,9 @@ GltfPackage::GltfPackage(const std::filesystem::path& path, const GltfOptions& o
 
 std::uint64_t GltfPackage::append(Bytes bytes) {
     const std::uint64_t start = size_;
-    parts_.push_back(bytes);
     size_ += padded(bytes.size());
+    if (size_ > kMostBytes) failTooLarge(path_);
+    parts_.push_back(bytes);
     return start;
 }
 
@@ -162,24 +170,38 @@ void GltfPackage::relocate(ordered_json& place) const {
 void GltfPackage::takeImages() {
     const auto images = json_.find("images");
     if (images == json_.end()) return;
+    struct Place {
+        std::size_t view;
+        const char* mime_type;
+    };
+    std::map<std::string, Place> known;  // files that several images name are read once
     for (std::size_t i = 0; i < images->size(); ++i) {
         ordered_json& image = (*images)[i];
         if (!image.contains("uri")) continue;
         const std::string where = childPointer("/images", i);
         const auto uri = image["uri"].get<std::string>();
-        const bool inside = isDataUri(uri);
-        try {
-            auto bytes = inside ? decodeDataUri(uri, where) : folder_.read(uri, where);
+        auto place = known.find(uri);
+        if (place == known.end()) {
+            std::vector<std::uint8_t> bytes;
+            try {
+                bytes = isDataUri(uri) ? decodeDataUri(uri, where) : folder_.read(uri, where);
+            } catch (const Error& problem) {
+                warnings_.push_back("The image " + where + " is not taken in: " + problem.what() +
+                                    ".");
+                continue;
+            }
             const char* mime_type = mimeTypeOf(bytes);
-            if (!mime_type && inside) continue;  // it travels with the JSON
-            if (!mime_type)
-                throw Error(ErrorKind::kInput, "it is in no format that glTF files hold", where);
-            image.erase("uri");
-            image["mimeType"] = mime_type;
-            image["bufferView"] = addBufferView(std::move(bytes));
-        } catch (const Error& problem) {
-            warnings_.push_back("The image " + where + " is not taken in: " + problem.what() + ".");
+            if (!mime_type) {
+                if (!isDataUri(uri))  // else it travels with the JSON
+                    warnings_.push_back("The image " + where +
+                                        " is not taken in: it is in no format that glTF holds.");
+                continue;
+            }
+            place = known.emplace(uri, Place{addBufferView(std::move(bytes)), mime_type}).first;
         }
+        image.erase("uri");
+        image["mimeType"] = place->second.mime_type;
+        image["bufferView"] = place->second.view;
     }
 }
 
@@ -215,11 +237,7 @@ void GltfPackage::write(const std::string& path) {
     text.resize(padded(text.size()), ' ');
     constexpr std::uint64_t kHeaders = 12 + 8 + 8;
     const std::uint64_t total = kHeaders + text.size() + size_;
-    if (total > std::numeric_limits<std::uint32_t>::max())
-        throw Error(ErrorKind::kOutput,
-                    "the file would have " + std::to_string(total) + " bytes, a .glb has at most " +
-                        "4 GiB",
-                    path, "bake parts of the scene into files of their own");
+    if (total > kMostBytes) failTooLarge(path);
     AtomicFile file(path);
     const auto put = [&](const std::string& bytes) {
         file.append(std::as_bytes(std::span(bytes)));

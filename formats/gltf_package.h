@@ -31,8 +31,9 @@ struct NewAccessor {
 class GltfPackage {
   public:
     /// Reads the file and what its buffers and images name, in the same sandbox as readGltf, which
-    /// has to have accepted it before. Throws Error(kInput) as that does. An image that cannot be
-    /// taken in stays outside, with a warning.
+    /// has to have accepted it before. Throws Error(kInput) as that does, and (kOutput) as soon as
+    /// the whole would pass the 4 GiB of a .glb. An image that cannot be taken in stays outside,
+    /// with a warning.
     GltfPackage(const std::filesystem::path& path, const GltfOptions& options);
     GltfPackage(const GltfPackage&) = delete;
     GltfPackage& operator=(const GltfPackage&) = delete;
@@ -46,8 +47,8 @@ class GltfPackage {
     std::size_t addImage(std::vector<std::uint8_t> bytes, const std::string& mime_type,
                          const std::string& name);
 
-    /// The file as .glb (glTF 2.0 §4.4), whole or not at all. Throws Error (kOutput) of the disk,
-    /// and if the file would pass the 4 GiB of the format. Nothing may be added afterwards.
+    /// The file as .glb (glTF 2.0 §4.4), whole or not at all. Throws Error (kOutput).
+    /// Nothing may be added afterwards.
     void write(const std::string& path);
 
   private:

@@ -23,7 +23,13 @@ void LayeredInput::countsToOffsets(std::vector<std::uint32_t>& counts, const std
     }
 }
 
+bool holdsBundles(const ExrInfo& info) {
+    return info.deep.size() > 1 &&
+           info.parts[info.deep.front()].attributes.contains("peeler:bundle");
+}
+
 bool isLayered(const ExrInfo& info) {
+    if (holdsBundles(info)) return false;
     const auto layers = info.attributes().find("peeler:layers");
     return !info.layers.empty() || !info.deep.empty() ||
            (layers != info.attributes().end() && layers->second == "0");
@@ -38,7 +44,18 @@ std::unique_ptr<LayeredInput> openLayered(const std::string& path) {
 }
 
 std::unique_ptr<LayeredInput> openLayered(OpenedExr opened) {
+    if (holdsBundles(opened.info)) {
+        throw Error(ErrorKind::kInput,
+                    "it holds the hits of " + std::to_string(opened.info.deep.size()) +
+                        " bundles of rays, not one picture",
+                    opened.files.path(), "trace one bundle into a file, or read it with OpenEXR");
+    }
     if (opened.info.deep.empty()) return std::make_unique<ExrLdiReader>(std::move(opened));
+    return std::make_unique<ExrDeepReader>(std::move(opened));
+}
+
+std::unique_ptr<LayeredInput> openBundle(OpenedExr opened, std::size_t n) {
+    opened.info.deep = {opened.info.deep[n]};
     return std::make_unique<ExrDeepReader>(std::move(opened));
 }
 

@@ -42,11 +42,15 @@ class LayeredInput {
 
 /// Whether the headers promise fragments, be they of an empty picture: what openLayered() is for.
 bool isLayered(const ExrInfo& info);
+/// Whether they promise several pictures: the hits of bundles of rays, a deep part each.
+bool holdsBundles(const ExrInfo& info);
 
 /// Opens layered files in any layout, deep files, and flat pictures of other programs as one layer.
 /// Throws Error (kInput) for what has no fragments to read (our own composites, too); `where` names
 /// path and part.
 std::unique_ptr<LayeredInput> openLayered(const std::string& path);
 std::unique_ptr<LayeredInput> openLayered(OpenedExr opened);
+/// One of the bundles: the n-th of ExrInfo::deep.
+std::unique_ptr<LayeredInput> openBundle(OpenedExr opened, std::size_t n);
 
 }  // namespace peeler

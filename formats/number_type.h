@@ -10,7 +10,6 @@
 namespace peeler {
 
 enum class NumberType : std::uint8_t {
-    kInt8,
     kUint8,
     kInt32,
     kUint32,
@@ -27,8 +26,8 @@ struct NumberTypeInfo {
 };
 
 inline constexpr NumberTypeInfo kNumberTypes[] = {
-    {1, "|i1", "char"}, {1, "|u1", "uchar"}, {4, "<i4", "int"},   {4, "<u4", "uint"},
-    {8, "<i8", ""},     {2, "<f2", ""},      {4, "<f4", "float"}, {8, "<f8", "double"},
+    {1, "|u1", "uchar"}, {4, "<i4", "int"},   {4, "<u4", "uint"},   {8, "<i8", ""},
+    {2, "<f2", ""},      {4, "<f4", "float"}, {8, "<f8", "double"},
 };
 
 inline constexpr const NumberTypeInfo& infoOf(NumberType type) {

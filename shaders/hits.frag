@@ -11,11 +11,12 @@ layout(std430, binding = PEELER_DEPTHS) writeonly buffer Depths { float depths[]
 layout(std430, binding = PEELER_PRIMITIVES) writeonly buffer Primitives { uint primitives[]; };
 #ifdef SLOPES
 layout(std430, binding = PEELER_COLORS) writeonly buffer Slopes { vec2 slopes[]; };  // of the depth, a pixel; y up
+noperspective in float clip_depth;
 #endif
 
 void main() {
 #ifdef SLOPES
-    vec2 slope = vec2(dFdx(gl_FragCoord.z), dFdy(gl_FragCoord.z));
+    vec2 slope = vec2(dFdx(clip_depth), dFdy(clip_depth));
 #endif
 #ifdef ALPHA_TEST
     if (!passesAlphaTest(baseColor(surfaceGradients()).a)) discard;

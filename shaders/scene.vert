@@ -12,6 +12,10 @@ flat out uint drawn_instance;
 layout(location = PEELER_POSITION) in vec3 position;
 invariant gl_Position;
 
+#ifdef SLOPES
+noperspective out float clip_depth;  // unlike gl_FragCoord.z not clamped where a triangle does not reach
+#endif
+
 #ifdef VARYINGS  // defined in every pass that looks at the surface, not only at its position
 layout(location = PEELER_NORMAL) in vec3 normal;
 layout(location = PEELER_TANGENT) in vec4 tangent;
@@ -40,6 +44,9 @@ void main() {
     Placement placement = draw.placement;
 #endif
     gl_Position = placement.clip_from_model * vec4(position, 1.0);
+#ifdef SLOPES
+    clip_depth = gl_Position.z / gl_Position.w;
+#endif
 #ifdef VARYINGS
     surface.position = (placement.view_from_model * vec4(position, 1.0)).xyz;
     surface.normal = mat3(placement.normal_from_model) * normal;

@@ -16,6 +16,9 @@
 namespace peeler {
 namespace {
 
+// Of all textures: their indices take 4 GiB.
+constexpr std::size_t kMostTexels = std::size_t{1} << 30;
+
 /// The triangles that one material shows, in draw order.
 struct Chart {
     struct Source {
@@ -81,6 +84,11 @@ class Placement {
     const VertexReceivers& vertices_;
 };
 
+[[noreturn]] void failTooLarge() {
+    throw Error(ErrorKind::kInput, "there are too many textures of this size to bake at once", "",
+                "choose a smaller --size, or bake parts of the scene: --include, --exclude");
+}
+
 /// In texels, whole turns taken off, so that numbers stay small.
 UvTriangle uvTriangle(const std::vector<glm::vec2>& uvs, const Corners& corners, int size) {
     UvTriangle result;
@@ -109,9 +117,7 @@ void rasterize(const Chart& chart, const Placement& placement, int size, TexelAt
         atlas.covered += row.covered;
         atlas.shared += row.shared;
     }
-    if (count > std::numeric_limits<std::uint32_t>::max())
-        throw Error(ErrorKind::kInput, "the textures have 2^32 receivers or more", "",
-                    "choose a smaller --size, or bake parts of the scene: --include");
+    if (count > kMostReceivers) failTooLarge();
     atlas.first.push_back(static_cast<std::uint32_t>(count));
     receivers.positions.resize(count);
     receivers.normals.resize(count);
@@ -149,6 +155,10 @@ TexelReceivers::TexelReceivers(const Scene& scene, const SceneContents& contents
             chart.sources.push_back({static_cast<std::uint32_t>(r), t});
         }
     }
+    const auto used = static_cast<std::size_t>(
+        std::ranges::count_if(charts, [](const Chart& chart) { return !chart.triangles.empty(); }));
+    const auto side = static_cast<std::size_t>(settings.size);
+    if (used * side * side > kMostTexels) failTooLarge();
     atlas_of_material_.assign(scene.materials.size(), -1);
     for (std::size_t material = 0; material < charts.size(); ++material) {
         if (charts[material].triangles.empty()) continue;

@@ -38,7 +38,8 @@ struct TexelAtlas {
 class TexelReceivers {
   public:
     /// Throws Error (kInput) if no triangle has such UVs, or if they repeat a texture so often that
-    /// more than 2^30 texels would have to be looked at. Rows are done in parallel; the result does
+    /// more than 2^29 texels would have to be looked at, or if all textures together have more than
+    /// 2^30 texels or kMostReceivers receivers. Rows are done in parallel; the result does
     /// not depend on how. Scene and contents must outlive it.
     TexelReceivers(const Scene& scene, const SceneContents& contents,
                    const VertexReceivers& vertices, const TexelSettings& settings);

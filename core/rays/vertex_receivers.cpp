@@ -2,8 +2,7 @@
 // Vertices to world space, with the normals that they have or ought to have.
 #include "core/rays/vertex_receivers.h"
 
-#include <algorithm>
-#include <limits>
+#include <string>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -39,10 +38,11 @@ VertexReceivers::VertexReceivers(const Scene& scene, const SceneContents& conten
             count += vertices;
         }
     }
-    if (count > std::numeric_limits<std::uint32_t>::max())
+    if (count > kMostReceivers)
         throw Error(ErrorKind::kInput,
-                    "the scene shows " + std::to_string(count) + " vertices, 2^32 are too many", "",
-                    "bake parts of it: --include, --exclude");
+                    "the scene shows " + std::to_string(count) + " vertices, at most " +
+                        std::to_string(kMostReceivers) + " can be baked for",
+                    "", "bake parts of it: --include, --exclude");
     receivers_.positions.resize(count);
     receivers_.normals.resize(count);
     parallelFor(ranges_.size(), [&](std::size_t range) { fill(ranges_[range]); });

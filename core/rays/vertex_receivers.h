@@ -13,6 +13,9 @@
 
 namespace peeler {
 
+/// What positions and normals take 12 GiB for.
+inline constexpr std::size_t kMostReceivers = std::size_t{1} << 29;
+
 /// The vertices of a primitive where an instance shows it: receivers first … first + count − 1, in
 /// the order of the vertices.
 struct VertexRange {
@@ -28,7 +31,7 @@ struct VertexRange {
 /// are shared. One that no triangle uses has normal 0.
 class VertexReceivers {
   public:
-    /// Throws Error (kInput) if there would be 2^32 receivers or more. Scene and contents must
+    /// Throws Error (kInput) if there would be more than kMostReceivers. Scene and contents must
     /// outlive it. Primitives are done in parallel; the result does not depend on how.
     VertexReceivers(const Scene& scene, const SceneContents& contents);
 

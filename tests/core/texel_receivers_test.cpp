@@ -140,6 +140,21 @@ TEST(TexelReceivers, RefuseUvsThatRepeatWithoutEnd) {
     }
 }
 
+TEST(TexelReceivers, RefuseMoreTexturesThanFit) {
+    std::vector<Primitive> primitives;
+    for (int i = 0; i < 3; ++i) {
+        primitives.push_back(quad());
+        primitives.back().material = i;
+    }
+    try {
+        const Placed placed(sceneOf(primitives), {20000, 0});
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kInput);
+        EXPECT_NE(error.hint().find("--size"), std::string::npos);
+    }
+}
+
 TEST(TexelReceivers, GiveTheTexelUnderAHit) {
     const Placed placed(sceneOf({quad(0, 0, 1, 1)}), {4, 0});
     const DrawList list(placed.scene, placed.shown);

@@ -146,7 +146,7 @@ TEST(BakedGltf, TakesInBuffersAndImagesFromEverywhere) {
         {{"uri", "data:application/octet-stream;base64,AAAA"}, {"byteLength", 3}},
         {{"uri", "some%20corners.bin"}, {"byteLength", builder.bin.size()}, {"name", "corners"}}};
     builder.gltf["bufferViews"][0]["buffer"] = 1;
-    builder.gltf["images"] = {{{"uri", "dot.png"}, {"name", "dot"}}};
+    builder.gltf["images"] = {{{"uri", "dot.png"}, {"name", "dot"}}, {{"uri", "dot.png"}}};
     builder.gltf["textures"] = {{{"source", 0}}};
     builder.gltf["materials"] = {
         {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
@@ -164,6 +164,7 @@ TEST(BakedGltf, TakesInBuffersAndImagesFromEverywhere) {
     const auto image = glb.view(glb.json["images"][0]["bufferView"].get<std::size_t>());
     EXPECT_EQ(Bytes(image.begin(), image.end()), png);
     EXPECT_EQ(glb.json["images"][0]["mimeType"], "image/png");
+    EXPECT_EQ(glb.json["images"][1]["bufferView"], glb.json["images"][0]["bufferView"]);
     EXPECT_EQ(glb.json["images"][0]["name"], "dot");
 
     fs::rename(baked, folder / "alone.glb");
@@ -175,6 +176,18 @@ TEST(BakedGltf, TakesInBuffersAndImagesFromEverywhere) {
     ASSERT_EQ(scene.images.size(), 1U);
     EXPECT_EQ(scene.images[0].rgba, (std::vector<std::uint8_t>{255, 0, 0, 255}));
     readByTinygltf(folder / "alone.glb");
+}
+
+TEST(BakedGltf, SaysWhichImagesStayOutside) {
+    GltfBuilder builder = triangle();
+    builder.gltf["images"] = {{{"uri", "missing.png"}}, {{"uri", "notes.txt"}}};
+    const ScratchDir folder;
+    writeFile(folder / "notes.txt", std::string("not a picture"));
+    GltfPackage package(builder.write(folder), {});
+    ASSERT_EQ(package.warnings().size(), 2U);
+    EXPECT_NE(package.warnings()[0].find("/images/0"), std::string::npos);
+    EXPECT_NE(package.warnings()[1].find("/images/1"), std::string::npos);
+    EXPECT_EQ(package.gltf()["images"][1]["uri"], "notes.txt");
 }
 
 TEST(BakedGltf, StaysInTheScenesFolder) {
@@ -310,13 +323,13 @@ TEST(BakedGltf, StandsBesideDracosAttributes) {
     for (const char* name : {"POSITION", "COLOR_0"})
         builder.attributes()[name] = builder.addAccessor(promise);
     builder.primitive()["extensions"]["KHR_draco_mesh_compression"] = {
-        {"bufferView", 0}, {"attributes", {{"POSITION", 0}, {"COLOR_0", 1}}}};
+        {"bufferView", 0}, {"attributes", {{"POSITION", 0}, {"COLOR_0", 1}, {"_UNUSED", 2}}}};
     builder.gltf["extensionsUsed"] = {"KHR_draco_mesh_compression"};
     const ScratchDir folder;
     const Glb glb(bake(builder.write(folder), {values(0)}));
     const auto& primitive = glb.json["meshes"][0]["primitives"][0];
     const auto& draco = primitive["extensions"]["KHR_draco_mesh_compression"];
-    EXPECT_EQ(draco["attributes"].dump(), R"({"POSITION":0})");
+    EXPECT_EQ(draco["attributes"].dump(), R"({"POSITION":0,"_UNUSED":2})");
     const auto count_of = [&](const char* name) {
         return glb.json["accessors"][primitive["attributes"][name].get<std::size_t>()]["count"];
     };

@@ -61,7 +61,13 @@ inline TriangleSoup soupOf(const Scene& scene) {
     return soup;
 }
 
-/// All hits of a ray, as Embree finds them.
+/// A hit as Embree finds it.
+struct OracleHit {
+    float t = 0;
+    unsigned triangle = 0;  ///< of the soup
+};
+
+/// All hits of a ray, in no order.
 class AllHits {
   public:
     explicit AllHits(const TriangleSoup& soup, RTCSceneFlags flags = RTC_SCENE_FLAG_ROBUST)
@@ -94,6 +100,14 @@ class AllHits {
     /// Distances, in any order. May be called by several threads at once.
     std::vector<float> operator()(const glm::dvec3& origin, const glm::dvec3& direction,
                                   bool cull) const {
+        std::vector<float> t;
+        for (const OracleHit& hit : hits(origin, direction, cull))
+            t.push_back(hit.t);
+        return t;
+    }
+
+    std::vector<OracleHit> hits(const glm::dvec3& origin, const glm::dvec3& direction,
+                                bool cull = false) const {
         Collector collector;
         rtcInitIntersectContext(&collector.context);
         collector.soup = &soup_;
@@ -117,7 +131,7 @@ class AllHits {
         RTCIntersectContext context;  // first: Embree hands this pointer back
         const TriangleSoup* soup;
         bool cull;
-        std::vector<float> hits;
+        std::vector<OracleHit> hits;
     };
     static void filter(const RTCFilterFunctionNArguments* arguments) {
         auto* collector = reinterpret_cast<Collector*>(arguments->context);
@@ -127,7 +141,7 @@ class AllHits {
         const float facing =
             ray->dir_x * hit->Ng_x + ray->dir_y * hit->Ng_y + ray->dir_z * hit->Ng_z;
         if (collector->cull && collector->soup->culled_behind[hit->primID] && facing >= 0) return;
-        collector->hits.push_back(ray->tfar);
+        collector->hits.push_back({ray->tfar, hit->primID});
     }
 
     const TriangleSoup& soup_;

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler rays: files of hits as other programs read them, and what is refused.
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDeepFrameBuffer.h>
+#include <OpenEXR/ImfDeepScanLineInputPart.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
+#include <OpenEXR/ImfPartType.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "cmd/tiny_gltf.h"
+#include "support/python.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+class RaysCli : public testing::Test {
+  protected:
+    void SetUp() override { scene_ = writeScene(scratch_ / "."); }
+    CommandResult rays(std::vector<std::string> arguments) const {
+        arguments.insert(arguments.begin(), {"rays", scene_.string(), "--quiet"});
+        return runPeeler(arguments);
+    }
+    /// Refused with this exit code and words, and nothing is written.
+    void expectRefused(const std::vector<std::string>& arguments, int exit_code,
+                       const std::string& words) const {
+        std::vector<std::string> all = arguments;
+        all.insert(all.end(), {"-o", out()});
+        const CommandResult run = rays(all);
+        EXPECT_EQ(run.exit_code, exit_code) << run.err;
+        EXPECT_NE(run.err.find(words), std::string::npos) << run.err;
+        EXPECT_FALSE(fs::exists(out()));
+    }
+    std::string out(const std::string& name = "out.npz") const { return scratch_ / name; }
+
+    const ScratchDir scratch_;
+    fs::path scene_;
+};
+
+// The triangle (−1,−1,0), (1,−1,0), (0,1,0) faces +Z.
+constexpr const char* kCheckArrays = R"(
+import sys, numpy as np
+a = np.load(sys.argv[1], allow_pickle=False)
+n = int(a['ray_splits'][-1])
+shapes = {'t_hit': ('float32', (n,)), 'geometry_ids': ('uint32', (n,)),
+          'primitive_ids': ('uint32', (n,)), 'primitive_uvs': ('float32', (n, 2)),
+          'facing': ('int32', (n,)), 'normals': ('float32', (n, 3)),
+          'geometric_normals': ('float32', (n, 3)), 'node_ids': ('uint32', (n,)),
+          'mesh_ids': ('uint32', (n,)), 'instance_ids': ('uint32', (n,)),
+          'material_ids': ('uint32', (n,)), 'bundle_origin': ('float64', (2, 3)),
+          'bundle_direction': ('float64', (2, 3)), 'bundle_right': ('float64', (2, 3)),
+          'bundle_up': ('float64', (2, 3)), 'bundle_size': ('float64', (2, 2)),
+          'bundle_resolution': ('float64', (2, 2)), 'bundle_perspective': ('uint8', (2,))}
+assert set(a.files) == set(shapes) | {'ray_splits'}, a.files
+for name, (dtype, shape) in shapes.items():
+    assert a[name].dtype == dtype and a[name].shape == shape, (name, a[name].dtype, a[name].shape)
+rays = a['bundle_resolution'].prod(axis=1).astype(int)
+assert a['ray_splits'].dtype == 'int64' and len(a['ray_splits']) == rays.sum() + 1
+ray = np.repeat(np.arange(rays.sum()), np.diff(a['ray_splits']))
+bundle = (ray >= rays[0]).astype(int)
+pixel = ray - bundle * rays[0]
+w, h = a['bundle_resolution'][bundle].T
+i, j = pixel % w, pixel // w
+b = lambda name: a['bundle_' + name][bundle]
+start = (b('origin') + (((i + 0.5) / w - 0.5) * b('size')[:, 0])[:, None] * b('right')
+         - (((j + 0.5) / h - 0.5) * b('size')[:, 1])[:, None] * b('up'))
+at = start + a['t_hit'][:, None] * b('direction')
+assert np.abs(at[:, 2]).max() < 1e-6
+u, v = a['primitive_uvs'].T.astype(float)
+corners = np.array([(-1, -1, 0), (1, -1, 0), (0, 1, 0)], float)
+weighted = (1 - u - v)[:, None] * corners[0] + u[:, None] * corners[1] + v[:, None] * corners[2]
+error = np.abs(weighted - at).max(axis=1)
+assert np.percentile(error, 90) < 1e-6 and error.max() < 2e-3, error.max()  # snapped corners
+assert (a['facing'] == np.where(bundle == 0, 1, -1)).all()
+assert np.abs(a['normals'] - (0, 0, 1)).max() < 1e-5  # from a shader
+assert np.abs(a['geometric_normals'] - (0, 0, 1)).max() < 1e-6
+for name in ('geometry_ids', 'primitive_ids', 'node_ids', 'mesh_ids', 'instance_ids', 'material_ids'):
+    assert (a[name] == 0).all(), name
+area = [(bundle == k).sum() * a['bundle_size'][k].prod() / rays[k] for k in (0, 1)]
+assert np.abs(np.array(area) - 2 * np.array((1, 0.8))).max() < 0.01, area  # seen from the side
+print(n)
+)";
+
+TEST_F(RaysCli, NumpyReadsArraysWithTheNamesOfOpen3D) {
+    PEELER_REQUIRE_PYTHON("numpy");
+    const CommandResult run = rays({"--direction", "0,0,-1", "--direction", "3,0,4", "--resolution",
+                                    "200", "-o", out(), "--json"});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const Json json = Json::parse(run.out);
+    EXPECT_EQ(json.at("bundles"), 2);
+    EXPECT_LT(json.at("largestCorrection").get<double>(), 1e-3);
+    const CommandResult read = runPython(kCheckArrays, {out()});
+    ASSERT_EQ(read.exit_code, 0) << read.err;
+    EXPECT_EQ(std::stoull(read.out), json.at("hits").get<std::uint64_t>());
+}
+
+TEST_F(RaysCli, MeshioReadsThePointsOfTheArrays) {
+    PEELER_REQUIRE_PYTHON("meshio");
+    const std::vector<std::string> bundles = {"--directions", "5", "--resolution", "64", "-o"};
+    for (const std::string name : {"a.npz", "a.ply", "double.ply"}) {
+        std::vector<std::string> arguments = bundles;
+        arguments.push_back(out(name));
+        if (name == "double.ply") arguments.emplace_back("--double");
+        ASSERT_EQ(rays(arguments).exit_code, 0);
+    }
+    const CommandResult read = runPython(R"(
+import sys, numpy as np, meshio
+a = np.load(sys.argv[1], allow_pickle=False)
+for path, dtype in ((sys.argv[2], 'float32'), (sys.argv[3], 'float64')):
+    p = meshio.read(path)
+    d = p.point_data
+    assert p.points.dtype == dtype and len(p.points) == len(a['t_hit']) > 1000
+    assert (d['t'] == a['t_hit']).all() and (d['u'] == a['primitive_uvs'][:, 0]).all()
+    assert (d['facing'] == a['facing']).all() and (d['nz'] == a['normals'][:, 2]).all()
+    assert np.abs(p.points[:, 2]).max() < 1e-6
+    rays = a['bundle_resolution'].prod(axis=1).astype(int)
+    ray = np.repeat(np.arange(rays.sum()), np.diff(a['ray_splits']))
+    assert (d['bundle'] == np.searchsorted(np.cumsum(rays), ray, side='right')).all()
+)",
+                                         {out("a.npz"), out("a.ply"), out("double.ply")});
+    EXPECT_EQ(read.exit_code, 0) << read.err;
+}
+
+TEST_F(RaysCli, OpenExrReadsADeepPartABundle) {
+    ASSERT_EQ(rays({"--axes", "--direction", "0,0,-1", "--resolution", "50", "-o", out("a.exr")})
+                  .exit_code,
+              0);
+    EXPECT_EQ(runPeeler({"verify", out("a.exr")}).exit_code, 0);
+    const CommandResult flat = runPeeler({"flatten", out("a.exr"), "-o", out("a.png")});
+    EXPECT_EQ(flat.exit_code, 3);
+    EXPECT_NE(flat.err.find("4 bundles"), std::string::npos) << flat.err;
+    Imf::MultiPartInputFile file(out("a.exr").c_str());
+    ASSERT_EQ(file.parts(), 4);
+    EXPECT_EQ(file.header(0).name(), "bundle_000");
+    EXPECT_EQ(file.header(3).name(), "axis_z");
+    for (const int part : {0, 3}) {
+        ASSERT_EQ(file.header(part).type(), Imf::DEEPSCANLINE);
+        EXPECT_TRUE(file.header(part).channels().findChannel("id.primitive"));
+        Imf::DeepScanLineInputPart input(file, part);
+        const Imath::Box2i window = file.header(part).dataWindow();
+        const int width = window.max.x - window.min.x + 1, height = window.max.y - window.min.y + 1;
+        EXPECT_EQ(std::max(width, height), 50);
+        const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+        std::vector<unsigned> counts(pixels);
+        std::vector<float*> z(pixels), distance(pixels);
+        const auto base = [&](auto& values) {
+            return reinterpret_cast<char*>(values.data() - window.min.x - window.min.y * width);
+        };
+        const auto stride = static_cast<std::size_t>(width);
+        Imf::DeepFrameBuffer buffer;
+        buffer.insertSampleCountSlice(
+            Imf::Slice(Imf::UINT, base(counts), sizeof(unsigned), stride * sizeof(unsigned)));
+        buffer.insert("Z", Imf::DeepSlice(Imf::FLOAT, base(z), sizeof(float*),
+                                          stride * sizeof(float*), sizeof(float)));
+        buffer.insert("distance", Imf::DeepSlice(Imf::FLOAT, base(distance), sizeof(float*),
+                                                 stride * sizeof(float*), sizeof(float)));
+        input.setFrameBuffer(buffer);
+        input.readPixelSampleCounts(window.min.y, window.max.y);
+        std::vector<float> depths(pixels), distances(pixels);
+        std::size_t hits = 0;
+        for (std::size_t p = 0; p < pixels; ++p) {
+            ASSERT_LE(counts[p], 1U);
+            hits += counts[p];
+            z[p] = &depths[p];
+            distance[p] = &distances[p];
+        }
+        // Half of its square.
+        EXPECT_NEAR(static_cast<double>(hits), 1250, 50);
+        input.readPixels(window.min.y, window.max.y);
+        for (std::size_t p = 0; p < pixels; ++p) {
+            if (counts[p] == 0) continue;
+            EXPECT_GT(depths[p], 0);
+            EXPECT_EQ(depths[p], distances[p]);
+        }
+    }
+}
+
+TEST_F(RaysCli, RefusesRaysThatCannotBe) {
+    expectRefused({"--direction", "0,0,0"}, 2, "--direction 0,0,0");
+    expectRefused({"--direction", "0,0,nan"}, 2, "--direction");
+    expectRefused({"--axes", "--bounds", "0,0,nan,1,1,1"}, 2, "--bounds");
+    expectRefused({"--axes", "--bounds", "0,0,0,0,0,1"}, 2, "box");
+    expectRefused({}, 2, "no rays are asked for");
+    expectRefused({"--hemisphere", "--axes"}, 2, "--hemisphere");
+    expectRefused({"--axes", "--resolution", "5", "--spacing", "1"}, 2, "--spacing");
+    expectRefused({"--axes", "--camera", "0"}, 2, "--camera");
+    expectRefused({"--axes", "--spacing", "1e-9"}, 2, "2^30");
+    expectRefused({"--directions-file", scratch_ / "none.txt"}, 3, "none.txt");
+    writeText(scratch_ / "bad.txt", "0 0 1\n# a comment\n0, 1\n");
+    expectRefused({"--directions-file", scratch_ / "bad.txt"}, 3, "bad.txt:3");
+    EXPECT_NE(rays({"--axes", "-o", out("a.csv")}).err.find(".npz, .ply or .exr"),
+              std::string::npos);
+}
+
+TEST_F(RaysCli, RefusesMapsThatCannotBe) {
+    expectRefused({"--axes", "--map", "thicknes"}, 2, "thickness");
+    expectRefused({"--axes", "--map", "overlap"}, 2, "--part");
+    expectRefused({"--axes", "--map", "transmission"}, 2, "--attenuation");
+    const CommandResult run =
+        rays({"--axes", "--map", "path-length", "--attenuation", "lead=3", "-o", out("a.exr")});
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_NE(run.err.find("--attenuation lead"), std::string::npos) << run.err;
+    EXPECT_FALSE(fs::exists(out("a.exr")));
+}
+
+TEST_F(RaysCli, AnEmptySceneHasNothingToHit) {
+    Json empty = triangleScene();
+    empty["nodes"][0].erase("mesh");
+    writeText(scene_, empty.dump());
+    expectRefused({"--axes"}, 3, "nothing that a ray could hit");
+}
+
+TEST_F(RaysCli, AnOpenMeshFailsTheParity) {
+    const CommandResult run = rays({"--axes", "--resolution", "32", "--parity", "fail"});
+    EXPECT_EQ(run.exit_code, 3);
+    EXPECT_NE(run.err.find("first"), std::string::npos) << run.err;
+    EXPECT_NE(run.err.find("3 edges are open"), std::string::npos) << run.err;
+    EXPECT_EQ(rays({"--axes", "--resolution", "32", "--parity", "report"}).exit_code, 0);
+}
+
+TEST_F(RaysCli, DirectionsComeFromAFile) {
+    writeText(scratch_ / "d.txt", "# two\n0 0 -1\n\n0, 0.5,\t1e0  # up\r\n");
+    const CommandResult run = rays(
+        {"--directions-file", scratch_ / "d.txt", "--resolution", "32", "-o", out(), "--json"});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(Json::parse(run.out).at("bundles"), 2);
+}
+
+TEST_F(RaysCli, TheBytesDoNotDependOnThreadsOrMemory) {
+    const std::vector<std::string> same = {"--directions", "3", "--resolution", "400"};
+    for (const std::string name : {"a", "b"}) {
+        for (const std::string extension : {".npz", ".ply", ".exr"}) {
+            std::vector<std::string> arguments = same;
+            arguments.insert(arguments.end(), {"-o", out(name + extension)});
+            if (name == "b")
+                arguments.insert(arguments.end(), {"--threads", "1", "--memory", "512M"});
+            const CommandResult run = rays(arguments);
+            ASSERT_EQ(run.exit_code, 0) << run.err;
+        }
+    }
+    for (const std::string extension : {".npz", ".ply", ".exr"})
+        EXPECT_TRUE(bytesOf(out("a" + extension)) == bytesOf(out("b" + extension))) << extension;
+}
+
+}  // namespace
+}  // namespace peeler::test
