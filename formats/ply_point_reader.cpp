@@ -88,6 +88,7 @@ class BinaryNumbers final : public Numbers {
     }
 
   private:
+    static_assert(std::endian::native == std::endian::little);
     std::span<const std::uint8_t> data_;
     bool swapped_;
 };
@@ -139,8 +140,7 @@ class Header {
     std::unique_ptr<Numbers> numbers(std::span<const std::uint8_t> file) const {
         if (format_ == "ascii") return std::make_unique<TextNumbers>(text_.substr(at_));
         const bool big = format_ == "binary_big_endian";
-        return std::make_unique<BinaryNumbers>(file.subspan(at_),
-                                               big != (std::endian::native == std::endian::big));
+        return std::make_unique<BinaryNumbers>(file.subspan(at_), big);
     }
 
   private:
