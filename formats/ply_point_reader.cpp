@@ -153,7 +153,7 @@ class Header {
     bool readLine() {
         ++line_;
         const std::size_t end = text_.find('\n', at_);
-        if (end == std::string_view::npos || end > kMostHeader) fail("there is no end_header");
+        if (end > kMostHeader) fail("there is no end_header");  // or there is no end
         const std::vector<std::string_view> words = wordsOf(text_.substr(at_, end - at_));
         at_ = end + 1;
         if (words.empty() || words[0] == "comment" || words[0] == "obj_info") return true;
