@@ -247,7 +247,7 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
     std::vector<glm::dvec3> found;
     std::string name;
     for (const Member& member : members) {
-        const std::string inside = where + ", " + member.name;
+        const std::string inside = (where + ", ").append(member.name);
         if (member.size > kMostMember) {
             if (!is_named) continue;
             throw Error(ErrorKind::kInput, "there are more points than are taken at once", inside);
@@ -262,7 +262,8 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
         }
         if (!name.empty())
             throw Error(ErrorKind::kInput, "several arrays could be the points",
-                        where + ", " + name + " and " + member.name, "name one of them \"points\"");
+                        (where + ", ").append(name).append(" and ").append(member.name),
+                        "name one of them \"points\"");
         found = read(*points, inside);
         name = member.name;
     }

@@ -88,6 +88,7 @@ class BinaryNumbers final : public Numbers {
     }
 
   private:
+    static_assert(std::endian::native == std::endian::little);
     std::span<const std::uint8_t> data_;
     bool swapped_;
 };
@@ -139,8 +140,7 @@ class Header {
     std::unique_ptr<Numbers> numbers(std::span<const std::uint8_t> file) const {
         if (format_ == "ascii") return std::make_unique<TextNumbers>(text_.substr(at_));
         const bool big = format_ == "binary_big_endian";
-        return std::make_unique<BinaryNumbers>(file.subspan(at_),
-                                               big != (std::endian::native == std::endian::big));
+        return std::make_unique<BinaryNumbers>(file.subspan(at_), big);
     }
 
   private:
@@ -153,7 +153,7 @@ class Header {
     bool readLine() {
         ++line_;
         const std::size_t end = text_.find('\n', at_);
-        if (end == std::string_view::npos || end > kMostHeader) fail("there is no end_header");
+        if (end > kMostHeader) fail("there is no end_header");  // or there is no end
         const std::vector<std::string_view> words = wordsOf(text_.substr(at_, end - at_));
         at_ = end + 1;
         if (words.empty() || words[0] == "comment" || words[0] == "obj_info") return true;

@@ -36,24 +36,24 @@ class Search {
           farthest_(kSteepest * bundle.size().x / bundle.view.width) {}
 
     PointHits among(std::span<const float> z, std::span<const std::uint32_t> keys, double at) {
-        const auto place = std::ranges::upper_bound(z, at) - z.begin();
-        const auto count = static_cast<std::ptrdiff_t>(z.size());
-        // Backward, later ones win where hits coincide; forward, only those that are nearer.
+        const auto place = static_cast<std::size_t>(std::ranges::upper_bound(z, at) - z.begin());
         int beyond = 0;
-        for (std::ptrdiff_t i = place - 1; i >= 0 && beyond <= kBeyond; --i) {
-            look(keys[static_cast<std::size_t>(i)], false);
+        for (std::size_t i = place; i > 0; --i) {
+            if (beyond > kBeyond && z[i - 1] != z[i]) break;  // all that coincide, or none
+            look(keys[i - 1], false);
             if (hits_.before.key != 0) ++beyond;
         }
         beyond = 0;
-        for (std::ptrdiff_t i = place; i < count && beyond <= kBeyond; ++i) {
-            look(keys[static_cast<std::size_t>(i)], true);
+        for (std::size_t i = place; i < z.size(); ++i) {
+            if (beyond > kBeyond && z[i] != z[i - 1]) break;
+            look(keys[i], true);
             if (hits_.after.key != 0) ++beyond;
         }
         return hits_;
     }
 
   private:
-    /// `later`: than those before the point that have been seen so far.
+    /// `later`: in the list than those that have been looked at.
     void look(std::uint32_t key, bool later) {
         PlacedElement element = elementOf(scene_, contents_, list_, key);
         placeCorners(scene_, contents_, element);
@@ -65,15 +65,13 @@ class Search {
         // Not if it is no plane, or is seen edge-on.
         if (std::abs(plane - along) <= farthest_) along = plane;
         if (std::abs(along) <= kTouching * (largest(hit) + largest(point_))) along = 0;
-        if (along > 0) {
-            const bool nearer =
-                later ? along < hits_.after.distance : along <= hits_.after.distance;
-            if (nearer) hits_.after = {along, key};
-        } else {
-            const bool nearer =
-                later ? -along <= hits_.before.distance : -along < hits_.before.distance;
-            if (nearer) hits_.before = {-along, key};
-        }
+        // Of those that coincide, the last one before the point and the first one after it.
+        const bool is_after = along > 0;
+        NextHit& next = is_after ? hits_.after : hits_.before;
+        const double distance = std::abs(along);
+        const bool wins_tie = is_after != later;
+        if (distance < next.distance || (wins_tie && distance == next.distance))
+            next = {distance, key};
     }
 
     const Scene& scene_;

@@ -23,7 +23,8 @@ struct NextHit {
 };
 
 /// A surface that a point lies on (but for rounding: 1e-12 of the coordinates) is before it, at
-/// distance 0; of several there, the last one drawn.
+/// distance 0. Of surfaces that coincide, the one drawn last is next before a point, the one drawn
+/// first next after it.
 struct PointHits {
     NextHit before;  ///< at point − distance · direction
     NextHit after;   ///< at point + distance · direction

@@ -18,11 +18,12 @@ using Json = nlohmann::json;
 constexpr const char* kReadNpz = R"(
 import json, sys, numpy
 a = numpy.load(sys.argv[1], allow_pickle=False)
-finite = lambda v: [None if numpy.isinf(x) else round(float(x), 6) for x in v.flatten()]
+finite = lambda v: [None if x in (numpy.inf, 0xFFFFFFFF) else round(float(x), 6)
+                    for x in v.flatten()]
 print(json.dumps({k: [str(a[k].dtype), list(a[k].shape), finite(a[k])] for k in a}))
 )";
 
-/// Three triangles across Z: at 0, −0.1 and −0.2.
+/// Three triangles across Z: at 0, −0.1 and −0.2; along X there is nothing to hit.
 class Points : public testing::Test {
   protected:
     Points() {
@@ -45,29 +46,32 @@ TEST_F(Points, BeforeAndAfter) {
     PEELER_REQUIRE_PYTHON("numpy");
     for (const char* budget : {"0", "700M"}) {
         std::vector<std::string> options = {
-            "--points",    path("p.ply"), "-o",           path("o.npz"), "--direction", "0,0,2",
-            "--direction", "0,0,-1",      "--resolution", "500",         "--json"};
+            "--points",     path("p.ply"), "-o",     path("o.npz"), "--direction",
+            "0,0,2",        "--direction", "0,0,-1", "--direction", "1,0,0",
+            "--resolution", "500",         "--json"};
         if (std::string(budget) != "0") options.insert(options.end(), {"--memory", budget});
         const CommandResult run = rays(options);
         ASSERT_EQ(run.exit_code, 0) << run.err;
         const Json told = Json::parse(run.out).at("points");
         EXPECT_EQ(told,
-                  Json::parse(R"({"count": 4, "before": 5, "after": 4, "besideBundles": 2})"));
+                  Json::parse(R"({"count": 4, "before": 5, "after": 4, "besideBundles": 4})"));
         const CommandResult read = runPython(kReadNpz, {path("o.npz")});
         ASSERT_EQ(read.exit_code, 0) << read.err;
         EXPECT_EQ(Json::parse(read.out), Json::parse(R"({
-            "t_before": ["float32", [2, 4], [0.05, 1, 0, null, 0.05, null, 0, null]],
-            "geometry_ids_before": ["uint32", [2, 4],
-                [1, 0, 2, 4294967295, 0, 4294967295, 2, 4294967295]],
-            "primitive_ids_before": ["uint32", [2, 4],
-                [0, 0, 0, 4294967295, 0, 4294967295, 0, 4294967295]],
-            "t_after": ["float32", [2, 4], [0.05, null, 0.1, null, 0.05, 1, null, null]],
-            "geometry_ids_after": ["uint32", [2, 4],
-                [0, 4294967295, 1, 4294967295, 1, 0, 4294967295, 4294967295]],
-            "primitive_ids_after": ["uint32", [2, 4],
-                [0, 4294967295, 0, 4294967295, 0, 0, 4294967295, 4294967295]],
+            "t_before": ["float32", [3, 4],
+                [0.05, 1, 0, null, 0.05, null, 0, null, null, null, null, null]],
+            "geometry_ids_before": ["uint32", [3, 4],
+                [1, 0, 2, null, 0, null, 2, null, null, null, null, null]],
+            "primitive_ids_before": ["uint32", [3, 4],
+                [0, 0, 0, null, 0, null, 0, null, null, null, null, null]],
+            "t_after": ["float32", [3, 4],
+                [0.05, null, 0.1, null, 0.05, 1, null, null, null, null, null, null]],
+            "geometry_ids_after": ["uint32", [3, 4],
+                [0, null, 1, null, 1, 0, null, null, null, null, null, null]],
+            "primitive_ids_after": ["uint32", [3, 4],
+                [0, null, 0, null, 0, 0, null, null, null, null, null, null]],
             "points": ["float64", [4, 3], [0, 0, -0.05, 3, -2, 1, 1, 1, -0.2, 0, 500, 0]],
-            "directions": ["float64", [2, 3], [0, 0, 1, 0, 0, -1]]})"));
+            "directions": ["float64", [3, 3], [0, 0, 1, 0, 0, -1, 1, 0, 0]]})"));
     }
 }
 

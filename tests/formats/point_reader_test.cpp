@@ -153,7 +153,7 @@ TEST(PlyPoints, DamagedFiles) {
 }
 
 constexpr const char* kWriteNpz = R"(
-import sys, numpy
+import io, sys, zipfile, numpy
 p = numpy.array([[-300, 0.5, -3.25], [4, -0.125, 0.0009765625]])
 folder = sys.argv[1] + '/'
 numpy.savez(folder + 'points.npz', points=p, other=numpy.ones((7, 3)), text=numpy.array(['a']))
@@ -167,9 +167,14 @@ numpy.savez(folder + 'none.npz', a=p[:, :2], b=p.astype('f2'), c=p[None])
 numpy.savez(folder + 'ints.npz', points=p.astype('i4'))
 numpy.savez(folder + 'pickle.npz', points=numpy.array([[p, 'x', None]], dtype=object))
 numpy.savez(folder + 'empty.npz', points=p[:0])
+raw = io.BytesIO()
+numpy.save(raw, p)
+for shape in ('few', '(1, 3)'), ('many', '(9, 3)'), ('huge', '(6148914691236517206, 3)'):
+    text = raw.getvalue().replace(b'(2, 3)', shape[1].encode())
+    zipfile.ZipFile(folder + shape[0] + '.npz', 'w').writestr('points.npy', text)
 p[1, 1] = numpy.nan
 numpy.savez(folder + 'nan.npz', points=p)
-numpy.savez_compressed(folder + 'many.npz', points=numpy.zeros((40000, 3)))
+numpy.savez_compressed(folder + 'zeros.npz', points=numpy.zeros((40000, 3)))
 )";
 
 TEST(NpzPoints, AsNumpyWritesThem) {
@@ -180,12 +185,14 @@ TEST(NpzPoints, AsNumpyWritesThem) {
     const std::vector<glm::dvec3> points = {{-300, 0.5, -3.25}, {4, -0.125, 0.0009765625}};
     for (const char* name : {"points", "packed", "lone", "big", "big4", "fortran"})
         EXPECT_EQ(readPoints(scratch / (std::string(name) + ".npz")), points) << name;
-    EXPECT_EQ(readPoints(scratch / "many.npz").size(), 40000U);
+    EXPECT_EQ(readPoints(scratch / "zeros.npz").size(), 40000U);
 
     expectRefused(bytesOf(scratch / "two.npz"), "several arrays", "f, a.npy and b.npy");
     expectRefused(bytesOf(scratch / "none.npz"), "no array", "f");
     for (const char* name : {"ints.npz", "pickle.npz"})
         expectRefused(bytesOf(scratch / name), "not n points", "f, points.npy");
+    for (const char* name : {"few.npz", "many.npz", "huge.npz"})
+        expectRefused(bytesOf(scratch / name), "another size", "f, points.npy");
     const auto refused = [&](const char* name) {
         try {
             readPoints(scratch / name);
@@ -204,8 +211,11 @@ TEST(NpzPoints, AsNumpyWritesThem) {
 
     const std::string stored = bytesOf(scratch / "points.npz");
     expectRobust(stored, 4, stored.size());
-    const std::string packed = bytesOf(scratch / "packed.npz");
+    std::string packed = bytesOf(scratch / "packed.npz");
     expectRobust(packed, 5, packed.size());
+    // Nothing is allocated for sizes that cannot be: those of the first member in the directory.
+    packed.replace(packed.find("PK\x01\x02") + 24, 4, std::string("\0\0\0\x40", 4));
+    expectRefused(packed, "impossible size", "f, points.npy");
 }
 
 TEST(NpzPoints, OurOwnAreZip64) {
