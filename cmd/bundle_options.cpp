@@ -21,6 +21,12 @@ constexpr const char* kGroup = "Rays";
 constexpr int kMostDirections = 1'000'000;
 constexpr std::uint64_t kMostDirectionBytes = 256U << 20;
 
+/// Of any length: neither underflows nor overflows.
+glm::dvec3 unitDirection(std::string_view text) {
+    const glm::dvec3 direction = parseDirection(text), size = glm::abs(direction);
+    return glm::normalize(direction / std::max({size.x, size.y, size.z}));
+}
+
 Bounds parseBounds(const std::string& text) {
     const auto n = parseNumbers<6>(text, "x0,y0,z0,x1,y1,z1");
     const glm::dvec3 a(n[0], n[1], n[2]), b(n[3], n[4], n[5]);
@@ -53,9 +59,7 @@ RayGrid BundleOptions::grid() const {
 void addBundleOptions(CLI::App& app, BundleOptions& options) {
     addRepeated(
         app, "--direction", "X,Y,Z",
-        [&options](const std::string& text) {
-            options.directions.push_back(glm::normalize(parseDirection(text)));
-        },
+        [&options](const std::string& text) { options.directions.push_back(unitDirection(text)); },
         "a bundle of parallel rays along this direction in world space; may be given several times")
         ->group(kGroup);
     addValue(
@@ -91,6 +95,7 @@ void addBundleOptions(CLI::App& app, BundleOptions& options) {
              "the box that bundles cover, across their direction; along it, rays go through the "
              "whole scene (default: the scene's bounds)")
         ->group(kGroup);
+    options.camera.size = {0, 0};  // not given
     addCameraOptions(app, options.camera);
     app.get_option("--camera")
         ->description(wrapped("the rays of this camera's pixels: of the scene's, by name or index; "
@@ -101,7 +106,7 @@ void addBundleOptions(CLI::App& app, BundleOptions& options) {
 void checkBundleOptions(const BundleOptions& options) {
     const bool parallel =
         !options.directions.empty() || options.count || options.file || options.axes;
-    if (!parallel && !options.usesCamera())
+    if (!options.asksForRays())
         refuse("no rays are asked for", "",
                "give --direction X,Y,Z, --directions N, --directions-file, --axes or --camera");
     if (parallel && options.usesCamera())
@@ -114,6 +119,9 @@ void checkBundleOptions(const BundleOptions& options) {
     if (options.usesCamera() && (options.resolution || options.spacing || options.bounds))
         refuse("a camera's rays are those of its pixels", "--resolution, --spacing, --bounds",
                "use --size and --crop");
+    if (parallel && options.camera.size != Size{0, 0})
+        refuse("the size of a camera's picture says nothing of parallel rays", "--size",
+               "use --resolution or --spacing");
     if (options.usesCamera()) checkCameraOptions(options.camera);
 }
 
@@ -132,8 +140,7 @@ std::vector<glm::dvec3> readDirections(const std::filesystem::path& file) {
         const std::string where = file.string() + ":" + std::to_string(number);
         try {
             if (found.size() != 3) throw Error(ErrorKind::kUsage, "expected three numbers");
-            const glm::dvec3 direction = parseDirection(found[0] + "," + found[1] + "," + found[2]);
-            directions.push_back(glm::normalize(direction));
+            directions.push_back(unitDirection(found[0] + "," + found[1] + "," + found[2]));
         } catch (const Error& error) {
             throw Error(ErrorKind::kInput, error.what(), where, "a direction a line: x y z");
         }

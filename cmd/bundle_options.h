@@ -28,6 +28,10 @@ struct BundleOptions {
     std::optional<double> spacing;  ///< scene units
     std::optional<Bounds> bounds;   ///< what bundles cover; none = the scene
 
+    /// Whether any rays are asked for.
+    bool asksForRays() const {
+        return usesCamera() || axes || count || file || !directions.empty();
+    }
     bool usesCamera() const {
         return camera.camera || camera.buildsCamera() || camera.near || camera.far || camera.crop;
     }

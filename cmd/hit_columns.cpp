@@ -75,9 +75,7 @@ std::span<const HitColumn> hitColumns() {
         {"material_ids",
          kUint32,
          {"material"},
-         [](const Hit& h, std::byte* out) {
-             index(static_cast<std::size_t>(h.primitive->material), out);
-         }},
+         [](const Hit& h, std::byte* out) { store(h.material, out); }},
     };
     return kColumns;
 }
@@ -109,6 +107,10 @@ void HitReader::read(const Bundle& bundle, std::size_t index, const LayeredImage
         hit.instance = &contents_.meshes[hit.origin.instance];
         hit.primitive = &scene_.meshes[static_cast<std::size_t>(hit.instance->mesh)]
                              .primitives[hit.origin.primitive];
+        // The last one is glTF's default material, which no file has.
+        const auto material = static_cast<std::size_t>(hit.primitive->material);
+        hit.material = material + 1 < scene_.materials.size() ? static_cast<std::uint32_t>(material)
+                                                              : 0xFFFFFFFFU;
         hit.ordinal = ordinals_[hit.origin.instance];
         hit.facing = facing.value(f);
         // Channels have them on the side that the ray comes from.

@@ -27,7 +27,8 @@ struct Hit {
     KeyOrigin origin;
     const MeshInstance* instance = nullptr;
     const Primitive* primitive = nullptr;
-    std::uint32_t ordinal = 0;  ///< of the instance among those of its node
+    std::uint32_t material = 0;  ///< index into the file's, 0xFFFFFFFF = none
+    std::uint32_t ordinal = 0;   ///< of the instance among those of its node
     std::array<float, 2> barycentric{};
     float facing = 1;
     glm::vec3 normal{0}, geometric_normal{0};  ///< on the side that is the triangle's front

@@ -43,12 +43,16 @@ double turn(const LookOptions& look) {
 
 }  // namespace
 
-void addLookOptions(CLI::App& app, LookOptions& look) {
+void addVariantOption(CLI::App& app, LookOptions& look) {
     addValue(
         app, "--variant", "NAME|INDEX", look.variant, [](const std::string& text) { return text; },
         "which of the file's materials (KHR_materials_variants) to show; peeler info lists them "
         "(default: none, the materials of the meshes themselves)")
         ->group("Scene");
+}
+
+void addLookOptions(CLI::App& app, LookOptions& look) {
+    addVariantOption(app, look);
     addChoice<bool>(app, "--transmission", look.transmission, kTransmissions, "transmission",
                     "glass and other surfaces that transmit light:")
         ->group("Layers");

@@ -23,6 +23,8 @@ struct LookOptions {
     std::optional<double> environment_rotation;  ///< degrees
 };
 
+/// Declares --variant alone.
+void addVariantOption(CLI::App& app, LookOptions& look);
 /// Declares --variant, --transmission, --environment and --environment-rotation.
 void addLookOptions(CLI::App& app, LookOptions& look);
 

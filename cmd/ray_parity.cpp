@@ -57,18 +57,20 @@ std::string RayParity::describe(const Solid& solid, const SolidParity& parity) c
 }
 
 void RayParity::finish() {
-    if (parity_.holds()) return;
     std::size_t odd = 0;
-    std::string first;
     for (const auto& [index, parity] : parity_.solids()) {
         if (parity.odd == 0) continue;
-        const Solid& solid = solids_.all()[index];
-        if (++odd == 1) first = name(solid);
-        if (odd <= kNamed) console_.warning(describe(solid, parity));
+        if (++odd <= kNamed) console_.warning(describe(solids_.all()[index], parity));
     }
     if (odd > kNamed)
         console_.warning("and " + countText(odd - kNamed, "more solid") + " like that");
-    if (!fail_) return;
+}
+
+void RayParity::fail() const {
+    std::size_t odd = 0;
+    std::string first;
+    for (const auto& [index, parity] : parity_.solids())
+        if (parity.odd > 0 && ++odd == 1) first = name(solids_.all()[index]);
     throw Error(ErrorKind::kInput,
                 countText(parity_.oddRays(), "ray") + (parity_.oddRays() == 1 ? " hits" : " hit") +
                     " a solid an odd number of times: not every mesh is closed",

@@ -11,16 +11,19 @@
 
 namespace peeler::cmd {
 
-/// Warns of every solid that rays hit an odd number of times; with `fail` finish() then throws
-/// Error (kInput). Writes no file. Everything referred to must outlive it.
+/// finish() warns of every solid that rays hit an odd number of times. Writes no file. Everything
+/// referred to must outlive it.
 class RayParity : public RayOutput {
   public:
-    RayParity(const Scene& scene, const Solids& solids, bool fail, Console& console)
-        : scene_(scene), solids_(solids), fail_(fail), console_(console), parity_(solids) {}
+    RayParity(const Scene& scene, const Solids& solids, Console& console)
+        : scene_(scene), solids_(solids), console_(console), parity_(solids) {}
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override;
     void take(std::size_t bundle, const LayeredImage& band) override { parity_.add(bundle, band); }
     void finish() override;
+    bool holds() const { return parity_.holds(); }
+    /// Throws Error (kInput) that says what does not hold.
+    [[noreturn]] void fail() const;
     /// "parity": {"holds", "oddRays", "solids": [of each that is hit]}.
     void tell(nlohmann::ordered_json& result) const override;
 
@@ -30,7 +33,6 @@ class RayParity : public RayOutput {
 
     const Scene& scene_;
     const Solids& solids_;
-    bool fail_;
     Console& console_;
     std::vector<Bundle> bundles_;
     Parity parity_;

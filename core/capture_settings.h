@@ -36,7 +36,7 @@ enum class Tail : std::uint8_t {
 };
 
 /// Rays instead of a picture: fragments have no colour, and their keys (kKeyChannel) are the first
-/// extra array.
+/// extra array. Lines and points, which have no area, are not hit.
 enum class Hits : std::uint8_t {
     kNone,     ///< a picture
     kRefined,  ///< Z is found anew in double precision from the primitive, and sorted by

@@ -289,6 +289,7 @@ gl::PassState SceneRasterizer::passState(GLuint framebuffer, const Window& area)
 }
 
 bool SceneRasterizer::shown(const GeometryPass& pass, const Draw& draw) const {
+    if (settings_.hits != Hits::kNone && (draw.flags & PEELER_IS_TRIANGLES) == 0) return false;
     // The pass that finds the bound is the one for which opaque surfaces are always there.
     const bool hidden = pass.bounded && settings_.surfaces == Surfaces::kTransparent && draw.opaque;
     const bool boundary =

@@ -227,6 +227,9 @@ TEST_F(RaysCli, RefusesRaysThatCannotBe) {
     expectRefused({"--axes", "--resolution", "5", "--spacing", "1"}, 2, "--spacing");
     expectRefused({"--axes", "--camera", "0"}, 2, "--camera");
     expectRefused({"--axes", "--spacing", "1e-9"}, 2, "2^30");
+    expectRefused({"--axes", "--size", "8"}, 2, "--size");
+    expectRefused({"--voxels", "8", "--faces", "front"}, 2, "--faces");
+    expectRefused({"--voxels", "8", "--axes"}, 2, "--voxels");
     expectRefused({"--directions-file", scratch_ / "none.txt"}, 3, "none.txt");
     writeText(scratch_ / "bad.txt", "0 0 1\n# a comment\n0, 1\n");
     expectRefused({"--directions-file", scratch_ / "bad.txt"}, 3, "bad.txt:3");
@@ -245,6 +248,50 @@ TEST_F(RaysCli, RefusesMapsThatCannotBe) {
     EXPECT_FALSE(fs::exists(out("a.exr")));
 }
 
+TEST_F(RaysCli, NoPictureOfASeriesIsReplaced) {
+    writeText(out("m_0002.png"), "there");
+    const CommandResult run =
+        rays({"--axes", "--map", "first", "--no-clobber", "-o", out("m_####.png")});
+    EXPECT_EQ(run.exit_code, 4);
+    EXPECT_NE(run.err.find("m_0002.png"), std::string::npos) << run.err;
+    EXPECT_FALSE(fs::exists(out("m_0000.png")));
+    writeText(out("d_0001.png"), "0 0 1\n1 0 0\n");
+    EXPECT_EQ(
+        rays({"--directions-file", out("d_0001.png"), "--map", "first", "-o", out("d_####.png")})
+            .exit_code,
+        2);
+    EXPECT_EQ(bytesOf(out("d_0001.png")), "0 0 1\n1 0 0\n");
+}
+
+TEST_F(RaysCli, LinesAndPointsAreNotHit) {
+    Json lines = triangleScene();
+    Json& primitives = lines["meshes"][0]["primitives"];
+    primitives.push_back(primitives[0]);
+    primitives[1]["mode"] = 2;  // its outline
+    primitives.push_back(primitives[0]);
+    primitives[2]["mode"] = 0;
+    const auto hits = [&] {
+        return Json::parse(rays({"--axes", "--resolution", "64", "-o", out(), "--json"}).out)
+            .at("hits")
+            .get<std::uint64_t>();
+    };
+    const std::uint64_t alone = hits();
+    writeText(scene_, lines.dump());
+    EXPECT_EQ(hits(), alone);
+    EXPECT_GT(alone, 1000U);
+}
+
+TEST_F(RaysCli, DirectionsOfAnyLengthAreDirections) {
+    const auto hits = [&](const std::string& direction) {
+        const CommandResult run =
+            rays({"--direction", direction, "--resolution", "64", "-o", out(), "--json"});
+        return Json::parse(run.out).at("hits").get<std::uint64_t>();
+    };
+    EXPECT_GT(hits("0,0,1"), 1000U);
+    EXPECT_EQ(hits("0,0,1e-200"), hits("0,0,1"));
+    EXPECT_EQ(hits("0,0,1e200"), hits("0,0,1"));
+}
+
 TEST_F(RaysCli, AnEmptySceneHasNothingToHit) {
     Json empty = triangleScene();
     empty["nodes"][0].erase("mesh");
@@ -257,6 +304,14 @@ TEST_F(RaysCli, AnOpenMeshFailsTheParity) {
     EXPECT_EQ(run.exit_code, 3);
     EXPECT_NE(run.err.find("first"), std::string::npos) << run.err;
     EXPECT_NE(run.err.find("3 edges are open"), std::string::npos) << run.err;
+    // The report is there, the file of hits is not.
+    const CommandResult file = rays({"--axes", "--resolution", "32", "--parity", "fail", "-o",
+                                     out(), "--report", out("report.json")});
+    EXPECT_EQ(file.exit_code, 3);
+    EXPECT_FALSE(fs::exists(out()));
+    const Json report = Json::parse(bytesOf(out("report.json")));
+    EXPECT_FALSE(report.at("parity").at("holds").get<bool>());
+    EXPECT_TRUE(report.at("output").is_null());
     EXPECT_EQ(rays({"--axes", "--resolution", "32", "--parity", "report"}).exit_code, 0);
 }
 
