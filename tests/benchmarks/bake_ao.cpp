@@ -6,8 +6,9 @@
 //
 // Both look along the same N directions over the sphere, with the same threads, from the same
 // points; the error is the root mean square against rays of Embree along `--reference` directions
-// of each point's own, cosine-weighted. Peeler's time begins with uploading the scene, Embree's with
-// building its hierarchy. PEELER_TEST_BACKEND chooses the renderer.
+// of each point's own, cosine-weighted, where hits nearer than 1e-4 of the scene's diagonal do not
+// count. Peeler's time begins with uploading the scene, Embree's with building its hierarchy.
+// PEELER_TEST_BACKEND chooses the renderer.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -82,9 +83,10 @@ void measure(const std::string& path, const Options& options, gl::Context& conte
     const VertexReceivers vertices(scene, shown);
     const Receivers& receivers = vertices.receivers();
     const Bounds box = bounds(scene, shown).value_or(Bounds{});
-    const auto offset = static_cast<float>(1e-4 * glm::length(box.max - box.min));
+    const auto own_surface = static_cast<float>(1e-4 * glm::length(box.max - box.min));
     const TriangleSoup soup = soupOf(scene);
-    const auto reference = OcclusionOracle(soup, offset).reference(receivers, options.reference);
+    const auto reference =
+        OcclusionOracle(soup, own_surface).reference(receivers, options.reference);
     for (const int count : options.directions) {
         std::vector<float> ours, theirs;
         const double our_time = best(options.runs, [&] {
@@ -97,7 +99,7 @@ void measure(const std::string& path, const Options& options, gl::Context& conte
             ours = bake(renderer, scene, shown, receivers, settings, capture, {}, {});
         });
         const double their_time = best(options.runs, [&] {
-            theirs = OcclusionOracle(soup, offset).along(receivers, sphereDirections(count));
+            theirs = OcclusionOracle(soup, own_surface).along(receivers, sphereDirections(count));
         });
         std::printf("| %s | %zu | %zu | %d | %.2f s | %.4f | %.2f s | %.4f |\n",
                     std::filesystem::path(path).stem().c_str(), soup.triangles.size(),

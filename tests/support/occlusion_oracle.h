@@ -18,8 +18,10 @@ namespace peeler::test {
 /// Share of the hemisphere that is not occluded, cosine-weighted, of points on triangles.
 class OcclusionOracle {
   public:
-    /// Rays start `offset` (scene units) above the surface.
-    OcclusionOracle(const TriangleSoup& soup, float offset) : scene_(soup), offset_(offset) {}
+    /// Hits nearer than `own_surface` (scene units) are the surface that a receiver is on. Rays
+    /// start on it: from above it, they would be inside of whatever touches it there.
+    OcclusionOracle(const TriangleSoup& soup, float own_surface)
+        : scene_(soup), own_surface_(own_surface) {}
 
     /// Every receiver along those of `directions` that are above its surface.
     std::vector<float> along(const Receivers& receivers,
@@ -31,7 +33,7 @@ class OcclusionOracle {
                 const double cosine = static_cast<double>(glm::dot(toward, normal));
                 if (cosine <= 0) continue;
                 all += cosine;
-                if (!occluded(position, normal, toward)) open += cosine;
+                if (!occluded(position, toward)) open += cosine;
             }
             return all > 0 ? open / all : 0;
         });
@@ -46,23 +48,22 @@ class OcclusionOracle {
                               std::sqrt(square) * std::sin(angle), std::sqrt(1 - square));
         }
         return forEach(receivers, [&](const glm::vec3& position, const glm::vec3& normal) {
-            const glm::vec3 side = glm::normalize(
-                glm::cross(normal, std::abs(normal.x) < 0.5F ? glm::vec3(1, 0, 0)
-                                                             : glm::vec3(0, 1, 0)));
+            const glm::vec3 side = glm::normalize(glm::cross(
+                normal, std::abs(normal.x) < 0.5F ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0)));
             const glm::mat3 frame(side, glm::cross(normal, side), normal);
             int open = 0;
             for (const glm::dvec3& direction : lobe)
-                open += occluded(position, normal, frame * glm::vec3(direction)) ? 0 : 1;
+                open += occluded(position, frame * glm::vec3(direction)) ? 0 : 1;
             return static_cast<double>(open) / count;
         });
     }
 
   private:
-    bool occluded(const glm::vec3& position, const glm::vec3& normal,
-                  const glm::vec3& direction) const {
+    bool occluded(const glm::vec3& position, const glm::vec3& direction) const {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
-        RTCRay ray = embreeRay(position + offset_ * normal, direction);
+        RTCRay ray = embreeRay(position, direction);
+        ray.tnear = own_surface_;
         rtcOccluded1(scene_, &context, &ray);
         return ray.tfar < 0;
     }
@@ -76,14 +77,14 @@ class OcclusionOracle {
             const std::size_t end = std::min(values.size(), (group + 1) * kAtOnce);
             for (std::size_t r = group * kAtOnce; r < end; ++r)
                 if (receivers.normals[r] != glm::vec3(0))
-                    values[r] = static_cast<float>(
-                        share(receivers.positions[r], receivers.normals[r]));
+                    values[r] =
+                        static_cast<float>(share(receivers.positions[r], receivers.normals[r]));
         });
         return values;
     }
 
     EmbreeScene scene_;
-    float offset_;
+    float own_surface_;
 };
 
 /// Root of the mean squared difference of the receivers that see anything.
