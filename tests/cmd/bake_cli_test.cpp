@@ -140,6 +140,13 @@ TEST_F(BakeCommand, WritesTexturesOfEveryKind) {
     EXPECT_TRUE(scene.meshes[0].primitives[0].colors.empty());
 }
 
+TEST_F(BakeCommand, KeepsItsBudget) {
+    ASSERT_EQ(bake("free.glb").exit_code, 0);
+    ASSERT_EQ(bake("tight.glb", {"--memory", "500M"}).exit_code, 0);
+    EXPECT_TRUE(bytesOf(file("tight.glb")) == bytesOf(file("free.glb")));
+    expectRefused("none.glb", {"--memory", "64M"}, 33, "--memory");
+}
+
 TEST_F(BakeCommand, WarnsOfSharedTexels) {
     Json twice = bakeScene(true);
     twice["nodes"].push_back({{"mesh", 0}, {"translation", {0, 0, 5}}});
