@@ -40,7 +40,8 @@ class OcclusionOracle {
     }
 
     /// Every receiver along `count` directions of its own, dense by the cosine: the reference.
-    std::vector<float> reference(const Receivers& receivers, int count) const {
+    /// `raised` is how far above the surface rays start (scene units).
+    std::vector<float> reference(const Receivers& receivers, int count, float raised = 0) const {
         std::vector<glm::dvec3> lobe;  // around +Z (Malley's method on a Fibonacci disc)
         for (int i = 0; i < count; ++i) {
             const double square = (i + 0.5) / count, angle = 2.399963229728653 * i;
@@ -53,7 +54,7 @@ class OcclusionOracle {
             const glm::mat3 frame(side, glm::cross(normal, side), normal);
             int open = 0;
             for (const glm::dvec3& direction : lobe)
-                open += occluded(position, frame * glm::vec3(direction)) ? 0 : 1;
+                open += occluded(position + raised * normal, frame * glm::vec3(direction)) ? 0 : 1;
             return static_cast<double>(open) / count;
         });
     }
