@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "core/bands.h"
 #include "core/environment_maps.h"
 #include "core/error.h"
 #include "core/fragment_channel.h"
@@ -21,9 +22,9 @@ namespace peeler {
 namespace {
 
 constexpr std::size_t kReceiversAtOnce = 4096;
-// Nearer hits are taken for the receiver's own surface: between rays it is known as a plane, and a
-// curved one leaves it by less than this share of the distance of rays.
-constexpr double kOwnSurface = 0.5;
+// Nearer hits are taken for the receiver's own surface, as a share of the distance of rays: between
+// rays a surface is known as a plane, which a curved one leaves by less than this.
+constexpr double kOwnSurface = 0.2;
 
 /// A direction that receivers look along, and the hits that a band of its bundle has.
 struct Look {
@@ -318,6 +319,22 @@ RayGrid gridOf(const BakeSettings& settings, int bundle) {
     return grid;
 }
 
+/// What the receivers need besides the bundles has to leave room for those. Said before it is
+/// allocated.
+void checkMemory(std::uint64_t bytes, std::size_t receivers, std::uint64_t budget) {
+    constexpr std::uint64_t kMegabyte = 1ULL << 20;
+    const std::uint64_t needed = residentBytes() + bytes;
+    if (budget == 0 || needed < budget) return;
+    const auto megabytes = [](std::uint64_t size) {
+        return std::to_string((size + kMegabyte - 1) / kMegabyte) + "M";
+    };
+    throw Error(ErrorKind::kMemory,
+                "the memory budget is " + megabytes(budget) + ", and the scene and its " +
+                    std::to_string(receivers) + " receivers take " + megabytes(needed) +
+                    " besides the bundles",
+                "--memory " + megabytes(budget), "raise it, or bake for fewer vertices or texels");
+}
+
 }  // namespace
 
 std::size_t componentsOf(BakeQuantity quantity) {
@@ -330,10 +347,14 @@ std::vector<float> bake(Renderer& renderer, const Scene& scene, const SceneConte
                         const CaptureSettings& capture, const SurfaceLookup& lookup,
                         const Progress& progress) {
     const std::size_t components = componentsOf(settings.quantity);
+    const auto gathering = gatheringOf(renderer, scene, contents, settings, lookup);
+    // The values of this round, and of the one before.
+    const std::size_t kept = gathering->rounds() > 1 ? 2 : 1;
+    checkMemory(receivers.size() * (sizeof(Sum) + kept * components * sizeof(float)),
+                receivers.size(), capture.memory);
     std::vector<float> values(receivers.size() * components);
     const std::optional<Bounds> all = bounds(scene, contents);
     if (!all) return values;
-    const auto gathering = gatheringOf(renderer, scene, contents, settings, lookup);
     CaptureSettings hits = capture;
     hits.hits = Hits::kSloped;
     hits.depth_clamp = true;
@@ -345,6 +366,7 @@ std::vector<float> bake(Renderer& renderer, const Scene& scene, const SceneConte
     std::vector<Sum> sums(receivers.size());
     std::vector<float> gathered;
     for (int round = 0; round < gathering->rounds(); ++round) {
+        if (round > 0) gathered = values;
         gathering->beginRound(gathered);
         sums.assign(receivers.size(), {});
         for (std::size_t i = 0; i < directions.size(); ++i) {
@@ -358,7 +380,6 @@ std::vector<float> bake(Renderer& renderer, const Scene& scene, const SceneConte
         }
         for (std::size_t r = 0; r < receivers.size(); ++r)
             gathering->finish(sums[r], values.data() + r * components);
-        gathered = values;
     }
     return values;
 }

@@ -48,7 +48,8 @@ using SurfaceLookup = std::function<glm::vec3(std::span<const float> irradiance,
 /// Values of every receiver, componentsOf() each. Every direction is a parallel bundle that covers
 /// the scene (Szirmay-Kalos & Purgathofer 1998; Hermes et al. 2010; Tokuyoshi et al. 2011); a
 /// receiver's ray is the one nearest to it. Memory does not grow with the number of directions.
-/// `lookup` is needed for kIrradiance with several bounces. Throws what captures throw.
+/// `lookup` is needed for kIrradiance with several bounces. Throws what captures throw, and Error
+/// (kMemory) if the receivers' sums alone are over the budget.
 std::vector<float> bake(Renderer& renderer, const Scene& scene, const SceneContents& contents,
                         const Receivers& receivers, const BakeSettings& settings,
                         const CaptureSettings& capture, const SurfaceLookup& lookup,

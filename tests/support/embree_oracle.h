@@ -61,19 +61,12 @@ inline TriangleSoup soupOf(const Scene& scene) {
     return soup;
 }
 
-/// A hit as Embree finds it.
-struct OracleHit {
-    float t = 0;
-    unsigned triangle = 0;  ///< of the soup
-};
-
-/// All hits of a ray, in no order.
-class AllHits {
+/// Triangles as Embree traces them.
+class EmbreeScene {
   public:
-    explicit AllHits(const TriangleSoup& soup, RTCSceneFlags flags = RTC_SCENE_FLAG_ROBUST)
-        : soup_(soup) {
-        device_ = rtcNewDevice(nullptr);
-        scene_ = rtcNewScene(device_);
+    explicit EmbreeScene(const TriangleSoup& soup, RTCFilterFunctionN filter = nullptr,
+                         RTCSceneFlags flags = RTC_SCENE_FLAG_ROBUST)
+        : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
         rtcSetSceneFlags(scene_, flags);
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
         const std::size_t count = soup.triangles.size();
@@ -84,16 +77,51 @@ class AllHits {
             geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, count));
         for (std::size_t i = 0; i < count * 3; ++i)
             indices[i] = static_cast<unsigned>(i);
-        rtcSetGeometryIntersectFilterFunction(geometry, &AllHits::filter);
+        rtcSetGeometryIntersectFilterFunction(geometry, filter);
         rtcCommitGeometry(geometry);
         rtcAttachGeometry(scene_, geometry);
         rtcReleaseGeometry(geometry);
         rtcCommitScene(scene_);
     }
-    ~AllHits() {
+    ~EmbreeScene() {
         rtcReleaseScene(scene_);
         rtcReleaseDevice(device_);
     }
+    EmbreeScene(const EmbreeScene&) = delete;
+    EmbreeScene& operator=(const EmbreeScene&) = delete;
+
+    operator RTCScene() const { return scene_; }
+
+  private:
+    RTCDevice device_;
+    RTCScene scene_;
+};
+
+/// A ray without an end, as Embree takes it.
+inline RTCRay embreeRay(const glm::vec3& origin, const glm::vec3& direction) {
+    RTCRay ray{};
+    ray.org_x = origin.x;
+    ray.org_y = origin.y;
+    ray.org_z = origin.z;
+    ray.dir_x = direction.x;
+    ray.dir_y = direction.y;
+    ray.dir_z = direction.z;
+    ray.tfar = std::numeric_limits<float>::infinity();
+    ray.mask = 0xFFFFFFFFU;
+    return ray;
+}
+
+/// A hit as Embree finds it.
+struct OracleHit {
+    float t = 0;
+    unsigned triangle = 0;  ///< of the soup
+};
+
+/// All hits of a ray, in no order.
+class AllHits {
+  public:
+    explicit AllHits(const TriangleSoup& soup, RTCSceneFlags flags = RTC_SCENE_FLAG_ROBUST)
+        : soup_(soup), scene_(soup, &AllHits::filter, flags) {}
     AllHits(const AllHits&) = delete;
     AllHits& operator=(const AllHits&) = delete;
 
@@ -113,14 +141,7 @@ class AllHits {
         collector.soup = &soup_;
         collector.cull = cull;
         RTCRayHit ray{};
-        ray.ray.org_x = static_cast<float>(origin.x);
-        ray.ray.org_y = static_cast<float>(origin.y);
-        ray.ray.org_z = static_cast<float>(origin.z);
-        ray.ray.dir_x = static_cast<float>(direction.x);
-        ray.ray.dir_y = static_cast<float>(direction.y);
-        ray.ray.dir_z = static_cast<float>(direction.z);
-        ray.ray.tfar = std::numeric_limits<float>::infinity();
-        ray.ray.mask = 0xFFFFFFFFU;
+        ray.ray = embreeRay(origin, direction);
         ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         rtcIntersect1(scene_, &collector.context, &ray);
         return collector.hits;
@@ -145,8 +166,7 @@ class AllHits {
     }
 
     const TriangleSoup& soup_;
-    RTCDevice device_;
-    RTCScene scene_;
+    EmbreeScene scene_;
 };
 
 }  // namespace peeler::test
