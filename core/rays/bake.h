@@ -17,7 +17,8 @@ namespace peeler {
 /// Points on surfaces, in world space, on the side that their unit normals point to. A normal of
 /// length 0 marks one that sees nothing: its values are 0.
 struct Receivers {
-    std::vector<glm::vec3> positions, normals;
+    std::vector<glm::dvec3> positions;
+    std::vector<glm::vec3> normals;
 
     std::size_t size() const { return positions.size(); }
 };

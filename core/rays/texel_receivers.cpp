@@ -49,30 +49,31 @@ class Placement {
         return flatNormal(range, cornersOf(primitive(range), element)) == glm::vec3(0);
     }
 
-    void place(const Chart::Source& source, const glm::vec2& barycentric, glm::vec3& position,
+    void place(const Chart::Source& source, const glm::vec2& barycentric, glm::dvec3& position,
                glm::vec3& normal) const {
         const VertexRange& range = vertices_.ranges()[source.range];
         const Primitive& from = primitive(range);
         const Corners corners = cornersOf(from, source.element);
         const Receivers& receivers = vertices_.receivers();
-        const auto at = [&](const std::vector<glm::vec3>& values, std::size_t corner) {
-            return values[range.first + corners.vertex[corner]];
-        };
-        const auto mean = [&](const std::vector<glm::vec3>& values) {
-            return (1 - barycentric.x - barycentric.y) * at(values, 0) +
-                   barycentric.x * at(values, 1) + barycentric.y * at(values, 2);
+        const double weights[] = {
+            1.0 - static_cast<double>(barycentric.x) - static_cast<double>(barycentric.y),
+            barycentric.x, barycentric.y};
+        const auto mean = [&](const auto& values) {
+            glm::dvec3 sum(0);
+            for (std::size_t i = 0; i < 3; ++i)
+                sum += weights[i] * glm::dvec3(values[range.first + corners.vertex[i]]);
+            return sum;
         };
         position = mean(receivers.positions);
-        normal = from.normals.empty() ? glm::vec3(0) : unit(mean(receivers.normals));
+        normal = from.normals.empty() ? glm::vec3(0) : unit(glm::vec3(mean(receivers.normals)));
         if (normal == glm::vec3(0)) normal = flatNormal(range, corners);
     }
 
   private:
     glm::vec3 flatNormal(const VertexRange& range, const Corners& corners) const {
-        const glm::vec3* const p = vertices_.receivers().positions.data() + range.first;
+        const glm::dvec3* const p = vertices_.receivers().positions.data() + range.first;
         const glm::dvec3 a = p[corners.vertex[0]];
-        const glm::dvec3 normal =
-            glm::cross(glm::dvec3(p[corners.vertex[1]]) - a, glm::dvec3(p[corners.vertex[2]]) - a);
+        const glm::dvec3 normal = glm::cross(p[corners.vertex[1]] - a, p[corners.vertex[2]] - a);
         const double length = glm::length(normal);
         if (!(length > 0)) return glm::vec3(0);
         const double side = contents_.meshes[range.instance].mirrored ? -1 : 1;

@@ -59,7 +59,7 @@ void VertexReceivers::fill(const VertexRange& range) {
     std::vector<char> used(local.size(), 0);
     for (std::size_t i = 0; i < local.size(); ++i) {
         world[i] = glm::dvec3(instance.world * glm::dvec4(local[i], 1));
-        receivers_.positions[range.first + i] = glm::vec3(world[i]);
+        receivers_.positions[range.first + i] = world[i];
     }
     // In world space, since a skin can mirror without the instance's matrix saying so.
     const double side = instance.mirrored ? -1 : 1;

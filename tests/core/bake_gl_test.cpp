@@ -172,7 +172,7 @@ class UnderARoof : public testing::Test {
     }
     float value(const BakeSettings& settings) {
         Bakery bakery(builder_.scene());
-        return bakery({{glm::vec3(0)}, {kUp}}, settings).front();
+        return bakery({{glm::dvec3(0)}, {kUp}}, settings).front();
     }
     SceneBuilder builder_;
 };
@@ -230,8 +230,9 @@ TEST(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
     SceneBuilder plain;
     plate(plain, glm::vec3(0), 3, plain.material(glm::vec4(1), AlphaMode::kOpaque));
     Bakery lone(plain.scene());
-    EXPECT_EQ(lone({{glm::vec3(0)}, {kUp}}, settingsOf(BakeQuantity::kSkyVisibility)).front(), 1);
-    EXPECT_EQ(lone({{glm::vec3(0)}, {kDown}}, settingsOf(BakeQuantity::kSkyVisibility)).front(), 0);
+    EXPECT_EQ(lone({{glm::dvec3(0)}, {kUp}}, settingsOf(BakeQuantity::kSkyVisibility)).front(), 1);
+    EXPECT_EQ(lone({{glm::dvec3(0)}, {kDown}}, settingsOf(BakeQuantity::kSkyVisibility)).front(),
+              0);
 }
 
 TEST(Bake, BentNormalsLeanAwayFromWalls) {
@@ -319,7 +320,7 @@ TEST(Bake, OnlyFrontsOfSingleSidedSurfacesShine) {
         Bakery bakery(builder.scene());
         BakeSettings settings = settingsOf(BakeQuantity::kIrradiance, 256);
         settings.bounces = 0;
-        const auto light = bakery({{glm::vec3(0)}, {kUp}}, settings);
+        const auto light = bakery({{glm::dvec3(0)}, {kUp}}, settings);
         expectAll(light, double_sided ? kPi / 2 : 0, 0.03);
     }
 }

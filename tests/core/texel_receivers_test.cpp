@@ -58,8 +58,8 @@ TEST(TexelReceivers, OfAQuadThatFillsTheTextureAreTheCentres) {
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x) {
             const std::size_t i = atlas.first[static_cast<std::size_t>(y * kSize + x)];
-            const glm::vec3 centre((static_cast<float>(x) + 0.5F) / kSize,
-                                   (static_cast<float>(y) + 0.5F) / kSize, 0);
+            const glm::dvec3 centre((static_cast<float>(x) + 0.5F) / kSize,
+                                    (static_cast<float>(y) + 0.5F) / kSize, 0);
             EXPECT_LT(glm::length(placed.receivers.positions[i] - centre), 1e-6);
             EXPECT_EQ(placed.receivers.normals[i], glm::vec3(0, 0, 1));
         }
@@ -83,8 +83,8 @@ TEST(TexelReceivers, OfTiledOrMirroredUvsShareTexels) {
     EXPECT_EQ(mirrored.texels.atlases()[0].shared, 64U);
     // Both sides of the mirror see the same: the mean is the middle.
     std::vector<float> values;
-    for (const glm::vec3& position : mirrored.receivers.positions)
-        values.push_back(position.x);
+    for (const glm::dvec3& position : mirrored.receivers.positions)
+        values.push_back(static_cast<float>(position.x));
     for (const float value : mirrored.texels.pixels(mirrored.texels.atlases()[0], values, 1, 0))
         EXPECT_NEAR(value, 0.5F, 1e-6);
     const Placed many(sceneOf({quad(0, 0, 20, 1)}), {8, 0});
@@ -99,7 +99,7 @@ TEST(TexelReceivers, OfNarrowChartsAreTheNearestPoints) {
     for (std::size_t y = 0; y < 8; ++y) {
         const std::size_t texel = y * 8 + 2;
         ASSERT_EQ(atlas.first[texel + 1] - atlas.first[texel], 1U) << y;
-        const glm::vec3 position = placed.receivers.positions[atlas.first[texel]];
+        const glm::dvec3 position = placed.receivers.positions[atlas.first[texel]];
         EXPECT_NEAR(position.x, 1, 1e-4);  // its right border
         EXPECT_NEAR(position.y, (static_cast<float>(y) + 0.5F) / 8, 1e-4);
     }
@@ -161,7 +161,7 @@ TEST(TexelReceivers, GiveTheTexelUnderAHit) {
     const SurfaceLookup lookup = placed.texels.lookup(list);
     std::vector<float> values;
     for (std::size_t i = 0; i < placed.receivers.size(); ++i) {
-        const glm::vec3 p = placed.receivers.positions[i];
+        const glm::vec3 p(placed.receivers.positions[i]);
         values.insert(values.end(), {p.x, p.y, 1});
     }
     // Triangle 2 of the quad is (0,0) (1,1) (0,1): this is (0.3, 0.8), in texel (1, 3).
@@ -234,7 +234,7 @@ TEST(TexelPixels, SpreadBeyondChartsAndFillTheRestWithTheMean) {
     // The left quarter has a value for each row; 2 texels further it is the same, then the mean.
     const Placed placed(sceneOf({quad(0, 0, 0.25F, 1)}), {16, 0});
     std::vector<float> values;
-    for (const glm::vec3& position : placed.receivers.positions)
+    for (const glm::dvec3& position : placed.receivers.positions)
         values.push_back(position.x < 0.999F && position.x > 0.001F ? 1.0F : 3.0F);
     const TexelAtlas& atlas = placed.texels.atlases()[0];
     const std::vector<float> pixels = placed.texels.pixels(atlas, values, 1, 2);

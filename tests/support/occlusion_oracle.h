@@ -78,8 +78,8 @@ class OcclusionOracle {
             const std::size_t end = std::min(values.size(), (group + 1) * kAtOnce);
             for (std::size_t r = group * kAtOnce; r < end; ++r)
                 if (receivers.normals[r] != glm::vec3(0))
-                    values[r] =
-                        static_cast<float>(share(receivers.positions[r], receivers.normals[r]));
+                    values[r] = static_cast<float>(
+                        share(glm::vec3(receivers.positions[r]), receivers.normals[r]));
         });
         return values;
     }
