@@ -207,7 +207,7 @@ TEST(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
         Bakery bakery(builder.scene());
         std::vector<float> ao = bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 512));
         // On the rim itself a ray cannot tell the bowl from its outside.
-        ao.erase(ao.begin(), ao.begin() + 2 * 129);
+        ao.erase(ao.begin(), ao.begin() + std::ptrdiff_t{2} * 129);
         const double expected = (1 - std::cos(opening)) / 2;
         EXPECT_NEAR(mean(ao), expected, 0.005);
         expectAll(ao, expected, 0.03);
