@@ -73,6 +73,7 @@ class Bake {
     void write();
     void writeVertices();
     void writeTextures();
+    void showWhatWasBaked(GltfPackage& package) const;
     std::string materialName(int material) const;
     void tell();
 
@@ -214,10 +215,17 @@ void Bake::writeVertices() {
     if (options_.bake.values_alone) showVertexColorsAlone(package);
     for (const std::string& warning : package.warnings())
         console_.warning(warning);
+/// Viewers open a file with its default scene and in no variant.
+void Bake::showWhatWasBaked(GltfPackage& package) const {
+    if (options_.scene.scene) setDefaultScene(package, scene_->index());
+    if (const auto variant = chosenVariant(scene(), options_.look)) setVariant(package, *variant);
+}
+
     package.write(outputs_.front().string());
 }
 
 void Bake::writeTextures() {
+    showWhatWasBaked(package);
     const BakeQuantity quantity = options_.bake.settings.quantity;
     const BakeFile file = options_.bake.file();
     const ShownValues shown(quantity, rangeOf(values_));
@@ -254,6 +262,7 @@ void Bake::writeTextures() {
 void Bake::tell() {
     const ValueRange range = rangeOf(values_);
     const auto quantity = nameOf<BakeQuantity>(kBakeQuantities, options_.bake.settings.quantity);
+    showWhatWasBaked(package);
     nlohmann::ordered_json json;
     json["input"] = options_.scene.file.string();
     json["outputs"] = nlohmann::ordered_json::array();
