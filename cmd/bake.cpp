@@ -129,6 +129,8 @@ void Bake::placeReceivers() {
         throw Error(ErrorKind::kInput, "the scene shows no triangles to bake for",
                     options_.scene.file.string(), "peeler info tells what is in it");
     if (options_.bake.chosenTarget() == BakeTarget::kVertices) return;
+    if (options_.bake.settings.quantity == BakeQuantity::kIrradiance)
+        checkBakedLight(scene(), contents_);
     texels_.emplace(scene(), contents_, *vertices_, options_.bake.texels());
     warnOfTexels();
 }
