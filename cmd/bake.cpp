@@ -322,8 +322,9 @@ VerbAction declareBake(CLI::App& app) {
     addBakeOptions(app, options->bake);
     addSceneOptions(app, options->scene);
     addTimeOptions(app, options->animation);
-    addLookOptions(app, options->look);
-    addMachineOptions(app, options->device, options->threads, options->capture);
+    addBakedLookOptions(app, options->look);
+    addMachineOptions(app, options->device, options->threads, options->capture,
+                      "rays are traced in bands that fit, what holds the receivers comes on top");
     addReportOptions(app, options->report);
     app.footer(kFooter);
     return [options](Console& console) {
