@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "cmd/bake_options.h"
@@ -64,13 +65,15 @@ class Bake {
 
   private:
     void checkOptions() const;
-    void checkTargetFile(const fs::path& path) const;
+    std::vector<fs::path> inputs() const;
+    std::vector<fs::path> checkFiles(std::span<const int> materials) const;
     void open();
     void placeReceivers();
     void warnOfTexels() const;
     void nameOutputs();
     void gather();
     void write();
+    void showWhatWasBaked(GltfPackage& package) const;
     void writeVertices();
     void writeTextures();
     std::string materialName(int material) const;
@@ -93,14 +96,24 @@ class Bake {
     StageTimes times_;
 };
 
-void Bake::checkTargetFile(const fs::path& path) const {
+std::vector<fs::path> Bake::inputs() const {
+    std::vector<fs::path> files{options_.scene.file};
+    if (options_.look.environment) files.push_back(*options_.look.environment);
+    return files;
+}
+
+/// Nothing that is written may replace anything that is read, or each other. Returns the outputs.
+std::vector<fs::path> Bake::checkFiles(std::span<const int> materials) const {
+    const std::vector<fs::path> read = inputs();
     OutputFlags flags;
-    flags.path = path;
+    flags.path = options_.bake.output;
     flags.no_clobber = options_.bake.no_clobber;
-    std::vector<fs::path> inputs{options_.scene.file};
-    if (options_.look.environment) inputs.push_back(*options_.look.environment);
-    checkTarget(flags, inputs);
-    const AtomicFile probe(path.string());
+    const std::vector<fs::path> outputs = checkSeries(flags, materials, read);
+    const AtomicFile probe(flags.path.string());  // of the folder
+    std::vector<fs::path> others = read;
+    others.insert(others.end(), outputs.begin(), outputs.end());
+    checkReport(options_.report, others);
+    return outputs;
 }
 
 void Bake::checkOptions() const {
@@ -108,10 +121,7 @@ void Bake::checkOptions() const {
     checkBakeOptions(options_.bake, options_.look);
     checkAnimationOptions(options_.animation);
     checkLookOptions(options_.look);
-    const fs::path& output = options_.bake.output;
-    if (options_.bake.file() != BakeFile::kPng || !hasFrameToken(output.string()))
-        checkTargetFile(output);
-    checkReport(options_.report, {options_.scene.file, output});
+    checkFiles({});
     setThreads(options_.threads);
 }
 
@@ -119,6 +129,8 @@ void Bake::open() {
     const StageTimer timer(times_, "load");
     scene_.emplace(options_.scene, options_.look, options_.animation, false, console_);
     contents_ = scene_->at(options_.animation.time.value_or(0));
+    if (options_.bake.settings.quantity == BakeQuantity::kIrradiance)
+        checkBakedLight(scene(), contents_);
 }
 
 void Bake::placeReceivers() {
@@ -155,26 +167,24 @@ std::string Bake::materialName(int material) const {
     return name.empty() ? number : number + " (" + printable(name) + ")";
 }
 
-/// Only now is known how many textures there are.
+/// Only now is known how many textures there are, and which files the scene is made of.
 void Bake::nameOutputs() {
-    const fs::path& output = options_.bake.output;
-    outputs_ = {output};
-    if (options_.bake.file() != BakeFile::kPng) return;
-    const bool numbered = hasFrameToken(output.string());
-    const std::size_t count = texels_->atlases().size();
-    if (!numbered && count > 1)
-        throw Error(
-            ErrorKind::kUsage,
-            "the textures of " + std::to_string(count) + " materials would have the same name",
-            "--output " + output.string(),
-            "put #### or %04d into the file's name, where the material's number goes, or "
-            "write an .exr");
-    if (!numbered) return;
-    outputs_.clear();
-    for (const TexelAtlas& atlas : texels_->atlases()) {
-        outputs_.emplace_back(framePath(output.string(), atlas.material));
-        checkTargetFile(outputs_.back());
-    }
+    std::vector<int> materials;
+    if (texels_)
+        for (const TexelAtlas& atlas : texels_->atlases())
+            materials.push_back(atlas.material);
+    const std::string output = options_.bake.output.string();
+    if (options_.bake.file() == BakeFile::kPng && materials.size() > 1 && !hasFrameToken(output))
+        throw Error(ErrorKind::kUsage,
+                    "the textures of " + std::to_string(materials.size()) +
+                        " materials would have the same name",
+                    "--output " + output,
+                    "put #### or %04d into the file's name, where the material's number goes, or "
+                    "write an .exr");
+    outputs_ = checkFiles(materials);
+    std::vector<fs::path> written = outputs_;
+    if (options_.report.file) written.push_back(*options_.report.file);
+    checkSceneFiles(scene(), written);
 }
 
 void Bake::gather() {
@@ -205,10 +215,17 @@ void Bake::write() {
         writeVertices();
 }
 
+/// Viewers open a file with its default scene and in no variant.
+void Bake::showWhatWasBaked(GltfPackage& package) const {
+    if (options_.scene.scene) setDefaultScene(package, scene_->index());
+    if (const auto variant = chosenVariant(scene(), options_.look)) setVariant(package, *variant);
+}
+
 void Bake::writeVertices() {
     const BakeQuantity quantity = options_.bake.settings.quantity;
     const ShownValues shown(quantity, rangeOf(values_));
     GltfPackage package(options_.scene.file, options_.scene.gltf);
+    showWhatWasBaked(package);
     addVertexValues(package, attributeOf(quantity),
                     bakedPrimitives(scene(), contents_, *vertices_, values_, quantity, shown));
     if (options_.bake.values_alone) showVertexColorsAlone(package);
@@ -245,6 +262,7 @@ void Bake::writeTextures() {
     if (file == BakeFile::kExr) writeExrTextures(outputs_.front().string(), parts, kSoftware);
     if (file != BakeFile::kGltf) return;
     GltfPackage package(options_.scene.file, options_.scene.gltf);
+    showWhatWasBaked(package);
     addOcclusionTextures(package, texels_->settings().uv_set, std::move(occlusion));
     for (const std::string& warning : package.warnings())
         console_.warning(warning);
@@ -311,8 +329,9 @@ VerbAction declareBake(CLI::App& app) {
     addBakeOptions(app, options->bake);
     addSceneOptions(app, options->scene);
     addTimeOptions(app, options->animation);
-    addLookOptions(app, options->look);
-    addMachineOptions(app, options->device, options->threads, options->capture);
+    addBakedLookOptions(app, options->look);
+    addMachineOptions(app, options->device, options->threads, options->capture,
+                      "rays are traced in bands that fit, what holds the receivers comes on top");
     addReportOptions(app, options->report);
     app.footer(kFooter);
     return [options](Console& console) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "cmd/frames.h"
 #include "cmd/options.h"
 #include "cmd/parse.h"
 
@@ -54,6 +55,18 @@ auto integers(int least, int most) {
 [[noreturn]] void refuse(const std::string& what, const std::string& option,
                          const std::string& hint) {
     throw Error(ErrorKind::kUsage, what, option, hint);
+}
+
+/// Whether anything that is shown gives off light.
+bool showsEmission(const Scene& scene, const SceneContents& contents) {
+    return std::ranges::any_of(contents.meshes, [&](const MeshInstance& instance) {
+        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+        return std::ranges::any_of(mesh.primitives, [&](const Primitive& primitive) {
+            const Material& material =
+                scene.materials[static_cast<std::size_t>(primitive.material)];
+            return material.emissive != glm::vec3(0);
+        });
+    });
 }
 
 }  // namespace
@@ -139,6 +152,9 @@ void addBakeOptions(CLI::App& app, BakeOptions& options) {
 void checkBakeOptions(const BakeOptions& options, const LookOptions& look) {
     const BakeFile file = options.file();
     const std::string path = options.output.string();
+    if (file != BakeFile::kPng && hasFrameToken(path))
+        refuse("one file holds all, so there is nothing to number", "--output " + path,
+               "leave the #### or %04d out, or write .png files");
     if (options.values_alone &&
         (file != BakeFile::kGltf || options.chosenTarget() != BakeTarget::kVertices))
         refuse("only values at vertices can be shown alone", "--values-alone",
@@ -162,6 +178,14 @@ void checkBakeOptions(const BakeOptions& options, const LookOptions& look) {
     if (look.environment)
         refuse("no light is asked for", "--environment",
                "leave it out, or add --quantity irradiance");
+}
+
+void checkBakedLight(const Scene& scene, const SceneContents& contents) {
+    if (scene.environment || showsEmission(scene, contents)) return;
+    refuse("there is no light: no environment, and no emissive material", "--quantity irradiance",
+           contents.lights.empty() ? "add --environment FILE"
+                                   : "add --environment FILE; lights that are no surfaces, which "
+                                     "this scene has, are not baked");
 }
 
 }  // namespace peeler::cmd

@@ -10,6 +10,7 @@
 #include "core/capture_settings.h"
 #include "core/rays/bake.h"
 #include "core/rays/texel_receivers.h"
+#include "core/scene_contents.h"
 
 namespace CLI {
 class App;
@@ -53,6 +54,9 @@ void addBakeOptions(CLI::App& app, BakeOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkBakeOptions(const BakeOptions& options, const LookOptions& look);
+
+/// Throws Error (kUsage) if nothing gives off the light that irradiance is made of.
+void checkBakedLight(const Scene& scene, const SceneContents& contents);
 
 /// Whether it makes surfaces darker, and is what a material's occlusion texture means.
 bool isOcclusion(BakeQuantity quantity);

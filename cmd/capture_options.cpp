@@ -131,7 +131,7 @@ void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_si
 }
 
 void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,
-                       CaptureSettings& capture) {
+                       CaptureSettings& capture, const std::string& memory) {
     constexpr const char* kGroup = "Machine";
     std::string backends = "auto (default)";
     for (const std::string& name : gl::backendNames())
@@ -148,8 +148,7 @@ void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,
         ->group(kGroup);
     addThreadsOption(app, threads);
     addValue(app, "--memory", "SIZE", capture.memory, parseMemory,
-             "most memory to use, e.g. 8G or 512M; the picture is rendered in bands that fit "
-             "(default: no limit)")
+             "most memory to use, e.g. 8G or 512M; " + memory + " (default: no limit)")
         ->group(kGroup);
 }
 

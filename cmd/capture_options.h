@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "cmd/console.h"
 #include "core/capture_settings.h"
@@ -28,9 +29,11 @@ void addLightOptions(CLI::App& app, CaptureSettings& capture, std::optional<int>
 /// Throws Error (kUsage) for a size without shadows.
 void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size);
 
-/// Declares --backend, --device, --require-gpu, --threads and --memory.
+/// Declares --backend, --device, --require-gpu, --threads and --memory; `memory` says how a verb
+/// keeps to that.
 void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,
-                       CaptureSettings& capture);
+                       CaptureSettings& capture,
+                       const std::string& memory = "the picture is rendered in bands that fit");
 
 /// The context that is asked for; says so if it is a software one that nobody chose.
 std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console);

@@ -41,14 +41,32 @@ double turn(const LookOptions& look) {
     return std::remainder(look.environment_rotation.value_or(0), 360.0);
 }
 
-}  // namespace
-
-void addVariantOption(CLI::App& app, LookOptions& look) {
+void addVariantOption(CLI::App& app, LookOptions& look, const std::string& remark) {
     addValue(
         app, "--variant", "NAME|INDEX", look.variant, [](const std::string& text) { return text; },
         "which of the file's materials (KHR_materials_variants) to show; peeler info lists them "
-        "(default: none, the materials of the meshes themselves)")
+        "(default: none, the materials of the meshes themselves)" +
+            remark)
         ->group("Scene");
+}
+
+void addEnvironmentOptions(CLI::App& app, LookOptions& look, const std::string& remark) {
+    addValue(
+        app, "--environment", "FILE", look.environment,
+        [](const std::string& text) { return std::filesystem::path(text); },
+        "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z" + remark)
+        ->group("Light");
+    addValue(
+        app, "--environment-rotation", "DEGREES", look.environment_rotation,
+        [](const std::string& text) { return parseNumber(text); },
+        "turns the environment about +Y; 90 takes what is seen along +Z to +X (default: 0)")
+        ->group("Light");
+}
+
+}  // namespace
+
+void addVariantOption(CLI::App& app, LookOptions& look) {
+    addVariantOption(app, look, "");
 }
 
 void addLookOptions(CLI::App& app, LookOptions& look) {
@@ -56,18 +74,19 @@ void addLookOptions(CLI::App& app, LookOptions& look) {
     addChoice<bool>(app, "--transmission", look.transmission, kTransmissions, "transmission",
                     "glass and other surfaces that transmit light:")
         ->group("Layers");
-    addValue(
-        app, "--environment", "FILE", look.environment,
-        [](const std::string& text) { return std::filesystem::path(text); },
-        "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z. It is "
-        "light only; the background stays what --background says. The built-in light is off then, "
-        "the scene's own lights shine on")
-        ->group("Light");
-    addValue(
-        app, "--environment-rotation", "DEGREES", look.environment_rotation,
-        [](const std::string& text) { return parseNumber(text); },
-        "turns the environment about +Y; 90 takes what is seen along +Z to +X (default: 0)")
-        ->group("Light");
+    addEnvironmentOptions(app, look,
+                          ". It is light only; the background stays what --background says. The "
+                          "built-in light is off then, the scene's own lights shine on");
+}
+
+void addBakedLookOptions(CLI::App& app, LookOptions& look) {
+    addVariantOption(app, look, "; a .glb opens with them, too");
+    addEnvironmentOptions(app, look, "; irradiance");
+}
+
+std::optional<std::size_t> chosenVariant(const Scene& scene, const LookOptions& look) {
+    if (!look.variant) return {};
+    return variantNamed(scene, *look.variant);
 }
 
 void checkLookOptions(const LookOptions& look) {
@@ -80,7 +99,7 @@ Scene loadScene(const std::filesystem::path& path, GltfOptions gltf, const LookO
                 bool shadows) {
     gltf.transmission = look.transmission;
     Scene scene = readGltf(path, gltf);
-    if (look.variant) chooseVariant(scene, variantNamed(scene, *look.variant));
+    if (const auto variant = chosenVariant(scene, look)) chooseVariant(scene, *variant);
     if (!look.environment) return scene;
     scene.environment = readEnvironment(look.environment->string());
     scene.environment->rotation = turn(look) * std::numbers::pi / 180;
@@ -91,7 +110,7 @@ Scene loadScene(const std::filesystem::path& path, GltfOptions gltf, const LookO
 
 nlohmann::json lookSettings(const LookOptions& look, const Scene& scene) {
     nlohmann::json settings = nlohmann::json::object();
-    if (look.variant) settings["variant"] = variantNamed(scene, *look.variant);
+    if (const auto variant = chosenVariant(scene, look)) settings["variant"] = *variant;
     if (!look.transmission) settings["transmission"] = "opaque";
     if (!scene.environment) return settings;
     settings["environment"] = hexText(scene.environment->content_hash);

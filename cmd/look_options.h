@@ -27,6 +27,9 @@ struct LookOptions {
 void addVariantOption(CLI::App& app, LookOptions& look);
 /// Declares --variant, --transmission, --environment and --environment-rotation.
 void addLookOptions(CLI::App& app, LookOptions& look);
+/// Declares those that can change what is baked: --variant, --environment and
+/// --environment-rotation.
+void addBakedLookOptions(CLI::App& app, LookOptions& look);
 
 /// Throws Error (kUsage) for a rotation of no environment.
 void checkLookOptions(const LookOptions& look);
@@ -36,6 +39,9 @@ void checkLookOptions(const LookOptions& look);
 /// unknown variant, with the list, and what readGltf and readEnvironment throw.
 Scene loadScene(const std::filesystem::path& path, GltfOptions gltf, const LookOptions& look,
                 bool shadows);
+
+/// Index of the variant that was chosen. Throws Error (kUsage) for an unknown one, with the list.
+std::optional<std::size_t> chosenVariant(const Scene& scene, const LookOptions& look);
 
 /// What of it changes pixels, for the settings' hash; an empty object if nothing was asked for.
 nlohmann::json lookSettings(const LookOptions& look, const Scene& scene);

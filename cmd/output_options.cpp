@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "cmd/frames.h"
 #include "cmd/options.h"
 #include "cmd/parse.h"
 #include "core/error.h"
@@ -185,6 +186,22 @@ void checkTarget(const OutputFlags& flags, const std::vector<fs::path>& inputs) 
     checkLayerFiles(flags.layers, flags.path, inputs, flags.no_clobber);
 }
 
+std::vector<fs::path> checkSeries(const OutputFlags& flags, std::span<const int> numbers,
+                                  const std::vector<fs::path>& inputs) {
+    if (!hasFrameToken(flags.path.string())) {
+        checkTarget(flags, inputs);
+        return {flags.path};
+    }
+    std::vector<fs::path> files;
+    OutputFlags file = flags;
+    for (const int number : numbers) {
+        file.path = framePath(flags.path.string(), number);
+        checkTarget(file, inputs);
+        files.push_back(file.path);
+    }
+    return files;
+}
+
 void checkOutput(const OutputFlags& flags, const std::vector<fs::path>& inputs) {
     checkFormat(flags);
     checkTarget(flags, inputs);
@@ -241,6 +258,16 @@ void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,
 
 void checkReport(const ReportFlags& flags, const std::vector<fs::path>& others) {
     if (flags.file) checkExtraFile(*flags.file, others, "the report", "--report");
+}
+
+void checkSceneFiles(const Scene& scene, const std::vector<fs::path>& outputs) {
+    const std::set<fs::path> files(scene.files.begin(), scene.files.end());
+    for (const fs::path& output : outputs) {
+        std::error_code failure;
+        if (!files.contains(fs::weakly_canonical(fs::absolute(output, failure), failure))) continue;
+        throw Error(ErrorKind::kUsage, "this would replace a file that the scene is made of",
+                    output.string(), "choose another name");
+    }
 }
 
 void addThreadsOption(CLI::App& app, int& threads) {

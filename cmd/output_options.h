@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "cmd/console.h"
 #include "cmd/layer_file_options.h"
 #include "cmd/report.h"
+#include "core/scene.h"
 #include "core/sink.h"
 #include "formats/exr_info.h"
 #include "formats/writers.h"
@@ -50,6 +52,12 @@ void checkOutput(const OutputFlags& flags, const std::vector<std::filesystem::pa
 /// What of it depends on the file's name alone: not to replace what must stay.
 void checkTarget(const OutputFlags& flags, const std::vector<std::filesystem::path>& inputs);
 
+/// checkTarget for every file of a series: flags.path with each number in it as framePath does it,
+/// or itself if it has no place for one. Returns their names.
+std::vector<std::filesystem::path> checkSeries(const OutputFlags& flags,
+                                               std::span<const int> numbers,
+                                               const std::vector<std::filesystem::path>& inputs);
+
 /// What the format's writer is told; the background premultiplied.
 OutputOptions outputOptions(const OutputFlags& flags, const Provenance& provenance);
 
@@ -77,6 +85,10 @@ void checkExtraFile(const std::filesystem::path& file,
 
 /// Throws like checkOutput if the report cannot be written, or would replace one of the others.
 void checkReport(const ReportFlags& flags, const std::vector<std::filesystem::path>& others);
+
+/// Throws Error (kUsage) if one of `outputs` (a report, too) is a file that the scene is made of:
+/// Scene::files, which are known only when it has been read. Nothing may have been written yet.
+void checkSceneFiles(const Scene& scene, const std::vector<std::filesystem::path>& outputs);
 
 /// The result as asked for: to the report file, as JSON on stdout, and as a line on stderr.
 void tellResult(const ReportFlags& flags, const PictureResult& result, Console& console);

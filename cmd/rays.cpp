@@ -65,7 +65,7 @@ class Rays {
         checkOptions();
         openScene();
         chooseBundles();
-        checkPictures();
+        checkOutputs();
         openOutputs();
         openRenderer();
         count();
@@ -79,7 +79,7 @@ class Rays {
   private:
     void checkOptions();
     void checkFiles() const;
-    void checkPictures() const;
+    void checkOutputs() const;
     std::vector<fs::path> inputs() const;
     void openScene();
     void chooseBundles();
@@ -153,17 +153,19 @@ void Rays::checkFiles() const {
     checkReport(options_.report, others);
 }
 
-/// Only now is known how many pictures there are.
-void Rays::checkPictures() const {
-    if (!options_.writesPictures() || !hasFrameToken(options_.output.path.string())) return;
-    std::vector<fs::path> pictures;
-    for (std::size_t i = 0; i < bundles_.size(); ++i) {
-        OutputFlags picture = options_.output;
-        picture.path = framePath(picture.path.string(), static_cast<int>(i));
-        checkTarget(picture, inputs());
-        pictures.push_back(picture.path);
+/// Only now is known which files the scene is made of, and how many pictures there are.
+void Rays::checkOutputs() const {
+    std::vector<fs::path> outputs;
+    if (options_.writesPictures()) {
+        std::vector<int> numbers(bundles_.size());
+        std::iota(numbers.begin(), numbers.end(), 0);
+        outputs = checkSeries(options_.output, numbers, inputs());
+        checkReport(options_.report, outputs);
+    } else if (options_.writesFile()) {
+        outputs.push_back(options_.output.path);
     }
-    checkReport(options_.report, pictures);
+    if (options_.report.file) outputs.push_back(*options_.report.file);
+    checkSceneFiles(scene_->scene(), outputs);
 }
 
 void Rays::openScene() {

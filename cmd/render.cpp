@@ -82,6 +82,7 @@ class Render {
     void checkFiles();
     void chooseChannels();
     void openScene();
+    std::vector<fs::path> outputs() const;
     void renderPicture(const Moment& moment);
     void pose(const Moment& moment);
     void prepareRenderer();
@@ -215,6 +216,17 @@ void Render::openScene() {
     SceneOptions scene = options_.scene;
     scene.gltf.strict = options_.strict;
     scene_.emplace(scene, options_.look, options_.animation, capture_.shadows, console_);
+    checkSceneFiles(scene_->scene(), outputs());
+}
+
+/// Everything that is written.
+std::vector<fs::path> Render::outputs() const {
+    std::vector<fs::path> files;
+    for (const Moment& moment : moments_)
+        files.push_back(outputOf(moment).path);
+    for (const auto& file : {options_.channels.manifest, options_.report.file})
+        if (file) files.push_back(*file);
+    return files;
 }
 
 void Render::renderPicture(const Moment& moment) {

@@ -116,7 +116,9 @@ void Sheet::checkOptions() {
 }
 
 void Sheet::makeCells() {
-    const SheetRequest& request = options_.request;
+    SheetRequest request = options_.request;
+    request.outputs = {options_.output.path};
+    if (options_.report.file) request.outputs.push_back(*options_.report.file);
     const ProgressStyle progress = options_.report.shownProgress();
     const FileKind kind = fileKind(request.input.file.string());
     if (kind == FileKind::kGltf) {

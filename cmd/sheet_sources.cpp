@@ -10,6 +10,7 @@
 #include "cmd/capture_options.h"
 #include "cmd/layered_bands.h"
 #include "cmd/opened_scene.h"
+#include "cmd/output_options.h"
 #include "cmd/progress.h"
 #include "cmd/sheet_methods.h"
 #include "formats/layered_input.h"
@@ -61,6 +62,7 @@ class SceneSheet {
 void SceneSheet::readScene() {
     const StageTimer timer(content_.result.milliseconds, "load");
     scene_.emplace(request_.input, request_.look, request_.animation, capture_.shadows, console_);
+    checkSceneFiles(scene_->scene(), request_.outputs);
     contents_ = scene_->at(request_.animation.time.value_or(0));
     view_ = scene_->view(contents_, request_.camera);
     capture_.clip = clipVolume(request_.clip, scene_->scene(), contents_);

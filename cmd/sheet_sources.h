@@ -2,6 +2,7 @@
 // From a scene or a layered file to the cells of a contact sheet.
 #pragma once
 
+#include <filesystem>
 #include <vector>
 
 #include "cmd/animation_options.h"
@@ -35,6 +36,7 @@ struct SheetRequest {
     gl::ContextRequest device;
     SheetSettings cells;
     SheetMethods methods = SheetMethods::kUnsorted;
+    std::vector<std::filesystem::path> outputs{};  ///< no file of the scene may be one of them
 };
 
 struct SheetContent {

@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <map>
+#include <set>
 
 #include "core/error.h"
 #include "formats/gltf_schema.h"
@@ -136,6 +137,36 @@ void forEachPrimitive(ordered_json& gltf, const Body& body) {
             body(primitive);
 }
 
+/// The materials of a primitive's variants (KHR_materials_variants); null if it has none.
+ordered_json* mappingsOf(ordered_json& primitive) {
+    const auto extensions = primitive.find("extensions");
+    if (extensions == primitive.end()) return nullptr;
+    const auto variants = extensions->find("KHR_materials_variants");
+    return variants == extensions->end() ? nullptr : &variants->at("mappings");
+}
+
+/// Calls body(index) for every material that a primitive names, in whichever variant.
+template <class Body>
+void forEachMaterial(ordered_json& primitive, const Body& body) {
+    if (const auto own = primitive.find("material"); own != primitive.end()) body(*own);
+    ordered_json* mappings = mappingsOf(primitive);
+    if (!mappings) return;
+    for (ordered_json& mapping : *mappings)
+        body(mapping.at("material"));
+}
+
+/// The materials of primitives that lack an attribute.
+std::set<std::size_t> materialsWithout(ordered_json& gltf, const std::string& attribute) {
+    std::set<std::size_t> materials;
+    forEachPrimitive(gltf, [&](ordered_json& primitive) {
+        if (primitive.at("attributes").contains(attribute)) return;
+        forEachMaterial(primitive, [&](const ordered_json& index) {
+            materials.insert(index.get<std::size_t>());
+        });
+    });
+    return materials;
+}
+
 /// What the values were made for must be there. Whoever changes the file meanwhile gets an error.
 template <class Change>
 void changing(const Change& change) {
@@ -173,26 +204,58 @@ void showVertexColorsAlone(GltfPackage& package) {
     });
 }
 
+void setDefaultScene(GltfPackage& package, int scene) {
+    ordered_json& gltf = package.gltf();
+    if (gltf.contains("scenes")) gltf["scene"] = scene;
+}
+
+void setVariant(GltfPackage& package, std::size_t variant) {
+    changing([&] {
+        forEachPrimitive(package.gltf(), [&](ordered_json& primitive) {
+            const ordered_json* mappings = mappingsOf(primitive);
+            if (!mappings) return;
+            for (const ordered_json& mapping : *mappings) {
+                const ordered_json& variants = mapping.at("variants");
+                if (std::ranges::find(variants, ordered_json(variant)) == variants.end()) continue;
+                const ordered_json material = mapping.at("material");
+                primitive["material"] = material;
+                return;
+            }
+        });
+    });
+}
+
 void addOcclusionTextures(GltfPackage& package, int uv_set, std::vector<BakedTexture> textures) {
     changing([&] {
         ordered_json& gltf = package.gltf();
+        const std::string uvs = "TEXCOORD_" + std::to_string(uv_set);
+        const std::set<std::size_t> shared = materialsWithout(gltf, uvs);
         for (BakedTexture& texture : textures) {
-            const std::string name = "occlusion of material " + std::to_string(texture.material);
+            const bool fallback = texture.material < 0;
+            const auto old = static_cast<std::size_t>(texture.material);
             const std::size_t image = package.addImage(
                 std::move(texture.png), "image/png",
-                texture.material < 0 ? "occlusion where there is no material" : name);
+                fallback ? "occlusion where there is no material"
+                         : "occlusion of material " + std::to_string(texture.material));
             gltf["textures"].push_back({{"source", image}});
             ordered_json info = {{"index", gltf["textures"].size() - 1}};
             if (uv_set != 0) info["texCoord"] = uv_set;
-            if (texture.material >= 0) {
-                gltf.at("materials")
-                    .at(static_cast<std::size_t>(texture.material))["occlusionTexture"] = info;
+            if (!fallback && !shared.contains(old)) {
+                gltf.at("materials").at(old)["occlusionTexture"] = info;
                 continue;
             }
-            gltf["materials"].push_back({{"occlusionTexture", info}});
-            const std::size_t material = gltf["materials"].size() - 1;
+            ordered_json material =
+                fallback ? ordered_json::object() : gltf.at("materials").at(old);
+            material["occlusionTexture"] = info;
+            gltf["materials"].push_back(std::move(material));
+            const std::size_t fresh = gltf["materials"].size() - 1;
             forEachPrimitive(gltf, [&](ordered_json& primitive) {
-                if (!primitive.contains("material")) primitive["material"] = material;
+                if (!primitive.at("attributes").contains(uvs)) return;
+                if (fallback && !primitive.contains("material")) primitive["material"] = fresh;
+                if (fallback) return;
+                forEachMaterial(primitive, [&](ordered_json& index) {
+                    if (index.get<std::size_t>() == old) index = fresh;
+                });
             });
         }
     });

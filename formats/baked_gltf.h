@@ -39,13 +39,22 @@ void addVertexValues(GltfPackage& package, const std::string& attribute,
 /// COLOR_0 and nothing else.
 void showVertexColorsAlone(GltfPackage& package);
 
+/// Opens the file with one of its scenes.
+void setDefaultScene(GltfPackage& package, int scene);
+
+/// Gives every primitive its material of a variant (KHR_materials_variants), so that those who do
+/// not know the extension show it, too.
+void setVariant(GltfPackage& package, std::size_t variant);
+
 struct BakedTexture {
     int material = -1;  ///< of the file; −1 = of primitives that name none
     std::vector<std::uint8_t> png;
 };
 
 /// Sets the materials' occlusionTexture, in place of what was there. Primitives without a material
-/// get one that differs from the default in this only.
+/// get one that differs from the default in this only. Primitives without that UV set keep their
+/// materials as they were (glTF 2.0 §3.9.2: a texture needs its TEXCOORD_n): of a material that
+/// some have and others lack the UVs for, the others get a copy with the texture.
 void addOcclusionTextures(GltfPackage& package, int uv_set, std::vector<BakedTexture> textures);
 
 }  // namespace peeler

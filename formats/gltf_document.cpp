@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "core/error.h"
 #include "formats/gltf_checks.h"
@@ -161,6 +162,19 @@ void listImages(GltfDocument& document, const json& images) {
     }
 }
 
+/// Of what buffers and images name.
+void listFiles(GltfDocument& document, const json& buffers, const json& images) {
+    std::set<std::string> uris;
+    for (const json* owners : {&buffers, &images})
+        for (const json& owner : *owners)
+            if (const auto uri = owner.find("uri"); uri != owner.end())
+                uris.insert(uri->get<std::string>());
+    std::set<std::filesystem::path> files;
+    for (const std::string& uri : uris)
+        if (const auto file = document.folder.find(uri)) files.insert(*file);
+    document.files.assign(files.begin(), files.end());
+}
+
 }  // namespace
 
 void GltfDocument::warn(const std::string& sentence) {
@@ -199,6 +213,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     decompressViews(document, gltf, buffers, container, options);
     decodeDracoPrimitives(document, options);
     listImages(document, images);
+    listFiles(document, buffers, images);
 }
 
 }  // namespace peeler

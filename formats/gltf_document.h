@@ -44,6 +44,8 @@ struct GltfDocument {
     };
     std::vector<ImageSource> images;
 
+    std::vector<std::filesystem::path> files;  ///< that buffers and images name, each once
+
     std::vector<Light> lights;
     std::vector<int> node_lights;  ///< of each node: an index into `lights`, −1 = none
 

@@ -177,6 +177,15 @@ GltfFolder::GltfFolder(const fs::path& scene_file, std::uint64_t max_file_bytes,
     if (error) failToOpen(scene_file, error.value());
 }
 
+std::optional<fs::path> GltfFolder::find(const std::string& uri) const {
+    const std::string name = percentDecoded(uri);
+    if (hasScheme(uri) || name.empty() || name.find('\0') != std::string::npos) return {};
+    std::error_code error;
+    const fs::path file = fs::weakly_canonical(folder_ / name, error);
+    if (error) return {};
+    return file;
+}
+
 std::vector<std::uint8_t> GltfFolder::read(const std::string& uri, const std::string& where) const {
     const auto refuse = [&](const std::string& why,
                             const char* hint =

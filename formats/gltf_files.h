@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,7 +33,11 @@ class GltfFolder {
     GltfFolder(const std::filesystem::path& scene_file, std::uint64_t max_file_bytes,
                bool allow_outside = false);
 
-    /// The file that a URI names, percent-decoded (RFC 3986). Throws Error(kInput), `where` being
+    /// Where the file is that a URI names, percent-decoded (RFC 3986), allowed or not, there or
+    /// not; none for a data: URI and whatever else names no file.
+    std::optional<std::filesystem::path> find(const std::string& uri) const;
+
+    /// The bytes of the file that a URI names. Throws Error(kInput), `where` being
     /// the JSON pointer handed in.
     std::vector<std::uint8_t> read(const std::string& uri, const std::string& where) const;
 

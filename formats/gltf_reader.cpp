@@ -79,6 +79,7 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
         scene.extensions_used = document.model.extensionsUsed;
         scene.extensions_required = document.model.extensionsRequired;
         scene.content_hash = document.content_hash;
+        scene.files = std::move(document.files);
         scene.warnings = std::move(document.warnings);
         return scene;
     } catch (const Error&) {

@@ -70,6 +70,9 @@ TEST_F(BakeCommand, RefusesWhatContradictsItself) {
     expectRefused("out.glb", {"--target", "texture", "--quantity", "thickness"}, 2, ".exr");
     expectRefused("out.glb", {"--bounces", "2"}, 2, "--quantity irradiance");
     expectRefused("out.glb", {"--environment", "sky.hdr"}, 2, "--quantity irradiance");
+    for (const char* name : {"out.####.glb", "out.%04d.exr"})
+        expectRefused(name, {}, 2, "leave the #### or %04d out");
+    expectRefused("out.glb", {"--transmission", "opaque"}, 2, "--transmission");
     expectRefused("out.glb", {"--directions", "33"}, 2, "even number");
     expectRefused("out.glb", {"--max-distance", "0"}, 2, "--max-distance 0");
     expectRefused("out.png", {"--uv", "2"}, 2, "--uv 2");
@@ -89,6 +92,58 @@ TEST_F(BakeCommand, RefusesFilesThatItMustNotWrite) {
     writeText(file("there.glb"), "mine");
     EXPECT_EQ(bake("there.glb", {"--no-clobber"}).exit_code, 4);
     EXPECT_EQ(bytesOf(file("there.glb")), "mine");
+}
+
+TEST_F(BakeCommand, KeepsTheFilesOfTheSceneAndItsOwn) {
+    Json scene = bakeScene(true);
+    scene["images"] = {{{"uri", "m_0000.png"}}};
+    writeScene(folder_.path(), scene, bufferWithUvs());
+    const auto refused = [&](const std::string& out, const std::string& kept,
+                             const std::vector<std::string>& more) {
+        writeText(file(kept), kept == "triangle.bin" ? bufferWithUvs() : "mine");
+        const std::string before = bytesOf(file(kept));
+        const CommandResult result = bake(out, more);
+        EXPECT_EQ(result.exit_code, 2) << out << ": " << result.err;
+        EXPECT_NE(result.err.find(kept), std::string::npos) << result.err;
+        EXPECT_EQ(bytesOf(file(kept)), before);
+    };
+    refused("m_0000.png", "m_0000.png", {});
+    refused("m_####.png", "m_0000.png", {});
+    refused("out.glb", "triangle.bin", {"--report", file("triangle.bin")});
+    refused("n_####.png", "n_0000.png", {"--report", file("n_0000.png")});
+    refused("out.glb", "sky.hdr",
+            {"--quantity", "irradiance", "--environment", file("sky.hdr"), "--report",
+             file("sky.hdr")});
+    EXPECT_FALSE(fs::exists(file("out.glb")));
+    writeText(file("n_0000.png"), "mine");
+    EXPECT_EQ(bake("n_####.png", {"--no-clobber"}).exit_code, 4);
+    EXPECT_EQ(bytesOf(file("n_0000.png")), "mine");
+}
+
+TEST_F(BakeCommand, NeedsALightForIrradiance) {
+    expectRefused("out.glb", {"--quantity", "irradiance"}, 2, "add --environment");
+    Json scene = bakeScene();
+    scene["materials"][0]["emissiveFactor"] = {0, 0.5, 0};
+    writeScene(folder_.path(), scene);
+    EXPECT_EQ(bake("out.glb", {"--quantity", "irradiance"}).exit_code, 0);
+}
+
+TEST_F(BakeCommand, OpensWithWhatWasBaked) {
+    Json scene = bakeScene();
+    scene["scenes"].push_back({{"nodes", {0}}, {"name", "second"}});
+    scene["materials"].push_back({{"name", "worn"}});
+    scene["extensionsUsed"] = {"KHR_materials_variants"};
+    scene["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "worn"}}};
+    scene["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"] = {
+        {{"material", 1}, {"variants", {0}}}};
+    writeScene(folder_.path(), scene);
+    ASSERT_EQ(bake("plain.glb").exit_code, 0);
+    EXPECT_EQ(readGltf(file("plain.glb")).default_scene, 0);
+    EXPECT_EQ(readGltf(file("plain.glb")).meshes[0].primitives[0].material, 0);
+    ASSERT_EQ(bake("out.glb", {"--scene", "second", "--variant", "worn"}).exit_code, 0);
+    const Scene baked = readGltf(file("out.glb"));
+    EXPECT_EQ(baked.default_scene, 1);
+    EXPECT_EQ(baked.meshes[0].primitives[0].material, 1);
 }
 
 TEST_F(BakeCommand, SaysWhatASceneLacks) {

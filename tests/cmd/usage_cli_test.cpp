@@ -159,6 +159,31 @@ INSTANTIATE_TEST_SUITE_P(
         render({"--report", "OUT/a.exr"}, {"--report", "replace"}),
         Refused{{"flatten", "SCENE", "-o", "OUT/a.exr", "--layers", "none"}, {"--layers none"}}));
 
+TEST(Usage, FilesOfTheSceneAreKept) {
+    const ScratchDir folder;
+    nlohmann::json scene = triangleScene();
+    scene["images"] = {{{"uri", "wood_0001.png"}}};
+    const std::string path = writeScene(folder.path(), scene).string();
+    writeText(folder / "wood_0001.png", "mine");
+    fs::create_symlink(folder.path(), folder / "link");
+    const auto refused = [&](std::vector<std::string> options, const char* verb = "render") {
+        options.insert(options.begin(), {verb, path, "--size", "8x8"});
+        const CommandResult result = runPeeler(options);
+        EXPECT_EQ(result.exit_code, 2) << result.err;
+        EXPECT_NE(result.err.find("a file that the scene is made of"), std::string::npos)
+            << result.err;
+    };
+    refused({"-o", folder / "wood_0001.png"});
+    refused({"-o", folder / "link/wood_0001.png"});
+    refused({"-o", folder / "wood_####.png", "--frames", "0-2"});
+    refused({"-o", folder / "out.exr", "--report", folder / "triangle.bin"});
+    refused({"-o", folder / "wood_0001.png"}, "sheet");
+    EXPECT_EQ(bytesOf(folder / "wood_0001.png"), "mine");
+    EXPECT_EQ(bytesOf(folder / "triangle.bin"), triangleBuffer());
+    EXPECT_FALSE(fs::exists(folder / "wood_0000.png"));
+    EXPECT_FALSE(fs::exists(folder / "out.exr"));
+}
+
 TEST(Usage, OutputThatIsTheInputIsRefused) {
     const ScratchDir scratch;
     writeScene(scratch.path());

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 #include <vector>
 
@@ -160,6 +161,27 @@ TEST(Bake, NothingOccludesAConvexBody) {
         expectAll(ao, 1, round ? 0.03 : 5e-4);
         EXPECT_GT(mean(ao), 0.998);
     }
+}
+
+TEST(Bake, FarFromTheOriginTheSameIsSeen) {
+    const auto baked = [](double offset) {
+        SceneBuilder builder;
+        const int white = builder.material(glm::vec4(1), AlphaMode::kOpaque);
+        builder.sphere({0, 0, 0}, 1, white);
+        plate(builder, glm::vec3(0, -1, 0), 3, white);
+        for (Node& node : builder.scene().nodes)
+            node.local = glm::translate(glm::dmat4(1), glm::dvec3(offset)) * node.local;
+        Bakery bakery(builder.scene());
+        return bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 64));
+    };
+    const std::vector<float> near = baked(0), far = baked(1 << 20);
+    ASSERT_EQ(near.size(), far.size());
+    double squares = 0;
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        const double difference = static_cast<double>(near[i] - far[i]);
+        squares += difference * difference;
+    }
+    EXPECT_LT(std::sqrt(squares / static_cast<double>(near.size())), 0.005);
 }
 
 /// A floor, and a roof above its middle.

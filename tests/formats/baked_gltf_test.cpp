@@ -285,6 +285,74 @@ TEST(BakedGltf, GivesMaterialsOcclusionTextures) {
     EXPECT_EQ(scene.materials[1].base_color, glm::vec4(1));
 }
 
+TEST(BakedGltf, LeavesMaterialsToPrimitivesWithoutThoseUvs) {
+    // Of material 0 two primitives of which one has UVs, in a variant of which both have material
+    // 1; two without a material of which one has UVs.
+    GltfBuilder builder = triangle();
+    const json bare = builder.primitive();
+    const int uv = builder.addAccessor<float>({0, 0, 1, 0, 0, 1}, "VEC2");
+    json mapped = bare;
+    mapped["attributes"]["TEXCOORD_0"] = uv;
+    json& primitives = builder.gltf["meshes"][0]["primitives"];
+    primitives = {mapped, bare, mapped, bare};
+    for (const std::size_t i : {0U, 1U}) {
+        primitives[i]["material"] = 0;
+        primitives[i]["extensions"]["KHR_materials_variants"]["mappings"] = {
+            {{"material", 1}, {"variants", {0}}}};
+    }
+    builder.gltf["extensionsUsed"] = {"KHR_materials_variants"};
+    builder.gltf["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "worn"}}};
+    builder.gltf["materials"] = {{{"name", "paint"}}, {{"name", "rust"}}};
+    const ScratchDir folder;
+    GltfPackage package(builder.write(folder), {});
+    const Bytes png = encodePng({"", 1, 1, {0.6F}}, 8);
+    addOcclusionTextures(package, 0, {{0, png}, {1, png}, {-1, png}});
+    package.write((folder / "baked.glb").string());
+    const Glb glb(folder / "baked.glb");
+    const auto& materials = glb.json["materials"];
+    ASSERT_EQ(materials.size(), 5U);
+    const auto& found = glb.json["meshes"][0]["primitives"];
+    const auto material = [&](std::size_t primitive) {
+        return materials[found[primitive]["material"].get<std::size_t>()];
+    };
+    EXPECT_EQ(material(0)["name"], "paint");
+    EXPECT_TRUE(material(0).contains("occlusionTexture"));
+    EXPECT_EQ(material(1)["name"], "paint");
+    EXPECT_FALSE(material(1).contains("occlusionTexture"));
+    EXPECT_TRUE(material(2).contains("occlusionTexture"));
+    EXPECT_FALSE(found[3].contains("material"));
+    const auto worn = [&](std::size_t primitive) {
+        const auto& mappings = found[primitive]["extensions"]["KHR_materials_variants"]["mappings"];
+        return materials[mappings[0]["material"].get<std::size_t>()];
+    };
+    EXPECT_EQ(worn(0)["name"], "rust");
+    EXPECT_TRUE(worn(0).contains("occlusionTexture"));
+    EXPECT_EQ(worn(1)["name"], "rust");
+    EXPECT_FALSE(worn(1).contains("occlusionTexture"));
+    readByTinygltf(folder / "baked.glb");
+}
+
+TEST(BakedGltf, OpensWithASceneAndAVariant) {
+    GltfBuilder builder = triangle();
+    builder.gltf["scenes"].push_back({{"nodes", {0}}});
+    builder.gltf["extensionsUsed"] = {"KHR_materials_variants"};
+    builder.gltf["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "a"}},
+                                                                        {{"name", "b"}}};
+    builder.gltf["materials"] = {json::object(), json::object()};
+    builder.gltf["meshes"][0]["primitives"].push_back(builder.primitive());
+    builder.primitive()["material"] = 0;
+    builder.primitive()["extensions"]["KHR_materials_variants"]["mappings"] = {
+        {{"material", 0}, {"variants", {0}}}, {{"material", 1}, {"variants", {1}}}};
+    const ScratchDir folder;
+    GltfPackage package(builder.write(folder), {});
+    setDefaultScene(package, 1);
+    setVariant(package, 1);
+    EXPECT_EQ(package.gltf()["scene"], 1);
+    const auto& primitives = package.gltf()["meshes"][0]["primitives"];
+    EXPECT_EQ(primitives[0]["material"], 1);
+    EXPECT_FALSE(primitives[1].contains("material"));
+}
+
 TEST(BakedGltf, MovesCompressedViewsButNotThePlaceOfTheirData) {
     GltfBuilder builder = compressed();
     json& buffers = builder.gltf["buffers"];

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <set>
+
 #include "formats/gltf_builder.h"
 
 namespace peeler::test {
@@ -57,6 +59,22 @@ TEST(GltfFiles, ReadsNamesOfEveryKindInsideTheFolder) {
         GltfBuilder copy = builder;
         EXPECT_NO_THROW(readGltf(copy.write(folder))) << uri;
     }
+}
+
+TEST(GltfFiles, ListsWhatASceneNamesReadOrNot) {
+    GltfBuilder builder = triangle();
+    builder.gltf["images"] = {{{"uri", "wood%20grain.png"}},
+                              {{"uri", "maps/../wood%20grain.png"}},
+                              {{"uri", "/elsewhere/sky.png"}},
+                              {{"uri", "data:image/png;base64,AAAA"}},
+                              {{"uri", "https://example.com/a.png"}}};
+    const ScratchDir folder;
+    const fs::path home = fs::canonical(folder.path());
+    const std::vector<fs::path> files = readGltf(builder.write(folder)).files;
+    EXPECT_EQ(
+        std::set(files.begin(), files.end()),
+        (std::set<fs::path>{"/elsewhere/sky.png", home / "scene.bin", home / "wood grain.png"}));
+    EXPECT_EQ(files.size(), 3U);
 }
 
 TEST(GltfFiles, ReadsDataUris) {
