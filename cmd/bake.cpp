@@ -331,7 +331,7 @@ VerbAction declareBake(CLI::App& app) {
     addTimeOptions(app, options->animation);
     addBakedLookOptions(app, options->look);
     addMachineOptions(app, options->device, options->threads, options->capture,
-                      "rays are traced in bands that fit, what holds the receivers comes on top");
+                      "rays are traced in bands that fit; receivers come on top");
     addReportOptions(app, options->report);
     app.footer(kFooter);
     return [options](Console& console) {
