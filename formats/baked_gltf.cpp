@@ -251,8 +251,10 @@ void addOcclusionTextures(GltfPackage& package, int uv_set, std::vector<BakedTex
             const std::size_t fresh = gltf["materials"].size() - 1;
             forEachPrimitive(gltf, [&](ordered_json& primitive) {
                 if (!primitive.at("attributes").contains(uvs)) return;
-                if (fallback && !primitive.contains("material")) primitive["material"] = fresh;
-                if (fallback) return;
+                if (fallback) {
+                    primitive.emplace("material", fresh);  // if it names none
+                    return;
+                }
                 forEachMaterial(primitive, [&](ordered_json& index) {
                     if (index.get<std::size_t>() == old) index = fresh;
                 });
