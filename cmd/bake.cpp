@@ -108,7 +108,7 @@ std::vector<fs::path> Bake::checkFiles(std::span<const int> materials) const {
     OutputFlags flags;
     flags.path = options_.bake.output;
     flags.no_clobber = options_.bake.no_clobber;
-    const std::vector<fs::path> outputs = checkSeries(flags, materials, read);
+    std::vector<fs::path> outputs = checkSeries(flags, materials, read);
     const AtomicFile probe(flags.path.string());  // of the folder
     std::vector<fs::path> others = read;
     others.insert(others.end(), outputs.begin(), outputs.end());

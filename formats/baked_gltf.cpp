@@ -217,7 +217,7 @@ void setVariant(GltfPackage& package, std::size_t variant) {
             for (const ordered_json& mapping : *mappings) {
                 const ordered_json& variants = mapping.at("variants");
                 if (std::ranges::find(variants, ordered_json(variant)) == variants.end()) continue;
-                const ordered_json material = mapping.at("material");
+                const auto material = mapping.at("material").get<std::size_t>();
                 primitive["material"] = material;
                 return;
             }
