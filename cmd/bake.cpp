@@ -108,7 +108,7 @@ std::vector<fs::path> Bake::checkFiles(std::span<const int> materials) const {
     OutputFlags flags;
     flags.path = options_.bake.output;
     flags.no_clobber = options_.bake.no_clobber;
-    const std::vector<fs::path> outputs = checkSeries(flags, materials, read);
+    std::vector<fs::path> outputs = checkSeries(flags, materials, read);
     const AtomicFile probe(flags.path.string());  // of the folder
     std::vector<fs::path> others = read;
     others.insert(others.end(), outputs.begin(), outputs.end());
@@ -331,7 +331,7 @@ VerbAction declareBake(CLI::App& app) {
     addTimeOptions(app, options->animation);
     addBakedLookOptions(app, options->look);
     addMachineOptions(app, options->device, options->threads, options->capture,
-                      "rays are traced in bands that fit, what holds the receivers comes on top");
+                      "rays are traced in bands that fit; receivers come on top");
     addReportOptions(app, options->report);
     app.footer(kFooter);
     return [options](Console& console) {

@@ -186,7 +186,7 @@ struct Scene {
     std::string generator, copyright;
     std::vector<std::string> extensions_used, extensions_required;
     std::uint64_t content_hash = 0;  ///< of all bytes that were read
-    /// What the scene's file names besides itself (buffers, images), whether it was read or not.
+    /// What the scene's file names besides itself (buffers, images) and may read, read or not.
     std::vector<std::filesystem::path> files;
     std::vector<std::string> warnings;  ///< whole sentences, each once
 };

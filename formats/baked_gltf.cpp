@@ -217,7 +217,7 @@ void setVariant(GltfPackage& package, std::size_t variant) {
             for (const ordered_json& mapping : *mappings) {
                 const ordered_json& variants = mapping.at("variants");
                 if (std::ranges::find(variants, ordered_json(variant)) == variants.end()) continue;
-                const ordered_json material = mapping.at("material");
+                const auto material = mapping.at("material").get<std::size_t>();
                 primitive["material"] = material;
                 return;
             }
@@ -251,8 +251,10 @@ void addOcclusionTextures(GltfPackage& package, int uv_set, std::vector<BakedTex
             const std::size_t fresh = gltf["materials"].size() - 1;
             forEachPrimitive(gltf, [&](ordered_json& primitive) {
                 if (!primitive.at("attributes").contains(uvs)) return;
-                if (fallback && !primitive.contains("material")) primitive["material"] = fresh;
-                if (fallback) return;
+                if (fallback) {
+                    primitive.emplace("material", fresh);  // if it names none
+                    return;
+                }
                 forEachMaterial(primitive, [&](ordered_json& index) {
                     if (index.get<std::size_t>() == old) index = fresh;
                 });

@@ -178,8 +178,12 @@ GltfFolder::GltfFolder(const fs::path& scene_file, std::uint64_t max_file_bytes,
 }
 
 std::optional<fs::path> GltfFolder::find(const std::string& uri) const {
-    const std::string name = percentDecoded(uri);
-    if (hasScheme(uri) || name.empty() || name.find('\0') != std::string::npos) return {};
+    const fs::path name(percentDecoded(uri));
+    if (hasScheme(uri) || name.empty() || name.native().find('\0') != std::string::npos) return {};
+    // Not even asked whether it is there: that alone can mount what is far away.
+    if (!allow_outside_ &&
+        (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end()))
+        return {};
     std::error_code error;
     const fs::path file = fs::weakly_canonical(folder_ / name, error);
     if (error) return {};

@@ -33,8 +33,8 @@ class GltfFolder {
     GltfFolder(const std::filesystem::path& scene_file, std::uint64_t max_file_bytes,
                bool allow_outside = false);
 
-    /// Where the file is that a URI names, percent-decoded (RFC 3986), allowed or not, there or
-    /// not; none for a data: URI and whatever else names no file.
+    /// Where the file is that a URI names, percent-decoded (RFC 3986), there or not; none for a
+    /// data: URI, and for a path that leads out of the folder without leave.
     std::optional<std::filesystem::path> find(const std::string& uri) const;
 
     /// The bytes of the file that a URI names. Throws Error(kInput), `where` being

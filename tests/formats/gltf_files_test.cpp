@@ -70,11 +70,19 @@ TEST(GltfFiles, ListsWhatASceneNamesReadOrNot) {
                               {{"uri", "https://example.com/a.png"}}};
     const ScratchDir folder;
     const fs::path home = fs::canonical(folder.path());
-    const std::vector<fs::path> files = readGltf(builder.write(folder)).files;
-    EXPECT_EQ(
-        std::set(files.begin(), files.end()),
-        (std::set<fs::path>{"/elsewhere/sky.png", home / "scene.bin", home / "wood grain.png"}));
-    EXPECT_EQ(files.size(), 3U);
+    const fs::path file = builder.write(folder);
+    const auto files = [&](bool allow_outside) {
+        GltfOptions options;
+        options.allow_outside = allow_outside;
+        const std::vector<fs::path> list = readGltf(file, options).files;
+        const std::set<fs::path> set(list.begin(), list.end());
+        EXPECT_EQ(set.size(), list.size());
+        return set;
+    };
+    std::set<fs::path> expected{home / "scene.bin", home / "wood grain.png"};
+    EXPECT_EQ(files(false), expected);
+    expected.insert("/elsewhere/sky.png");
+    EXPECT_EQ(files(true), expected);
 }
 
 TEST(GltfFiles, ReadsDataUris) {
