@@ -149,7 +149,8 @@ void addRaysOptions(CLI::App& app, RaysOptions& options) {
     addSceneOptions(app, options.scene);
     addVariantOption(app, options.look);
     addTimeOptions(app, options.animation);
-    addMachineOptions(app, options.device, options.threads, options.capture);
+    addMachineOptions(app, options.device, options.threads, options.capture,
+                      "rays are traced in bands that fit");
     addReportOptions(app, options.report);
     app.footer(kFooter);
 }
