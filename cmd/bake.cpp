@@ -74,6 +74,7 @@ class Bake {
     void gather();
     void write();
     void showWhatWasBaked(GltfPackage& package) const;
+    void writePackage(GltfPackage& package) const;
     void writeVertices();
     void writeTextures();
     std::string materialName(int material) const;
@@ -199,7 +200,7 @@ void Bake::gather() {
     settings.bounces = options_.bake.bounces.value_or(settings.bounces);
     CaptureSettings capture = options_.capture;
     capture.faces = options_.bake.faces;
-    const DrawList list(scene(), contents_);
+    const DrawList& list = renderer.drawList();
     const SurfaceLookup lookup = texels_ ? texels_->lookup(list) : vertices_->lookup(list);
     ProgressReport progress(console_, options_.report.shownProgress(), "bake");
     const StageTimer timer(times_, "bake");
@@ -221,6 +222,12 @@ void Bake::showWhatWasBaked(GltfPackage& package) const {
     if (const auto variant = chosenVariant(scene(), options_.look)) setVariant(package, *variant);
 }
 
+void Bake::writePackage(GltfPackage& package) const {
+    for (const std::string& warning : package.warnings())
+        console_.warning(warning);
+    package.write(outputs_.front().string());
+}
+
 void Bake::writeVertices() {
     const BakeQuantity quantity = options_.bake.settings.quantity;
     const ShownValues shown(quantity, rangeOf(values_));
@@ -229,9 +236,7 @@ void Bake::writeVertices() {
     addVertexValues(package, attributeOf(quantity),
                     bakedPrimitives(scene(), contents_, *vertices_, values_, quantity, shown));
     if (options_.bake.values_alone) showVertexColorsAlone(package);
-    for (const std::string& warning : package.warnings())
-        console_.warning(warning);
-    package.write(outputs_.front().string());
+    writePackage(package);
 }
 
 void Bake::writeTextures() {
@@ -264,9 +269,7 @@ void Bake::writeTextures() {
     GltfPackage package(options_.scene.file, options_.scene.gltf);
     showWhatWasBaked(package);
     addOcclusionTextures(package, texels_->settings().uv_set, std::move(occlusion));
-    for (const std::string& warning : package.warnings())
-        console_.warning(warning);
-    package.write(outputs_.front().string());
+    writePackage(package);
 }
 
 void Bake::tell() {

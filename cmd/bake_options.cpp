@@ -7,6 +7,7 @@
 #include "cmd/frames.h"
 #include "cmd/options.h"
 #include "cmd/parse.h"
+#include "formats/file_extension.h"
 
 namespace peeler::cmd {
 
@@ -24,14 +25,6 @@ constexpr Choice<BakeFile> kFiles[] = {
     {".glb", BakeFile::kGltf, ""},
     {".exr", BakeFile::kExr, ""},
     {".png", BakeFile::kPng, ""},
-};
-
-// As kFaces, but both comes first: what is in the way is so from behind, too.
-constexpr Choice<Faces> kBakeFaces[] = {
-    {"both", Faces::kBoth, "both, whatever the material says"},
-    {"gltf", Faces::kGltf, "as each material's doubleSided says"},
-    {"front", Faces::kFront, "front faces only"},
-    {"back", Faces::kBack, "back faces only"},
 };
 
 constexpr int kMostDirections = 1 << 20;
@@ -76,9 +69,7 @@ bool isOcclusion(BakeQuantity quantity) {
 }
 
 BakeFile BakeOptions::file() const {
-    std::string extension = output.extension().string();
-    std::ranges::transform(extension, extension.begin(),
-                           [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
+    const std::string extension = lowerExtension(output);
     for (const auto& choice : kFiles)
         if (choice.name == extension) return choice.value;
     refuse("nothing is baked into such a file", "--output " + output.string(),
@@ -144,7 +135,7 @@ void addBakeOptions(CLI::App& app, BakeOptions& options) {
         "what is farther away is not seen, scene units (default: inf)");
     add("Baking", "--bounces", "N", options.bounces, integers(0, 64),
         "of light between diffuse surfaces; irradiance (default: 1)");
-    addChoice<Faces>(app, "--faces", options.faces, kBakeFaces, "choice of faces",
+    addChoice<Faces>(app, "--faces", options.faces, kRayFaces, "choice of faces",
                      "which sides of triangles are in the way:")
         ->group("Baking");
 }

@@ -23,6 +23,7 @@
 #include "core/error.h"
 #include "core/fragment_channel.h"
 #include "core/select_layers.h"
+#include "formats/file_extension.h"
 #include "formats/layered_input.h"
 
 namespace peeler::cmd {
@@ -105,10 +106,7 @@ void Extract::forEachBand(const std::string& stage, Take&& take) {
 }
 
 void Extract::checkFile(const fs::path& path, const char* extension) const {
-    std::string found = path.extension().string();
-    std::ranges::transform(found, found.begin(),
-                           [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
-    if (found != extension) {
+    if (lowerExtension(path) != extension) {
         throw Error(ErrorKind::kUsage, std::string("expected a name that ends in ") + extension,
                     path.string());
     }

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "core/error.h"
+#include "formats/file_extension.h"
 
 namespace peeler::cmd {
 
@@ -35,10 +36,7 @@ const HitFormat& formatOf(const std::string& path) {
 }  // namespace
 
 bool hasExtension(const std::filesystem::path& path, std::string_view extension) {
-    std::string found = path.extension().string();
-    for (char& c : found)
-        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    return found == extension;
+    return lowerExtension(path) == extension;
 }
 
 void checkHitFormat(const std::string& path) {

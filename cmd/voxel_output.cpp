@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "cmd/report.h"
 #include "core/error.h"
+#include "formats/file_extension.h"
 #include "formats/vdb_writer.h"
 
 namespace peeler::cmd {
@@ -16,9 +16,7 @@ namespace peeler::cmd {
 namespace {
 
 bool isGrid(const std::string& path) {
-    std::string extension = std::filesystem::path(path).extension().string();
-    std::ranges::transform(extension, extension.begin(),
-                           [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
+    const std::string extension = lowerExtension(path);
     if (extension == ".vdb") return true;
     if (extension == ".npz") return false;
     throw Error(ErrorKind::kUsage, "expected a name that ends in .npz or .vdb", path);

@@ -11,6 +11,7 @@
 #include "formats/exr_deep_writer.h"
 #include "formats/exr_ldi_writer.h"
 #include "formats/exr_midpoint_writer.h"
+#include "formats/file_extension.h"
 #include "formats/html_view_writer.h"
 #include "formats/image_writer.h"
 
@@ -128,10 +129,7 @@ std::span<const OutputFormat> outputFormats() {
 }
 
 const OutputFormat& findOutputFormat(const std::string& path, const std::string& as) {
-    std::string extension = std::filesystem::path(path).extension().string();
-    for (char& c : extension) {
-        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    }
+    const std::string extension = lowerExtension(path);
     std::string extensions, kinds, kinds_here, extensions_there;
     for (const OutputFormat& row : table()) {
         const bool fits = std::find(row.extensions.begin(), row.extensions.end(), extension) !=
