@@ -3,30 +3,15 @@
 
 #include <algorithm>
 #include <numeric>
-#include <optional>
 #include <utility>
 
-#include "core/band_capture.h"
-#include "core/bands.h"
-#include "core/composite.h"
-#include "core/depth_complexity.h"
 #include "core/error.h"
-#include "core/lighting.h"
 #include "core/nearest.h"
-#include "core/peel/method.h"
+#include "core/renderer_state.h"
 #include "core/supersampling.h"
 
 namespace peeler {
 namespace {
-
-// A pixel of a band costs a slot, an offset here and in the hand-over, and what a sink composites
-// into.
-constexpr std::uint64_t kPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(float);
-
-// What the planning has found is kept for the capture if it is no more than this share of the
-// budget (or this many bytes without one); otherwise it is found again.
-constexpr std::uint64_t kKeptShare = 6;
-constexpr std::uint64_t kKeptBytes = 256ULL << 20;
 
 std::uint64_t bytesOf(const LayeredImage& image) {
     return image.offsets.size() * sizeof(std::uint32_t) + image.z.size() * sizeof(float) +
@@ -37,73 +22,6 @@ std::uint64_t bytesOf(const LayeredImage& image) {
 }
 
 }  // namespace
-
-struct Renderer::State {
-    State(gl::Context& ctx, const Scene& whole, SceneContents shown)
-        : context(ctx),
-          scene(whole),
-          contents(std::move(shown)),
-          band_capture(ctx, scene, contents, times),
-          lighting(timedLighting(ctx, scene, contents, times)) {}
-
-    /// Prefiltering an environment takes its time.
-    static Lighting timedLighting(gl::Context& ctx, const Scene& scene,
-                                  const SceneContents& contents, StageTimes& times) {
-        const StageTimer timer(times, "upload");
-        return {ctx.functions(), scene, contents};
-    }
-
-    gl::Context& context;
-    const Scene& scene;
-    SceneContents contents;
-    NextFrame next_frame;
-    StageTimes times;
-    BandCapture band_capture;
-    Lighting lighting;
-
-    CaptureSettings settings;
-    const MethodInfo* method = nullptr;
-    std::unique_ptr<LayerMethod> layer_method;
-    std::unique_ptr<CompositeMethod> composite_method;  // used if there is one
-    Plan plan;
-    std::uint32_t limit = 0;                 // nearest layers to keep; 0 = all
-    std::vector<View> views;                 // one a sample
-    std::optional<DepthComplexity> samples;  // of all views together
-    std::optional<DepthComplexity> merged;   // of the layers they merge into
-    std::vector<std::uint64_t> clip_rows;    // surfaces of clip meshes a row, of the worst view
-    std::vector<std::uint32_t> kept_counts;  // of the whole crop, or empty; one view only
-    std::vector<LayeredImage> merged_bands;  // likewise, what several views merge into
-    std::vector<std::uint32_t> counts;       // of the band being captured
-    LayeredImage image;
-    CompositeImage composite;
-    CaptureReport report;
-    int merging_passes = 0;  // that several views took, over a band
-
-    bool mergesLayers() const { return views.size() > 1 && !settings.composite; }
-    bool fitsKept(std::uint64_t bytes) const {
-        return bytes <= (settings.memory ? settings.memory / kKeptShare : kKeptBytes);
-    }
-    void freeBands();
-    BandCosts costs() const;
-    std::uint64_t clipFragments(const BandCosts& costs, int y) const;
-    std::uint64_t rowFragments(int y) const;
-    void addSinks(std::span<Sink* const> sinks, BandCosts& costs) const;
-    std::vector<Window> bands(std::span<Sink* const> sinks);
-
-    void chooseMethod();
-    void chooseViews(const View& view);
-    void countClip();
-    void countViews();
-    void mergeViews();
-    void limitLayers();
-    void fillPlan();
-
-    std::span<const std::uint32_t> countsOf(const Window& band);
-    void captureLayers(const Window& band, std::uint32_t most, LayeredImage& out);
-    void compositeView(const Window& band, CompositeImage& out);
-    void captureMerged(const Window& band, LayeredImage& out);
-    void render(const Window& band, LayeredImage& out);
-};
 
 Renderer::Renderer(gl::Context& context, const Scene& scene, SceneContents contents)
     : state_(std::make_unique<State>(context, scene, std::move(contents))) {}
@@ -184,97 +102,6 @@ void Renderer::State::chooseViews(const View& view) {
         }
     }
     band_capture.setView(views.front(), settings);
-}
-
-/// What earlier bands have left, of this plan or another, is not to be counted twice under a
-/// budget: as resident memory and as what the next bands take.
-void Renderer::State::freeBands() {
-    if (settings.memory == 0) return;
-    band_capture.free();
-    image = {};
-    composite = {};
-    if (layer_method) layer_method = method->layers();
-    if (composite_method) composite_method = method->composite();
-    returnFreeMemory();
-}
-
-BandCosts Renderer::State::costs() const {
-    const PixelType type = settings.color_type;
-    const std::uint64_t color = settings.colorBytes();
-    const std::uint64_t tile = band_capture.tilePixels();
-    const bool float_color = type == PixelType::kFloat;
-    BandCosts costs;
-    // Large enough by default that geometry is not drawn many times, small enough to stay warm.
-    costs.band_bytes = settings.band_bytes;
-    costs.pixel_bytes = kPixelBytes;
-    if (!clip_rows.empty()) costs.pixel_bytes += 3 * sizeof(std::uint32_t);
-    costs.fixed_bytes = band_capture.tileBytes();
-    if (composite_method) {
-        // A pixel is a fragment: see rowFragments().
-        costs.fixed_bytes += composite_method->tileBytes(tile, float_color);
-        costs.fragment_bytes = band_capture.pixelBytes() + 15 * sizeof(float);
-        costs.largest_array_bytes = 4 * sizeof(float);
-    } else {
-        costs.fixed_bytes += layer_method->tileBytes(tile, float_color);
-        const std::uint64_t channels = channelBytes(settings.channels, type);
-        costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color + channels;
-        // Keys and where fragments were captured.
-        if (channels > 0 || settings.hits != Hits::kNone)
-            costs.fragment_bytes += 2 * sizeof(std::uint32_t);
-        costs.largest_array_bytes = std::max<std::uint64_t>(
-            {color, shadedComponents(settings.channels) * sizeof(float), sizeof(float)});
-        // All samples are held until they are merged, with their primitives and while sorting.
-        if (mergesLayers()) {
-            costs.fragment_bytes += color + channels + 16 * sizeof(float);
-            costs.pixel_bytes += (views.size() + 1) * sizeof(std::uint32_t);
-        }
-        // A sample's composite, and what is handed over.
-        if (settings.composite)
-            costs.pixel_bytes += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float));
-    }
-    costs.storage_block_bytes =
-        static_cast<std::uint64_t>(context.device().limits.shader_storage_block_size);
-    return costs;
-}
-
-/// As many fragments as take no less room, in memory and in a buffer, than what a row's pixels have
-/// of the clip meshes.
-std::uint64_t Renderer::State::clipFragments(const BandCosts& costs, int y) const {
-    if (clip_rows.empty()) return 0;
-    const auto row = static_cast<std::size_t>(y - plan.view.crop.y0);
-    const std::uint64_t a_fragment = costs.largest_array_bytes / sizeof(float);
-    return (clip_rows[row] + a_fragment - 1) / a_fragment;
-}
-
-std::uint64_t Renderer::State::rowFragments(int y) const {
-    return composite_method ? static_cast<std::uint64_t>(plan.view.crop.width())
-                            : samples->rowFragments(y);
-}
-
-/// What the sinks hold besides a band, and of it.
-void Renderer::State::addSinks(std::span<Sink* const> sinks, BandCosts& with_sinks) const {
-    const std::uint64_t fragment = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
-    const auto width = static_cast<std::uint64_t>(plan.view.crop.width());
-    for (const Sink* sink : sinks) {
-        const SinkMemory memory = sink->memory();
-        const std::uint64_t pixels = static_cast<std::uint64_t>(memory.rows) * width;
-        std::uint64_t fragments = samples->mostFragments(memory.rows);
-        if (limit) fragments = std::min(fragments, pixels * limit);
-        if (settings.composite) fragments = pixels;
-        const std::uint64_t rows =
-            fragments * fragment + pixels * (kPixelBytes + memory.pixel_bytes);
-        // Twice: those of the last band and of this one.
-        with_sinks.fixed_bytes += 2 * rows + memory.bytes;
-        with_sinks.pixel_bytes += memory.pixel_bytes;
-    }
-}
-
-std::vector<Window> Renderer::State::bands(std::span<Sink* const> sinks) {
-    freeBands();
-    BandCosts with_sinks = costs();
-    addSinks(sinks, with_sinks);
-    return cutBands(plan.view.crop, bandLimits(settings.memory, residentBytes(), with_sinks),
-                    [&](int y) { return rowFragments(y) + clipFragments(with_sinks, y); });
 }
 
 /// Clip meshes have lists of their own in every band, which have to fit, too.
