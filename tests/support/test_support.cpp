@@ -100,6 +100,10 @@ CommandResult runPeeler(const std::vector<std::string>& arguments,
     return runCommand(command, environment, directory);
 }
 
+fs::path fakeEglDir() {
+    return PEELER_FAKE_EGL_FOLDER;
+}
+
 std::string testBackend() {
     const char* variable = std::getenv("PEELER_TEST_BACKEND");
     return variable && *variable ? variable : "egl";

@@ -60,6 +60,10 @@ CommandResult runCommand(const std::vector<std::string>& command,
                          const std::vector<std::string>& environment = {},
                          const std::filesystem::path& directory = {});
 
+/// The folder of a libEGL.so.1 with GPUs that are not there, for LD_LIBRARY_PATH; what it does is
+/// told by variables (support/fake_egl/fake_egl.cpp).
+std::filesystem::path fakeEglDir();
+
 /// "egl" or "osmesa" from PEELER_TEST_BACKEND (default egl).
 std::string testBackend();
 
