@@ -97,7 +97,7 @@ void tellResult(const ReportFlags& flags, const PictureResult& result, Console& 
 void tellFrames(const ReportFlags& flags, const std::vector<PictureResult>& frames,
                 Console& console);
 
-/// Declares --threads; 0 = as many as the process may run on.
+/// Declares --threads; 0 = allowedThreads() (cmd/resources.h).
 void addThreadsOption(CLI::App& app, int& threads);
 
 }  // namespace peeler::cmd
