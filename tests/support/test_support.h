@@ -49,6 +49,9 @@ inline constexpr bool kAddressSanitizer = true;
 inline constexpr bool kAddressSanitizer = false;
 #endif
 
+/// The built `peeler`.
+std::filesystem::path peelerBinary();
+
 /// Runs the built `peeler` with these arguments, DISPLAY and WAYLAND_DISPLAY unset. `environment`
 /// holds "NAME=value" entries to add; `directory` is where it runs (default: here).
 CommandResult runPeeler(const std::vector<std::string>& arguments,
