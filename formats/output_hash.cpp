@@ -39,8 +39,7 @@ std::string ofExr(const std::string& path) {
 std::string ofPage(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(file), {}};
-    constexpr std::string_view kEnd = "</html>";
-    if (text.rfind(kEnd) == std::string::npos) return "";
+    if (!text.ends_with("</html>\n")) return "";
     return hashIn(std::string_view(text).substr(0, text.find("</head>")));
 }
 

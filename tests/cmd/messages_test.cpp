@@ -5,6 +5,7 @@
 #include <chrono>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -209,6 +210,67 @@ TEST(Progress, NoneSaysNothing) {
     hand.pass(10);
     progress.update(0.5);
     EXPECT_EQ(streams.err.str(), "");
+}
+
+/// What a style tells while a picture is counted and then rendered.
+std::vector<std::string> toldOfTwoStages(ProgressStyle style) {
+    Streams streams;
+    Console console(streams.out, streams.err, true);
+    console.setQuiet(true);  // it was asked for by name
+    HandClock hand;
+    for (const Stage& stage : {Stage("count", kCountEnd), Stage("render")}) {
+        ProgressReport progress(console, style, stage, hand.clock());
+        if (stage.name == "render") progress.status("frame 3, 1 of 1");
+        for (const double share : {0.1, 0.1, 0.5, 0.4, 0.999, 1.0, 1.0}) {
+            hand.pass(1);
+            progress.update(share);
+        }
+    }
+    return lines(streams.err.str());
+}
+
+TEST(Progress, AlfIsWholePercentsThatGrow) {
+    // As Pixar's Tractor documents it, and as CGRU's parsers/mantra.py finds it.
+    const std::regex published("ALF_PROGRESS ([0-9]{1,3})%");
+    int last = -1;
+    for (const std::string& line : toldOfTwoStages(ProgressStyle::kAlf)) {
+        std::smatch match;
+        ASSERT_TRUE(std::regex_match(line, match, published)) << line;
+        EXPECT_GT(std::stoi(match[1]), last);
+        last = std::stoi(match[1]);
+    }
+    EXPECT_EQ(last, 100);
+}
+
+TEST(Progress, OpenJdIsAShareOfAHundredThatNeverFalls) {
+    // openjd-sessions, _action_filter.py.
+    const std::regex published("^openjd_(progress|status|fail): (.+)$");
+    double last = 0;
+    std::vector<std::string> status;
+    const auto told = toldOfTwoStages(ProgressStyle::kOpenJd);
+    for (const std::string& line : told) {
+        std::smatch match;
+        ASSERT_TRUE(std::regex_match(line, match, published)) << line;
+        if (match[1] == "status") {
+            status.push_back(match[2]);
+            continue;
+        }
+        const double progress = std::stod(match[2]);
+        EXPECT_GE(progress, last);
+        last = progress;
+    }
+    EXPECT_EQ(told.back(), "openjd_progress: 100.0");
+    EXPECT_EQ(status, (std::vector<std::string>{"count", "render", "frame 3, 1 of 1"}));
+}
+
+TEST(Progress, OpenJdIsToldWhyACommandFails) {
+    Streams streams;
+    Console console(streams.out, streams.err, false);
+    console.setFailurePrefix("openjd_fail: ");
+    console.error("no\nroom");
+    EXPECT_EQ(lines(streams.err.str()),
+              (std::vector<std::string>{"peeler: error: no", "peeler: room",
+                                        "openjd_fail: no\\x0aroom"}));
 }
 
 TEST(Report, HasEveryKeyOfTheContract) {

@@ -29,7 +29,9 @@ pid_t waitForWriter(const fs::path& folder, const std::future<CommandResult>& ru
             const std::size_t at = name.find(mark);
             std::error_code gone;
             if (at == std::string::npos || entry.file_size(gone) == 0 || gone) continue;
-            return static_cast<pid_t>(std::stol(name.substr(at + mark.size())));
+            // .a.exr.peeler-<host>-<pid>-<n>.tmp
+            const std::size_t end = name.rfind('-');
+            return static_cast<pid_t>(std::stol(name.substr(name.rfind('-', end - 1) + 1)));
         }
     }
     return 0;

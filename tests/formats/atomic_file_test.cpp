@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <fstream>
 #include <functional>
@@ -169,6 +170,45 @@ int inChild(const std::function<void()>& action) {
     int status = 0;
     waitpid(pid, &status, 0);
     return status;
+}
+
+TEST_F(Atomic, WhatAKilledProcessLeftIsRemovedByTheNextOne) {
+    const int status = inChild([&] {
+        AtomicFile file(path);
+        file.append(bytesOf("half"));
+        file.flush();
+        raise(SIGKILL);
+    });
+    ASSERT_TRUE(WIFSIGNALED(status));
+    ASSERT_EQ(filesIn(scratch.path()), 1U);
+    std::ofstream(scratch / ".other.peeler-notes") << "mine";  // no hidden file of ours
+    AtomicFile next(scratch / "next.bin");
+    EXPECT_EQ(filesIn(scratch.path()), 2U);
+    EXPECT_TRUE(fs::exists(scratch / ".other.peeler-notes"));
+    next.commit();
+}
+
+TEST_F(Atomic, WhatIsStillBeingWrittenStays) {
+    AtomicFile first(path);
+    first.append(bytesOf("whole"));
+    first.flush();
+    // Another process, which has not looked into the folder before.
+    const int status = inChild([&] { AtomicFile(scratch / "other.bin").commit(); });
+    EXPECT_EQ(status, 0);
+    first.commit();
+    EXPECT_EQ(test::bytesOf(path), "whole");
+    EXPECT_EQ(filesIn(scratch.path()), 2U);
+}
+
+TEST_F(Atomic, WhatOtherMachinesWriteStaysForADay) {
+    const fs::path young = scratch / ".a.exr.peeler-elsewhere-7-0.tmp";
+    const fs::path old = scratch / ".b.exr.peeler-elsewhere-7-1.tmp";
+    for (const fs::path& file : {young, old})
+        std::ofstream(file) << "half";
+    fs::last_write_time(old, fs::file_time_type::clock::now() - std::chrono::hours(25));
+    AtomicFile(path).commit();
+    EXPECT_TRUE(fs::exists(young));
+    EXPECT_FALSE(fs::exists(old));
 }
 
 TEST_F(Atomic, ASignalHandlerCanRemoveWhatIsUnfinished) {

@@ -8,10 +8,12 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 extern char** environ;
 
@@ -49,10 +51,10 @@ std::string bytesOf(const fs::path& path) {
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-CommandResult runCommand(const std::vector<std::string>& command,
-                         const std::vector<std::string>& environment, const fs::path& directory) {
-    const ScratchDir scratch;
-    const std::string out = scratch / "out", err = scratch / "err";
+StartedCommand::StartedCommand(const std::vector<std::string>& command,
+                               const std::vector<std::string>& environment,
+                               const fs::path& directory) {
+    const std::string out = streams_ / "out", err = streams_ / "err";
 
     std::vector<std::string> variables = environment;
     for (char** entry = environ; *entry; ++entry) {
@@ -77,31 +79,48 @@ CommandResult runCommand(const std::vector<std::string>& command,
     posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT, 0600);
     posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT, 0600);
     if (!directory.empty()) posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
-    pid_t pid = 0;
-    const int failed = posix_spawnp(&pid, argv[0], &actions, nullptr, argv.data(), envp.data());
+    const int failed = posix_spawnp(&pid_, argv[0], &actions, nullptr, argv.data(), envp.data());
     posix_spawn_file_actions_destroy(&actions);
     if (failed) throw std::runtime_error("cannot start " + command.front());
+}
 
+StartedCommand::~StartedCommand() {
+    if (pid_ == 0) return;
+    kill(pid_, SIGKILL);
+    wait();
+}
+
+CommandResult StartedCommand::wait() {
     int status = 0;
     struct rusage used = {};
-    wait4(pid, &status, 0, &used);
+    wait4(std::exchange(pid_, 0), &status, 0, &used);
     const auto seconds = [](const timeval& time) {
         return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
     };
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), bytesOf(out),
-            bytesOf(err), seconds(used.ru_utime) + seconds(used.ru_stime),
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+            bytesOf(streams_ / "out"), bytesOf(streams_ / "err"),
+            seconds(used.ru_utime) + seconds(used.ru_stime),
             static_cast<std::uint64_t>(used.ru_maxrss) * 1024};  // Linux counts KiB
+}
+
+CommandResult runCommand(const std::vector<std::string>& command,
+                         const std::vector<std::string>& environment, const fs::path& directory) {
+    return StartedCommand(command, environment, directory).wait();
 }
 
 fs::path peelerBinary() {
     return PEELER_BINARY;
 }
 
-CommandResult runPeeler(const std::vector<std::string>& arguments,
-                        const std::vector<std::string>& environment, const fs::path& directory) {
+std::vector<std::string> peelerCommand(const std::vector<std::string>& arguments) {
     std::vector<std::string> command{peelerBinary()};
     command.insert(command.end(), arguments.begin(), arguments.end());
-    return runCommand(command, environment, directory);
+    return command;
+}
+
+CommandResult runPeeler(const std::vector<std::string>& arguments,
+                        const std::vector<std::string>& environment, const fs::path& directory) {
+    return runCommand(peelerCommand(arguments), environment, directory);
 }
 
 fs::path fakeEglDir() {

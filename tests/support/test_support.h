@@ -2,6 +2,8 @@
 // What tests share: where things are, scratch folders, running the command.
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -57,6 +59,28 @@ std::filesystem::path peelerBinary();
 CommandResult runPeeler(const std::vector<std::string>& arguments,
                         const std::vector<std::string>& environment = {},
                         const std::filesystem::path& directory = {});
+
+/// The command line of that.
+std::vector<std::string> peelerCommand(const std::vector<std::string>& arguments);
+
+/// A command that runs while the test does something else; killed with the object unless it has
+/// been waited for.
+class StartedCommand {
+  public:
+    explicit StartedCommand(const std::vector<std::string>& command,
+                            const std::vector<std::string>& environment = {},
+                            const std::filesystem::path& directory = {});
+    ~StartedCommand();
+    StartedCommand(const StartedCommand&) = delete;
+    StartedCommand& operator=(const StartedCommand&) = delete;
+
+    pid_t pid() const { return pid_; }
+    CommandResult wait();
+
+  private:
+    ScratchDir streams_;
+    pid_t pid_ = 0;
+};
 
 /// The same for any program, looked up in PATH.
 CommandResult runCommand(const std::vector<std::string>& command,

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a farm does to a process: kills it at any moment, lets it run for a thousand frames, starts
+// it anywhere.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <random>
+#include <thread>
+
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+std::vector<std::string> animation(const std::string& frames, const fs::path& out,
+                                   const std::vector<std::string>& more = {}) {
+    const fs::path scene = sourceDir() / "examples" / "scenes" / "jellyfish.glb";
+    std::vector<std::string> all{"render", scene.string(), "-o",   (out / "f.####.exr").string(),
+                                 "-q",     "--frames",     frames, "--size",
+                                 "64x36"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+}
+
+using Files = std::map<std::string, std::string>;
+
+/// Every file of a folder, hidden ones apart.
+Files filesIn(const fs::path& folder, std::size_t* hidden = nullptr) {
+    Files files;
+    if (hidden) *hidden = 0;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        const std::string name = entry.path().filename();
+        if (!name.starts_with('.'))
+            files[name] = bytesOf(entry.path());
+        else if (hidden)
+            ++*hidden;
+    }
+    return files;
+}
+
+CommandResult verify(const fs::path& folder) {
+    std::vector<std::string> all{"verify", "-q"};
+    for (const auto& [name, bytes] : filesIn(folder))
+        all.push_back((folder / name).string());
+    return runPeeler(all);
+}
+
+unsigned seed() {
+    const char* given = std::getenv("PEELER_TEST_SEED");
+    return given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
+}
+
+/// A job of 20 frames that is ended at random moments; its files as an undisturbed run has them.
+class Ended : public testing::Test {
+  protected:
+    void SetUp() override {
+        fs::create_directories(scratch_ / "whole");
+        fs::create_directories(out_);
+        const auto start = Clock::now();
+        ASSERT_EQ(runPeeler(animation("1-20", scratch_ / "whole")).exit_code, 0);
+        whole_time_ = Clock::now() - start;
+        ASSERT_EQ(verify(scratch_ / "whole").exit_code, 0);
+        whole_ = filesIn(scratch_ / "whole");
+        ASSERT_EQ(whole_.size(), 20U);
+    }
+
+    /// Sends the signal at a random moment of a run.
+    CommandResult endOne(int number, Clock::duration* took = nullptr) {
+        // Some files are there from before, some are new.
+        for (const auto& [name, bytes] : whole_)
+            if (random_() % 2 == 0) fs::remove(out_ / name);
+        std::uniform_real_distribution<double> moment(0, 1.1);
+        const std::chrono::duration<double> delay = moment(random_) * whole_time_;
+        StartedCommand run(peelerCommand(animation("1-20", out_)));
+        std::this_thread::sleep_for(delay);
+        const auto sent = Clock::now();
+        kill(run.pid(), number);
+        CommandResult result = run.wait();
+        if (took) *took = Clock::now() - sent;
+        return result;
+    }
+
+    /// Whatever stands under a final name is what an undisturbed run has there.
+    void expectWhole() const {
+        for (const auto& [name, bytes] : filesIn(out_)) {
+            ASSERT_TRUE(whole_.contains(name)) << name;
+            ASSERT_EQ(bytes, whole_.at(name)) << name;
+        }
+    }
+
+    void expectRest() const {
+        const CommandResult rest = runPeeler(animation("1-20", out_, {"--skip-existing"}));
+        EXPECT_EQ(rest.exit_code, 0) << rest.err;
+        std::size_t hidden = 0;
+        EXPECT_EQ(filesIn(out_, &hidden), whole_);
+        EXPECT_EQ(hidden, 0U) << "what killed runs left is still there";
+        EXPECT_EQ(verify(out_).exit_code, 0);
+    }
+
+    ScratchDir scratch_;
+    fs::path out_ = scratch_ / "out";
+    Clock::duration whole_time_{};
+    Files whole_;
+    unsigned seed_ = seed();
+    std::mt19937 random_{seed_};
+};
+
+TEST_F(Ended, TwoHundredKillsLeaveOnlyWholeFiles) {
+    int killed = 0;
+    std::size_t leftovers = 0;
+    for (int i = 0; i < 200; ++i) {
+        const CommandResult result = endOne(SIGKILL);
+        ASSERT_TRUE(result.exit_code == 137 || result.exit_code == 0) << result.err;
+        killed += result.exit_code == 137;
+        std::size_t hidden = 0;
+        filesIn(out_, &hidden);
+        leftovers += hidden;
+        ASSERT_NO_FATAL_FAILURE(expectWhole()) << "seed " << seed_;
+        if (i % 20 == 19) {
+            ASSERT_EQ(verify(out_).exit_code, 0) << "seed " << seed_;
+        }
+    }
+    expectRest();
+    std::printf(
+        "seed %u: 200 runs, %d of them killed (the others had ended), %zu hidden files "
+        "left behind and removed\n",
+        seed_, killed, leftovers);
+    EXPECT_GT(killed, 100);
+}
+
+TEST_F(Ended, FiftyTerminationsLeaveNothingWithinASecond) {
+    int ended = 0;
+    std::chrono::duration<double> longest{};
+    for (int i = 0; i < 50; ++i) {
+        Clock::duration took{};
+        const CommandResult result = endOne(SIGTERM, &took);
+        ASSERT_TRUE(result.exit_code == 143 || result.exit_code == 0) << result.err;
+        if (result.exit_code == 143) {
+            ++ended;
+            longest = std::max<std::chrono::duration<double>>(longest, took);
+        }
+        std::size_t hidden = 0;
+        filesIn(out_, &hidden);
+        ASSERT_EQ(hidden, 0U) << "seed " << seed_;
+        ASSERT_NO_FATAL_FAILURE(expectWhole()) << "seed " << seed_;
+    }
+    expectRest();
+    std::printf(
+        "seed %u: 50 runs, %d of them terminated (the others had ended), the slowest "
+        "within %.3f s\n",
+        seed_, ended, longest.count());
+    EXPECT_GT(ended, 25);
+    EXPECT_LT(longest.count(), 1);
+}
+
+/// What a process has of the system.
+struct Held {
+    std::uint64_t resident = 0;
+    std::size_t files = 0;
+};
+
+Held heldBy(pid_t pid) {
+    const fs::path process = fs::path("/proc") / std::to_string(pid);
+    Held held;
+    std::ifstream status(process / "status");
+    for (std::string word; status >> word;)
+        if (word == "VmRSS:") status >> held.resident;
+    std::error_code gone;
+    for (fs::directory_iterator file(process / "fd", gone), end; !gone && file != end;
+         file.increment(gone)) {
+        // One that is being written comes and goes.
+        std::error_code closed;
+        const std::string target = fs::read_symlink(file->path(), closed);
+        held.files += !closed && target.find(".tmp") == std::string::npos;
+    }
+    held.resident *= 1024;
+    return held;
+}
+
+TEST(ThousandFrames, MemoryAndFilesStayAsTheyAreAfterTheTenth) {
+    const ScratchDir scratch;
+    StartedCommand run(peelerCommand(animation("1-1000", scratch.path())));
+    const auto heldAtFrame = [&](const char* name) {
+        while (!fs::exists(scratch / name) && fs::exists("/proc/" + std::to_string(run.pid())))
+            std::this_thread::sleep_for(1ms);
+        return heldBy(run.pid());
+    };
+    const Held early = heldAtFrame("f.0010.exr");
+    const Held middle = heldAtFrame("f.0500.exr");
+    const Held late = heldAtFrame("f.0990.exr");
+    const CommandResult result = run.wait();
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    ASSERT_GT(early.resident, 0U);
+    ASSERT_GT(late.resident, 0U);
+    std::printf(
+        "resident after 10, 500 and 990 frames: %.1f, %.1f, %.1f MB; open files: %zu, "
+        "%zu, %zu\n",
+        static_cast<double>(early.resident) * 1e-6, static_cast<double>(middle.resident) * 1e-6,
+        static_cast<double>(late.resident) * 1e-6, early.files, middle.files, late.files);
+    EXPECT_EQ(late.files, early.files);
+    if (!kAddressSanitizer) {
+        EXPECT_LT(late.resident, early.resident + (8U << 20));
+    }
+}
+
+/// Frames 1 to 4 under other circumstances: the same bytes.
+TEST(Anywhere, TheSameBytes) {
+    const ScratchDir scratch;
+    const auto folder = [&](const std::string& name) {
+        const fs::path path = scratch / name;
+        fs::create_directory(path);
+        return path;
+    };
+    const fs::path reference = folder("reference");
+    ASSERT_EQ(runPeeler(animation("1-4", reference, {"--threads", "2"})).exit_code, 0);
+    const Files expected = filesIn(reference);
+    ASSERT_EQ(expected.size(), 4U);
+
+    const fs::path one_thread = folder("one thread");
+    ASSERT_EQ(runPeeler(animation("1-4", one_thread, {"--threads", "1"})).exit_code, 0);
+    EXPECT_EQ(filesIn(one_thread), expected);
+
+    const fs::path processes = folder("a process a frame, last first");
+    for (const char* frame : {"4", "3", "2", "1"})
+        ASSERT_EQ(runPeeler(animation(frame, processes)).exit_code, 0);
+    EXPECT_EQ(filesIn(processes), expected);
+
+    // A German locale, made here: Debian has none installed by default.
+    const fs::path locales = folder("locales");
+    const CommandResult made =
+        runCommand({"localedef", "-i", "de_DE", "-f", "UTF-8", (locales / "de_DE.UTF-8").string()});
+    if (!fs::exists(locales / "de_DE.UTF-8")) {
+        std::printf("not with a German locale: localedef says %s\n", made.err.c_str());
+    } else {
+        const fs::path german = folder("german");
+        const std::vector<std::string> environment{"LOCPATH=" + locales.string(),
+                                                   "LANG=de_DE.UTF-8", "LC_ALL=de_DE.UTF-8"};
+        // The locale does what it is here for.
+        EXPECT_EQ(runCommand({"printf", "%.1f", "1,5"}, environment).out, "1,5");
+        ASSERT_EQ(runPeeler(animation("1-4", german), environment).exit_code, 0);
+        EXPECT_EQ(filesIn(german), expected);
+    }
+
+    const fs::path elsewhere = folder("elsewhere");
+    ASSERT_EQ(
+        runPeeler(animation("1-4", "."), {"TZ=Asia/Kathmandu", "HOME=/nonexistent"}, elsewhere)
+            .exit_code,
+        0);
+    EXPECT_EQ(filesIn(elsewhere), expected);
+
+    // The scene in another place, and named from where it is.
+    const fs::path moved = folder("moved");
+    fs::copy_file(sourceDir() / "examples" / "scenes" / "jellyfish.glb", moved / "jellyfish.glb");
+    std::vector<std::string> here = animation("1-4", ".");
+    here[1] = "jellyfish.glb";
+    ASSERT_EQ(runPeeler(here, {}, moved).exit_code, 0);
+    fs::remove(moved / "jellyfish.glb");
+    EXPECT_EQ(filesIn(moved), expected);
+}
+
+}  // namespace
+}  // namespace peeler::test

@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: Apache-2.0
+// Many frames: shared among processes, left alone where they are there, kept going where one fails.
+#include <gtest/gtest.h>
+#include <sys/mount.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <thread>
+
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using namespace std::chrono_literals;
+
+fs::path jellyfish() {
+    return sourceDir() / "examples" / "scenes" / "jellyfish.glb";
+}
+
+class Sequence : public testing::Test {
+  protected:
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    std::string frame(int number) const { return path("f." + std::to_string(number) + ".exr"); }
+
+    std::vector<std::string> arguments(const std::vector<std::string>& more) const {
+        std::vector<std::string> all{
+            "render", jellyfish().string(), "-o", path("f.%d.exr"), "--size", "96x54", "--json"};
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    }
+    CommandResult render(const std::vector<std::string>& more,
+                         const std::vector<std::string>& environment = {}) const {
+        return runPeeler(arguments(more), environment);
+    }
+    /// The numbers of the frames that were skipped.
+    static std::set<int> skipped(const CommandResult& result) {
+        std::set<int> frames;
+        for (const auto& entry : json::parse(result.out).at("frames"))
+            if (entry.value("skipped", false)) frames.insert(entry.at("frame").get<int>());
+        return frames;
+    }
+    std::vector<std::string> hidden() const {
+        std::vector<std::string> names;
+        for (const auto& entry : fs::directory_iterator(scratch_.path()))
+            if (const std::string name = entry.path().filename(); name.starts_with('.'))
+                names.push_back(name);
+        return names;
+    }
+
+    ScratchDir scratch_;
+};
+
+TEST_F(Sequence, ChunksTogetherAreTheSequence) {
+    ASSERT_EQ(render({"--frames", "3-9"}).exit_code, 0);
+    std::map<int, std::string> whole;
+    for (int i = 3; i <= 9; ++i) {
+        whole[i] = bytesOf(frame(i));
+        fs::remove(frame(i));
+    }
+    std::vector<int> order;
+    for (int i = 1; i <= 3; ++i) {
+        const CommandResult result =
+            render({"--frames", "3-9", "--chunk", std::to_string(i) + "/3"});
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+        const json frames = json::parse(result.out).at("frames");
+        for (const auto& entry : frames)
+            order.push_back(entry.at("frame"));
+        EXPECT_GE(frames.size(), 2U);
+    }
+    EXPECT_EQ(order, (std::vector<int>{3, 4, 5, 6, 7, 8, 9}));
+    for (const auto& [number, bytes] : whole)
+        EXPECT_EQ(bytesOf(frame(number)), bytes) << number;
+}
+
+TEST_F(Sequence, AChunkMayBeEmpty) {
+    const CommandResult result = render({"--frames", "1-2", "--chunk", "1/3"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(json::parse(result.out).at("frames").size(), 0U);
+    EXPECT_TRUE(fs::is_empty(scratch_.path()));
+}
+
+TEST_F(Sequence, RefusesWhatMakesNoSense) {
+    for (const std::vector<std::string>& wrong : std::vector<std::vector<std::string>>{
+             {"--chunk", "1/2"},
+             {"--frames", "1-3", "--chunk", "0/2"},
+             {"--frames", "1-3", "--chunk", "3/2"},
+             {"--frames", "1-1000000000"},
+             // Of several frames, even if this process has but one.
+             {"--frames", "1-3", "--chunk", "1/3", "-o", path("one.exr")},
+             {"--tile", "2/1"},
+             {"--tile", "1/55"}}) {
+        EXPECT_EQ(render(wrong).exit_code, 2) << wrong.back();
+    }
+    EXPECT_TRUE(fs::is_empty(scratch_.path()));
+}
+
+TEST_F(Sequence, SkipExistingLeavesAloneWhatWouldBeTheSame) {
+    ASSERT_EQ(render({"--frames", "1-4"}).exit_code, 0);
+    const auto node = [&](int number) {
+        struct stat status {};
+        EXPECT_EQ(stat(frame(number).c_str(), &status), 0);
+        return status.st_ino;
+    };
+    const auto first = node(1);
+    EXPECT_EQ(skipped(render({"--frames", "1-4", "--skip-existing"})), (std::set{1, 2, 3, 4}));
+    EXPECT_EQ(node(1), first);
+    // Nothing of these is in the picture.
+    EXPECT_EQ(skipped(render({"--frames", "4-1", "--skip-existing", "--threads", "1", "--method",
+                              "dual", "--memory", "1G", "--keep-going"})),
+              (std::set{1, 2, 3, 4}));
+    // Everything that is.
+    for (const std::vector<std::string>& other :
+         std::vector<std::vector<std::string>>{{"--layers", "2"},
+                                               {"--size", "96x55"},
+                                               {"--fps", "25"},
+                                               {"--shading", "unlit"},
+                                               {"--precision", "float"},
+                                               {"--eye", "1,2,3"},
+                                               {"--crop", "0,0,50,50"},
+                                               {"--as", "deep"},
+                                               {"--compression", "zips"},
+                                               {"--no-composite"}}) {
+        std::vector<std::string> more{"--frames", "2", "--skip-existing"};
+        more.insert(more.end(), other.begin(), other.end());
+        const CommandResult result = render(more);
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+        EXPECT_EQ(skipped(result), std::set<int>{}) << other.front();
+        EXPECT_EQ(skipped(render(more)), std::set{2}) << other.front();
+        ASSERT_EQ(render({"--frames", "2"}).exit_code, 0);
+    }
+}
+
+TEST_F(Sequence, SkipExistingMakesAnewWhatIsDamagedOrOfOthers) {
+    ASSERT_EQ(render({"--frames", "1-5"}).exit_code, 0);
+    const std::string good = bytesOf(frame(2));
+    fs::resize_file(frame(2), fs::file_size(frame(2)) - 1);
+    std::ofstream(frame(3)) << "not a picture";
+    fs::copy_file(frame(1), frame(4), fs::copy_options::overwrite_existing);
+    const CommandResult result = render({"--frames", "1-5", "--skip-existing"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(skipped(result), (std::set{1, 5}));
+    EXPECT_EQ(bytesOf(frame(2)), good);
+    const CommandResult verified =
+        runPeeler({"verify", frame(1), frame(2), frame(3), frame(4), frame(5)});
+    EXPECT_EQ(verified.exit_code, 0) << verified.err;
+}
+
+TEST_F(Sequence, NoClobberKeepsWhatIsOfOtherSettings) {
+    ASSERT_EQ(render({"--frames", "1"}).exit_code, 0);
+    ASSERT_EQ(render({"--frames", "2", "--layers", "1"}).exit_code, 0);
+    const std::string other = bytesOf(frame(2));
+    const CommandResult result =
+        render({"--frames", "1-3", "--skip-existing", "--no-clobber", "--keep-going"});
+    EXPECT_EQ(result.exit_code, 4) << result.err;
+    EXPECT_EQ(skipped(result), std::set{1});
+    EXPECT_EQ(bytesOf(frame(2)), other);
+    EXPECT_TRUE(fs::exists(frame(3)));
+}
+
+TEST_F(Sequence, KeepGoingDoesTheOthersAndListsWhatFailed) {
+    fs::create_directory(frame(2));
+    fs::create_directory(frame(4));
+    EXPECT_EQ(render({"--frames", "1-5"}).exit_code, 4);
+    EXPECT_FALSE(fs::exists(frame(3)));
+    const CommandResult result = render({"--frames", "1-5", "--keep-going"});
+    EXPECT_EQ(result.exit_code, 4) << result.err;
+    const json told = json::parse(result.out);
+    EXPECT_EQ(told.at("frames").size(), 3U);
+    ASSERT_EQ(told.at("failed").size(), 2U);
+    EXPECT_EQ(told.at("failed")[0].at("frame"), 2);
+    EXPECT_EQ(told.at("failed")[0].at("exitCode"), 4);
+    EXPECT_EQ(told.at("failed")[1].at("output"), frame(4));
+    EXPECT_NE(result.err.find("peeler: error: frame 2: "), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("peeler: error: frame 4: "), std::string::npos);
+    EXPECT_NE(result.err.find("2 of 5 frames failed"), std::string::npos);
+    for (const int number : {1, 3, 5})
+        EXPECT_EQ(runPeeler({"verify", frame(number)}).exit_code, 0);
+    EXPECT_EQ(hidden(), std::vector<std::string>{});
+}
+
+TEST_F(Sequence, TheWorstExitCodeWins) {
+    fs::create_directory(frame(1));  // 4; the others are incomplete, 6
+    EXPECT_EQ(render({"--frames", "1-3", "--keep-going", "--strict", "--layers", "1"}).exit_code,
+              6);
+    EXPECT_EQ(render({"--frames", "1-3", "--keep-going", "--camera", "none"}).exit_code, 2);
+}
+
+TEST_F(Sequence, DryRunTellsAndWritesNothing) {
+    ASSERT_EQ(render({"--frames", "2"}).exit_code, 0);
+    const CommandResult result = render(
+        {"--frames", "1-4", "--chunk", "1/2", "--tile", "2/2", "--skip-existing", "--dry-run"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const json pictures = json::parse(result.out).at("pictures");
+    ASSERT_EQ(pictures.size(), 2U);
+    EXPECT_EQ(pictures[0].at("output"), frame(1));
+    EXPECT_EQ(pictures[0].at("crop"), json::parse("[0, 27, 96, 27]"));
+    EXPECT_EQ(pictures[0].at("exists"), false);
+    EXPECT_EQ(pictures[1].at("exists"), true);
+    EXPECT_EQ(pictures[1].at("action"), "render");  // the file is of the whole picture
+    const CommandResult whole = render({"--frames", "2", "--skip-existing", "--dry-run"});
+    EXPECT_EQ(json::parse(whole.out).at("pictures")[0].at("action"), "skip");
+    EXPECT_FALSE(fs::exists(frame(1)));
+    // What the plan says is what the file says.
+    ASSERT_EQ(render({"--frames", "1-4", "--chunk", "1/2", "--tile", "2/2"}).exit_code, 0);
+    const CommandResult info = runPeeler({"info", frame(1), "--json"});
+    EXPECT_NE(info.out.find(pictures[0].at("settingsHash").get<std::string>()), std::string::npos);
+}
+
+TEST_F(Sequence, ALostContextIsTriedOnceMore) {
+    ASSERT_EQ(render({"--frames", "1-3"}).exit_code, 0);
+    std::map<int, std::string> bytes;
+    for (int i = 1; i <= 3; ++i) {
+        bytes[i] = bytesOf(frame(i));
+        fs::remove(frame(i));
+    }
+    const std::string egl = "LD_LIBRARY_PATH=" + fakeEglDir().string();
+    const std::vector<std::string> three{"--frames", "1-3", "--backend", "egl"};
+    for (const char* when : {"1", "4", "9"}) {
+        const CommandResult result =
+            render(three, {egl, std::string("PEELER_FAKE_EGL_LOST=") + when});
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+        EXPECT_NE(result.err.find("once more"), std::string::npos) << result.err;
+        for (int i = 1; i <= 3; ++i) {
+            EXPECT_EQ(bytesOf(frame(i)), bytes[i]) << when;
+            fs::remove(frame(i));
+        }
+    }
+    const CommandResult lost = render(three, {egl, "PEELER_FAKE_EGL_LOST=9+"});
+    EXPECT_EQ(lost.exit_code, 5) << lost.err;
+    EXPECT_EQ(hidden(), std::vector<std::string>{});
+    for (int i = 1; i <= 3; ++i) {
+        if (fs::exists(frame(i))) {
+            EXPECT_EQ(bytesOf(frame(i)), bytes[i]);
+        }
+    }
+}
+
+TEST_F(Sequence, AFullDiskKeepsWhatIsWhole) {
+    if (geteuid() != 0) GTEST_SKIP() << "only root may mount a small disk";
+    const fs::path disk = scratch_ / "disk";
+    fs::create_directory(disk);
+    if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=256k") != 0)
+        GTEST_SKIP() << "this machine lets nobody mount: " << std::strerror(errno);
+    const CommandResult result =
+        render({"-o", (disk / "f.%d.exr").string(), "--frames", "1-30", "--keep-going"});
+    std::vector<std::string> verify{"verify"};
+    bool only_frames = true;
+    for (const auto& entry : fs::directory_iterator(disk)) {
+        verify.push_back(entry.path().string());
+        only_frames = only_frames && entry.path().filename().string().starts_with("f.");
+    }
+    const CommandResult verified = runPeeler(verify);
+    umount(disk.c_str());
+    EXPECT_EQ(result.exit_code, 4) << result.err;
+    EXPECT_NE(result.err.find("free some space"), std::string::npos) << result.err;
+    EXPECT_TRUE(only_frames);
+    EXPECT_GT(verify.size(), 2U);
+    EXPECT_LT(verify.size(), 30U);
+    EXPECT_EQ(verified.exit_code, 0) << verified.err;
+}
+
+TEST_F(Sequence, AFolderThatGoesAway) {
+    const fs::path folder = scratch_ / "gone";
+    fs::create_directory(folder);
+    StartedCommand run(
+        peelerCommand(arguments({"-o", (folder / "f.%d.exr").string(), "--frames", "1-2000"})));
+    while (!fs::exists(folder / "f.2.exr"))
+        std::this_thread::sleep_for(1ms);
+    fs::remove_all(folder);
+    std::error_code failure;
+    while (fs::exists(folder)) {  // it may have written meanwhile
+        fs::remove_all(folder, failure);
+    }
+    const CommandResult result = run.wait();
+    EXPECT_EQ(result.exit_code, 4) << result.err;
+    EXPECT_NE(result.err.find("peeler: error: "), std::string::npos) << result.err;
+}
+
+TEST_F(Sequence, AReadOnlyFolder) {
+    if (geteuid() != 0) GTEST_SKIP() << "only root may mount a disk read-only";
+    const fs::path disk = scratch_ / "disk";
+    fs::create_directory(disk);
+    if (mount("tmpfs", disk.c_str(), "tmpfs", MS_RDONLY, "size=64k") != 0)
+        GTEST_SKIP() << "this machine lets nobody mount: " << std::strerror(errno);
+    const CommandResult result = render({"-o", (disk / "f.%d.exr").string(), "--frames", "1-3"});
+    umount(disk.c_str());
+    EXPECT_EQ(result.exit_code, 4);
+    EXPECT_NE(result.err.find("read-only"), std::string::npos) << result.err;
+}
+
+TEST_F(Sequence, TwoProcessesOnTheSameFramesDoNoHarm) {
+    ASSERT_EQ(render({"--frames", "1-6"}).exit_code, 0);
+    std::map<int, std::string> bytes;
+    for (int i = 1; i <= 6; ++i)
+        bytes[i] = bytesOf(frame(i));
+    StartedCommand a(peelerCommand(arguments({"--frames", "1-6"})));
+    StartedCommand b(peelerCommand(arguments({"--frames", "6-1"})));
+    EXPECT_EQ(a.wait().exit_code, 0);
+    EXPECT_EQ(b.wait().exit_code, 0);
+    for (int i = 1; i <= 6; ++i)
+        EXPECT_EQ(bytesOf(frame(i)), bytes[i]);
+    EXPECT_EQ(hidden(), std::vector<std::string>{});
+}
+
+TEST_F(Sequence, StaysUnderItsBudget) {
+    const CommandResult result =
+        render({"--frames", "1-8", "--size", "1280x720", "--memory", "400M"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    if (!kAddressSanitizer) {
+        EXPECT_LE(result.peak_memory, 400ULL << 20);
+    }
+}
+
+}  // namespace
+}  // namespace peeler::test

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// Strips that are rendered apart and merged are the picture rendered whole.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Kind {
+    const char* name;
+    std::vector<std::string> options;
+    bool same_file =
+        true;  ///< else the same pixels: a composite's tiles do not know its background
+};
+
+class Tiles : public testing::TestWithParam<Kind> {};
+
+TEST_P(Tiles, TogetherAreThePicture) {
+    const ScratchDir scratch;
+    const fs::path scene = sourceDir() / "examples" / "scenes" / "glasses.glb";
+    const auto render = [&](const std::string& name, const std::vector<std::string>& more) {
+        std::vector<std::string> all{"render", scene.string(), "-o",     scratch / name,
+                                     "-q",     "--size",       "211x107"};
+        all.insert(all.end(), GetParam().options.begin(), GetParam().options.end());
+        all.insert(all.end(), more.begin(), more.end());
+        const CommandResult result = runPeeler(all);
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+    };
+    render("whole.exr", {});
+    for (const int count : {2, 3, 7}) {
+        // The order of the files does not matter.
+        std::vector<std::string> merge{"merge", "-q", "-o", scratch / "merged.exr"};
+        for (int i = count; i >= 1; --i) {
+            const std::string tile = std::to_string(i) + "of" + std::to_string(count) + ".exr";
+            render(tile, {"--tile", std::to_string(i) + "/" + std::to_string(count)});
+            merge.push_back(scratch / tile);
+        }
+        const auto as = std::ranges::find(GetParam().options, "--as");
+        if (as != GetParam().options.end()) merge.insert(merge.end(), as, as + 2);
+        const CommandResult merged = runPeeler(merge);
+        ASSERT_EQ(merged.exit_code, 0) << merged.err;
+        if (GetParam().same_file) {
+            EXPECT_EQ(bytesOf(scratch / "merged.exr"), bytesOf(scratch / "whole.exr")) << count;
+        }
+        // Every channel of every part, by OpenImageIO.
+        const CommandResult diff = runCommand({"idiff", "-a", "-fail", "0", "-warn", "0",
+                                               scratch / "merged.exr", scratch / "whole.exr"});
+        const bool deep = std::string(GetParam().name) == "Deep";  // idiff has no deep images
+        if (!deep) {
+            EXPECT_EQ(diff.exit_code, 0) << count << diff.out << diff.err;
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, Tiles,
+    testing::Values(Kind{"Layered", {"--as", "ldi"}},
+                    Kind{"LayeredFloat", {"--precision", "float", "--channels", "position,id"}},
+                    Kind{"Sampled", {"--samples", "4"}}, Kind{"Deep", {"--as", "deep"}},
+                    Kind{"Composite", {"--as", "composite"}, false},
+                    Kind{"CompositeOverBlue",
+                         {"--as", "composite", "--background", "#0040ff", "--precision", "float"},
+                         false},
+                    Kind{"CompositeWithMattes",
+                         {"--as", "composite", "--channels", "normal,id", "--cryptomatte"},
+                         false}),
+    [](const auto& each) { return std::string(each.param.name); });
+
+TEST(Tiles, OfACropDivideTheCrop) {
+    const ScratchDir scratch;
+    const fs::path scene = sourceDir() / "examples" / "scenes" / "panes.glb";
+    const auto render = [&](const std::string& name, std::vector<std::string> more) {
+        more.insert(more.begin(), {"render", scene.string(), "-o", scratch / name, "-q", "--size",
+                                   "120x80", "--crop", "10,20,50,31"});
+        ASSERT_EQ(runPeeler(more).exit_code, 0);
+    };
+    render("whole.exr", {});
+    render("a.exr", {"--tile", "1/2"});
+    render("b.exr", {"--tile", "2/2"});
+    ASSERT_EQ(runPeeler({"merge", scratch / "a.exr", scratch / "b.exr", "-o", scratch / "m.exr"})
+                  .exit_code,
+              0);
+    EXPECT_EQ(bytesOf(scratch / "m.exr"), bytesOf(scratch / "whole.exr"));
+}
+
+TEST(Tiles, CompositesAreNotMixedWithLayersOrBackgrounds) {
+    const ScratchDir scratch;
+    const fs::path scene = sourceDir() / "examples" / "scenes" / "panes.glb";
+    const auto render = [&](const std::string& name, std::vector<std::string> more) {
+        more.insert(more.begin(),
+                    {"render", scene.string(), "-o", scratch / name, "-q", "--size", "60x40"});
+        ASSERT_EQ(runPeeler(more).exit_code, 0);
+    };
+    const std::string a = scratch / "a.exr", b = scratch / "b.exr", c = scratch / "c.exr";
+    render("a.exr", {"--as", "composite", "--tile", "1/2"});
+    render("b.exr", {"--as", "composite", "--tile", "2/2"});
+    render("c.exr", {"--tile", "2/2"});
+    const std::string out = scratch / "m.exr";
+    EXPECT_EQ(runPeeler({"merge", a, b, "-o", out, "--as", "ldi"}).exit_code, 2);
+    EXPECT_EQ(runPeeler({"merge", a, b, "-o", out, "--background", "1,0,0"}).exit_code, 2);
+    EXPECT_EQ(runPeeler({"merge", a, c, "-o", out}).exit_code, 3);
+    EXPECT_EQ(runPeeler({"merge", a, "-o", out}).exit_code, 0);  // a strip is a picture, too
+    EXPECT_EQ(runPeeler({"merge", a, a, "-o", out}).exit_code, 3);
+    EXPECT_EQ(runPeeler({"merge", a, b, "-o", out}).exit_code, 0);  // without --as
+    EXPECT_EQ(runPeeler({"verify", out}).exit_code, 0);
+}
+
+}  // namespace
+}  // namespace peeler::test

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// A sink behind another thread gets what it would have got before, and its failures come back.
+#include "core/background_sink.h"
+
+#include <gtest/gtest.h>
+
+#include <future>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace peeler {
+namespace {
+
+struct Log {
+    std::vector<std::string> calls;
+    std::vector<float> depths;
+    std::thread::id writer;
+    std::promise<void> hold;  ///< finish() waits for it, if asked to
+    bool holds = false;
+    int fails_at = -1;  ///< the band
+};
+
+class LoggingSink final : public Sink {
+  public:
+    explicit LoggingSink(Log& log) : log_(log) {}
+    ~LoggingSink() override { log_.calls.emplace_back("end"); }
+    void begin(const Plan&) override { log_.calls.emplace_back("begin"); }
+    void write(const LayeredImage& band) override {
+        if (log_.fails_at == static_cast<int>(log_.depths.size()))
+            throw std::runtime_error("disk full");
+        log_.writer = std::this_thread::get_id();
+        log_.calls.emplace_back("write");
+        log_.depths.push_back(band.z.front());
+    }
+    void finish() override {
+        if (log_.holds) log_.hold.get_future().wait();
+        log_.calls.emplace_back("finish");
+    }
+    SinkMemory memory() const override { return {.rows = 3, .bytes = 7}; }
+
+  private:
+    Log& log_;
+};
+
+LayeredImage band(float z) {
+    LayeredImage image;
+    image.window = {0, 0, 1, 1};
+    image.offsets = {0, 1};
+    image.z = {z};
+    return image;
+}
+
+TEST(BackgroundSink, HandsEverythingOnInOrder) {
+    Log log;
+    {
+        BackgroundSink sink(std::make_unique<LoggingSink>(log));
+        sink.begin({});
+        EXPECT_EQ(sink.memory().rows, 3);
+        EXPECT_EQ(sink.memory().bands, 1);
+        LayeredImage image;
+        for (const float z : {1.0F, 2.0F, 3.0F}) {
+            image = band(z);
+            sink.write(image);
+            image.z.front() = -1;  // it is the caller's again
+        }
+        sink.finish();
+        sink.wait();
+    }
+    EXPECT_EQ(log.calls,
+              (std::vector<std::string>{"begin", "write", "write", "write", "finish", "end"}));
+    EXPECT_EQ(log.depths, (std::vector<float>{1, 2, 3}));
+    EXPECT_NE(log.writer, std::this_thread::get_id());
+}
+
+TEST(BackgroundSink, FinishDoesNotWait) {
+    Log log;
+    log.holds = true;
+    BackgroundSink sink(std::make_unique<LoggingSink>(log));
+    sink.begin({});
+    sink.write(band(1));
+    sink.finish();  // would never come back
+    log.hold.set_value();
+    sink.wait();
+    EXPECT_EQ(log.calls.back(), "finish");
+}
+
+TEST(BackgroundSink, FailuresComeBack) {
+    Log log;
+    log.fails_at = 1;
+    BackgroundSink sink(std::make_unique<LoggingSink>(log));
+    sink.begin({});
+    sink.write(band(1));
+    sink.write(band(2));
+    EXPECT_THROW(sink.write(band(3)), std::runtime_error);
+    EXPECT_EQ(log.depths.size(), 1U);
+}
+
+TEST(BackgroundSink, TheLastBandsFailureIsNotLost) {
+    Log log;
+    log.fails_at = 0;
+    BackgroundSink sink(std::make_unique<LoggingSink>(log));
+    sink.begin({});
+    sink.write(band(1));
+    EXPECT_THROW(
+        {
+            sink.finish();
+            sink.wait();
+        },
+        std::runtime_error);
+}
+
+TEST(BackgroundSink, WhatIsNotFinishedIsGivenUp) {
+    Log log;
+    {
+        BackgroundSink sink(std::make_unique<LoggingSink>(log));
+        sink.begin({});
+        sink.write(band(1));
+    }
+    EXPECT_EQ(log.calls.back(), "end");
+    for (const std::string& call : log.calls)
+        EXPECT_NE(call, "finish");
+}
+
+}  // namespace
+}  // namespace peeler
