@@ -40,7 +40,8 @@ class Console {
 
     /// A prefix under which every error is told once more, for a scheduler; "" = it is not.
     void setFailurePrefix(std::string prefix) { failure_prefix_ = std::move(prefix); }
-    /// The share of the command's work that a scheduler has been told is done: never to fall.
+    /// The share of the command's work that a scheduler has been told is done: never to fall. Below
+    /// 0 if it has been told nothing.
     double told() const { return told_; }
     void setTold(double share) { told_ = share; }
 
@@ -58,7 +59,7 @@ class Console {
     bool quiet_ = false;
     std::size_t bar_width_ = 0;
     std::string failure_prefix_;
-    double told_ = 0;
+    double told_ = -1;
 };
 
 /// `text` with its control characters as \xNN: what a file says must not steer a terminal.

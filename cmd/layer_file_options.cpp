@@ -77,6 +77,14 @@ void checkDeepMerge(const LayerFileFlags& flags) {
         refuse("--deep-alpha-tolerance", "no samples are merged by it", "add --deep-merge by-id");
 }
 
+std::uint64_t sizeOf(const fs::path& file) {
+    std::error_code failure;
+    const std::uint64_t bytes = fs::file_size(file, failure);
+    if (!failure) return bytes;
+    throw Error(ErrorKind::kOutput, "the file is gone: " + failure.message(), file.string(),
+                "something else has removed it, or its folder");
+}
+
 }  // namespace
 
 void addLayerFileOptions(CLI::App& app, LayerFileFlags& flags) {
@@ -147,10 +155,10 @@ void applyLayerFileOptions(const LayerFileFlags& flags, OutputOptions& options) 
 
 void describeFiles(const LayerFileFlags& flags, const fs::path& output, PictureResult& result,
                    Console& console) {
-    result.bytes = fs::file_size(output);
+    result.bytes = sizeOf(output);
     if (isSet(flags)) {
         for (std::size_t layer = 0; layer < result.layers; ++layer)
-            result.bytes += fs::file_size(exrLayerFile(output.string(), layer));
+            result.bytes += sizeOf(exrLayerFile(output.string(), layer));
         std::error_code failure;
         const std::string next = exrLayerFile(output.string(), result.layers);
         if (fs::exists(next, failure)) {

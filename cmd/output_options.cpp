@@ -65,34 +65,6 @@ bool holdsLayers(const OutputFormat& format) {
     return format.kind == "ldi" || format.kind == "deep";
 }
 
-void checkFormat(const OutputFlags& flags) {
-    const OutputFormat& format = findOutputFormat(flags.path.string(), flags.as);
-    checkLayerFileOptions(flags.layers, format);
-    const bool composite = format.kind == "composite";
-    if (!composite && !format.encoded) {
-        constexpr const char* kCompositeHint = "add --as composite, or choose another extension";
-        if (flags.background)
-            refuseOption("--background", "layers have no background", kCompositeHint);
-        if (flags.exposure)
-            refuseOption("--exposure", "layers are stored as rendered", kCompositeHint);
-        if (flags.tone_map)
-            refuseOption("--tone-map", "layers are stored as rendered", kCompositeHint);
-    }
-    if (flags.no_composite && composite) {
-        refuseOption("--no-composite", "this output is nothing but the composite", "leave it out");
-    }
-    if (flags.no_composite && format.kind != "ldi")
-        refuseOption("--no-composite", "this output has no composite", "leave it out");
-    if (flags.no_composite && flags.layers.layout == kPerFileLayout)
-        refuseOption("--no-composite", "the composite's file is the one that names the others",
-                     "leave it out, or choose another --layout");
-    if (format.encoded) return;
-    constexpr const char* kLinear = "an EXR holds linear light as rendered";
-    constexpr const char* kDisplayHint = "write a .png, .jpg or .tif";
-    if (flags.exposure) refuseOption("--exposure", kLinear, kDisplayHint);
-    if (flags.tone_map) refuseOption("--tone-map", kLinear, kDisplayHint);
-}
-
 }  // namespace
 
 void addOutputFile(CLI::App& app, OutputFlags& flags, bool layers_only) {
@@ -166,6 +138,34 @@ void addLayerOutputOptions(CLI::App& app, OutputFlags& flags, bool layers_only) 
                  "layers only, without the part that shows them composited")
         ->group("Output");
     addLayerFileOptions(app, flags.layers);
+}
+
+void checkFormat(const OutputFlags& flags) {
+    const OutputFormat& format = findOutputFormat(flags.path.string(), flags.as);
+    checkLayerFileOptions(flags.layers, format);
+    const bool composite = format.kind == "composite";
+    if (!composite && !format.encoded) {
+        constexpr const char* kCompositeHint = "add --as composite, or choose another extension";
+        if (flags.background)
+            refuseOption("--background", "layers have no background", kCompositeHint);
+        if (flags.exposure)
+            refuseOption("--exposure", "layers are stored as rendered", kCompositeHint);
+        if (flags.tone_map)
+            refuseOption("--tone-map", "layers are stored as rendered", kCompositeHint);
+    }
+    if (flags.no_composite && composite) {
+        refuseOption("--no-composite", "this output is nothing but the composite", "leave it out");
+    }
+    if (flags.no_composite && format.kind != "ldi")
+        refuseOption("--no-composite", "this output has no composite", "leave it out");
+    if (flags.no_composite && flags.layers.layout == kPerFileLayout)
+        refuseOption("--no-composite", "the composite's file is the one that names the others",
+                     "leave it out, or choose another --layout");
+    if (format.encoded) return;
+    constexpr const char* kLinear = "an EXR holds linear light as rendered";
+    constexpr const char* kDisplayHint = "write a .png, .jpg or .tif";
+    if (flags.exposure) refuseOption("--exposure", kLinear, kDisplayHint);
+    if (flags.tone_map) refuseOption("--tone-map", kLinear, kDisplayHint);
 }
 
 void checkTarget(const OutputFlags& flags, const std::vector<fs::path>& inputs) {

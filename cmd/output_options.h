@@ -49,6 +49,8 @@ void addFxaaOption(CLI::App& app, bool& fxaa, const std::string& remark);
 /// apply to it or the output is one of the inputs; (kOutput) if the folder cannot be written to, or
 /// the file is there and must stay.
 void checkOutput(const OutputFlags& flags, const std::vector<std::filesystem::path>& inputs);
+/// What of it can be told from the options alone: that they apply to the format.
+void checkFormat(const OutputFlags& flags);
 /// What of it depends on the file's name alone: not to replace what must stay.
 void checkTarget(const OutputFlags& flags, const std::vector<std::filesystem::path>& inputs);
 

@@ -23,7 +23,7 @@ ProgressReport::ProgressReport(Console& console, ProgressStyle style, Stage stag
       clock_(std::move(clock)),
       start_(clock_()),
       last_(start_),
-      begin_(console.told()) {
+      begin_(std::max(0.0, console.told())) {
     if (style_ == ProgressStyle::kOpenJd) status(stage_.name);
     if (style_ == ProgressStyle::kJson || style_ == ProgressStyle::kAlf ||
         style_ == ProgressStyle::kOpenJd)
@@ -100,22 +100,21 @@ void ProgressReport::json(double share) {
 }
 
 void ProgressReport::alf(double share) {
-    const int percent = static_cast<int>(std::floor(share * 100 + 1e-9));
-    const int told = static_cast<int>(std::floor(console_.told() * 100 + 1e-9));
-    if (shown_ && percent <= told) return;
-    console_.machineLine("ALF_PROGRESS " + std::to_string(percent) + "%");
-    shown_ = true;
+    const auto percent = [](double part) {
+        return static_cast<int>(std::floor(part * 100 + 1e-9));
+    };
+    if (percent(share) <= percent(console_.told())) return;
+    console_.machineLine("ALF_PROGRESS " + std::to_string(percent(share)) + "%");
     console_.setTold(share);
 }
 
 void ProgressReport::openJd(double share) {
-    const bool end = share >= 1 && console_.told() < 1;
-    if (shown_ && !end && (share - console_.told() < 1e-3 || secondsSince(last_) < kLineSeconds))
-        return;
+    const bool first = console_.told() < 0, end = share >= 1 && console_.told() < 1;
+    const bool news = share - console_.told() >= 1e-3 && secondsSince(last_) >= kLineSeconds;
+    if (!first && !end && !news) return;
     char text[16];
     std::snprintf(text, sizeof text, "%.1f", std::floor(share * 1000 + 1e-6) / 10);
     console_.machineLine(std::string("openjd_progress: ") + text);
-    shown_ = true;
     console_.setTold(share);
     last_ = clock_();
 }

@@ -41,6 +41,7 @@ RenderRequest::RenderRequest(const RenderOptions& options, Console& console) : o
 }
 
 void RenderRequest::checkFiles() const {
+    checkFormat(options_.output);
     std::vector<fs::path> inputs{options_.scene.file};
     if (options_.look.environment) inputs.push_back(*options_.look.environment);
     std::vector<fs::path> others = inputs;
@@ -49,7 +50,8 @@ void RenderRequest::checkFiles() const {
         // What is there may be what is wanted, or no reason to stop.
         if (options_.sequence.skip_existing || options_.sequence.keep_going)
             output.no_clobber = false;
-        if (i == 0)
+        // Whether the folder takes files is better known before any work, but for --keep-going.
+        if (i == 0 && !options_.sequence.keep_going)
             checkOutput(output, inputs);
         else
             checkTarget(output, inputs);

@@ -13,6 +13,7 @@
 #include "formats/exr_header.h"
 #include "formats/exr_layout.h"
 #include "formats/file_extension.h"
+#include "formats/file_kind.h"
 #include "formats/flat_image.h"
 #include "formats/hash_text.h"
 
@@ -52,16 +53,15 @@ bool endsLikeJpeg(const std::string& path) {
 }
 
 std::string ofImage(const std::string& path) {
+    const bool jpeg = fileKind(path) == FileKind::kJpeg;
+    if (jpeg && !endsLikeJpeg(path)) return "";
+    readFlatImage(path);
     const auto image = OIIO::ImageInput::open(path);
     if (!image) {
         OIIO::geterror();  // leave none behind for others
         return "";
     }
-    const std::string hash = hashIn(image->spec().get_string_attribute("ImageDescription"));
-    if (hash.empty()) return "";
-    if (std::string_view(image->format_name()) == "jpeg" && !endsLikeJpeg(path)) return "";
-    readFlatImage(path);
-    return hash;
+    return hashIn(image->spec().get_string_attribute("ImageDescription"));
 }
 
 struct Kind {

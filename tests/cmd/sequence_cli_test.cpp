@@ -44,7 +44,8 @@ class Sequence : public testing::Test {
     /// The numbers of the frames that were skipped.
     static std::set<int> skipped(const CommandResult& result) {
         std::set<int> frames;
-        for (const auto& entry : json::parse(result.out).at("frames"))
+        const json told = json::parse(result.out);
+        for (const auto& entry : told.at("frames"))
             if (entry.value("skipped", false)) frames.insert(entry.at("frame").get<int>());
         return frames;
     }

@@ -2,6 +2,7 @@
 // Strips that are rendered apart and merged are the picture rendered whole.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "support/test_support.h"
@@ -71,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(
                          false}),
     [](const auto& each) { return std::string(each.param.name); });
 
-TEST(Tiles, OfACropDivideTheCrop) {
+TEST(Strips, OfACropDivideTheCrop) {
     const ScratchDir scratch;
     const fs::path scene = sourceDir() / "examples" / "scenes" / "panes.glb";
     const auto render = [&](const std::string& name, std::vector<std::string> more) {
@@ -88,7 +89,7 @@ TEST(Tiles, OfACropDivideTheCrop) {
     EXPECT_EQ(bytesOf(scratch / "m.exr"), bytesOf(scratch / "whole.exr"));
 }
 
-TEST(Tiles, CompositesAreNotMixedWithLayersOrBackgrounds) {
+TEST(Strips, CompositesAreNotMixedWithLayersOrBackgrounds) {
     const ScratchDir scratch;
     const fs::path scene = sourceDir() / "examples" / "scenes" / "panes.glb";
     const auto render = [&](const std::string& name, std::vector<std::string> more) {

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// A picture beyond every driver's largest viewport, in little memory, read by somebody else.
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kWidth = 40000, kHeight = 20000;
+/// A part of it, across raster tiles and chunks.
+constexpr int kLeft = 20470, kTop = 8180, kPartWidth = 40, kPartHeight = 24;
+
+using Pixels = std::vector<float>;
+
+/// R, G, B, A, Z of the part, of each subimage that has it; 0 outside of its data window.
+std::vector<Pixels> partOf(const fs::path& file) {
+    const auto input = OIIO::ImageInput::open(file.string());
+    EXPECT_TRUE(input) << OIIO::geterror();
+    std::vector<Pixels> images;
+    for (int s = 0; input && input->seek_subimage(s, 0); ++s) {
+        const OIIO::ImageSpec spec = input->spec();
+        EXPECT_EQ(spec.full_width, kWidth);
+        EXPECT_EQ(spec.full_height, kHeight);
+        Pixels pixels(static_cast<std::size_t>(kPartWidth * kPartHeight * spec.nchannels));
+        Pixels row(static_cast<std::size_t>(spec.width * spec.nchannels));
+        const auto channels = static_cast<std::size_t>(spec.nchannels);
+        for (int y = kTop; y < kTop + kPartHeight; ++y) {
+            if (y < spec.y || y >= spec.y + spec.height) continue;
+            EXPECT_TRUE(input->read_scanline(y, 0, OIIO::TypeDesc::FLOAT, row.data()))
+                << input->geterror();
+            for (int x = kLeft; x < kLeft + kPartWidth; ++x) {
+                if (x < spec.x || x >= spec.x + spec.width) continue;
+                const auto from = static_cast<std::size_t>(x - spec.x) * channels;
+                const auto to =
+                    static_cast<std::size_t>((y - kTop) * kPartWidth + x - kLeft) * channels;
+                for (std::size_t c = 0; c < channels; ++c)
+                    pixels[to + c] = row[from + c];
+            }
+        }
+        images.push_back(std::move(pixels));
+    }
+    return images;
+}
+
+TEST(HugePicture, IsRenderedInBandsAndTilesUnderItsBudget) {
+    const ScratchDir scratch;
+    if (fs::space(scratch.path()).available < (std::uintmax_t{3} << 30))
+        GTEST_SKIP() << "less than 3 GB are free in " << scratch.path();
+    const fs::path scene = sourceDir() / "examples" / "scenes" / "engine.glb";
+    const auto render = [&](const std::string& name, const std::vector<std::string>& more) {
+        // From far away: what takes time is the number of pixels.
+        std::vector<std::string> all{"render",
+                                     scene.string(),
+                                     "-o",
+                                     scratch / name,
+                                     "--eye",
+                                     "0.6,0.5,1.8",
+                                     "--target",
+                                     "0,0.1,0",
+                                     "--json",
+                                     "--size",
+                                     std::to_string(kWidth) + "x" + std::to_string(kHeight)};
+        all.insert(all.end(), more.begin(), more.end());
+        return runPeeler(all);
+    };
+    const CommandResult huge = render("huge.exr", {"--memory", "2G"});
+    ASSERT_EQ(huge.exit_code, 0) << huge.err;
+    const auto told = nlohmann::json::parse(huge.out);
+    std::printf("%s layers, %s fragments, %.0f MB file, peak of resident memory %.0f MB\n",
+                told.at("layers").dump().c_str(), told.at("fragmentsStored").dump().c_str(),
+                told.at("bytes").get<double>() * 1e-6,
+                static_cast<double>(huge.peak_memory) * 1e-6);
+    EXPECT_GE(told.at("layers"), 3);
+    if (!kAddressSanitizer) {
+        EXPECT_LT(huge.peak_memory, 2000000000U);
+    }
+
+    // By OpenImageIO; and the part is what it is when it is rendered alone.
+    const std::vector<Pixels> whole = partOf(scratch / "huge.exr");
+    EXPECT_EQ(whole.size(), told.at("layers").get<std::size_t>() + 1);
+    const std::string crop = std::to_string(kLeft) + "," + std::to_string(kTop) + "," +
+                             std::to_string(kPartWidth) + "," + std::to_string(kPartHeight);
+    ASSERT_EQ(render("part.exr", {"--crop", crop}).exit_code, 0);
+    const std::vector<Pixels> part = partOf(scratch / "part.exr");
+    ASSERT_GE(part.size(), 3U) << "the part shows too little to compare";
+    for (std::size_t i = 0; i < part.size(); ++i)
+        EXPECT_EQ(part[i], whole[i]) << "subimage " << i;
+}
+
+}  // namespace
+}  // namespace peeler::test
