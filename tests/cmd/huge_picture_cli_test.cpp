@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr int kWidth = 40000, kHeight = 20000;
 /// A part of it, across raster tiles and chunks.
-constexpr int kLeft = 20470, kTop = 8180, kPartWidth = 40, kPartHeight = 24;
+constexpr int kLeft = 20470, kTop = 10228, kPartWidth = 40, kPartHeight = 24;
 
 using Pixels = std::vector<float>;
 
