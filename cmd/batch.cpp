@@ -153,8 +153,8 @@ void Batch::takeEarlierResults(const std::vector<Json>& lines) {
         ++done_;
     }
     if (done_ > 0) {
-        console_.note(groupedText(done_) + " of " + countText(jobs_.size(), "job") +
-                      " is done already");
+        console_.note("done already: " + groupedText(done_) + " of " +
+                      countText(jobs_.size(), "job"));
     }
 }
 
@@ -324,7 +324,7 @@ void Batch::finish(const Running& running) {
     line["verb"] = job.verb;
     line["hash"] = job.hash;
     line["exitCode"] = process.exitCode();
-    line["milliseconds"] = std::round(process.milliseconds());
+    line["milliseconds"] = std::llround(process.milliseconds());
     const auto warnings = messagesOf(process.err(), "warning");
     if (!warnings.empty()) line["warnings"] = warnings;
     for (const std::string& warning : warnings)
