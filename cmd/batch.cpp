@@ -3,11 +3,8 @@
 #include <poll.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <cmath>
 #include <csignal>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -15,10 +12,10 @@
 #include <list>
 #include <memory>
 #include <optional>
-#include <sstream>
 
 #include "cmd/batch_jobs.h"
 #include "cmd/batch_report.h"
+#include "cmd/batch_result.h"
 #include "cmd/capture_options.h"
 #include "cmd/child_process.h"
 #include "cmd/options.h"
@@ -283,58 +280,16 @@ void Batch::endBySignal(int number) {
     throw EndedBySignal{number};
 }
 
-/// The lines of a job's stderr that begin so, without it.
-std::vector<std::string> messagesOf(const std::string& err, const std::string& word) {
-    std::vector<std::string> lines;
-    std::istringstream stream(err);
-    const std::string start = "peeler: " + word + ": ";
-    for (std::string line; std::getline(stream, line);)
-        if (line.starts_with(start)) lines.push_back(line.substr(start.size()));
-    return lines;
-}
-
-std::string joined(const std::vector<std::string>& lines) {
-    std::string text;
-    for (const std::string& line : lines)
-        text += (text.empty() ? "" : "\n") + line;
-    return text;
-}
-
-Json errorOf(const ChildProcess& process) {
-    Json error;
-    error["what"] = joined(messagesOf(process.err(), "error"));
-    if (const int number = process.endingSignal())
-        error["what"] =
-            "ended by signal " + std::to_string(number) + " (" + strsignal(number) + ")";
-    else if (error["what"] == "")
-        error["what"] = process.err();
-    const std::string hint = joined(messagesOf(process.err(), "hint"));
-    if (!hint.empty()) error["hint"] = hint;
-    return error;
-}
-
 void Batch::finish(const Running& running) {
     const Job& job = jobs_[running.job];
-    const ChildProcess& process = running.process;
+    Json line = resultLine(running.job + 1, job, running.process);
     const std::string name = "job " + std::to_string(running.job + 1) +
                              (job.id.empty() ? "" : " (" + job.id + ")") + ": ";
-    Json line;
-    line["job"] = running.job + 1;
-    if (!job.id.empty()) line["id"] = job.id;
-    line["verb"] = job.verb;
-    line["hash"] = job.hash;
-    line["exitCode"] = process.exitCode();
-    line["milliseconds"] = std::llround(process.milliseconds());
-    const auto warnings = messagesOf(process.err(), "warning");
-    if (!warnings.empty()) line["warnings"] = warnings;
-    for (const std::string& warning : warnings)
-        console_.warning(name + warning);
-    Json result = Json::parse(process.out(), nullptr, false);
-    if (!result.is_discarded()) line["result"] = std::move(result);
-    if (process.exitCode() != 0) {
-        line["error"] = errorOf(process);
-        console_.error(name + line["error"]["what"].get<std::string>());
+    if (line.contains("warnings")) {
+        for (const auto& warning : line["warnings"])
+            console_.warning(name + warning.get<std::string>());
     }
+    if (line.contains("error")) console_.error(name + line["error"]["what"].get<std::string>());
     store(running.job, std::move(line));
 }
 
@@ -361,7 +316,7 @@ VerbAction declareBatch(CLI::App& app) {
         "a file with a job a line, or - for standard input: {\"verb\": \"render\", \"args\": "
         "[\"scene.glb\", \"-o\", \"out.exr\"], \"options\": {\"size\": \"640x360\", \"shadows\": "
         "true}, \"id\": \"first\"}; args, options and id may be left out. Verbs are those with "
-        "--output. A job's result is a line on stdout, in the order of the jobs")
+        "--output. A job's result is a JSON line on stdout, in the order of the jobs")
         ->required();
     addValue(
         app, "--jobs", "N", options->jobs,

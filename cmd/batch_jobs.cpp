@@ -135,13 +135,27 @@ const Verb& verbNamed(const std::string& name) {
     refuseName("verb", name, names);
 }
 
+/// Options that name a file that is written; of a verb, or of all.
+struct WritingOption {
+    std::string_view verb;
+    const char* option;
+};
+constexpr WritingOption kWritingOptions[] = {
+    {"", "--output"},        {"", "--manifest"},
+    {"", "--report"},        {"extract", "--depth-complexity"},
+    {"extract", "--points"}, {"extract", "--npz"},
+};
+
 /// What else is known of the arguments once the verb has read them.
 void readArguments(Job& job, std::string& frames) {
     if (job.verb == "batch") refuse("a batch in a batch", job.verb, "put its jobs here");
     const ParsedVerb parsed(verbNamed(job.verb), job.arguments);
     if (!parsed.knows("--output")) refuse("this verb writes no file", job.verb, "run it by itself");
-    for (const char* option : {"--output", "--report", "--manifest"})
-        if (parsed.has(option)) job.outputs.emplace_back(parsed.value(option));
+    for (const WritingOption& row : kWritingOptions) {
+        if (!row.verb.empty() && row.verb != job.verb) continue;
+        if (parsed.has(row.option)) job.outputs.emplace_back(parsed.value(row.option));
+    }
+    if (job.outputs.empty()) refuse("no output is given", job.verb, "add --output");
     job.numbered = hasFrameToken(job.outputs.front().string());
     const auto leaves = [&](const char* option) {
         return parsed.knows(option) && !parsed.has(option);

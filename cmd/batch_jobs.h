@@ -25,7 +25,7 @@ struct Job {
     std::vector<std::string> arguments;  ///< the verb's
     /// Of all but the id, as hexadecimal digits: the order of keys is not in it.
     std::string hash;
-    std::vector<std::filesystem::path> outputs;  ///< --output first, then --report and --manifest
+    std::vector<std::filesystem::path> outputs;  ///< all files that it names, --output first
     bool numbered = false;                       ///< the output has a place for a number
     // Whether the verb has the option and the job leaves it to the batch.
     bool wants_json = false, wants_quiet = false, wants_threads = false, wants_memory = false;
