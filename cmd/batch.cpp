@@ -10,6 +10,7 @@
 #include <iostream>
 #include <iterator>
 #include <list>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -138,10 +139,12 @@ void Batch::openReport() {
 
 /// What is done already is not done again; its output has to be there still.
 void Batch::takeEarlierResults(const std::vector<Json>& lines) {
+    std::map<std::string, const Json*> last;
+    for (const Json& line : lines)
+        last[line["hash"]] = &line;
     for (std::size_t i = 0; i < jobs_.size(); ++i) {
-        const Json* earlier = nullptr;
-        for (const Json& line : lines)
-            if (line["hash"] == jobs_[i].hash) earlier = &line;
+        const auto found = last.find(jobs_[i].hash);
+        const Json* earlier = found == last.end() ? nullptr : found->second;
         std::error_code failure;
         const bool there = jobs_[i].numbered || fs::exists(jobs_[i].outputs.front(), failure);
         if (!earlier || (*earlier)["exitCode"] != 0 || !there) continue;
