@@ -130,6 +130,15 @@ void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_si
     capture.shadow_size = *shadow_size;
 }
 
+void addMemoryOption(CLI::App& app, MemoryBudget& budget, const std::string& remark) {
+    budget = inheritedBudget();
+    addValue(app, "--memory", "SIZE", budget, parseMemory,
+             "most memory to use, e.g. 8G or 512M; " + remark +
+                 " (default: 7/8 of what the cgroup, SLURM_MEM_PER_NODE, SLURM_MEM_PER_CPU or "
+                 "CUE_MEMORY allows, else no limit)")
+        ->group("Machine");
+}
+
 void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,
                        CaptureSettings& capture, const std::string& memory) {
     constexpr const char* kGroup = "Machine";
@@ -148,12 +157,7 @@ void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,
     app.add_flag("--require-gpu", device.require_gpu, "fail rather than render in software")
         ->group(kGroup);
     addThreadsOption(app, threads);
-    capture.memory = inheritedBudget();
-    addValue(app, "--memory", "SIZE", capture.memory, parseMemory,
-             "most memory to use, e.g. 8G or 512M; " + memory +
-                 " (default: 7/8 of what the cgroup, SLURM_MEM_PER_NODE, SLURM_MEM_PER_CPU or "
-                 "CUE_MEMORY allows, else no limit)")
-        ->group(kGroup);
+    addMemoryOption(app, capture.memory, memory);
 }
 
 std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console) {

@@ -17,6 +17,7 @@ std::span<const Verb> verbs() {
         {"convert", "Turn layered into deep files and back, losslessly", declareConvert},
         {"view", "Show the layers of a file from another camera, or on a web page", declareView},
         {"sheet", "Show the composite and the layers side by side", declareSheet},
+        {"batch", "Run the jobs of a file, several at a time, and resume", declareBatch},
         {"compare", "Tell how far two pictures are apart, layer by layer", declareCompare},
         {"info", "Tell what is in a scene or in a layered file", declareInfo},
         {"verify", "Tell whether files are whole and belong together", declareVerify},

@@ -37,6 +37,7 @@ VerbAction declareMerge(CLI::App& app);
 VerbAction declareConvert(CLI::App& app);
 VerbAction declareView(CLI::App& app);
 VerbAction declareSheet(CLI::App& app);
+VerbAction declareBatch(CLI::App& app);
 VerbAction declareCompare(CLI::App& app);
 VerbAction declareInfo(CLI::App& app);
 VerbAction declareVerify(CLI::App& app);

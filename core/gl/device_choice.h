@@ -11,9 +11,9 @@ struct Device;
 
 /// At most one of the three; none = the first device that works.
 struct DeviceChoice {
-    std::optional<int> index;  ///< Device::index
-    std::optional<int> cuda;   ///< Device::cuda
-    std::string uuid;          ///< hexadecimal digits that Device::uuid starts with, in lower case
+    std::optional<int> index{};  ///< Device::index
+    std::optional<int> cuda{};   ///< Device::cuda
+    std::string uuid{};  ///< hexadecimal digits that Device::uuid starts with, in lower case
 
     bool any() const { return !index && !cuda && uuid.empty(); }
     bool matches(const Device& device) const;

@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler batch: the jobs of a file, each a process of its own, so many at a time.
+#include <poll.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <list>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "cmd/batch_jobs.h"
+#include "cmd/batch_report.h"
+#include "cmd/batch_result.h"
+#include "cmd/capture_options.h"
+#include "cmd/child_process.h"
+#include "cmd/options.h"
+#include "cmd/output_options.h"
+#include "cmd/parse.h"
+#include "cmd/progress.h"
+#include "cmd/report.h"
+#include "cmd/resources.h"
+#include "cmd/verbs.h"
+#include "core/error.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct BatchOptions {
+    fs::path file;  ///< "-" = stdin
+    int jobs = 1;
+    std::optional<fs::path> report;
+    bool fail_fast = false;
+    bool dry_run = false;
+    int threads = 0;
+    MemoryBudget memory;
+    bool quiet = false;
+    ProgressStyle progress = ProgressStyle::kAuto;
+};
+
+/// From the file of jobs to the last of their results. Nothing runs before all of it is checked.
+class Batch {
+  public:
+    Batch(const BatchOptions& options, Console& console) : options_(options), console_(console) {}
+    int run();
+
+  private:
+    struct Running {
+        std::size_t job;
+        ChildProcess process;
+    };
+
+    void readFile();
+    void openReport();
+    void takeEarlierResults(const std::vector<Json>& lines);
+    void share();
+    std::vector<std::string> commandOf(const Job& job) const;
+    void printPlan();
+    void runJobs();
+    void startJobs();
+    void wait();
+    void takeSignals();
+    [[noreturn]] void endBySignal(int number);
+    void finish(const Running& running);
+    void store(std::size_t job, Json result);
+    void printInOrder();
+    ProgressStyle shownProgress() const;
+
+    const BatchOptions& options_;
+    Console& console_;
+    std::vector<Job> jobs_;
+    std::optional<BatchReport> report_;
+    std::vector<std::optional<Json>> results_;  ///< one a job
+    std::size_t printed_ = 0, done_ = 0, next_ = 0;
+    int worst_ = 0;
+    int threads_ = 0;           ///< of each job that leaves it to us; 0 = its own choice
+    std::uint64_t memory_ = 0;  ///< likewise
+    std::optional<SignalFile> signals_;
+    std::list<Running> running_;
+    std::optional<ProgressReport> progress_;
+};
+
+/// Thrown when a signal has ended the jobs and is to end the batch.
+struct EndedBySignal {
+    int number;
+};
+
+int Batch::run() {
+    console_.setQuiet(options_.quiet);
+    readFile();
+    share();
+    if (options_.dry_run) {
+        if (options_.report) takeEarlierResults(readBatchReport(*options_.report));
+        printPlan();
+        return 0;
+    }
+    openReport();
+    try {
+        runJobs();
+    } catch (const EndedBySignal& ended) {
+        return 128 + ended.number;
+    }
+    return worst_;
+}
+
+void Batch::readFile() {
+    std::string text;
+    if (options_.file == "-") {
+        text.assign(std::istreambuf_iterator<char>(std::cin), {});
+    } else {
+        std::ifstream file(options_.file, std::ios::binary);
+        std::error_code failure;
+        if (!file || fs::is_directory(options_.file, failure))
+            throw Error(ErrorKind::kInput, "cannot read the jobs", options_.file.string());
+        text.assign(std::istreambuf_iterator<char>(file), {});
+    }
+    jobs_ = readJobs(options_.file == "-" ? "standard input" : options_.file.string(), text);
+    results_.resize(jobs_.size());
+}
+
+void Batch::openReport() {
+    if (!options_.report) return;
+    std::vector<fs::path> others{options_.file};
+    for (const Job& job : jobs_)
+        others.insert(others.end(), job.outputs.begin(), job.outputs.end());
+    checkExtraFile(*options_.report, others, "the report", "--report");
+    report_.emplace(*options_.report);
+    takeEarlierResults(report_->lines());
+}
+
+/// What is done already is not done again; its output has to be there still.
+void Batch::takeEarlierResults(const std::vector<Json>& lines) {
+    std::map<std::string, const Json*> last;
+    for (const Json& line : lines)
+        last[line["hash"]] = &line;
+    for (std::size_t i = 0; i < jobs_.size(); ++i) {
+        const auto found = last.find(jobs_[i].hash);
+        const Json* earlier = found == last.end() ? nullptr : found->second;
+        std::error_code failure;
+        const bool there = jobs_[i].numbered || fs::exists(jobs_[i].outputs.front(), failure);
+        if (!earlier || (*earlier)["exitCode"] != 0 || !there) continue;
+        results_[i] = *earlier;
+        (*results_[i])["job"] = i + 1;
+        ++done_;
+    }
+    if (done_ > 0) {
+        console_.note("done already: " + groupedText(done_) + " of " +
+                      countText(jobs_.size(), "job"));
+    }
+}
+
+/// An equal part for each of the jobs that run at a time.
+void Batch::share() {
+    const auto parts = static_cast<std::uint64_t>(std::clamp<std::size_t>(jobs_.size(), 1, 1024));
+    const std::uint64_t jobs = std::min(parts, static_cast<std::uint64_t>(options_.jobs));
+    const auto threads = options_.threads > 0 ? static_cast<std::uint64_t>(options_.threads)
+                                              : allowedThreads().amount;
+    if (jobs > 1 || options_.threads > 0)
+        threads_ = static_cast<int>(std::max<std::uint64_t>(1, threads / jobs));
+    // Alone it finds out by itself, and says whose limit it is.
+    if (jobs > 1 || options_.memory.source.empty()) memory_ = options_.memory / jobs;
+    if (memory_ != 0 && memory_ < kLeastMemory) {
+        throw Error(ErrorKind::kMemory,
+                    "the memory budget is " + mebibytesText(options_.memory) + ", which leaves " +
+                        mebibytesText(memory_) + " for each of " + std::to_string(jobs) + " jobs",
+                    options_.memory.where(), "run fewer at a time with --jobs");
+    }
+}
+
+std::vector<std::string> Batch::commandOf(const Job& job) const {
+    std::vector<std::string> command{job.verb};
+    command.insert(command.end(), job.arguments.begin(), job.arguments.end());
+    if (job.wants_json) command.emplace_back("--json");
+    if (job.wants_quiet) command.emplace_back("--quiet");
+    if (job.wants_threads && threads_ > 0)
+        command.insert(command.end(), {"--threads", std::to_string(threads_)});
+    if (job.wants_memory && memory_ > 0)
+        command.insert(command.end(), {"--memory", std::to_string(memory_)});
+    return command;
+}
+
+void Batch::printPlan() {
+    for (std::size_t i = 0; i < jobs_.size(); ++i) {
+        Json line;
+        line["job"] = i + 1;
+        if (!jobs_[i].id.empty()) line["id"] = jobs_[i].id;
+        line["verb"] = jobs_[i].verb;
+        line["hash"] = jobs_[i].hash;
+        line["done"] = results_[i].has_value();
+        line["command"] = {"peeler"};
+        for (const std::string& argument : commandOf(jobs_[i]))
+            line["command"].push_back(argument);
+        console_.result(lineText(line));
+    }
+}
+
+ProgressStyle Batch::shownProgress() const {
+    ReportFlags flags;
+    flags.quiet = options_.quiet;
+    flags.progress = options_.progress;
+    return flags.shownProgress();
+}
+
+void Batch::runJobs() {
+    signals_.emplace();
+    progress_.emplace(console_, shownProgress(), "batch");
+    printInOrder();
+    while (true) {
+        startJobs();
+        if (running_.empty()) break;
+        wait();
+        takeSignals();
+        for (auto running = running_.begin(); running != running_.end();) {
+            running->process.read();
+            if (!running->process.ended()) {
+                ++running;
+                continue;
+            }
+            finish(*running);
+            running = running_.erase(running);
+        }
+    }
+    progress_.reset();
+    std::vector<Json> lines;
+    for (const auto& result : results_)
+        if (result) lines.push_back(*result);
+    // Behind a job that --fail-fast left out.
+    for (std::size_t i = printed_; i < results_.size(); ++i)
+        if (results_[i]) console_.result(lineText(*results_[i]));
+    if (report_) report_->finish(lines);
+}
+
+void Batch::startJobs() {
+    while (next_ < jobs_.size() && running_.size() < static_cast<std::size_t>(options_.jobs)) {
+        if (options_.fail_fast && worst_ != 0) return;
+        const std::size_t job = next_++;
+        if (results_[job]) continue;
+        running_.push_back({job, ChildProcess(commandOf(jobs_[job]))});
+    }
+}
+
+void Batch::wait() {
+    std::vector<pollfd> files{{signals_->file(), POLLIN, 0}};
+    for (const Running& running : running_) {
+        // A file of −1 is left out by poll.
+        files.push_back({running.process.outFile(), POLLIN, 0});
+        files.push_back({running.process.errFile(), POLLIN, 0});
+    }
+    // EINTR is as good as an event: all are asked in turn.
+    poll(files.data(), files.size(), -1);
+}
+
+void Batch::takeSignals() {
+    while (const int number = signals_->take())
+        if (number != SIGCHLD) endBySignal(number);
+}
+
+/// The jobs remove their temporary files and end; what takes longer than that is killed.
+void Batch::endBySignal(int number) {
+    using namespace std::chrono_literals;
+    const auto until = std::chrono::steady_clock::now() + 700ms;
+    for (const Running& running : running_)
+        running.process.signal(number == SIGHUP ? SIGTERM : number);
+    while (!running_.empty() && std::chrono::steady_clock::now() < until) {
+        pollfd file{signals_->file(), POLLIN, 0};
+        poll(&file, 1, 20);
+        while (signals_->take() != 0) {
+        }
+        for (Running& running : running_)
+            running.process.read();
+        std::erase_if(running_, [](Running& running) { return running.process.ended(); });
+    }
+    running_.clear();
+    throw EndedBySignal{number};
+}
+
+void Batch::finish(const Running& running) {
+    const Job& job = jobs_[running.job];
+    Json line = resultLine(running.job + 1, job, running.process);
+    const std::string name = "job " + std::to_string(running.job + 1) +
+                             (job.id.empty() ? "" : " (" + job.id + ")") + ": ";
+    if (line.contains("warnings")) {
+        for (const auto& warning : line["warnings"])
+            console_.warning(name + warning.get<std::string>());
+    }
+    if (line.contains("error")) console_.error(name + line["error"]["what"].get<std::string>());
+    store(running.job, std::move(line));
+}
+
+void Batch::store(std::size_t job, Json result) {
+    worst_ = std::max(worst_, result["exitCode"].get<int>());
+    if (report_) report_->add(result);
+    results_[job] = std::move(result);
+    ++done_;
+    progress_->update(static_cast<double>(done_) / static_cast<double>(jobs_.size()));
+    printInOrder();
+}
+
+void Batch::printInOrder() {
+    for (; printed_ < results_.size() && results_[printed_]; ++printed_)
+        console_.result(lineText(*results_[printed_]));
+}
+
+}  // namespace
+
+VerbAction declareBatch(CLI::App& app) {
+    const auto options = std::make_shared<BatchOptions>();
+    addValue(
+        app, "JOBS", "", options->file, [](const std::string& text) { return fs::path(text); },
+        "a file with a job a line, or - for standard input: {\"verb\": \"render\", \"args\": "
+        "[\"scene.glb\", \"-o\", \"out.exr\"], \"options\": {\"size\": \"640x360\", \"shadows\": "
+        "true}, \"id\": \"first\"}; args, options and id may be left out. Verbs are those with "
+        "--output. A job's result is a JSON line on stdout, in the order of the jobs")
+        ->required();
+    addValue(
+        app, "--jobs", "N", options->jobs,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 1024)); },
+        "how many run at a time, each a process with its part of the threads and the memory "
+        "(default: 1)")
+        ->group("Jobs");
+    addValue(
+        app, "--report", "FILE", options->report,
+        [](const std::string& text) { return fs::path(text); },
+        "keep the results in a file, too; run again with the same file, jobs are left out that "
+        "are done there and whose output exists")
+        ->group("Jobs");
+    app.add_flag("--fail-fast", options->fail_fast,
+                 wrapped("start no further job once one has failed (default: the others run, and "
+                         "the greatest exit code is the batch's)"))
+        ->group("Jobs");
+    app.add_flag("--dry-run", options->dry_run,
+                 wrapped("print the command of every job, as JSON lines, and run none"))
+        ->group("Jobs");
+    addThreadsOption(app, options->threads);
+    addMemoryOption(app, options->memory, "all jobs together");
+    addChoice<ProgressStyle>(app, "--progress", options->progress, kProgressStyles,
+                             "progress style", "how progress is told on stderr:")
+        ->group("Messages");
+    app.add_flag("-q,--quiet", options->quiet, "warnings and errors only")->group("Messages");
+    return [options](Console& console) { return Batch(*options, console).run(); };
+}
+
+}  // namespace peeler::cmd

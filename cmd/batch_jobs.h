@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// The jobs of peeler batch: JSON lines in, checked command lines out.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace peeler::cmd {
+
+/// One line of a file of jobs:
+///
+///     {"id": "front", "verb": "render", "args": ["scene.glb", "-o", "front.exr"],
+///      "options": {"size": "640x360", "shadows": true}}
+///
+/// `verb` is one that writes a file. `args` (strings) is what follows it on the command line.
+/// `options` is more of that: the name without its dashes; a string or number is its value, true
+/// gives it without one, false leaves it out, an array gives it several times. `id` is for whoever
+/// reads the results. There are no other keys.
+struct Job {
+    std::size_t line = 0;  ///< from 1
+    std::string id;        ///< "" = none
+    std::string verb;
+    std::vector<std::string> arguments;  ///< the verb's
+    /// Of all but the id, as hexadecimal digits: the order of keys is not in it.
+    std::string hash;
+    std::vector<std::filesystem::path> outputs;  ///< all files that it names, --output first
+    bool numbered = false;                       ///< the output has a place for a number
+    // Whether the verb has the option and the job leaves it to the batch.
+    bool wants_json = false, wants_quiet = false, wants_threads = false, wants_memory = false;
+};
+
+/// Reads all jobs; blank lines do not count. `name` is the file's for messages, `text` what is in
+/// it. Throws Error (kUsage) with the line as `where` for what is no JSON object, a key that is
+/// unknown, missing, twice there or of the wrong type, an id that is not unique, arguments that the
+/// verb would refuse for their form, and an output that an earlier job has (frames and tiles of one
+/// series may share a name with a place for the number, unless they are the same frames).
+std::vector<Job> readJobs(const std::string& name, const std::string& text);
+
+}  // namespace peeler::cmd

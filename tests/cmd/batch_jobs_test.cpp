@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lines of a file of jobs: what they become, and every way in which they can be wrong.
+#include "cmd/batch_jobs.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/error.h"
+
+namespace peeler::cmd {
+namespace {
+
+using Strings = std::vector<std::string>;
+
+TEST(BatchJobs, BecomeCommandLines) {
+    const auto jobs = readJobs("jobs", R"({"verb": "render", "args": ["a.glb", "-o", "a.exr"]}
+
+{"id": "b", "verb": "rays", "args": ["b.glb", "-o", "b.npz", "--threads", "1"], )"
+                                       R"("options": {"direction": ["0,0,1", "-1,0,0"], )"
+                                       R"("resolution": 32, "double": true, "quiet": false}}
+)");
+    ASSERT_EQ(jobs.size(), 2U);
+    EXPECT_EQ(jobs[0].line, 1U);
+    EXPECT_EQ(jobs[0].arguments, (Strings{"a.glb", "-o", "a.exr"}));
+    EXPECT_TRUE(jobs[0].wants_json && jobs[0].wants_threads && jobs[0].wants_memory);
+    EXPECT_EQ(jobs[1].line, 3U);
+    EXPECT_EQ(jobs[1].id, "b");
+    EXPECT_EQ(jobs[1].arguments,
+              (Strings{"b.glb", "-o", "b.npz", "--threads", "1", "--direction=0,0,1",
+                       "--direction=-1,0,0", "--double", "--resolution=32"}));
+    EXPECT_FALSE(jobs[1].wants_threads) << "it has its own";
+    EXPECT_TRUE(readJobs("jobs", "\n \r\n").empty());
+}
+
+TEST(BatchJobs, AreKnownByTheirContents) {
+    const auto hash = [](const std::string& line) { return readJobs("jobs", line).at(0).hash; };
+    const std::string job = hash(R"({"verb": "render", "args": ["a.glb", "-o", "a.exr"]})");
+    EXPECT_EQ(hash(R"({"args":["a.glb","-o","a.exr"], "id": "x", "verb":"render"})"), job);
+    EXPECT_NE(hash(R"({"verb": "render", "args": ["b.glb", "-o", "a.exr"]})"), job);
+}
+
+TEST(BatchJobs, OfOneSeriesShareItsName) {
+    const auto part = [](const std::string& frames) {
+        return R"({"verb": "render", "args": ["a.glb", "-o", "####.exr", "--frames", ")" + frames +
+               "\"]}\n";
+    };
+    EXPECT_EQ(readJobs("jobs", part("1-5") + part("6-10")).size(), 2U);
+    EXPECT_THROW(readJobs("jobs", part("1-5") + part("1-5")), Error);
+}
+
+TEST(BatchJobs, ThatAreWrongAreNamedByTheirLine) {
+    const std::string outputs = R"("args": ["a.glb", "-o", "x.exr"])";
+    const struct {
+        std::string line;
+        std::string said;
+    } cases[] = {
+        {"render a.glb -o x.exr", "not JSON"},
+        {"[]", "expected an object"},
+        {R"({"verb": "render", "scene": "a.glb"})", "unknown key 'scene'"},
+        {R"({"verb": "render", "verb": "rays"})", "a key is there twice"},
+        {R"({"args": []})", "a key is missing"},
+        {R"({"verb": 3})", "line 3: verb"},
+        {R"({"verb": "rendr"})", "unknown verb 'rendr'"},
+        {R"({"verb": "batch", "args": ["-"]})", "a batch in a batch"},
+        {R"({"verb": "devices"})", "writes no file"},
+        {R"({"verb": "render", "args": "a.glb"})", "expected an array"},
+        {R"({"verb": "render", "args": [1]})", "line 3: args"},
+        {R"({"verb": "render", "args": ["a\u0000.glb"]})", "null character"},
+        {R"({"verb": "render", "args": ["--help"]})", "nothing to do"},
+        {R"({"verb": "render", )" + outputs + R"(, "options": []})", "expected an object"},
+        {R"({"verb": "render", )" + outputs + R"(, "options": {"--size": 3}})", "dashes"},
+        {R"({"verb": "render", )" + outputs + R"(, "options": {"size": null}})", "options/size"},
+        {R"({"verb": "render", )" + outputs + R"(, "options": {"size": [[3]]}})", "no array"},
+        {R"({"verb": "render", )" + outputs + R"(, "options": {"size": "big"}})", "--size big"},
+        {R"({"verb": "render", )" + outputs + R"(, "options": {"sise": "64"}})", "'--size'"},
+        {R"({"verb": "render", "args": ["a.glb"]})", "--output"},
+        {R"({"verb": "extract", "args": ["a.exr"]})", "no output is given"},
+        {R"({"id": "", "verb": "render", )" + outputs + "}", "may not be empty"},
+        {R"({"id": "a", "verb": "render", )" + outputs + "}\n" +
+             R"({"id": "a", "verb": "render", "args": ["b.glb", "-o", "y.exr"]})",
+         "the id of line 3"},
+        {R"({"verb": "render", )" + outputs + "}\n" + R"({"verb": "rays", )" + outputs + "}",
+         "an output of line 3"},
+    };
+    for (const auto& row : cases) {
+        const std::string good = R"({"verb": "render", "args": ["good.glb", "-o", "good.exr"]})";
+        try {
+            readJobs("jobs", good + "\n\n" + row.line);
+            ADD_FAILURE() << row.line;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kUsage) << row.line;
+            const bool two = row.line.find('\n') != std::string::npos;
+            EXPECT_TRUE(error.where().starts_with(two ? "jobs, line 4" : "jobs, line 3"))
+                << error.where();
+            const std::string said = error.what() + (": " + error.where()) + '|' + error.hint();
+            EXPECT_NE(said.find(row.said), std::string::npos) << said << "\nlacks " << row.said;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace peeler::cmd
