@@ -10,7 +10,8 @@ build="g++ cmake ninja-build pkg-config libgl-dev libegl-dev libglm-dev libopene
     libmeshoptimizer-dev libopenvdb-dev libtbb-dev libboost-dev"
 test="libgtest-dev libembree-dev openexr openimageio-tools libopenvdb-tools python3 python3-numpy
     python3-openimageio python3-openvdb python3-meshio clang-format clang-tidy chromium
-    chromium-driver python3-selenium"
+    chromium-driver python3-selenium python3-yaml slurmctld slurmd slurm-client munge parallel
+    debootstrap"
 
 packages=$run
 for set in "$@"; do

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The scripts of examples/slurm on a real cluster."""
+
+import os
+import pathlib
+import re
+import signal
+import time
+
+import own_machine
+import slurm_cluster
+from peeler_command import EXAMPLES, PEELER, PeelerTest, animated_scene, fingerprints, main, peeler, skip
+
+SLURM = EXAMPLES / "slurm"
+SIZE = ("--size", "320x240")
+TASKS, FRAMES = 10, 50
+SHARE = FRAMES // TASKS
+
+
+def running_peelers():
+    """{process id: the number of its task, 0 outside an array}"""
+    found = {}
+    for entry in os.listdir("/proc"):
+        try:
+            words = pathlib.Path("/proc", entry, "cmdline").read_bytes().split(b"\0")
+            variables = pathlib.Path("/proc", entry, "environ").read_bytes()
+        except OSError:  # no process, or none any more
+            continue
+        if words[0] == PEELER.encode():
+            task = re.search(rb"\0SLURM_ARRAY_TASK_ID=(\d+)\0", variables)
+            found[int(entry)] = int(task[1]) if task else 0
+    return found
+
+
+class Slurm(PeelerTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = pathlib.Path(own_machine.SCRATCH)
+        (cls.scratch / "slurm").mkdir()
+        started = time.monotonic()
+        cls.cluster = slurm_cluster.Cluster(str(cls.scratch / "slurm"))
+        print(f"a cluster of one node after {time.monotonic() - started:.1f} s", flush=True)
+        cls.scene = animated_scene()
+        cls.addClassCleanup(cls.cluster.stop)
+
+    def setUp(self):
+        self.folder = self.scratch / self.id().rsplit(".", 1)[-1]
+        self.folder.mkdir()
+
+    def submit(self, script, *arguments, **environment):
+        """Returns the number of the job, the last one if the script submits several."""
+        command = [str(word) for word in ("sh", SLURM / script, *arguments)]
+        settings = {"PEELER": PEELER, "SBATCH_OUTPUT": str(self.folder / "log.%a"), **environment}
+        return self.cluster.ask(*command, environment=settings, cwd=self.folder).strip()
+
+    def log(self):
+        return "".join(file.read_text() for file in sorted(self.folder.glob("log.*")))
+
+    def assert_completed(self, tasks):
+        for task in tasks:
+            self.assertEqual(task["JobState"], "COMPLETED", f"{task}\n{self.log()}")
+
+    def frames(self, name):
+        (self.folder / name).mkdir()
+        out = self.folder / name / "walk.####.exr"
+        return self.submit(
+            "frames.sh", TASKS, 2, self.scene, "-o", out, "--frames", f"0-{FRAMES - 1}", *SIZE)
+
+    def disturb(self, folder, job):
+        """Kills one task (SIGKILL), and tells another one to stop as the end of its time does (SIGTERM to
+        the script), each with some but not all of its frames done. Returns the tasks' numbers, and how
+        many ran at once at most."""
+        signals, done, most = [signal.SIGKILL, signal.SIGTERM], [], 0
+        end = time.monotonic() + 30
+        while signals and time.monotonic() < end:
+            peelers = running_peelers()
+            most = max(most, len(peelers))
+            for process, task in peelers.items():
+                if task in done or not signals or not self.is_between_frames(folder, task):
+                    continue
+                os.kill(process, signal.SIGSTOP)  # or it would be done before anyone came
+                if self.is_between_frames(folder, task):
+                    done.append(task)
+                    if signals.pop(0) == signal.SIGKILL:
+                        os.kill(process, signal.SIGKILL)
+                    else:
+                        self.cluster.ask("scancel", "--batch", "--signal=TERM", f"{job}_{task}")
+                os.kill(process, signal.SIGCONT)
+        self.assertEqual(len(done), 2, "no task was caught between its frames")
+        return done, most
+
+    def is_between_frames(self, folder, task):
+        share = range((task - 1) * SHARE, task * SHARE)
+        return 0 < sum((folder / f"walk.{frame:04d}.exr").exists() for frame in share) < SHARE
+
+    def test_frames(self):
+        whole = self.folder / "whole"
+        whole.mkdir()
+        started = time.monotonic()
+        self.render(self.scene, "-o", whole / "walk.####.exr", "--frames", f"0-{FRAMES - 1}", *SIZE)
+        one_process = time.monotonic() - started
+
+        started = time.monotonic()
+        self.assert_completed(self.cluster.wait_for(self.frames("calm"), 60))
+        calm = time.monotonic() - started
+
+        started = time.monotonic()
+        job = self.frames("disturbed")
+        victims, most = self.disturb(self.folder / "disturbed", job)
+        tasks = self.cluster.wait_for(job, 60)
+        disturbed = time.monotonic() - started
+        self.assert_completed(tasks)
+        for task in tasks:
+            number = int(task["ArrayTaskId"])
+            self.assertEqual(int(task["Restarts"]), 1 if number in victims else 0, task)
+        self.assertLessEqual(most, 2)
+        self.assertIn("stopped by signal 9; queued again", self.log())
+        self.assertIn("stopped by signal 15; queued again", self.log())
+
+        self.verify(self.folder / "disturbed", FRAMES)
+        self.assert_nothing_else(self.folder / "disturbed", FRAMES)
+        expected = fingerprints(whole)
+        self.assertEqual(len(expected), FRAMES)
+        self.assertEqual(fingerprints(self.folder / "calm"), expected)
+        self.assertEqual(fingerprints(self.folder / "disturbed"), expected)
+        print(f"{FRAMES} frames of {self.scene.name}: {one_process:.1f} s by one process, {calm:.1f} s in "
+              f"{TASKS} tasks, {disturbed:.1f} s with two of them disturbed", flush=True)
+
+    def test_tiles(self):
+        options = (EXAMPLES / "scenes" / "coincident.glb", "--size", "400x301")
+        for name in ("layers.exr", "picture.png"):
+            whole, merged = self.folder / f"whole_{name}", self.folder / name
+            job = self.submit("tiles.sh", 3, merged, *options)
+            self.render(*options, "-o", whole)
+            self.assert_completed(self.cluster.wait_for(job, 30))
+            self.verify(self.folder / f"{name}.tiles", 3)
+            self.assertEqual(merged.read_bytes(), whole.read_bytes(), name)
+
+    def test_tiles_that_fail_are_not_merged(self):
+        job = self.submit("tiles.sh", 2, self.folder / "out.exr", self.folder / "missing.glb")
+        self.assertEqual(self.cluster.wait_for(job, 30)[0]["JobState"], "CANCELLED", self.log())
+        self.assertFalse((self.folder / "out.exr").exists())
+
+    def test_failures(self):
+        render = ("render", EXAMPLES / "scenes" / "glasses.glb", "-o", self.folder / "out.exr")
+
+        def fail(*options, **environment):
+            name = str(self.folder / f"log.{'_'.join(options)}")
+            job = self.submit_one(*render, *options, SBATCH_OUTPUT=name, **environment)
+            return self.cluster.wait_for(job, 30)[0], pathlib.Path(name).read_text()
+
+        # Out of memory: the same again would not help.
+        task, log = fail("--size", "8000x8000", "--memory", "64M")
+        self.assertEqual((task["ExitCode"], task["Restarts"]), ("33:0", "0"), log)
+        self.assertIn("give the task more memory", log)
+        # No GPU here, but maybe elsewhere or later; not for ever.
+        if peeler(*render, "--size", "8x8", "--require-gpu").returncode == 0:
+            self.skipTest("this machine has a GPU: no exit code 5")
+        task, log = fail("--require-gpu", PEELER_RESTARTS="1")
+        self.assertEqual((task["ExitCode"], task["Restarts"]), ("5:0", "1"), log)
+        self.assertIn("not again after 1 restarts", log)
+
+    def submit_one(self, *arguments, **environment):
+        command = [str(word) for word in ("sbatch", "--parsable", SLURM / "peeler.sbatch", *arguments)]
+        return self.cluster.ask(
+            *command, environment={"PEELER": PEELER, **environment}, cwd=self.folder).strip()
+
+    def test_a_cancelled_job_stays_cancelled(self):
+        job = self.submit_one(
+            "render", EXAMPLES / "scenes" / "glasses.glb", "-o", self.folder / "out.exr", "--size", "8000x6000")
+        end = time.monotonic() + 20
+        while not running_peelers() and time.monotonic() < end:
+            time.sleep(0.05)
+        self.assertTrue(running_peelers())
+        self.cluster.ask("scancel", job)
+        self.assertEqual(self.cluster.wait_for(job, 30)[0]["JobState"], "CANCELLED")
+        time.sleep(1)
+        self.assertEqual(running_peelers(), {})
+        self.assertEqual(list(self.folder.glob("*.exr*")), [])
+        self.assertEqual(self.cluster.tasks(job)[0]["Restarts"], "0")
+
+
+if __name__ == "__main__":
+    if os.geteuid() != 0:
+        skip("Slurm needs root here")
+    if slurm_cluster.missing_programs():
+        skip(f"no {', '.join(slurm_cluster.missing_programs())} (examples/install_dependencies.sh test)")
+    try:
+        code = own_machine.run("farm", main)
+    except OSError as error:
+        skip(f"no namespaces of our own on this machine: {error}")
+    os.sys.exit(code)
