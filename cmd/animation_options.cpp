@@ -46,6 +46,12 @@ void addFrameOptions(CLI::App& app, AnimationOptions& options) {
         "pictures of a sequence, e.g. 1-100, 1-100x2 (every second), 150,200-180; frame N is at "
         "N / fps seconds. The output's name has a place for the number: #### or %04d")
         ->group(kGroup);
+    addValue(
+        app, "--chunk", "I/N", options.chunk,
+        [](const std::string& text) { return parseShare(text); },
+        "of these frames the I-th of N runs of the same length, so that N processes share them: "
+        "1/N to N/N")
+        ->group(kGroup);
     addValue(app, "--fps", "N", options.fps, parseFps, "frames a second (default: 24)")
         ->group(kGroup);
 }
@@ -54,6 +60,10 @@ void checkAnimationOptions(const AnimationOptions& options) {
     if (options.time && options.frames) {
         throw Error(ErrorKind::kUsage, "frames have times already", "--time, --frames",
                     "leave one of them out");
+    }
+    if (options.chunk && !options.frames) {
+        throw Error(ErrorKind::kUsage, "there are no frames to take a part of",
+                    "--chunk " + options.chunk->text(), "add --frames");
     }
     if (options.fps && !options.frames && !options.time) {
         throw Error(ErrorKind::kUsage, "a frame rate is for frames", "--fps",
@@ -89,8 +99,11 @@ std::vector<Moment> momentsOf(const AnimationOptions& options) {
         return {{0, time, time + 1 / fps, 0}};
     }
     std::vector<Moment> moments;
-    for (const int frame : *options.frames)
+    const auto [first, end] = options.chunk.value_or(Share()).of(options.frames->size());
+    for (std::size_t i = first; i < end; ++i) {
+        const int frame = (*options.frames)[i];
         moments.push_back({frame, frame / fps, (frame + 1.0) / fps, fps});
+    }
     return moments;
 }
 

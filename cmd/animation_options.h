@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cmd/share.h"
 #include "core/scene.h"
 
 namespace CLI {
@@ -18,6 +19,7 @@ struct AnimationOptions {
     std::optional<std::string> animation;    ///< name, index or "all"
     std::optional<double> time;              ///< seconds
     std::optional<std::vector<int>> frames;  ///< at least one
+    std::optional<Share> chunk;              ///< of the frames
     std::optional<double> fps;
 };
 
@@ -31,7 +33,7 @@ struct Moment {
 
 /// Declares --animation and --time. `options` must outlive the parse.
 void addTimeOptions(CLI::App& app, AnimationOptions& options);
-/// Declares --frames and --fps.
+/// Declares --frames, --chunk and --fps.
 void addFrameOptions(CLI::App& app, AnimationOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
@@ -42,7 +44,8 @@ void checkAnimationOptions(const AnimationOptions& options);
 /// the list for one that is not there.
 std::vector<int> chooseAnimations(const Scene& scene, const AnimationOptions& options);
 
-/// The times to show, in the order asked for: frame N is at N / fps seconds.
+/// The times to show, in the order asked for: frame N is at N / fps seconds. None if there are more
+/// chunks than frames and this one is empty.
 std::vector<Moment> momentsOf(const AnimationOptions& options);
 
 /// What an animation is called: its own name, else "animation N".

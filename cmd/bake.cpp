@@ -118,7 +118,7 @@ std::vector<fs::path> Bake::checkFiles(std::span<const int> materials) const {
 }
 
 void Bake::checkOptions() const {
-    console_.setQuiet(options_.report.quiet);
+    options_.report.applyTo(console_);
     checkBakeOptions(options_.bake, options_.look);
     checkAnimationOptions(options_.animation);
     checkLookOptions(options_.look);

@@ -149,6 +149,17 @@ void setDepthRange(View& view, const CameraOptions& options, const Bounds& bound
                 asked ? "--near, --far" : "camera " + view.camera_name, "give --near and --far");
 }
 
+Window tileOf(const Window& whole, const Share& tile) {
+    const auto [first, end] = tile.of(static_cast<std::size_t>(whole.height()));
+    if (first == end) {
+        throw Error(ErrorKind::kUsage,
+                    "there are more tiles than the " + std::to_string(whole.height()) + " rows",
+                    "--tile " + tile.text(), "divide the picture into fewer");
+    }
+    return {whole.x0, whole.y0 + static_cast<int>(first), whole.x1,
+            whole.y0 + static_cast<int>(end)};
+}
+
 std::string cropText(const Window& crop) {
     return std::to_string(crop.x0) + ',' + std::to_string(crop.y0) + ',' +
            std::to_string(crop.width()) + ',' + std::to_string(crop.height());
@@ -219,6 +230,12 @@ void addCameraOptions(CLI::App& app, CameraOptions& options) {
         app, "--crop", "X,Y,W,H", options.crop,
         [](const std::string& value) { return parseCrop(value); },
         "render this part of the picture only, in pixels from the upper left corner")
+        ->group("Picture");
+    addValue(
+        app, "--tile", "I/N", options.tile,
+        [](const std::string& value) { return parseShare(value); },
+        "of the picture (or the crop) the I-th of N strips of rows, from 1/N at the top to N/N; "
+        "peeler merge puts them together")
         ->group("Picture");
 }
 
@@ -300,6 +317,7 @@ View makeView(const Scene& scene, const SceneContents& contents, const Shape& sh
         checkCrop(*options.crop, view.width, view.height);
         view.crop = *options.crop;
     }
+    if (options.tile) view.crop = tileOf(view.crop, *options.tile);
     return view;
 }
 

@@ -9,6 +9,7 @@
 
 #include "cmd/parse.h"
 #include "cmd/shape.h"
+#include "cmd/share.h"
 #include "core/scene_contents.h"
 #include "core/view.h"
 
@@ -26,6 +27,7 @@ struct CameraOptions {
     std::optional<double> near, far;     ///< scene units
     Size size{1280, 720};
     std::optional<Window> crop;
+    std::optional<Share> tile;  ///< of the rows of the crop, or of the picture
 
     /// Whether a camera is built from these numbers rather than taken from the scene.
     bool buildsCamera() const { return eye || target || up || fov || ortho_height; }

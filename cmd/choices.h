@@ -22,7 +22,7 @@ struct Choice {
 };
 
 /// How progress is told.
-enum class ProgressStyle { kAuto, kNone, kPlain, kJson };
+enum class ProgressStyle { kAuto, kNone, kPlain, kAlf, kOpenJd, kJson };
 
 // The default of each comes first.
 inline constexpr Choice<Surfaces> kSurfaces[] = {
@@ -54,7 +54,9 @@ inline constexpr Choice<ProgressStyle> kProgressStyles[] = {
     {"auto", ProgressStyle::kAuto, "a bar on a terminal, else plain"},
     {"none", ProgressStyle::kNone, "nothing"},
     {"plain", ProgressStyle::kPlain, "a line now and then"},
-    {"json", ProgressStyle::kJson, "JSON lines on stderr"},
+    {"alf", ProgressStyle::kAlf, "ALF_PROGRESS lines: Tractor, Afanasy"},
+    {"openjd", ProgressStyle::kOpenJd, "openjd_progress and openjd_status lines: Deadline Cloud"},
+    {"json", ProgressStyle::kJson, "JSON lines"},
 };
 
 template <class T>

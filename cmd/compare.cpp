@@ -70,7 +70,7 @@ class Compare {
 };
 
 void Compare::checkOptions() {
-    console_.setQuiet(options_.report.quiet);
+    options_.report.applyTo(console_);
     const fs::path heatmap = options_.heatmap.value_or(fs::path());
     OutputFlags output;
     output.path = heatmap;

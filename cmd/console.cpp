@@ -44,6 +44,11 @@ void Console::result(std::string_view text) {
                 "standard output");
 }
 
+void Console::error(std::string_view text) {
+    message("error: ", text);
+    if (!failure_prefix_.empty()) machineLine(failure_prefix_ + printable(text));
+}
+
 void Console::note(std::string_view text) {
     if (!quiet_) message("", text);
 }

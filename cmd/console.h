@@ -5,6 +5,7 @@
 #include <iosfwd>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace peeler::cmd {
 
@@ -29,13 +30,19 @@ class Console {
     /// Error (kOutput) if it cannot be written for another reason.
     void result(std::string_view text);
 
-    void error(std::string_view text) { message("error: ", text); }
+    void error(std::string_view text);
     void hint(std::string_view text) { message("hint: ", text); }
     void warning(std::string_view text) { message("warning: ", text); }
     /// What a person may want to know and a script need not.
     void note(std::string_view text);
     /// A line for programs, as it is.
     void machineLine(std::string_view line);
+
+    /// A prefix under which every error is told once more, for a scheduler; "" = it is not.
+    void setFailurePrefix(std::string prefix) { failure_prefix_ = std::move(prefix); }
+    /// The share of the command's work that a scheduler has been told is done: never to fall.
+    double told() const { return told_; }
+    void setTold(double share) { told_ = share; }
 
     /// Draws `text` over the previous bar; does nothing unless `err` is a terminal. Any message
     /// clears the bar first.
@@ -50,6 +57,8 @@ class Console {
     bool terminal_;
     bool quiet_ = false;
     std::size_t bar_width_ = 0;
+    std::string failure_prefix_;
+    double told_ = 0;
 };
 
 /// `text` with its control characters as \xNN: what a file says must not steer a terminal.

@@ -55,7 +55,7 @@ class Convert {
     void tell();
 
     template <class Take>
-    void forEachBand(const std::string& stage, Take&& take);
+    void forEachBand(const Stage& stage, Take&& take);
 
     const ConvertOptions& options_;
     Console& console_;
@@ -65,7 +65,7 @@ class Convert {
 };
 
 void Convert::checkOptions() {
-    console_.setQuiet(options_.report.quiet);
+    options_.report.applyTo(console_);
     const OutputFormat& format =
         findOutputFormat(options_.output.path.string(), options_.output.as);
     if (format.kind == "composite" || format.casters) {
@@ -84,7 +84,7 @@ void Convert::open() {
 }
 
 template <class Take>
-void Convert::forEachBand(const std::string& stage, Take&& take) {
+void Convert::forEachBand(const Stage& stage, Take&& take) {
     ProgressReport progress(console_, options_.report.shownProgress(), stage);
     cmd::forEachBand(*reader_, 0, result_.milliseconds, progress, take);
 }
@@ -94,7 +94,7 @@ void Convert::forEachBand(const std::string& stage, Take&& take) {
 void Convert::count() {
     if (!reader_->info().deep.empty()) return;
     LayerWindows windows;
-    forEachBand("count", [&](const LayeredImage& band) { windows.add(band); });
+    forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { windows.add(band); });
     plan_.layers = windows.layers();
     plan_.fragments_stored = windows.fragments();
     if (!reader_->info().is_peeler) plan_.fragments_counted = plan_.fragments_stored;

@@ -37,28 +37,38 @@ std::string hintOf(const Error& error) {
     return "";
 }
 
-int report(Console& console, const Error& error) {
+}  // namespace
+
+int reportError(Console& console, const Error& error) {
     const std::string what = error.what();
     console.error(error.where().empty() ? what : what + ": " + error.where());
     console.hint(hintOf(error));
     return static_cast<int>(error.kind());
 }
 
-}  // namespace
+Error currentError() {
+    try {
+        throw;
+    } catch (const Error& error) {
+        return error;
+    } catch (const ReaderGone&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        return Error(ErrorKind::kMemory, "out of memory");
+    } catch (const std::exception& error) {
+        return Error(ErrorKind::kInternal, error.what());
+    } catch (...) {
+        return Error(ErrorKind::kInternal, "unknown exception");
+    }
+}
 
 int runReported(Console& console, const std::function<int()>& work) {
     try {
         return work();
-    } catch (const Error& error) {
-        return report(console, error);
     } catch (const ReaderGone&) {
         return 128 + SIGPIPE;
-    } catch (const std::bad_alloc&) {
-        return report(console, Error(ErrorKind::kMemory, "out of memory"));
-    } catch (const std::exception& error) {
-        return report(console, Error(ErrorKind::kInternal, error.what()));
     } catch (...) {
-        return report(console, Error(ErrorKind::kInternal, "unknown exception"));
+        return reportError(console, currentError());
     }
 }
 

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "cmd/console.h"
+#include "core/error.h"
 
 namespace peeler::cmd {
 
@@ -12,5 +13,11 @@ namespace peeler::cmd {
 /// the exit code that belongs to it: an Error its kind, std::bad_alloc 33, ReaderGone 141 (as
 /// SIGPIPE would have it) without a word, anything else 1.
 int runReported(Console& console, const std::function<int()>& work);
+
+/// What is being handled, as an Error. To be called in a catch block; ReaderGone goes on.
+Error currentError();
+
+/// Tells an error, with a hint. Returns its exit code.
+int reportError(Console& console, const Error& error);
 
 }  // namespace peeler::cmd

@@ -83,7 +83,7 @@ class Extract {
     }
 
     template <class Take>
-    void forEachBand(const std::string& stage, Take&& take);
+    void forEachBand(const Stage& stage, Take&& take);
 
     const ExtractOptions& options_;
     Console& console_;
@@ -100,7 +100,7 @@ class Extract {
 };
 
 template <class Take>
-void Extract::forEachBand(const std::string& stage, Take&& take) {
+void Extract::forEachBand(const Stage& stage, Take&& take) {
     ProgressReport progress(console_, options_.report.shownProgress(), stage);
     cmd::forEachBand(*reader_, 0, times_, progress, take, kExtractBandBytes);
 }
@@ -117,7 +117,7 @@ void Extract::checkFile(const fs::path& path, const char* extension) const {
 }
 
 void Extract::checkOptions() const {
-    console_.setQuiet(options_.report.quiet);
+    options_.report.applyTo(console_);
     std::vector<fs::path> outputs;
     if (writesLayers()) {
         if (writesExrLayers() &&
@@ -216,7 +216,7 @@ void Extract::count() {
     const bool partial_counts = options_.counts && !selection_.all();
     if (!options_.arrays && !writesExrLayers() && !partial_counts) return;
     DepthComplexity complexity(whole_.view.crop);
-    forEachBand("count", [&](const LayeredImage& band) { complexity.addBand(band); });
+    forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });
     // A window may be larger than it has to be, in files of others.
     const std::vector<LayerPlan> found = complexity.layers();
     chosen_.fragments_stored = 0;

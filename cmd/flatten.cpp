@@ -58,7 +58,7 @@ class Flatten {
 
     /// Reads the picture top to bottom, limited, and hands each band to `take`.
     template <class Take>
-    void forEachBand(const std::string& stage, Take&& take);
+    void forEachBand(const Stage& stage, Take&& take);
 
     const FlattenOptions& options_;
     Console& console_;
@@ -68,7 +68,7 @@ class Flatten {
 };
 
 void Flatten::checkOptions() {
-    console_.setQuiet(options_.report.quiet);
+    options_.report.applyTo(console_);
     checkOutput(options_.output, {options_.input});
     checkReport(options_.report, {options_.input, options_.output.path});
     setThreads(options_.threads);
@@ -81,7 +81,7 @@ void Flatten::open() {
 }
 
 template <class Take>
-void Flatten::forEachBand(const std::string& stage, Take&& take) {
+void Flatten::forEachBand(const Stage& stage, Take&& take) {
     ProgressReport progress(console_, options_.report.shownProgress(), stage);
     cmd::forEachBand(*reader_, options_.max_layers, result_.milliseconds, progress, take);
 }
@@ -93,7 +93,7 @@ void Flatten::limitLayers() {
     // The header tells how many fragments the picture shows, and comes before them: count first.
     if (limited) plan_.layers.resize(options_.max_layers);
     plan_.fragments_stored = 0;
-    forEachBand("count",
+    forEachBand({"count", kCountEnd},
                 [&](const LayeredImage& band) { plan_.fragments_stored += band.fragments(); });
     if (!told) plan_.fragments_counted = plan_.fragments_stored;
 }

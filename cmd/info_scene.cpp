@@ -17,6 +17,7 @@
 #include "core/lights.h"
 #include "core/scene_contents.h"
 #include "formats/gltf_reader.h"
+#include "formats/hash_text.h"
 
 namespace peeler::cmd {
 

@@ -13,6 +13,7 @@
 #include "cmd/report.h"
 #include "core/error.h"
 #include "formats/environment_file.h"
+#include "formats/hash_text.h"
 
 namespace peeler::cmd {
 

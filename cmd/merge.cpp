@@ -18,6 +18,7 @@
 #include "core/tiles.h"
 #include "formats/exr_layout.h"
 #include "formats/layered_input.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -121,7 +122,7 @@ class Merge {
 
     /// Joins the tiles band by band and hands each band to `take`.
     template <class Take>
-    void forEachBand(const std::string& stage, Take&& take);
+    void forEachBand(const Stage& stage, Take&& take);
     int rowsAtOnce() const;
 
     const MergeOptions& options_;
@@ -134,7 +135,7 @@ class Merge {
 };
 
 void Merge::checkOptions() {
-    console_.setQuiet(options_.report.quiet);
+    options_.report.applyTo(console_);
     checkOutput(options_.output, options_.inputs);
     if (findOutputFormat(options_.output.path.string(), options_.output.as).casters) {
         throw Error(ErrorKind::kUsage, "layers do not tell which surfaces cast shadows",
@@ -245,7 +246,7 @@ void Merge::plan() {
 /// Where tiles overlap, only their union tells.
 void Merge::countLayers() {
     LayerWindows windows;
-    forEachBand("count", [&](const LayeredImage& band) { windows.add(band); });
+    forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { windows.add(band); });
     plan_.layers = windows.layers();
     plan_.fragments_stored = windows.fragments();
 }
@@ -271,7 +272,7 @@ int Merge::rowsAtOnce() const {
 }
 
 template <class Take>
-void Merge::forEachBand(const std::string& stage, Take&& take) {
+void Merge::forEachBand(const Stage& stage, Take&& take) {
     ProgressReport progress(console_, options_.report.shownProgress(), stage);
     const Window& crop = plan_.view.crop;
     const int rows = rowsAtOnce();
@@ -303,7 +304,13 @@ void Merge::write() {
     Provenance provenance = tiles_.front().info().provenance;
     provenance.version = PEELER_VERSION;
     OutputOptions output = outputOptions(options_.output, provenance);
-    output.cryptomatte = keepsCryptomatte(tiles_.front().info(), options_.output);
+    const ExrInfo& first = tiles_.front().info();
+    output.cryptomatte = keepsCryptomatte(first, options_.output);
+    // Samples that were merged in the tiles are not merged again: by what, the hash does not know.
+    if (first.attributes().contains("peeler:outputHash") && provenance.deep_merge.empty()) {
+        output.provenance.output_hash =
+            outputHash(plan_.view, options_.output.path.string(), output);
+    }
     auto writer = makeSink(options_.output.path.string(), output);
     writer->begin(plan_);
     std::uint64_t fragments = 0;

@@ -230,8 +230,14 @@ bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output) {
            format.composite && !output.no_composite;
 }
 
+void ReportFlags::applyTo(Console& console) const {
+    console.setQuiet(quiet);
+    if (progress == ProgressStyle::kOpenJd) console.setFailurePrefix("openjd_fail: ");
+}
+
 ProgressStyle ReportFlags::shownProgress() const {
-    return quiet && progress != ProgressStyle::kJson ? ProgressStyle::kNone : progress;
+    const bool for_people = progress == ProgressStyle::kAuto || progress == ProgressStyle::kPlain;
+    return quiet && for_people ? ProgressStyle::kNone : progress;
 }
 
 void addReportOptions(CLI::App& app, ReportFlags& flags) {
@@ -282,16 +288,6 @@ void tellResult(const ReportFlags& flags, const PictureResult& result, Console& 
     const auto json = toJson(result);
     if (flags.file) writeReport(*flags.file, json);
     console.note(summary(result));
-    if (flags.json) console.result(jsonText(json));
-}
-
-void tellFrames(const ReportFlags& flags, const std::vector<PictureResult>& frames,
-                Console& console) {
-    nlohmann::ordered_json json;
-    json["frames"] = nlohmann::ordered_json::array();
-    for (const PictureResult& frame : frames)
-        json["frames"].push_back(toJson(frame));
-    if (flags.file) writeReport(*flags.file, json);
     if (flags.json) console.result(jsonText(json));
 }
 

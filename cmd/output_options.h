@@ -72,6 +72,8 @@ struct ReportFlags {
     ProgressStyle progress = ProgressStyle::kAuto;
 
     ProgressStyle shownProgress() const;
+    /// Makes the console as quiet as asked for, and tell errors to the scheduler that reads along.
+    void applyTo(Console& console) const;
 };
 
 /// Declares --json, --report, --progress and --quiet.
@@ -92,10 +94,6 @@ void checkSceneFiles(const Scene& scene, const std::vector<std::filesystem::path
 
 /// The result as asked for: to the report file, as JSON on stdout, and as a line on stderr.
 void tellResult(const ReportFlags& flags, const PictureResult& result, Console& console);
-
-/// The results of a sequence as asked for, {"frames": [one result a frame]}, without lines.
-void tellFrames(const ReportFlags& flags, const std::vector<PictureResult>& frames,
-                Console& console);
 
 /// Declares --threads; 0 = as many as the process may run on.
 void addThreadsOption(CLI::App& app, int& threads);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -12,18 +13,21 @@ namespace peeler::cmd {
 namespace {
 constexpr double kBarSeconds = 0.05;
 constexpr double kPlainSeconds = 1, kPlainShare = 0.1;
-constexpr double kJsonSeconds = 0.1;
+constexpr double kLineSeconds = 0.1;
 }  // namespace
 
-ProgressReport::ProgressReport(Console& console, ProgressStyle style, std::string stage,
-                               Clock clock)
+ProgressReport::ProgressReport(Console& console, ProgressStyle style, Stage stage, Clock clock)
     : console_(console),
       style_(style),
       stage_(std::move(stage)),
       clock_(std::move(clock)),
       start_(clock_()),
-      last_(start_) {
-    if (style_ == ProgressStyle::kJson) json(0);
+      last_(start_),
+      begin_(console.told()) {
+    if (style_ == ProgressStyle::kOpenJd) status(stage_.name);
+    if (style_ == ProgressStyle::kJson || style_ == ProgressStyle::kAlf ||
+        style_ == ProgressStyle::kOpenJd)
+        update(0);
 }
 
 ProgressReport::~ProgressReport() {
@@ -32,6 +36,7 @@ ProgressReport::~ProgressReport() {
 
 void ProgressReport::update(double share) {
     const double done = std::clamp(share, 0.0, 1.0);
+    const double of_command = begin_ + (std::max(stage_.end, begin_) - begin_) * done;
     switch (style_) {
         case ProgressStyle::kNone:
             return;
@@ -39,9 +44,17 @@ void ProgressReport::update(double share) {
             return json(done);
         case ProgressStyle::kPlain:
             return plain(done);
+        case ProgressStyle::kAlf:
+            return alf(of_command);
+        case ProgressStyle::kOpenJd:
+            return openJd(of_command);
         case ProgressStyle::kAuto:
             return console_.terminal() ? bar(done) : plain(done);
     }
+}
+
+void ProgressReport::status(const std::string& text) {
+    if (style_ == ProgressStyle::kOpenJd) console_.machineLine("openjd_status: " + printable(text));
 }
 
 void ProgressReport::bar(double share) {
@@ -49,7 +62,7 @@ void ProgressReport::bar(double share) {
     constexpr int kCells = 30;
     const int full = static_cast<int>(std::floor(share * kCells));
     const int percent = static_cast<int>(std::floor(share * 100));
-    std::string text = stage_ + " [" + std::string(static_cast<std::size_t>(full), '#') +
+    std::string text = stage_.name + " [" + std::string(static_cast<std::size_t>(full), '#') +
                        std::string(static_cast<std::size_t>(kCells - full), '.') + "] " +
                        std::to_string(percent) + " %";
     // Two seconds of experience make an estimate.
@@ -68,21 +81,42 @@ void ProgressReport::plain(double share) {
         share - last_share_ < kPlainShare - 1e-9)
         return;
     const int percent = static_cast<int>(std::floor(share * 100 + 1e-9));
-    console_.note(stage_ + " " + std::to_string(percent) + " %");
+    console_.note(stage_.name + " " + std::to_string(percent) + " %");
     last_share_ = share;
     last_ = clock_();
 }
 
 void ProgressReport::json(double share) {
-    if (shown_ && (share <= last_share_ || (share < 1 && secondsSince(last_) < kJsonSeconds)))
+    if (shown_ && (share <= last_share_ || (share < 1 && secondsSince(last_) < kLineSeconds)))
         return;
     nlohmann::ordered_json line;
-    line["stage"] = stage_;
+    line["stage"] = stage_.name;
     line["progress"] = share;
     line["seconds"] = std::round(secondsSince(start_) * 1e3) / 1e3;
     console_.machineLine(line.dump());
     shown_ = true;
     last_share_ = share;
+    last_ = clock_();
+}
+
+void ProgressReport::alf(double share) {
+    const int percent = static_cast<int>(std::floor(share * 100 + 1e-9));
+    const int told = static_cast<int>(std::floor(console_.told() * 100 + 1e-9));
+    if (shown_ && percent <= told) return;
+    console_.machineLine("ALF_PROGRESS " + std::to_string(percent) + "%");
+    shown_ = true;
+    console_.setTold(share);
+}
+
+void ProgressReport::openJd(double share) {
+    const bool end = share >= 1 && console_.told() < 1;
+    if (shown_ && !end && (share - console_.told() < 1e-3 || secondsSince(last_) < kLineSeconds))
+        return;
+    char text[16];
+    std::snprintf(text, sizeof text, "%.1f", std::floor(share * 1000 + 1e-6) / 10);
+    console_.machineLine(std::string("openjd_progress: ") + text);
+    shown_ = true;
+    console_.setTold(share);
     last_ = clock_();
 }
 

@@ -26,6 +26,7 @@
 #include "cmd/voxel_output.h"
 #include "core/error.h"
 #include "core/renderer.h"
+#include "formats/hash_text.h"
 #include "formats/point_reader.h"
 
 namespace peeler::cmd {
@@ -116,7 +117,7 @@ class Rays {
 };
 
 void Rays::checkOptions() {
-    console_.setQuiet(options_.report.quiet);
+    options_.report.applyTo(console_);
     checkRaysOptions(options_);
     checkFiles();
     capture_ = options_.capture;
@@ -246,7 +247,7 @@ void Rays::openRenderer() {
 /// Headers and arrays say how many hits follow, and come before them.
 void Rays::count() {
     if (std::ranges::any_of(outputs_, [](const auto& output) { return output->needsHits(); })) {
-        ProgressReport progress(console_, options_.report.shownProgress(), "count");
+        ProgressReport progress(console_, options_.report.shownProgress(), {"count", kCountEnd});
         for (const Bundle& bundle : bundles_) {
             hits_.push_back(renderer_->plan(bundle.view, capture_).fragments_counted);
             progress.update(static_cast<double>(hits_.size()) /

@@ -4,31 +4,29 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "cmd/animation_options.h"
-#include "cmd/camera_options.h"
-#include "cmd/capture_options.h"
-#include "cmd/channel_options.h"
-#include "cmd/clip_options.h"
+#include "cmd/errors.h"
 #include "cmd/frames.h"
-#include "cmd/look_options.h"
 #include "cmd/opened_scene.h"
-#include "cmd/options.h"
-#include "cmd/output_options.h"
 #include "cmd/progress.h"
+#include "cmd/render_options.h"
 #include "cmd/report.h"
 #include "cmd/resources.h"
-#include "cmd/scene_options.h"
+#include "cmd/sequence_results.h"
 #include "cmd/settings.h"
 #include "cmd/verbs.h"
+#include "core/background_sink.h"
+#include "core/bands.h"
 #include "core/error.h"
 #include "core/fxaa_filter.h"
 #include "core/gl/context.h"
-#include "core/peel/method.h"
-#include "core/renderer.h"
+#include "core/parallel.h"
+#include "formats/hash_text.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -36,168 +34,135 @@ namespace peeler::cmd {
 namespace {
 
 namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
 
-struct RenderOptions {
-    SceneOptions scene;
-    AnimationOptions animation;
-    CameraOptions camera;
-    CaptureSettings capture;
-    ChannelOptions channels;
-    ClipOptions clip;
-    LookOptions look;
-    std::optional<int> shadow_size;
-    gl::ContextRequest device;
-    int threads = 0;
-    bool strict = false;
-    bool fxaa = false;
-    OutputFlags output;
-    ReportFlags report;
+/// A picture in the making.
+struct Picture {
+    Moment moment;
+    std::size_t index = 0;  ///< among the moments
+    OutputFlags output{};
+    Clock::time_point start{};
+    View view{};
+    Provenance provenance{};
+    Plan plan{};
+    PictureResult result{};
+    std::string backend{};  ///< that it was captured with
+    std::unique_ptr<Sink> writer{};
+    BackgroundSink* behind = nullptr;  ///< the writer, if it goes on by itself
 };
 
-/// One render of one picture or a sequence. run() lists its stages; each leaves in the members what
-/// the next ones need. Scene, shaders and context are there once for all pictures.
+/// One render of one picture or a sequence. run() lists its stages. Scene, shaders and context are
+/// there once for all pictures, and a picture is captured while the one before is being written.
 class Render {
   public:
-    Render(const RenderOptions& options, Console& console) : options_(options), console_(console) {}
+    Render(const RenderOptions& options, Console& console)
+        : options_(options), console_(console), results_(options.report, isSequence(), console) {}
 
-    void run() {
-        start_ = Clock::now();
+    int run() {
         checkOptions();
         openScene();
+        if (options_.sequence.dry_run) {
+            tellPlan();
+            return 0;
+        }
         try {
-            for (const Moment& moment : moments_)
-                renderPicture(moment);
+            renderAll();
             if (options_.channels.manifest)
-                writeIdManifest(*options_.channels.manifest, provenance_.ids);
+                writeIdManifest(*options_.channels.manifest, idNames(scene_->scene()));
         } catch (...) {
             // The frames that are there should be known.
-            if (!finished_.empty()) tellSequence();
+            if (!results_.empty()) results_.tell();
             throw;
         }
-        tellSequence();
+        results_.tell();
+        return results_.worst();
     }
 
   private:
     void checkOptions();
     void checkFiles();
-    void chooseChannels();
     void openScene();
     std::vector<fs::path> outputs() const;
-    void renderPicture(const Moment& moment);
-    void pose(const Moment& moment);
-    void prepareRenderer();
-    void openRenderer();
-    void plan();
-    void capture(const Moment& moment);
-    void tell(const Moment& moment);
-    void tellSequence();
 
+    void renderAll();
+    void render(const Moment& moment);
+    void retry(Picture& picture);
+    void pose(Picture& picture);
+    bool isThere(const Picture& picture) const;
+    void capture(Picture& picture);
+    void openRenderer(Picture& picture);
+    void plan(Picture& picture);
+    void makeWriter(Picture& picture);
+    void settle();
+
+    void tellPlan();
+    void tell(Picture& picture);
+    void tellSkipped(Picture& picture);
+
+    bool isSequence() const { return options_.animation.frames.has_value(); }
+    std::optional<int> frameOf(const Moment& moment) const {
+        return isSequence() ? std::optional(moment.frame) : std::nullopt;
+    }
+    Progress progressOf(const Picture& picture);
     OutputFlags outputOf(const Moment& moment) const;
-    Provenance provenance(const Moment& moment) const;
-
-    using Clock = std::chrono::steady_clock;
+    OutputOptions writerOptions(const Picture& picture) const;
+    void describeProvenance(Picture& picture) const;
 
     const RenderOptions& options_;
     Console& console_;
+    const Clock::time_point start_ = Clock::now();
     std::vector<Moment> moments_;
     CaptureSettings capture_;
+    StageTimes loading_;
     std::optional<OpenedScene> scene_;
     SceneContents contents_;
     NextFrame next_frame_;
-    View view_;
     std::unique_ptr<gl::Context> context_;  // before what lives in it
     std::optional<Renderer> renderer_;
-    Clock::time_point start_;  // of what belongs to the picture in the making
-    OutputFlags output_;
-    Plan plan_;
-    Provenance provenance_;
-    PictureResult result_;
-    std::vector<PictureResult> finished_;
+    std::optional<Picture> written_;  // captured, and perhaps still being written
+    SequenceResults results_;
     std::optional<ProgressReport> progress_;
 };
 
-/// What shadows are made of, for an output that shows nothing else.
-void chooseCasters(CaptureSettings& capture) {
-    const CaptureSettings usual;
-    if (capture.max_layers != usual.max_layers || capture.surfaces != usual.surfaces ||
-        capture.faces != usual.faces || capture.shadows || capture.samples != usual.samples ||
-        capture.occlusion_ratio != usual.occlusion_ratio) {
-        throw Error(
-            ErrorKind::kUsage, "a shadow map shows both faces of all opaque surfaces",
-            "--as midpoint-depth",
-            "leave --layers, --occlusion-ratio, --samples, --surfaces, --faces and --shadows out");
-    }
-    capture.opaque_only = true;
-    capture.faces = Faces::kBoth;
-    capture.shading = Shading::kUnlit;
-}
-
 void Render::checkOptions() {
-    console_.setQuiet(options_.report.quiet);
+    options_.report.applyTo(console_);
     checkCameraOptions(options_.camera);
     checkAnimationOptions(options_.animation);
-    moments_ = momentsOf(options_.animation);
     const std::string path = options_.output.path.string();
-    if (moments_.size() > 1 && !hasFrameToken(path)) {
+    const std::size_t frames = isSequence() ? options_.animation.frames->size() : 1;
+    if (frames > 1 && !hasFrameToken(path)) {
         throw Error(ErrorKind::kUsage,
-                    "all " + std::to_string(moments_.size()) + " frames would have the same name",
+                    "all " + std::to_string(frames) + " frames would have the same name",
                     "--output " + path,
                     "put #### or %04d into the file's name, where the frame's number goes");
     }
+    moments_ = momentsOf(options_.animation);
     checkFiles();
     setThreads(options_.threads);
-    capture_ = options_.capture;
-    const OutputFormat& format = findOutputFormat(path, options_.output.as);
-    capture_.composite = format.kind == "composite";
-    chooseChannels();
-    if (format.casters) chooseCasters(capture_);
-    checkSettings(capture_);
-    if (options_.fxaa && !capture_.composite && capture_.channels.empty()) {
-        throw Error(ErrorKind::kUsage, "a filter of finished pictures cannot smooth layers",
-                    "--fxaa", "add --as composite, or use --samples instead");
-    }
+    capture_ = captureSettings(options_);
     checkClipOptions(options_.clip);
     checkLookOptions(options_.look);
-    setShadowSize(capture_, options_.shadow_size);
-}
-
-/// A composite with channels is made of layers, by its writer.
-void Render::chooseChannels() {
-    checkChannelOptions(options_.channels, options_.output);
-    capture_.channels = capturedChannels(options_.channels);
-    if (capture_.channels.empty()) return;
-    const MethodInfo* method = findPeelMethod(capture_.method);
-    if (method && !method->exact()) {
-        throw Error(ErrorKind::kUsage,
-                    capture_.method + " finds no fragments that could have channels",
-                    "--method " + capture_.method,
-                    "choose another method, or leave --channels and --cryptomatte out");
-    }
-    if (capture_.tail == Tail::kBlend) {
-        throw Error(ErrorKind::kUsage, "what is blended has no channels", "--tail blend",
-                    "leave it out, or --channels and --cryptomatte");
-    }
-    if (options_.fxaa) {
-        throw Error(ErrorKind::kUsage, "a filter of colours cannot smooth channels", "--fxaa",
-                    "use --samples, or leave --channels and --cryptomatte out");
-    }
-    capture_.composite = false;
 }
 
 /// Nothing that is written may replace anything that is read, or what must stay.
 void Render::checkFiles() {
     std::vector<fs::path> inputs{options_.scene.file};
     if (options_.look.environment) inputs.push_back(*options_.look.environment);
-    checkOutput(outputOf(moments_.front()), inputs);
     std::vector<fs::path> others = inputs;
     for (const Moment& moment : moments_) {
-        const OutputFlags output = outputOf(moment);
-        checkTarget(output, inputs);
+        OutputFlags output = outputOf(moment);
+        // What must stay may be what is wanted, or no reason to stop.
+        if (options_.sequence.skip_existing || options_.sequence.keep_going)
+            output.no_clobber = false;
+        if (&moment == &moments_.front())
+            checkOutput(output, inputs);
+        else
+            checkTarget(output, inputs);
         others.push_back(output.path);
     }
     if (options_.channels.manifest) {
         const std::string manifest = options_.channels.manifest->string();
-        if (options_.animation.frames && hasFrameToken(manifest)) {
+        if (isSequence() && hasFrameToken(manifest)) {
             throw Error(ErrorKind::kUsage, "one manifest serves all frames",
                         "--manifest " + manifest, "give it a name without a frame number");
         }
@@ -212,7 +177,7 @@ void Render::checkFiles() {
 }
 
 void Render::openScene() {
-    const StageTimer timer(result_.milliseconds, "load");
+    const StageTimer timer(loading_, "load");
     SceneOptions scene = options_.scene;
     scene.gltf.strict = options_.strict;
     scene_.emplace(scene, options_.look, options_.animation, capture_.shadows, console_);
@@ -229,161 +194,269 @@ std::vector<fs::path> Render::outputs() const {
     return files;
 }
 
-void Render::renderPicture(const Moment& moment) {
-    output_ = outputOf(moment);
-    pose(moment);
-    prepareRenderer();
-    plan();
-    capture(moment);
-    const std::chrono::duration<double, std::milli> passed = Clock::now() - start_;
-    result_.milliseconds["total"] = passed.count();
-    tell(moment);
-    result_ = {};
-    start_ = Clock::now();
-}
-
 /// A lone picture keeps the name it is given, whatever is in it.
 OutputFlags Render::outputOf(const Moment& moment) const {
     OutputFlags output = options_.output;
-    if (options_.animation.frames) output.path = framePath(output.path.string(), moment.frame);
+    if (isSequence()) output.path = framePath(output.path.string(), moment.frame);
     return output;
 }
 
-void Render::pose(const Moment& moment) {
-    const StageTimer timer(result_.milliseconds, "load");
-    contents_ = scene_->at(moment.time);
-    view_ = scene_->view(contents_, options_.camera);
+void Render::renderAll() {
+    progress_.emplace(console_, options_.report.shownProgress(), "render");
+    try {
+        for (const Moment& moment : moments_)
+            render(moment);
+    } catch (...) {
+        // The picture before is none the worse for it.
+        const std::exception_ptr first = std::current_exception();
+        try {
+            settle();
+        } catch (...) {
+            reportError(console_, currentError());
+        }
+        std::rethrow_exception(first);
+    }
+    settle();
+    progress_->update(1);
+    progress_.reset();
+}
+
+void Render::render(const Moment& moment) {
+    Picture picture{.moment = moment,
+                    .index = static_cast<std::size_t>(&moment - moments_.data()),
+                    .output = outputOf(moment),
+                    .start = Clock::now()};
+    if (picture.index == 0) {
+        picture.start = start_;
+        picture.result.milliseconds = loading_;
+    }
+    if (isSequence()) {
+        progress_->status("frame " + std::to_string(moment.frame) + ", " +
+                          std::to_string(picture.index + 1) + " of " +
+                          std::to_string(moments_.size()));
+    }
+    try {
+        pose(picture);
+        if (options_.sequence.skip_existing && isThere(picture)) {
+            settle();
+            tellSkipped(picture);
+            return;
+        }
+        try {
+            capture(picture);
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kDevice || !context_) throw;
+            console_.warning(std::string(error.what()) + "; trying once more.");
+            retry(picture);
+        }
+    } catch (...) {
+        const Error error = currentError();
+        const bool for_all =
+            error.kind() == ErrorKind::kUsage || (error.kind() == ErrorKind::kDevice && !context_);
+        if (!options_.sequence.keep_going || for_all) throw error;
+        settle();
+        results_.addFailure(picture.output.path, frameOf(picture.moment), error);
+        // Whatever state it was left in.
+        renderer_.reset();
+        context_.reset();
+        return;
+    }
+    settle();
+    written_ = std::move(picture);
+    if (!written_->behind) settle();
+}
+
+/// A context that was lost takes everything that lives in it along.
+void Render::retry(Picture& picture) {
+    picture.writer.reset();
+    renderer_.reset();
+    context_.reset();
+    pose(picture);
+    capture(picture);
+}
+
+void Render::pose(Picture& picture) {
+    const StageTimer timer(picture.result.milliseconds, "load");
+    contents_ = scene_->at(picture.moment.time);
+    picture.view = scene_->view(contents_, options_.camera);
     capture_.clip = clipVolume(options_.clip, scene_->scene(), contents_);
-    if (!options_.channels.wants(Channel::kMotion)) return;
-    next_frame_.contents = scene_->at(moment.next_time);
-    next_frame_.view = scene_->view(next_frame_.contents, options_.camera);
-}
-
-void Render::prepareRenderer() {
-    if (renderer_)
-        renderer_->setContents(std::move(contents_));
-    else
-        openRenderer();
-    if (options_.channels.wants(Channel::kMotion)) renderer_->setNextFrame(std::move(next_frame_));
-}
-
-void Render::openRenderer() {
-    {
-        const StageTimer timer(result_.milliseconds, "context");
-        context_ = openContext(options_.device, console_);
+    if (options_.channels.wants(Channel::kMotion)) {
+        next_frame_.contents = scene_->at(picture.moment.next_time);
+        next_frame_.view = scene_->view(next_frame_.contents, options_.camera);
     }
-    renderer_.emplace(*context_, scene_->scene(), std::move(contents_));
+    describeProvenance(picture);
 }
 
-void Render::plan() {
-    plan_ = renderer_->plan(view_, capture_);
-    if (options_.strict && !plan_.complete()) {
-        const bool blended = plan_.fragments_blended != 0;
-        throw Error(ErrorKind::kIncomplete,
-                    std::string("the layer limit ") +
-                        (blended ? "leaves to an approximation " : "leaves out ") +
-                        countText(plan_.fragments_counted - plan_.fragments_stored, "fragment") +
-                        " of " + groupedText(plan_.fragments_counted),
-                    output_.path.string(),
-                    "use --layers all and no --occlusion-ratio, or leave --strict out");
-    }
-}
-
-void Render::capture(const Moment& moment) {
-    provenance_ = provenance(moment);
-    OutputOptions output = outputOptions(output_, provenance_);
-    output.cryptomatte = options_.channels.cryptomatte;
-    auto writer = makeSink(output_.path.string(), output);
-    if (options_.fxaa) writer = std::make_unique<FxaaFilter>(std::move(writer), output.background);
-    writer->begin(plan_);
-    if (!progress_) progress_.emplace(console_, options_.report.shownProgress(), "render");
-    const auto done = static_cast<double>(finished_.size());
-    Sink* const sinks[] = {writer.get()};
-    result_.passes =
-        renderer_
-            ->capture(sinks,
-                      [&](double share) {
-                          progress_->update((done + share) / static_cast<double>(moments_.size()));
-                      })
-            .passes;
-    if (finished_.size() + 1 == moments_.size()) progress_.reset();
-    writer->finish();
-    add(result_.milliseconds, renderer_->takeTimes());
-    add(result_.milliseconds, writer->times());
-}
-
-Provenance Render::provenance(const Moment& moment) const {
-    Provenance provenance;
+void Render::describeProvenance(Picture& picture) const {
+    const Moment& moment = picture.moment;
+    Provenance& provenance = picture.provenance;
     provenance.version = PEELER_VERSION;
     provenance.method = capture_.method;
     provenance.surfaces =
         capture_.opaque_only ? "opaque" : nameOf<Surfaces>(kSurfaces, capture_.surfaces);
     provenance.scene = options_.scene.file.filename().string();
     provenance.scene_hash = hexText(scene_->scene().content_hash);
-    provenance.settings_hash = settingsHash(
-        {scene_->index(), scene_->animations(), options_.scene.include, options_.scene.exclude},
-        capture_, options_.fxaa, lookSettings(options_.look, scene_->scene()));
-    provenance.renderer = context_->device().renderer;
+    const bool moves = options_.channels.wants(Channel::kMotion);
+    provenance.settings_hash =
+        settingsHash({scene_->index(), scene_->animations(), options_.scene.include,
+                      options_.scene.exclude, moves ? 1 / (moment.next_time - moment.time) : 0},
+                     capture_, options_.fxaa, lookSettings(options_.look, scene_->scene()));
     provenance.frame = moment.frame;
     provenance.time = moment.time;
     provenance.frames_per_second = moment.frames_per_second;
-    if (std::find(capture_.channels.begin(), capture_.channels.end(), Channel::kId) !=
-        capture_.channels.end())
+    if (std::ranges::find(capture_.channels, Channel::kId) != capture_.channels.end())
         provenance.ids = idNames(scene_->scene());
-    return provenance;
+    provenance.output_hash =
+        outputHash(picture.view, picture.output.path.string(), writerOptions(picture));
 }
 
-void Render::tell(const Moment& moment) {
-    result_.output = output_.path;
-    if (options_.animation.frames) result_.frame = moment.frame;
-    result_.time = moment.time;
-    describePicture(plan_, provenance_, result_);
-    result_.fragments_blended = plan_.fragments_blended;
-    result_.samples = plan_.samples;
-    result_.backend = context_->device().backend;
-    describeFiles(output_.layers, output_.path, result_, console_);
-    if (options_.animation.frames)
-        console_.note(summary(result_));
+OutputOptions Render::writerOptions(const Picture& picture) const {
+    OutputOptions output = outputOptions(picture.output, picture.provenance);
+    output.cryptomatte = options_.channels.cryptomatte;
+    return output;
+}
+
+bool Render::isThere(const Picture& picture) const {
+    return outputHashOf(picture.output.path.string()) == picture.provenance.output_hash;
+}
+
+void Render::capture(Picture& picture) {
+    if (options_.output.no_clobber) checkTarget(picture.output, {});
+    if (renderer_)
+        renderer_->setContents(std::move(contents_));
     else
-        tellResult(options_.report, result_, console_);
-    finished_.push_back(result_);
+        openRenderer(picture);
+    if (options_.channels.wants(Channel::kMotion)) renderer_->setNextFrame(std::move(next_frame_));
+    picture.provenance.renderer = context_->device().renderer;
+    picture.backend = context_->device().backend;
+    plan(picture);
+    makeWriter(picture);
+    Sink* const sinks[] = {picture.writer.get()};
+    picture.result.passes = renderer_->capture(sinks, progressOf(picture)).passes;
+    add(picture.result.milliseconds, renderer_->takeTimes());
+    picture.writer->finish();
 }
 
-void Render::tellSequence() {
-    if (options_.animation.frames) tellFrames(options_.report, finished_, console_);
+void Render::openRenderer(Picture& picture) {
+    {
+        const StageTimer timer(picture.result.milliseconds, "context");
+        context_ = openContext(options_.device, console_);
+    }
+    renderer_.emplace(*context_, scene_->scene(), std::move(contents_));
+}
+
+/// The last hundredth is for what follows the capture.
+Progress Render::progressOf(const Picture& picture) {
+    const auto index = static_cast<double>(picture.index);
+    return [this, index](double share) {
+        progress_->update((index + 0.99 * share) / static_cast<double>(moments_.size()));
+    };
+}
+
+void Render::plan(Picture& picture) {
+    // Two pictures at once only where there is plenty of room for both.
+    if (written_ && capture_.memory != 0 && residentBytes() > capture_.memory / 4) settle();
+    picture.plan = renderer_->plan(picture.view, capture_, progressOf(picture));
+    const Plan& plan = picture.plan;
+    if (!options_.strict || plan.complete()) return;
+    const bool blended = plan.fragments_blended != 0;
+    throw Error(ErrorKind::kIncomplete,
+                std::string("the layer limit ") +
+                    (blended ? "leaves to an approximation " : "leaves out ") +
+                    countText(plan.fragments_counted - plan.fragments_stored, "fragment") + " of " +
+                    groupedText(plan.fragments_counted),
+                picture.output.path.string(),
+                "use --layers all and no --occlusion-ratio, or leave --strict out");
+}
+
+void Render::makeWriter(Picture& picture) {
+    const OutputOptions output = writerOptions(picture);
+    picture.writer = makeSink(picture.output.path.string(), output);
+    if (options_.fxaa)
+        picture.writer = std::make_unique<FxaaFilter>(std::move(picture.writer), output.background);
+    if (moments_.size() > 1 && threadCount() > 1) {
+        auto behind = std::make_unique<BackgroundSink>(std::move(picture.writer));
+        picture.behind = behind.get();
+        picture.writer = std::move(behind);
+    }
+    picture.writer->begin(picture.plan);
+}
+
+/// Ends the picture that was captured last, if it has not been ended.
+void Render::settle() {
+    if (!written_) return;
+    Picture picture = std::move(*written_);
+    written_.reset();
+    try {
+        if (picture.behind) picture.behind->wait();
+        tell(picture);
+    } catch (...) {
+        if (!options_.sequence.keep_going) throw;
+        results_.addFailure(picture.output.path, frameOf(picture.moment), currentError());
+    }
+}
+
+void Render::tell(Picture& picture) {
+    PictureResult& result = picture.result;
+    const auto end = picture.behind ? picture.behind->finishedAt() : Clock::now();
+    add(result.milliseconds, picture.writer->times());
+    result.milliseconds["total"] =
+        std::chrono::duration<double, std::milli>(end - picture.start).count();
+    result.output = picture.output.path;
+    result.frame = frameOf(picture.moment);
+    result.time = picture.moment.time;
+    describePicture(picture.plan, picture.provenance, result);
+    result.fragments_blended = picture.plan.fragments_blended;
+    result.samples = picture.plan.samples;
+    result.backend = picture.backend;
+    describeFiles(picture.output.layers, picture.output.path, result, console_);
+    results_.add(result);
+}
+
+void Render::tellSkipped(Picture& picture) {
+    PictureResult& result = picture.result;
+    result.output = picture.output.path;
+    result.frame = frameOf(picture.moment);
+    result.time = picture.moment.time;
+    result.bytes = fs::file_size(picture.output.path);
+    result.skipped = true;
+    results_.add(result);
+}
+
+void Render::tellPlan() {
+    nlohmann::ordered_json json;
+    json["scene"] = options_.scene.file.string();
+    json["pictures"] = nlohmann::ordered_json::array();
+    for (const Moment& moment : moments_) {
+        Picture picture{.moment = moment, .output = outputOf(moment)};
+        pose(picture);
+        const View& view = picture.view;
+        const Window& crop = view.crop;
+        const bool there = isThere(picture);
+        nlohmann::ordered_json entry;
+        entry["output"] = picture.output.path.string();
+        if (isSequence()) entry["frame"] = moment.frame;
+        entry["time"] = moment.time;
+        entry["width"] = view.width;
+        entry["height"] = view.height;
+        entry["crop"] = {crop.x0, crop.y0, crop.width(), crop.height()};
+        entry["camera"] = view.camera_name;
+        entry["settingsHash"] = picture.provenance.settings_hash;
+        entry["outputHash"] = picture.provenance.output_hash;
+        entry["exists"] = fs::exists(picture.output.path);
+        entry["upToDate"] = there;
+        entry["action"] = there && options_.sequence.skip_existing ? "skip" : "render";
+        json["pictures"].push_back(std::move(entry));
+    }
+    console_.result(jsonText(json));
 }
 
 }  // namespace
 
 VerbAction declareRender(CLI::App& app) {
     const auto options = std::make_shared<RenderOptions>();
-    addValue(
-        app, "SCENE", "", options->scene.file,
-        [](const std::string& text) { return fs::path(text); }, "a glTF scene (.gltf or .glb)")
-        ->required();
-    addOutputOptions(app, options->output);
-    addLayerOutputOptions(app, options->output);
-    addFxaaOption(app, options->fxaa, "quick, but --samples sees more");
-    addSceneOptions(app, options->scene);
-    addTimeOptions(app, options->animation);
-    addFrameOptions(app, options->animation);
-    addCameraOptions(app, options->camera);
-    addLayerOptions(app, options->capture);
-    addChannelOptions(app, options->channels);
-    addClipOptions(app, options->clip);
-    addLightOptions(app, options->capture, options->shadow_size);
-    addLookOptions(app, options->look);
-    addMachineOptions(app, options->device, options->threads, options->capture);
-    addReportOptions(app, options->report);
-    app.add_flag("--strict", options->strict,
-                 wrapped("a missing texture and damaged compressed data are errors (exit code 3), "
-                         "whatever the fallback, and so is a layer limit that leaves fragments out "
-                         "(6); no file is written then"))
-        ->group("Output");
-    return [options](Console& console) {
-        Render(*options, console).run();
-        return 0;
-    };
+    addRenderOptions(app, *options);
+    return [options](Console& console) { return Render(*options, console).run(); };
 }
 
 }  // namespace peeler::cmd

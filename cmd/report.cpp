@@ -36,6 +36,10 @@ nlohmann::ordered_json toJson(const PictureResult& result) {
         json["time"] = result.time;
     }
     json["bytes"] = result.bytes;
+    if (result.skipped) {
+        json["skipped"] = true;
+        return json;
+    }
     json["width"] = result.width;
     json["height"] = result.height;
     json["layers"] = result.layers;
@@ -61,6 +65,7 @@ nlohmann::ordered_json toJson(const PictureResult& result) {
 }
 
 std::string summary(const PictureResult& result) {
+    if (result.skipped) return result.output.string() + ": is there already";
     std::string text = result.output.string() + ": " + countText(result.layers, "layer") + ", " +
                        countText(result.fragments_stored, "fragment");
     if (result.fragments_stored != result.fragments_counted) {
@@ -81,21 +86,6 @@ void writeReport(const std::filesystem::path& path, const nlohmann::ordered_json
     AtomicFile file(path.string());
     file.append(std::as_bytes(std::span(text)));
     file.commit();
-}
-
-std::string hashText(const std::string& text) {
-    std::uint64_t hash = 0xcbf29ce484222325U;
-    for (const char c : text) {
-        hash ^= static_cast<unsigned char>(c);
-        hash *= 0x100000001b3U;
-    }
-    return hexText(hash);
-}
-
-std::string hexText(std::uint64_t value) {
-    char digits[17];
-    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(value));
-    return digits;
 }
 
 std::string groupedText(std::uint64_t value) {

@@ -18,6 +18,7 @@ struct PictureResult {
     std::filesystem::path output;
     std::optional<int> frame;  ///< of a sequence
     double time = 0;           ///< of the frame, seconds
+    bool skipped = false;      ///< it was there already; of the rest only `bytes` is known
     std::uint64_t bytes = 0;
     int width = 0, height = 0;  ///< display window
     std::uint64_t layers = 0;
@@ -47,10 +48,6 @@ std::string jsonText(const nlohmann::ordered_json& json);
 
 /// Stores a result under `path`, whole or not at all. Throws Error (kOutput).
 void writeReport(const std::filesystem::path& path, const nlohmann::ordered_json& json);
-
-/// 64-bit FNV-1a of the text, as 16 hexadecimal digits.
-std::string hashText(const std::string& text);
-std::string hexText(std::uint64_t value);
 
 /// "7,123,456"
 std::string groupedText(std::uint64_t value);

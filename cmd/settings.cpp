@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/choices.h"
-#include "cmd/report.h"
 #include "core/peel/method.h"
+#include "formats/hash_text.h"
 
 namespace peeler::cmd {
 
@@ -37,6 +37,7 @@ std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture
     if (!shown.animations.empty()) settings["animations"] = shown.animations;
     if (!shown.include.empty()) settings["include"] = shown.include;
     if (!shown.exclude.empty()) settings["exclude"] = shown.exclude;
+    if (shown.frames_per_second > 0) settings["framesPerSecond"] = shown.frames_per_second;
     if (capture.shadows) settings["shadows"] = capture.shadow_size;
     for (const Channel channel : capture.channels)
         settings["channels"].push_back(infoOf(channel).name);

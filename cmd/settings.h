@@ -15,6 +15,7 @@ struct ShownScene {
     int scene = 0;                  ///< index
     std::vector<int> animations{};  ///< indices
     std::vector<std::string> include{}, exclude{};
+    double frames_per_second = 0;  ///< that motion is measured by; 0 = it is not
 };
 
 /// Two renders of the same scene file with the same hash, time and camera (peeler:cameraJson) have

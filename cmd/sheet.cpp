@@ -81,7 +81,7 @@ class Sheet {
 
 void Sheet::checkOptions() {
     const SheetRequest& request = options_.request;
-    console_.setQuiet(options_.report.quiet);
+    options_.report.applyTo(console_);
     std::vector<fs::path> files{request.input.file};
     if (request.look.environment) files.push_back(*request.look.environment);
     checkOutput(options_.output, files);

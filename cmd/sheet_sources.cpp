@@ -105,7 +105,7 @@ void SceneSheet::showLayers() {
     for (Sink* sink : sinks)
         sink->begin(plan);
     {
-        ProgressReport progress(console_, progress_, "render");
+        ProgressReport progress(console_, progress_, {"render", unsorted ? 0.6 : 1});
         tellPlan(plan,
                  renderer_->capture(sinks, [&](double share) { progress.update(share); }).passes);
     }
@@ -142,7 +142,12 @@ SheetCell SceneSheet::capture(const MethodInfo& method, Sink* more) {
     CaptureSettings settings = capture_;
     // Differences of methods, not of how colours are rounded.
     if (request_.methods == SheetMethods::kAll) settings.color_type = PixelType::kFloat;
-    ProgressReport progress(console_, progress_, std::string(method.name));
+    // Cells that are there and those that are left out are all that will be.
+    const auto cells = static_cast<double>(content_.cells.size() + 1);
+    const bool last = request_.methods != SheetMethods::kAll;
+    const auto all = static_cast<double>(peelMethods().size() - content_.omitted);
+    ProgressReport progress(console_, progress_,
+                            {std::string(method.name), last ? 1 : cells / all});
     SheetCell result = captureMethod(*renderer_, view_, settings, method, cell, more,
                                      [&](double share) { progress.update(share); });
     add(content_.result.milliseconds, cell.times());

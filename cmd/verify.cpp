@@ -127,7 +127,7 @@ std::string toText(const VerifiedFile& file) {
 }
 
 int verifyAll(const VerifyOptions& options, Console& console) {
-    console.setQuiet(options.report.quiet);
+    options.report.applyTo(console);
     checkReport(options.report, options.inputs);
     setThreads(options.threads);
     std::vector<VerifiedFile> files;

@@ -73,7 +73,7 @@ class ViewRun {
 };
 
 void ViewRun::checkOptions() {
-    console_.setQuiet(options_.report.quiet);
+    options_.report.applyTo(console_);
     checkViewCameraOptions(options_.camera);
     page_ = findOutputFormat(options_.output.path.string(), "").kind == kPage;
     options_.output.as = page_ ? kPage : "composite";

@@ -125,6 +125,11 @@ void Renderer::State::countClip() {
     }
 }
 
+/// A stage of the planning that goes from one share of it to another.
+void Renderer::State::tellPlanned(double from, double to, double share) const {
+    if (progress) progress(plan_share * (from + (to - from) * share));
+}
+
 /// The count pass of every view.
 void Renderer::State::countViews() {
     const Window& crop = plan.view.crop;
@@ -141,6 +146,9 @@ void Renderer::State::countViews() {
     counting.pixel_bytes = 2 * sizeof(std::uint32_t);
     if (!clip_rows.empty()) counting.pixel_bytes += 3 * sizeof(std::uint32_t);
     const BandLimits limits = bandLimits(settings.memory, residentBytes(), counting);
+    const double counted = mergesLayers() ? kCountShare : 1;
+    std::uint64_t rows = 0;
+    const std::uint64_t all_rows = views.size() * static_cast<std::uint64_t>(crop.height());
     for (const View& view : views) {
         band_capture.setView(view, settings);
         // No fragments are stored while counting.
@@ -155,6 +163,8 @@ void Renderer::State::countViews() {
             if (!kept_counts.empty())
                 std::copy(counts.begin(), counts.end(),
                           kept_counts.begin() + static_cast<std::ptrdiff_t>(first));
+            rows += static_cast<std::uint64_t>(band.height());
+            tellPlanned(0, counted, static_cast<double>(rows) / static_cast<double>(all_rows));
         }
     }
 }
@@ -182,6 +192,8 @@ void Renderer::State::mergeViews() {
         kept += bytesOf(image);
         keeps = keeps && fitsKept(kept);
         if (keeps) merged_bands.push_back(image);
+        tellPlanned(kCountShare, 1,
+                    static_cast<double>(band.y1 - plan.view.crop.y0) / plan.view.crop.height());
     }
     if (!keeps) merged_bands.clear();
 }
@@ -218,7 +230,7 @@ void Renderer::State::fillPlan() {
         plan.fragments_blended = plan.fragments_counted - plan.fragments_stored;
 }
 
-Plan Renderer::plan(const View& view, const CaptureSettings& settings) {
+Plan Renderer::plan(const View& view, const CaptureSettings& settings, const Progress& progress) {
     State& s = *state_;
     s.lighting.castShadows(*this, s.context, settings);  // plans and captures, too
     s.settings = settings;
@@ -228,10 +240,13 @@ Plan Renderer::plan(const View& view, const CaptureSettings& settings) {
     s.band_capture.setLighting(s.lighting);
     s.chooseMethod();
     s.chooseViews(view);
+    s.progress = progress;
+    s.plan_share = !progress ? 0 : s.mergesLayers() ? kMergeShare : kCountShare;
     s.countViews();
     s.mergeViews();
     s.limitLayers();
     s.fillPlan();
+    s.progress = {};
     return s.plan;
 }
 
@@ -311,8 +326,8 @@ CaptureReport Renderer::capture(std::span<Sink* const> sinks, const Progress& pr
         for (Sink* sink : sinks)
             sink->write(image);
         if (progress) {
-            progress(static_cast<double>(image.window.y1 - crop.y0) /
-                     static_cast<double>(crop.height()));
+            const double share = static_cast<double>(image.window.y1 - crop.y0) / crop.height();
+            progress(s.plan_share + (1 - s.plan_share) * share);
         }
         passes = std::max(passes, s.report.passes);
         s.report.passes = 0;

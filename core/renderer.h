@@ -24,7 +24,7 @@ struct CaptureReport {
     double largest_correction = 0;  ///< of a hit's Z by refining, scene units
 };
 
-/// Called from the capturing thread with the share done, 0 to 1, never falling.
+/// Called from the capturing thread with the share done, 0 to 1, never falling within a picture.
 using Progress = std::function<void(double)>;
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is: an unknown method, one
@@ -51,10 +51,10 @@ class Renderer {
     void setNextFrame(NextFrame next);
 
     /// The count pass: what capture() will deliver for these arguments. (Several samples have to be
-    /// merged for that, too.)
-    /// Throws like checkSettings(), and Error (kMemory) if
-    /// one row does not fit the budget, (kDevice) if the context is lost.
-    Plan plan(const View& view, const CaptureSettings& settings);
+    /// merged for that, too.) `progress` is called with the share of the picture's work, plan() and
+    /// capture() together, that is done; capture() goes on from there. Throws like checkSettings(),
+    /// and Error (kMemory) if one row does not fit the budget, (kDevice) if the context is lost.
+    Plan plan(const View& view, const CaptureSettings& settings, const Progress& progress = {});
 
     /// Captures what the last plan() promised and hands each band to every sink, in order; once per
     /// plan(). With CaptureSettings::composite a band has one fragment in every pixel that has any:

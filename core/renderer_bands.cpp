@@ -93,6 +93,9 @@ void Renderer::State::addSinks(std::span<Sink* const> sinks, BandCosts& with_sin
         // Twice: those of the last band and of this one.
         with_sinks.fixed_bytes += 2 * rows + memory.bytes;
         with_sinks.pixel_bytes += memory.pixel_bytes;
+        const auto copies = static_cast<std::uint64_t>(memory.bands);
+        with_sinks.fragment_bytes += copies * fragment;
+        with_sinks.pixel_bytes += copies * sizeof(std::uint32_t);
     }
 }
 

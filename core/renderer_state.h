@@ -24,6 +24,10 @@ namespace peeler {
 inline constexpr std::uint64_t kKeptShare = 6;
 inline constexpr std::uint64_t kKeptBytes = 256ULL << 20;
 
+// How much of a picture's time planning takes, roughly: one cheap pass of two or three and the
+// writing, or with several samples the whole capture once.
+inline constexpr double kCountShare = 0.2, kMergeShare = 0.6;
+
 struct Renderer::State {
     State(gl::Context& ctx, const Scene& whole, SceneContents shown)
         : context(ctx),
@@ -63,6 +67,8 @@ struct Renderer::State {
     LayeredImage image;
     CompositeImage composite;
     CaptureReport report;
+    Progress progress;       // of the plan in the making
+    double plan_share = 0;   // of a picture's work, as it is told
     int merging_passes = 0;  // that several views took, over a band
 
     bool mergesLayers() const { return views.size() > 1 && !settings.composite; }
@@ -83,6 +89,7 @@ struct Renderer::State {
     void mergeViews();
     void limitLayers();
     void fillPlan();
+    void tellPlanned(double from, double to, double share) const;
 
     std::span<const std::uint32_t> countsOf(const Window& band);
     void captureLayers(const Window& band, std::uint32_t most, LayeredImage& out);

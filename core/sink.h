@@ -39,6 +39,9 @@ struct Provenance {
     std::string version{}, method{}, surfaces{};
     std::string scene{};  ///< file name without folder
     std::string scene_hash{}, settings_hash{};
+    /// Of everything that decides what is in the file, so that it can be left alone when it would
+    /// be made again; "" = it cannot be made again by one command.
+    std::string output_hash{};
     std::string renderer{};    ///< GL_RENDERER
     std::string deep_merge{};  ///< how samples of a deep image were merged, "" = not
     int frame = 0;
@@ -52,6 +55,7 @@ struct SinkMemory {
     int rows = 0;                   ///< of fragments, kept from one band to the next
     std::uint64_t bytes = 0;        ///< whatever the bands
     std::uint64_t pixel_bytes = 0;  ///< of every pixel of those rows and of the band at hand
+    int bands = 0;                  ///< copies of the band at hand
 };
 
 /// Takes a picture band by band. Bands arrive top to bottom without gaps, each as wide as the crop,

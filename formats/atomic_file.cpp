@@ -3,16 +3,22 @@
 #include "formats/atomic_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
 #include <atomic>
+#include <cctype>
 #include <cerrno>
 #include <climits>
 #include <cstdio>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
+#include <mutex>
+#include <set>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -84,6 +90,62 @@ std::string folderOf(const std::string& path) {
     return folder.empty() ? "." : folder;
 }
 
+constexpr std::string_view kMark = ".peeler-", kTemporary = ".tmp";
+
+/// Of this machine, in letters that file names may have.
+const std::string& hostName() {
+    static const std::string name = [] {
+        char text[65] = {};
+        gethostname(text, sizeof text - 1);
+        std::string host = text;
+        for (char& c : host)
+            if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+        return host.empty() ? std::string("unknown") : host;
+    }();
+    return name;
+}
+
+/// Locks a new file for as long as it is open, however the process ends. False if somebody else
+/// has locked or removed it; where files cannot be locked it is never cleaned up, either.
+bool lockIsMine(int descriptor) {
+    if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return errno != EWOULDBLOCK;
+    struct stat status {};
+    return fstat(descriptor, &status) != 0 || status.st_nlink > 0;
+}
+
+/// Whether the process that wrote a hidden file is gone: its lock is. Locks may not reach from one
+/// machine to another (NFS), so that a file of another one has to be a day old, too.
+bool isLeftover(int descriptor, std::string_view name) {
+    if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return false;
+    if (name.find(std::string(kMark) + hostName() + '-') != std::string_view::npos) return true;
+    constexpr std::time_t kDay = 24 * 60 * 60;
+    struct stat status {};
+    return fstat(descriptor, &status) == 0 && status.st_mtime < std::time(nullptr) - kDay;
+}
+
+/// Removes what killed processes have left in a folder, once a process and folder.
+void removeLeftovers(const std::string& folder) {
+    static std::mutex mutex;
+    static std::set<std::string> seen;
+    {
+        const std::lock_guard lock(mutex);
+        if (!seen.insert(folder).second) return;
+    }
+    std::error_code failure;
+    for (fs::directory_iterator entry(folder, failure), end; !failure && entry != end;
+         entry.increment(failure)) {
+        const std::string name = entry->path().filename().string();
+        if (!name.starts_with('.') || name.find(kMark) == std::string::npos ||
+            !name.ends_with(kTemporary))
+            continue;
+        const int descriptor =
+            open(entry->path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+        if (descriptor < 0) continue;
+        if (isLeftover(descriptor, name)) unlink(entry->path().c_str());
+        close(descriptor);
+    }
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(path_) {
@@ -104,22 +166,26 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
         if (!error) destination_ = target.string();
     }
 
+    removeLeftovers(folderOf(destination_));
     // The name stays below the usual 255 bytes whatever the user's name is.
-    const std::string base = fs::path(destination_).filename().string().substr(0, 200);
+    const std::string base = fs::path(destination_).filename().string().substr(0, 150);
     static std::atomic<unsigned> counter{0};
     buffer_.reserve(kBufferBytes);
     constexpr int kAttempts = 100;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
-        temporary_path_ = (fs::path(destination_).parent_path() /
-                           ("." + base + ".peeler-" + std::to_string(getpid()) + "-" +
-                            std::to_string(counter++) + ".tmp"))
-                              .string();
+        const std::string hidden = "." + base + std::string(kMark) + hostName() + "-" +
+                                   std::to_string(getpid()) + "-" + std::to_string(counter++) +
+                                   std::string(kTemporary);
+        temporary_path_ = (fs::path(destination_).parent_path() / hidden).string();
         // Registered before it exists: a signal in between finds nothing to unlink, which is
         // harmless.
         slot_ = occupySlot(temporary_path_);
         descriptor_ = open(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (descriptor_ >= 0) return;
-        const int cause = errno;
+        // Whoever cleans up at this very moment may have been faster than the lock: then it is
+        // gone.
+        if (descriptor_ >= 0 && lockIsMine(descriptor_)) return;
+        const int cause = descriptor_ >= 0 ? EEXIST : errno;
+        if (descriptor_ >= 0) close(std::exchange(descriptor_, -1));
         releaseSlot(slot_);
         slot_ = -1;
         if (cause != EEXIST) {

@@ -11,9 +11,11 @@
 
 namespace peeler {
 
-/// Writes to a new hidden file in the destination folder (".out.exr.peeler-<pid>-<n>.tmp"), which
-/// commit() syncs and renames. Destroyed before that, it leaves nothing behind; a process that is
-/// killed outright (SIGKILL) leaves the hidden file, never a partial one under the final name. The
+/// Writes to a new hidden file in the destination folder (".out.exr.peeler-<host>-<pid>-<n>.tmp"),
+/// which commit() syncs and renames. Destroyed before that, it leaves nothing behind; a process
+/// that is killed outright (SIGKILL) leaves the hidden file, never a partial one under the final
+/// name, and the first AtomicFile of another process in that folder removes it: a hidden file that
+/// is in use is locked (flock), also against processes of the same number on other machines. The
 /// mode of the new file is 0666 less the umask. A symbolic link at `path` is followed, not
 /// replaced. Every member that touches the disk throws Error (kOutput) with path and hint. Not for
 /// several threads at once.

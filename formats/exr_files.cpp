@@ -132,6 +132,10 @@ void ExrFiles::readChunk(std::size_t part, int y, const Window& window,
     files_[places_[part].file]->readChunk(places_[part].part, y, window, targets);
 }
 
+void ExrFiles::checkChunks(std::size_t part) const {
+    files_[places_[part].file]->checkChunks(places_[part].part);
+}
+
 std::size_t ExrFiles::deepBlocks(std::size_t part) const {
     return files_[places_[part].file]->deepBlocks(places_[part].part);
 }

@@ -39,6 +39,7 @@ class ExrFiles {
     int rowsPerChunk(std::size_t part) const;
     void readChunk(std::size_t part, int y, const Window& window,
                    std::span<const ExrTarget> targets) const;
+    void checkChunks(std::size_t part) const;
     std::size_t deepBlocks(std::size_t part) const;
     Window deepBlockWindow(std::size_t part, std::size_t block) const;
     void readDeepBlock(std::size_t part, std::size_t block, bool counts_only,

@@ -319,6 +319,17 @@ void ExrInput::readChunk(std::size_t part, int y, const Window& window,
     }
 }
 
+void ExrInput::checkChunks(std::size_t part) const {
+    const ExrInputPart& info = parts_[part];
+    const int rows = rowsPerChunk(part);
+    for (int y = info.data_window.y0; y < info.data_window.y1; y += rows) {
+        exr_chunk_info_t chunk{};
+        check(exr_read_scanline_chunk_info(context_, static_cast<int>(part), y, &chunk), info.name);
+        if (chunk.data_offset > bytes_ || chunk.packed_size > bytes_ - chunk.data_offset)
+            refuse("a chunk reaches beyond the end of the file", info);
+    }
+}
+
 void ExrInput::refuse(const std::string& what, const ExrInputPart& part) const {
     throw Error(ErrorKind::kInput, what, part.name.empty() ? path_ : path_ + ": " + part.name,
                 "the file may be damaged or cut off; write it again");

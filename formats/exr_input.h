@@ -84,6 +84,10 @@ class ExrInput {
     /// Error (kInput) at the first that is damaged.
     void decodeAll(std::size_t part) const;
 
+    /// Throws Error (kInput) unless every chunk of a part of scan lines lies inside the file. Reads
+    /// where they are and decodes none.
+    void checkChunks(std::size_t part) const;
+
     /// Blocks of a deep part, row-major.
     std::size_t deepBlocks(std::size_t part) const;
     /// The pixels of a block.

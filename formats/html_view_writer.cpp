@@ -24,6 +24,7 @@
 #include "core/srgb.h"
 #include "core/surface_cells.h"
 #include "formats/atomic_file.h"
+#include "formats/output_hash.h"
 #include "formats/view_page.h"
 
 namespace peeler {
@@ -300,8 +301,9 @@ void HtmlViewWriter::finish() {
     const StageTimer timer(times_, "write");
     AtomicFile file(path_);
     std::string_view rest = viewPage();
-    const std::array<std::pair<std::string_view, std::string_view>, 2> fields = {
-        {{"{{view}}", json}, {"{{fragments}}", data}}};
+    const std::string hash = outputHashText(provenance_.output_hash);
+    const std::array<std::pair<std::string_view, std::string_view>, 3> fields = {
+        {{"{{hash}}", hash}, {"{{view}}", json}, {"{{fragments}}", data}}};
     const auto append = [&](std::string_view text) { file.append(std::as_bytes(std::span(text))); };
     for (const auto& [name, text] : fields) {
         const std::size_t at = rest.find(name);

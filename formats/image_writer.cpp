@@ -18,6 +18,7 @@
 #include "core/parallel.h"
 #include "core/srgb.h"
 #include "formats/atomic_file.h"
+#include "formats/output_hash.h"
 
 namespace peeler {
 namespace {
@@ -255,6 +256,8 @@ void ImageWriter::begin(const Plan& plan) {
     if (format_ != "tiff") spec.attribute("oiio:ColorSpace", "sRGB");
     spec.attribute("oiio:UnassociatedAlpha", 1);  // it is straight already: do not divide once more
     if (!options_.software.empty()) spec.attribute("Software", options_.software);
+    if (const std::string hash = outputHashText(options_.output_hash); !hash.empty())
+        spec.attribute("ImageDescription", hash);
     if (format_ == "tiff") spec.attribute("DateTime", "");  // else it says when it was written
     if (format_ == "jpeg") {
         spec.attribute("Compression", "jpeg:95");

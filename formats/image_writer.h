@@ -31,7 +31,8 @@ struct ImageOptions {
     std::array<float, 4> background{};  ///< premultiplied linear RGBA
     float exposure = 0;                 ///< stops: colours are multiplied by 2^exposure
     std::string tone_map = "none";
-    std::string software;  ///< said in the file; empty = nothing
+    std::string software;     ///< said in the file; empty = nothing
+    std::string output_hash;  ///< likewise
 };
 
 /// Writes the crop of the picture, all layers composited over the background, sRGB-encoded, in 8

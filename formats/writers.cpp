@@ -55,7 +55,8 @@ std::unique_ptr<Sink> makeImage(const std::string& path, const OutputOptions& op
         ImageOptions{.background = options.background,
                      .exposure = options.exposure,
                      .tone_map = options.tone_map,
-                     .software = "peeler " + options.provenance.version});
+                     .software = "peeler " + options.provenance.version,
+                     .output_hash = options.provenance.output_hash});
 }
 
 std::unique_ptr<Sink> makePage(const std::string& path, const OutputOptions& options) {
@@ -64,7 +65,8 @@ std::unique_ptr<Sink> makePage(const std::string& path, const OutputOptions& opt
         HtmlViewOptions{.image = {.background = options.background,
                                   .exposure = options.exposure,
                                   .tone_map = options.tone_map,
-                                  .software = {}},
+                                  .software = {},
+                                  .output_hash = {}},
                         .max_fragments = options.max_fragments});
 }
 

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/output_hash.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "core/error.h"
+#include "formats/exr_files.h"
+#include "formats/exr_header.h"
+#include "formats/exr_layout.h"
+#include "formats/file_extension.h"
+#include "formats/flat_image.h"
+#include "formats/hash_text.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::string_view kName = "peeler:outputHash ";
+constexpr std::size_t kDigits = 16;
+
+/// The hash behind kName, "" if it is not there.
+std::string hashIn(std::string_view text) {
+    const std::size_t at = text.find(kName);
+    if (at == std::string_view::npos || text.size() < at + kName.size() + kDigits) return "";
+    return std::string(text.substr(at + kName.size(), kDigits));
+}
+
+std::string ofExr(const std::string& path) {
+    const ExrFiles files(path);
+    for (std::size_t part = 0; part < files.parts().size(); ++part)
+        files.checkChunks(part);
+    return files.parts().front().attribute("peeler:outputHash");
+}
+
+std::string ofPage(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    constexpr std::string_view kEnd = "</html>";
+    if (text.rfind(kEnd) == std::string::npos) return "";
+    return hashIn(std::string_view(text).substr(0, text.find("</head>")));
+}
+
+/// libjpeg takes a file that ends early for one with grey rows.
+bool endsLikeJpeg(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    char last[2] = {};
+    return file.seekg(-2, std::ios::end) && file.read(last, 2) && last[0] == '\xff' &&
+           last[1] == '\xd9';
+}
+
+std::string ofImage(const std::string& path) {
+    const auto image = OIIO::ImageInput::open(path);
+    if (!image) {
+        OIIO::geterror();  // leave none behind for others
+        return "";
+    }
+    const std::string hash = hashIn(image->spec().get_string_attribute("ImageDescription"));
+    if (hash.empty()) return "";
+    if (std::string_view(image->format_name()) == "jpeg" && !endsLikeJpeg(path)) return "";
+    readFlatImage(path);
+    return hash;
+}
+
+struct Kind {
+    std::string_view extension;
+    std::string (*hash)(const std::string& path);
+};
+constexpr Kind kKinds[] = {
+    {".exr", ofExr}, {".html", ofPage}, {".htm", ofPage}, {"", ofImage}};  // "": any other
+
+}  // namespace
+
+std::string outputHash(const View& view, const std::string& path, const OutputOptions& output) {
+    const Provenance& provenance = output.provenance;
+    const DeepMergeSettings& merge = output.deep_merge;
+    const nlohmann::json all = {
+        {"scene", provenance.scene_hash},
+        {"settings", provenance.settings_hash},
+        {"frame", provenance.frame},
+        {"time", provenance.time},
+        {"camera", cameraJson(view)},
+        {"extension", lowerExtension(path)},
+        {"kind", findOutputFormat(path, output.as).kind},
+        {"composite", output.composite_part},
+        {"cryptomatte", output.cryptomatte},
+        {"layout", findExrLayout(output.layout).name},
+        {"compression", output.compression},
+        {"merge", {merge.mode, merge.z_tolerance, merge.alpha_tolerance}},
+        {"background", output.background},
+        {"exposure", output.exposure},
+        {"toneMap", output.tone_map},
+    };
+    return hashText(all.dump());
+}
+
+std::string outputHashText(const std::string& hash) {
+    return hash.empty() ? "" : std::string(kName) + hash;
+}
+
+std::string outputHashOf(const std::string& path) {
+    if (!std::ifstream(path)) return "";
+    const std::string extension = lowerExtension(path);
+    const Kind* kind = kKinds;
+    while (!kind->extension.empty() && kind->extension != extension)
+        ++kind;
+    try {
+        return kind->hash(path);
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kInput) throw;
+        return "";
+    }
+}
+
+}  // namespace peeler
