@@ -44,14 +44,16 @@ def bring_up_loopback():
         fcntl.ioctl(any_socket, SIOCSIFADDR, struct.pack("16s16s", b"lo:0", address))
 
 
-def mount(source, target, kind, flags=0):
-    check(libc.mount(source.encode(), target.encode(), kind.encode(), flags, None))
+def mount(source, target, kind, flags=0, data=""):
+    check(libc.mount(source.encode(), target.encode(), kind.encode(), flags, data.encode()))
 
 
-def run(host_name, body):
-    """Returns what body() returns (an exit code), run as the machine `host_name`. Raises OSError where
-    namespaces are not allowed. SIGTERM to this process ends all of it at once, with 143."""
-    check(libc.unshare(CLONE_NEWNS | CLONE_NEWUTS | CLONE_NEWIPC | CLONE_NEWPID | CLONE_NEWNET))
+def run(host_name, body, network=True):
+    """Returns what body() returns (an exit code), run as the machine `host_name`; without a `network` of
+    its own it has this one's. Raises OSError where namespaces are not allowed. SIGTERM to this process
+    ends all of it at once, with 143."""
+    check(libc.unshare(CLONE_NEWNS | CLONE_NEWUTS | CLONE_NEWIPC | CLONE_NEWPID
+                       | (CLONE_NEWNET if network else 0)))
     first = os.fork()
     if first == 0:
         code = 1
@@ -61,7 +63,8 @@ def run(host_name, body):
             mount("proc", "/proc", "proc")
             mount("none", SCRATCH, "tmpfs")
             socket.sethostname(host_name)
-            bring_up_loopback()
+            if network:
+                bring_up_loopback()
             code = body()
         except BaseException:  # whatever it is, this must not run on as a second test
             sys.excepthook(*sys.exc_info())
