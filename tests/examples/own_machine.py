@@ -48,10 +48,28 @@ def mount(source, target, kind, flags=0, data=""):
     check(libc.mount(source.encode(), target.encode(), kind.encode(), flags, data.encode()))
 
 
+def impediment():
+    """Why run() would not work here; nothing if it would."""
+    if os.geteuid() != 0:
+        return "namespaces need root"
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            code = run("test", lambda: 0)
+        except OSError as error:
+            print(error)
+        finally:
+            sys.stdout.flush()
+            os._exit(code)
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    return "this machine does not let root make namespaces" if code else None
+
+
 def run(host_name, body, network=True):
     """Returns what body() returns (an exit code), run as the machine `host_name`; without a `network` of
-    its own it has this one's. Raises OSError where namespaces are not allowed. SIGTERM to this process
-    ends all of it at once, with 143."""
+    its own it has this one's. SIGTERM to this process ends all of it at once, with 143. Only once in a
+    process, which can start no others afterwards. Raises OSError where namespaces are not allowed."""
     check(libc.unshare(CLONE_NEWNS | CLONE_NEWUTS | CLONE_NEWIPC | CLONE_NEWPID
                        | (CLONE_NEWNET if network else 0)))
     first = os.fork()

@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 import signal
+import sys
 import time
 
 import own_machine
@@ -40,12 +41,23 @@ class Slurm(PeelerTest):
         started = time.monotonic()
         cls.cluster = slurm_cluster.Cluster(str(cls.scratch / "slurm"))
         print(f"a cluster of one node after {time.monotonic() - started:.1f} s", flush=True)
-        cls.scene = animated_scene()
         cls.addClassCleanup(cls.cluster.stop)
+        cls.scene = animated_scene()
+        # Slurm looks at the clock every 30 seconds, which pass while the other tests run; sleep stands for
+        # a peeler that takes long.
+        cls.late_log = cls.scratch / "late.log"
+        cls.late = cls.sbatch("300", PEELER="sleep", SBATCH_TIMELIMIT="1", SBATCH_OUTPUT=str(cls.late_log))
 
     def setUp(self):
         self.folder = self.scratch / self.id().rsplit(".", 1)[-1]
         self.folder.mkdir()
+
+    @classmethod
+    def sbatch(cls, *arguments, **environment):
+        """Submits one job of peeler.sbatch."""
+        command = [str(word) for word in ("sbatch", "--parsable", SLURM / "peeler.sbatch", *arguments)]
+        settings = {"PEELER": PEELER, "SBATCH_OUTPUT": str(cls.scratch / "log.%j"), **environment}
+        return cls.cluster.ask(*command, environment=settings).strip()
 
     def submit(self, script, *arguments, **environment):
         """Returns the number of the job, the last one if the script submits several."""
@@ -146,7 +158,7 @@ class Slurm(PeelerTest):
 
         def fail(*options, **environment):
             name = str(self.folder / f"log.{'_'.join(options)}")
-            job = self.submit_one(*render, *options, SBATCH_OUTPUT=name, **environment)
+            job = self.sbatch(*render, *options, SBATCH_OUTPUT=name, **environment)
             return self.cluster.wait_for(job, 30)[0], pathlib.Path(name).read_text()
 
         # Out of memory: the same again would not help.
@@ -160,13 +172,8 @@ class Slurm(PeelerTest):
         self.assertEqual((task["ExitCode"], task["Restarts"]), ("5:0", "1"), log)
         self.assertIn("not again after 1 restarts", log)
 
-    def submit_one(self, *arguments, **environment):
-        command = [str(word) for word in ("sbatch", "--parsable", SLURM / "peeler.sbatch", *arguments)]
-        return self.cluster.ask(
-            *command, environment={"PEELER": PEELER, **environment}, cwd=self.folder).strip()
-
     def test_a_cancelled_job_stays_cancelled(self):
-        job = self.submit_one(
+        job = self.sbatch(
             "render", EXAMPLES / "scenes" / "glasses.glb", "-o", self.folder / "out.exr", "--size", "8000x6000")
         end = time.monotonic() + 20
         while not running_peelers() and time.monotonic() < end:
@@ -179,14 +186,18 @@ class Slurm(PeelerTest):
         self.assertEqual(list(self.folder.glob("*.exr*")), [])
         self.assertEqual(self.cluster.tasks(job)[0]["Restarts"], "0")
 
+    def test_warned_before_its_time_is_up(self):  # the last one
+        end = time.monotonic() + 45
+        while "queued again" not in self.late_log.read_text() and time.monotonic() < end:
+            time.sleep(0.2)
+        self.assertIn("stopped by signal 15; queued again", self.late_log.read_text())
+        self.assertNotIn("TIME LIMIT", self.late_log.read_text())
+        self.cluster.ask("scancel", self.late)
+
 
 if __name__ == "__main__":
-    if os.geteuid() != 0:
-        skip("Slurm needs root here")
     if slurm_cluster.missing_programs():
         skip(f"no {', '.join(slurm_cluster.missing_programs())} (examples/install_dependencies.sh test)")
-    try:
-        code = own_machine.run("farm", main)
-    except OSError as error:
-        skip(f"no namespaces of our own on this machine: {error}")
-    os.sys.exit(code)
+    if own_machine.impediment():
+        skip(own_machine.impediment())
+    sys.exit(own_machine.run("farm", main))
