@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Submits an animation to OpenCue: chunks of frames, then a check of all of them.
 
-    python3 peeler_outline.py SCENE OUT.####.exr FRAMES [--chunk N] [--memory 4g] [-- options of peeler render]
+    python3 peeler_outline.py SCENE OUT.####.exr FRAMES [--chunk N] [-- options of peeler render]
 
 Needs PyOutline."""
 
@@ -31,8 +31,17 @@ def job(arguments, options):
     render = outline.modules.shell.Shell(
         "render",
         command=shell_line(
-            [arguments.peeler, "render", os.path.abspath(arguments.scene), "-o", out,
-             "--frames=#FRAMESPEC#", "--skip-existing", "--progress=plain", *options]
+            [
+                arguments.peeler,
+                "render",
+                os.path.abspath(arguments.scene),
+                "-o",
+                out,
+                "--frames=#FRAMESPEC#",
+                "--skip-existing",
+                "--progress=plain",
+                *options,
+            ]
         ),
         range=arguments.frames,
         chunk=arguments.chunk,
@@ -62,7 +71,7 @@ def main():
     words = sys.argv[1:]
     end = words.index("--") if "--" in words else len(words)
     # Without pycuerun: only Cuebot knows #FRAMESPEC#.
-    outline.cuerun.launch(job(parser.parse_args(words[:end]), words[end + 1:]), use_pycuerun=False)
+    outline.cuerun.launch(job(parser.parse_args(words[:end]), words[end + 1 :]), use_pycuerun=False)
 
 
 if __name__ == "__main__":

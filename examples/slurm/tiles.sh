@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# One large picture as a job array over its tiles, and a job that puts them together when all are done.
+# One large picture as a job array over its tiles, and a job that puts them together.
 #   sh tiles.sh TILES OUT SCENE [more options of peeler render]
-# OUT may be .exr (layers) or a picture; the tiles, OUT.tiles/*.exr, have layers and may be deleted then.
+# OUT may be .exr (layers) or a picture; the tiles, OUT.tiles/*.exr, may be deleted then.
 set -eu
 tiles=$1 out=$2
 shift 2

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Builds a Dockerfile without Docker: each stage in a Debian root of its own, with chroot.
 
-As much of the Dockerfile reference as examples/Dockerfile uses; what it does not know it refuses."""
+As much of the Dockerfile reference as examples/Dockerfile uses; the rest is refused."""
 
+import concurrent.futures
 import glob
 import os
 import shlex
@@ -10,6 +11,7 @@ import shutil
 import subprocess
 
 MOUNTED = ("proc", "dev", "sys")
+PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 
 
 class Failed(Exception):
@@ -40,18 +42,33 @@ class Stage:
     def __init__(self, base, root):
         subprocess.run(["cp", "-a", base, root], check=True)
         self.root, self.folder = root, "/"
-        self.variables = {"PATH": "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/root"}
+        self.variables = {"PATH": PATH, "HOME": "/root"}
         shutil.copy("/etc/resolv.conf", root + "/etc/resolv.conf")
         for name in MOUNTED:
             subprocess.run(["mount", "--rbind", f"/{name}", f"{root}/{name}"], check=True)
 
     def run(self, command, user=None, **options):
         """`command` in this root; with its standard error, its output is in .stdout."""
-        words = ["chroot", *([f"--userspec={user}"] if user else []), self.root,
-                 "/bin/sh", "-c", f"cd {shlex.quote(self.folder)} && exec \"$@\"", "sh", *command]
-        proxies = {name: value for name, value in os.environ.items() if name.lower().endswith("_proxy")}
-        return subprocess.run(words, env={**self.variables, **proxies}, text=True, check=False,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **options)
+        words = [
+            "chroot",
+            *([f"--userspec={user}"] if user else []),
+            self.root,
+            "/bin/sh",
+            "-c",
+            f'cd {shlex.quote(self.folder)} && exec "$@"',
+            "sh",
+            *command,
+        ]
+        proxies = {name: os.environ[name] for name in os.environ if name.lower().endswith("_proxy")}
+        return subprocess.run(
+            words,
+            env={**self.variables, **proxies},
+            text=True,
+            check=False,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            **options,
+        )
 
     def path(self, name):
         """Where a path of the Dockerfile is outside."""
@@ -60,25 +77,35 @@ class Stage:
 
 class Builder:
     def __init__(self, base, context, scratch, replace=None):
-        """`base` is the root that FROM debian:12 stands for; replace(stage, command) is asked before each
-        RUN, and true if it has done something in its place."""
+        """`base` is the root that FROM debian:12 stands for; replace(stage, command) is asked
+        before each RUN, and true if it has done something in its place."""
         self.base, self.context, self.scratch = base, context, scratch
         self.replace = replace or (lambda stage, command: False)
-        self.stages = {}  # name: Stage
+        self.stages = {}  # name: what becomes a Stage
         self.entrypoint = None
 
     def build(self, file):
-        """Returns the last stage. Raises Failed."""
-        stage = None
+        """Returns the last stage. Raises Failed. Stages are made at the same time, until one copies
+        from another."""
+        plans = []  # [(name, [(where, instruction, its text)])]
         for number, name, text in instructions(file):
             where = f"line {number}: {name} {text}"
             if name == "FROM":
                 image, *alias = text.split()
                 if image != "debian:12" or (alias and alias[0].upper() != "AS"):
                     raise Failed(where)
-                key = alias[1] if alias else str(len(self.stages))
-                stage = self.stages[key] = Stage(self.base, f"{self.scratch}/{key}")
-            elif name == "WORKDIR":
+                plans.append((alias[1] if alias else str(len(plans)), []))
+            else:
+                plans[-1][1].append((where, name, text))
+        with concurrent.futures.ThreadPoolExecutor(len(plans)) as threads:
+            for name, plan in plans:
+                self.stages[name] = threads.submit(self._make, name, plan)
+            return [stage.result() for stage in self.stages.values()][-1]
+
+    def _make(self, stage_name, plan):
+        stage = Stage(self.base, f"{self.scratch}/{stage_name}")
+        for where, name, text in plan:
+            if name == "WORKDIR":
                 stage.folder = os.path.normpath(os.path.join(stage.folder, text))
                 os.makedirs(stage.path("."), exist_ok=True)
             elif name == "ENV":
@@ -103,7 +130,7 @@ class Builder:
         *sources, target = text.split()
         origin = self.context
         if sources[0].startswith("--from="):
-            origin = self.stages[sources.pop(0)[7:]].root
+            origin = self.stages[sources.pop(0)[7:]].result().root
         for pattern in sources:
             found = glob.glob(f"{origin}/{pattern.lstrip('/')}")
             if not found:

@@ -20,12 +20,33 @@ class GnuParallel(PeelerTest):
         self.frames = self.folder / "it's the folder"  # what a shell would take apart
 
     def run_script(self):
-        """6 chunks of 3 frames, 2 at a time; what it wrote to stderr, and the codes of the joblog."""
+        """6 chunks of 3 frames, 2 at a time; returns it, and {chunk: its codes in the joblog}."""
         done = subprocess.run(
-            ["sh", str(EXAMPLES / "gnu-parallel" / "frames.sh"), "6", "2", str(animated_scene()),
-             "-o", str(self.frames / "walk.####.exr"), "--frames", "0-17", "--size", "160x120", "--quiet"],
-            cwd=self.folder, text=True, capture_output=True, check=False,
-            env={**os.environ, "PEELER": PEELER, "PARALLEL_HOME": str(self.folder), "HOME": str(self.folder)})
+            [
+                "sh",
+                str(EXAMPLES / "gnu-parallel" / "frames.sh"),
+                "6",
+                "2",
+                str(animated_scene()),
+                "-o",
+                str(self.frames / "walk.####.exr"),
+                "--frames",
+                "0-17",
+                "--size",
+                "160x120",
+                "--quiet",
+            ],
+            cwd=self.folder,
+            text=True,
+            capture_output=True,
+            check=False,
+            env={
+                **os.environ,
+                "PEELER": PEELER,
+                "PARALLEL_HOME": str(self.folder),
+                "HOME": str(self.folder),
+            },
+        )
         with open(self.folder / "peeler.joblog", newline="", encoding="utf-8") as log:
             codes = {}
             for row in csv.DictReader(log, delimiter="\t", quoting=csv.QUOTE_NONE):
@@ -47,8 +68,15 @@ class GnuParallel(PeelerTest):
         self.verify(self.frames, 18)
         self.assert_nothing_else(self.frames, 18)
         (self.folder / "whole").mkdir()
-        self.render(animated_scene(), "-o", self.folder / "whole" / "walk.####.exr", "--size", "160x120",
-                    "--frames", "0-17")
+        self.render(
+            animated_scene(),
+            "-o",
+            self.folder / "whole" / "walk.####.exr",
+            "--size",
+            "160x120",
+            "--frames",
+            "0-17",
+        )
         self.assertEqual(fingerprints(self.frames), fingerprints(self.folder / "whole"))
 
         # All done: nothing runs.

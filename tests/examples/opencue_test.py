@@ -47,45 +47,54 @@ def submitted(*arguments):
         assert not use_pycuerun
         launched.append(job)
 
-    modules = {name: types.ModuleType(name) for name in
-               ("outline", "outline.cuerun", "outline.modules", "outline.modules.shell")}
+    modules = {
+        name: types.ModuleType(name)
+        for name in ("outline", "outline.cuerun", "outline.modules", "outline.modules.shell")
+    }
     modules["outline"].Outline = Outline
     modules["outline"].cuerun = modules["outline.cuerun"]
     modules["outline"].modules = modules["outline.modules"]
     modules["outline.modules"].shell = modules["outline.modules.shell"]
     modules["outline.modules.shell"].Shell = Shell
     modules["outline.cuerun"].launch = launch
-    with unittest.mock.patch.dict(sys.modules, modules), \
-            unittest.mock.patch.object(sys, "argv", [SCRIPT, *map(str, arguments)]):
+    with unittest.mock.patch.dict(sys.modules, modules), unittest.mock.patch.object(
+        sys, "argv", [SCRIPT, *map(str, arguments)]
+    ):
         runpy.run_path(SCRIPT, run_name="__main__")
     return launched[0]
 
 
 def frame_specs(text, chunk):
-    """Of each chunk, its first frame and what Cuebot writes for #FRAMESPEC# (FrameSet.getChunk). `text` is
-    a range with a step at most, of which every chunk but a single frame is one again."""
+    """Of each chunk, its first frame and what Cuebot writes for #FRAMESPEC# (FrameSet.getChunk).
+    `text` is a range, with a step at most, of which every chunk is one again or a single frame."""
     numbers, _, step = text.partition("x")
-    first, last = map(int, numbers.split("-"))
+    first, last = (int(number) for number in (numbers.split("-") * 2)[:2])
     frames = range(first, last + 1, int(step or 1))
     for at in range(0, len(frames), chunk):
-        part = frames[at:at + chunk]
+        part = frames[at : at + chunk]
         spec = f"{part[0]}-{part[-1]}" + (f"x{part.step}" if part.step != 1 else "")
         yield part[0], spec if len(part) > 1 else str(part[0])
 
 
 def command_lines(job):
-    """In an order that keeps the dependencies. Cuebot's DispatchSupportService.prepareRqdRunFrame replaces
-    the tokens; PyOutline's serialize_simple joins the words with spaces."""
+    """In an order that keeps the dependencies. PyOutline's serialize_simple joins the words with
+    spaces, Cuebot's DispatchSupportService.prepareRqdRunFrame replaces the tokens."""
     done = []
     for layer in job.layers:
         assert not set(layer.after) - set(done)
         chunk = layer.arguments.get("chunk", 1)
-        for first, spec in frame_specs("1-1" if layer.arguments["range"] == "1" else layer.arguments["range"], chunk):
+        for first, spec in frame_specs(layer.arguments["range"], chunk):
             line = " ".join(layer.arguments["command"])
             for token, value in (
-                ("ZFRAME", f"{first:04d}"), ("IFRAME", first), ("FRAME_START", first),
-                ("FRAME_END", first + chunk - 1), ("FRAME_CHUNK", chunk), ("LAYER", layer.name),
-                ("JOB", job.name), ("FRAMESPEC", spec), ("FRAME", f"{first:04d}-{layer.name}"),
+                ("ZFRAME", f"{first:04d}"),
+                ("IFRAME", first),
+                ("FRAME_START", first),
+                ("FRAME_END", first + chunk - 1),
+                ("FRAME_CHUNK", chunk),
+                ("LAYER", layer.name),
+                ("JOB", job.name),
+                ("FRAMESPEC", spec),
+                ("FRAME", f"{first:04d}-{layer.name}"),
             ):
                 line = line.replace(f"#{token}#", str(value))
             yield line
@@ -102,25 +111,50 @@ class OpenCue(PeelerTest):
         frames = self.folder / "it's the [1] folder"  # what a shell would take apart
         frames.mkdir()
         scene = animated_scene()
-        job = submitted(scene, frames / "walk.####.exr", "3-29x2", "--chunk", "4", "--peeler", PEELER,
-                        "--", "--size", "160x120")
+        job = submitted(
+            scene,
+            frames / "walk.####.exr",
+            "3-29x2",
+            "--chunk",
+            "4",
+            "--peeler",
+            PEELER,
+            "--",
+            "--size",
+            "160x120",
+        )
         lines = list(command_lines(job))
         self.assertEqual(len(lines), 5)
-        self.assertEqual([line.split("--frames=")[1].split("'")[0] for line in lines[:4]],
-                         ["3-9x2", "11-17x2", "19-25x2", "27-29x2"])
+        self.assertEqual(
+            [line.split("--frames=")[1].split("'")[0] for line in lines[:4]],
+            ["3-9x2", "11-17x2", "19-25x2", "27-29x2"],
+        )
         for line in lines:
             print(line)
             # RQD writes the line to a file and has a shell run that, anywhere.
             (self.folder / "rqd-cmd").write_text(line)
-            done = subprocess.run(["sh", str(self.folder / "rqd-cmd")], cwd="/", text=True,
-                                  capture_output=True, check=False, env={**os.environ, "CUE_THREADS": "1"})
+            done = subprocess.run(
+                ["sh", str(self.folder / "rqd-cmd")],
+                cwd="/",
+                text=True,
+                capture_output=True,
+                check=False,
+                env={**os.environ, "CUE_THREADS": "1"},
+            )
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("good", done.stdout)
 
         self.verify(frames, 14)
         self.assert_nothing_else(frames, 14)
         (self.folder / "whole").mkdir()
-        self.render(scene, "-o", self.folder / "whole" / "walk.####.exr", "--size", "160x120", "--frames=3-29x2")
+        self.render(
+            scene,
+            "-o",
+            self.folder / "whole" / "walk.####.exr",
+            "--size",
+            "160x120",
+            "--frames=3-29x2",
+        )
         self.assertEqual(fingerprints(frames), fingerprints(self.folder / "whole"))
 
 

@@ -11,7 +11,8 @@ import yaml
 
 # The names that each object may have; those with * it must have.
 OBJECTS = {
-    "template": "specificationVersion* extensions name* description parameterDefinitions steps*",  # [1.1]
+    # [1.1]
+    "template": "specificationVersion* extensions name* description parameterDefinitions steps*",
     "STRING": "name* type* description default allowedValues minLength maxLength",  # [2.1]
     "PATH": "name* type* description default objectType dataFlow",  # [2.2]
     "INT": "name* type* description default minValue maxValue",  # [2.3]
@@ -43,7 +44,9 @@ def check(kind, value):
     require(not value.keys() - allowed, f"{kind}: unknown {value.keys() - allowed}")
     require(not needed - value.keys(), f"{kind}: no {needed - value.keys()}")
     if "name" in value and kind not in ("template", "step"):
-        require(re.fullmatch(r"[A-Za-z_]\w{0,63}", value["name"]), f"no identifier: {value['name']}")  # [7.1]
+        require(
+            re.fullmatch(r"[A-Za-z_]\w{0,63}", value["name"]), f"no identifier: {value['name']}"
+        )  # [7.1]
     return value
 
 
@@ -71,7 +74,7 @@ def integers(expression):
 
 
 def range_expression(values):
-    """The shortest way to write increasing integers as an <IntRangeExpr>, as openjd-model does it."""
+    """Increasing integers as an <IntRangeExpr>, two in a row as the conformance tests have it."""
     parts, at = [], 0
     while at < len(values):
         end = at + 1
@@ -92,7 +95,7 @@ def chunked(values, size):
     require(size >= 1, "chunks of nothing")
     count = -(-len(values) // size)
     sizes = [len(values) // count + (i < len(values) % count) for i in range(count)]
-    return [values[sum(sizes[:i]):sum(sizes[: i + 1])] for i in range(count)]
+    return [values[sum(sizes[:i]) : sum(sizes[: i + 1])] for i in range(count)]
 
 
 class Job:
@@ -108,8 +111,11 @@ class Job:
             require(name in values or "default" in definition, f"no value for {name}")
             value = values.pop(name, None)
             if definition["type"] == "PATH":  # [7.4]: relative to where it was written
-                value = (os.path.join(folder, value) if value is not None
-                         else os.path.join(os.path.dirname(file), definition["default"]))
+                value = (
+                    os.path.join(folder, value)
+                    if value is not None
+                    else os.path.join(os.path.dirname(file), definition["default"])
+                )
             elif value is None:
                 value = definition["default"]
             self.values[f"Param.{name}"] = self.values[f"RawParam.{name}"] = value
@@ -119,15 +125,22 @@ class Job:
         for index, step in enumerate(self.steps):  # [3.2]
             earlier = [other["name"] for other in self.steps[:index]]
             for dependency in step.get("dependencies", []):
-                require(dependency["dependsOn"] in earlier, f"in this order {step['name']} cannot be run")
+                require(
+                    dependency["dependsOn"] in earlier,
+                    f"in this order {step['name']} cannot be run",
+                )
 
     def tasks(self, step):
-        """[{name of a task parameter: its value}]: one for each time that the step's action is run."""
+        """[{name of a task parameter: its value}]: one for each run of the step's action."""
         if "parameterSpace" not in step:
             return [{}]
         definitions = check("space", step["parameterSpace"])["taskParameterDefinitions"]
-        require(len(definitions) == 1 and definitions[0]["type"] == "CHUNK[INT]", "only chunks here")
-        require("TASK_CHUNKING" in self.template.get("extensions", []), "TASK_CHUNKING is not asked for")
+        require(
+            len(definitions) == 1 and definitions[0]["type"] == "CHUNK[INT]", "only chunks here"
+        )
+        require(
+            "TASK_CHUNKING" in self.template.get("extensions", []), "TASK_CHUNKING is not asked for"
+        )
         definition = check("CHUNK[INT]", definitions[0])
         chunks = check("chunks", definition["chunks"])
         require(chunks["rangeConstraint"] == "NONCONTIGUOUS", "only NONCONTIGUOUS here")
@@ -136,7 +149,7 @@ class Job:
         return [{definition["name"]: range_expression(chunk)} for chunk in chunked(values, size)]
 
     def command(self, step, task, session):
-        """The command line of a task; writes the embedded files into `session`, where it is to be run."""
+        """The command line of a task, to be run in `session`; writes the embedded files there."""
         script = check("script", step["script"])
         values = {**self.values, "Session.WorkingDirectory": session}
         for name, value in task.items():
@@ -144,7 +157,9 @@ class Job:
         files = [check("file", file) for file in script.get("embeddedFiles", [])]
         for file in files:
             require(file["type"] == "TEXT", "a file of another type")
-            values[f"Task.File.{file['name']}"] = os.path.join(session, file.get("filename", file["name"]))
+            values[f"Task.File.{file['name']}"] = os.path.join(
+                session, file.get("filename", file["name"])
+            )
         for file in files:  # [6.1]
             path = values[f"Task.File.{file['name']}"]
             with open(path, "w", encoding="utf-8") as out:

@@ -23,8 +23,12 @@ class Expansion(PeelerTest):
 
     def test_ranges(self):
         for expression, values in (  # [3.4.1.1.1], the table of examples
-            ("1 - 5", [1, 2, 3, 4, 5]), ("1 - -1", [1]), ("-1 - 1", [-1, 0, 1]), ("1-5:2", [1, 3, 5]),
-            ("10-15:2,1-5", [1, 2, 3, 4, 5, 10, 12, 14]), ("1-10:4", [1, 5, 9]),
+            ("1 - 5", [1, 2, 3, 4, 5]),
+            ("1 - -1", [1]),
+            ("-1 - 1", [-1, 0, 1]),
+            ("1-5:2", [1, 3, 5]),
+            ("10-15:2,1-5", [1, 2, 3, 4, 5, 10, 12, 14]),
+            ("1-10:4", [1, 5, 9]),
         ):
             self.assertEqual(openjd_template.integers(expression), values)
         with self.assertRaises(openjd_template.Invalid):
@@ -58,8 +62,14 @@ class OpenJD(PeelerTest):
                 session = self.folder / f"{step['name']} {number} {len(self.lines)}"
                 session.mkdir()
                 command = job.command(step, task, str(session))
-                done = subprocess.run(command, cwd=session, text=True, check=False,
-                                      stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+                done = subprocess.run(
+                    command,
+                    cwd=session,
+                    text=True,
+                    check=False,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                )
                 codes.append(done.returncode)
                 self.lines.append((" ".join(command), done.stdout))
         return codes
@@ -67,8 +77,14 @@ class OpenJD(PeelerTest):
     def test_job(self):
         scene = animated_scene()
         (self.folder / "the frames").mkdir()  # a name that a shell would cut in two
-        values = {"Scene": str(scene), "OutputFolder": "the frames", "Name": "a walk",
-                  "Frames": "-2-26:2", "FramesPerChunk": "4", "Size": "160x120"}
+        values = {
+            "Scene": str(scene),
+            "OutputFolder": "the frames",
+            "Name": "a walk",
+            "Frames": "-2-26:2",
+            "FramesPerChunk": "4",
+            "Size": "160x120",
+        }
         numbers = range(-2, 27, 2)
         self.assertEqual(self.run_job(**values), [0] * 5, self.lines)
         for command, _ in self.lines:
@@ -77,26 +93,40 @@ class OpenJD(PeelerTest):
         self.assert_nothing_else(self.folder / "the frames", len(numbers))
 
         (self.folder / "whole").mkdir()
-        self.render(scene, "-o", self.folder / "whole" / "a walk.####.exr", "--size", "160x120",
-                    f"--frames={','.join(map(str, numbers))}")
-        self.assertEqual(fingerprints(self.folder / "the frames"), fingerprints(self.folder / "whole"))
+        self.render(
+            scene,
+            "-o",
+            self.folder / "whole" / "a walk.####.exr",
+            "--size",
+            "160x120",
+            f"--frames={','.join(map(str, numbers))}",
+        )
+        self.assertEqual(
+            fingerprints(self.folder / "the frames"), fingerprints(self.folder / "whole")
+        )
 
         # "How Jobs Are Run", Stdout/Stderr Messages.
         for _, text in self.lines[:-1]:
-            progress = [float(n) for n in re.findall(r"^openjd_progress: (\d+(?:\.\d+)?)$", text, re.M)]
+            progress = [
+                float(n) for n in re.findall(r"^openjd_progress: (\d+(?:\.\d+)?)$", text, re.M)
+            ]
             self.assertTrue(progress, text)
             self.assertEqual(progress, sorted(progress))
             self.assertLessEqual(progress[-1], 100)
             self.assertIsNone(re.search(r"^openjd_fail:", text, re.M))
 
         # Again: everything is there.
-        before = {file: os.stat(file).st_mtime_ns for file in (self.folder / "the frames").iterdir()}
+        before = {
+            file: os.stat(file).st_mtime_ns for file in (self.folder / "the frames").iterdir()
+        }
         self.assertEqual(self.run_job(**values), [0] * 5, self.lines)
         after = {file: os.stat(file).st_mtime_ns for file in (self.folder / "the frames").iterdir()}
         self.assertEqual(after, before)
 
     def test_failure(self):
-        self.assertEqual(self.run_job(Scene="missing.glb", OutputFolder=".", Frames="1"), [3, 3], self.lines)
+        self.assertEqual(
+            self.run_job(Scene="missing.glb", OutputFolder=".", Frames="1"), [3, 3], self.lines
+        )
         self.assertRegex(self.lines[0][1], r"(?m)^openjd_fail: .*missing\.glb")
 
 

@@ -2,8 +2,8 @@
 """Runs a test as if it had a machine of its own: processes, network, host name and mounts.
 
 Daemons that the test starts see no others, and nothing of them outlives it: when the first process
-of a PID namespace ends, however it ends, the kernel ends all the others; a tmpfs of a mount namespace
-goes with it (namespaces(7), pid_namespaces(7)). Works for root on Linux."""
+of a PID namespace ends, however it ends, the kernel ends all the others, and a tmpfs goes with the
+last process of its mount namespace (namespaces(7), pid_namespaces(7)). For root on Linux."""
 
 import ctypes
 import fcntl
@@ -23,8 +23,8 @@ SIOCSIFADDR, SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP = 0x8916, 0x8913, 0x8914, 1
 # Memory of the test's own, mounted where every Linux has a folder for it.
 SCRATCH = "/dev/shm"
 
-# The address besides 127.0.0.1. Slurm asks getaddrinfo() with AI_ADDRCONFIG, which finds nothing on a
-# machine that has but 127.0.0.1.
+# The address besides 127.0.0.1. Slurm asks getaddrinfo() with AI_ADDRCONFIG, which finds nothing on
+# a machine that has but 127.0.0.1.
 ADDRESS = "10.0.0.1"
 
 libc = ctypes.CDLL(None, use_errno=True)
@@ -67,11 +67,19 @@ def impediment():
 
 
 def run(host_name, body, network=True):
-    """Returns what body() returns (an exit code), run as the machine `host_name`; without a `network` of
-    its own it has this one's. SIGTERM to this process ends all of it at once, with 143. Only once in a
-    process, which can start no others afterwards. Raises OSError where namespaces are not allowed."""
-    check(libc.unshare(CLONE_NEWNS | CLONE_NEWUTS | CLONE_NEWIPC | CLONE_NEWPID
-                       | (CLONE_NEWNET if network else 0)))
+    """Returns what body() returns (an exit code), run as the machine `host_name`; without a
+    `network` of its own it has this one's. SIGTERM to this process ends all of it at once, with
+    143. Only once in a process, which can start no others afterwards. Raises OSError where
+    namespaces are not allowed."""
+    check(
+        libc.unshare(
+            CLONE_NEWNS
+            | CLONE_NEWUTS
+            | CLONE_NEWIPC
+            | CLONE_NEWPID
+            | (CLONE_NEWNET if network else 0)
+        )
+    )
     first = os.fork()
     if first == 0:
         code = 1

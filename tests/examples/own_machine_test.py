@@ -17,7 +17,8 @@ import os, subprocess, time, own_machine
 def body():
     subprocess.Popen(["setsid", "sleep", "{seconds}"])
     open(own_machine.SCRATCH + "/{seconds}", "w").close()
-    print("ready", os.uname().nodename, len([e for e in os.listdir("/proc") if e.isdigit()]), flush=True)
+    processes = [entry for entry in os.listdir("/proc") if entry.isdigit()]
+    print("ready", os.uname().nodename, len(processes), flush=True)
     {end}
 print(own_machine.run("elsewhere", body), flush=True)
 """
@@ -37,8 +38,11 @@ def running(word):
 class OwnMachine(PeelerTest):
     def start(self, seconds, end):
         child = subprocess.Popen(
-            [sys.executable, "-c", TEST.format(seconds=seconds, end=end)], stdout=subprocess.PIPE, text=True,
-            cwd=pathlib.Path(__file__).parent)
+            [sys.executable, "-c", TEST.format(seconds=seconds, end=end)],
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=pathlib.Path(__file__).parent,
+        )
         self.addCleanup(child.stdout.close)
         ready = child.stdout.readline().split()
         self.assertEqual(ready[:2], ["ready", "elsewhere"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of examples/ share: the built program, scenes, and how a test says that it was skipped."""
+"""What the tests of examples/ share: the built program, scenes, saying that a test was skipped."""
 
 import hashlib
 import os
@@ -15,19 +15,20 @@ SKIPPED = 77  # ctest's SKIP_RETURN_CODE
 
 
 def animated_scene():
-    """A real model that walks, where the collections of models are; else a scene of ours that swims."""
+    """A real model that walks, where the collections of models are; else one of ours that swims."""
     assets = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets")
     model = assets / "gltf-sample-assets" / "CesiumMan" / "glTF-Binary" / "CesiumMan.glb"
     if model.is_file():
         return model
-    print("no folder of models (PEELER_ASSETS, or ../shared/assets): examples/scenes/jellyfish.glb instead")
+    print("no models (PEELER_ASSETS, or ../shared/assets): examples/scenes/jellyfish.glb instead")
     return EXAMPLES / "scenes" / "jellyfish.glb"
 
 
 def peeler(*arguments, **options):
     """Runs it; what it wrote is in .stdout and .stderr."""
     return subprocess.run(
-        [PEELER, *map(str, arguments)], text=True, capture_output=True, check=False, **options)
+        [PEELER, *map(str, arguments)], text=True, capture_output=True, check=False, **options
+    )
 
 
 def fingerprints(folder, pattern="*.exr"):

@@ -61,16 +61,18 @@ class Cluster:
             configuration.write(
                 CONFIGURATION.format(folder=folder, host=os.uname().nodename, address=ADDRESS)
             )
-        self.environment = {k: v for k, v in os.environ.items() if not k.startswith(("SLURM", "SBATCH"))}
+        own = [name for name in os.environ if not name.startswith(("SLURM", "SBATCH"))]
+        self.environment = {name: os.environ[name] for name in own}
         self.environment["PATH"] += ":/usr/sbin:/sbin"
         self.environment["SLURM_CONF"] = f"{folder}/slurm.conf"
-        own = [f"--{name}={folder}/munge.{name[:-5]}" for name in ("key-file", "pid-file", "seed-file", "log-file")]
+        files = [f"--{name}-file={folder}/munge.{name}" for name in ("key", "pid", "seed", "log")]
         self.daemons = [
-            self._start("munged", "--foreground", f"--socket={folder}/munge.socket", *own),
+            self._start("munged", "--foreground", f"--socket={folder}/munge.socket", *files),
             self._start("slurmctld", "-D"),
             self._start("slurmd", "-D"),
         ]
-        self._wait_until(20, lambda: "idle" in self.ask("sinfo", "--noheader", "--format=%T", check=False))
+        states = ("sinfo", "--noheader", "--format=%T")
+        self._wait_until(20, lambda: "idle" in self.ask(*states, check=False))
 
     def _start(self, *command):
         with open(f"{self.folder}/{command[0]}.out", "wb") as out:
@@ -86,21 +88,27 @@ class Cluster:
     def ask(self, *command, check=True, **options):
         """What a command of Slurm, or a script that calls some, prints."""
         done = subprocess.run(
-            command, env={**self.environment, **options.pop("environment", {})}, text=True,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False, **options)
+            command,
+            env={**self.environment, **options.pop("environment", {})},
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            check=False,
+            **options,
+        )
         if check and done.returncode != 0:
             raise RuntimeError(f"{command} ended with {done.returncode}: {done.stderr}")
         return done.stdout
 
     def tasks(self, job):
-        """Of every task of a job (of the job itself, if it is no array): what scontrol says of it."""
+        """Of every task of a job (the job itself, if it is no array), what scontrol says of it."""
         text = self.ask("scontrol", "show", "job", "--oneliner", job)
         return [dict(re.findall(r"(\w+)=(\S*)", line)) for line in text.splitlines()]
 
     def wait_for(self, job, seconds):
         """The tasks, when all of them have ended."""
-        self._wait_until(
-            seconds, lambda: not self.ask("squeue", "--noheader", f"--jobs={job}", check=False).strip())
+        waiting = ("squeue", "--noheader", f"--jobs={job}")
+        self._wait_until(seconds, lambda: not self.ask(*waiting, check=False).strip())
         return self.tasks(job)
 
     def state(self):

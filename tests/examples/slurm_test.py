@@ -10,7 +10,16 @@ import time
 
 import own_machine
 import slurm_cluster
-from peeler_command import EXAMPLES, PEELER, PeelerTest, animated_scene, fingerprints, main, peeler, skip
+from peeler_command import (
+    EXAMPLES,
+    PEELER,
+    PeelerTest,
+    animated_scene,
+    fingerprints,
+    main,
+    peeler,
+    skip,
+)
 
 SLURM = EXAMPLES / "slurm"
 SIZE = ("--size", "320x240")
@@ -43,10 +52,12 @@ class Slurm(PeelerTest):
         print(f"a cluster of one node after {time.monotonic() - started:.1f} s", flush=True)
         cls.addClassCleanup(cls.cluster.stop)
         cls.scene = animated_scene()
-        # Slurm looks at the clock every 30 seconds, which pass while the other tests run; sleep stands for
-        # a peeler that takes long.
+        # Slurm looks at the clock every 30 seconds, which pass while the other tests run; sleep
+        # stands for a peeler that takes long.
         cls.late_log = cls.scratch / "late.log"
-        cls.late = cls.sbatch("300", PEELER="sleep", SBATCH_TIMELIMIT="1", SBATCH_OUTPUT=str(cls.late_log))
+        cls.late = cls.sbatch(
+            "300", PEELER="sleep", SBATCH_TIMELIMIT="1", SBATCH_OUTPUT=str(cls.late_log)
+        )
 
     def setUp(self):
         self.folder = self.scratch / self.id().rsplit(".", 1)[-1]
@@ -55,7 +66,9 @@ class Slurm(PeelerTest):
     @classmethod
     def sbatch(cls, *arguments, **environment):
         """Submits one job of peeler.sbatch."""
-        command = [str(word) for word in ("sbatch", "--parsable", SLURM / "peeler.sbatch", *arguments)]
+        command = [
+            str(word) for word in ("sbatch", "--parsable", SLURM / "peeler.sbatch", *arguments)
+        ]
         settings = {"PEELER": PEELER, "SBATCH_OUTPUT": str(cls.scratch / "log.%j"), **environment}
         return cls.cluster.ask(*command, environment=settings).strip()
 
@@ -76,23 +89,27 @@ class Slurm(PeelerTest):
         (self.folder / name).mkdir()
         out = self.folder / name / "walk.####.exr"
         return self.submit(
-            "frames.sh", TASKS, 2, self.scene, "-o", out, "--frames", f"0-{FRAMES - 1}", *SIZE)
+            "frames.sh", TASKS, 2, self.scene, "-o", out, "--frames", f"0-{FRAMES - 1}", *SIZE
+        )
 
     def disturb(self, folder, job):
-        """Kills one task (SIGKILL), and tells another one to stop as the end of its time does (SIGTERM to
-        the script), each with some but not all of its frames done. Returns the tasks' numbers, and how
-        many ran at once at most."""
-        signals, done, most = [signal.SIGKILL, signal.SIGTERM], [], 0
+        """Kills one task (SIGKILL), and tells another one to stop as the end of its time does
+        (SIGTERM to the script), each with some but not all of its frames done. Returns {task: its
+        finished frames and when they were written}, and how many ran at once at most."""
+        signals, done, most = [signal.SIGKILL, signal.SIGTERM], {}, 0
         end = time.monotonic() + 30
         while signals and time.monotonic() < end:
             peelers = running_peelers()
             most = max(most, len(peelers))
             for process, task in peelers.items():
-                if task in done or not signals or not self.is_between_frames(folder, task):
+                if task in done or not signals or not 0 < len(self.finished(folder, task)) < SHARE:
                     continue
                 os.kill(process, signal.SIGSTOP)  # or it would be done before anyone came
-                if self.is_between_frames(folder, task):
-                    done.append(task)
+                if len(self.finished(folder, task)) < SHARE:
+                    done[task] = self.finished(folder, task)
+                    print(
+                        f"task {task}: {signals[0].name} after {len(done[task])} of {SHARE} frames"
+                    )
                     if signals.pop(0) == signal.SIGKILL:
                         os.kill(process, signal.SIGKILL)
                     else:
@@ -101,9 +118,10 @@ class Slurm(PeelerTest):
         self.assertEqual(len(done), 2, "no task was caught between its frames")
         return done, most
 
-    def is_between_frames(self, folder, task):
+    def finished(self, folder, task):
         share = range((task - 1) * SHARE, task * SHARE)
-        return 0 < sum((folder / f"walk.{frame:04d}.exr").exists() for frame in share) < SHARE
+        files = (folder / f"walk.{frame:04d}.exr" for frame in share)
+        return {file: file.stat().st_mtime_ns for file in files if file.exists()}
 
     def test_frames(self):
         whole = self.folder / "whole"
@@ -125,6 +143,8 @@ class Slurm(PeelerTest):
         for task in tasks:
             number = int(task["ArrayTaskId"])
             self.assertEqual(int(task["Restarts"]), 1 if number in victims else 0, task)
+        for written in victims.values():  # what was finished is not done again
+            self.assertEqual({file: file.stat().st_mtime_ns for file in written}, written)
         self.assertLessEqual(most, 2)
         self.assertIn("stopped by signal 9; queued again", self.log())
         self.assertIn("stopped by signal 15; queued again", self.log())
@@ -135,8 +155,11 @@ class Slurm(PeelerTest):
         self.assertEqual(len(expected), FRAMES)
         self.assertEqual(fingerprints(self.folder / "calm"), expected)
         self.assertEqual(fingerprints(self.folder / "disturbed"), expected)
-        print(f"{FRAMES} frames of {self.scene.name}: {one_process:.1f} s by one process, {calm:.1f} s in "
-              f"{TASKS} tasks, {disturbed:.1f} s with two of them disturbed", flush=True)
+        print(
+            f"{FRAMES} frames of {self.scene.name}: {one_process:.1f} s by one process, "
+            f"{calm:.1f} s in {TASKS} tasks, {disturbed:.1f} s with two of them disturbed",
+            flush=True,
+        )
 
     def test_tiles(self):
         options = (EXAMPLES / "scenes" / "coincident.glb", "--size", "400x301")
@@ -164,7 +187,7 @@ class Slurm(PeelerTest):
         # Out of memory: the same again would not help.
         task, log = fail("--size", "8000x8000", "--memory", "64M")
         self.assertEqual((task["ExitCode"], task["Restarts"]), ("33:0", "0"), log)
-        self.assertIn("give the task more memory", log)
+        self.assertIn("give it more memory", log)
         # No GPU here, but maybe elsewhere or later; not for ever.
         if peeler(*render, "--size", "8x8", "--require-gpu").returncode == 0:
             self.skipTest("this machine has a GPU: no exit code 5")
@@ -174,7 +197,13 @@ class Slurm(PeelerTest):
 
     def test_a_cancelled_job_stays_cancelled(self):
         job = self.sbatch(
-            "render", EXAMPLES / "scenes" / "glasses.glb", "-o", self.folder / "out.exr", "--size", "8000x6000")
+            "render",
+            EXAMPLES / "scenes" / "glasses.glb",
+            "-o",
+            self.folder / "out.exr",
+            "--size",
+            "8000x6000",
+        )
         end = time.monotonic() + 20
         while not running_peelers() and time.monotonic() < end:
             time.sleep(0.05)
@@ -197,7 +226,8 @@ class Slurm(PeelerTest):
 
 if __name__ == "__main__":
     if slurm_cluster.missing_programs():
-        skip(f"no {', '.join(slurm_cluster.missing_programs())} (examples/install_dependencies.sh test)")
+        missing = ", ".join(slurm_cluster.missing_programs())
+        skip(f"no {missing} (examples/install_dependencies.sh test)")
     if own_machine.impediment():
         skip(own_machine.impediment())
     sys.exit(own_machine.run("farm", main))
