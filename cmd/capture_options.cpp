@@ -140,22 +140,26 @@ void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,
              "where GL comes from: " + backends)
         ->group(kGroup);
     addValue(
-        app, "--device", "N", device.device,
-        [](const std::string& text) { return static_cast<int>(parseInteger(text, 0, 9999)); },
-        "a device by its number in peeler devices (default: the first that works)")
+        app, "--device", "NAME", device.device, gl::parseDeviceChoice,
+        "a device: its number in peeler devices, cuda:N as CUDA numbers it, or uuid: and as much "
+        "of its UUID as tells it apart (default: the first that works; none that "
+        "CUDA_VISIBLE_DEVICES hides)")
         ->group(kGroup);
     app.add_flag("--require-gpu", device.require_gpu, "fail rather than render in software")
         ->group(kGroup);
     addThreadsOption(app, threads);
+    capture.memory = inheritedBudget();
     addValue(app, "--memory", "SIZE", capture.memory, parseMemory,
-             "most memory to use, e.g. 8G or 512M; " + memory + " (default: no limit)")
+             "most memory to use, e.g. 8G or 512M; " + memory +
+                 " (default: 7/8 of what the cgroup, SLURM_MEM_PER_NODE, SLURM_MEM_PER_CPU or "
+                 "CUE_MEMORY allows, else no limit)")
         ->group(kGroup);
 }
 
 std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console) {
     auto context = gl::createContext(request);
     const gl::Device& device = context->device();
-    const bool chosen = request.backend != "auto" || request.device >= 0;
+    const bool chosen = request.backend != "auto" || !request.device.any();
     if (device.software && !chosen) {
         console.note("no GPU can be used, so " + device.renderer + " renders in software (" +
                      device.backend + "); peeler devices says why");

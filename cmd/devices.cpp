@@ -28,6 +28,8 @@ nlohmann::ordered_json toJson(const gl::Device& device) {
     json["usable"] = device.problem.empty();
     json["problem"] = device.problem;
     json["software"] = device.software;
+    json["uuid"] = device.uuid;
+    if (device.cuda) json["cuda"] = *device.cuda;
     json["version"] = device.version;
     json["renderer"] = device.renderer;
     json["vendor"] = device.vendor;
@@ -49,6 +51,8 @@ std::string toText(const gl::Device& device) {
     std::string text =
         std::to_string(device.index) + "  " + device.backend + "  " + device.name + '\n';
     const auto line = [&](const std::string& content) { text += "     " + content + '\n'; };
+    if (device.cuda) line("cuda:" + std::to_string(*device.cuda));
+    if (!device.uuid.empty()) line("uuid:" + device.uuid);
     if (!device.renderer.empty()) line(device.renderer + (device.software ? " (software)" : ""));
     if (!device.version.empty()) line("OpenGL " + device.version + ", " + device.vendor);
     if (!device.problem.empty()) {
@@ -68,17 +72,41 @@ std::string toText(const gl::Device& device) {
     return text;
 }
 
+/// What a command has of the machine unless it is told otherwise.
+nlohmann::ordered_json machineJson() {
+    const Limit threads = allowedThreads();
+    nlohmann::ordered_json json;
+    json["threads"] = {{"count", threads.amount}, {"source", threads.source}};
+    json["memory"] = nullptr;
+    if (const auto memory = allowedMemory()) {
+        json["memory"] = {{"bytes", memory->amount},
+                          {"budget", budgetUnder(*memory).bytes},
+                          {"source", memory->source}};
+    }
+    return json;
+}
+
+std::string machineText() {
+    const Limit threads = allowedThreads();
+    std::string text =
+        "--threads " + std::to_string(threads.amount) + " (" + threads.source + ")\n";
+    const auto memory = allowedMemory();
+    if (!memory) return text + "--memory: no limit\n";
+    const MemoryBudget budget = budgetUnder(*memory);
+    return text + "--memory " + mebibytesText(budget) + " (" + budget.source + ")\n";
+}
+
 int listAll(const DevicesOptions& options, Console& console) {
     setThreads(0);
     const std::vector<gl::Device> devices = gl::listDevices();
     if (options.json) {
-        nlohmann::ordered_json json;
+        nlohmann::ordered_json json = machineJson();
         json["devices"] = nlohmann::ordered_json::array();
         for (const auto& device : devices)
             json["devices"].push_back(toJson(device));
         console.result(jsonText(json));
     } else {
-        std::string text;
+        std::string text = machineText();
         for (const auto& device : devices)
             text += toText(device);
         console.result(text);

@@ -95,7 +95,8 @@ constexpr CommonAttribute kCommon[] = {
 /// One run. run() lists its stages.
 class Merge {
   public:
-    Merge(const MergeOptions& options, Console& console) : options_(options), console_(console) {}
+    Merge(const MergeOptions& options, Console& console)
+        : options_(options), console_(console), output_(options.output) {}
 
     void run() {
         {
@@ -112,6 +113,8 @@ class Merge {
 
   private:
     void checkOptions();
+    bool areComposites(const std::vector<OpenedExr>& opened) const;
+    void expectComposite();
     void open();
     void checkCommon();
     void checkCover();
@@ -127,6 +130,8 @@ class Merge {
 
     const MergeOptions& options_;
     Console& console_;
+    OutputFlags output_;
+    bool composites_ = false;  ///< the tiles are, and so is the result
     std::vector<Tile> tiles_;
     std::vector<Window> windows_;
     LayeredImage arrays_;  ///< of tiles with layers
@@ -136,29 +141,57 @@ class Merge {
 
 void Merge::checkOptions() {
     options_.report.applyTo(console_);
-    checkOutput(options_.output, options_.inputs);
-    if (findOutputFormat(options_.output.path.string(), options_.output.as).casters) {
+    checkOutput(output_, options_.inputs);
+    if (findOutputFormat(output_.path.string(), output_.as).casters) {
         throw Error(ErrorKind::kUsage, "layers do not tell which surfaces cast shadows",
                     "--as midpoint-depth", "render it as a whole");
     }
     std::vector<fs::path> others = options_.inputs;
-    others.push_back(options_.output.path);
+    others.push_back(output_.path);
     checkReport(options_.report, others);
     setThreads(options_.threads);
 }
 
+/// Whether the tiles are composites, one of which may be empty like any other tile.
+bool Merge::areComposites(const std::vector<OpenedExr>& opened) const {
+    const auto flat = [](const OpenedExr& tile) {
+        return tile.info.composite >= 0 && tile.info.layers.empty() && tile.info.deep.empty();
+    };
+    const auto empty = [](const OpenedExr& tile) { return isLayered(tile.info); };
+    if (!std::ranges::all_of(opened, flat)) return false;
+    return output_.as == "composite" || !std::ranges::all_of(opened, empty);
+}
+
+/// Composites are merged as they are.
+void Merge::expectComposite() {
+    if (output_.as.empty()) output_.as = "composite";
+    const OutputFormat& format = findOutputFormat(output_.path.string(), output_.as);
+    if (format.kind == "composite" && !output_.background) return;
+    throw Error(ErrorKind::kUsage,
+                output_.background ? "composites are merged as they are, background and all"
+                                   : "composites have no layers",
+                output_.background ? "--background" : "--as " + output_.as,
+                "render the tiles with it, or as layers");
+}
+
 void Merge::open() {
     const StageTimer timer(result_.milliseconds, "load");
-    for (const fs::path& path : options_.inputs) {
+    std::vector<OpenedExr> opened;
+    for (const fs::path& path : options_.inputs)
+        opened.emplace_back(path.string());
+    composites_ = areComposites(opened);
+    if (composites_) expectComposite();
+    for (std::size_t i = 0; i < opened.size(); ++i) {
         Tile tile;
-        tile.path = path.string();
-        tile.input = openLayered(tile.path);
+        tile.path = options_.inputs[i].string();
+        tile.input =
+            composites_ ? openComposite(std::move(opened[i])) : openLayered(std::move(opened[i]));
         if (!tile.info().is_peeler) {
             throw Error(ErrorKind::kInput, "nothing in it says which picture it is a tile of",
-                        tile.path, "tiles are files of peeler render --crop");
+                        tile.path, "tiles are files of peeler render --tile or --crop");
         }
         const Window& window = tile.window();
-        if (tile.hasLayers()) {
+        if (composites_ || tile.hasLayers()) {
             tile.input->read({window.x0, window.y0, window.x1, window.y0 + 1}, tile.arrays);
         }
         windows_.push_back(window);
@@ -188,7 +221,7 @@ void Merge::checkCommon() {
     }
     const Tile* with_layers = nullptr;
     for (const Tile& tile : tiles_) {
-        if (!tile.hasLayers()) continue;
+        if (!composites_ && !tile.hasLayers()) continue;
         if (!with_layers) with_layers = &tile;
         const std::string a = channelsText(with_layers->arrays), b = channelsText(tile.arrays);
         if (a != b) differ(*with_layers, tile, "channels", a, b);
@@ -210,7 +243,7 @@ void Merge::checkCover() {
                 "no tile has the " + std::to_string(gap->width()) + " x " +
                     std::to_string(gap->height()) + " pixels at (" + std::to_string(gap->x0) +
                     ", " + std::to_string(gap->y0) + ")",
-                options_.output.path.string(), "add the tile, or --allow-gaps to leave them empty");
+                output_.path.string(), "add the tile, or --allow-gaps to leave them empty");
 }
 
 void Merge::plan() {
@@ -228,7 +261,13 @@ void Merge::plan() {
             window = unite(window, part.layers[k].data_window);
         }
     }
-    const bool pixels_matter = options_.output.layers.layout == kPerFileLayout;
+    if (composites_) {
+        if (!overlap(windows_)) return;
+        throw Error(ErrorKind::kInput,
+                    "tiles overlap: nobody knows how many fragments the composite has",
+                    output_.path.string(), "render tiles that do not overlap, or layers");
+    }
+    const bool pixels_matter = output_.layers.layout == kPerFileLayout;
     if (!overlap(windows_)) {
         if (pixels_matter) countLayers();
         return;
@@ -236,8 +275,7 @@ void Merge::plan() {
     if (!complete) {
         throw Error(ErrorKind::kInput,
                     "tiles overlap and lack fragments: nobody knows how many the picture has",
-                    options_.output.path.string(),
-                    "render tiles that do not overlap, or all their layers");
+                    output_.path.string(), "render tiles that do not overlap, or all their layers");
     }
     countLayers();
     plan_.fragments_counted = plan_.fragments_stored;
@@ -291,7 +329,7 @@ void Merge::forEachBand(const Stage& stage, Take&& take) {
                 throw Error(ErrorKind::kInput,
                             "tiles that overlap do not agree on pixel (" +
                                 std::to_string(pixel->x0) + ", " + std::to_string(pixel->y0) + ")",
-                            options_.output.path.string(),
+                            output_.path.string(),
                             "render them with the same renderer, or without an overlap");
             }
         }
@@ -303,37 +341,39 @@ void Merge::forEachBand(const Stage& stage, Take&& take) {
 void Merge::write() {
     Provenance provenance = tiles_.front().info().provenance;
     provenance.version = PEELER_VERSION;
-    OutputOptions output = outputOptions(options_.output, provenance);
+    OutputOptions output = outputOptions(output_, provenance);
     const ExrInfo& first = tiles_.front().info();
-    output.cryptomatte = keepsCryptomatte(first, options_.output);
+    output.cryptomatte = keepsCryptomatte(first, output_);
     // Samples that were merged in the tiles are not merged again: by what, the hash does not know.
-    if (first.attributes().contains("peeler:outputHash") && provenance.deep_merge.empty()) {
-        output.provenance.output_hash =
-            outputHash(plan_.view, options_.output.path.string(), output);
+    // Nor does it know the background of composites.
+    output.composited = composites_;
+    if (first.attributes().contains("peeler:outputHash") && provenance.deep_merge.empty() &&
+        !composites_) {
+        output.provenance.output_hash = outputHash(plan_.view, output_.path.string(), output);
     }
-    auto writer = makeSink(options_.output.path.string(), output);
+    auto writer = makeSink(output_.path.string(), output);
     writer->begin(plan_);
     std::uint64_t fragments = 0;
     forEachBand("merge", [&](const LayeredImage& band) {
         fragments += band.fragments();
         writer->write(band);
     });
-    if (fragments != plan_.fragments_stored) {
+    if (!composites_ && fragments != plan_.fragments_stored) {
         throw Error(ErrorKind::kInput,
                     "the tiles say they have " + groupedText(plan_.fragments_stored) +
                         " fragments, and have " + groupedText(fragments),
-                    options_.output.path.string(), "peeler verify tells which one is damaged");
+                    output_.path.string(), "peeler verify tells which one is damaged");
     }
     writer->finish();
     add(result_.milliseconds, writer->times());
 }
 
 void Merge::tell() {
-    result_.output = options_.output.path;
+    result_.output = output_.path;
     describePicture(plan_, tiles_.front().info().provenance, result_);
     result_.fragments_blended = plan_.fragments_blended;
     result_.samples = plan_.samples;
-    describeFiles(options_.output.layers, options_.output.path, result_, console_);
+    describeFiles(output_.layers, output_.path, result_, console_);
     tellResult(options_.report, result_, console_);
 }
 
@@ -342,7 +382,8 @@ void Merge::tell() {
 VerbAction declareMerge(CLI::App& app) {
     const auto options = std::make_shared<MergeOptions>();
     addFiles(app, "TILES", options->inputs,
-             "layered images (.exr) of one scene, view and settings, rendered with --crop");
+             "layered, deep or composite images (.exr) of one scene, view and settings, rendered "
+             "with --tile or --crop");
     addOutputOptions(app, options->output);
     addLayerOutputOptions(app, options->output);
     app.add_flag("--allow-gaps", options->allow_gaps, "pixels that no tile has stay empty");

@@ -280,7 +280,8 @@ void addThreadsOption(CLI::App& app, int& threads) {
     addValue(
         app, "--threads", "N", threads,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 0, 1024)); },
-        "processors to use (default: 0, all that the process may run on)")
+        "processors to use (default: 0, as many as CPU affinity, the cgroup's quota, "
+        "SLURM_CPUS_PER_TASK and CUE_THREADS allow)")
         ->group("Machine");
 }
 

@@ -95,7 +95,7 @@ void checkSceneFiles(const Scene& scene, const std::vector<std::filesystem::path
 /// The result as asked for: to the report file, as JSON on stdout, and as a line on stderr.
 void tellResult(const ReportFlags& flags, const PictureResult& result, Console& console);
 
-/// Declares --threads; 0 = as many as the process may run on.
+/// Declares --threads; 0 = allowedThreads() (cmd/resources.h).
 void addThreadsOption(CLI::App& app, int& threads);
 
 }  // namespace peeler::cmd

@@ -1,19 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
-// Threads by environment variable, memory by /proc.
+// What limits mean for a command; memory by /proc.
 #include "cmd/resources.h"
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <string>
 
 #include "core/parallel.h"
+#include "formats/library_threads.h"
 
 namespace peeler::cmd {
 
+Limit allowedThreads() {
+    // First: it is named where another limit is the same.
+    std::vector<Limit> limits{{static_cast<std::uint64_t>(affinityCount()), "CPU affinity"}};
+    for (const Limit& limit : processorLimits(ownSurroundings()))
+        limits.push_back(limit);
+    return *least(limits);
+}
+
+std::optional<Limit> allowedMemory() {
+    return least(memoryLimits(ownSurroundings()));
+}
+
+MemoryBudget budgetUnder(const Limit& limit) {
+    return {limit.amount - limit.amount / 8,
+            limit.source + " allows " + mebibytesText(limit.amount)};
+}
+
+MemoryBudget inheritedBudget() {
+    const auto limit = allowedMemory();
+    return limit ? budgetUnder(*limit) : MemoryBudget();
+}
+
 void setThreads(int threads) {
-    setThreadCount(threads);
+    setThreadCount(threads > 0 ? threads : static_cast<int>(allowedThreads().amount));
+    setLibraryThreads(threadCount());
     // llvmpipe: 0 rasterises in the calling thread, 1 would add a worker to it. Left to itself it
     // counts the processors of the machine, not those that the process may run on.
     const int wanted = threadCount();

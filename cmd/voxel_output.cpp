@@ -23,12 +23,12 @@ bool isGrid(const std::string& path) {
 }
 
 /// The lattice, once it is known that its cells may be kept.
-const AxisBundles& withinBudget(const AxisBundles& lattice, std::uint64_t memory) {
+const AxisBundles& withinBudget(const AxisBundles& lattice, const MemoryBudget& memory) {
     const std::uint64_t cells = VoxelVotes::cellsOf(lattice);
     if (memory != 0 && cells > memory) {
-        throw Error(ErrorKind::kMemory,
-                    groupedText(cells) + " voxels do not fit into " + bytesText(memory), "--memory",
-                    "a byte each is needed: ask for fewer of them, or allow more memory");
+        throw Error(
+            ErrorKind::kMemory, groupedText(cells) + " voxels do not fit into " + bytesText(memory),
+            memory.where(), "a byte each is needed: ask for fewer of them, or allow more memory");
     }
     return lattice;
 }
@@ -36,7 +36,7 @@ const AxisBundles& withinBudget(const AxisBundles& lattice, std::uint64_t memory
 }  // namespace
 
 VoxelOutput::VoxelOutput(std::string path, const Solids& solids, AxisBundles lattice,
-                         std::uint64_t memory, std::string creator)
+                         const MemoryBudget& memory, std::string creator)
     : path_(std::move(path)),
       lattice_(std::move(lattice)),
       creator_(std::move(creator)),

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "cmd/ray_output.h"
+#include "core/memory_budget.h"
 #include "core/rays/voxels.h"
 #include "formats/atomic_file.h"
 #include "formats/npz_writer.h"
@@ -24,11 +25,11 @@ namespace peeler::cmd {
 /// One byte a cell is kept, and for .vdb what OpenVDB takes.
 class VoxelOutput : public RayOutput {
   public:
-    /// `memory`: bytes that may be taken, 0 = no limit. Everything referred to must outlive it.
+    /// `memory` is all that may be taken. Everything referred to must outlive it.
     /// Throws Error (kUsage) unless the path ends in .npz or .vdb, and (kMemory) if the cells are
     /// more than the budget or more than there is room for.
-    VoxelOutput(std::string path, const Solids& solids, AxisBundles lattice, std::uint64_t memory,
-                std::string creator);
+    VoxelOutput(std::string path, const Solids& solids, AxisBundles lattice,
+                const MemoryBudget& memory, std::string creator);
 
     /// Creates the hidden file.
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override;

@@ -37,19 +37,21 @@ void returnFreeMemory() {
 #endif
 }
 
-BandLimits bandLimits(std::uint64_t budget, std::uint64_t resident, const BandCosts& costs) {
+bool isRoomy(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs) {
+    if (budget == 0) return true;
+    return budget / 2 >= resident + costs.fixed_bytes + kReserve + costs.band_bytes;
+}
+
+BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs) {
     std::uint64_t available = costs.band_bytes, hard = std::numeric_limits<std::uint64_t>::max();
-    if (budget) {
+    if (budget != 0) {
         const std::uint64_t taken = resident + costs.fixed_bytes + kReserve;
         if (budget < taken + kLeastBand) {
-            const auto megabytes = [](std::uint64_t bytes) {
-                return std::to_string((bytes + kMegabyte - 1) / kMegabyte) + "M";
-            };
-            throw Error(
-                ErrorKind::kMemory,
-                "the memory budget is " + megabytes(budget) + ", and " +
-                    megabytes(resident + costs.fixed_bytes) + " are needed besides the bands",
-                "--memory " + megabytes(budget), "give at least " + megabytes(taken + kLeastBand));
+            throw Error(ErrorKind::kMemory,
+                        "the memory budget is " + mebibytesText(budget) + ", and " +
+                            mebibytesText(resident + costs.fixed_bytes) +
+                            " are needed besides the bands",
+                        budget.where(), budget.hint(taken + kLeastBand));
         }
         hard = budget - taken;
         available = std::min(available, hard);

@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "core/memory_budget.h"
 #include "core/window.h"
 
 namespace peeler {
@@ -34,10 +35,14 @@ struct BandCosts {
     std::uint64_t storage_block_bytes = 0;  ///< the driver's limit of one buffer binding
 };
 
-/// Limits under `budget` bytes for the whole process (0 = no budget), of which `resident` are in
-/// use already. Throws Error (kMemory) if next to nothing is left; a limit may still come out too
-/// small for a row: cutBands says so.
-BandLimits bandLimits(std::uint64_t budget, std::uint64_t resident, const BandCosts& costs);
+/// Limits under a budget for the whole process, of which `resident` bytes are in use already.
+/// Throws Error (kMemory) if next to nothing is left; a limit may still come out too small for a
+/// row: cutBands says so.
+BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs);
+
+/// Whether a budget leaves at least as much again as is resident and as a full band takes: nothing
+/// is gained by giving buffers back between bands then. Always without one.
+bool isRoomy(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs);
 
 /// Cuts the crop's rows into bands, top to bottom, as few as the limits allow. `row_fragments(y)`
 /// is the number of fragments of a row. Throws Error (kMemory) if one row alone is over a limit.

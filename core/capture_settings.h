@@ -9,6 +9,7 @@
 #include "core/channels.h"
 #include "core/clip.h"
 #include "core/layered_image.h"
+#include "core/memory_budget.h"
 
 namespace peeler {
 
@@ -64,7 +65,7 @@ struct CaptureSettings {
     int samples = 1;  ///< sub-pixel positions a pixel, merged into one picture
     /// Bands are handed over composited: one fragment in every pixel that has any, in 32-bit float.
     bool composite = false;
-    std::uint64_t memory = 0;                 ///< most resident bytes of the process; 0 = no budget
+    MemoryBudget memory;                      ///< of the process
     std::uint64_t band_bytes = 384ULL << 20;  ///< most bytes of a band; less under a tight budget
 
     /// Bytes of what a fragment has in the place of its colour.

@@ -22,16 +22,6 @@ namespace {
 
 thread_local bool inside_loop = false;
 
-int availableThreads() {
-    // The affinity mask, not the number of processors: schedulers of render farms pin processes.
-    cpu_set_t set;
-    CPU_ZERO(&set);
-    const int count = sched_getaffinity(0, sizeof set, &set) == 0
-                          ? CPU_COUNT(&set)
-                          : static_cast<int>(std::thread::hardware_concurrency());
-    return std::max(1, count);
-}
-
 /// One loop at a time: the caller publishes it, everybody takes items until none is left.
 class Pool {
   public:
@@ -127,13 +117,23 @@ int pool_threads = 0;
 
 }  // namespace
 
+int affinityCount() {
+    // The affinity mask, not the number of processors: schedulers of render farms pin processes.
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    const int count = sched_getaffinity(0, sizeof set, &set) == 0
+                          ? CPU_COUNT(&set)
+                          : static_cast<int>(std::thread::hardware_concurrency());
+    return std::max(1, count);
+}
+
 void setThreadCount(int threads) {
     wanted_threads = std::max(0, threads);
 }
 
 int threadCount() {
     const int wanted = wanted_threads;
-    return wanted > 0 ? wanted : availableThreads();
+    return wanted > 0 ? wanted : affinityCount();
 }
 
 void parallelFor(std::size_t items, const std::function<void(std::size_t)>& body) {

@@ -7,6 +7,9 @@
 
 namespace peeler {
 
+/// How many processors the process may run on, at least 1.
+int affinityCount();
+
 /// How many threads parallelFor uses; 0 = as many as the process may run on. Call before the first
 /// loop; the result of no loop depends on it.
 void setThreadCount(int threads);

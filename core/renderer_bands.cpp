@@ -14,9 +14,10 @@ constexpr std::uint64_t kPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(flo
 }  // namespace
 
 /// What earlier bands have left, of this plan or another, is not to be counted twice under a
-/// budget: as resident memory and as what the next bands take.
+/// budget: as resident memory and as what the next bands take. Where there is room for both, the
+/// buffers serve again.
 void Renderer::State::freeBands() {
-    if (settings.memory == 0) return;
+    if (isRoomy(settings.memory, residentBytes(), costs())) return;
     band_capture.free();
     image = {};
     composite = {};

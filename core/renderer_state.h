@@ -73,7 +73,7 @@ struct Renderer::State {
 
     bool mergesLayers() const { return views.size() > 1 && !settings.composite; }
     bool fitsKept(std::uint64_t bytes) const {
-        return bytes <= (settings.memory ? settings.memory / kKeptShare : kKeptBytes);
+        return bytes <= (settings.memory != 0 ? settings.memory / kKeptShare : kKeptBytes);
     }
     void freeBands();
     BandCosts costs() const;

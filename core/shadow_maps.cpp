@@ -37,7 +37,7 @@ class MapSink final : public Sink {
     std::vector<float> texels_;
 };
 
-void checkSize(const gl::Limits& limits, int size, int layers, std::uint64_t memory) {
+void checkSize(const gl::Limits& limits, int size, int layers, const MemoryBudget& memory) {
     if (size > limits.texture_size) {
         throw Error(ErrorKind::kUsage,
                     "the GL device takes textures of " + std::to_string(limits.texture_size) +
@@ -52,11 +52,11 @@ void checkSize(const gl::Limits& limits, int size, int layers, std::uint64_t mem
     }
     const auto side = static_cast<std::uint64_t>(size);
     const std::uint64_t bytes = side * side * static_cast<std::uint64_t>(layers) * sizeof(float);
-    if (memory && bytes > memory) {
+    if (memory != 0 && bytes > memory) {
         throw Error(ErrorKind::kMemory,
                     std::to_string(layers) + " shadow maps take " + std::to_string(bytes >> 20) +
-                        " MiB, more than --memory allows",
-                    "--shadow-size " + std::to_string(size), "make the shadow maps smaller");
+                        " MiB, and the memory budget is " + mebibytesText(memory),
+                    memory.where(), "give a smaller --shadow-size than " + std::to_string(size));
     }
 }
 

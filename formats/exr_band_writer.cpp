@@ -254,6 +254,7 @@ void ExrBandWriter::composite(const LayeredImage& image, CompositeImage& out) co
     compositeOver(image, options_.background, out);
     out.extra.clear();
     if (options_.nearest_channels) appendNearestChannels(image, out);
+    if (options_.composited) return;
     for (const CryptomatteLayer& layer : cryptomatte_)
         appendCryptomatte(image, layer, out);
 }
@@ -293,7 +294,7 @@ void ExrBandWriter::findChannels(const LayeredImage& first_band) {
     if (options_.nearest_channels) arrays = emptyImage(first_band, 0).extra;
     if (options_.cryptomatte) cryptomatte_ = cryptomatteLayers(provenance_.ids);
     for (const CryptomatteLayer& layer : cryptomatte_)
-        arrays.push_back(cryptomatteArray(layer));
+        if (!options_.composited) arrays.push_back(cryptomatteArray(layer));
     appendChannels(arrays, composite_channels);
     for (const ExrPart& part : parts_) {
         std::vector<ExrChannel>& channels = channels_.emplace_back();

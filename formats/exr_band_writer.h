@@ -48,6 +48,8 @@ struct ExrBandOptions {
     int level = kDefaultZipLevel;
     bool nearest_channels = false;  ///< the composite has the other channels of the first fragment
     bool cryptomatte = false;       ///< the composite has ids' coverage; needs the channels id.*
+    /// Bands are a composite already, one entry a pixel: its channels, ids' coverage too, stay.
+    bool composited = false;
     Imf::Compression compression = Imf::ZIP_COMPRESSION;  ///< or ZIPS, RLE or none
     std::string_view layout = {};                         ///< for `peeler:layout`; "" = none
 };

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "formats/exr_header.h"
 #include "formats/exr_layout.h"
+#include "formats/file_kind.h"
 #include "formats/id_manifest.h"
 
 namespace peeler {
@@ -145,6 +146,12 @@ int findComposite(const ExrFiles& files, const ExrInfo& info) {
     return parts[part].channel("R") && parts[part].channel("Z") ? static_cast<int>(part) : -1;
 }
 
+const std::string& imagePath(const std::string& path) {
+    if (fileKind(path) != FileKind::kGltf) return path;
+    throw Error(ErrorKind::kInput, "it is a scene, not an image", path,
+                "render it first: peeler render SCENE -o out.exr");
+}
+
 }  // namespace
 
 ExrInfo describe(const ExrFiles& files) {
@@ -185,6 +192,8 @@ ExrInfo describe(const ExrFiles& files) {
     }
     return info;
 }
+
+OpenedExr::OpenedExr(const std::string& path) : files(imagePath(path)), info(describe(files)) {}
 
 ExrInfo readExrInfo(const std::string& path) {
     return describe(ExrFiles(path));

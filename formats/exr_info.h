@@ -42,8 +42,8 @@ ExrInfo describe(const ExrFiles& files);
 
 /// An open picture with what its headers say, for whoever decides by them how to read it.
 struct OpenedExr {
-    /// Throws like ExrFiles and describe().
-    explicit OpenedExr(const std::string& path) : files(path), info(describe(files)) {}
+    /// Throws like ExrFiles and describe(), and Error (kInput) with what to do if it is a scene.
+    explicit OpenedExr(const std::string& path);
 
     ExrFiles files;
     ExrInfo info;

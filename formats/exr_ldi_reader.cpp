@@ -3,6 +3,7 @@
 #include "formats/exr_ldi_reader.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <map>
@@ -15,6 +16,7 @@ namespace peeler {
 namespace {
 
 constexpr std::size_t kColorChannels = 4, kAlphaChannel = 3, kDepthChannel = 4, kFirstExtra = 5;
+constexpr std::size_t kMostLayers = 65536;
 
 }  // namespace
 
@@ -35,12 +37,14 @@ struct ExrLdiReader::Layer {
     }
 };
 
-ExrLdiReader::ExrLdiReader(OpenedExr opened)
-    : input_(std::move(opened.files)), info_(std::move(opened.info)) {
+ExrLdiReader::ExrLdiReader(OpenedExr opened, bool composite)
+    : input_(std::move(opened.files)), info_(std::move(opened.info)), pixels_(composite) {
     const std::string promised = info_.parts.front().attribute("peeler:layers");
     const bool lone_layer = info_.parts.front().attribute("peeler:layout") == kPerFileLayout &&
                             info_.layers.size() == 1 && info_.composite < 0;
-    if (info_.layers.empty() && promised != "0") {
+    if (pixels_) {
+        takeComposite();
+    } else if (info_.layers.empty() && promised != "0") {
         if (info_.is_peeler) {
             throw Error(ErrorKind::kInput,
                         "it is not a layered depth image: no part is named layer_*", input_.path(),
@@ -61,6 +65,20 @@ ExrLdiReader::ExrLdiReader(OpenedExr opened)
 }
 
 ExrLdiReader::~ExrLdiReader() = default;
+
+/// How many layers it was made of is known, and nothing else of them.
+void ExrLdiReader::takeComposite() {
+    if (info_.composite < 0 || !info_.layers.empty()) {
+        throw Error(ErrorKind::kInput, "it is not a composite", input_.path(),
+                    "composites have one part, named composite");
+    }
+    const auto layers =
+        std::strtoul(info_.parts.front().attribute("peeler:layers").c_str(), nullptr, 10);
+    flat_ = true;
+    info_.plan.layers.resize(std::min<std::size_t>(layers, kMostLayers));
+    info_.layers = {static_cast<std::size_t>(info_.composite)};
+    info_.prefixes = {""};
+}
 
 void ExrLdiReader::takeFlatPicture() {
     for (std::size_t i = 0; i < info_.parts.size() && !flat_; ++i) {
@@ -219,7 +237,8 @@ void ExrLdiReader::read(const Window& window, LayeredImage& out) {
             const auto left = static_cast<std::size_t>(layer.window.x0 - window.x0);
             const auto columns = static_cast<std::size_t>(layer.window.width());
             for (std::size_t x = 0; x < columns; ++x) {
-                if (z[x] < std::numeric_limits<float>::infinity()) visit(left + x, layer, x);
+                if (pixels_ || z[x] < std::numeric_limits<float>::infinity())
+                    visit(left + x, layer, x);
             }
         }
     };
@@ -308,9 +327,8 @@ int ExrLdiReader::rowsFor(std::uint64_t bytes) const {
     // Planes and lists exist at once, hence twice; a layer's rows are as wide as its window.
     std::uint64_t row =
         static_cast<std::uint64_t>(info_.plan.view.crop.width()) * sizeof(std::uint32_t);
-    for (const LayerPlan& layer : info_.plan.layers) {
-        row += 2 * pixel * static_cast<std::uint64_t>(layer.data_window.width());
-    }
+    for (const Source& source : sources_)
+        row += 2 * pixel * static_cast<std::uint64_t>(info_.parts[source.part].data_window.width());
     const auto rows = static_cast<std::uint64_t>(std::max(1, info_.plan.view.crop.height()));
     constexpr std::uint64_t kChunk = 16;
     return static_cast<int>(std::clamp(bytes / std::max<std::uint64_t>(1, row) / kChunk * kChunk,

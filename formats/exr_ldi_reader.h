@@ -20,10 +20,12 @@ namespace peeler {
 ///
 /// A flat picture of others is read as one layer: the first scan-line part with R, G, B or Y. Where
 /// it has no A, alpha is 1; where it has no Z, a pixel that is not all 0 has a fragment, at Z = 0.
+/// A composite of our own is read, where it is asked for, as pixels: each is one entry, with
+/// Z = +inf where there is no fragment.
 class ExrLdiReader : public LayeredInput {
   public:
     /// Throws Error (kInput) if the file is not layered; `where` names the part.
-    explicit ExrLdiReader(OpenedExr opened);
+    explicit ExrLdiReader(OpenedExr opened, bool composite = false);
     explicit ExrLdiReader(const std::string& path) : ExrLdiReader(OpenedExr(path)) {}
     ~ExrLdiReader() override;
 
@@ -43,12 +45,14 @@ class ExrLdiReader : public LayeredInput {
                               std::span<const ExrInputChannel> channels) const;
     void checkLayers() const;
     void findChannels();
+    void takeComposite();
     void takeFlatPicture();
     void completeFlatPicture(Layer& layer) const;
 
     ExrFiles input_;
     ExrInfo info_;
-    bool flat_ = false;                      ///< a flat picture of others, as one layer
+    bool flat_ = false;                      ///< a flat picture, as one layer
+    bool pixels_ = false;                    ///< a composite, every pixel of it
     std::vector<Source> sources_;            ///< of the layers
     std::vector<ExrInputChannel> channels_;  ///< R, G, B, A, Z, then those of extra_
     std::vector<FragmentArray> extra_;       ///< without data

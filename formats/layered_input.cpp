@@ -7,7 +7,6 @@
 #include "core/error.h"
 #include "formats/exr_deep_reader.h"
 #include "formats/exr_ldi_reader.h"
-#include "formats/file_kind.h"
 
 namespace peeler {
 
@@ -36,10 +35,6 @@ bool isLayered(const ExrInfo& info) {
 }
 
 std::unique_ptr<LayeredInput> openLayered(const std::string& path) {
-    if (fileKind(path) == FileKind::kGltf) {
-        throw Error(ErrorKind::kInput, "it is a scene, not an image", path,
-                    "render it first: peeler render SCENE -o out.exr");
-    }
     return openLayered(OpenedExr(path));
 }
 
@@ -52,6 +47,10 @@ std::unique_ptr<LayeredInput> openLayered(OpenedExr opened) {
     }
     if (opened.info.deep.empty()) return std::make_unique<ExrLdiReader>(std::move(opened));
     return std::make_unique<ExrDeepReader>(std::move(opened));
+}
+
+std::unique_ptr<LayeredInput> openComposite(OpenedExr opened) {
+    return std::make_unique<ExrLdiReader>(std::move(opened), true);
 }
 
 std::unique_ptr<LayeredInput> openBundle(OpenedExr opened, std::size_t n) {

@@ -50,6 +50,9 @@ bool holdsBundles(const ExrInfo& info);
 /// path and part.
 std::unique_ptr<LayeredInput> openLayered(const std::string& path);
 std::unique_ptr<LayeredInput> openLayered(OpenedExr opened);
+/// A composite of ours as pixels: one entry in each, of Z = +inf where there is no fragment. What
+/// the plan says of its layers is their number.
+std::unique_ptr<LayeredInput> openComposite(OpenedExr opened);
 /// One of the bundles: the n-th of ExrInfo::deep.
 std::unique_ptr<LayeredInput> openBundle(OpenedExr opened, std::size_t n);
 

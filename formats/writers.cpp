@@ -41,7 +41,8 @@ std::unique_ptr<Sink> makeExrComposite(const std::string& path, const OutputOpti
     return std::make_unique<ExrCompositeWriter>(path, options.provenance,
                                                 ExrBandOptions{.background = options.background,
                                                                .nearest_channels = true,
-                                                               .cryptomatte = options.cryptomatte});
+                                                               .cryptomatte = options.cryptomatte,
+                                                               .composited = options.composited});
 }
 
 std::unique_ptr<Sink> makeExrMidpoint(const std::string& path, const OutputOptions& options) {

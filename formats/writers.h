@@ -21,6 +21,7 @@ struct OutputOptions {
     std::string as;                           ///< kind; "" = the extension's first row in the table
     bool composite_part = true;               ///< ldi: begin with a part `composite`
     bool cryptomatte = false;                 ///< ldi, composite: in the composite part
+    bool composited = false;                  ///< composite: bands are one already, as it is stored
     std::string layout;                       ///< ldi: a name in exrLayouts(), "" = plain
     DeepMergeSettings deep_merge;             ///< deep
     std::string compression;                  ///< ldi, deep: one of exrCompressions(), "" = default

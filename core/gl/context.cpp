@@ -97,14 +97,15 @@ std::unique_ptr<Context> tryOpen(Candidate& candidate, Device& device) {
 struct Row {
     const Backend* backend;
     Candidate candidate;
-    int index;
 };
 
 std::vector<Row> allCandidates() {
     std::vector<Row> rows;
     for (const auto& backend : kBackends)
         for (auto& candidate : backend.candidates())
-            rows.push_back({&backend, std::move(candidate), static_cast<int>(rows.size())});
+            rows.push_back({&backend, std::move(candidate)});
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        rows[i].candidate.device.index = static_cast<int>(i);
     return rows;
 }
 
@@ -113,6 +114,33 @@ std::string quotedList(const std::vector<std::string>& names) {
     for (const auto& name : names)
         list += (list.empty() ? "" : ", ") + name;
     return list;
+}
+
+/// "0 = egl, device 0 (/dev/dri/card0), cuda:0, uuid:8932f937-…"
+std::string shortText(const Device& device) {
+    std::string text = std::to_string(device.index) + " = " + device.backend + ", " + device.name;
+    if (device.cuda) text += ", cuda:" + std::to_string(*device.cuda);
+    if (!device.uuid.empty()) text += ", uuid:" + device.uuid;
+    return text;
+}
+
+/// What of all candidates to try. Throws Error (kDevice) if the device that is chosen is not among
+/// them, or is not the only one.
+std::vector<Row> requested(const ContextRequest& request) {
+    std::vector<Row> rows;
+    std::string list;
+    for (Row& row : allCandidates()) {
+        if (request.backend != "auto" && request.backend != row.backend->name) continue;
+        const Device& device = row.candidate.device;
+        list += "\n" + shortText(device);
+        if (request.device.matches(device)) rows.push_back(std::move(row));
+    }
+    const bool ambiguous = !request.device.any() && rows.size() > 1;
+    if (!rows.empty() && !ambiguous) return rows;
+    throw Error(ErrorKind::kDevice,
+                ambiguous ? std::to_string(rows.size()) + " devices have a UUID that starts so"
+                          : "there is no such device",
+                "--device " + request.device.text(), "there are:" + list);
 }
 
 }  // namespace
@@ -132,7 +160,6 @@ std::vector<Device> listDevices() {
     for (auto& row : allCandidates()) {
         Device device;
         const auto context = tryOpen(row.candidate, device);
-        device.index = row.index;
         devices.push_back(std::move(device));
     }
     return devices;
@@ -148,14 +175,9 @@ std::unique_ptr<Context> createContext(const ContextRequest& request,
                     "choose auto, " + quotedList(backendNames()));
     }
     std::vector<std::string> attempts;
-    bool device_seen = request.device < 0;
-    for (auto& row : allCandidates()) {
-        if (request.backend != "auto" && request.backend != row.backend->name) continue;
-        if (request.device >= 0 && request.device != row.index) continue;
-        device_seen = true;
+    for (auto& row : requested(request)) {
         Device device;
         auto context = tryOpen(row.candidate, device);
-        device.index = row.index;
         if (context && request.require_gpu && device.software) {
             device.problem = "it renders in software (" + device.renderer + ")";
             context.reset();
@@ -166,10 +188,6 @@ std::unique_ptr<Context> createContext(const ContextRequest& request,
             return context;
         }
         attempts.push_back(device.backend + ", " + device.name + ": " + device.problem);
-    }
-    if (!device_seen) {
-        throw Error(ErrorKind::kDevice, "there is no such device",
-                    "--device " + std::to_string(request.device), "'peeler devices' lists them");
     }
     std::string reasons;
     for (const auto& attempt : attempts)

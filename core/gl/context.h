@@ -4,8 +4,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "core/gl/device_choice.h"
 
 namespace peeler::gl {
 
@@ -28,10 +31,12 @@ struct Device {
     std::string backend;  ///< a name of the backend table: "egl", "osmesa"
     int index = 0;        ///< counts through all backends in the order they are tried: --device N
     std::string name;     ///< what the backend calls it: "device 0 (/dev/dri/card0)", "surfaceless"
-    bool software = false;  ///< renders on the CPU
-    std::string version;    ///< GL_VERSION
-    std::string renderer;   ///< GL_RENDERER
-    std::string vendor;     ///< GL_VENDOR
+    std::string uuid;     ///< "8932f937-d72c-4106-c12f-20bd9faed9f6"; "" = the driver does not say
+    std::optional<int> cuda;  ///< its number in CUDA, under CUDA_VISIBLE_DEVICES
+    bool software = false;    ///< renders on the CPU
+    std::string version;      ///< GL_VERSION
+    std::string renderer;     ///< GL_RENDERER
+    std::string vendor;       ///< GL_VENDOR
     Limits limits;
     std::string problem;  ///< why it cannot be used, one sentence; empty if it can
 };
@@ -61,13 +66,14 @@ std::vector<Device> listDevices();
 
 struct ContextRequest {
     std::string backend = "auto";  ///< or a backend's name
-    int device = -1;               ///< an index of listDevices(), −1 = the first that works
+    DeviceChoice device{};         ///< of listDevices(), of any backend
     bool require_gpu = false;      ///< refuse software renderers
 };
 
-/// Makes a context current on this thread. `failed_attempts` (may be null) receives one sentence
+/// Makes a context current on this thread. A GPU that CUDA_VISIBLE_DEVICES hides is not used,
+/// whoever asks for it. `failed_attempts` (may be null) receives one sentence
 /// for each device that was tried before the one that worked. Throws Error (kDevice) that lists
-/// every attempt, or (kUsage) for an unknown backend.
+/// every attempt, or what there is where the device is not; (kUsage) for an unknown backend.
 std::unique_ptr<Context> createContext(const ContextRequest& request,
                                        std::vector<std::string>* failed_attempts = nullptr);
 

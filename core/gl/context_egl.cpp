@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "core/gl/backend.h"
+#include "core/gl/cuda_devices.h"
 #include "core/gl/functions.h"
 
 namespace peeler::gl {
@@ -28,6 +29,8 @@ struct EglLibrary {
     PFNEGLGETERRORPROC get_error = nullptr;
     PFNEGLQUERYDEVICESEXTPROC query_devices = nullptr;             // may be missing
     PFNEGLQUERYDEVICESTRINGEXTPROC query_device_string = nullptr;  // may be missing
+    PFNEGLQUERYDEVICEATTRIBEXTPROC query_device_attrib = nullptr;  // may be missing
+    PFNEGLQUERYDEVICEBINARYEXTPROC query_device_binary = nullptr;  // may be missing
     PFNEGLGETPLATFORMDISPLAYEXTPROC get_platform_display = nullptr;
     std::string client_extensions;
     std::string problem;
@@ -51,6 +54,7 @@ bool hasWord(std::string_view list, std::string_view word) {
 const EglLibrary& library() {
     static const EglLibrary loaded = [] {
         EglLibrary lib;
+        takeCudaVisibleDevices();  // before any driver reads it
         // Never closed: drivers keep threads and exit handlers.
         void* handle = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
         if (!handle) {
@@ -83,6 +87,8 @@ const EglLibrary& library() {
             hasWord(lib.client_extensions, "EGL_EXT_device_base")) {
             extension("eglQueryDevicesEXT", lib.query_devices);
             extension("eglQueryDeviceStringEXT", lib.query_device_string);
+            extension("eglQueryDeviceAttribEXT", lib.query_device_attrib);
+            extension("eglQueryDeviceBinaryEXT", lib.query_device_binary);
         }
         if (!lib.get_platform_display)
             lib.problem =
@@ -193,12 +199,37 @@ std::unique_ptr<Context> open(EGLenum platform, void* native, const Device& devi
     return context;
 }
 
-Candidate candidate(std::string name, bool software, EGLenum platform, void* native) {
-    Device device;
+Candidate candidate(Device device, EGLenum platform, void* native) {
     device.backend = "egl";
-    device.name = std::move(name);
-    device.software = software;
     return {device, [=](std::string& problem) { return open(platform, native, device, problem); }};
+}
+
+/// A device that EGL lists, and its number in CUDA if all were visible.
+struct Listed {
+    EGLDeviceEXT handle = nullptr;
+    Device device;
+    std::optional<int> ordinal;
+};
+
+std::string uuidOf(EGLDeviceEXT device, std::string_view extensions) {
+    const auto& egl = library();
+    std::array<unsigned char, 16> bytes{};
+    EGLint size = 0;
+    if (!egl.query_device_binary || !hasWord(extensions, "EGL_EXT_device_persistent_id") ||
+        !egl.query_device_binary(device, EGL_DEVICE_UUID_EXT, static_cast<EGLint>(bytes.size()),
+                                 bytes.data(), &size) ||
+        size != static_cast<EGLint>(bytes.size()))
+        return {};
+    return uuidText(bytes.data());
+}
+
+std::optional<int> cudaOrdinal(EGLDeviceEXT device, std::string_view extensions) {
+    const auto& egl = library();
+    EGLAttrib value = 0;
+    if (!egl.query_device_attrib || !hasWord(extensions, "EGL_NV_device_cuda") ||
+        !egl.query_device_attrib(device, EGL_CUDA_DEVICE_NV, &value))
+        return std::nullopt;
+    return static_cast<int>(value);
 }
 
 std::string deviceName(EGLDeviceEXT device, int index, std::string_view extensions) {
@@ -209,6 +240,59 @@ std::string deviceName(EGLDeviceEXT device, int index, std::string_view extensio
             name += std::string(" (") + file + ")";
     }
     return name;
+}
+
+Listed describe(EGLDeviceEXT handle, int index) {
+    Listed listed;
+    listed.handle = handle;
+    Device& device = listed.device;
+    // The string is queried before any attribute, and none of those if there is no string: some
+    // drivers list devices that the process's cgroup forbids, and crash.
+    const char* text = library().query_device_string(handle, EGL_EXTENSIONS);
+    if (!text) {
+        device.name = "device " + std::to_string(index);
+        device.problem = "the driver lists it and tells nothing of it: it may be another job's";
+        return listed;
+    }
+    device.software = hasWord(text, "EGL_MESA_device_software");
+    device.name = device.software ? "Mesa's software device" : deviceName(handle, index, text);
+    device.uuid = uuidOf(handle, text);
+    listed.ordinal = cudaOrdinal(handle, text);
+    return listed;
+}
+
+/// CUDA's numbers; what the variable hides is not to be used.
+void numberForCuda(std::vector<Listed>& devices) {
+    std::vector<CudaDevice> all;
+    std::vector<std::size_t> positions;
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+        if (!devices[i].ordinal) continue;
+        all.push_back({*devices[i].ordinal, devices[i].device.uuid});
+        positions.push_back(i);
+    }
+    const auto& variable = takeCudaVisibleDevices();
+    const auto visible = visibleCudaDevices(variable, all);
+    for (std::size_t number = 0; number < visible.size(); ++number)
+        devices[positions[visible[number]]].device.cuda = static_cast<int>(number);
+    for (const std::size_t position : positions) {
+        Device& device = devices[position].device;
+        if (!device.cuda) device.problem = "CUDA_VISIBLE_DEVICES (" + *variable + ") hides it";
+    }
+}
+
+std::vector<Listed> listedDevices() {
+    const auto& egl = library();
+    std::vector<Listed> devices;
+    if (!egl.query_devices || !egl.query_device_string ||
+        !hasWord(egl.client_extensions, "EGL_EXT_platform_device"))
+        return devices;
+    std::array<EGLDeviceEXT, 64> handles{};
+    EGLint count = 0;
+    if (!egl.query_devices(static_cast<EGLint>(handles.size()), handles.data(), &count)) return {};
+    for (int i = 0; i < count; ++i)
+        devices.push_back(describe(handles[static_cast<std::size_t>(i)], i));
+    numberForCuda(devices);
+    return devices;
 }
 
 }  // namespace
@@ -223,28 +307,15 @@ std::vector<Candidate> eglCandidates() {
         return {{device, nullptr}};
     }
     std::vector<Candidate> hardware, software;
-    if (egl.query_devices && egl.query_device_string &&
-        hasWord(egl.client_extensions, "EGL_EXT_platform_device")) {
-        std::array<EGLDeviceEXT, 64> devices{};
-        EGLint count = 0;
-        if (!egl.query_devices(static_cast<EGLint>(devices.size()), devices.data(), &count))
-            count = 0;
-        for (int i = 0; i < count; ++i) {
-            EGLDeviceEXT device = devices[static_cast<std::size_t>(i)];
-            // The string is queried before any attribute: some drivers crash under cgroups
-            // otherwise.
-            const char* text = egl.query_device_string(device, EGL_EXTENSIONS);
-            const std::string extensions = text ? text : "";
-            const bool is_software = hasWord(extensions, "EGL_MESA_device_software");
-            const std::string name =
-                is_software ? "Mesa's software device" : deviceName(device, i, extensions);
-            (is_software ? software : hardware)
-                .push_back(candidate(name, is_software, EGL_PLATFORM_DEVICE_EXT, device));
-        }
+    for (const Listed& listed : listedDevices()) {
+        (listed.device.software ? software : hardware)
+            .push_back(candidate(listed.device, EGL_PLATFORM_DEVICE_EXT, listed.handle));
     }
     if (hasWord(egl.client_extensions, "EGL_MESA_platform_surfaceless")) {
-        software.push_back(candidate("Mesa's surfaceless platform", true,
-                                     EGL_PLATFORM_SURFACELESS_MESA,
+        Device device;
+        device.name = "Mesa's surfaceless platform";
+        device.software = true;
+        software.push_back(candidate(std::move(device), EGL_PLATFORM_SURFACELESS_MESA,
                                      reinterpret_cast<void*>(EGL_DEFAULT_DISPLAY)));
     }
     hardware.insert(hardware.end(), software.begin(), software.end());

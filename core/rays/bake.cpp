@@ -133,18 +133,14 @@ RayGrid gridOf(const BakeSettings& settings, int bundle) {
 
 /// What the receivers need besides the bundles has to leave room for those. Said before it is
 /// allocated.
-void checkMemory(std::uint64_t bytes, std::size_t receivers, std::uint64_t budget) {
-    constexpr std::uint64_t kMegabyte = 1ULL << 20;
+void checkMemory(std::uint64_t bytes, std::size_t receivers, const MemoryBudget& budget) {
     const std::uint64_t needed = residentBytes() + bytes;
     if (budget == 0 || needed < budget) return;
-    const auto megabytes = [](std::uint64_t size) {
-        return std::to_string((size + kMegabyte - 1) / kMegabyte) + "M";
-    };
     throw Error(ErrorKind::kMemory,
-                "the memory budget is " + megabytes(budget) + ", and the scene and its " +
-                    std::to_string(receivers) + " receivers take " + megabytes(needed) +
+                "the memory budget is " + mebibytesText(budget) + ", and the scene and its " +
+                    std::to_string(receivers) + " receivers take " + mebibytesText(needed) +
                     " besides the bundles",
-                "--memory " + megabytes(budget), "raise it, or bake for fewer vertices or texels");
+                budget.where(), "raise it, or bake for fewer vertices or texels");
 }
 
 }  // namespace

@@ -75,6 +75,34 @@ TEST(Bands, TheBudgetCountsWhatIsResidentAlready) {
     }
 }
 
+TEST(Bands, ABudgetWithRoomForASecondBandIsRoomy) {
+    BandCosts costs;
+    costs.band_bytes = 384ULL << 20;
+    costs.fixed_bytes = 100ULL << 20;
+    const std::uint64_t megabyte = 1ULL << 20;
+    EXPECT_TRUE(isRoomy(0, 1000 * megabyte, costs)) << "no budget";
+    EXPECT_TRUE(isRoomy(64 * 1024 * megabyte, 1000 * megabyte, costs));
+    EXPECT_FALSE(isRoomy(1024 * megabyte, 300 * megabyte, costs));
+}
+
+TEST(Bands, AnErrorNamesWhoSetTheBudget) {
+    BandCosts costs;
+    costs.band_bytes = 1ULL << 20;
+    costs.fragment_bytes = costs.largest_array_bytes = costs.pixel_bytes = 8;
+    const auto refused = [&](const MemoryBudget& budget) {
+        try {
+            bandLimits(budget, 300ULL << 20, costs);
+        } catch (const Error& error) {
+            return error.where() + "|" + error.hint();
+        }
+        return std::string("not refused");
+    };
+    EXPECT_EQ(refused(200ULL << 20), "--memory 200M|give at least 404M");
+    EXPECT_EQ(refused({200ULL << 20, "the cgroup /a (memory.max) allows 256M"}),
+              "the cgroup /a (memory.max) allows 256M|raise that limit, or say --memory 404M if so "
+              "much may be used all the same");
+}
+
 TEST(Bands, ResidentMemoryIsRead) {
     EXPECT_GT(residentBytes(), 1U << 20);
 }

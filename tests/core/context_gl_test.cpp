@@ -40,7 +40,7 @@ ErrorKind kindOf(const ContextRequest& request) {
 
 TEST(Context, UnknownBackendsAndDevicesAreRefused) {
     EXPECT_EQ(kindOf({.backend = "vulkan"}), ErrorKind::kUsage);
-    EXPECT_EQ(kindOf({.device = 99}), ErrorKind::kDevice);
+    EXPECT_EQ(kindOf({.device = {.index = 99}}), ErrorKind::kDevice);
 }
 
 TEST(Context, ASoftwareRendererIsRefusedWhereAGpuIsRequired) {

@@ -93,11 +93,19 @@ CommandResult runCommand(const std::vector<std::string>& command,
             static_cast<std::uint64_t>(used.ru_maxrss) * 1024};  // Linux counts KiB
 }
 
+fs::path peelerBinary() {
+    return PEELER_BINARY;
+}
+
 CommandResult runPeeler(const std::vector<std::string>& arguments,
                         const std::vector<std::string>& environment, const fs::path& directory) {
-    std::vector<std::string> command{PEELER_BINARY};
+    std::vector<std::string> command{peelerBinary()};
     command.insert(command.end(), arguments.begin(), arguments.end());
     return runCommand(command, environment, directory);
+}
+
+fs::path fakeEglDir() {
+    return PEELER_FAKE_EGL_FOLDER;
 }
 
 std::string testBackend() {

@@ -49,6 +49,9 @@ inline constexpr bool kAddressSanitizer = true;
 inline constexpr bool kAddressSanitizer = false;
 #endif
 
+/// The built `peeler`.
+std::filesystem::path peelerBinary();
+
 /// Runs the built `peeler` with these arguments, DISPLAY and WAYLAND_DISPLAY unset. `environment`
 /// holds "NAME=value" entries to add; `directory` is where it runs (default: here).
 CommandResult runPeeler(const std::vector<std::string>& arguments,
@@ -59,6 +62,10 @@ CommandResult runPeeler(const std::vector<std::string>& arguments,
 CommandResult runCommand(const std::vector<std::string>& command,
                          const std::vector<std::string>& environment = {},
                          const std::filesystem::path& directory = {});
+
+/// The folder of a libEGL.so.1 with GPUs that are not there, for LD_LIBRARY_PATH; what it does is
+/// told by variables (support/fake_egl/fake_egl.cpp).
+std::filesystem::path fakeEglDir();
 
 /// "egl" or "osmesa" from PEELER_TEST_BACKEND (default egl).
 std::string testBackend();

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/gl/cuda_devices.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <numeric>
+#include <string_view>
+
+namespace peeler::gl {
+namespace {
+
+/// The only device that the predicate takes.
+template <class Predicate>
+std::optional<std::size_t> only(const std::vector<CudaDevice>& devices, Predicate matches) {
+    const auto first = std::find_if(devices.begin(), devices.end(), matches);
+    if (first == devices.end() || std::find_if(first + 1, devices.end(), matches) != devices.end())
+        return std::nullopt;
+    return static_cast<std::size_t>(first - devices.begin());
+}
+
+std::optional<std::size_t> named(std::string_view identifier,
+                                 const std::vector<CudaDevice>& devices) {
+    constexpr std::string_view kSlice = "MIG-GPU-", kGpu = "GPU-";
+    if (identifier.starts_with(kSlice)) {
+        identifier = identifier.substr(0, identifier.find('/'));
+        identifier.remove_prefix(kSlice.size() - kGpu.size());
+    }
+    if (identifier.starts_with(kGpu)) {
+        const std::string digits = uuidDigits(std::string(identifier));
+        if (digits.empty()) return std::nullopt;
+        return only(devices, [&](const CudaDevice& device) {
+            return uuidDigits(device.uuid).starts_with(digits);
+        });
+    }
+    int ordinal = 0;
+    const char* end = identifier.data() + identifier.size();
+    const auto [stop, failure] = std::from_chars(identifier.data(), end, ordinal);
+    if (failure != std::errc() || stop != end) return std::nullopt;
+    return only(devices, [&](const CudaDevice& device) { return device.ordinal == ordinal; });
+}
+
+std::string_view trimmed(std::string_view text) {
+    const std::size_t first = text.find_first_not_of(" \t");
+    if (first == std::string_view::npos) return {};
+    return text.substr(first, text.find_last_not_of(" \t") + 1 - first);
+}
+
+}  // namespace
+
+std::vector<std::size_t> visibleCudaDevices(const std::optional<std::string>& variable,
+                                            const std::vector<CudaDevice>& devices) {
+    std::vector<std::size_t> visible;
+    if (!variable) {
+        visible.resize(devices.size());
+        std::iota(visible.begin(), visible.end(), std::size_t{0});
+        std::stable_sort(visible.begin(), visible.end(), [&](std::size_t a, std::size_t b) {
+            return devices[a].ordinal < devices[b].ordinal;
+        });
+        return visible;
+    }
+    for (std::string_view rest = *variable;;) {
+        const std::size_t end = rest.find(',');
+        const auto device = named(trimmed(rest.substr(0, end)), devices);
+        if (!device) return visible;
+        if (std::find(visible.begin(), visible.end(), *device) != visible.end()) return {};
+        visible.push_back(*device);
+        if (end == std::string_view::npos) return visible;
+        rest.remove_prefix(end + 1);
+    }
+}
+
+std::string uuidDigits(std::string text) {
+    for (char& c : text)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 32);
+    if (text.starts_with("gpu-")) text.erase(0, 4);
+    std::erase(text, '-');
+    return text.find_first_not_of("0123456789abcdef") == std::string::npos ? text : "";
+}
+
+const std::optional<std::string>& takeCudaVisibleDevices() {
+    static const std::optional<std::string> taken = []() -> std::optional<std::string> {
+        constexpr const char* kName = "CUDA_VISIBLE_DEVICES";
+        const char* value = std::getenv(kName);
+        if (!value) return std::nullopt;
+        std::string text = value;
+        unsetenv(kName);
+        return text;
+    }();
+    return taken;
+}
+
+}  // namespace peeler::gl

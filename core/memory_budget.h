@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much memory the process may hold, and who says so.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+
+namespace peeler {
+
+/// Most resident bytes of the process. Converts from and to their number; 0 = no budget.
+struct MemoryBudget {
+    // NOLINTNEXTLINE(google-explicit-constructor): a budget without a source is a number
+    MemoryBudget(std::uint64_t most = 0, std::string from = {})
+        : bytes(most), source(std::move(from)) {}
+
+    // NOLINTNEXTLINE(google-explicit-constructor)
+    operator std::uint64_t() const { return bytes; }
+
+    /// Where an Error happens that is over the budget: "--memory 512M", or the source.
+    std::string where() const;
+    /// What to do where `needed` bytes would do.
+    std::string hint(std::uint64_t needed) const;
+
+    std::uint64_t bytes;
+    /// A sentence: "the cgroup /job_7 (memory.max) allows 2048M"; empty = --memory.
+    std::string source;
+};
+
+/// In mebibytes, rounded up, as --memory takes them: "512M".
+std::string mebibytesText(std::uint64_t bytes);
+
+}  // namespace peeler

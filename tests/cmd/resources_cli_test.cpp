@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// Threads, memory and devices as a scheduler gives them; GPUs from the EGL of support/fake_egl.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cmd/cgroups.h"
+#include "cmd/tiny_gltf.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using Strings = std::vector<std::string>;
+
+/// Without what the scheduler of the tests themselves may have set.
+Strings with(const Strings& more) {
+    Strings environment = more;  // first: the first of a name counts
+    for (const char* name : {"SLURM_CPUS_PER_TASK=", "SLURM_MEM_PER_NODE=", "SLURM_MEM_PER_CPU=",
+                             "CUE_THREADS=", "CUE_MEMORY="})
+        environment.emplace_back(name);
+    return environment;
+}
+
+class Resources : public testing::Test {
+  protected:
+    CommandResult render(const Strings& more, const Strings& environment) const {
+        Strings arguments = {"render", scene_.string(), "-o",     image_.string(),
+                             "--size", "64x64",         "--json", "--quiet"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return runPeeler(arguments, with(environment));
+    }
+
+    ScratchDir scratch_;
+    fs::path scene_ = writeScene(scratch_.path(), stackScene(3));
+    fs::path image_ = scratch_ / "out.exr";
+};
+
+Json machine(const Strings& environment) {
+    return Json::parse(runPeeler({"devices", "--json"}, with(environment)).out);
+}
+
+TEST_F(Resources, MemoryThatASchedulerGivesIsKeptAndNamed) {
+    const CommandResult tight = render({}, {"CUE_MEMORY=102400"});
+    EXPECT_EQ(tight.exit_code, 33) << tight.err;
+    EXPECT_NE(tight.err.find("CUE_MEMORY allows 100M"), std::string::npos) << tight.err;
+    EXPECT_NE(tight.err.find("the memory budget is 88M"), std::string::npos) << tight.err;
+    EXPECT_EQ(tight.err.find(": --memory"), std::string::npos) << "nobody gave it: " << tight.err;
+    EXPECT_FALSE(fs::exists(image_));
+    EXPECT_EQ(render({"--memory", "2G"}, {"CUE_MEMORY=102400"}).exit_code, 0) << "it wins";
+    EXPECT_EQ(render({}, {"SLURM_MEM_PER_NODE=2048"}).exit_code, 0);
+}
+
+TEST_F(Resources, ALimitChangesNoByte) {
+    ASSERT_EQ(render({}, {}).exit_code, 0);
+    const std::string expected = bytesOf(image_);
+    ASSERT_EQ(render({}, {"SLURM_MEM_PER_NODE=800", "SLURM_CPUS_PER_TASK=1"}).exit_code, 0);
+    EXPECT_TRUE(bytesOf(image_) == expected);
+}
+
+TEST(Devices, TellWhatTheMachineAllows) {
+    const Json json = machine({"CUE_MEMORY=1048576", "CUE_THREADS=1"});
+    EXPECT_EQ(json.at("threads").at("count"), 1);
+    EXPECT_LE(json.at("memory").at("bytes"), 1U << 30);
+    EXPECT_LE(json.at("memory").at("budget"), 896U << 20);
+    EXPECT_FALSE(json.at("memory").at("source").get<std::string>().empty());
+}
+
+/// Our own cgroup's child, if this machine lets us have one; removed with the object.
+class RealCgroup {
+  public:
+    explicit RealCgroup(const fs::path& parent)
+        : folder_(parent / ("peeler-test-" + std::to_string(getpid()))) {
+        std::error_code failure;
+        made_ = fs::create_directory(folder_, failure);
+    }
+    ~RealCgroup() {
+        if (made_) rmdir(folder_.c_str());
+    }
+    RealCgroup(const RealCgroup&) = delete;
+    RealCgroup& operator=(const RealCgroup&) = delete;
+
+    bool write(const std::string& file, const std::string& text) const {
+        if (!made_ || !fs::exists(folder_ / file)) return false;
+        std::ofstream stream(folder_ / file);
+        stream << text << std::flush;
+        return stream.good();
+    }
+    CommandResult run(const std::string& command) const {
+        return runCommand(
+            {"sh", "-c",
+             "echo $$ > '" + (folder_ / "cgroup.procs").string() + "' && exec " + command},
+            with({}));
+    }
+
+  private:
+    fs::path folder_;
+    bool made_ = false;
+};
+
+TEST(RealCgroups, LimitProcessors) {
+    for (const char* controller : {"", "cpu"}) {
+        const auto groups = cmd::cgroupsOf("/", controller);
+        if (groups.empty()) continue;
+        const RealCgroup group(groups.front().folder);
+        const bool limited = *controller == '\0' ? group.write("cpu.max", "50000 100000")
+                                                 : group.write("cpu.cfs_quota_us", "50000");
+        if (!limited) continue;
+        const CommandResult run = group.run("'" + peelerBinary().string() + "' devices --json");
+        ASSERT_EQ(run.exit_code, 0) << run.err;
+        const Json threads = Json::parse(run.out).at("threads");
+        EXPECT_EQ(threads.at("count"), 1);
+        std::printf("%s\n", threads.at("source").get<std::string>().c_str());
+        return;
+    }
+    GTEST_SKIP() << "no cgroup of a CPU controller may be made here (root and a writable one)";
+}
+
+class FakeGpus : public Resources {
+  protected:
+    static Strings gpus(const Strings& more) {
+        Strings environment = {"LD_LIBRARY_PATH=" + fakeEglDir().string(),
+                               "PEELER_FAKE_EGL_DEVICES=3"};
+        environment.insert(environment.end(), more.begin(), more.end());
+        return environment;
+    }
+    /// The renderer that the picture is made by, or the exit code.
+    std::string rendererOf(const Strings& options, const Strings& variables) const {
+        const CommandResult run = render(options, gpus(variables));
+        if (run.exit_code != 0) return std::to_string(run.exit_code);
+        return Json::parse(run.out).at("renderer");
+    }
+};
+
+TEST_F(FakeGpus, AreChosenByNumberCudaNumberOrUuid) {
+    EXPECT_EQ(rendererOf({}, {}), "Fake GPU 0");
+    EXPECT_EQ(rendererOf({"--device", "1"}, {}), "Fake GPU 1");
+    EXPECT_EQ(rendererOf({"--device", "cuda:0"}, {}), "Fake GPU 2");
+    EXPECT_EQ(rendererOf({"--device", "uuid:GPU-abcd01"}, {}), "Fake GPU 1");
+    for (const char* missing : {"cuda:3", "uuid:ffff", "99", "uuid:abcd"}) {
+        const CommandResult run = render({"--device", missing}, gpus({}));
+        EXPECT_EQ(run.exit_code, 5) << missing;
+        EXPECT_NE(run.err.find("cuda:2, uuid:abcd0000-0000-"), std::string::npos) << run.err;
+    }
+}
+
+TEST_F(FakeGpus, ThatCudaHidesAreNotUsed) {
+    for (const char* remaps : {"", "1"}) {
+        const std::string driver = std::string("PEELER_FAKE_EGL_REMAPS=") + remaps;
+        EXPECT_EQ(rendererOf({}, {driver, "CUDA_VISIBLE_DEVICES=0"}), "Fake GPU 2");
+        EXPECT_EQ(rendererOf({"--device", "cuda:0"}, {driver, "CUDA_VISIBLE_DEVICES=1,2"}),
+                  "Fake GPU 1");
+        EXPECT_EQ(rendererOf({"--device", "cuda:1"}, {driver, "CUDA_VISIBLE_DEVICES=1,2"}),
+                  "Fake GPU 0");
+        EXPECT_EQ(rendererOf({"--device", "0"}, {driver, "CUDA_VISIBLE_DEVICES=0"}), "5");
+        EXPECT_EQ(rendererOf({"--require-gpu"}, {driver, "CUDA_VISIBLE_DEVICES=-1"}), "5");
+        EXPECT_EQ(rendererOf({"--require-gpu"}, {driver, "CUDA_VISIBLE_DEVICES="}), "5");
+    }
+    EXPECT_EQ(rendererOf({}, {"CUDA_VISIBLE_DEVICES=GPU-abcd01"}), "Fake GPU 1");
+    EXPECT_EQ(rendererOf({}, {"CUDA_VISIBLE_DEVICES="}).find("Fake"), std::string::npos)
+        << "software, as without a GPU";
+}
+
+/// Its attributes would end the process: the fake sees to that.
+TEST_F(FakeGpus, OfOthersAreLeftAlone) {
+    EXPECT_EQ(rendererOf({}, {"PEELER_FAKE_EGL_FORBIDDEN=0"}), "Fake GPU 1");
+    const CommandResult run = runPeeler({"devices", "--json"}, gpus({"CUDA_VISIBLE_DEVICES=1,0"}));
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const Json devices = Json::parse(run.out).at("devices");
+    EXPECT_FALSE(devices.at(0).at("usable"));
+    EXPECT_NE(devices.at(0).at("problem").get<std::string>().find("CUDA_VISIBLE_DEVICES (1,0)"),
+              std::string::npos);
+    EXPECT_EQ(devices.at(0).at("renderer"), "") << "it was not opened";
+    EXPECT_EQ(devices.at(1).at("cuda"), 0);
+    EXPECT_EQ(devices.at(2).at("cuda"), 1);
+    EXPECT_EQ(devices.at(2).at("uuid"), "abcd0200-0000-0000-0000-000000000000");
+}
+
+TEST_F(FakeGpus, ThatAreLostForGoodAreExitCode5) {
+    const CommandResult run = render({}, gpus({"PEELER_FAKE_EGL_LOST=1+"}));
+    EXPECT_EQ(run.exit_code, 5);
+    EXPECT_NE(run.err.find("context was lost"), std::string::npos) << run.err;
+    EXPECT_FALSE(fs::exists(image_));
+}
+
+}  // namespace
+}  // namespace peeler::test

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// CUDA_VISIBLE_DEVICES, by the rules of the CUDA Programming Guide.
+#include "core/gl/cuda_devices.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/gl/context.h"
+
+namespace peeler::gl {
+namespace {
+
+using Positions = std::vector<std::size_t>;
+
+/// As EGL may list them: not in CUDA's order.
+const std::vector<CudaDevice>& gpus() {
+    static const std::vector<CudaDevice> list = {
+        {2, "8932f937-d72c-4106-c12f-20bd9faed9f6"},
+        {0, "8932aaaa-0000-0000-0000-000000000000"},
+        {1, "0a0b0c0d-0000-0000-0000-000000000001"},
+    };
+    return list;
+}
+
+TEST(CudaDevices, AllAreVisibleByTheirOrdinalsWithoutTheVariable) {
+    EXPECT_EQ(visibleCudaDevices(std::nullopt, gpus()), (Positions{1, 2, 0}));
+    EXPECT_EQ(visibleCudaDevices(std::nullopt, {}), Positions{});
+}
+
+TEST(CudaDevices, TheVariableChoosesAndOrders) {
+    const struct {
+        const char* value;
+        Positions visible;
+    } cases[] = {
+        {"", {}},
+        {"-1", {}},
+        {"NoDevFiles", {}},
+        {"2", {0}},
+        {"2,1", {0, 2}},
+        {" 1 , 0 ", {2, 1}},
+        {"0,2,-1,1", {1, 0}},  // the guide's example: what follows −1 is not visible
+        {"0,7,1", {1}},
+        {"0,,1", {1}},
+        {"0,0", {}},  // a device that is named twice empties the list
+        {"GPU-8932f937-d72c-4106-c12f-20bd9faed9f6", {0}},
+        {"GPU-8932f,GPU-0A0B", {0, 2}},
+        {"GPU-8932", {}},  // two begin so
+        {"GPU-", {}},
+        {"8932f937", {}},  // "GPU-" belongs to it
+        {"GPU-0a0b,GPU-ffff,GPU-8932a", {2}},
+        {"MIG-GPU-8932f937-d72c-4106-c12f-20bd9faed9f6/1/0", {0}},
+        {"MIG-41b35014-cc5e-5a5d-a9a0-0e3ee3a4a1e5", {}},
+    };
+    for (const auto& row : cases)
+        EXPECT_EQ(visibleCudaDevices(row.value, gpus()), row.visible) << row.value;
+}
+
+TEST(CudaDevices, WithoutUuidsOnlyNumbersNameThem) {
+    EXPECT_EQ(visibleCudaDevices("1,GPU-8932", {{0, ""}, {1, ""}}), Positions{1});
+}
+
+TEST(DeviceChoice, IsANumberOrHasAWordBeforeIt) {
+    Device device;
+    device.index = 3;
+    device.cuda = 1;
+    device.uuid = "8932f937-d72c-4106-c12f-20bd9faed9f6";
+    for (const char* text : {"3", "cuda:1", "uuid:8932f937", "uuid:GPU-8932F937-D72C", "uuid:8"})
+        EXPECT_TRUE(parseDeviceChoice(text).matches(device)) << text;
+    for (const char* text : {"2", "cuda:0", "uuid:8932e", "uuid:f937"})
+        EXPECT_FALSE(parseDeviceChoice(text).matches(device)) << text;
+    EXPECT_FALSE(parseDeviceChoice("cuda:0").matches(Device{})) << "no CUDA, no number";
+    EXPECT_FALSE(parseDeviceChoice("uuid:0").matches(Device{}));
+    EXPECT_TRUE(DeviceChoice{}.matches(device));
+    for (const char* text : {"", "-1", "1x", "cuda:", "cuda:-1", "cuda:x", "uuid:", "uuid:GPU-",
+                             "uuid:xyz", "gpu:0", "99999"})
+        EXPECT_THROW(parseDeviceChoice(text), Error) << text;
+}
+
+TEST(DeviceChoice, UuidsAreWrittenAsOthersWriteThem) {
+    const unsigned char bytes[16] = {0x89, 0x32, 0xf9, 0x37, 0xd7, 0x2c, 0x41, 0x06,
+                                     0xc1, 0x2f, 0x20, 0xbd, 0x9f, 0xae, 0xd9, 0xf6};
+    EXPECT_EQ(uuidText(bytes), "8932f937-d72c-4106-c12f-20bd9faed9f6");
+}
+
+}  // namespace
+}  // namespace peeler::gl

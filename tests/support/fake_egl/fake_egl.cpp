@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+// A libEGL.so.1 with GPUs that are not there, for tests: it stands in LD_LIBRARY_PATH before the
+// real one, which does the work. What peeler loads of EGL is here, and no more. Variables:
+//
+//   PEELER_FAKE_EGL_DEVICES=N    N devices as NVIDIA's driver lists them, before the real ones. The
+//                                i-th of them, counted from 0, is CUDA device N-1-i, has the UUID
+//                                GPU-abcd0i00-0000-0000-0000-000000000000 and makes a context whose
+//                                renderer is "Fake GPU i".
+//   PEELER_FAKE_EGL_REMAPS=1     CUDA's numbers are those that CUDA_VISIBLE_DEVICES (numbers only)
+//                                leaves, as a driver may do that reads it, too.
+//   PEELER_FAKE_EGL_FORBIDDEN=i  the string of this device is not to be had: another's GPU.
+//   PEELER_FAKE_EGL_LOST=N       the N-th call of glGetGraphicsResetStatus in the process, counted
+//                                from 1, says that the context is lost; "N+": so do all after it.
+//                                Contexts of all devices are counted, real ones, too.
+//
+// A device whose attribute is queried before its string aborts the process, as some drivers do
+// under cgroups.
+#define EGL_NO_X11
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+#include <GL/glcorearb.h>
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace {
+
+constexpr int kMostDevices = 8;
+
+/// Both the handle of a device and, once it is opened, that of its display.
+struct FakeDevice {
+    int index = 0;
+    bool string_queried = false;
+    EGLDisplay display = EGL_NO_DISPLAY;  ///< the real one behind it
+};
+std::array<FakeDevice, kMostDevices> devices;
+thread_local const FakeDevice* current = nullptr;
+int status_calls = 0;
+
+const char* variable(const char* name) {
+    const char* text = std::getenv(name);
+    return text ? text : "";
+}
+
+int deviceCount() {
+    return std::clamp(std::atoi(variable("PEELER_FAKE_EGL_DEVICES")), 0, kMostDevices);
+}
+
+/// What the process started with, whoever changes the variable later.
+const std::string visible_at_start = [] {
+    const char* text = std::getenv("CUDA_VISIBLE_DEVICES");
+    return std::string(text ? text : "all");
+}();
+
+/// The device behind a handle of a device or a display; null if it is a real one.
+FakeDevice* fake(void* handle) {
+    for (FakeDevice& device : devices)
+        if (handle == &device) return &device;
+    return nullptr;
+}
+
+void* realLibrary() {
+    static void* const handle = [] {
+        for (const char* path : {PEELER_REAL_EGL_FOLDER "/libEGL.so.1", "/usr/lib64/libEGL.so.1",
+                                 "/usr/lib/libEGL.so.1", "/lib/libEGL.so.1"})
+            if (void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL)) return library;
+        std::fputs("fake EGL: there is no real libEGL.so.1\n", stderr);
+        std::abort();
+    }();
+    return handle;
+}
+
+template <class Function>
+Function real(const char* name) {
+    if (void* symbol = dlsym(realLibrary(), name)) return reinterpret_cast<Function>(symbol);
+    const auto lookup =
+        reinterpret_cast<PFNEGLGETPROCADDRESSPROC>(dlsym(realLibrary(), "eglGetProcAddress"));
+    return reinterpret_cast<Function>(lookup(name));
+}
+
+EGLDisplay behind(EGLDisplay display) {
+    const FakeDevice* device = fake(display);
+    return device ? device->display : display;
+}
+
+EGLBoolean queryDevices(EGLint most, EGLDeviceEXT* list, EGLint* count) {
+    const int fakes = deviceCount();
+    std::vector<EGLDeviceEXT> all;
+    for (int i = 0; i < fakes; ++i) {
+        devices[static_cast<std::size_t>(i)].index = i;
+        all.push_back(&devices[static_cast<std::size_t>(i)]);
+    }
+    std::array<EGLDeviceEXT, 64> others{};
+    EGLint found = 0;
+    const auto query = real<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
+    if (query && query(static_cast<EGLint>(others.size()), others.data(), &found))
+        all.insert(all.end(), others.begin(), others.begin() + found);
+    *count = static_cast<EGLint>(all.size());
+    if (!list) return EGL_TRUE;
+    *count = std::min(*count, most);
+    std::copy_n(all.begin(), *count, list);
+    return EGL_TRUE;
+}
+
+const char* queryDeviceString(EGLDeviceEXT handle, EGLint name) {
+    FakeDevice* device = fake(handle);
+    if (!device)
+        return real<PFNEGLQUERYDEVICESTRINGEXTPROC>("eglQueryDeviceStringEXT")(handle, name);
+    device->string_queried = true;
+    const std::string forbidden = variable("PEELER_FAKE_EGL_FORBIDDEN");
+    if (forbidden == std::to_string(device->index)) return nullptr;
+    return name == EGL_EXTENSIONS ? "EGL_NV_device_cuda EGL_EXT_device_persistent_id" : nullptr;
+}
+
+void demandString(const FakeDevice& device) {
+    if (device.string_queried) return;
+    std::fputs("fake EGL: an attribute was queried before the string\n", stderr);
+    std::abort();
+}
+
+/// The number as the driver tells it, -1 = hidden from CUDA.
+int cudaOrdinal(const FakeDevice& device) {
+    const int ordinal = deviceCount() - 1 - device.index;
+    if (*variable("PEELER_FAKE_EGL_REMAPS") == '\0' || visible_at_start == "all") return ordinal;
+    // A driver asks CUDA, which reads the variable at that moment.
+    const char* now = std::getenv("CUDA_VISIBLE_DEVICES");
+    if (!now) return ordinal;
+    int position = 0;
+    for (const char* at = now; *at; ++position) {
+        char* end = nullptr;
+        if (std::strtol(at, &end, 10) == ordinal) return position;
+        at = *end == ',' ? end + 1 : "";
+    }
+    return -1;
+}
+
+EGLBoolean queryDeviceAttrib(EGLDeviceEXT handle, EGLint name, EGLAttrib* value) {
+    const FakeDevice* device = fake(handle);
+    if (!device)
+        return real<PFNEGLQUERYDEVICEATTRIBEXTPROC>("eglQueryDeviceAttribEXT")(handle, name, value);
+    demandString(*device);
+    const int ordinal = cudaOrdinal(*device);
+    if (name != EGL_CUDA_DEVICE_NV || ordinal < 0) return EGL_FALSE;
+    *value = ordinal;
+    return EGL_TRUE;
+}
+
+EGLBoolean queryDeviceBinary(EGLDeviceEXT handle, EGLint name, EGLint most, void* value,
+                             EGLint* size) {
+    const FakeDevice* device = fake(handle);
+    if (!device) {
+        const auto query = real<PFNEGLQUERYDEVICEBINARYEXTPROC>("eglQueryDeviceBinaryEXT");
+        return query ? query(handle, name, most, value, size) : EGL_FALSE;
+    }
+    demandString(*device);
+    std::array<unsigned char, 16> uuid{0xab, 0xcd, static_cast<unsigned char>(device->index)};
+    if (name != EGL_DEVICE_UUID_EXT) return EGL_FALSE;
+    *size = static_cast<EGLint>(uuid.size());
+    if (value) std::memcpy(value, uuid.data(), std::min(uuid.size(), static_cast<size_t>(most)));
+    return EGL_TRUE;
+}
+
+EGLDisplay getPlatformDisplay(EGLenum platform, void* native, const EGLint* attributes) {
+    const auto open = real<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
+    FakeDevice* device = fake(native);
+    if (!device) return open(platform, native, attributes);
+    device->display = open(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+    return device->display == EGL_NO_DISPLAY ? EGL_NO_DISPLAY : device;
+}
+
+const GLubyte* APIENTRY getString(GLenum name) {
+    static std::array<std::string, kMostDevices> names;
+    if (!current || name != GL_RENDERER) return real<PFNGLGETSTRINGPROC>("glGetString")(name);
+    std::string& text = names[static_cast<std::size_t>(current->index)];
+    text = "Fake GPU " + std::to_string(current->index);
+    return reinterpret_cast<const GLubyte*>(text.c_str());
+}
+
+GLenum APIENTRY getGraphicsResetStatus() {
+    ++status_calls;
+    const std::string lost = variable("PEELER_FAKE_EGL_LOST");
+    const int from = std::atoi(lost.c_str());
+    if (from > 0 && (status_calls == from || (lost.back() == '+' && status_calls > from)))
+        return GL_GUILTY_CONTEXT_RESET;
+    return GL_NO_ERROR;
+}
+
+using Procedure = __eglMustCastToProperFunctionPointerType;
+
+}  // namespace
+
+extern "C" {
+
+Procedure EGLAPIENTRY eglGetProcAddress(const char* name) {
+    static const std::map<std::string, Procedure> own = {
+        {"eglQueryDevicesEXT", reinterpret_cast<Procedure>(queryDevices)},
+        {"eglQueryDeviceStringEXT", reinterpret_cast<Procedure>(queryDeviceString)},
+        {"eglQueryDeviceAttribEXT", reinterpret_cast<Procedure>(queryDeviceAttrib)},
+        {"eglQueryDeviceBinaryEXT", reinterpret_cast<Procedure>(queryDeviceBinary)},
+        {"eglGetPlatformDisplayEXT", reinterpret_cast<Procedure>(getPlatformDisplay)},
+        {"glGetString", reinterpret_cast<Procedure>(getString)},
+        {"glGetGraphicsResetStatus", reinterpret_cast<Procedure>(getGraphicsResetStatus)},
+    };
+    const auto entry = own.find(name);
+    return entry != own.end() ? entry->second
+                              : real<PFNEGLGETPROCADDRESSPROC>("eglGetProcAddress")(name);
+}
+
+const char* EGLAPIENTRY eglQueryString(EGLDisplay display, EGLint name) {
+    return real<PFNEGLQUERYSTRINGPROC>("eglQueryString")(behind(display), name);
+}
+
+EGLBoolean EGLAPIENTRY eglInitialize(EGLDisplay display, EGLint* major, EGLint* minor) {
+    return real<PFNEGLINITIALIZEPROC>("eglInitialize")(behind(display), major, minor);
+}
+
+EGLBoolean EGLAPIENTRY eglTerminate(EGLDisplay display) {
+    return real<PFNEGLTERMINATEPROC>("eglTerminate")(behind(display));
+}
+
+EGLBoolean EGLAPIENTRY eglBindAPI(EGLenum api) {
+    return real<PFNEGLBINDAPIPROC>("eglBindAPI")(api);
+}
+
+EGLBoolean EGLAPIENTRY eglChooseConfig(EGLDisplay display, const EGLint* attributes,
+                                       EGLConfig* configs, EGLint size, EGLint* count) {
+    return real<PFNEGLCHOOSECONFIGPROC>("eglChooseConfig")(behind(display), attributes, configs,
+                                                           size, count);
+}
+
+EGLContext EGLAPIENTRY eglCreateContext(EGLDisplay display, EGLConfig config, EGLContext shared,
+                                        const EGLint* attributes) {
+    return real<PFNEGLCREATECONTEXTPROC>("eglCreateContext")(behind(display), config, shared,
+                                                             attributes);
+}
+
+EGLBoolean EGLAPIENTRY eglDestroyContext(EGLDisplay display, EGLContext context) {
+    return real<PFNEGLDESTROYCONTEXTPROC>("eglDestroyContext")(behind(display), context);
+}
+
+EGLBoolean EGLAPIENTRY eglMakeCurrent(EGLDisplay display, EGLSurface draw, EGLSurface read,
+                                      EGLContext context) {
+    current = context == EGL_NO_CONTEXT ? nullptr : fake(display);
+    return real<PFNEGLMAKECURRENTPROC>("eglMakeCurrent")(behind(display), draw, read, context);
+}
+
+EGLint EGLAPIENTRY eglGetError(void) {
+    return real<PFNEGLGETERRORPROC>("eglGetError")();
+}
+
+}  // extern "C"
