@@ -17,7 +17,6 @@ from peeler_command import (
     animated_scene,
     fingerprints,
     main,
-    peeler,
     skip,
 )
 
@@ -66,15 +65,13 @@ class Slurm(PeelerTest):
     @classmethod
     def sbatch(cls, *arguments, **environment):
         """Submits one job of peeler.sbatch."""
-        command = [
-            str(word) for word in ("sbatch", "--parsable", SLURM / "peeler.sbatch", *arguments)
-        ]
+        command = ("sbatch", "--parsable", str(SLURM / "peeler.sbatch"), *map(str, arguments))
         settings = {"PEELER": PEELER, "SBATCH_OUTPUT": str(cls.scratch / "log.%j"), **environment}
         return cls.cluster.ask(*command, environment=settings).strip()
 
     def submit(self, script, *arguments, **environment):
         """Returns the number of the job, the last one if the script submits several."""
-        command = [str(word) for word in ("sh", SLURM / script, *arguments)]
+        command = ("sh", str(SLURM / script), *map(str, arguments))
         settings = {"PEELER": PEELER, "SBATCH_OUTPUT": str(self.folder / "log.%a"), **environment}
         return self.cluster.ask(*command, environment=settings, cwd=self.folder).strip()
 
@@ -163,13 +160,14 @@ class Slurm(PeelerTest):
 
     def test_tiles(self):
         options = (EXAMPLES / "scenes" / "coincident.glb", "--size", "400x301")
-        for name in ("layers.exr", "picture.png"):
-            whole, merged = self.folder / f"whole_{name}", self.folder / name
-            job = self.submit("tiles.sh", 3, merged, *options)
+        names = ("layers.exr", "picture.png")
+        jobs = [self.submit("tiles.sh", 3, self.folder / name, *options) for name in names]
+        for name, job in zip(names, jobs):
+            whole = self.folder / f"whole_{name}"
             self.render(*options, "-o", whole)
             self.assert_completed(self.cluster.wait_for(job, 30))
             self.verify(self.folder / f"{name}.tiles", 3)
-            self.assertEqual(merged.read_bytes(), whole.read_bytes(), name)
+            self.assertEqual((self.folder / name).read_bytes(), whole.read_bytes(), name)
 
     def test_tiles_that_fail_are_not_merged(self):
         job = self.submit("tiles.sh", 2, self.folder / "out.exr", self.folder / "missing.glb")
@@ -178,32 +176,35 @@ class Slurm(PeelerTest):
 
     def test_failures(self):
         render = ("render", EXAMPLES / "scenes" / "glasses.glb", "-o", self.folder / "out.exr")
-
-        def fail(*options, **environment):
-            name = str(self.folder / f"log.{'_'.join(options)}")
-            job = self.sbatch(*render, *options, SBATCH_OUTPUT=name, **environment)
-            return self.cluster.wait_for(job, 30)[0], pathlib.Path(name).read_text()
-
-        # Out of memory: the same again would not help.
-        task, log = fail("--size", "8000x8000", "--memory", "64M")
-        self.assertEqual((task["ExitCode"], task["Restarts"]), ("33:0", "0"), log)
-        self.assertIn("give it more memory", log)
+        logs = {name: self.folder / f"{name}.log" for name in ("memory", "gpu")}
+        jobs = {
+            "memory": self.sbatch(
+                *(*render, "--size", "8000x8000", "--memory", "64M"),
+                SBATCH_OUTPUT=str(logs["memory"]),
+            ),
+            "gpu": self.sbatch(
+                *(*render, "--size", "8x8", "--require-gpu"),
+                SBATCH_OUTPUT=str(logs["gpu"]),
+                PEELER_RESTARTS="1",
+            ),
+        }
+        ends = {}
+        for name, job in jobs.items():
+            task = self.cluster.wait_for(job, 30)[0]
+            ends[name] = task["ExitCode"], task["Restarts"]
+        # The same again would not help.
+        self.assertEqual(ends["memory"], ("33:0", "0"), logs["memory"].read_text())
+        self.assertIn("give it more memory", logs["memory"].read_text())
         # No GPU here, but maybe elsewhere or later; not for ever.
-        if peeler(*render, "--size", "8x8", "--require-gpu").returncode == 0:
+        if ends["gpu"] == ("0:0", "0"):
             self.skipTest("this machine has a GPU: no exit code 5")
-        task, log = fail("--require-gpu", PEELER_RESTARTS="1")
-        self.assertEqual((task["ExitCode"], task["Restarts"]), ("5:0", "1"), log)
-        self.assertIn("not again after 1 restarts", log)
+        self.assertEqual(ends["gpu"], ("5:0", "1"), logs["gpu"].read_text())
+        self.assertIn("not again after 1 restarts", logs["gpu"].read_text())
 
     def test_a_cancelled_job_stays_cancelled(self):
-        job = self.sbatch(
-            "render",
-            EXAMPLES / "scenes" / "glasses.glb",
-            "-o",
-            self.folder / "out.exr",
-            "--size",
-            "8000x6000",
-        )
+        out = self.folder / "out.exr"
+        scene = EXAMPLES / "scenes" / "glasses.glb"
+        job = self.sbatch("render", scene, "-o", out, "--size", "8000x6000")
         end = time.monotonic() + 20
         while not running_peelers() and time.monotonic() < end:
             time.sleep(0.05)
