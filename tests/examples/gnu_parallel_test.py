@@ -12,6 +12,9 @@ import tempfile
 from peeler_command import EXAMPLES, PEELER, PeelerTest, animated_scene, fingerprints, main, skip
 
 
+FRAMES = ("--frames", "0-17", "--size", "160x120")
+
+
 class GnuParallel(PeelerTest):
     def setUp(self):
         scratch = tempfile.TemporaryDirectory()
@@ -19,23 +22,14 @@ class GnuParallel(PeelerTest):
         self.folder = pathlib.Path(scratch.name)
         self.frames = self.folder / "it's the folder"  # what a shell would take apart
 
-    def run_script(self):
+    def run_script(self, **environment):
         """6 chunks of 3 frames, 2 at a time; returns it, and {chunk: its codes in the joblog}."""
+        script = EXAMPLES / "gnu-parallel" / "frames.sh"
+        out = self.frames / "walk.####.exr"
+        command = ["sh", script, 6, 2, animated_scene(), "-o", out, *FRAMES, "--quiet"]
+        home = str(self.folder)
         done = subprocess.run(
-            [
-                "sh",
-                str(EXAMPLES / "gnu-parallel" / "frames.sh"),
-                "6",
-                "2",
-                str(animated_scene()),
-                "-o",
-                str(self.frames / "walk.####.exr"),
-                "--frames",
-                "0-17",
-                "--size",
-                "160x120",
-                "--quiet",
-            ],
+            [str(word) for word in command],
             cwd=self.folder,
             text=True,
             capture_output=True,
@@ -43,8 +37,9 @@ class GnuParallel(PeelerTest):
             env={
                 **os.environ,
                 "PEELER": PEELER,
-                "PARALLEL_HOME": str(self.folder),
-                "HOME": str(self.folder),
+                "HOME": home,
+                "PARALLEL_HOME": home,
+                **environment,
             },
         )
         with open(self.folder / "peeler.joblog", newline="", encoding="utf-8") as log:
@@ -61,22 +56,14 @@ class GnuParallel(PeelerTest):
         self.assertEqual({code for chunk in codes.values() for code in chunk}, {4}, done.stderr)
 
         self.frames.mkdir()
-        done, codes = self.run_script()
+        done, codes = self.run_script(PEELER_HOSTS="2/:")  # this machine, without ssh
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual([chunk[-1] for chunk in codes.values()], [0] * 6)
         self.assertEqual(len(codes[1]), 2, "the chunk that had failed ran again")
         self.verify(self.frames, 18)
         self.assert_nothing_else(self.frames, 18)
         (self.folder / "whole").mkdir()
-        self.render(
-            animated_scene(),
-            "-o",
-            self.folder / "whole" / "walk.####.exr",
-            "--size",
-            "160x120",
-            "--frames",
-            "0-17",
-        )
+        self.render(animated_scene(), "-o", self.folder / "whole" / "walk.####.exr", *FRAMES)
         self.assertEqual(fingerprints(self.frames), fingerprints(self.folder / "whole"))
 
         # All done: nothing runs.

@@ -62,14 +62,19 @@ def resolve(text, values):
 
 def integers(expression):
     """<IntRangeExpr> [3.4.1.1.1]: the values in increasing order."""
-    values = []
+    values, ranges = [], []
     for element in expression.split(","):
         match = re.fullmatch(r"\s*(-?\d+)(?:\s*-\s*(-?\d+)(?::(-?\d+))?)?\s*", element)
         require(match, f"no range: {element}")
         first, last, step = int(match[1]), int(match[2] or match[1]), int(match[3] or 1)
         require(step != 0, f"a step of nothing: {element}")
         values += [first, *range(first, last + (1 if step > 0 else -1), step)[1:]]
-    require(len(set(values)) == len(values), f"ranges overlap: {expression}")
+        ranges.append(
+            (min(first, last), max(first, last)) if step < 0 else (first, max(first, last))
+        )
+    ranges.sort()
+    overlap = any(one[1] >= other[0] for one, other in zip(ranges, ranges[1:]))
+    require(not overlap, f"ranges overlap: {expression}")
     return sorted(values)
 
 

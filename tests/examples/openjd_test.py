@@ -32,7 +32,7 @@ class Expansion(PeelerTest):
         ):
             self.assertEqual(openjd_template.integers(expression), values)
         with self.assertRaises(openjd_template.Invalid):
-            openjd_template.integers("1-10:4,9-15")
+            openjd_template.integers("1-10:4,10-15")
 
     def test_chunks(self):
         for expression, size, chunks in (
