@@ -10,7 +10,6 @@ import shutil
 import subprocess
 import sys
 import time
-import urllib.error
 import urllib.request
 
 import dockerfile
@@ -53,7 +52,7 @@ def impediment():
         return "this machine does not install from Debian 12"
     try:
         urllib.request.urlopen(f"{base[0]}dists/{SUITE}/InRelease", timeout=20).close()
-    except (urllib.error.URLError, OSError) as error:
+    except (OSError, ValueError) as error:
         return f"the mirror {base[0]} cannot be reached: {error}"
     with open("/proc/meminfo", encoding="ascii") as lines:
         available = next(int(line.split()[1]) * 1024 for line in lines if "MemAvailable" in line)
@@ -108,11 +107,13 @@ class Dockerfile(PeelerTest):
         # As `docker run --user` and the example at the top of the file do it.
         shutil.copy(EXAMPLES / "scenes" / "coincident.glb", f"{image.root}/work/scene.glb")
         os.chown(f"{image.root}/work", 65534, 65534)
+        osmesa = ("--size", "320x180", "--backend", "osmesa")
         for arguments in (
-            ["--version"],
-            ["devices"],
-            ["render", "scene.glb", "-o", "layers.exr", "--size", "320x180"],
-            ["verify", "layers.exr"],
+            ("--version",),
+            ("devices",),
+            ("render", "scene.glb", "-o", "layers.exr"),
+            ("render", "scene.glb", "-o", "osmesa.exr", *osmesa),
+            ("verify", "layers.exr"),
         ):
             done = image.run([*builder.entrypoint, *arguments], user="65534:65534")
             self.assertEqual(done.returncode, 0, done.stdout)
@@ -120,20 +121,10 @@ class Dockerfile(PeelerTest):
         if not FULL:
             print("PEELER_TEST_DOCKERFILE=full compiles it as well")
 
-        # The libraries that are listed are those that it needs, not one of their recommendations.
-        libraries = image.run(["ldd", "/usr/local/bin/peeler"])
-        self.assertNotIn("not found", libraries.stdout)
         # The same picture as outside.
-        render = peeler(
-            "render",
-            f"{image.root}/work/scene.glb",
-            "-o",
-            f"{self.scratch}/outside.exr",
-            "--size",
-            "320x180",
-        )
-        self.assertEqual(render.returncode, 0, render.stderr)
-        done = peeler("compare", f"{image.root}/work/layers.exr", f"{self.scratch}/outside.exr")
+        outside = f"{self.scratch}/outside.exr"
+        self.render(f"{image.root}/work/scene.glb", "-o", outside, *osmesa)
+        done = peeler("compare", f"{image.root}/work/osmesa.exr", outside)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.say("renders the same layers inside and outside")
 

@@ -74,6 +74,7 @@ class OwnMachine(PeelerTest):
 
 
 if __name__ == "__main__":
-    if own_machine.impediment():
-        skip(own_machine.impediment())
+    reason = own_machine.impediment()
+    if reason:
+        skip(reason)
     sys.exit(main())

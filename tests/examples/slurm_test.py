@@ -230,6 +230,7 @@ if __name__ == "__main__":
     if slurm_cluster.missing_programs():
         missing = ", ".join(slurm_cluster.missing_programs())
         skip(f"no {missing} (examples/install_dependencies.sh test)")
-    if own_machine.impediment():
-        skip(own_machine.impediment())
+    reason = own_machine.impediment()
+    if reason:
+        skip(reason)
     sys.exit(own_machine.run("farm", main))
