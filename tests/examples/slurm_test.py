@@ -221,8 +221,9 @@ class Slurm(PeelerTest):
         while "queued again" not in text and time.monotonic() < end:
             time.sleep(0.2)
             text = self.late_log.read_text() if self.late_log.exists() else ""
-        self.assertIn("stopped by signal 15; queued again", text)
-        self.assertNotIn("TIME LIMIT", text)
+        told = f"{text}\n{self.cluster.tasks(self.late)}\n{self.cluster.state()}"
+        self.assertIn("stopped by signal 15; queued again", text, told)
+        self.assertNotIn("TIME LIMIT", text, told)
         self.cluster.ask("scancel", self.late)
 
 
