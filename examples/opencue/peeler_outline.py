@@ -1,0 +1,78 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Submits an animation to OpenCue: chunks of frames, then a check of all of them.
+
+    python3 peeler_outline.py SCENE OUT.####.exr FRAMES [--chunk N] [-- options of peeler render]
+
+Needs PyOutline."""
+
+import argparse
+import os
+import re
+import shlex
+import sys
+
+import outline
+import outline.cuerun
+import outline.modules.shell
+
+
+def shell_line(words):
+    """Cuebot replaces the #TOKENS#, RQD hands the line to a shell."""
+    return [shlex.quote(word) for word in words]
+
+
+def job(arguments, options):
+    out = os.path.abspath(arguments.out)
+    everyone = re.sub(r"#+", "*", os.path.basename(out))
+    folder = os.path.dirname(out)
+
+    # As many frames as a chunk has (5-9, or 5-13x2), in one process.
+    render = outline.modules.shell.Shell(
+        "render",
+        command=shell_line(
+            [
+                arguments.peeler,
+                "render",
+                os.path.abspath(arguments.scene),
+                "-o",
+                out,
+                "--frames=#FRAMESPEC#",
+                "--skip-existing",
+                "--progress=plain",
+                *options,
+            ]
+        ),
+        range=arguments.frames,
+        chunk=arguments.chunk,
+        memory=arguments.memory,
+        threadable=True,
+    )
+    verify = outline.modules.shell.Shell(
+        "verify",
+        command=shell_line([arguments.peeler, "verify"]) + [f"{shlex.quote(folder)}/{everyone}"],
+        range="1",
+    )
+    result = outline.Outline(f"peeler_{os.path.splitext(os.path.basename(arguments.scene))[0]}")
+    result.add_layer(render)
+    result.add_layer(verify)
+    verify.depend_all(render)
+    return result
+
+
+def main():
+    parser = argparse.ArgumentParser(epilog="What follows -- goes to peeler render.")
+    parser.add_argument("scene")
+    parser.add_argument("out", metavar="OUT.####.exr")
+    parser.add_argument("frames")
+    parser.add_argument("--chunk", type=int, default=10)
+    parser.add_argument("--memory", default="4g", help="that OpenCue reserves at first")
+    parser.add_argument("--peeler", default="peeler", help="the program on the hosts")
+    words = sys.argv[1:]
+    end = words.index("--") if "--" in words else len(words)
+    # Without pycuerun: only Cuebot knows #FRAMESPEC#.
+    outline.cuerun.launch(job(parser.parse_args(words[:end]), words[end + 1 :]), use_pycuerun=False)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Builds a Dockerfile without Docker: each stage in a Debian root of its own, with chroot.
+
+As much of the Dockerfile reference as examples/Dockerfile uses; the rest is refused."""
+
+import concurrent.futures
+import glob
+import os
+import shlex
+import shutil
+import subprocess
+
+MOUNTED = ("proc", "dev", "sys")
+PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
+
+
+class Failed(Exception):
+    pass
+
+
+def instructions(file):
+    """[(line number, instruction, its text)]"""
+    found, text, start = [], "", 0
+    with open(file, encoding="utf-8") as lines:
+        for number, line in enumerate(lines, 1):
+            if line.lstrip().startswith("#") or not (line.strip() or text):
+                continue
+            start = start or number
+            text += line.rstrip("\n")
+            if text.endswith("\\"):
+                text = text[:-1]
+                continue
+            name, _, rest = text.strip().partition(" ")
+            found.append((start, name.upper(), rest.strip()))
+            text, start = "", 0
+    return found
+
+
+class Stage:
+    """A root folder and what later instructions need to know."""
+
+    def __init__(self, base, root):
+        subprocess.run(["cp", "-a", base, root], check=True)
+        self.root, self.folder = root, "/"
+        self.variables = {"PATH": PATH, "HOME": "/root"}
+        shutil.copy("/etc/resolv.conf", root + "/etc/resolv.conf")
+        for name in MOUNTED:
+            subprocess.run(["mount", "--rbind", f"/{name}", f"{root}/{name}"], check=True)
+
+    def run(self, command, user=None, **options):
+        """`command` in this root; with its standard error, its output is in .stdout."""
+        words = [
+            "chroot",
+            *([f"--userspec={user}"] if user else []),
+            self.root,
+            "/bin/sh",
+            "-c",
+            f'cd {shlex.quote(self.folder)} && exec "$@"',
+            "sh",
+            *command,
+        ]
+        proxies = {name: os.environ[name] for name in os.environ if name.lower().endswith("_proxy")}
+        return subprocess.run(
+            words,
+            env={**self.variables, **proxies},
+            text=True,
+            check=False,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            **options,
+        )
+
+    def path(self, name):
+        """Where a path of the Dockerfile is outside."""
+        return self.root + os.path.normpath(os.path.join(self.folder, name))
+
+
+class Builder:
+    def __init__(self, base, context, scratch, replace=None):
+        """`base` is the root that FROM debian:12 stands for; replace(stage, command) is asked
+        before each RUN, and true if it has done something in its place."""
+        self.base, self.context, self.scratch = base, context, scratch
+        self.replace = replace or (lambda stage, command: False)
+        self.stages = {}  # name: what becomes a Stage
+        self.entrypoint = None
+
+    def build(self, file):
+        """Returns the last stage. Raises Failed. Stages are made at the same time, until one copies
+        from another."""
+        plans = []  # [(name, [(where, instruction, its text)])]
+        for number, name, text in instructions(file):
+            where = f"line {number}: {name} {text}"
+            if name == "FROM":
+                image, *alias = text.split()
+                if image != "debian:12" or (alias and alias[0].upper() != "AS"):
+                    raise Failed(where)
+                plans.append((alias[1] if alias else str(len(plans)), []))
+            else:
+                plans[-1][1].append((where, name, text))
+        with concurrent.futures.ThreadPoolExecutor(len(plans)) as threads:
+            for name, plan in plans:
+                self.stages[name] = threads.submit(self._make, name, plan)
+            return [stage.result() for stage in self.stages.values()][-1]
+
+    def _make(self, stage_name, plan):
+        stage = Stage(self.base, f"{self.scratch}/{stage_name}")
+        for where, name, text in plan:
+            if name == "WORKDIR":
+                stage.folder = os.path.normpath(os.path.join(stage.folder, text))
+                os.makedirs(stage.path("."), exist_ok=True)
+            elif name == "ENV":
+                key, _, value = text.partition("=")
+                stage.variables[key] = value
+            elif name == "COPY":
+                self._copy(stage, text, where)
+            elif name == "RUN":
+                if self.replace(stage, text):
+                    continue
+                done = stage.run(["/bin/sh", "-c", text])
+                if done.returncode != 0:
+                    raise Failed(f"{where}\n{done.stdout[-3000:]}")
+            elif name == "ENTRYPOINT":
+                self.entrypoint = [word.strip(' "') for word in text.strip("[]").split(",")]
+            else:
+                raise Failed(where)
+        return stage
+
+    def _copy(self, stage, text, where):
+        """A folder's contents go into the target, a file goes into it if it ends with a slash."""
+        *sources, target = text.split()
+        origin = self.context
+        if sources[0].startswith("--from="):
+            origin = self.stages[sources.pop(0)[7:]].result().root
+        for pattern in sources:
+            found = glob.glob(f"{origin}/{pattern.lstrip('/')}")
+            if not found:
+                raise Failed(f"{where}: no {pattern}")
+            for source in found:
+                to = stage.path(target)
+                if os.path.isdir(source):
+                    shutil.copytree(source, to, dirs_exist_ok=True)
+                    continue
+                if target.endswith("/"):
+                    to = os.path.join(to, os.path.basename(source))
+                os.makedirs(os.path.dirname(to), exist_ok=True)
+                shutil.copy(source, to)

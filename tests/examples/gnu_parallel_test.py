@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""examples/gnu-parallel/frames.sh, run, stopped and resumed."""
+
+import csv
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+from peeler_command import EXAMPLES, PEELER, PeelerTest, animated_scene, fingerprints, main, skip
+
+
+FRAMES = ("--frames", "0-17", "--size", "160x120")
+
+
+class GnuParallel(PeelerTest):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.folder = pathlib.Path(scratch.name)
+        self.frames = self.folder / "it's the folder"  # what a shell would take apart
+
+    def run_script(self, **environment):
+        """6 chunks of 3 frames, 2 at a time; returns it, and {chunk: its codes in the joblog}."""
+        script = EXAMPLES / "gnu-parallel" / "frames.sh"
+        out = self.frames / "walk.####.exr"
+        command = ["sh", script, 6, 2, animated_scene(), "-o", out, *FRAMES, "--quiet"]
+        home = str(self.folder)
+        done = subprocess.run(
+            [str(word) for word in command],
+            cwd=self.folder,
+            text=True,
+            capture_output=True,
+            check=False,
+            env={
+                **os.environ,
+                "PEELER": PEELER,
+                "HOME": home,
+                "PARALLEL_HOME": home,
+                **environment,
+            },
+        )
+        with open(self.folder / "peeler.joblog", newline="", encoding="utf-8") as log:
+            codes = {}
+            for row in csv.DictReader(log, delimiter="\t", quoting=csv.QUOTE_NONE):
+                codes.setdefault(int(row["Seq"]), []).append(int(row["Exitval"]))
+        return done, codes
+
+    def test_resume(self):
+        # No folder: the first failure ends it.
+        done, codes = self.run_script()
+        self.assertNotEqual(done.returncode, 0)
+        self.assertLess(len(codes), 6, codes)
+        self.assertEqual({code for chunk in codes.values() for code in chunk}, {4}, done.stderr)
+
+        self.frames.mkdir()
+        done, codes = self.run_script(PEELER_HOSTS="2/:")  # this machine, without ssh
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([chunk[-1] for chunk in codes.values()], [0] * 6)
+        self.assertEqual(len(codes[1]), 2, "the chunk that had failed ran again")
+        self.verify(self.frames, 18)
+        self.assert_nothing_else(self.frames, 18)
+        (self.folder / "whole").mkdir()
+        self.render(animated_scene(), "-o", self.folder / "whole" / "walk.####.exr", *FRAMES)
+        self.assertEqual(fingerprints(self.frames), fingerprints(self.folder / "whole"))
+
+        # All done: nothing runs.
+        before = (self.folder / "peeler.joblog").read_bytes()
+        done, _ = self.run_script()
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual((self.folder / "peeler.joblog").read_bytes(), before)
+
+
+if __name__ == "__main__":
+    if not shutil.which("parallel"):
+        skip("no parallel (examples/install_dependencies.sh test)")
+    sys.exit(main())

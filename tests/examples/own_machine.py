@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs a test as if it had a machine of its own: processes, network, host name and mounts.
+
+Daemons that the test starts see no others, and nothing of them outlives it: when the first process
+of a PID namespace ends, however it ends, the kernel ends all the others, and a tmpfs goes with the
+last process of its mount namespace (namespaces(7), pid_namespaces(7)). For root on Linux."""
+
+import ctypes
+import fcntl
+import os
+import signal
+import socket
+import struct
+import sys
+
+# linux/sched.h, linux/mount.h, linux/prctl.h, linux/sockios.h, linux/if.h
+CLONE_NEWNS, CLONE_NEWUTS, CLONE_NEWIPC = 0x00020000, 0x04000000, 0x08000000
+CLONE_NEWPID, CLONE_NEWNET = 0x20000000, 0x40000000
+MS_REC, MS_PRIVATE = 0x4000, 0x40000
+PR_SET_PDEATHSIG = 1
+SIOCSIFADDR, SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP = 0x8916, 0x8913, 0x8914, 1
+
+# Memory of the test's own, mounted where every Linux has a folder for it.
+SCRATCH = "/dev/shm"
+
+# The address besides 127.0.0.1. Slurm asks getaddrinfo() with AI_ADDRCONFIG, which finds nothing on
+# a machine that has but 127.0.0.1.
+ADDRESS = "10.0.0.1"
+
+libc = ctypes.CDLL(None, use_errno=True)
+
+
+def check(result):
+    if result != 0:
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+
+
+def bring_up_loopback():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+        flags = struct.pack("16sh14x", b"lo", 0)
+        flags = struct.unpack("16sh14x", fcntl.ioctl(any_socket, SIOCGIFFLAGS, flags))[1]
+        fcntl.ioctl(any_socket, SIOCSIFFLAGS, struct.pack("16sh14x", b"lo", flags | IFF_UP))
+        address = struct.pack("HH4s8x", socket.AF_INET, 0, socket.inet_aton(ADDRESS))
+        fcntl.ioctl(any_socket, SIOCSIFADDR, struct.pack("16s16s", b"lo:0", address))
+
+
+def mount(source, target, kind, flags=0, data=""):
+    check(libc.mount(source.encode(), target.encode(), kind.encode(), flags, data.encode()))
+
+
+def impediment():
+    """Why run() would not work here; nothing if it would."""
+    if os.geteuid() != 0:
+        return "namespaces need root"
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            code = run("test", lambda: 0)
+        except OSError as error:
+            print(error)
+        finally:
+            sys.stdout.flush()
+            os._exit(code)
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    return "this machine does not let root make namespaces" if code else None
+
+
+def run(host_name, body, network=True):
+    """Returns what body() returns (an exit code), run as the machine `host_name`; without a
+    `network` of its own it has this one's. SIGTERM to this process ends all of it at once, with
+    143. Only once in a process, which can start no others afterwards. Raises OSError where
+    namespaces are not allowed."""
+    check(
+        libc.unshare(
+            CLONE_NEWNS
+            | CLONE_NEWUTS
+            | CLONE_NEWIPC
+            | CLONE_NEWPID
+            | (CLONE_NEWNET if network else 0)
+        )
+    )
+    first = os.fork()
+    if first == 0:
+        code = 1
+        try:
+            libc.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+            mount("none", "/", "none", MS_REC | MS_PRIVATE)
+            mount("proc", "/proc", "proc")
+            mount("none", SCRATCH, "tmpfs")
+            socket.sethostname(host_name)
+            if network:
+                bring_up_loopback()
+            code = body()
+        except BaseException:  # whatever it is, this must not run on as a second test
+            sys.excepthook(*sys.exc_info())
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(code)
+
+    def end(number, _):
+        os.kill(first, signal.SIGKILL)
+        os.waitpid(first, 0)
+        os._exit(128 + number)
+
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, end)
+    return os.waitstatus_to_exitcode(os.waitpid(first, 0)[1])

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The scripts of examples/slurm on a real cluster."""
+
+import os
+import pathlib
+import re
+import signal
+import sys
+import time
+
+import own_machine
+import slurm_cluster
+from peeler_command import (
+    EXAMPLES,
+    PEELER,
+    PeelerTest,
+    animated_scene,
+    fingerprints,
+    main,
+    skip,
+)
+
+SLURM = EXAMPLES / "slurm"
+SIZE = ("--size", "320x240")
+TASKS, FRAMES = 10, 50
+SHARE = FRAMES // TASKS
+
+
+def running_peelers():
+    """{process id: the number of its task, 0 outside an array}"""
+    found = {}
+    for entry in os.listdir("/proc"):
+        try:
+            words = pathlib.Path("/proc", entry, "cmdline").read_bytes().split(b"\0")
+            variables = pathlib.Path("/proc", entry, "environ").read_bytes()
+        except OSError:  # no process, or none any more
+            continue
+        if words[0] == PEELER.encode():
+            task = re.search(rb"\0SLURM_ARRAY_TASK_ID=(\d+)\0", variables)
+            found[int(entry)] = int(task[1]) if task else 0
+    return found
+
+
+class Slurm(PeelerTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = pathlib.Path(own_machine.SCRATCH)
+        (cls.scratch / "slurm").mkdir()
+        started = time.monotonic()
+        cls.cluster = slurm_cluster.Cluster(str(cls.scratch / "slurm"))
+        print(f"a cluster of one node after {time.monotonic() - started:.1f} s", flush=True)
+        cls.addClassCleanup(cls.cluster.stop)
+        cls.scene = animated_scene()
+        # Slurm looks at the clock every 30 seconds, which pass while the other tests run; sleep
+        # stands for a peeler that takes long.
+        cls.late_log = cls.scratch / "late.log"
+        cls.late = cls.sbatch(
+            "300", PEELER="sleep", SBATCH_TIMELIMIT="1", SBATCH_OUTPUT=str(cls.late_log)
+        )
+
+    def setUp(self):
+        self.folder = self.scratch / self.id().rsplit(".", 1)[-1]
+        self.folder.mkdir()
+
+    @classmethod
+    def sbatch(cls, *arguments, **environment):
+        """Submits one job of peeler.sbatch."""
+        command = ("sbatch", "--parsable", str(SLURM / "peeler.sbatch"), *map(str, arguments))
+        settings = {"PEELER": PEELER, "SBATCH_OUTPUT": str(cls.scratch / "log.%j"), **environment}
+        return cls.cluster.ask(*command, environment=settings).strip()
+
+    def submit(self, script, *arguments, **environment):
+        """Returns the number of the job, the last one if the script submits several."""
+        command = ("sh", str(SLURM / script), *map(str, arguments))
+        settings = {"PEELER": PEELER, "SBATCH_OUTPUT": str(self.folder / "log.%a"), **environment}
+        return self.cluster.ask(*command, environment=settings, cwd=self.folder).strip()
+
+    def log(self):
+        return "".join(file.read_text() for file in sorted(self.folder.glob("log.*")))
+
+    def assert_completed(self, tasks):
+        for task in tasks:
+            self.assertEqual(task["JobState"], "COMPLETED", f"{task}\n{self.log()}")
+
+    def frames(self, name):
+        (self.folder / name).mkdir()
+        out = self.folder / name / "walk.####.exr"
+        return self.submit(
+            "frames.sh", TASKS, 2, self.scene, "-o", out, "--frames", f"0-{FRAMES - 1}", *SIZE
+        )
+
+    def disturb(self, folder, job):
+        """Kills one task (SIGKILL), and tells another one to stop as the end of its time does
+        (SIGTERM to the script), each with some but not all of its frames done. Returns {task: its
+        finished frames and when they were written}, and how many ran at once at most."""
+        signals, done, most = [signal.SIGKILL, signal.SIGTERM], {}, 0
+        end = time.monotonic() + 30
+        while signals and time.monotonic() < end:
+            peelers = running_peelers()
+            most = max(most, len(peelers))
+            for process, task in peelers.items():
+                if task in done or not signals or not 0 < len(self.finished(folder, task)) < SHARE:
+                    continue
+                os.kill(process, signal.SIGSTOP)  # or it would be done before anyone came
+                if len(self.finished(folder, task)) < SHARE:
+                    done[task] = self.finished(folder, task)
+                    print(
+                        f"task {task}: {signals[0].name} after {len(done[task])} of {SHARE} frames"
+                    )
+                    if signals.pop(0) == signal.SIGKILL:
+                        os.kill(process, signal.SIGKILL)
+                    else:
+                        self.cluster.ask("scancel", "--batch", "--signal=TERM", f"{job}_{task}")
+                os.kill(process, signal.SIGCONT)
+        self.assertEqual(len(done), 2, "no task was caught between its frames")
+        return done, most
+
+    def finished(self, folder, task):
+        share = range((task - 1) * SHARE, task * SHARE)
+        files = (folder / f"walk.{frame:04d}.exr" for frame in share)
+        return {file: file.stat().st_mtime_ns for file in files if file.exists()}
+
+    def test_frames(self):
+        whole = self.folder / "whole"
+        whole.mkdir()
+        started = time.monotonic()
+        self.render(self.scene, "-o", whole / "walk.####.exr", "--frames", f"0-{FRAMES - 1}", *SIZE)
+        one_process = time.monotonic() - started
+
+        started = time.monotonic()
+        self.assert_completed(self.cluster.wait_for(self.frames("calm"), 60))
+        calm = time.monotonic() - started
+
+        started = time.monotonic()
+        job = self.frames("disturbed")
+        victims, most = self.disturb(self.folder / "disturbed", job)
+        tasks = self.cluster.wait_for(job, 60)
+        disturbed = time.monotonic() - started
+        self.assert_completed(tasks)
+        for task in tasks:
+            number = int(task["ArrayTaskId"])
+            self.assertEqual(int(task["Restarts"]), 1 if number in victims else 0, task)
+        for written in victims.values():  # what was finished is not done again
+            self.assertEqual({file: file.stat().st_mtime_ns for file in written}, written)
+        self.assertLessEqual(most, 2)
+        self.assertIn("stopped by signal 9; queued again", self.log())
+        self.assertIn("stopped by signal 15; queued again", self.log())
+
+        self.verify(self.folder / "disturbed", FRAMES)
+        self.assert_nothing_else(self.folder / "disturbed", FRAMES)
+        expected = fingerprints(whole)
+        self.assertEqual(len(expected), FRAMES)
+        self.assertEqual(fingerprints(self.folder / "calm"), expected)
+        self.assertEqual(fingerprints(self.folder / "disturbed"), expected)
+        print(
+            f"{FRAMES} frames of {self.scene.name}: {one_process:.1f} s by one process, "
+            f"{calm:.1f} s in {TASKS} tasks, {disturbed:.1f} s with two of them disturbed",
+            flush=True,
+        )
+
+    def test_tiles(self):
+        options = (EXAMPLES / "scenes" / "coincident.glb", "--size", "400x301")
+        names = ("layers.exr", "picture.png")
+        jobs = [self.submit("tiles.sh", 3, self.folder / name, *options) for name in names]
+        for name, job in zip(names, jobs):
+            whole = self.folder / f"whole_{name}"
+            self.render(*options, "-o", whole)
+            self.assert_completed(self.cluster.wait_for(job, 30))
+            self.verify(self.folder / f"{name}.tiles", 3)
+            self.assertEqual((self.folder / name).read_bytes(), whole.read_bytes(), name)
+
+    def test_tiles_that_fail_are_not_merged(self):
+        job = self.submit("tiles.sh", 2, self.folder / "out.exr", self.folder / "missing.glb")
+        self.assertEqual(self.cluster.wait_for(job, 30)[0]["JobState"], "CANCELLED", self.log())
+        self.assertFalse((self.folder / "out.exr").exists())
+
+    def test_failures(self):
+        render = ("render", EXAMPLES / "scenes" / "glasses.glb", "-o", self.folder / "out.exr")
+        logs = {name: self.folder / f"{name}.log" for name in ("memory", "gpu")}
+        jobs = {
+            "memory": self.sbatch(
+                *(*render, "--size", "8000x8000", "--memory", "64M"),
+                SBATCH_OUTPUT=str(logs["memory"]),
+            ),
+            "gpu": self.sbatch(
+                *(*render, "--size", "8x8", "--require-gpu"),
+                SBATCH_OUTPUT=str(logs["gpu"]),
+                PEELER_RESTARTS="1",
+            ),
+        }
+        ends = {}
+        for name, job in jobs.items():
+            task = self.cluster.wait_for(job, 30)[0]
+            ends[name] = task["ExitCode"], task["Restarts"]
+        # The same again would not help.
+        self.assertEqual(ends["memory"], ("33:0", "0"), logs["memory"].read_text())
+        self.assertIn("give it more memory", logs["memory"].read_text())
+        # No GPU here, but maybe elsewhere or later; not for ever.
+        if ends["gpu"] == ("0:0", "0"):
+            self.skipTest("this machine has a GPU: no exit code 5")
+        self.assertEqual(ends["gpu"], ("5:0", "1"), logs["gpu"].read_text())
+        self.assertIn("not again after 1 restarts", logs["gpu"].read_text())
+
+    def test_a_cancelled_job_stays_cancelled(self):
+        out = self.folder / "out.exr"
+        scene = EXAMPLES / "scenes" / "glasses.glb"
+        job = self.sbatch("render", scene, "-o", out, "--size", "8000x6000")
+        end = time.monotonic() + 20
+        while not running_peelers() and time.monotonic() < end:
+            time.sleep(0.05)
+        self.assertTrue(running_peelers())
+        self.cluster.ask("scancel", job)
+        self.assertEqual(self.cluster.wait_for(job, 30)[0]["JobState"], "CANCELLED")
+        time.sleep(1)
+        self.assertEqual(running_peelers(), {})
+        self.assertEqual(list(self.folder.glob("*.exr*")), [])
+        self.assertEqual(self.cluster.tasks(job)[0]["Restarts"], "0")
+
+    def test_warned_before_its_time_is_up(self):  # the last one
+        end, text = time.monotonic() + 60, ""
+        while "queued again" not in text and time.monotonic() < end:
+            time.sleep(0.2)
+            text = self.late_log.read_text() if self.late_log.exists() else ""
+        told = f"{text}\n{self.cluster.tasks(self.late)}\n{self.cluster.state()}"
+        self.assertIn("stopped by signal 15; queued again", text, told)
+        self.assertNotIn("TIME LIMIT", text, told)
+        self.cluster.ask("scancel", self.late)
+
+
+if __name__ == "__main__":
+    if slurm_cluster.missing_programs():
+        missing = ", ".join(slurm_cluster.missing_programs())
+        skip(f"no {missing} (examples/install_dependencies.sh test)")
+    reason = own_machine.impediment()
+    if reason:
+        skip(reason)
+    sys.exit(own_machine.run("farm", main))
