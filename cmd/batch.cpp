@@ -38,13 +38,11 @@ using Json = nlohmann::ordered_json;
 struct BatchOptions {
     fs::path file;  ///< "-" = stdin
     int jobs = 1;
-    std::optional<fs::path> report;
     bool fail_fast = false;
     bool dry_run = false;
     int threads = 0;
     MemoryBudget memory;
-    bool quiet = false;
-    ProgressStyle progress = ProgressStyle::kAuto;
+    ReportFlags report;  ///< results are always JSON
 };
 
 /// From the file of jobs to the last of their results. Nothing runs before all of it is checked.
@@ -73,7 +71,6 @@ class Batch {
     void finish(const Running& running);
     void store(std::size_t job, Json result);
     void printInOrder();
-    ProgressStyle shownProgress() const;
 
     const BatchOptions& options_;
     Console& console_;
@@ -95,11 +92,11 @@ struct EndedBySignal {
 };
 
 int Batch::run() {
-    console_.setQuiet(options_.quiet);
+    options_.report.applyTo(console_);
     readFile();
     share();
     if (options_.dry_run) {
-        if (options_.report) takeEarlierResults(readBatchReport(*options_.report));
+        if (options_.report.file) takeEarlierResults(readBatchReport(*options_.report.file));
         printPlan();
         return 0;
     }
@@ -128,12 +125,12 @@ void Batch::readFile() {
 }
 
 void Batch::openReport() {
-    if (!options_.report) return;
+    if (!options_.report.file) return;
     std::vector<fs::path> others{options_.file};
     for (const Job& job : jobs_)
         others.insert(others.end(), job.outputs.begin(), job.outputs.end());
-    checkExtraFile(*options_.report, others, "the report", "--report");
-    report_.emplace(*options_.report);
+    checkExtraFile(*options_.report.file, others, "the report", "--report");
+    report_.emplace(*options_.report.file);
     takeEarlierResults(report_->lines());
 }
 
@@ -203,16 +200,9 @@ void Batch::printPlan() {
     }
 }
 
-ProgressStyle Batch::shownProgress() const {
-    ReportFlags flags;
-    flags.quiet = options_.quiet;
-    flags.progress = options_.progress;
-    return flags.shownProgress();
-}
-
 void Batch::runJobs() {
     signals_.emplace();
-    progress_.emplace(console_, shownProgress(), "batch");
+    progress_.emplace(console_, options_.report.shownProgress(), "batch");
     printInOrder();
     while (true) {
         startJobs();
@@ -328,7 +318,7 @@ VerbAction declareBatch(CLI::App& app) {
         "(default: 1)")
         ->group("Jobs");
     addValue(
-        app, "--report", "FILE", options->report,
+        app, "--report", "FILE", options->report.file,
         [](const std::string& text) { return fs::path(text); },
         "keep the results in a file, too; run again with the same file, jobs are left out that "
         "are done there and whose output exists")
@@ -342,10 +332,11 @@ VerbAction declareBatch(CLI::App& app) {
         ->group("Jobs");
     addThreadsOption(app, options->threads);
     addMemoryOption(app, options->memory, "all jobs together");
-    addChoice<ProgressStyle>(app, "--progress", options->progress, kProgressStyles,
+    addChoice<ProgressStyle>(app, "--progress", options->report.progress, kProgressStyles,
                              "progress style", "how progress is told on stderr:")
         ->group("Messages");
-    app.add_flag("-q,--quiet", options->quiet, "warnings and errors only")->group("Messages");
+    app.add_flag("-q,--quiet", options->report.quiet, "warnings and errors only")
+        ->group("Messages");
     return [options](Console& console) { return Batch(*options, console).run(); };
 }
 
