@@ -15,6 +15,7 @@
 #include "cmd/report.h"
 #include "cmd/verbs.h"
 #include "core/error.h"
+#include "formats/hash_text.h"
 
 namespace peeler::cmd {
 
