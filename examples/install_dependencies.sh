@@ -11,7 +11,7 @@ build="g++ cmake ninja-build pkg-config libgl-dev libegl-dev libglm-dev libopene
     libmeshoptimizer-dev libopenvdb-dev libtbb-dev libboost-dev"
 test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy
     python3-openimageio python3-openvdb python3-meshio clang-format clang-tidy chromium
-    chromium-driver python3-selenium python3-yaml slurmctld slurmd slurm-client munge parallel
+    chromium-driver python3-selenium python3-yaml locales slurmctld slurmd slurm-client munge parallel
     debootstrap"
 
 packages=$run

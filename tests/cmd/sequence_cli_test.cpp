@@ -5,12 +5,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <set>
+#include <sstream>
 #include <thread>
 
 #include "support/test_support.h"
@@ -214,6 +218,34 @@ TEST_F(Sequence, DryRunTellsAndWritesNothing) {
     ASSERT_EQ(render({"--frames", "1-4", "--chunk", "1/2", "--tile", "2/2"}).exit_code, 0);
     const CommandResult info = runPeeler({"info", frame(1), "--json"});
     EXPECT_NE(info.out.find(pictures[0].at("settingsHash").get<std::string>()), std::string::npos);
+}
+
+TEST_F(Sequence, SchedulersAreToldWithoutEverGoingBack) {
+    fs::create_directory(frame(3));  // fails
+    const struct {
+        const char* style;
+        std::regex line;
+    } styles[] = {{"alf", std::regex("ALF_PROGRESS ([0-9]{1,3})%")},
+                  {"openjd", std::regex("openjd_progress: ([0-9]+\\.[0-9]+)")},
+                  {"json", std::regex(R"(\{"stage":"render","progress":([0-9.e-]+),.*)")}};
+    for (const auto& style : styles) {
+        const CommandResult result = render({"--frames", "1-5", "--keep-going", "-q", "--progress",
+                                             style.style, "--samples", "2", "--size", "320x180"});
+        EXPECT_EQ(result.exit_code, 4);
+        std::istringstream lines(result.err);
+        std::vector<double> told;
+        int failures = 0;
+        for (std::string line; std::getline(lines, line);) {
+            std::smatch match;
+            if (std::regex_match(line, match, style.line)) told.push_back(std::stod(match[1]));
+            failures += line.starts_with("openjd_fail: frame 3: ");
+        }
+        ASSERT_GE(told.size(), 2U) << result.err;
+        EXPECT_TRUE(std::ranges::is_sorted(told)) << result.err;
+        EXPECT_EQ(told.front(), 0);
+        EXPECT_EQ(told.back(), std::string(style.style) == "json" ? 1 : 100);
+        EXPECT_EQ(failures, std::string(style.style) == "openjd" ? 1 : 0) << result.err;
+    }
 }
 
 TEST_F(Sequence, ALostContextIsTriedOnceMore) {
