@@ -96,13 +96,13 @@ std::vector<Moment> momentsOf(const AnimationOptions& options) {
     const double fps = options.fps.value_or(kDefaultFps);
     if (!options.frames) {
         const double time = options.time.value_or(0);
-        return {{0, time, time + 1 / fps, 0}};
+        return {{0, time, time + 1 / fps, 0, fps}};
     }
     std::vector<Moment> moments;
     const auto [first, end] = options.chunk.value_or(Share()).of(options.frames->size());
     for (std::size_t i = first; i < end; ++i) {
         const int frame = (*options.frames)[i];
-        moments.push_back({frame, frame / fps, (frame + 1.0) / fps, fps});
+        moments.push_back({frame, frame / fps, (frame + 1.0) / fps, fps, fps});
     }
     return moments;
 }

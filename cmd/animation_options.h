@@ -29,6 +29,7 @@ struct Moment {
     double time = 0;               ///< seconds
     double next_time = 0;          ///< of the next frame, whether it is asked for or not
     double frames_per_second = 0;  ///< 0 = it is not one of a sequence
+    double motion_rate = 0;        ///< frames a second, of a sequence or not
 };
 
 /// Declares --animation and --time. `options` must outlive the parse.

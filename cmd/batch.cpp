@@ -19,6 +19,7 @@
 #include "cmd/batch_result.h"
 #include "cmd/capture_options.h"
 #include "cmd/child_process.h"
+#include "cmd/frames.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
 #include "cmd/parse.h"
@@ -67,6 +68,7 @@ class Batch {
     void startJobs();
     void wait();
     void takeSignals();
+    void takeEnded();
     [[noreturn]] void endBySignal(int number);
     void finish(const Running& running);
     void store(std::size_t job, Json result);
@@ -134,7 +136,8 @@ void Batch::openReport() {
     takeEarlierResults(report_->lines());
 }
 
-/// What is done already is not done again; its output has to be there still.
+/// What is done already is not done again; what it has written has to be there still. (How many
+/// files a job without frames makes of a name with a place for a number is not known.)
 void Batch::takeEarlierResults(const std::vector<Json>& lines) {
     std::map<std::string, const Json*> last;
     for (const Json& line : lines)
@@ -142,8 +145,10 @@ void Batch::takeEarlierResults(const std::vector<Json>& lines) {
     for (std::size_t i = 0; i < jobs_.size(); ++i) {
         const auto found = last.find(jobs_[i].hash);
         const Json* earlier = found == last.end() ? nullptr : found->second;
-        std::error_code failure;
-        const bool there = jobs_[i].numbered || fs::exists(jobs_[i].outputs.front(), failure);
+        const bool there = std::ranges::all_of(jobs_[i].outputs, [](const fs::path& output) {
+            std::error_code failure;
+            return hasFrameToken(output.string()) || fs::exists(output, failure);
+        });
         if (!earlier || (*earlier)["exitCode"] != 0 || !there) continue;
         results_[i] = *earlier;
         (*results_[i])["job"] = i + 1;
@@ -209,15 +214,7 @@ void Batch::runJobs() {
         if (running_.empty()) break;
         wait();
         takeSignals();
-        for (auto running = running_.begin(); running != running_.end();) {
-            running->process.read();
-            if (!running->process.ended()) {
-                ++running;
-                continue;
-            }
-            finish(*running);
-            running = running_.erase(running);
-        }
+        takeEnded();
     }
     progress_.reset();
     std::vector<Json> lines;
@@ -254,21 +251,44 @@ void Batch::takeSignals() {
         if (number != SIGCHLD) endBySignal(number);
 }
 
+/// Of the jobs that run, those that have ended become results.
+void Batch::takeEnded() {
+    for (auto running = running_.begin(); running != running_.end();) {
+        running->process.read();
+        if (!running->process.ended()) {
+            ++running;
+            continue;
+        }
+        finish(*running);
+        running = running_.erase(running);
+    }
+}
+
 /// The jobs remove their temporary files and end; what takes longer than that is killed.
 void Batch::endBySignal(int number) {
     using namespace std::chrono_literals;
-    const auto until = std::chrono::steady_clock::now() + 700ms;
-    for (const Running& running : running_)
-        running.process.signal(number == SIGHUP ? SIGTERM : number);
-    while (!running_.empty() && std::chrono::steady_clock::now() < until) {
-        pollfd file{signals_->file(), POLLIN, 0};
-        poll(&file, 1, 20);
-        while (signals_->take() != 0) {
+    takeEnded();
+    const struct {
+        int signal;
+        std::chrono::milliseconds patience;
+    } steps[] = {{number == SIGHUP ? SIGTERM : number, 700ms}, {SIGKILL, 200ms}};
+    for (const auto& [signal, patience] : steps) {
+        const auto until = std::chrono::steady_clock::now() + patience;
+        for (const Running& running : running_)
+            running.process.signal(signal);
+        while (!running_.empty() && std::chrono::steady_clock::now() < until) {
+            pollfd file{signals_->file(), POLLIN, 0};
+            poll(&file, 1, 20);
+            while (signals_->take() != 0) {
+            }
+            for (Running& running : running_)
+                running.process.read();
+            std::erase_if(running_, [](Running& running) { return running.process.ended(); });
         }
-        for (Running& running : running_)
-            running.process.read();
-        std::erase_if(running_, [](Running& running) { return running.process.ended(); });
     }
+    // What not even that ends hangs in the system, and is no reason to hang, too.
+    for (Running& running : running_)
+        running.process.abandon();
     running_.clear();
     throw EndedBySignal{number};
 }
@@ -309,7 +329,8 @@ VerbAction declareBatch(CLI::App& app) {
         "a file with a job a line, or - for standard input: {\"verb\": \"render\", \"args\": "
         "[\"scene.glb\", \"-o\", \"out.exr\"], \"options\": {\"size\": \"640x360\", \"shadows\": "
         "true}, \"id\": \"first\"}; args, options and id may be left out. Verbs are those with "
-        "--output. A job's result is a JSON line on stdout, in the order of the jobs")
+        "--output; ids are strings, each once. No job waits for another. A job's result is a JSON "
+        "line on stdout, in the order of the jobs")
         ->required();
     addValue(
         app, "--jobs", "N", options->jobs,

@@ -12,7 +12,7 @@
 #include "cmd/choices.h"
 #include "cmd/frames.h"
 #include "cmd/parsed_verb.h"
-#include "cmd/report.h"
+#include "cmd/share.h"
 #include "cmd/verbs.h"
 #include "core/error.h"
 #include "formats/hash_text.h"
@@ -147,8 +147,24 @@ constexpr WritingOption kWritingOptions[] = {
     {"extract", "--points"}, {"extract", "--npz"},
 };
 
+/// A name with a place for the frame's number becomes that of each frame.
+void nameFrames(const std::string& list, const std::string& chunk, Job& job) {
+    const std::vector<int> frames = parseFrames(list);
+    const auto [first, end] = (chunk.empty() ? Share() : parseShare(chunk)).of(frames.size());
+    std::vector<fs::path> files;
+    for (const fs::path& output : job.outputs) {
+        if (!hasFrameToken(output.string())) {
+            files.push_back(output);
+            continue;
+        }
+        for (std::size_t i = first; i < end; ++i)
+            files.emplace_back(framePath(output.string(), frames[i]));
+    }
+    job.outputs = std::move(files);
+}
+
 /// What else is known of the arguments once the verb has read them.
-void readArguments(Job& job, std::string& frames) {
+void readArguments(Job& job) {
     if (job.verb == "batch") refuse("a batch in a batch", job.verb, "put its jobs here");
     const ParsedVerb parsed(verbNamed(job.verb), job.arguments);
     if (!parsed.knows("--output")) refuse("this verb writes no file", job.verb, "run it by itself");
@@ -157,7 +173,6 @@ void readArguments(Job& job, std::string& frames) {
         if (parsed.has(row.option)) job.outputs.emplace_back(parsed.value(row.option));
     }
     if (job.outputs.empty()) refuse("no output is given", job.verb, "add --output");
-    job.numbered = hasFrameToken(job.outputs.front().string());
     const auto leaves = [&](const char* option) {
         return parsed.knows(option) && !parsed.has(option);
     };
@@ -165,16 +180,15 @@ void readArguments(Job& job, std::string& frames) {
     job.wants_quiet = leaves("--quiet");
     job.wants_threads = leaves("--threads");
     job.wants_memory = leaves("--memory");
-    if (!job.numbered) return;
-    for (const char* option : {"--frames", "--chunk", "--tile"})
-        frames += parsed.value(option) + ' ';
+    if (parsed.knows("--frames") && parsed.has("--frames"))
+        nameFrames(parsed.value("--frames"), parsed.value("--chunk"), job);
 }
 
-Job readJob(const std::string& line, std::string& frames) {
+Job readJob(const std::string& line) {
     Json json = parseLine(line);
     Job job;
     takeKeys(json, job);
-    readArguments(job, frames);
+    readArguments(job);
     json.erase("id");
     job.hash = hashText(json.dump(-1, ' ', false, Json::error_handler_t::replace));
     return job;
@@ -198,13 +212,12 @@ std::vector<Job> readJobs(const std::string& name, const std::string& text) {
         ++number;
         if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
         try {
-            std::string frames;
-            Job job = readJob(line, frames);
+            Job job = readJob(line);
             job.line = number;
             if (!job.id.empty()) unique(ids, job.id, number, "this is the id", job.id);
             for (const fs::path& output : job.outputs) {
                 const std::string file = fs::absolute(output).lexically_normal().string();
-                unique(outputs, file + '\n' + frames, number, "this is an output", output.string());
+                unique(outputs, file, number, "this is an output", output.string());
             }
             jobs.push_back(std::move(job));
         } catch (const Error& error) {

@@ -25,8 +25,9 @@ struct Job {
     std::vector<std::string> arguments;  ///< the verb's
     /// Of all but the id, as hexadecimal digits: the order of keys is not in it.
     std::string hash;
-    std::vector<std::filesystem::path> outputs;  ///< all files that it names, --output first
-    bool numbered = false;                       ///< the output has a place for a number
+    /// All files that it writes, frame by frame; where their numbers are no frames', the name with
+    /// the place for them.
+    std::vector<std::filesystem::path> outputs;
     // Whether the verb has the option and the job leaves it to the batch.
     bool wants_json = false, wants_quiet = false, wants_threads = false, wants_memory = false;
 };
@@ -34,8 +35,7 @@ struct Job {
 /// Reads all jobs; blank lines do not count. `name` is the file's for messages, `text` what is in
 /// it. Throws Error (kUsage) with the line as `where` for what is no JSON object, a key that is
 /// unknown, missing, twice there or of the wrong type, an id that is not unique, arguments that the
-/// verb would refuse for their form, and an output that an earlier job has (frames and tiles of one
-/// series may share a name with a place for the number, unless they are the same frames).
+/// verb would refuse for their form, and an output that an earlier job has.
 std::vector<Job> readJobs(const std::string& name, const std::string& text);
 
 }  // namespace peeler::cmd

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -80,12 +81,19 @@ BatchReport::~BatchReport() {
 }
 
 void BatchReport::open() {
-    file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-    if (file_ < 0) failOutput("cannot open the report", path_);
-    if (flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-        throw Error(ErrorKind::kOutput, "another batch writes this report", path_.string(),
-                    "wait for it, or choose another name");
-    }
+    struct stat locked {
+    }, named{};
+    do {
+        if (file_ >= 0) close(file_);
+        file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+        if (file_ < 0) failOutput("cannot open the report", path_);
+        if (flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+            throw Error(ErrorKind::kOutput, "another batch writes this report", path_.string(),
+                        "wait for it, or choose another name");
+        }
+        // A batch that has just ended may have put another file in its place.
+    } while (fstat(file_, &locked) == 0 && stat(path_.c_str(), &named) == 0 &&
+             locked.st_ino != named.st_ino);
 }
 
 void BatchReport::readLines() {

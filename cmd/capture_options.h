@@ -29,8 +29,8 @@ void addLightOptions(CLI::App& app, CaptureSettings& capture, std::optional<int>
 /// Throws Error (kUsage) for a size without shadows.
 void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size);
 
-/// Declares --memory, whose default is inheritedBudget() (cmd/resources.h); `remark` says how a verb
-/// keeps to it.
+/// Declares --memory, whose default is inheritedBudget() (cmd/resources.h); `remark` says how a
+/// verb keeps to it.
 void addMemoryOption(CLI::App& app, MemoryBudget& budget, const std::string& remark);
 
 /// Declares --backend, --device, --require-gpu, --threads and --memory; `memory` says how a verb

@@ -142,7 +142,10 @@ void ChildProcess::read() {
 bool ChildProcess::ended() {
     if (process_ < 0) return true;
     int status = 0;
-    if (waitpid(process_, &status, WNOHANG) != process_) return false;
+    const pid_t found = waitpid(process_, &status, WNOHANG);
+    if (found == 0 || (found < 0 && errno == EINTR)) return false;
+    // Somebody else has taken its end: nothing is known of it.
+    if (found < 0) status = static_cast<int>(ErrorKind::kInternal) << 8;
     process_ = -1;
     const std::chrono::duration<double, std::milli> passed =
         std::chrono::steady_clock::now() - start_;
@@ -155,11 +158,17 @@ bool ChildProcess::ended() {
     return true;
 }
 
+void ChildProcess::abandon() {
+    process_ = -1;
+}
+
 void ChildProcess::signal(int number) const {
     if (process_ > 0) kill(process_, number);
 }
 
 SignalFile::SignalFile() {
+    // Whoever has started us may ignore it, and then nobody would be told.
+    std::signal(SIGCHLD, SIG_DFL);
     const sigset_t set = watchedSignals();
     file_ = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
     if (file_ < 0) fail("cannot watch signals");

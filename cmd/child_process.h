@@ -25,6 +25,8 @@ class ChildProcess {
     /// Whether it has ended; then all that it wrote has been read.
     bool ended();
     void signal(int number) const;
+    /// Neither waits for it nor ends it.
+    void abandon();
 
     /// Files to poll for input; −1 once they are at their end.
     int outFile() const { return out_.file; }

@@ -52,9 +52,21 @@ int dispatch(const std::vector<std::string>& arguments, Console& console) {
     return actions.at(chosen.front())(console);
 }
 
+std::string joined(const std::vector<std::string>& arguments) {
+    std::string text = "\n";
+    for (const std::string& argument : arguments)
+        text += argument + '\n';
+    return text;
+}
+
 }  // namespace
 
 int runCommandLine(const std::vector<std::string>& arguments, Console& console) {
+    // Wrong arguments are told to the scheduler, too, though nobody has read them yet.
+    const std::string all = joined(arguments);
+    if (all.find("\n--progress\nopenjd\n") != std::string::npos ||
+        all.find("\n--progress=openjd\n") != std::string::npos)
+        console.setFailurePrefix(kOpenJdFailure);
     return runReported(console, [&] { return dispatch(arguments, console); });
 }
 

@@ -15,7 +15,7 @@ namespace peeler::cmd {
 namespace {
 
 constexpr std::size_t kMaxFrames = 1000000;
-constexpr std::int64_t kLargest = 99999999;
+constexpr std::int64_t kLargest = 2147483647;
 constexpr std::size_t kLoneHashDigits = 4, kMostDigits = 16;
 
 struct Range {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <vector>
 
 #include "cmd/layered_bands.h"
@@ -12,6 +13,7 @@
 #include "cmd/progress.h"
 #include "cmd/report.h"
 #include "cmd/resources.h"
+#include "cmd/share.h"
 #include "cmd/verbs.h"
 #include "core/error.h"
 #include "core/layer_windows.h"
@@ -117,9 +119,11 @@ class Merge {
     void expectComposite();
     void open();
     void checkCommon();
+    void checkStrips() const;
     void checkCover();
     void plan();
     void countLayers();
+    bool isWhatRenderMakes() const;
     void write();
     void tell();
 
@@ -131,6 +135,7 @@ class Merge {
     const MergeOptions& options_;
     Console& console_;
     OutputFlags output_;
+    bool has_gaps_ = false;    ///< pixels that no tile has
     bool composites_ = false;  ///< the tiles are, and so is the result
     std::vector<Tile> tiles_;
     std::vector<Window> windows_;
@@ -181,6 +186,10 @@ void Merge::open() {
         opened.emplace_back(path.string());
     composites_ = areComposites(opened);
     if (composites_) expectComposite();
+    const bool deep =
+        std::ranges::all_of(opened, [](const OpenedExr& tile) { return !tile.info.deep.empty(); });
+    if (deep && output_.as.empty() && findOutputFormat(output_.path.string(), "").kind == "ldi")
+        output_.as = "deep";
     for (std::size_t i = 0; i < opened.size(); ++i) {
         Tile tile;
         tile.path = options_.inputs[i].string();
@@ -231,13 +240,34 @@ void Merge::checkCommon() {
     arrays_.color.type = first.info().plan.color_type;
 }
 
+/// Strips of one number, of which one at the top or the bottom would not be missed otherwise.
+void Merge::checkStrips() const {
+    std::set<int> there;
+    int count = 0;
+    for (const Tile& tile : tiles_) {
+        const std::string& text = tile.info().provenance.tile;
+        if (text.empty()) return;
+        const Share share = parseShare(text);
+        if (count != 0 && share.count != count) return;
+        count = share.count;
+        there.insert(share.index);
+    }
+    for (int i = 1; i <= count; ++i) {
+        if (there.contains(i)) continue;
+        throw Error(ErrorKind::kInput, "tile " + Share{i, count}.text() + " is missing",
+                    output_.path.string(), "add the tile, or --allow-gaps to leave its pixels out");
+    }
+}
+
 void Merge::checkCover() {
+    if (!options_.allow_gaps) checkStrips();
     plan_ = tiles_.front().info().plan;
     plan_.layers.clear();
     plan_.view.crop = {};
     for (const Window& window : windows_)
         plan_.view.crop = unite(plan_.view.crop, window);
     const auto gap = findGap(windows_, plan_.view.crop);
+    has_gaps_ = gap.has_value();
     if (!gap || options_.allow_gaps) return;
     throw Error(ErrorKind::kInput,
                 "no tile has the " + std::to_string(gap->width()) + " x " +
@@ -338,19 +368,27 @@ void Merge::forEachBand(const Stage& stage, Take&& take) {
     }
 }
 
+/// Whether one command would have made the same file, so that the file may say so.
+bool Merge::isWhatRenderMakes() const {
+    const ExrInfo& first = tiles_.front().info();
+    if (!first.attributes().contains("peeler:outputHash")) return false;
+    // What they do not tell: the background of composites, by what deep samples were merged.
+    if (has_gaps_ || composites_ || !first.provenance.deep_merge.empty()) return false;
+    // Colours of several samples were rounded before they are composited.
+    const std::string_view kind = findOutputFormat(output_.path.string(), output_.as).kind;
+    return plan_.samples == 1 || kind == (first.deep.empty() ? "ldi" : "deep");
+}
+
 void Merge::write() {
     Provenance provenance = tiles_.front().info().provenance;
+    provenance.tile.clear();
     provenance.version = PEELER_VERSION;
     OutputOptions output = outputOptions(output_, provenance);
     const ExrInfo& first = tiles_.front().info();
     output.cryptomatte = keepsCryptomatte(first, output_);
-    // Samples that were merged in the tiles are not merged again: by what, the hash does not know.
-    // Nor does it know the background of composites.
     output.composited = composites_;
-    if (first.attributes().contains("peeler:outputHash") && provenance.deep_merge.empty() &&
-        !composites_) {
+    if (isWhatRenderMakes())
         output.provenance.output_hash = outputHash(plan_.view, output_.path.string(), output);
-    }
     auto writer = makeSink(output_.path.string(), output);
     writer->begin(plan_);
     std::uint64_t fragments = 0;

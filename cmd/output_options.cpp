@@ -232,7 +232,7 @@ bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output) {
 
 void ReportFlags::applyTo(Console& console) const {
     console.setQuiet(quiet);
-    if (progress == ProgressStyle::kOpenJd) console.setFailurePrefix("openjd_fail: ");
+    if (progress == ProgressStyle::kOpenJd) console.setFailurePrefix(kOpenJdFailure);
 }
 
 ProgressStyle ReportFlags::shownProgress() const {

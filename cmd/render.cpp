@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // peeler render: from a scene to the layers of one picture, or of each frame of a sequence.
+#include <algorithm>
 #include <chrono>
-#include <exception>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -57,9 +57,13 @@ class Render {
             if (options_.channels.manifest)
                 writeIdManifest(*options_.channels.manifest, idNames(request_.scene()));
         } catch (...) {
-            // The frames that are there should be known.
-            if (!results_.empty()) results_.tell();
-            throw;
+            const Error error = currentError();
+            // The frames that are there should be known, whatever becomes of telling it.
+            const int told = runReported(console_, [&] {
+                if (!results_.empty()) results_.tell();
+                return 0;
+            });
+            return std::max({reportError(console_, error), results_.worst(), told});
         }
         results_.tell();
         return results_.worst();
@@ -75,7 +79,7 @@ class Render {
     void closeRenderer();
     void plan(Picture& picture);
     void makeWriter(Picture& picture);
-    void settle();
+    void settle(bool keep_going);
     void tell(Picture& picture);
     void tellSkipped(Picture& picture);
     Progress progressOf(const Picture& picture);
@@ -97,16 +101,11 @@ void Render::renderAll() {
         for (std::size_t i = 0; i < request_.pictures(); ++i)
             render(i);
     } catch (...) {
-        const std::exception_ptr first = std::current_exception();
-        // The picture before is none the worse for it.
-        try {
-            settle();
-        } catch (...) {
-            reportError(console_, currentError());
-        }
-        std::rethrow_exception(first);
+        const Error error = currentError();
+        settle(true);  // the picture before is none the worse for it
+        throw error;
     }
-    settle();
+    settle(options_.sequence.keep_going);
     progress_->update(1);
     progress_.reset();
 }
@@ -122,14 +121,14 @@ void Render::render(std::size_t index) {
         const bool of_all =
             error.kind() == ErrorKind::kUsage || (error.kind() == ErrorKind::kDevice && !context_);
         if (!options_.sequence.keep_going || of_all) throw error;
-        settle();
+        settle(options_.sequence.keep_going);
         results_.addFailure(request_.outputFile(index), request_.frame(index), error);
         closeRenderer();  // whatever state it was left in
         return;
     }
-    settle();
+    settle(options_.sequence.keep_going);
     written_ = std::move(picture);
-    if (!written_->behind) settle();
+    if (!written_->behind) settle(options_.sequence.keep_going);
 }
 
 /// Captures a picture and begins to write it; false if its file was there already.
@@ -139,8 +138,8 @@ bool Render::make(Picture& picture, std::size_t index) {
         progress_->status("frame " + std::to_string(*picture.asked.frame) + ", " +
                           std::to_string(index + 1) + " of " + std::to_string(request_.pictures()));
     }
-    if (options_.sequence.skip_existing && RenderRequest::isThere(picture.asked)) {
-        settle();
+    if (options_.sequence.skip_existing && request_.isThere(picture.asked)) {
+        settle(options_.sequence.keep_going);
         tellSkipped(picture);
         return false;
     }
@@ -198,7 +197,8 @@ void Render::closeRenderer() {
 void Render::plan(Picture& picture) {
     const CaptureSettings& capture = picture.asked.capture;
     // Two pictures at once only where there is plenty of room for both.
-    if (written_ && capture.memory != 0 && residentBytes() > capture.memory / 4) settle();
+    if (written_ && capture.memory != 0 && residentBytes() > capture.memory / 4)
+        settle(options_.sequence.keep_going);
     picture.plan = renderer_->plan(picture.asked.view, capture, progressOf(picture));
     const Plan& plan = picture.plan;
     if (!options_.strict || plan.complete()) return;
@@ -233,8 +233,9 @@ Progress Render::progressOf(const Picture& picture) {
     };
 }
 
-/// Ends the picture that was captured last, if it has not been ended.
-void Render::settle() {
+/// Ends the picture that was captured last, if it has not been ended. Its failure is thrown, or
+/// listed if the run goes on.
+void Render::settle(bool keep_going) {
     if (!written_) return;
     Picture picture = std::move(*written_);
     written_.reset();
@@ -242,7 +243,7 @@ void Render::settle() {
         if (picture.behind) picture.behind->wait();
         tell(picture);
     } catch (...) {
-        if (!options_.sequence.keep_going) throw;
+        if (!keep_going) throw;
         results_.addFailure(picture.asked.output.path, picture.asked.frame, currentError());
     }
 }
@@ -269,7 +270,9 @@ void Render::tellSkipped(Picture& picture) {
     result.output = picture.asked.output.path;
     result.frame = picture.asked.frame;
     result.time = picture.asked.time;
-    result.bytes = std::filesystem::file_size(result.output);
+    std::error_code gone;
+    result.bytes = std::filesystem::file_size(result.output, gone);
+    if (gone) result.bytes = 0;
     result.skipped = true;
     results_.add(result);
 }

@@ -92,6 +92,14 @@ CaptureSettings captureSettings(const RenderOptions& options) {
         throw Error(ErrorKind::kUsage, "a filter of finished pictures cannot smooth layers",
                     "--fxaa", "add --as composite, or use --samples instead");
     }
+    if (options.camera.tile && (options.fxaa || format.casters)) {
+        throw Error(ErrorKind::kUsage,
+                    options.fxaa ? "the filter needs the pixels beyond the tile"
+                                 : "tiles of a shadow map cannot be merged",
+                    "--tile " + options.camera.tile->text(),
+                    options.fxaa ? "merge tiles of layers, then peeler flatten --fxaa"
+                                 : "render it as a whole");
+    }
     setShadowSize(capture, options.shadow_size);
     return capture;
 }

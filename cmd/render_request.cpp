@@ -48,15 +48,17 @@ void RenderRequest::checkFiles() const {
     for (std::size_t i = 0; i < moments_.size(); ++i) {
         OutputFlags output = outputOf(i);
         // What is there may be what is wanted, or no reason to stop.
-        if (options_.sequence.skip_existing || options_.sequence.keep_going)
+        const SequenceOptions& sequence = options_.sequence;
+        if (sequence.skip_existing || sequence.keep_going || sequence.dry_run)
             output.no_clobber = false;
-        // Whether the folder takes files is better known before any work, but for --keep-going.
-        if (i == 0 && !options_.sequence.keep_going)
+        // Whether the folder takes files is better known before any work.
+        if (i == 0 && !options_.sequence.keep_going && !options_.sequence.dry_run)
             checkOutput(output, inputs);
         else
             checkTarget(output, inputs);
         others.push_back(output.path);
     }
+    if (options_.sequence.dry_run) return;  // the rest tries to write
     if (options_.channels.manifest) {
         const std::string manifest = options_.channels.manifest->string();
         if (isSequence() && hasFrameToken(manifest)) {
@@ -126,11 +128,15 @@ Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& 
         capture.opaque_only ? "opaque" : nameOf<Surfaces>(kSurfaces, capture.surfaces);
     provenance.scene = options_.scene.file.filename().string();
     provenance.scene_hash = hexText(scene().content_hash);
-    const ShownScene shown{scene_->index(), scene_->animations(), options_.scene.include,
+    const ShownScene shown{scene_->index(),
+                           scene_->animations(),
+                           options_.scene.include,
                            options_.scene.exclude,
-                           picture.next ? 1 / (moment.next_time - moment.time) : 0};
+                           picture.next ? moment.motion_rate : 0,
+                           picture.view.crop};
     provenance.settings_hash =
         settingsHash(shown, capture, options_.fxaa, lookSettings(options_.look, scene()));
+    if (options_.camera.tile) provenance.tile = options_.camera.tile->text();
     provenance.frame = moment.frame;
     provenance.time = moment.time;
     provenance.frames_per_second = moment.frames_per_second;
@@ -145,7 +151,9 @@ OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const 
     return output;
 }
 
-bool RenderRequest::isThere(const PictureRequest& picture) {
+bool RenderRequest::isThere(const PictureRequest& picture) const {
+    const CaptureSettings& capture = picture.capture;
+    if (options_.strict && (capture.max_layers != 0 || capture.occlusion_ratio > 0)) return false;
     return outputHashOf(picture.output.path.string()) == picture.provenance.output_hash;
 }
 
@@ -168,9 +176,12 @@ nlohmann::ordered_json RenderRequest::plan() const {
         entry["method"] = asked.provenance.method;
         entry["settingsHash"] = asked.provenance.settings_hash;
         entry["outputHash"] = asked.provenance.output_hash;
-        entry["exists"] = fs::exists(asked.output.path);
+        const bool exists = fs::exists(asked.output.path);
+        entry["exists"] = exists;
         entry["upToDate"] = there;
-        entry["action"] = there && options_.sequence.skip_existing ? "skip" : "render";
+        entry["action"] = there && options_.sequence.skip_existing ? "skip"
+                          : exists && options_.output.no_clobber   ? "refuse"
+                                                                   : "render";
         json["pictures"].push_back(std::move(entry));
     }
     return json;

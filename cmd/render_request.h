@@ -47,8 +47,9 @@ class RenderRequest {
     PictureRequest picture(std::size_t index) const;
     /// What the writer of its format is told.
     OutputOptions writerOptions(const PictureRequest& picture) const;
-    /// Whether its file is there, whole, and made of the same request.
-    static bool isThere(const PictureRequest& picture);
+    /// Whether its file is there, whole, and made of the same request. Never under --strict if it
+    /// may be incomplete: that is found out by counting.
+    bool isThere(const PictureRequest& picture) const;
 
     /// What would be done, for --dry-run.
     nlohmann::ordered_json plan() const;

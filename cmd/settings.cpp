@@ -42,7 +42,10 @@ std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture
     for (const Channel channel : capture.channels)
         settings["channels"].push_back(infoOf(channel).name);
     if (capture.samples > 1) settings["samples"] = capture.samples;
-    if (capture.occlusion_ratio > 0) settings["occlusionRatio"] = capture.occlusion_ratio;
+    if (capture.occlusion_ratio > 0) {
+        const Window& crop = shown.crop;
+        settings["occlusionRatio"] = {capture.occlusion_ratio, crop.x0, crop.y0, crop.x1, crop.y1};
+    }
     if (capture.tail == Tail::kBlend) settings["tail"] = "blend";
     if (capture.clip.active()) settings["clip"] = clipJson(capture.clip);
     if (capture.opaque_only) settings["opaqueOnly"] = true;

@@ -16,6 +16,9 @@ struct ShownScene {
     std::vector<int> animations{};  ///< indices
     std::vector<std::string> include{}, exclude{};
     double frames_per_second = 0;  ///< that motion is measured by; 0 = it is not
+    /// The pixels that a share of them is taken of, for --occlusion-ratio: tiles keep other layers
+    /// than the whole.
+    Window crop{};
 };
 
 /// Two renders of the same scene file with the same hash, time and camera (peeler:cameraJson) have

@@ -335,6 +335,7 @@ CaptureReport Renderer::capture(std::span<Sink* const> sinks, const Progress& pr
     };
     if (!s.merged_bands.empty()) {
         passes = s.merging_passes;
+        s.freeBands();
         for (LayeredImage& image : s.merged_bands) {
             if (s.limit) keepNearest(image, s.limit);
             take(image);

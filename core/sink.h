@@ -44,6 +44,7 @@ struct Provenance {
     std::string output_hash{};
     std::string renderer{};    ///< GL_RENDERER
     std::string deep_merge{};  ///< how samples of a deep image were merged, "" = not
+    std::string tile{};        ///< "2/7": the second of seven strips; "" = not one of several
     int frame = 0;
     double time = 0;               ///< seconds
     double frames_per_second = 0;  ///< 0 = does not apply

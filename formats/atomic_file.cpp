@@ -166,7 +166,13 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
         if (!error) destination_ = target.string();
     }
 
-    removeLeftovers(folderOf(destination_));
+    const std::string folder = folderOf(destination_);
+    // The hidden name is shorter, so that only the last step would fail.
+    const long most = pathconf(folder.c_str(), _PC_NAME_MAX);
+    if (most > 0 &&
+        fs::path(destination_).filename().string().size() > static_cast<std::size_t>(most))
+        fail("cannot write: " + text(ENAMETOOLONG), ENAMETOOLONG);
+    removeLeftovers(folder);
     // The name stays below the usual 255 bytes whatever the user's name is.
     const std::string base = fs::path(destination_).filename().string().substr(0, 150);
     static std::atomic<unsigned> counter{0};
@@ -185,7 +191,10 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
         // gone.
         if (descriptor_ >= 0 && lockIsMine(descriptor_)) return;
         const int cause = descriptor_ >= 0 ? EEXIST : errno;
-        if (descriptor_ >= 0) close(std::exchange(descriptor_, -1));
+        if (descriptor_ >= 0) {
+            unlink(temporary_path_.c_str());
+            close(std::exchange(descriptor_, -1));
+        }
         releaseSlot(slot_);
         slot_ = -1;
         if (cause != EEXIST) {
@@ -243,12 +252,15 @@ void AtomicFile::sync() {
 
 void AtomicFile::commit() {
     sync();
-    // Network file systems report a full quota as late as here.
-    if (close(std::exchange(descriptor_, -1)) != 0) fail("cannot write: " + text(errno), errno);
+    // Network file systems report a full quota as late as when a descriptor is closed: another one,
+    // since the lock goes with the last, and without it the file is a leftover.
+    if (const int other = dup(descriptor_); other >= 0 && close(other) != 0)
+        fail("cannot write: " + text(errno), errno);
     if (std::rename(temporary_path_.c_str(), destination_.c_str()) != 0) {
         const int cause = errno;
         fail("cannot rename the finished file: " + text(cause), cause);
     }
+    close(std::exchange(descriptor_, -1));
     releaseSlot(std::exchange(slot_, -1));
     temporary_path_.clear();
 
@@ -257,8 +269,9 @@ void AtomicFile::commit() {
     const int result = fsync(folder);
     const int cause = errno;
     close(folder);
-    // EINVAL: the file system cannot sync folders; the file itself is on disk.
-    if (result != 0 && cause != EINVAL) fail("cannot sync the folder: " + text(cause), cause);
+    // The file system cannot sync folders; the file itself is on disk.
+    const bool unable = cause == EINVAL || cause == ENOTSUP || cause == ENOSYS;
+    if (result != 0 && !unable) fail("cannot sync the folder: " + text(cause), cause);
 }
 
 void AtomicFile::writeOut(std::uint64_t offset, std::span<const std::byte> bytes) {
@@ -295,7 +308,9 @@ void commitAll(std::span<const std::unique_ptr<AtomicFile>> files) {
         try {
             files[i]->commit();
         } catch (...) {
-            for (std::size_t done = i + 1; done < files.size(); ++done)
+            // It may have its name already, where only the folder could not be synced.
+            const std::size_t first = files[i]->temporaryPath().empty() ? i : i + 1;
+            for (std::size_t done = first; done < files.size(); ++done)
                 unlink(files[done]->destination().c_str());
             throw;
         }

@@ -111,6 +111,7 @@ void addProvenance(Imf::Header& header, const Plan& plan, const Provenance& prov
     text("peeler:outputHash", provenance.output_hash);
     text("peeler:renderer", provenance.renderer);
     text("peeler:deepMerge", provenance.deep_merge);
+    text("peeler:tile", provenance.tile);
     if (plan.view.known) {
         text("peeler:camera", plan.view.camera_name);
         text("peeler:depth", "camera z");

@@ -38,6 +38,7 @@ Provenance provenanceOf(const ExrInputPart& part) {
     p.settings_hash = part.attribute("peeler:settingsHash");
     p.renderer = part.attribute("peeler:renderer");
     p.deep_merge = part.attribute("peeler:deepMerge");
+    p.tile = part.attribute("peeler:tile");
     p.frame = numberOf<int>(part.attribute("peeler:frame"));
     p.time = numberOf<double>(part.attribute("peeler:time"));
     p.frames_per_second = rationalOf(part.attribute("framesPerSecond"));

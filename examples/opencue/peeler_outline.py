@@ -24,8 +24,9 @@ def shell_line(words):
 
 def job(arguments, options):
     out = os.path.abspath(arguments.out)
-    everyone = re.sub(r"#+", "*", os.path.basename(out))
-    folder = os.path.dirname(out)
+    folder, name = os.path.split(out)
+    # For a shell: whatever the number is, and the rest as it stands.
+    everyone = "*".join(shlex.quote(part) for part in re.split(r"#+|%0?\d*d", name) if part)
 
     # As many frames as a chunk has (5-9, or 5-13x2), in one process.
     render = outline.modules.shell.Shell(

@@ -102,6 +102,8 @@ TEST_F(Sequence, RefusesWhatMakesNoSense) {
              // Of several frames, even if this process has but one.
              {"--frames", "1-3", "--chunk", "1/3", "-o", path("one.exr")},
              {"--tile", "2/1"},
+             {"--tile", "1/2", "--as", "composite", "--fxaa"},
+             {"--tile", "1/2", "--as", "midpoint-depth"},
              {"--tile", "1/55"}}) {
         EXPECT_EQ(render(wrong).exit_code, 2) << wrong.back();
     }
@@ -159,6 +161,27 @@ TEST_F(Sequence, SkipExistingMakesAnewWhatIsDamagedOrOfOthers) {
     EXPECT_EQ(verified.exit_code, 0) << verified.err;
 }
 
+TEST_F(Sequence, SkipExistingDoesNotHideWhatStrictRefuses) {
+    const std::vector<std::string> few{"--frames", "1", "--layers", "1", "--skip-existing"};
+    ASSERT_EQ(render(few).exit_code, 0);
+    EXPECT_EQ(skipped(render(few)), std::set{1});
+    std::vector<std::string> strict = few;
+    strict.emplace_back("--strict");
+    EXPECT_EQ(render(strict).exit_code, 6);
+    EXPECT_EQ(render({"--frames", "1", "--strict"}).exit_code, 0);
+    EXPECT_EQ(skipped(render({"--frames", "1", "--strict", "--skip-existing"})), std::set{1});
+}
+
+TEST_F(Sequence, FramesOfMotionAreOfOneSequence) {
+    // 1 / (next - this) is another number for each of these.
+    ASSERT_EQ(render({"--frames", "1-7", "--channels", "motion"}).exit_code, 0);
+    std::vector<std::string> verify{"verify"};
+    for (int i = 1; i <= 7; ++i)
+        verify.push_back(frame(i));
+    const CommandResult result = runPeeler(verify);
+    EXPECT_EQ(result.exit_code, 0) << result.err << result.out;
+}
+
 TEST_F(Sequence, NoClobberKeepsWhatIsOfOtherSettings) {
     ASSERT_EQ(render({"--frames", "1"}).exit_code, 0);
     ASSERT_EQ(render({"--frames", "2", "--layers", "1"}).exit_code, 0);
@@ -214,6 +237,10 @@ TEST_F(Sequence, DryRunTellsAndWritesNothing) {
     const CommandResult whole = render({"--frames", "2", "--skip-existing", "--dry-run"});
     EXPECT_EQ(json::parse(whole.out).at("pictures")[0].at("action"), "skip");
     EXPECT_FALSE(fs::exists(frame(1)));
+    EXPECT_EQ(runPeeler(arguments({"-o", "/nonexistent/f.%d.exr", "--frames", "1", "--dry-run",
+                                   "--report", "/nonexistent/r"}))
+                  .exit_code,
+              0);
     // What the plan says is what the file says.
     ASSERT_EQ(render({"--frames", "1-4", "--chunk", "1/2", "--tile", "2/2"}).exit_code, 0);
     const CommandResult info = runPeeler({"info", frame(1), "--json"});
@@ -306,13 +333,11 @@ TEST_F(Sequence, AFolderThatGoesAway) {
     fs::create_directory(folder);
     StartedCommand run(
         peelerCommand(arguments({"-o", (folder / "f.%d.exr").string(), "--frames", "1-2000"})));
-    while (!fs::exists(folder / "f.2.exr"))
+    while (!fs::exists(folder / "f.2.exr") && run.running())
         std::this_thread::sleep_for(1ms);
-    fs::remove_all(folder);
     std::error_code failure;
-    while (fs::exists(folder)) {  // it may have written meanwhile
+    while (fs::exists(folder) && run.running())  // it may write meanwhile
         fs::remove_all(folder, failure);
-    }
     const CommandResult result = run.wait();
     EXPECT_EQ(result.exit_code, 4) << result.err;
     EXPECT_NE(result.err.find("peeler: error: "), std::string::npos) << result.err;

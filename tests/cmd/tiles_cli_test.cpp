@@ -89,6 +89,42 @@ TEST(Strips, OfACropDivideTheCrop) {
     EXPECT_EQ(bytesOf(scratch / "m.exr"), bytesOf(scratch / "whole.exr"));
 }
 
+TEST(Strips, WithGapsAreNotTakenForThePicture) {
+    const ScratchDir scratch;
+    const fs::path scene = sourceDir() / "examples" / "scenes" / "panes.glb";
+    const auto render = [&](const std::string& name, std::vector<std::string> more) {
+        more.insert(more.begin(), {"render", scene.string(), "-o", scratch / name, "--json",
+                                   "--size", "60x40", "--skip-existing"});
+        return runPeeler(more);
+    };
+    ASSERT_EQ(render("a.exr", {"--tile", "1/3"}).exit_code, 0);
+    ASSERT_EQ(render("b.exr", {"--tile", "2/3"}).exit_code, 0);
+    ASSERT_EQ(render("c.exr", {"--tile", "3/3"}).exit_code, 0);
+    const auto merge = [&](std::vector<std::string> tiles) {
+        tiles.insert(tiles.begin(), {"merge", "--allow-gaps", "-o", scratch / "m.exr"});
+        ASSERT_EQ(runPeeler(tiles).exit_code, 0);
+    };
+    merge({scratch / "a.exr", scratch / "c.exr"});
+    EXPECT_EQ(render("m.exr", {}).out.find("skipped"), std::string::npos);
+    merge({scratch / "a.exr", scratch / "b.exr", scratch / "c.exr"});
+    EXPECT_NE(render("m.exr", {}).out.find("skipped"), std::string::npos);
+}
+
+TEST(Strips, OfWhichEachKeepsOtherLayersAreNotOfOnePicture) {
+    const ScratchDir scratch;
+    const fs::path scene = sourceDir() / "examples" / "scenes" / "panes.glb";
+    for (const char* tile : {"1/2", "2/2"}) {
+        ASSERT_EQ(
+            runPeeler({"render", scene.string(), "-o", scratch / (tile[0] + std::string(".exr")),
+                       "--size", "60x40", "--occlusion-ratio", "0.1", "--tile", tile})
+                .exit_code,
+            0);
+    }
+    EXPECT_EQ(runPeeler({"merge", scratch / "1.exr", scratch / "2.exr", "-o", scratch / "m.exr"})
+                  .exit_code,
+              3);
+}
+
 TEST(Strips, CompositesAreNotMixedWithLayersOrBackgrounds) {
     const ScratchDir scratch;
     const fs::path scene = sourceDir() / "examples" / "scenes" / "panes.glb";
@@ -105,7 +141,8 @@ TEST(Strips, CompositesAreNotMixedWithLayersOrBackgrounds) {
     EXPECT_EQ(runPeeler({"merge", a, b, "-o", out, "--as", "ldi"}).exit_code, 2);
     EXPECT_EQ(runPeeler({"merge", a, b, "-o", out, "--background", "1,0,0"}).exit_code, 2);
     EXPECT_EQ(runPeeler({"merge", a, c, "-o", out}).exit_code, 3);
-    EXPECT_EQ(runPeeler({"merge", a, "-o", out}).exit_code, 0);  // a strip is a picture, too
+    EXPECT_EQ(runPeeler({"merge", a, "-o", out}).exit_code, 3);  // without the other
+    EXPECT_EQ(runPeeler({"merge", b, "-o", out, "--allow-gaps"}).exit_code, 0);
     EXPECT_EQ(runPeeler({"merge", a, a, "-o", out}).exit_code, 3);
     EXPECT_EQ(runPeeler({"merge", a, b, "-o", out}).exit_code, 0);  // without --as
     EXPECT_EQ(runPeeler({"verify", out}).exit_code, 0);

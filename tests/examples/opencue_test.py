@@ -113,7 +113,7 @@ class OpenCue(PeelerTest):
         scene = animated_scene()
         job = submitted(
             scene,
-            frames / "walk.####.exr",
+            frames / "my walk.####.exr",
             "3-29x2",
             "--chunk",
             "4",
@@ -150,7 +150,7 @@ class OpenCue(PeelerTest):
         self.render(
             scene,
             "-o",
-            self.folder / "whole" / "walk.####.exr",
+            self.folder / "whole" / "my walk.####.exr",
             "--size",
             "160x120",
             "--frames=3-29x2",

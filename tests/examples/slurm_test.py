@@ -41,6 +41,15 @@ def running_peelers():
     return found
 
 
+def sent(process, number):
+    """False if it has ended meanwhile."""
+    try:
+        os.kill(process, number)
+    except ProcessLookupError:
+        return False
+    return True
+
+
 class Slurm(PeelerTest):
     @classmethod
     def setUpClass(cls):
@@ -101,17 +110,18 @@ class Slurm(PeelerTest):
             for process, task in peelers.items():
                 if task in done or not signals or not 0 < len(self.finished(folder, task)) < SHARE:
                     continue
-                os.kill(process, signal.SIGSTOP)  # or it would be done before anyone came
+                if not sent(process, signal.SIGSTOP):  # or it would be done before anyone came
+                    continue
                 if len(self.finished(folder, task)) < SHARE:
                     done[task] = self.finished(folder, task)
                     print(
                         f"task {task}: {signals[0].name} after {len(done[task])} of {SHARE} frames"
                     )
                     if signals.pop(0) == signal.SIGKILL:
-                        os.kill(process, signal.SIGKILL)
-                    else:
-                        self.cluster.ask("scancel", "--batch", "--signal=TERM", f"{job}_{task}")
-                os.kill(process, signal.SIGCONT)
+                        sent(process, signal.SIGKILL)
+                        continue
+                    self.cluster.ask("scancel", "--batch", "--signal=TERM", f"{job}_{task}")
+                sent(process, signal.SIGCONT)
         self.assertEqual(len(done), 2, "no task was caught between its frames")
         return done, most
 

@@ -90,6 +90,12 @@ StartedCommand::~StartedCommand() {
     wait();
 }
 
+bool StartedCommand::running() const {
+    siginfo_t info{};
+    return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           info.si_pid == 0;
+}
+
 CommandResult StartedCommand::wait() {
     int status = 0;
     struct rusage used = {};

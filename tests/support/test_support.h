@@ -75,6 +75,7 @@ class StartedCommand {
     StartedCommand& operator=(const StartedCommand&) = delete;
 
     pid_t pid() const { return pid_; }
+    bool running() const;
     CommandResult wait();
 
   private:
