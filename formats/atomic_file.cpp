@@ -118,7 +118,7 @@ bool lockIsMine(int descriptor) {
 bool isLeftover(int descriptor, std::string_view name) {
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return false;
     if (name.find(std::string(kMark) + hostName() + '-') != std::string_view::npos) return true;
-    constexpr std::time_t kDay = 24 * 60 * 60;
+    constexpr std::time_t kDay = std::time_t{24} * 60 * 60;
     struct stat status {};
     return fstat(descriptor, &status) == 0 && status.st_mtime < std::time(nullptr) - kDay;
 }
