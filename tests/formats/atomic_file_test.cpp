@@ -192,8 +192,8 @@ TEST_F(Atomic, WhatIsStillBeingWrittenStays) {
     AtomicFile first(path);
     first.append(bytesOf("whole"));
     first.flush();
-    // Another process, which has not looked into the folder before.
-    const int status = inChild([&] { AtomicFile(scratch / "other.bin").commit(); });
+    // Who has not looked into the folder, by this name, looks now.
+    const int status = inChild([&] { AtomicFile(scratch / "./other.bin").commit(); });
     EXPECT_EQ(status, 0);
     first.commit();
     EXPECT_EQ(test::bytesOf(path), "whole");
