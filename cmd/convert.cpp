@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "core/layer_windows.h"
 #include "formats/layered_input.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -105,6 +106,8 @@ void Convert::write() {
     if (provenance.version.empty()) provenance.version = PEELER_VERSION;
     OutputOptions output = outputOptions(options_.output, provenance);
     output.cryptomatte = keepsCryptomatte(reader_->info(), options_.output);
+    output.provenance.output_hash =
+        outputHashFrom(reader_->info(), plan_.view, options_.output.path.string(), output);
     const auto writer = makeSink(options_.output.path.string(), output);
     writer->begin(plan_);
     forEachBand("convert", [&](const LayeredImage& band) { writer->write(band); });

@@ -15,6 +15,7 @@
 #include "cmd/verbs.h"
 #include "core/fxaa_filter.h"
 #include "formats/layered_input.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -101,7 +102,12 @@ void Flatten::limitLayers() {
 void Flatten::composite() {
     Provenance provenance = reader_->info().provenance;
     provenance.version = PEELER_VERSION;
-    const OutputOptions output = outputOptions(options_.output, provenance);
+    OutputOptions output = outputOptions(options_.output, provenance);
+    // Nothing in the input says what is left out of it here.
+    if (options_.max_layers == 0 && !options_.fxaa) {
+        output.provenance.output_hash =
+            outputHashFrom(reader_->info(), plan_.view, options_.output.path.string(), output);
+    }
     auto writer = makeSink(options_.output.path.string(), output);
     if (options_.fxaa) writer = std::make_unique<FxaaFilter>(std::move(writer), output.background);
     writer->begin(plan_);

@@ -60,7 +60,6 @@ class Merge {
     void checkCover() const;
     void plan();
     void countLayers();
-    bool isWhatRenderMakes() const;
     void write();
     void tell();
 
@@ -197,17 +196,6 @@ void Merge::forEachBand(const Stage& stage, Take&& take) {
     }
 }
 
-/// Whether one command would have made the same file, so that the file may say so.
-bool Merge::isWhatRenderMakes() const {
-    const ExrInfo& first = tiles_->info();
-    if (!first.attributes().contains("peeler:outputHash")) return false;
-    // What they do not tell: the background of composites, by what deep samples were merged.
-    if (tiles_->gap() || composites() || !first.provenance.deep_merge.empty()) return false;
-    // Colours of several samples were rounded before they are composited.
-    const std::string_view kind = findOutputFormat(output_.path.string(), output_.as).kind;
-    return plan_.samples == 1 || kind == (first.deep.empty() ? "ldi" : "deep");
-}
-
 void Merge::write() {
     Provenance provenance = tiles_->info().provenance;
     provenance.tile.clear();
@@ -216,8 +204,10 @@ void Merge::write() {
     const ExrInfo& first = tiles_->info();
     output.cryptomatte = keepsCryptomatte(first, output_);
     output.composited = composites();
-    if (isWhatRenderMakes())
-        output.provenance.output_hash = outputHash(plan_.view, output_.path.string(), output);
+    if (!tiles_->gap()) {
+        output.provenance.output_hash =
+            outputHashFrom(first, plan_.view, output_.path.string(), output);
+    }
     auto writer = makeSink(output_.path.string(), output);
     writer->begin(plan_);
     std::uint64_t fragments = 0;

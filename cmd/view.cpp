@@ -19,6 +19,7 @@
 #include "core/nearest.h"
 #include "core/reprojection.h"
 #include "formats/layered_input.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -118,6 +119,12 @@ void ViewRun::render() {
     provenance.method = kMethod;
     provenance.settings_hash.clear();  // of other settings
     OutputOptions output = outputOptions(options_.output, provenance);
+    if (page_ && options_.max_layers == 0) {
+        const ExrInfo& input = reader_->info();
+        output.provenance.output_hash =
+            outputHashFrom(input, plan.view, options_.output.path.string(),
+                           outputOptions(options_.output, input.provenance));
+    }
     if (options_.max_fragments) {
         output.max_fragments = *options_.max_fragments == 0
                                    ? std::numeric_limits<std::uint64_t>::max()

@@ -27,16 +27,6 @@ constexpr int kMostRowsInFlight = 64;
 constexpr const char* kStored = "peeler:fragmentsStored";
 constexpr const char* kMaxSamples = "maxSamplesPerPixel";  // of the OpenEXR file layout
 
-constexpr const char* kMergeNames[] = {"off", "exact", "by-id", "by-z"};
-
-std::string mergeText(const DeepMergeSettings& merge) {
-    std::ostringstream text;
-    text << kMergeNames[static_cast<std::size_t>(merge.mode)];
-    if (merge.mode != DeepMerge::kExact) text << " z " << merge.z_tolerance;
-    if (merge.mode == DeepMerge::kById) text << " alpha " << merge.alpha_tolerance;
-    return text.str();
-}
-
 std::size_t sampleBytes(const LayeredImage& image) {
     std::size_t bytes = sizeof(float) + image.color.stride();
     for (const FragmentArray& array : image.extra)
@@ -46,9 +36,20 @@ std::size_t sampleBytes(const LayeredImage& image) {
 
 }  // namespace
 
+std::string deepMergeText(const DeepMergeSettings& merge) {
+    constexpr const char* kNames[] = {"off", "exact", "by-id", "by-z"};
+    if (merge.mode == DeepMerge::kOff) return "";
+    std::ostringstream text;
+    text << kNames[static_cast<std::size_t>(merge.mode)];
+    if (merge.mode != DeepMerge::kExact) text << " z " << merge.z_tolerance;
+    if (merge.mode == DeepMerge::kById) text << " alpha " << merge.alpha_tolerance;
+    return text.str();
+}
+
 ExrDeepWriter::ExrDeepWriter(std::string path, Provenance provenance, ExrDeepOptions options)
     : path_(std::move(path)), provenance_(std::move(provenance)), options_(options) {
-    if (options_.merge.mode != DeepMerge::kOff) provenance_.deep_merge = mergeText(options_.merge);
+    if (options_.merge.mode != DeepMerge::kOff)
+        provenance_.deep_merge = deepMergeText(options_.merge);
 }
 
 ExrDeepWriter::~ExrDeepWriter() = default;

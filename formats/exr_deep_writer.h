@@ -16,6 +16,9 @@
 
 namespace peeler {
 
+/// Provenance::deep_merge: "by-z z 0.1"; "" if samples are not merged.
+std::string deepMergeText(const DeepMergeSettings& merge);
+
 struct ExrDeepOptions {
     DeepMergeSettings merge = {};
     Imf::Compression compression = Imf::ZIPS_COMPRESSION;  ///< or none or RLE: no other is allowed

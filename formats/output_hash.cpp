@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "formats/exr_deep_writer.h"
 #include "formats/exr_files.h"
 #include "formats/exr_header.h"
 #include "formats/exr_layout.h"
@@ -75,7 +76,7 @@ constexpr Kind kKinds[] = {
 
 std::string outputHash(const View& view, const std::string& path, const OutputOptions& output) {
     const Provenance& provenance = output.provenance;
-    const DeepMergeSettings& merge = output.deep_merge;
+    const std::string merge = deepMergeText(output.deep_merge);
     const nlohmann::json all = {
         {"scene", provenance.scene_hash},
         {"settings", provenance.settings_hash},
@@ -88,12 +89,22 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
         {"cryptomatte", output.cryptomatte},
         {"layout", findExrLayout(output.layout).name},
         {"compression", output.compression},
-        {"merge", {merge.mode, merge.z_tolerance, merge.alpha_tolerance}},
+        {"merge", merge.empty() ? provenance.deep_merge : merge},
         {"background", output.background},
         {"exposure", output.exposure},
         {"toneMap", output.tone_map},
     };
     return hashText(all.dump());
+}
+
+std::string outputHashFrom(const ExrInfo& input, const View& view, const std::string& path,
+                           const OutputOptions& output) {
+    if (!input.attributes().contains("peeler:outputHash")) return "";
+    if (output.composited) return "";  // what is behind a composite is not told
+    // Colours of several samples were rounded before they are composited.
+    const std::string_view kind = findOutputFormat(path, output.as).kind;
+    if (input.plan.samples > 1 && kind != "ldi" && kind != "deep") return "";
+    return outputHash(view, path, output);
 }
 
 std::string outputHashText(const std::string& hash) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/view.h"
+#include "formats/exr_info.h"
 #include "formats/writers.h"
 
 namespace peeler {
@@ -13,6 +14,11 @@ namespace peeler {
 /// camera, size and crop, and what its format's writer is told. Not: the version, the renderer and
 /// which of the exact methods it is. Tiles that are merged get the whole picture's.
 std::string outputHash(const View& view, const std::string& path, const OutputOptions& output);
+
+/// The same of a file that is made of all layers of another one of ours, whose headers are
+/// `input`, where a render would have made it, too; "" where that is not known.
+std::string outputHashFrom(const ExrInfo& input, const View& view, const std::string& path,
+                           const OutputOptions& output);
 
 /// Provenance::output_hash as it stands in flat images (ImageDescription) and pages (meta).
 std::string outputHashText(const std::string& hash);
