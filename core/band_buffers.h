@@ -11,28 +11,24 @@
 
 namespace peeler {
 
-/// For layers: per pixel a slot; per fragment a depth, a primitive index and a packed colour, each
-/// in a buffer of its own. For a composite: per pixel a slot, a count, a depth, two stamps (in the
-/// place of the primitives) and a colour in 32-bit float. Grown on demand and reused from band to
-/// band: fresh memory costs more than rasterising into it.
+/// For layers: per pixel a slot; per fragment its key and what is stored of it, side by side
+/// (shaders/fragments.glsl). For a composite: per pixel a slot, a count, a depth, two stamps and a
+/// colour in 32-bit float. Grown on demand and reused from band to band: fresh memory costs more
+/// than rasterising into it.
 class BandBuffers {
   public:
     explicit BandBuffers(const gl::Functions& gl) : gl_(gl) {}
 
-    /// Bytes of one fragment in these buffers.
-    static std::size_t fragmentBytes(std::size_t color_bytes) {
-        return sizeof(float) + sizeof(std::uint32_t) + color_bytes;
+    /// Words of one fragment in these buffers: depth, primitive, colour.
+    static std::size_t fragmentWords(std::size_t color_bytes) {
+        return 2 + color_bytes / sizeof(std::uint32_t);
     }
 
     /// Bytes of one pixel of a composite.
     static std::size_t compositeBytes() { return 5 * sizeof(std::uint32_t) + 4 * sizeof(float); }
 
     void reserveSlots(std::size_t pixels) { reserve(slots_, pixels * sizeof(std::uint32_t)); }
-    void reserveFragments(std::size_t fragments, std::size_t color_bytes) {
-        reserve(depths_, fragments * sizeof(float));
-        reserve(primitives_, fragments * sizeof(std::uint32_t));
-        if (color_bytes > 0) reserve(colors_, fragments * color_bytes);
-    }
+    void reserveFragments(std::size_t words) { reserve(fragments_, words * sizeof(std::uint32_t)); }
     /// Room for what channels.frag yields, all 0.
     void clearForChannels(std::size_t floats) {
         reserve(channels_, floats * sizeof(float));
@@ -44,16 +40,17 @@ class BandBuffers {
     void clearForComposite(std::span<const std::uint32_t> counts);
     /// Frees all.
     void free() {
-        for (gl::Buffer* buffer : {&slots_, &depths_, &primitives_, &colors_, &counts_,
+        for (gl::Buffer* buffer : {&slots_, &fragments_, &depths_, &stamps_, &colors_, &counts_,
                                    &clip_first_, &clip_depths_, &channels_})
             *buffer = {};
     }
-    /// Binds all at their PEELER_ binding points.
-    void bind() const;
+    /// Binds all at their PEELER_ binding points, for layers or for a composite.
+    void bindForLayers() const;
+    void bindForComposite() const;
 
     const gl::Buffer& slots() const { return slots_; }
+    const gl::Buffer& fragments() const { return fragments_; }
     const gl::Buffer& depths() const { return depths_; }
-    const gl::Buffer& primitives() const { return primitives_; }
     const gl::Buffer& colors() const { return colors_; }
     const gl::Buffer& channels() const { return channels_; }
 
@@ -64,8 +61,12 @@ class BandBuffers {
         buffer = gl::Buffer(gl_, bytes);
     }
 
+    void bindClip() const;
+
     const gl::Functions& gl_;
-    gl::Buffer slots_, depths_, primitives_, colors_, counts_, clip_first_, clip_depths_, channels_;
+    gl::Buffer slots_, fragments_, channels_;          // of layers
+    gl::Buffer depths_, stamps_, colors_, counts_;  // of a composite, and the slots
+    gl::Buffer clip_first_, clip_depths_;
 };
 
 }  // namespace peeler

@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "core/error.h"
-#include "core/gather.h"
 #include "core/refine.h"
 #include "core/supersampling.h"
 
@@ -67,12 +66,13 @@ void BandCapture::setContents(const SceneContents& contents) {
 
 void BandCapture::free() {
     buffers_.free();
+    slot_target_.free();
     rasterizer_.freeBound();
     clip_band_ = {};
 }
 
 std::uint64_t BandCapture::fragmentBytes() const {
-    return BandBuffers::fragmentBytes(settings_.colorBytes()) +
+    return BandBuffers::fragmentWords(settings_.colorBytes()) * sizeof(std::uint32_t) +
            shadedComponents(settings_.channels) * sizeof(float);
 }
 
@@ -95,7 +95,7 @@ void BandCapture::forEachTile(const Window& band, F&& f) {
 
 void BandCapture::drawIntoSlots(const GeometryPass& pass, const Window& band,
                                 std::uint32_t capacity) {
-    buffers_.bind();
+    buffers_.bindForLayers();
     rasterizer_.setBand(band, capacity, 0);
     forEachTile(band, [&](const Window& tile, const Window& area) {
         rasterizer_.setTile(tile);
@@ -143,12 +143,29 @@ void BandCapture::prepareClip(const Window& band) {
 void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) {
     const StageTimer timer(times_, "count");
     prepareClip(band);
+    counts.resize(band.pixels());
+    if (SlotTarget::supported(context_)) {
+        buffers_.bindForLayers();
+        rasterizer_.setBand(band, 0, 0);
+        forEachTile(band, [&](const Window& tile, const Window& area) {
+            rasterizer_.setTile(tile);
+            slot_target_.reserve(gl(), tile.width(), tile.height());
+            slot_target_.write(tile, area, band, {});
+            rasterizer_.draw({.fragment_shader = "count.frag",
+                              .definitions = kFetchedSlots,
+                              .framebuffer = slot_target_.framebuffer()},
+                             area);
+            slot_target_.read(tile, area, band, counts);
+        });
+        gl::checkErrors(gl(), "counting fragments");
+        return;
+    }
+    const std::size_t bytes = band.pixels() * sizeof(std::uint32_t);
     buffers_.reserveSlots(band.pixels());
-    buffers_.slots().clearToZero(band.pixels() * sizeof(std::uint32_t));
+    buffers_.slots().clearToZero(bytes);
     drawIntoSlots({.fragment_shader = "count.frag"}, band, 0);
-    const auto mapping = buffers_.slots().read(band.pixels() * sizeof(std::uint32_t));
-    const auto* slots = mapping.as<const std::uint32_t>();
-    counts.assign(slots, slots + band.pixels());
+    const auto mapping = buffers_.slots().read(bytes);
+    std::copy_n(mapping.as<const std::uint32_t>(), band.pixels(), counts.begin());
 }
 
 /// The completeness certificate: the capture advanced every pixel's slot from `first` exactly to
@@ -179,60 +196,71 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
         first_[p + 1] = first_[p] + std::min(request.counts[p], limit);
     const std::size_t fragments = first_[pixels];
 
-    int passes = 0;
-    {
-        const StageTimer timer(times_, "capture");
-        prepareClip(band);
-        buffers_.reserveSlots(pixels);
-        buffers_.reserveFragments(fragments, settings_.colorBytes());
-        {
-            const auto mapping = buffers_.slots().overwrite(pixels * sizeof(std::uint32_t));
-            std::copy_n(first_.begin(), pixels, mapping.as<std::uint32_t>());
-        }
-        buffers_.bind();
-        rasterizer_.setBand(band, static_cast<std::uint32_t>(fragments), 0);
-        forEachTile(band, [&](const Window& tile, const Window& area) {
-            const std::uint32_t layers =
-                largest(band, area, [&](std::size_t p) { return first_[p + 1] - first_[p]; });
-            if (layers == 0) return;
-            rasterizer_.setTile(tile);
-            passes += method.capture(rasterizer_, area, layers);
-        });
-        gl::waitForGpu(gl());
-        gl::checkErrors(gl(), "capturing fragments");
-    }
-    {
-        const StageTimer timer(times_, "sort");
-        const auto slots = buffers_.slots().read(pixels * sizeof(std::uint32_t));
-        checkSlots(slots.as<const std::uint32_t>(), band, first_, std::span(first_).subspan(1));
-    }
+    int passes = fillLists(method, band);
     if (shadedComponents(settings_.channels) > 0) passes += captureChannels(band, fragments);
     const StageTimer timer(times_, "sort");
-    const auto depths = buffers_.depths().read(fragments * sizeof(float));
-    const auto primitives = buffers_.primitives().read(fragments * sizeof(std::uint32_t));
+    const std::size_t words = BandBuffers::fragmentWords(settings_.colorBytes());
+    const auto stored = buffers_.fragments().read(fragments * words * sizeof(std::uint32_t));
     out.window = band;
     out.color.type = settings_.hits == Hits::kSloped ? PixelType::kFloat : settings_.color_type;
+    out.color.channels = colorChannels(settings_.hits);
     out.extra.clear();
     const bool keyed = request.keys || settings_.hits != Hits::kNone || !settings_.channels.empty();
     std::vector<std::uint32_t> sources;
-    const auto gather_into = [&](const void* colors) {
-        gather({first_, depths.as<const float>(), primitives.as<const std::uint32_t>(), colors},
-               view_.projection, request.layers, out, keyed ? &sources : nullptr);
-    };
-    out.color.channels = colorChannels(settings_.hits);
-    if (out.color.components() == 0)
-        gather_into(nullptr);
-    else
-        gather_into(buffers_.colors().read(fragments * settings_.colorBytes()).as<const void>());
-    if (keyed) addChannels(request, primitives.as<const std::uint32_t>(), sources, out);
+    const CapturedFragments captured{first_, stored.as<const std::uint32_t>(), words};
+    gather(captured, view_.projection, request.layers, out, keyed ? &sources : nullptr);
+    if (keyed) addChannels(request, captured, sources, out);
     return passes;
+}
+
+/// Captures the fragments of a band, `first_` telling where every pixel's go.
+int BandCapture::fillLists(LayerMethod& method, const Window& band) {
+    const std::size_t pixels = band.pixels(), fragments = first_[pixels];
+    const bool target = method.takesSlotTarget() && SlotTarget::supported(context_);
+    const StageTimer timer(times_, "capture");
+    prepareClip(band);
+    buffers_.reserveFragments(fragments * BandBuffers::fragmentWords(settings_.colorBytes()));
+    if (!target) setSlots({first_.data(), pixels});
+    buffers_.bindForLayers();
+    rasterizer_.setBand(band, static_cast<std::uint32_t>(fragments), 0);
+    ends_.assign(first_.begin(), first_.end() - 1);
+    int passes = 0;
+    forEachTile(band, [&](const Window& tile, const Window& window) {
+        LayerArea area{.window = window};
+        area.layers =
+            largest(band, window, [&](std::size_t p) { return first_[p + 1] - first_[p]; });
+        if (area.layers == 0) return;
+        rasterizer_.setTile(tile);
+        if (target) {
+            slot_target_.reserve(gl(), tile.width(), tile.height());
+            slot_target_.write(tile, window, band, first_);
+            area.slot_framebuffer = slot_target_.framebuffer();
+        }
+        passes += method.capture(rasterizer_, area);
+        if (target) slot_target_.read(tile, window, band, ends_);
+    });
+    gl::waitForGpu(gl());
+    gl::checkErrors(gl(), "capturing fragments");
+    if (!target) {
+        const auto slots = buffers_.slots().read(pixels * sizeof(std::uint32_t));
+        std::copy_n(slots.as<const std::uint32_t>(), pixels, ends_.begin());
+    }
+    checkSlots(ends_.data(), band, first_, std::span(first_).subspan(1));
+    return passes;
+}
+
+void BandCapture::setSlots(std::span<const std::uint32_t> slots) {
+    buffers_.reserveSlots(slots.size());
+    const auto mapping = buffers_.slots().overwrite(slots.size_bytes());
+    std::copy(slots.begin(), slots.end(), mapping.as<std::uint32_t>());
 }
 
 int BandCapture::captureChannels(const Window& band, std::size_t fragments) {
     const StageTimer timer(times_, "capture");
     const std::size_t components = shadedComponents(settings_.channels);
     buffers_.clearForChannels(std::max<std::size_t>(fragments, 1) * components);
-    buffers_.bind();
+    setSlots(std::span(first_).subspan(1));
+    buffers_.bindForLayers();
     int passes = 0;
     forEachTile(band, [&](const Window& tile, const Window& area) {
         rasterizer_.setTile(tile);
@@ -250,13 +278,13 @@ int BandCapture::captureChannels(const Window& band, std::size_t fragments) {
     return passes;
 }
 
-void BandCapture::addChannels(const BandRequest& request, const std::uint32_t* primitives,
+void BandCapture::addChannels(const BandRequest& request, const CapturedFragments& captured,
                               std::span<std::uint32_t> sources, LayeredImage& out) {
     FragmentArray array{{kKeyChannel}, PixelType::kUint, {}};
     array.data.resize(sources.size() * sizeof(std::uint32_t));
     const std::span<std::uint32_t> keys = array.as<std::uint32_t>();
     for (std::size_t i = 0; i < sources.size(); ++i)
-        keys[i] = primitives[sources[i]];
+        keys[i] = captured.primitive(sources[i]);
     const std::size_t floats = shadedComponents(settings_.channels) * first_.back();
     FragmentSources from{scene_, *contents_, gpu_scene_.list(), view_, next_frame_, keys, sources};
     if (settings_.hits == Hits::kRefined)
@@ -279,7 +307,7 @@ int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
     const std::uint32_t limit = limitOf(request);
     prepareClip(band);
     buffers_.clearForComposite(request.counts);
-    buffers_.bind();
+    buffers_.bindForComposite();
     rasterizer_.setBand(band, 0, limit);
     int passes = 0;
     forEachTile(band, [&](const Window& tile, const Window& window) {

@@ -11,10 +11,12 @@
 #include "core/bands.h"
 #include "core/capture_settings.h"
 #include "core/composite.h"
+#include "core/gather.h"
 #include "core/gpu_scene.h"
 #include "core/layered_image.h"
 #include "core/peel/method.h"
 #include "core/scene_rasterizer.h"
+#include "core/slot_target.h"
 #include "core/stage_times.h"
 #include "core/surface_channels.h"
 #include "core/view.h"
@@ -74,7 +76,11 @@ class BandCapture {
     /// Pixels of the largest raster tile that the crop touches, and bytes of the textures that
     /// every method needs for it.
     std::uint64_t tilePixels() const;
-    std::uint64_t tileBytes() const { return rasterizer_.boundBytes(tilePixels()); }
+    std::uint64_t tileBytes() const {
+        const std::uint64_t slots =
+            SlotTarget::supported(context_) ? SlotTarget::bytes(tilePixels()) : 0;
+        return rasterizer_.boundBytes(tilePixels()) + slots;
+    }
 
     /// Frees what it holds besides the scene.
     void free();
@@ -90,9 +96,11 @@ class BandCapture {
     void forEachTile(const Window& band, F&& f);
     void checkSlots(const std::uint32_t* slots, const Window& band,
                     std::span<const std::uint32_t> first, std::span<const std::uint32_t> end) const;
+    int fillLists(LayerMethod& method, const Window& band);
+    void setSlots(std::span<const std::uint32_t> slots);
     /// Another geometry pass, which finds what channels.frag yields of the captured fragments.
     int captureChannels(const Window& band, std::size_t fragments);
-    void addChannels(const BandRequest& request, const std::uint32_t* primitives,
+    void addChannels(const BandRequest& request, const CapturedFragments& captured,
                      std::span<std::uint32_t> sources, LayeredImage& out);
     void readComposite(const BandRequest& request, CompositeImage& out);
 
@@ -104,9 +112,11 @@ class BandCapture {
     GpuScene gpu_scene_;
     SceneRasterizer rasterizer_;
     BandBuffers buffers_;
+    SlotTarget slot_target_;
     View view_;
     CaptureSettings settings_;
     std::vector<std::uint32_t> first_;  ///< of the band being captured, pixels + 1 entries
+    std::vector<std::uint32_t> ends_;   ///< where the capture has left its slots
     Window clip_band_;                  ///< whose boundary the buffers hold
     double largest_correction_ = 0;
 };

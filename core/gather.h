@@ -11,13 +11,15 @@
 
 namespace peeler {
 
-/// A band as it comes out of the capture: pixel p owns the fragments [first[p], first[p + 1]) of
-/// the arrays.
+/// A band as it comes out of the capture: pixel p owns the fragments [first[p], first[p + 1]), each
+/// of `stride` words: buffer depth, primitive, and a colour of 0, 2 or 4 words
+/// (shaders/fragments.glsl).
 struct CapturedFragments {
     std::span<const std::uint32_t> first;  ///< pixels + 1 entries
-    const float* depth;                    ///< reversed Z: larger is nearer
-    const std::uint32_t* primitive;        ///< draw order
-    const void* color;                     ///< 8 or 16 bytes a fragment; null = none
+    const std::uint32_t* words = nullptr;
+    std::size_t stride = 2;
+
+    std::uint32_t primitive(std::size_t fragment) const { return words[fragment * stride + 1]; }
 };
 
 /// Sorts every pixel's list by (depth, primitive), keeps the nearest `max_layers` (0 = all), turns

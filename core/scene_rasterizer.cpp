@@ -47,6 +47,13 @@ unsigned alphaFeatures() {
     return bits;
 }
 
+/// See fragments.glsl.
+std::string_view storedAs(const CaptureSettings& settings) {
+    if (settings.hits == Hits::kSloped) return "SLOPES";
+    if (settings.hits != Hits::kNone) return "KEYS_ONLY";
+    return settings.color_type == PixelType::kFloat ? "COLOR_FLOAT" : "";
+}
+
 struct Culling {
     bool front, back;
 };
@@ -80,7 +87,7 @@ SceneRasterizer::SceneRasterizer(const gl::Context& context, const GpuScene& sce
 
 void SceneRasterizer::setView(const View& view, const CaptureSettings& settings) {
     // They are made for these.
-    if (settings.color_type != settings_.color_type || settings.channels != settings_.channels)
+    if (settings.channels != settings_.channels || storedAs(settings) != storedAs(settings_))
         variants_.clear();
     view_ = view;
     settings_ = settings;
@@ -223,7 +230,7 @@ void SceneRasterizer::bindFrame() {
 const gl::Program& SceneRasterizer::program(const std::vector<std::string_view>& files,
                                             std::string_view definitions) {
     std::string key(definitions);
-    if (floatColor()) key += " COLOR_FLOAT";
+    key.append(" ").append(storedAs(settings_));
     std::istringstream words(key);
     const std::vector<std::string> list{std::istream_iterator<std::string>(words), {}};
     for (const auto& file : files)

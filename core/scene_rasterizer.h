@@ -35,6 +35,9 @@ enum class Draws : std::uint8_t {
     kClipMeshes  ///< the boundary of the clip volume, which no other pass shows; both faces
 };
 
+/// The definition of a pass whose render target are the slots (SlotTarget).
+inline constexpr std::string_view kFetchedSlots = "FETCHED_SLOTS";
+
 /// A geometry pass: which fragment shader sees which draws.
 struct GeometryPass {
     std::string_view fragment_shader;
@@ -107,8 +110,8 @@ class SceneRasterizer {
   private:
     /// Binds the record of view, tile and band, and the sampler of the peels' textures.
     void bindFrame();
-    /// A program of these files; cached. The definitions are separated by spaces; COLOR_FLOAT joins
-    /// them where colours are stored as floats.
+    /// A program of these files; cached. The definitions are separated by spaces; what says how
+    /// fragments are stored joins them.
     const gl::Program& program(const std::vector<std::string_view>& files,
                                std::string_view definitions);
     /// To the clip space of the tile.

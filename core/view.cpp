@@ -34,6 +34,21 @@ double Projection::linearZ(double depth) const {
     return near * far / (depth * (far - near) + near);
 }
 
+void Projection::toLinearZ(std::span<float> depths) const {
+    // A loop each, which compilers vectorise.
+    const auto each = [&](auto&& linear) {
+        for (float& depth : depths)
+            depth = static_cast<float>(linear(static_cast<double>(depth)));
+    };
+    const double n = near, f = far;
+    if (!perspective)
+        each([=](double depth) { return f - depth * (f - n); });
+    else if (std::isinf(far))
+        each([=](double depth) { return n / depth; });
+    else
+        each([=](double depth) { return n * f / (depth * (f - n) + n); });
+}
+
 glm::dvec3 worldPosition(const View& view, double x, double y, double z) {
     const Projection& projection = view.projection;
     const double scale = projection.perspective ? z : 1;

@@ -4,6 +4,7 @@
 
 #include <glm/glm.hpp>
 #include <limits>
+#include <span>
 #include <string>
 
 #include "core/window.h"
@@ -26,6 +27,8 @@ struct Projection {
     /// Camera Z (positive in front, scene units) of a buffer depth. Monotone: never grows with
     /// depth.
     double linearZ(double depth) const;
+    /// The same of many at once, in place, rounded to float.
+    void toLinearZ(std::span<float> depths) const;
 };
 
 /// Everything that says which ray goes through which pixel.

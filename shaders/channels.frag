@@ -2,11 +2,11 @@
 // What else is asked of fragments that have been captured (core/channels.h), whatever the method: every fragment looks
 // for its place in its pixel's list by its primitive, of which a pixel has no second one. Vectors are in world space.
 #include "normal.glsl"
+#include "fragments.glsl"
 
 layout(location = 0) uniform ivec4 argument;  // x: floats a fragment
 
 layout(std430, binding = PEELER_SLOTS) readonly buffer Slots { uint slots[]; };  // where each pixel's list has ended
-layout(std430, binding = PEELER_PRIMITIVES) readonly buffer Primitives { uint primitives[]; };
 layout(std430, binding = PEELER_CHANNELS) writeonly buffer Channels { float channels[]; };
 
 void put(inout uint at, vec3 v) {
@@ -31,7 +31,7 @@ void main() {
     Gradients g = surfaceGradients();
     uint key = fragmentKey().primitive, pixel = pixelIndex();
     uint slot = pixel == 0u ? 0u : slots[pixel - 1u], end = slots[pixel];
-    while (slot < end && primitives[slot] != key) ++slot;
+    while (slot < end && storedPrimitive(slot) != key) ++slot;
     if (slot == end) return;  // it does not count, or is beyond the layers that are kept
     uint at = slot * uint(argument.x);
 

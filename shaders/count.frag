@@ -5,13 +5,12 @@
 #else
 #include "fragment.glsl"
 #endif
-
-layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
+#include "slots.glsl"
 
 void main() {
 #ifdef ALPHA_TEST
     if (!passesAlphaTest(baseColor(surfaceGradients()).a)) discard;
 #endif
     if (!inRange(fragmentKey())) discard;
-    atomicAdd(slots[pixelIndex()], 1u);
+    takeSlot();
 }

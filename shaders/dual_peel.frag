@@ -3,13 +3,10 @@
 // between set the range of the next. Peeled fragments are appended to their pixel's list, all that coincide at
 // once; so none is lost, and the lists are sorted afterwards.
 #include "shade.glsl"
+#include "fragments.glsl"
+#include "slots.glsl"
 
 layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_range;
-
-layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
-layout(std430, binding = PEELER_DEPTHS) writeonly buffer Depths { float depths[]; };
-layout(std430, binding = PEELER_PRIMITIVES) writeonly buffer Primitives { uint primitives[]; };
-layout(std430, binding = PEELER_COLORS) writeonly buffer Colors { PACKED_COLOR colors[]; };
 
 layout(location = 0) out vec2 range;
 
@@ -26,11 +23,7 @@ void main() {
         range = vec2(key.depth, -key.depth);
         return;
     }
-    uint slot = atomicAdd(slots[pixelIndex()], 1u);
-    if (slot < frame.limits.x) {
-        depths[slot] = key.depth;
-        primitives[slot] = key.primitive;
-        colors[slot] = fragmentColor(base, gradients);
-    }
+    uint slot = takeSlot();
+    if (slot < frame.limits.x) storeFragment(slot, key.depth, key.primitive, fragmentColor(base, gradients));
     discard;
 }

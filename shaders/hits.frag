@@ -5,29 +5,27 @@
 #else
 #include "fragment.glsl"
 #endif
+#include "fragments.glsl"
+#include "slots.glsl"
 
-layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
-layout(std430, binding = PEELER_DEPTHS) writeonly buffer Depths { float depths[]; };
-layout(std430, binding = PEELER_PRIMITIVES) writeonly buffer Primitives { uint primitives[]; };
 #ifdef SLOPES
-layout(std430, binding = PEELER_COLORS) writeonly buffer Slopes { vec2 slopes[]; };  // of the depth, a pixel; y up
 noperspective in float clip_depth;
 #endif
 
 void main() {
 #ifdef SLOPES
-    vec2 slope = vec2(dFdx(clip_depth), dFdy(clip_depth));
+    vec2 slopes = vec2(dFdx(clip_depth), dFdy(clip_depth));  // of the depth, a pixel; y up
 #endif
 #ifdef ALPHA_TEST
     if (!passesAlphaTest(baseColor(surfaceGradients()).a)) discard;
 #endif
     Key key = fragmentKey();
     if (!inRange(key)) discard;
-    uint slot = atomicAdd(slots[pixelIndex()], 1u);
+    uint slot = takeSlot();
     if (slot >= frame.limits.x) return;  // more than counted: the check after the pass reports it
-    depths[slot] = key.depth;
-    primitives[slot] = key.primitive;
 #ifdef SLOPES
-    slopes[slot] = slope;
+    storeFragment(slot, key.depth, key.primitive, slopes);
+#else
+    storeFragment(slot, key.depth, key.primitive);
 #endif
 }

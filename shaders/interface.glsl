@@ -27,12 +27,12 @@ using glm::vec4;
 
 // Storage blocks of a band.
 #define PEELER_SLOTS 0       // uint a pixel: where its next fragment goes (or how many it has: count pass)
-#define PEELER_DEPTHS 1      // float a fragment, buffer depth (reversed Z)
-#define PEELER_PRIMITIVES 2  // uint a fragment, index of the primitive in draw order
-#define PEELER_COLORS 3      // two halfs or four floats a fragment, see packColor
-#define PEELER_COUNTS 4      // uint a pixel: its fragments, as the count pass found them
-// A composite has one depth (of the nearest fragment) and one colour (four floats) a pixel, and in place of primitives:
-#define PEELER_STAMPS 2      // two uints a pixel: the last pass that composited a front and a back fragment
+#define PEELER_FRAGMENTS 1   // see fragments.glsl
+// A composite instead has, of every pixel:
+#define PEELER_DEPTHS 1      // float, buffer depth (reversed Z) of the nearest fragment
+#define PEELER_STAMPS 2      // two uints: the last pass that composited a front and a back fragment
+#define PEELER_COLORS 3      // four floats
+#define PEELER_COUNTS 4      // uint: its fragments, as the count pass found them
 // The boundary of a clip mesh: pixel p owns [clip_first[p], clip_first[p + 1]) of the depths.
 #define PEELER_CLIP_FIRST 5
 #define PEELER_CLIP_DEPTHS 6  // float, buffer depth; the sign bit is set on back faces

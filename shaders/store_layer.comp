@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Appends a peeled layer, held in textures of a raster tile, to the lists of a band.
 #include "interface.glsl"
-#include "packed_color.glsl"
+#include "fragments.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
@@ -13,9 +13,6 @@ layout(binding = PEELER_PREVIOUS_PRIMITIVE_UNIT) uniform usampler2D layer_primit
 layout(binding = PEELER_PREVIOUS_COLOR_UNIT) uniform usampler2D layer_color;
 
 layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
-layout(std430, binding = PEELER_DEPTHS) writeonly buffer Depths { float depths[]; };
-layout(std430, binding = PEELER_PRIMITIVES) writeonly buffer Primitives { uint primitives[]; };
-layout(std430, binding = PEELER_COLORS) writeonly buffer Colors { PACKED_COLOR colors[]; };
 
 void main() {
     ivec2 at = area.xy + ivec2(gl_GlobalInvocationID.xy);
@@ -28,7 +25,5 @@ void main() {
     uint slot = slots[pixel];
     slots[pixel] = slot + 1u;
     if (slot >= frame.limits.x) return;
-    depths[slot] = texelFetch(layer_depth, at, 0).r;
-    primitives[slot] = primitive;
-    colors[slot] = packedTexel(texelFetch(layer_color, at, 0));
+    storeFragment(slot, texelFetch(layer_depth, at, 0).r, primitive, packedTexel(texelFetch(layer_color, at, 0)));
 }

@@ -22,6 +22,14 @@ std::string text(const GLubyte* bytes) {
     return bytes ? reinterpret_cast<const char*>(bytes) : "";
 }
 
+bool hasExtension(const Functions& gl, std::string_view name) {
+    GLint count = 0;
+    gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
+    for (GLint i = 0; i < count; ++i)
+        if (text(gl.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i))) == name) return true;
+    return false;
+}
+
 /// Fills version and limits of the current context; returns what it lacks, or "".
 std::string examine(const Functions& gl, Device& device) {
     device.version = text(gl.GetString(GL_VERSION));
@@ -54,6 +62,7 @@ std::string examine(const Functions& gl, Device& device) {
     limits.texture_layers = integer(GL_MAX_ARRAY_TEXTURE_LAYERS);
     limits.texture_units = integer(GL_MAX_TEXTURE_IMAGE_UNITS);
     limits.subpixel_bits = integer(GL_SUBPIXEL_BITS);
+    limits.framebuffer_fetch = hasExtension(gl, "GL_EXT_shader_framebuffer_fetch");
 
     const int major = integer(GL_MAJOR_VERSION), minor = integer(GL_MINOR_VERSION);
     if (major * 10 + minor < 45) {

@@ -24,6 +24,7 @@ struct Limits {
     int texture_layers = 0;  ///< of an array
     int texture_units = 0;   ///< of fragment shaders
     int subpixel_bits = 0;
+    bool framebuffer_fetch = false;  ///< fragment shaders can read what they are about to overwrite
 };
 
 /// One way to get a context, and what came of trying it.

@@ -65,6 +65,8 @@ namespace peeler::gl {
     X(GETSHADERINFOLOG, GetShaderInfoLog)                       \
     X(GETSHADERIV, GetShaderiv)                                 \
     X(GETSTRING, GetString)                                     \
+    X(GETSTRINGI, GetStringi)                                   \
+    X(GETTEXTURESUBIMAGE, GetTextureSubImage)                   \
     X(LINKPROGRAM, LinkProgram)                                 \
     X(MAPNAMEDBUFFERRANGE, MapNamedBufferRange)                 \
     X(MEMORYBARRIER, MemoryBarrier)                             \

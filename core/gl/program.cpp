@@ -56,7 +56,12 @@ GLuint compile(const Functions& gl, std::string_view file, const std::string& pr
 Program::Program(const Functions& gl, const std::vector<std::string_view>& files,
                  const std::vector<std::string>& definitions)
     : Program(gl) {  // delegated, so that the destructor runs if what follows throws
-    std::string prologue = "#version 450 core\n";
+    // Extensions stand before all else; what a program does not need of them it does not use.
+    std::string prologue =
+        "#version 450 core\n"
+        "#ifdef GL_EXT_shader_framebuffer_fetch\n"
+        "#extension GL_EXT_shader_framebuffer_fetch : enable\n"
+        "#endif\n";
     for (const auto& definition : definitions)
         prologue += "#define " + definition + "\n";
     std::string names;

@@ -12,15 +12,17 @@ class ABuffer final : public LayerMethod {
     bool takesAll() const override { return true; }
     std::uint64_t tileBytes(std::uint64_t, bool) const override { return 0; }
 
-    int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t) override {
+    bool takesSlotTarget() const override { return true; }
+
+    int capture(SceneRasterizer& rasterizer, const LayerArea& area) override {
         const auto& gl = rasterizer.functions();
         const Window& tile = rasterizer.tile();
-        const auto framebuffer = gl::makeEmptyFramebuffer(gl, tile.width(), tile.height());
+        const auto none = gl::makeEmptyFramebuffer(gl, tile.width(), tile.height());
         GeometryPass pass{.fragment_shader = "a_buffer.frag", .shades = true};
         if (rasterizer.hits() != Hits::kNone) pass = {.fragment_shader = "hits.frag"};
-        if (rasterizer.hits() == Hits::kSloped) pass.definitions = "SLOPES";
-        pass.framebuffer = framebuffer.name();
-        rasterizer.draw(pass, area);
+        pass.definitions = area.slot_framebuffer ? kFetchedSlots : "";
+        pass.framebuffer = area.slot_framebuffer ? area.slot_framebuffer : none.name();
+        rasterizer.draw(pass, area.window);
         return 1;
     }
 };

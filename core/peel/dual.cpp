@@ -66,13 +66,14 @@ class Dual final : public LayerMethod {
         return tile_pixels * PingPong::kRangeBytes;
     }
 
-    int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) override {
+    int capture(SceneRasterizer& rasterizer, const LayerArea& request) override {
+        const Window& area = request.window;
         const auto& gl = rasterizer.functions();
         ranges_.allocate(rasterizer, GL_RG32F);
         drawFirstRange(rasterizer, area, ranges_.side(0));
         // Each pass takes a layer from the front and one from the back; coincident ones go
         // together.
-        const int passes = static_cast<int>((layers + 1) / 2);
+        const int passes = static_cast<int>((request.layers + 1) / 2);
         for (int pass = 1; pass <= passes; ++pass) {
             const auto framebuffer = gl::makeFramebuffer(gl, {ranges_.side(pass)}, 0);
             clear(rasterizer, area, framebuffer.name(), 0, 1);

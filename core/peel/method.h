@@ -14,6 +14,14 @@ namespace peeler {
 
 class SceneRasterizer;
 
+/// What a layer method shall capture.
+struct LayerArea {
+    Window window;             ///< inside the rasterizer's tile
+    std::uint32_t layers = 0;  ///< to capture
+    /// Of the slots, if they are a render target (takesSlotTarget()); 0 = they are the buffer.
+    unsigned slot_framebuffer = 0;
+};
+
 /// Captures fragments into the bound band buffers. Created anew for every render.
 class LayerMethod {
   public:
@@ -23,13 +31,15 @@ class LayerMethod {
     /// delivers the nearest layers front to back, so that a layer limit saves work.
     virtual bool takesAll() const = 0;
 
+    /// Whether its one geometry pass can have the slots as its render target (SlotTarget).
+    virtual bool takesSlotTarget() const { return false; }
+
     /// Bytes of textures it needs for a raster tile of so many pixels.
     virtual std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const = 0;
 
-    /// Captures the pixels of `area`, which lies in the rasterizer's tile. The slot of each pixel
-    /// holds the index of its first fragment and must be advanced by one for every fragment stored.
-    /// `layers` is the number of layers to capture. Returns the geometry passes it took.
-    virtual int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) = 0;
+    /// Captures the pixels of an area. The slot of each holds the index of its first fragment and
+    /// must be advanced by one for every fragment stored. Returns the geometry passes it took.
+    virtual int capture(SceneRasterizer& rasterizer, const LayerArea& area) = 0;
 };
 
 /// What a composite shall show of an area.

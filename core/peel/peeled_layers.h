@@ -19,10 +19,11 @@ class PeeledLayers final : public LayerMethod {
         return LayerTargets::bytes(tile_pixels, float_color);
     }
 
-    int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) override {
-        layers_.begin(rasterizer, area, direction_);
-        return layers_.peel(rasterizer, area, layers, direction_,
-                            [&](int, int side) { layers_.store(rasterizer, area, side); });
+    int capture(SceneRasterizer& rasterizer, const LayerArea& area) override {
+        layers_.begin(rasterizer, area.window, direction_);
+        return layers_.peel(rasterizer, area.window, area.layers, direction_, [&](int, int side) {
+            layers_.store(rasterizer, area.window, side);
+        });
     }
 
   private:

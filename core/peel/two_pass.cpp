@@ -20,10 +20,11 @@ class TwoPass final : public LayerMethod {
         return LayerTargets::bytes(tile_pixels, float_color);
     }
 
-    int capture(SceneRasterizer& rasterizer, const Window& area, std::uint32_t layers) override {
-        layers_.begin(rasterizer, area, kNearestFirst);
-        return layers_.peelInTwo(rasterizer, area, layers,
-                                 [&](int, int side) { layers_.store(rasterizer, area, side); });
+    int capture(SceneRasterizer& rasterizer, const LayerArea& area) override {
+        layers_.begin(rasterizer, area.window, kNearestFirst);
+        return layers_.peelInTwo(rasterizer, area.window, area.layers, [&](int, int side) {
+            layers_.store(rasterizer, area.window, side);
+        });
     }
 
   private:

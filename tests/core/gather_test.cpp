@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstdio>
 #include <numeric>
 #include <random>
@@ -37,7 +38,12 @@ TEST(Gather, SortsByDepthThenDrawOrderAndKeepsTheNearest) {
         image.color.channels = {"R", "G", "B", "A"};
         image.color.type = PixelType::kHalf;
         Projection projection;
-        gather({first, depth.data(), primitive.data(), color.data()}, projection, limit, image);
+        std::vector<std::uint32_t> words;
+        for (std::size_t i = 0; i < n; ++i) {
+            words.insert(words.end(), {std::bit_cast<std::uint32_t>(depth[i]), primitive[i],
+                                       static_cast<std::uint32_t>(color[i]), 0});
+        }
+        gather({first, words.data(), 4}, projection, limit, image);
 
         const auto colors = image.color.as<std::uint64_t>();
         for (std::size_t p = 0; p < window.pixels(); ++p) {
