@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Times captures of a scene side by side: peeler's a-buffer (plan and capture: count, fill, sort,
+// shaded, handed over), its exact composite, other methods, and Embree (build, all hits of every
+// pixel's ray, sort; nothing is shaded). Prints JSON with the milliseconds of every run.
+//
+//     capture SCENE [--size 1920x1080] [--runs 3] [--what a-buffer,embree]
+//
+// `--what`: embree, composite, or names of methods. Uploading is not timed, but told. Embree traces
+// with the packets that were the fastest when nothing was timed.
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include "benchmarks/embree_layers.h"
+#include "benchmarks/measured_scene.h"
+#include "core/gl/context.h"
+#include "core/parallel.h"
+#include "support/test_support.h"
+
+namespace peeler::benchmark {
+namespace {
+
+/// The width of packets that traces this picture soonest.
+Packet fastestPacket(EmbreeLayers& embree, const View& view) {
+    embree.build();
+    Packet fastest = Packet::k1;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Packet packet : {Packet::k1, Packet::k8, Packet::k16}) {
+        const double taken = milliseconds([&] { embree.trace(view, packet); });
+        if (taken < least) fastest = packet;
+        least = std::min(least, taken);
+    }
+    return fastest;
+}
+
+struct Measurement {
+    explicit Measurement(const Options& options) : scene(options) {}
+
+    Contender captured(const std::string& name);
+    Contender traced();
+
+    MeasuredScene scene;
+    std::unique_ptr<gl::Context> context = gl::createContext({.backend = test::testBackend()});
+    std::optional<Renderer> renderer{};
+    std::optional<EmbreeLayers> embree{};
+    Packet packet = Packet::k1;
+    nlohmann::json result = nlohmann::json::object();
+};
+
+Contender Measurement::captured(const std::string& name) {
+    CaptureSettings settings;
+    settings.composite = name == "composite";
+    if (!settings.composite) settings.method = name;
+    return {name, [this, name, settings] {
+                const Plan plan = renderer->plan(scene.view, settings);
+                CountingSink sink;
+                Sink* const sinks[] = {&sink};
+                renderer->capture(sinks);
+                result["layers"] = plan.layers.size();
+                if (!settings.composite) result["fragments"] = sink.fragments;
+                result["stages"][name] = renderer->takeTimes();
+            }};
+}
+
+Contender Measurement::traced() {
+    embree.emplace(scene.scene, scene.contents);
+    packet = fastestPacket(*embree, scene.view);
+    result["embree"] = {{"version", embree->version()},
+                        {"triangles", embree->triangles()},
+                        {"packet", static_cast<int>(packet)},
+                        {"build", nlohmann::json::array()}};
+    return {"embree", [this] {
+                result["embree"]["build"].push_back(milliseconds([&] { embree->build(); }));
+                result["embree"]["hits"] = embree->trace(scene.view, packet);
+            }};
+}
+
+nlohmann::json measure(const Options& options) {
+    Measurement m(options);
+    m.result["upload"] =
+        milliseconds([&] { m.renderer.emplace(*m.context, m.scene.scene, m.scene.contents); });
+    m.result["renderer"] = m.context->device().renderer;
+    m.result["threads"] = threadCount();
+    m.result["camera"] = cameraJson(m.scene.view);
+    std::vector<Contender> contenders;
+    const std::vector<std::string> all = {"a-buffer", "embree"};
+    for (const std::string& name : options.what.empty() ? all : options.what)
+        contenders.push_back(name == "embree" ? m.traced() : m.captured(name));
+    m.result["milliseconds"] = timesInTurn(contenders, options.runs);
+    return m.result;
+}
+
+}  // namespace
+}  // namespace peeler::benchmark
+
+int main(int count, char** arguments) {
+    return peeler::benchmark::run(count, arguments, peeler::benchmark::measure);
+}

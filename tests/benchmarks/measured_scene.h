@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the programs that measure share: a scene file with its view, and times of runs in turn.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/renderer.h"
+#include "core/scene_contents.h"
+#include "core/view.h"
+
+namespace peeler::benchmark {
+
+struct Options {
+    std::string scene{};
+    int width = 1920, height = 1080, runs = 3;
+    std::vector<std::string> what{};  ///< of the program's own list; empty = its default
+    std::string folder = ".";         ///< for files that are written and removed again
+};
+
+/// SCENE [--size 1920x1080] [--runs 3] [--what A,B] [--folder .]. Sets the threads of peeler and of
+/// Mesa. Throws Error (kUsage).
+Options parse(int count, char** arguments);
+
+/// A scene as `peeler render` reads and frames it.
+struct MeasuredScene {
+    explicit MeasuredScene(const Options& options);
+    Scene scene;
+    SceneContents contents;
+    View view;
+};
+
+/// Camera as other programs take it: eye, target, up, vertical field of view in degrees, near.
+nlohmann::json cameraJson(const View& view);
+
+/// Takes bands and keeps nothing but their number of fragments.
+class CountingSink final : public Sink {
+  public:
+    void begin(const Plan&) override {}
+    void write(const LayeredImage& band) override { fragments += band.fragments(); }
+    void finish() override {}
+    std::uint64_t fragments = 0;
+};
+
+/// One of the things that are compared.
+struct Contender {
+    std::string name;
+    std::function<void()> work;
+};
+
+/// Milliseconds of every run by name: first all of them once without being timed, then one after
+/// the other, `runs` times around.
+nlohmann::json timesInTurn(const std::vector<Contender>& contenders, int runs);
+
+/// Milliseconds that the work takes.
+double milliseconds(const std::function<void()>& work);
+
+/// Runs the program: prints the JSON that `measure` returns, or on stderr why there is none.
+int run(int count, char** arguments, const std::function<nlohmann::json(const Options&)>& measure);
+
+}  // namespace peeler::benchmark
