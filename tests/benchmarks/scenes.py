@@ -159,13 +159,10 @@ SCENES: Dict[str, Callable[[], Glb]] = {
 
 
 def write(folder: Path, name: str) -> Path:
-    """The scene's file; made unless it is there."""
+    """The file of a scene, made anew."""
+    folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.glb"
-    if not path.is_file():
-        folder.mkdir(parents=True, exist_ok=True)
-        fresh = path.with_suffix(".tmp")
-        fresh.write_bytes(SCENES[name]().bytes())
-        fresh.rename(path)
+    path.write_bytes(SCENES[name]().bytes())
     return path
 
 
@@ -178,11 +175,8 @@ def main() -> int:
     if unknown:
         parser.error(f"no scene is called {', '.join(unknown)}; there are {', '.join(SCENES)}")
     for name in options.names or SCENES:
-        glb = SCENES[name]()
-        path = options.folder / f"{name}.glb"
-        options.folder.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(glb.bytes())
-        counts = ", ".join(f"{count} {what}" for what, count in glb.summary().items())
+        path = write(options.folder, name)
+        counts = ", ".join(f"{count} {what}" for what, count in SCENES[name]().summary().items())
         print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB, {counts}")
     return 0
 
