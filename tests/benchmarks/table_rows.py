@@ -6,7 +6,7 @@ import json
 import math
 import statistics
 from pathlib import Path
-from typing import Callable, Dict, Iterator, List, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Tuple
 
 import scenes
 from side_by_side import HERE, Bench, Row, Served, in_turn, run, say
@@ -30,6 +30,17 @@ def capture(bench: Bench) -> Rows:
                       f"(rays {result['embree']['packet']} at once); Embree's build {build:.0f} ms")
 
 
+def camera(bench: Bench, path: Path, size: str) -> Dict[str, Any]:
+    """Where peeler looks from, as other programs take it."""
+    return bench.program("benchmark_capture", path, "--size", size, "--runs", 0, "--what", "composite")["camera"]
+
+
+def f3d_camera(numbers: Dict[str, Any]) -> List[str]:
+    place = {"position": "eye", "focal-point": "target", "view-up": "up"}
+    return [*(f"--camera-{option}=" + ",".join(map(str, numbers[key])) for option, key in place.items()),
+            f"--camera-view-angle={numbers['fov']}"]
+
+
 def composite(bench: Bench) -> Rows:
     script = HERE / "vtk_peeling.py"
     if not bench.has("Xvfb") or run(["/usr/bin/python3", "-c", "import vtk"], check=False).code != 0:
@@ -39,9 +50,8 @@ def composite(bench: Bench) -> Rows:
               for name, path in bench.those(*(SPHERES if size == HD else SPHERES[:1]))]
     for size, name, path in chosen:
         say(f"composite: {name} at {size}")
-        first = bench.program("benchmark_capture", path, "--size", size, "--runs", 0, "--what", "composite")
         width, height = size.split("x")
-        vtk = Served(["/usr/bin/python3", script, path, width, height, json.dumps(first["camera"]),
+        vtk = Served(["/usr/bin/python3", script, path, width, height, json.dumps(camera(bench, path, size)),
                       bench.pictures / f"{name}-{size}-vtk.png"], bench.display)
 
         def ours() -> float:
@@ -65,13 +75,15 @@ def command(bench: Bench) -> Rows:
                 plain, note = bench.scratch / "gearbox.glb", "f3d reads it decoded, ours decodes Draco"
                 run([bench.build / "tests" / "plain_glb", path, plain])
 
+            same = f3d_camera(camera(bench, path, size))
+
             def ours() -> float:
                 return run([bench.peeler, "render", path, "-o", bench.pictures / f"{name}-peeler.png", "--size",
                             size]).milliseconds
 
             def theirs() -> float:
                 return run(["f3d", "-p", "--dry-run", "--quiet", "--output", bench.pictures / f"{name}-f3d.png",
-                            "--resolution", size.replace("x", ","), plain], bench.display).milliseconds
+                            "--resolution", size.replace("x", ","), *same, plain], bench.display).milliseconds
 
             yield Row("whole command to PNG", name, size, "f3d -p", *in_turn([ours, theirs], bench.runs), 0.5,
                       note=note)
@@ -161,26 +173,21 @@ def exponent(points: List[Tuple[float, float]]) -> float:
 
 
 def layers(bench: Bench) -> Rows:
-    """The others' passes over N layers grow with N²: they go as far as can be waited for."""
-    size = "1280x720"
-    points: Dict[str, List[Tuple[float, float]]] = {}
-    texts: Dict[str, List[str]] = {}
-    for count in scenes.LAYERS:
-        methods = ["a-buffer", *(("dual", "front-to-back") if count <= 32 else ())]
-        say(f"layers: {count} by {', '.join(methods)}")
-        result = bench.program("benchmark_capture", scenes.write(bench.scratch, f"quads-{count}"), "--size", size,
-                               "--runs", bench.runs, "--what", ",".join(methods))
-        for method in methods:
-            taken = statistics.median(result["milliseconds"][method])
-            points.setdefault(method, []).append((result["fragments"], taken))
-            texts.setdefault(method, []).append(f"{count}: {taken:.0f}")
-    for method, measured in points.items():
-        ours = method == "a-buffer"
-        note = f"{method}, ms by N: {', '.join(texts[method])}"
-        yield Row("exponent of time over fragments, N from 1", "N quads", size, "fragments", [exponent(measured)],
-                  [1.0], 1.1 if ours else None, "", note)
-        yield Row("exponent of time over fragments, N from 8", "N quads", size, "fragments", [exponent(measured[3:])],
-                  [1.0], 1.1 if ours else None, "", method)
+    """The others' work grows with N²: they get smaller pictures, fewer layers, one run."""
+    kinds = (("a-buffer", "1280x720", scenes.LAYERS, bench.runs, 1.1), ("dual", "640x360", scenes.LAYERS[:6], 1, None),
+             ("front-to-back", "640x360", scenes.LAYERS[:6], 1, None))
+    for method, size, counts, runs, target in kinds:
+        points: List[Tuple[float, float]] = []
+        for count in counts:
+            say(f"layers: {count} by {method}")
+            result = bench.program("benchmark_capture", scenes.write(bench.scratch, f"quads-{count}"), "--size", size,
+                                   "--runs", runs, "--what", method)
+            points.append((result["fragments"], statistics.median(result["milliseconds"][method])))
+        note = ", ".join(f"{count}: {taken:.0f}" for count, (_, taken) in zip(counts, points))
+        for first in (1, 8):
+            fitted = [point for count, point in zip(counts, points) if count >= first]
+            yield Row(f"exponent of {method}'s time over fragments, N from {first} to {counts[-1]}", "N quads", size,
+                      "fragments", [exponent(fitted)], [1.0], target, "", f"ms by N: {note}" if first == 1 else "")
 
 
 def memory(bench: Bench) -> Rows:
