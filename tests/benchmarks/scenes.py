@@ -8,7 +8,7 @@ camera, made for 16:9.
 spheres        30 glass spheres of 6,240 triangles, up to 24 layers
 fine-spheres   the same of 57,120 triangles
 small-spheres  200 of 6,240, up to 38 layers
-large-spheres  100 of 1,520, up to 70 layers
+large-spheres  100 of 1,520, about 70 layers
 forest         300 trees whose leaves are cut out of cards by a MASK material
 city           1,600 opaque buildings
 quads-N        N panes of glass, each over the whole picture: N layers of every pixel
