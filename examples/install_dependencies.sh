@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # Installs the Debian 12 packages peeler needs, if any is missing.
-#   sh examples/install_dependencies.sh [build] [test]
+#   sh examples/install_dependencies.sh [build] [test] [bench]
 set -eu
 
 run="libegl1 libgl1-mesa-dri libosmesa6"
@@ -13,13 +13,16 @@ test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy
     python3-openimageio python3-openvdb python3-meshio clang-format clang-tidy chromium
     chromium-driver python3-selenium python3-yaml locales slurmctld slurmd slurm-client munge parallel
     debootstrap"
+# What `sh tests/run.sh bench` builds with and compares with.
+bench="libgtest-dev libembree-dev git f3d xvfb python3 python3-vtk9 openimageio-tools"
 
 packages=$run
 for set in "$@"; do
     case $set in
     build) packages="$packages $build" ;;
     test) packages="$packages $test" ;;
-    *) echo "usage: $0 [build] [test]" >&2; exit 2 ;;
+    bench) packages="$packages $bench" ;;
+    *) echo "usage: $0 [build] [test] [bench]" >&2; exit 2 ;;
     esac
 done
 

@@ -8,7 +8,7 @@ camera, made for 16:9.
 spheres        30 glass spheres of 6,240 triangles, up to 24 layers
 fine-spheres   the same of 57,120 triangles
 small-spheres  200 of 6,240, up to 38 layers
-large-spheres  100 of 1,520, up to 70 layers
+large-spheres  100 of 1,520, about 70 layers
 forest         300 trees whose leaves are cut out of cards by a MASK material
 city           1,600 opaque buildings
 quads-N        N panes of glass, each over the whole picture: N layers of every pixel
@@ -159,13 +159,10 @@ SCENES: Dict[str, Callable[[], Glb]] = {
 
 
 def write(folder: Path, name: str) -> Path:
-    """The scene's file; made unless it is there."""
+    """The file of a scene, made anew."""
+    folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.glb"
-    if not path.is_file():
-        folder.mkdir(parents=True, exist_ok=True)
-        fresh = path.with_suffix(".tmp")
-        fresh.write_bytes(SCENES[name]().bytes())
-        fresh.rename(path)
+    path.write_bytes(SCENES[name]().bytes())
     return path
 
 
@@ -178,11 +175,8 @@ def main() -> int:
     if unknown:
         parser.error(f"no scene is called {', '.join(unknown)}; there are {', '.join(SCENES)}")
     for name in options.names or SCENES:
-        glb = SCENES[name]()
-        path = options.folder / f"{name}.glb"
-        options.folder.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(glb.bytes())
-        counts = ", ".join(f"{count} {what}" for what, count in glb.summary().items())
+        path = write(options.folder, name)
+        counts = ", ".join(f"{count} {what}" for what, count in SCENES[name]().summary().items())
         print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB, {counts}")
     return 0
 

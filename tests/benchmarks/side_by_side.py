@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the rows of the benchmarks' table share: runs in turn, whole processes, a display."""
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+
+HERE = Path(__file__).resolve().parent
+
+
+@dataclass
+class Row:
+    """One comparison. Every run's number is kept; medians are compared."""
+
+    what: str
+    scene: str
+    size: str
+    rival: str
+    ours: List[float]
+    theirs: List[float]
+    target: Optional[float]  # of ours / theirs; none: shown beside, nothing is asked
+    unit: str = "ms"
+    note: str = ""
+
+    @property
+    def ratio(self) -> float:
+        return statistics.median(self.ours) / statistics.median(self.theirs)
+
+    @property
+    def met(self) -> Optional[bool]:
+        return None if self.target is None else self.ratio <= self.target
+
+    def record(self) -> Dict[str, Any]:
+        return {**self.__dict__, "ratio": self.ratio, "met": self.met}
+
+
+@dataclass
+class Process:
+    """How a process that has ended went."""
+
+    milliseconds: float
+    cpu_seconds: float
+    peak_bytes: int
+    code: int
+    out: str
+    err: str
+
+
+def say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def run(command: Sequence[Any], display: Optional[str] = None, check: bool = True) -> Process:
+    """Runs a command to its end; without a display unless one is given."""
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    if display:
+        environment["DISPLAY"] = display
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        start = time.perf_counter()
+        child = subprocess.Popen([str(word) for word in command], stdin=subprocess.DEVNULL, stdout=out,
+                                 stderr=err, env=environment)
+        _, status, usage = os.wait4(child.pid, 0)
+        taken = 1000 * (time.perf_counter() - start)
+        child.returncode = os.waitstatus_to_exitcode(status)
+        texts = []
+        for stream in (out, err):
+            stream.seek(0)
+            texts.append(stream.read().decode(errors="replace"))
+    if check and child.returncode != 0:
+        raise RuntimeError(f"{' '.join(map(str, command))}: exit code {child.returncode}\n{texts[1]}")
+    return Process(taken, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024, child.returncode, *texts)
+
+
+class Served:
+    """A program that works once for each line it is sent, and answers with milliseconds."""
+
+    def __init__(self, command: Sequence[Any], display: str):
+        self.child = subprocess.Popen([str(word) for word in command], stdin=subprocess.PIPE,
+                                      stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+                                      env={**os.environ, "DISPLAY": display})
+        self.greeting = json.loads(self._line())
+
+    def _line(self) -> str:
+        line = self.child.stdout.readline()
+        if not line:
+            raise RuntimeError(f"{self.child.args[1]} ended early")
+        return line
+
+    def __call__(self) -> float:
+        self.child.stdin.write("\n")
+        self.child.stdin.flush()
+        return float(self._line())
+
+    def close(self) -> None:
+        self.child.stdin.close()
+        self.child.wait()
+
+
+class Display:
+    """An X server without a screen, for programs that need one."""
+
+    def __init__(self) -> None:
+        reading, writing = os.pipe()
+        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(writing), "-nolisten", "tcp", "-screen", "0",
+                                        "1920x1080x24"], pass_fds=[writing], stderr=subprocess.DEVNULL)
+        os.close(writing)
+        with os.fdopen(reading) as number:
+            self.name = ":" + number.readline().strip()
+
+    def close(self) -> None:
+        self.server.terminate()
+        self.server.wait()
+
+
+def in_turn(contenders: Sequence[Callable[[], float]], runs: int) -> List[List[float]]:
+    """The numbers of each: one after the other, `runs` times around."""
+    numbers: List[List[float]] = [[] for _ in contenders]
+    for _ in range(runs):
+        for list_, contender in zip(numbers, contenders):
+            list_.append(contender())
+    return numbers
+
+
+@dataclass
+class Bench:
+    """Where things are, and how much is asked for."""
+
+    build: Path
+    scratch: Path
+    pictures: Path
+    scenes: Dict[str, Path]
+    sizes: List[str]
+    runs: int
+    display: str = ""
+    skipped: List[str] = field(default_factory=list)
+
+    @property
+    def peeler(self) -> Path:
+        return self.build / "peeler"
+
+    def program(self, name: str, *arguments: Any) -> Dict[str, Any]:
+        """What a program of tests/benchmarks says in JSON."""
+        return json.loads(run([self.build / "tests" / name, *arguments]).out)
+
+    def those(self, *names: str) -> List[Tuple[str, Path]]:
+        """The scenes of these that there are and that were asked for."""
+        return [(name, self.scenes[name]) for name in names if name in self.scenes]
+
+    def at(self, *sizes: str) -> List[str]:
+        return [size for size in sizes if size in self.sizes]
+
+    def has(self, program: str) -> bool:
+        found = shutil.which(program) is not None
+        if not found:
+            self.skip(f"{program} is not installed")
+        return found
+
+    def skip(self, why: str) -> None:
+        say(f"skipped: {why}")
+        self.skipped.append(why)

@@ -1,0 +1,148 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Measures peeler side by side with Embree, VTK, f3d, OpenEXR and OpenImageIO; prints one Markdown table.
+
+    sh tests/run.sh bench [--rows capture,writers] [--scenes spheres,lamp] [--sizes 1920x1080] [--runs 3] [--quick]
+
+Ours and theirs run in turn; ratios are of the medians, no run is left out. Milliseconds unless a row says
+otherwise. What is missing is skipped and said so. The rows stand in a JSON file, too, every run's number
+with them (--json), and the pictures that were made in a folder beside it.
+"""
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Dict, List
+
+import scenes
+import table_rows
+from side_by_side import HERE, Bench, Display, Row, run, say
+
+ROOT = HERE.parent.parent
+PACKAGES = {"Embree": "libembree-dev", "VTK": "python3-vtk9", "f3d": "f3d", "OpenEXR": "libopenexr-dev",
+            "OpenImageIO": "libopenimageio-dev"}
+
+
+def output(*command: str) -> str:
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=ROOT)
+    return done.stdout.strip()
+
+
+def machine() -> str:
+    model = next((line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
+                  if line.startswith("model name")), platform.processor())
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    return f"{model}, {len(os.sched_getaffinity(0))} cores used, {memory / 2**30:.0f} GiB of memory"
+
+
+def facts(bench: Bench) -> Dict[str, str]:
+    modified = ", modified" if output("git", "status", "--porcelain") else ""
+    devices = json.loads(run([bench.peeler, "devices", "--json"]).out)["devices"]
+    versions = [f"{name} {output('dpkg-query', '-W', '-f', '${Version}', package) or 'missing'}"
+                for name, package in PACKAGES.items()]
+    return {"commit": output("git", "rev-parse", "HEAD") + modified, "machine": machine(),
+            "renderer": next((d["renderer"] for d in devices if d["usable"]), "none"),
+            "versions": ", ".join(versions), "runs": str(bench.runs)}
+
+
+def number(value: float, unit: str) -> str:
+    return f"{value:.2f}" if unit == "" or value < 10 else f"{value:,.0f}" if value >= 100 else f"{value:.1f}"
+
+
+def line(row: Row) -> str:
+    unit = f" {row.unit}" if row.unit else ""
+    ours, theirs = (number(statistics.median(values), row.unit) + unit for values in (row.ours, row.theirs))
+    asked = "" if row.target is None else f"≤ {row.target:g}"
+    met = {None: "", True: "yes", False: "**no**"}[row.met]
+    cells = [row.what, row.scene, row.size, ours, f"{theirs} ({row.rival})", f"{row.ratio:.2f}", asked, met, row.note]
+    return "| " + " | ".join(cells) + " |"
+
+
+def models(bench: Bench, wanted: List[str]) -> None:
+    folder = Path(os.environ.get("PEELER_ASSETS", ROOT.parent / "shared" / "assets"))
+    for name in table_rows.MODELS:
+        path = folder / table_rows.MODELS[name]
+        if name in wanted and path.is_file():
+            bench.scenes[name] = path
+        elif name in wanted:
+            bench.skip(f"{name}: no {path} (set PEELER_ASSETS)")
+
+
+def parsed() -> argparse.Namespace:
+    names = [*table_rows.GENERATED, *table_rows.MODELS]
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+
+    def listed(allowed: List[str]):
+        def parse(text: str) -> List[str]:
+            unknown = sorted(set(text.split(",")) - set(allowed))
+            if unknown:
+                raise argparse.ArgumentTypeError(f"{', '.join(unknown)}; there are {', '.join(allowed)}")
+            return text.split(",")
+        return parse
+
+    parser.add_argument("--build", type=Path, default=ROOT / "build" / "ci", help=argparse.SUPPRESS)
+    parser.add_argument("--rows", type=listed(list(table_rows.KINDS)), default=list(table_rows.KINDS),
+                        help=f"kinds of rows: {', '.join(table_rows.KINDS)}")
+    parser.add_argument("--scenes", type=listed(names), default=names, help=f"which: {', '.join(names)}")
+    parser.add_argument("--sizes", type=listed([table_rows.HD, table_rows.UHD]),
+                        default=[table_rows.HD, table_rows.UHD], help="1920x1080, 3840x2160 or both")
+    parser.add_argument("--runs", type=int, default=3, help="of each, in turn (default: 3)")
+    parser.add_argument("--quick", action="store_true", help="one run, 1920x1080 alone: a look, no measurement")
+    parser.add_argument("--json", type=Path, help="the file of rows (default: benchmarks.json in the build folder)")
+    options = parser.parse_args()
+    if options.quick:
+        options.runs, options.sizes = 1, [table_rows.HD]
+    return options
+
+
+def measured(bench: Bench, kinds: List[str]) -> List[Row]:
+    print("| what | scene | size | ours | theirs | ratio | target | met | |\n"
+          "| --- | --- | --- | ---: | ---: | ---: | ---: | --- | --- |", flush=True)
+    rows: List[Row] = []
+    for kind in kinds:
+        try:
+            for row in table_rows.KINDS[kind](bench):
+                rows.append(row)
+                print(line(row), flush=True)
+        except (RuntimeError, OSError) as error:
+            bench.skip(f"the rest of {kind}: {error}")
+    return rows
+
+
+def main() -> int:
+    options = parsed()
+    target = options.json or options.build / "benchmarks.json"
+    pictures = target.with_suffix("")
+    pictures.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=options.build) as folder:
+        bench = Bench(options.build, Path(folder), pictures, {}, options.sizes, options.runs)
+        models(bench, options.scenes)
+        for name in table_rows.GENERATED:
+            if name in options.scenes:
+                bench.scenes[name] = scenes.write(bench.scratch, name)
+        known = facts(bench)
+        print("\n".join(f"- {name}: {value}" for name, value in known.items()) + "\n", flush=True)
+        needs_display = bench.has("Xvfb") and {"composite", "command"} & set(options.rows)
+        display = Display() if needs_display else None
+        bench.display = display.name if display else ""
+        try:
+            rows = measured(bench, options.rows)
+        finally:
+            if display:
+                display.close()
+    print("".join(f"\nSkipped: {why}." for why in bench.skipped), end="\n" if bench.skipped else "")
+    target.write_text(json.dumps({**known, "rows": [row.record() for row in rows], "skipped": bench.skipped},
+                                 indent=1) + "\n")
+    say(f"{target}; pictures in {pictures}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The rows of the benchmarks' table: each kind is a function that measures and yields them."""
+from __future__ import annotations
+
+import json
+import math
+import statistics
+from pathlib import Path
+from typing import Any, Callable, Dict, Iterator, List, Tuple
+
+import scenes
+from side_by_side import HERE, Bench, Row, Served, in_turn, run, say
+
+SPHERES = ("spheres", "fine-spheres", "small-spheres", "large-spheres")
+REAL = ("gearbox", "lamp")
+HD, UHD = "1920x1080", "3840x2160"
+Rows = Iterator[Row]
+
+
+def capture(bench: Bench) -> Rows:
+    every = (*SPHERES, "forest", "city", *REAL)
+    for size in bench.at(HD, UHD):
+        # Four times the pixels take four times as long: half of the scenes, unless they alone are asked for.
+        half = size == UHD and len(bench.sizes) > 1
+        for name, path in bench.those(*(every[::2] if half else every)):
+            say(f"capture: {name} at {size}")
+            result = bench.program("benchmark_capture", path, "--size", size, "--runs", bench.runs)
+            ours, theirs = (result["milliseconds"][key] for key in ("a-buffer", "embree"))
+            build = statistics.median(result["embree"]["build"][-bench.runs:])
+            fragments, hits = result["fragments"], result["embree"]["hits"]
+            yield Row("capture", name, size, "Embree", ours, theirs, 0.5,
+                      note=f"{result['layers']} layers; {fragments / 1e6:.2f} M fragments, {hits / 1e6:.2f} M hits "
+                      f"(rays {result['embree']['packet']} at once); Embree's build {build:.0f} ms")
+
+
+def camera(bench: Bench, path: Path, size: str) -> Dict[str, Any]:
+    """Where peeler looks from, as other programs take it."""
+    return bench.program("benchmark_capture", path, "--size", size, "--runs", 0, "--what", "composite")["camera"]
+
+
+def f3d_camera(numbers: Dict[str, Any]) -> List[str]:
+    place = {"position": "eye", "focal-point": "target", "view-up": "up"}
+    return [*(f"--camera-{option}=" + ",".join(map(str, numbers[key])) for option, key in place.items()),
+            f"--camera-view-angle={numbers['fov']}"]
+
+
+def composite(bench: Bench) -> Rows:
+    script = HERE / "vtk_peeling.py"
+    if not bench.has("Xvfb") or run(["/usr/bin/python3", "-c", "import vtk"], check=False).code != 0:
+        bench.skip("composite: python3-vtk9 is not installed")
+        return
+    chosen = [(size, name, path) for size in bench.at(HD, UHD)
+              for name, path in bench.those(*(SPHERES if size == HD else SPHERES[:1]))]
+    for size, name, path in chosen:
+        say(f"composite: {name} at {size}")
+        width, height = size.split("x")
+        vtk = Served(["/usr/bin/python3", script, path, width, height, json.dumps(camera(bench, path, size)),
+                      bench.pictures / f"{name}-{size}-vtk.png"], bench.display)
+
+        def ours() -> float:
+            result = bench.program("benchmark_capture", path, "--size", size, "--runs", 1, "--what", "composite")
+            return result["milliseconds"]["composite"][0]
+
+        times = in_turn([ours, vtk], bench.runs)
+        vtk.close()
+        run([bench.peeler, "render", path, "-o", bench.pictures / f"{name}-{size}-peeler.png", "--size", size])
+        yield Row("composite, exact", name, size, "VTK dual peeling", times[0], times[1], 0.1)
+
+
+def command(bench: Bench) -> Rows:
+    if not bench.has("f3d") or not bench.has("Xvfb"):
+        return
+    for name, path in bench.those(*REAL):
+        for size in bench.at(HD):
+            say(f"whole command: {name} at {size}")
+            plain, note = path, ""
+            if name == "gearbox":
+                plain, note = bench.scratch / "gearbox.glb", "f3d reads it decoded, ours decodes Draco"
+                run([bench.build / "tests" / "plain_glb", path, plain])
+
+            same = f3d_camera(camera(bench, path, size))
+
+            def ours() -> float:
+                return run([bench.peeler, "render", path, "-o", bench.pictures / f"{name}-peeler.png", "--size",
+                            size]).milliseconds
+
+            def theirs() -> float:
+                return run(["f3d", "-p", "--dry-run", "--quiet", "--output", bench.pictures / f"{name}-f3d.png",
+                            "--resolution", size.replace("x", ","), *same, plain], bench.display).milliseconds
+
+            yield Row("whole command to PNG", name, size, "f3d -p", *in_turn([ours, theirs], bench.runs), 0.5,
+                      note=note)
+
+
+def writers(bench: Bench) -> Rows:
+    chosen = [(size, name, path) for size in bench.at(HD, UHD)
+              for name, path in bench.those(*((*SPHERES, "gearbox") if size == HD else SPHERES[:1]))]
+    for size, name, path in chosen:
+        say(f"writers: {name} at {size}")
+        result = bench.program("benchmark_writers", path, "--size", size, "--runs", bench.runs, "--folder",
+                               bench.scratch)
+
+        def row(kind: str, what: str, rival: str, key: str, target: float) -> Row:
+            times = result[kind]["milliseconds"]
+            return Row(what, name, size, rival, times["peeler"], times[key], target,
+                       note=f"{result['layers']} layers")
+
+        def file(kind: str, what: str, rival: str, key: str, target: float) -> Row:
+            sizes = {key: value / 1e6 for key, value in result[kind]["bytes"].items()}
+            return Row(what, name, size, rival, [sizes["peeler"]], [sizes[key]], target, "MB")
+
+        yield row("layered", "writing the layered file", "OpenEXR, full windows", "full", 0.2)
+        yield row("layered", "writing the layered file", "OpenEXR, same windows", "cropped", 0.6)
+        yield file("layered", "size of the layered file", "OpenEXR, same windows", "cropped", 1.0)
+        yield row("deep", "writing the deep file", "OpenEXR, ZIPS", "openexr", 0.6)
+        yield file("deep", "size of the deep file", "OpenEXR, ZIPS", "openexr", 1.0)
+
+
+def flatten(bench: Bench) -> Rows:
+    if not bench.has("oiiotool"):
+        return
+    for size in bench.at(HD):
+        for name, path in bench.those("spheres", "large-spheres", "gearbox"):
+            say(f"flatten: {name} at {size}")
+            deep, flat = bench.scratch / "deep.exr", bench.scratch / "flat.exr"
+            run([bench.peeler, "render", path, "-o", deep, "--as", "deep", "--size", size])
+            times = in_turn([
+                lambda: run([bench.peeler, "flatten", deep, "-o", flat]).milliseconds,
+                lambda: run(["oiiotool", deep, "--flatten", "-d", "half", "-d", "Z=float", "--compression", "zip",
+                             "-o", flat]).milliseconds], bench.runs)
+            deep.unlink()
+            yield Row("flatten of a deep file", name, size, "oiiotool --flatten", *times, 0.2)
+
+
+def stages(bench: Bench) -> Rows:
+    for size in bench.at(HD):
+        for name, path in bench.those("spheres", "large-spheres", "city", *REAL):
+            say(f"stages: {name} at {size}")
+            wall: List[float] = []
+            parts: List[float] = []
+            for _ in range(bench.runs):
+                done = run([bench.peeler, "render", path, "-o", bench.scratch / "out.exr", "--size", size, "--json",
+                            "--quiet"])
+                times: Dict[str, float] = json.loads(done.out)["milliseconds"]
+                wall.append(done.milliseconds)
+                parts.append(sum(value for stage, value in times.items() if stage != "total"))
+            yield Row("whole command, layered file", name, size, "sum of its stages", wall, parts, 1.05)
+
+
+def start(bench: Bench) -> Rows:
+    scene = scenes.write(bench.scratch, "triangle")
+    render = [bench.peeler, "render", scene, "-o", bench.scratch / "out.exr", "--size", "16x16", "--json", "--quiet"]
+    until_drawn: List[float] = []
+
+    def ours() -> float:
+        done = run(render)
+        times = json.loads(done.out)["milliseconds"]
+        before = run([bench.peeler, "--version"]).milliseconds
+        until_drawn.append(before + sum(times.get(stage, 0) for stage in ("load", "context", "upload", "count")))
+        return done.milliseconds
+
+    say("start-up")
+    bare = bench.build / "tests" / "bare_context"
+    times = in_turn([ours, lambda: run([bare]).milliseconds], max(bench.runs, 7))
+    yield Row("start-up to first draw", "triangle", "16x16", "bare context, one program", until_drawn, times[1], 1.5,
+              note="`--version`, then load, context, upload, count")
+    yield Row("whole command, one triangle", "triangle", "16x16", "bare context, one program", *times, None,
+              note="to a written EXR")
+
+
+def exponent(points: List[Tuple[float, float]]) -> float:
+    """The slope of the straight line through log(y) over log(x), least squares."""
+    logs = [(math.log(x), math.log(y)) for x, y in points]
+    mean_x, mean_y = (statistics.fmean(column) for column in zip(*logs))
+    return sum((x - mean_x) * (y - mean_y) for x, y in logs) / sum((x - mean_x) ** 2 for x, _ in logs)
+
+
+def layers(bench: Bench) -> Rows:
+    """The others' work grows with N²: they get smaller pictures, fewer layers, one run."""
+    kinds = (("a-buffer", "1280x720", scenes.LAYERS, bench.runs, 1.1), ("dual", "640x360", scenes.LAYERS[:6], 1, None),
+             ("front-to-back", "640x360", scenes.LAYERS[:6], 1, None))
+    for method, size, counts, runs, target in kinds:
+        points: List[Tuple[float, float]] = []
+        for count in counts:
+            say(f"layers: {count} by {method}")
+            result = bench.program("benchmark_capture", scenes.write(bench.scratch, f"quads-{count}"), "--size", size,
+                                   "--runs", runs, "--what", method)
+            points.append((result["fragments"], statistics.median(result["milliseconds"][method])))
+        note = ", ".join(f"{count}: {taken:.0f}" for count, (_, taken) in zip(counts, points))
+        for first in (1, 8):
+            fitted = [point for count, point in zip(counts, points) if count >= first]
+            yield Row(f"exponent of {method}'s time over fragments, N from {first} to {counts[-1]}", "N quads", size,
+                      "fragments", [exponent(fitted)], [1.0], target, "", f"ms by N: {note}" if first == 1 else "")
+
+
+def memory(bench: Bench) -> Rows:
+    for name, path in bench.those("large-spheres"):
+        for size in bench.at(UHD):
+            for budget, limit in (("", 1500.0), ("512M", 536.870912), ("1G", 1073.741824)):
+                say(f"memory: {name} at {size}, {budget or 'default'}")
+                done = run([bench.peeler, "render", path, "-o", bench.scratch / "out.exr", "--size", size,
+                            *(("--memory", budget) if budget else ())], check=False)
+                note = f"{done.milliseconds / 1000:.1f} s"
+                if done.code != 0:
+                    note = f"refused: {done.err.strip().splitlines()[-1]}"
+                yield Row("peak memory", name, size, f"--memory {budget}" if budget else "1.5 GB (no --memory)",
+                          [done.peak_bytes / 1e6], [limit], 1.0, "MB", note)
+
+
+KINDS: Dict[str, Callable[[Bench], Rows]] = {
+    "capture": capture, "composite": composite, "command": command, "writers": writers, "flatten": flatten,
+    "stages": stages, "start": start, "layers": layers, "memory": memory}
+GENERATED: Tuple[str, ...] = (*SPHERES, "forest", "city")
+MODELS: Dict[str, Path] = {
+    "gearbox": Path("gltf-sample-assets/GearboxAssy/glTF-Draco/GearboxAssy.gltf"),
+    "lamp": Path("gltf-sample-assets/StainedGlassLamp/glTF-JPG-PNG/StainedGlassLamp.gltf")}
