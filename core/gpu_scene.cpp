@@ -95,7 +95,6 @@ void GpuScene::uploadMaterials(const gl::Context& context, const Scene& scene,
         for (std::size_t unit = 0; unit < textures.size(); ++unit) {
             const auto& [ref, srgb] = textures[unit];
             if (!*ref) continue;
-            gpu.textured = true;
             GLuint& texture = uploaded[{ref->image, srgb}];
             if (!texture) {
                 textures_.push_back(uploadImage(gl,
@@ -117,6 +116,7 @@ void GpuScene::uploadMaterials(const gl::Context& context, const Scene& scene,
     const auto mapping = material_records_.overwrite(bytes);
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         const auto r = materialRecord(scene.materials[i]);
+        materials_[i].flags = r.flags;
         std::memcpy(mapping.as<std::byte>() + i * kMaterialStride, &r, sizeof r);
     }
 }

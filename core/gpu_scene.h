@@ -2,6 +2,7 @@
 // The uploaded scene and its draw list.
 #pragma once
 
+#include <glm/glm.hpp>
 #include <vector>
 
 #include "core/draw_list.h"
@@ -18,8 +19,9 @@ struct GpuMaterial {
         GLuint texture = 0, sampler = 0;
     };
     Binding bindings[kMaterialTextures];
-    bool textured = false, unlit = false, double_sided = false;
-    unsigned features = 0;  ///< what its shader needs, a bit for each of materialFeatures()
+    bool unlit = false, double_sided = false;
+    unsigned features = 0;    ///< what its shader needs, a bit for each of materialFeatures()
+    glm::uvec4 flags{};       ///< of its record
 };
 
 /// Geometry, textures with mipmaps, material records, and the draw list.

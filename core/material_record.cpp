@@ -65,7 +65,9 @@ shader::MaterialRecord materialRecord(const Material& source) {
         if (!ref) continue;
         flags |= PEELER_FIRST_TEXTURE_BIT << unit;
         const glm::mat3 rows = glm::transpose(ref.transform);
-        r.texture_transform[2 * unit] = glm::vec4(rows[0], static_cast<float>(ref.texcoord));
+        if (ref.transform != glm::mat3(1)) r.flags.y |= 1U << unit;
+        if (ref.texcoord != 0) r.flags.z |= 1U << unit;
+        r.texture_transform[2 * unit] = glm::vec4(rows[0], 0);
         r.texture_transform[2 * unit + 1] = glm::vec4(rows[1], 0);
     }
     r.flags.x = flags;

@@ -29,7 +29,8 @@ enum ShaderBit : unsigned {
     kClipped = 128,
     kInstanced = 256,
     kEnvironment = 512,
-    kFirstFeature = 1024,  // of a material, see materialFeatures()
+    kOrthographic = 1024,
+    kFirstFeature = 2048,  // of a material, see materialFeatures()
 };
 constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kVaryings, "VARYINGS"},    {kTextured, "TEXTURED"},
@@ -37,6 +38,7 @@ constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kBounded, "BOUNDED"},      {kPunctual, "PUNCTUAL"},
     {kShadowed, "SHADOWED"},    {kClipped, "CLIPPED"},
     {kInstanced, "INSTANCED"},  {kEnvironment, "ENVIRONMENT"},
+    {kOrthographic, "ORTHOGRAPHIC"},
 };
 
 /// Those that an unlit surface has, too.
@@ -213,7 +215,6 @@ void SceneRasterizer::bindFrame() {
         record.tile = {tile_.x0, tile_.y0, tile_.width(), tile_.height()};
         record.band = {band_.x0, band_.y0, band_.width(), 0};
         record.limits = {capacity_, layers_, 0, 0};
-        record.flags = {view_.projection.perspective ? 0 : 1, 0, 0, 0};
         record.view_from_ndc = glm::mat4(glm::inverse(clipFromView()));
         fillClip(record);
         const auto mapping = frame_record_.overwrite(sizeof record);
@@ -240,45 +241,70 @@ const gl::Program& SceneRasterizer::program(const std::vector<std::string_view>&
     return programs_.emplace(key, gl::Program(functions(), files, list)).first->second;
 }
 
-const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const Draw& draw) {
+SceneRasterizer::Variant SceneRasterizer::variantOf(const GeometryPass& pass,
+                                                    const Draw& draw) const {
+    constexpr std::uint32_t kAlpha = PEELER_ALPHA_MASK | PEELER_ALPHA_BLEND;
+    constexpr std::uint32_t kBaseColor = PEELER_FIRST_TEXTURE_BIT << PEELER_BASE_COLOR_UNIT;
+    constexpr std::uint32_t kAll = ~std::uint32_t{0};
     const GpuMaterial& material = scene_.materials()[draw.material];
-    unsigned bits = 0;
+    Variant v;
+    std::uint32_t looks_at = 0;  // which of the material's flags
     if (pass.describes) {
-        bits = kVaryings | material.features * kFirstFeature;
-        if (material.textured) bits |= kTextured;
+        v.bits = kVaryings | material.features * kFirstFeature;
+        looks_at = kAll;
     } else if (pass.shades) {
-        bits = kVaryings;
+        v.bits = kVaryings;
         const bool unlit = settings_.shading == Shading::kUnlit || material.unlit;
-        if (unlit) bits |= kUnlit;
-        if (!unlit && lighting_ && lighting_->punctual()) bits |= kPunctual;
-        if (!unlit && lighting_ && lighting_->shadowed()) bits |= kShadowed;
-        if (!unlit && lighting_ && lighting_->environment()) bits |= kEnvironment;
+        if (unlit) v.bits |= kUnlit;
+        if (!unlit && lighting_ && lighting_->punctual()) v.bits |= kPunctual;
+        if (!unlit && lighting_ && lighting_->shadowed()) v.bits |= kShadowed;
+        if (!unlit && lighting_ && lighting_->environment()) v.bits |= kEnvironment;
+        if (!unlit && !view_.projection.perspective) v.bits |= kOrthographic;
         const unsigned features = material.features & (unlit ? alphaFeatures() : ~0U);
-        bits |= features * kFirstFeature;
+        v.bits |= features * kFirstFeature;
         // An unlit surface shows its base colour alone.
-        if (unlit && features == 0 ? material.bindings[PEELER_BASE_COLOR_UNIT].texture != 0
-                                   : material.textured)
-            bits |= kTextured;
+        looks_at = unlit && features == 0 ? kAlpha | kBaseColor : kAll;
     } else if (draw.alpha_tested && pass.draws != Draws::kClipMeshes) {
-        bits = kVaryings | kAlphaTest;
-        if (draw.textured_alpha) bits |= kTextured;
+        v.bits = kVaryings | kAlphaTest;
+        looks_at = kAlpha | kBaseColor;
     }
-    if (pass.bounded && bounded()) bits |= kBounded;
-    if (settings_.clip.active() && pass.draws != Draws::kClipMeshes) bits |= kClipped;
-    if (draw.instances > 1) bits |= kInstanced;
+    v.material_flags = material.flags.x & looks_at;
+    const std::uint32_t textures = v.material_flags / PEELER_FIRST_TEXTURE_BIT;
+    v.transformed = material.flags.y & textures;
+    v.second_uv = material.flags.z & textures;
+    if (v.material_flags >= PEELER_FIRST_TEXTURE_BIT) v.bits |= kTextured;
+    if (looks_at == kAll)
+        v.draw_flags = draw.flags & ~PEELER_MIRRORED;  // which the vertex shader reads
+    else if (looks_at != 0)
+        v.draw_flags = draw.flags & PEELER_HAS_COLORS;
 
-    const gl::Program*& cached = variants_[{pass.fragment_shader, pass.definitions, bits}];
+    if (pass.bounded && bounded()) v.bits |= kBounded;
+    if (settings_.clip.active() && pass.draws != Draws::kClipMeshes) v.bits |= kClipped;
+    if (draw.instances > 1) v.bits |= kInstanced;
+    return v;
+}
+
+const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const Draw& draw) {
+    const Variant wanted = variantOf(pass, draw);
+    const gl::Program*& cached = variants_[{pass.fragment_shader, pass.definitions, wanted}];
     if (!cached) {
         std::string definitions(pass.definitions);
+        const auto add = [&](std::string_view definition) {
+            definitions.append(" ").append(definition);
+        };
         if (pass.describes) {
             for (const Channel channel : settings_.channels)
-                definitions.append(" ").append(infoOf(channel).definition);
+                add(infoOf(channel).definition);
         }
         for (const auto& [bit, definition] : kDefinitions)
-            if (bits & bit) definitions.append(" ").append(definition);
+            if (wanted.bits & bit) add(definition);
         for (std::size_t i = 0; i < materialFeatures().size(); ++i)
-            if (bits & kFirstFeature << i)
-                definitions.append(" ").append(materialFeatures()[i].definition);
+            if (wanted.bits & kFirstFeature << i) add(materialFeatures()[i].definition);
+        add("MATERIAL_FLAGS=" + std::to_string(wanted.material_flags) + "u");
+        add("DRAW_FLAGS=" + std::to_string(wanted.draw_flags) + "u");
+        add("TRANSFORMED_TEXTURES=" + std::to_string(wanted.transformed) + "u");
+        add("SECOND_UV_TEXTURES=" + std::to_string(wanted.second_uv) + "u");
+        add("GEOMETRY");
         cached = &program({"scene.vert", pass.fragment_shader}, definitions);
     }
     return *cached;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -108,6 +109,15 @@ class SceneRasterizer {
     void freeBound();
 
   private:
+    /// What is compiled into a program: bits that stand for definitions, and the flags of material
+    /// and draw as far as the pass looks at them.
+    struct Variant {
+        unsigned bits = 0;
+        std::uint32_t material_flags = 0, draw_flags = 0;
+        std::uint32_t transformed = 0, second_uv = 0;  // textures, by unit
+        auto operator<=>(const Variant&) const = default;
+    };
+
     /// Binds the record of view, tile and band, and the sampler of the peels' textures.
     void bindFrame();
     /// A program of these files; cached. The definitions are separated by spaces; what says how
@@ -118,6 +128,7 @@ class SceneRasterizer {
     glm::dmat4 clipFromView() const;
     void fillClip(shader::FrameRecord& record) const;
     bool shown(const GeometryPass& pass, const Draw& draw) const;
+    Variant variantOf(const GeometryPass& pass, const Draw& draw) const;
     const gl::Program& variant(const GeometryPass& pass, const Draw& draw);
     /// `area` relative to the tile, y up: x0, y0, x1, y1.
     Window inTile(const Window& area) const;
@@ -131,9 +142,8 @@ class SceneRasterizer {
     const GpuScene& scene_;
     gl::Buffer frame_record_, draw_records_, instance_records_;
     std::map<std::string, gl::Program> programs_;
-    /// By fragment shader, definitions and variant bits.
-    std::map<std::tuple<std::string_view, std::string_view, unsigned>, const gl::Program*>
-        variants_;
+    /// By fragment shader and definitions of the pass.
+    std::map<std::tuple<std::string_view, std::string_view, Variant>, const gl::Program*> variants_;
     const Lighting* lighting_ = nullptr;
     View view_;
     CaptureSettings settings_;

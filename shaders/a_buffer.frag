@@ -13,6 +13,5 @@ void main() {
     if (!inRange(key)) discard;
 
     uint slot = takeSlot();
-    if (slot >= frame.limits.x) return;  // more than counted: the check after the pass reports it
-    storeFragment(slot, key.depth, key.primitive, fragmentColor(base, gradients));
+    if (hasSlot(slot)) storeFragment(slot, key.depth, key.primitive, fragmentColor(base, gradients));
 }

@@ -35,9 +35,6 @@ void main() {
     if (slot == end) return;  // it does not count, or is beyond the layers that are kept
     uint at = slot * uint(argument.x);
 
-#if defined(CHANNEL_NORMAL) || defined(CHANNEL_TANGENT)
-    mat3 world_from_view = mat3(frame.world_from_view);
-#endif
 #ifdef CHANNEL_NORMAL
     put(at, world_from_view * shadingNormal(g));
 #endif

@@ -24,6 +24,6 @@ void main() {
         return;
     }
     uint slot = takeSlot();
-    if (slot < frame.limits.x) storeFragment(slot, key.depth, key.primitive, fragmentColor(base, gradients));
+    if (hasSlot(slot)) storeFragment(slot, key.depth, key.primitive, fragmentColor(base, gradients));
     discard;
 }

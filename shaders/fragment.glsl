@@ -4,12 +4,6 @@
 #include "interface.glsl"
 
 layout(std140, binding = PEELER_FRAME_BLOCK) uniform FrameBlock { FrameRecord frame; };
-layout(std140, binding = PEELER_DRAW_BLOCK) uniform DrawBlock { DrawRecord draw; };
-
-#ifdef INSTANCED
-flat in uint drawn_instance;
-#endif
-
 #ifdef BOUNDED
 layout(binding = PEELER_OPAQUE_DEPTH_UNIT) uniform sampler2D opaque_depth;
 layout(binding = PEELER_OPAQUE_PRIMITIVE_UNIT) uniform usampler2D opaque_primitive;
@@ -25,13 +19,11 @@ bool precedes(Key a, Key b) {
     return a.depth > b.depth || (a.depth == b.depth && a.primitive < b.primitive);
 }
 
-Key fragmentKey() {
-    uint first = draw.ids.x;
-#ifdef INSTANCED
-    first += drawn_instance * draw.ids.y;
+#ifdef GEOMETRY  // and not a pass that covers every pixel
+flat in uint first_key;
+
+Key fragmentKey() { return Key(gl_FragCoord.z, first_key + uint(gl_PrimitiveID)); }
 #endif
-    return Key(gl_FragCoord.z, first + uint(gl_PrimitiveID));
-}
 
 /// Index into the band's per-pixel arrays.
 uint pixelIndex() {

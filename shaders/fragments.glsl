@@ -15,6 +15,15 @@
 
 layout(std430, binding = PEELER_FRAGMENTS) buffer Fragments { FRAGMENT_WORDS fragments[]; };
 
+/// Whether the band has room for the fragment. Where it has not, there are more than were counted: the check after the
+/// pass reports it.
+bool hasSlot(uint slot) {
+#if defined(COLOR_FLOAT) && !defined(KEYS_ONLY) && !defined(SLOPES)
+    slot = 3u * slot + 2u;
+#endif
+    return slot < uint(fragments.length());
+}
+
 #if defined(KEYS_ONLY)
 void storeFragment(uint slot, float depth, uint primitive) {
     fragments[slot] = uvec2(floatBitsToUint(depth), primitive);

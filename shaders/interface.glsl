@@ -98,8 +98,7 @@ struct FrameRecord {
     mat4 world_from_view;  // rotation only
     ivec4 tile;            // x0, y0 of the tile in the picture, its width and height; y down
     ivec4 band;            // x0, y0 of the band in the picture, its row length; y down
-    uvec4 limits;          // x: fragments the band's buffers hold, y: nearest layers that a composite shows in order
-    ivec4 flags;           // x: 1 = orthographic
+    uvec4 limits;          // x: surfaces of clip meshes that the buffer holds, y: nearest layers that a composite shows in order
     mat4 view_from_ndc;    // of the tile; homogeneous
     ivec4 clip;            // x: half-spaces, y: 1 = what is inside is kept, z: 1 = there is a clip mesh
     vec4 half_spaces[PEELER_MAX_HALF_SPACES];  // view space: dot(xyz, p) >= w is inside
@@ -130,8 +129,8 @@ struct MaterialRecord {
     vec4 iridescence;    // factor, index of refraction, least and greatest thickness (nm)
     vec4 transmission;   // factor, thickness, 1 / attenuation distance; w: F0 of a dielectric
     vec4 attenuation;    // rgb
-    vec4 texture_transform[2 * PEELER_MATERIAL_UNITS];  // two rows of a 3x3 matrix; w of the first row: UV set
-    uvec4 flags;         // x: bits above
+    vec4 texture_transform[2 * PEELER_MATERIAL_UNITS];  // two rows of a 3x3 matrix
+    uvec4 flags;         // x: bits above; by unit, y: textures with a transform, z: those of the second UV set
 };
 
 struct LightCount {

@@ -29,7 +29,7 @@ vec3 litColor(vec3 base, float passing, Gradients g) {
 #ifdef TEXTURED
     if (hasTexture(PEELER_OCCLUSION_UNIT)) {
         float r = sampled(occlusion_texture, PEELER_OCCLUSION_UNIT, g).r;
-        occlusion = 1.0 + material.factors.w * (r - 1.0);
+        occlusion = 1.0 + material_factors.w * (r - 1.0);
     }
 #endif
     Reflector s = reflectorOf(base, g);
@@ -49,7 +49,7 @@ vec3 litColor(vec3 base, float passing, Gradients g) {
 #endif
     for (uint i = 0u; i < light_count.lights.x; ++i) {
         vec3 toward = towardLight(lights[i], surface.position);
-        vec3 l = mat3(frame.world_from_view) * toward;
+        vec3 l = world_from_view * toward;
         if (!isLit(s, l)) continue;
         vec3 light = irradiance(lights[i], surface.position, toward);
 #ifdef SHADOWED

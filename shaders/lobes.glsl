@@ -5,7 +5,10 @@
 const float kPi = 3.14159265358979;
 
 /// (1 - cosine)^5
-float grazing(float cosine) { return pow(1.0 - cosine, 5.0); }
+float grazing(float cosine) {
+    float x = 1.0 - cosine, x2 = x * x;
+    return x2 * x2 * x;
+}
 
 /// GGX with height-correlated Smith visibility.
 float ggx(float alpha, float n_dot_l, float n_dot_v, float n_dot_h) {

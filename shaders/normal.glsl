@@ -13,7 +13,7 @@ vec3 facetNormal(Gradients g) { return cross(g.position_dx, g.position_dy); }
 /// Without any map.
 vec3 geometricNormal(Gradients g) {
     vec3 facet = facetNormal(g);
-    if ((draw.ids.z & PEELER_HAS_NORMALS) != 0u && dot(surface.normal, surface.normal) > 0.0)
+    if ((DRAW_FLAGS & PEELER_HAS_NORMALS) != 0u && dot(surface.normal, surface.normal) > 0.0)
         return (gl_FrontFacing ? 1.0 : -1.0) * normalize(surface.normal);
     return dot(facet, facet) > 0.0 ? normalize(facet) : vec3(0.0, 0.0, 1.0);
 }
@@ -23,14 +23,14 @@ vec3 geometricNormal(Gradients g) {
 /// whose UV set counts if the mesh has no tangents.
 void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3 bitangent) {
     float side = gl_FrontFacing ? 1.0 : -1.0;
-    if ((draw.ids.z & PEELER_HAS_TANGENTS) != 0u) {
+    if ((DRAW_FLAGS & PEELER_HAS_TANGENTS) != 0u) {
         float size = dot(surface.tangent.xyz, surface.tangent.xyz);  // the node may scale it
         tangent = surface.tangent.xyz * (size > 0.0 ? side * inversesqrt(size) : 0.0);
         bitangent = side * cross(normal, tangent) * surface.tangent.w;
         return;
     }
     // From derivatives (Schüler, "Followup: Normal Mapping Without Precomputed Tangents", 2013).
-    bool second = material.texture_transform[2 * unit].w != 0.0;
+    bool second = hasSecondUv(unit);
     vec2 dx = second ? g.texcoords_dx.zw : g.texcoords_dx.xy;
     vec2 dy = second ? g.texcoords_dy.zw : g.texcoords_dy.xy;
     vec3 across_y = cross(g.position_dy, normal), across_x = cross(normal, g.position_dx);
@@ -61,7 +61,7 @@ vec3 shadingNormal(Gradients g) {
     vec3 normal = geometricNormal(g);
 #ifdef TEXTURED
     if (hasTexture(PEELER_NORMAL_UNIT))
-        normal = mappedNormal(normal, normal_texture, PEELER_NORMAL_UNIT, material.factors.z, g);
+        normal = mappedNormal(normal, normal_texture, PEELER_NORMAL_UNIT, material_factors.z, g);
 #endif
     return normal;
 }

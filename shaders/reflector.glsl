@@ -63,7 +63,7 @@ vec3 beneath(vec3 reflected) {
 }
 
 #ifdef ANISOTROPY
-void setAnisotropy(inout Reflector s, mat3 world_from_view, Gradients g) {
+void setAnisotropy(inout Reflector s, Gradients g) {
     vec3 texel = TEXEL(anisotropy_texture, PEELER_ANISOTROPY_UNIT).rgb;
     vec2 direction = vec2(1.0, 0.0);
 #ifdef TEXTURED
@@ -93,8 +93,11 @@ void setAnisotropy(inout Reflector s, mat3 world_from_view, Gradients g) {
 /// The surface for the base colour `base` (linear, without alpha).
 Reflector reflectorOf(vec3 base, Gradients g) {
     Reflector s;
-    mat3 world_from_view = mat3(frame.world_from_view);
-    vec3 view = frame.flags.x != 0 ? vec3(0.0, 0.0, 1.0) : normalize(-surface.position);
+#ifdef ORTHOGRAPHIC
+    vec3 view = vec3(0.0, 0.0, 1.0);
+#else
+    vec3 view = normalize(-surface.position);
+#endif
     s.v = world_from_view * view;
     s.n = world_from_view * shadingNormal(g);
     s.n_dot_v = clamp(dot(s.n, s.v), 1e-4, 1.0);
@@ -120,7 +123,7 @@ Reflector reflectorOf(vec3 base, Gradients g) {
     s.alpha = max(s.roughness * s.roughness, kLeastAlpha);
 
 #ifdef ANISOTROPY
-    setAnisotropy(s, world_from_view, g);
+    setAnisotropy(s, g);
 #endif
 #ifdef IRIDESCENCE
     float film = material.iridescence.x * TEXEL(iridescence_texture, PEELER_IRIDESCENCE_UNIT).r;

@@ -6,8 +6,11 @@ layout(std140, binding = PEELER_DRAW_BLOCK) uniform DrawBlock { DrawRecord draw;
 
 #ifdef INSTANCED
 layout(std430, binding = PEELER_INSTANCES) readonly buffer Instances { Placement instances[]; };
-flat out uint drawn_instance;
 #endif
+
+// What is the same for all of a draw goes down as flat varyings: a fragment shader of llvmpipe reads one of them with an
+// instruction, and a uniform with some twenty.
+flat out uint first_key;  // of the primitives of the instance
 
 layout(location = PEELER_POSITION) in vec3 position;
 invariant gl_Position;
@@ -31,6 +34,12 @@ out Surface {
     vec4 color;
 } surface;
 
+layout(std140, binding = PEELER_FRAME_BLOCK) uniform FrameBlock { FrameRecord frame; };
+layout(std140, binding = PEELER_MATERIAL_BLOCK) uniform MaterialBlock { MaterialRecord material; };
+
+flat out mat3 world_from_view;
+flat out vec4 material_color, material_emissive, material_factors;
+
 #ifdef TRANSMISSION
 flat out float mesh_scale;  // what a length of the mesh is in view space
 #endif
@@ -38,10 +47,12 @@ flat out float mesh_scale;  // what a length of the mesh is in view space
 
 void main() {
 #ifdef INSTANCED
-    drawn_instance = uint(gl_InstanceID);
-    Placement placement = instances[draw.ids.w + drawn_instance];
+    uint instance = uint(gl_InstanceID);
+    Placement placement = instances[draw.ids.w + instance];
+    first_key = draw.ids.x + instance * draw.ids.y;
 #else
     Placement placement = draw.placement;
+    first_key = draw.ids.x;
 #endif
     gl_Position = placement.clip_from_model * vec4(position, 1.0);
 #ifdef SLOPES
@@ -55,6 +66,10 @@ void main() {
     surface.tangent = vec4(mat3(placement.view_from_model) * tangent.xyz, handedness);
     surface.texcoords = vec4(texcoord0, texcoord1);
     surface.color = color;
+    world_from_view = mat3(frame.world_from_view);
+    material_color = material.base_color;
+    material_emissive = material.emissive;
+    material_factors = material.factors;
 #ifdef TRANSMISSION
     mesh_scale = pow(abs(determinant(mat3(placement.view_from_model))), 1.0 / 3.0);
 #endif

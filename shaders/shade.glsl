@@ -15,8 +15,8 @@ PACKED_COLOR fragmentColor(vec4 base, Gradients g) {
     rgb = base.rgb * (1.0 - passing);
 #endif
 #ifndef UNLIT
-    bool lit = (material.flags.x & PEELER_UNLIT) == 0u &&
-               (draw.ids.z & (PEELER_HAS_NORMALS | PEELER_IS_TRIANGLES)) != 0u;
+    bool lit = (MATERIAL_FLAGS & PEELER_UNLIT) == 0u &&
+               (DRAW_FLAGS & (PEELER_HAS_NORMALS | PEELER_IS_TRIANGLES)) != 0u;
     if (lit) rgb = litColor(base.rgb, passing, g);
 #endif
     // What a half holds, whatever the vertex colours; no NaN (a degenerate facet), which would spoil the

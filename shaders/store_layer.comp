@@ -24,6 +24,6 @@ void main() {
     uint pixel = uint(y * frame.band.z + x);
     uint slot = slots[pixel];
     slots[pixel] = slot + 1u;
-    if (slot >= frame.limits.x) return;
+    if (!hasSlot(slot)) return;
     storeFragment(slot, texelFetch(layer_depth, at, 0).r, primitive, packedTexel(texelFetch(layer_color, at, 0)));
 }

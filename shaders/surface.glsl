@@ -20,6 +20,9 @@ in Surface {
     vec4 color;
 } surface;
 
+flat in mat3 world_from_view;
+flat in vec4 material_color, material_emissive, material_factors;
+
 /// Screen-space derivatives. They are undefined after a discard or in divergent flow, so every shader
 /// takes them first, and textures are sampled with explicit gradients: the same texel in every pass.
 struct Gradients {
@@ -32,9 +35,13 @@ Gradients surfaceGradients() {
                      dFdy(surface.position));
 }
 
+// The flags of draw and material are of the variant, not read from the records: llvmpipe runs both sides of a branch.
 bool hasTexture(int unit) {
-    return (material.flags.x & (PEELER_FIRST_TEXTURE_BIT << uint(unit))) != 0u;
+    return (MATERIAL_FLAGS & (PEELER_FIRST_TEXTURE_BIT << uint(unit))) != 0u;
 }
+
+bool hasTransform(int unit) { return (TRANSFORMED_TEXTURES & (1u << uint(unit))) != 0u; }
+bool hasSecondUv(int unit) { return (SECOND_UV_TEXTURES & (1u << uint(unit))) != 0u; }
 
 /// A texture of the material, or all ones where there is none.
 #ifdef TEXTURED
@@ -45,13 +52,12 @@ bool hasTexture(int unit) {
 
 #ifdef TEXTURED
 vec4 sampled(sampler2D map, int unit, Gradients g) {
-    vec4 row0 = material.texture_transform[2 * unit];
-    vec3 row1 = material.texture_transform[2 * unit + 1].xyz;
-    bool second = row0.w != 0.0;
-    vec2 uv = second ? surface.texcoords.zw : surface.texcoords.xy;
-    vec2 dx = second ? g.texcoords_dx.zw : g.texcoords_dx.xy;
-    vec2 dy = second ? g.texcoords_dy.zw : g.texcoords_dy.xy;
-    precise vec2 at = vec2(dot(row0.xyz, vec3(uv, 1.0)), dot(row1, vec3(uv, 1.0)));
+    vec2 uv = hasSecondUv(unit) ? surface.texcoords.zw : surface.texcoords.xy;
+    vec2 dx = hasSecondUv(unit) ? g.texcoords_dx.zw : g.texcoords_dx.xy;
+    vec2 dy = hasSecondUv(unit) ? g.texcoords_dy.zw : g.texcoords_dy.xy;
+    if (!hasTransform(unit)) return textureGrad(map, uv, dx, dy);
+    vec3 row0 = material.texture_transform[2 * unit].xyz, row1 = material.texture_transform[2 * unit + 1].xyz;
+    precise vec2 at = vec2(dot(row0, vec3(uv, 1.0)), dot(row1, vec3(uv, 1.0)));
     precise vec2 at_dx = vec2(dot(row0.xy, dx), dot(row1.xy, dx));
     precise vec2 at_dy = vec2(dot(row0.xy, dy), dot(row1.xy, dy));
     return textureGrad(map, at, at_dx, at_dy);
@@ -60,17 +66,17 @@ vec4 sampled(sampler2D map, int unit, Gradients g) {
 
 /// Base colour, straight alpha. OPAQUE and MASK materials have alpha 1 (after the test).
 vec4 baseColor(Gradients g) {
-    precise vec4 color = material.base_color;
+    precise vec4 color = material_color;
 #ifdef TEXTURED
     if (hasTexture(PEELER_BASE_COLOR_UNIT))
         color *= sampled(base_color_texture, PEELER_BASE_COLOR_UNIT, g);
 #endif
-    if ((draw.ids.z & PEELER_HAS_COLORS) != 0u) color *= surface.color;
+    if ((DRAW_FLAGS & PEELER_HAS_COLORS) != 0u) color *= surface.color;
     return color;
 }
 
 /// Light that the material gives off.
-vec3 emissiveColor(Gradients g) { return material.emissive.rgb * TEXEL(emissive_texture, PEELER_EMISSIVE_UNIT).rgb; }
+vec3 emissiveColor(Gradients g) { return material_emissive.rgb * TEXEL(emissive_texture, PEELER_EMISSIVE_UNIT).rgb; }
 
 /// Roughness, and how much of a metal it is, both 0 to 1.
 vec2 roughnessMetallic(Gradients g) {
@@ -78,18 +84,18 @@ vec2 roughnessMetallic(Gradients g) {
 #ifdef SPECULAR_GLOSSINESS
     return vec2(clamp(1.0 - material.specular.a * texel.a, 0.0, 1.0), 0.0);
 #else
-    return clamp(vec2(material.factors.y * texel.g, material.factors.x * texel.b), 0.0, 1.0);
+    return clamp(vec2(material_factors.y * texel.g, material_factors.x * texel.b), 0.0, 1.0);
 #endif
 }
 
 /// The alpha test of MASK materials, and alpha exactly 0 of BLEND ones.
 bool passesAlphaTest(float alpha) {
-    if ((material.flags.x & PEELER_ALPHA_MASK) != 0u) return alpha >= material.emissive.w;
-    if ((material.flags.x & PEELER_ALPHA_BLEND) != 0u) return alpha > 0.0;
+    if ((MATERIAL_FLAGS & PEELER_ALPHA_MASK) != 0u) return alpha >= material_emissive.w;
+    if ((MATERIAL_FLAGS & PEELER_ALPHA_BLEND) != 0u) return alpha > 0.0;
     return true;
 }
 
 /// Alpha as it is composited.
 float coverage(float alpha) {
-    return (material.flags.x & PEELER_ALPHA_BLEND) != 0u ? clamp(alpha, 0.0, 1.0) : 1.0;
+    return (MATERIAL_FLAGS & PEELER_ALPHA_BLEND) != 0u ? clamp(alpha, 0.0, 1.0) : 1.0;
 }

@@ -25,7 +25,7 @@ vec3 attenuation(Gradients g) {
 float passingLight(inout vec3 base, Gradients g) {
     float metallic = 0.0;
 #ifndef SPECULAR_GLOSSINESS
-    metallic = material.factors.x * TEXEL(metallic_roughness_texture, PEELER_METALLIC_ROUGHNESS_UNIT).b;
+    metallic = material_factors.x * TEXEL(metallic_roughness_texture, PEELER_METALLIC_ROUGHNESS_UNIT).b;
 #endif
     if (material.transmission.z > 0.0) base *= attenuation(g);
     vec3 tint = clamp(base, 0.0, 1.0);

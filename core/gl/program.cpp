@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/gl/program.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -62,8 +63,10 @@ Program::Program(const Functions& gl, const std::vector<std::string_view>& files
         "#ifdef GL_EXT_shader_framebuffer_fetch\n"
         "#extension GL_EXT_shader_framebuffer_fetch : enable\n"
         "#endif\n";
-    for (const auto& definition : definitions)
+    for (std::string definition : definitions) {
+        std::replace(definition.begin(), definition.end(), '=', ' ');
         prologue += "#define " + definition + "\n";
+    }
     std::string names;
     for (const auto& file : files) {
         const GLuint shader = compile(gl, file, prologue);
