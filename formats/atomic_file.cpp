@@ -284,6 +284,8 @@ void AtomicFile::writeOut(std::uint64_t offset, std::span<const std::byte> bytes
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) fail("cannot write: " + text(errno), errno);
         // A short write is no error yet: the next one says why (most often: no space).
+        // Begun now, sync() has less to wait for in the end. Where that cannot be, it waits.
+        sync_file_range(descriptor_, static_cast<off_t>(offset), n, SYNC_FILE_RANGE_WRITE);
         offset += static_cast<std::uint64_t>(n);
         bytes = bytes.subspan(static_cast<std::size_t>(n));
     }

@@ -1,27 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which chunks a band completes, their pixels, and the rows kept for the next band.
+// Which chunks a band completes.
 #include "formats/exr_band_writer.h"
 
-#include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cstring>
-#include <limits>
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "formats/exr_carried_rows.h"
 #include "formats/exr_header.h"
 #include "formats/exr_layout.h"
+#include "formats/exr_rows.h"
 #include "formats/id_manifest.h"
 
 namespace peeler {
 namespace {
 
-constexpr std::uint32_t kNoFragment = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kBytesInFlight = 16U << 20;  ///< of chunks before packing: bounds the memory
 constexpr std::size_t kFileBuffer = std::size_t{1} << 20;  ///< of an AtomicFile
 constexpr std::size_t kCopies = 3;  ///< of a chunk in flight: raw, filtered, packed
@@ -55,133 +53,6 @@ std::size_t pixelBytes(const std::vector<ExrChannel>& channels) {
     for (const auto& channel : channels)
         bytes += pixelTypeSize(channel.type);
     return bytes;
-}
-
-template <class T>
-std::byte* put(T value, std::byte* out) {
-    std::memcpy(out, &value, sizeof value);
-    return out + sizeof value;
-}
-
-/// One component of the fragments in `row` (kNoFragment: `fill`), to `out`. Returns the end.
-template <class T>
-std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel, T fill,
-                           std::span<const std::uint32_t> row, std::byte* out) {
-    const T* first = values.data() + channel.component;
-    for (const std::uint32_t fragment : row) {
-        out = put(fragment == kNoFragment ? fill : first[fragment * channel.components], out);
-    }
-    return out;
-}
-
-/// The index of the k-th fragment of each pixel of a row.
-std::size_t findFragments(const LayeredImage& image, std::uint32_t k, int x0, int y,
-                          std::span<std::uint32_t> row) {
-    const std::uint32_t* offsets = image.offsets.data() + image.pixelIndex(x0, y);
-    std::size_t found = 0;
-    for (std::size_t x = 0; x < row.size(); ++x) {
-        const bool has = offsets[x + 1] - offsets[x] > k;
-        row[x] = has ? offsets[x] + k : kNoFragment;
-        found += has ? 1 : 0;
-    }
-    return found;
-}
-
-std::byte* gatherLayerRow(const LayeredImage& image, std::span<const ExrChannel> channels,
-                          std::span<const std::uint32_t> row, std::byte* out) {
-    for (const ExrChannel& channel : channels) {
-        if (channel.source == ExrChannel::kZ) {
-            out = gatherComponent(std::span(image.z), channel,
-                                  std::numeric_limits<float>::infinity(), row, out);
-            continue;
-        }
-        const FragmentArray& array = channel.source == ExrChannel::kColor
-                                         ? image.color
-                                         : image.extra[static_cast<std::size_t>(channel.source)];
-        // Bits are copied as they are, so float and uint are alike.
-        out = channel.type == PixelType::kHalf
-                  ? gatherComponent<std::uint16_t>(array.as<std::uint16_t>(), channel, 0, row, out)
-                  : gatherComponent<std::uint32_t>(array.as<std::uint32_t>(), channel, 0, row, out);
-    }
-    return out;
-}
-
-std::byte* gatherCompositeRow(const CompositeImage& image, std::span<const ExrChannel> channels,
-                              std::size_t first, std::size_t count, std::byte* out) {
-    for (const ExrChannel& channel : channels) {
-        if (channel.source >= 0) {
-            const FragmentArray& array = image.extra[static_cast<std::size_t>(channel.source)];
-            const std::size_t size = pixelTypeSize(channel.type);
-            for (std::size_t p = first; p < first + count; ++p, out += size) {
-                std::memcpy(out, array.data.data() + p * array.stride() + channel.component * size,
-                            size);
-            }
-            continue;
-        }
-        for (std::size_t p = first; p < first + count; ++p) {
-            if (channel.source == ExrChannel::kCompositeZ) {
-                out = put(image.z[p], out);
-            } else if (channel.type == PixelType::kHalf) {
-                out = put(half(image.rgba[p][channel.component]).bits(), out);
-            } else {
-                out = put(image.rgba[p][channel.component], out);
-            }
-        }
-    }
-    return out;
-}
-
-/// Appends the fragments [begin, end) of `from`.
-void appendFragments(const LayeredImage& from, std::size_t begin, std::size_t end,
-                     LayeredImage& to) {
-    const auto append = [&](const FragmentArray& source, FragmentArray& target) {
-        const auto* data = source.data.data();
-        target.data.insert(target.data.end(), data + begin * source.stride(),
-                           data + end * source.stride());
-    };
-    to.z.insert(to.z.end(), from.z.data() + begin, from.z.data() + end);
-    append(from.color, to.color);
-    for (std::size_t i = 0; i < from.extra.size(); ++i)
-        append(from.extra[i], to.extra[i]);
-}
-
-/// Room in `to` for the rows of `from` from y0 on, so that appending them moves nothing.
-void reserveRows(const LayeredImage& from, int y0, LayeredImage& to) {
-    if (y0 >= from.window.y1) return;
-    const std::size_t first = from.pixelIndex(from.window.x0, std::max(y0, from.window.y0));
-    const std::size_t pixels = from.window.pixels() - first;
-    const std::size_t fragments = from.fragments() - from.offsets[first];
-    const auto reserve = [](auto& values, std::size_t more) {
-        values.reserve(values.capacity() + more);
-    };
-    reserve(to.offsets, pixels + 1);
-    reserve(to.z, fragments);
-    reserve(to.color.data, fragments * to.color.stride());
-    for (FragmentArray& array : to.extra)
-        reserve(array.data, fragments * array.stride());
-}
-
-/// Appends the rows [y0, y1) of `from` below those of `to`, which is as wide.
-void appendRows(const LayeredImage& from, int y0, int y1, LayeredImage& to) {
-    const std::size_t first = from.pixelIndex(from.window.x0, y0);
-    const std::size_t last = from.pixelIndex(from.window.x0, y1);
-    const auto base = static_cast<std::uint32_t>(to.fragments());
-    for (std::size_t p = first; p < last; ++p) {
-        to.offsets.push_back(base + from.offsets[p + 1] - from.offsets[first]);
-    }
-    appendFragments(from, from.offsets[first], from.offsets[last], to);
-    to.window.y1 += y1 - y0;
-}
-
-/// No rows yet, the first to come being `y`; the arrays of `like`.
-LayeredImage emptyImage(const LayeredImage& like, int y) {
-    LayeredImage image;
-    image.window = {like.window.x0, y, like.window.x1, y};
-    image.offsets = {0};
-    image.color = {like.color.channels, like.color.type, {}};
-    for (const auto& array : like.extra)
-        image.extra.push_back({array.channels, array.type, {}});
-    return image;
 }
 
 }  // namespace
@@ -438,12 +309,12 @@ std::uint64_t ExrBandWriter::gather(const Job& job, const LayeredImage& band,
             const auto channels = all.subspan(first, end - first);
             if (layer == ExrPart::kComposite) {
                 const CompositeImage& composite = is_carried ? carried_composite_ : band_composite_;
-                out = gatherCompositeRow(composite, channels, image.pixelIndex(part.window.x0, y),
+                out = gatherExrComposite(composite, channels, image.pixelIndex(part.window.x0, y),
                                          width, out);
             } else {
-                found +=
-                    findFragments(image, static_cast<std::uint32_t>(layer), part.window.x0, y, row);
-                out = gatherLayerRow(image, channels, row, out);
+                found += findExrFragments(image, static_cast<std::uint32_t>(layer), part.window.x0,
+                                          y, row);
+                out = gatherExrLayer(image, channels, row, out);
             }
         }
     }
@@ -456,12 +327,7 @@ void ExrBandWriter::carry(const LayeredImage& band) {
         if (next_chunk_[part] == chunks_[part]) continue;
         needed = std::min(needed, parts_[part].window.y0 + next_chunk_[part] * rowsPerChunk());
     }
-    LayeredImage kept = emptyImage(band, needed);
-    reserveRows(carried_, needed, kept);
-    reserveRows(band, needed, kept);
-    if (needed < carried_.window.y1) appendRows(carried_, needed, carried_.window.y1, kept);
-    appendRows(band, std::max(needed, band.window.y0), band.window.y1, kept);
-    carried_ = std::move(kept);
+    carried_ = rowsFrom(needed, carried_, band);
 }
 
 }  // namespace peeler

@@ -114,7 +114,7 @@ class ExrBandWriter {
     int next_row_ = 0;
     LayeredImage carried_;
     CompositeImage carried_composite_, band_composite_;
-    std::vector<std::vector<std::byte>> packed_;  ///< of the chunks in flight
+    std::vector<ByteBuffer> packed_;  ///< of the chunks in flight
     ExrPackerPool packers_{options_.level, options_.compression};
     std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;
     StageTimes times_;

@@ -84,7 +84,7 @@ bool isDeep(const Imf::Header& header) {
 
 /// OpenEXR's run lengths (ImfRle.cpp): n ≥ 0 repeats the byte that follows n + 1 times, n < 0 is
 /// followed by −n bytes as they are. A run has 3 bytes at least, 128 at most.
-void packRuns(std::span<const std::byte> in, std::vector<std::byte>& out) {
+void packRuns(std::span<const std::byte> in, ByteBuffer& out) {
     constexpr std::size_t kShortest = 3, kLongest = 128, kMostLiterals = 127;
     out.clear();
     const auto runAt = [&](std::size_t i) {
@@ -135,6 +135,7 @@ ExrChunkPacker::~ExrChunkPacker() {
 }
 
 std::span<std::byte> ExrChunkPacker::raw(std::size_t bytes) {
+    raw_.clear();  // what is in it need not move
     raw_.resize(bytes);
     return raw_;
 }
@@ -143,6 +144,7 @@ std::span<std::byte> ExrChunkPacker::raw(std::size_t bytes) {
 /// (ImfZip.cpp). Both at once here.
 void ExrChunkPacker::filter() {
     const std::size_t size = raw_.size();
+    filtered_.clear();
     filtered_.resize(size);
     const auto* in = reinterpret_cast<const std::uint8_t*>(raw_.data());
     auto* to = reinterpret_cast<std::uint8_t*>(filtered_.data());
@@ -157,7 +159,7 @@ void ExrChunkPacker::filter() {
     }
 }
 
-void ExrChunkPacker::pack(std::vector<std::byte>& out) {
+void ExrChunkPacker::pack(ByteBuffer& out) {
     const std::size_t size = raw_.size();
     bool smaller = false;
     if (compression_ != Imf::NO_COMPRESSION && size > 0) {
@@ -166,6 +168,7 @@ void ExrChunkPacker::pack(std::vector<std::byte>& out) {
             packRuns(filtered_, out);
             smaller = out.size() < size;
         } else {
+            out.clear();
             out.resize(size);
             const std::size_t packed =
                 libdeflate_zlib_compress(compressor_, filtered_.data(), size, out.data(), size - 1);

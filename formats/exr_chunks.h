@@ -21,6 +21,7 @@
 
 #include "core/layered_image.h"
 #include "formats/atomic_file.h"
+#include "formats/byte_buffer.h"
 
 struct libdeflate_compressor;
 
@@ -49,7 +50,7 @@ class ExrChunkPacker {
     std::span<std::byte> raw(std::size_t bytes);
     /// Packs raw() into `out`: bytes apart, differences, then zlib or run lengths; or as it is
     /// where that does not shrink it.
-    void pack(std::vector<std::byte>& out);
+    void pack(ByteBuffer& out);
     std::size_t bytesKept() const { return raw_.capacity() + filtered_.capacity(); }
 
   private:
@@ -57,7 +58,7 @@ class ExrChunkPacker {
 
     Imf::Compression compression_;
     libdeflate_compressor* compressor_;
-    std::vector<std::byte> raw_, filtered_;
+    ByteBuffer raw_, filtered_;
 };
 
 /// Packers that are kept for whoever needs one next, on any thread.
@@ -89,9 +90,9 @@ class ExrPackerPool {
 
 /// A packed row of deep samples.
 struct ExrDeepChunk {
-    std::vector<std::byte> counts;   ///< for each pixel, how many samples it and those left have
-    std::vector<std::byte> samples;  ///< channel after channel
-    std::size_t unpacked = 0;        ///< bytes of the samples before packing
+    ByteBuffer counts;         ///< for each pixel, how many samples it and those left have
+    ByteBuffer samples;        ///< channel after channel
+    std::size_t unpacked = 0;  ///< bytes of the samples before packing
 };
 
 /// Assembles the file. Single-part if there is one header, else multi-part. A part is deep if its

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
 
 #include "formats/exr_input.h"
 #include "formats/exr_unpack.h"
@@ -94,15 +95,17 @@ void ExrInput::readDeepBlock(std::size_t part, std::size_t block, bool counts_on
         chunk.unpacked_size > exrMostUnpacked(info.compression, chunk.packed_size)) {
         refuse("a chunk has no plausible size", info);
     }
-    std::vector<std::byte> packed(chunk.packed_size), table(chunk.sample_count_table_size);
     // A null pointer leaves that half of the chunk unread.
-    const bool samples_wanted = !counts_only && !packed.empty();
-    check(exr_read_deep_chunk(context_, index, &chunk, samples_wanted ? packed.data() : nullptr,
-                              table.data()),
+    const std::size_t packed_size = counts_only ? 0 : chunk.packed_size;
+    const auto packed = std::make_unique_for_overwrite<std::byte[]>(packed_size);
+    const auto table = std::make_unique_for_overwrite<std::byte[]>(chunk.sample_count_table_size);
+    check(exr_read_deep_chunk(context_, index, &chunk, packed_size > 0 ? packed.get() : nullptr,
+                              table.get()),
           info.name);
 
     out.counts.resize(out.window.pixels());
-    if (!unpackTable(info, table, std::as_writable_bytes(std::span(out.counts))) ||
+    if (!unpackTable(info, {table.get(), chunk.sample_count_table_size},
+                     std::as_writable_bytes(std::span(out.counts))) ||
         !toCounts(out.counts, static_cast<std::size_t>(out.window.width()))) {
         refuse("the sample counts of a chunk are damaged", info);
     }
@@ -114,7 +117,7 @@ void ExrInput::readDeepBlock(std::size_t part, std::size_t block, bool counts_on
     out.samples.clear();
     if (counts_only) return;
     out.samples.resize(chunk.unpacked_size);
-    if (!exrUnpack(info.compression, packed, out.samples))
+    if (!exrUnpack(info.compression, {packed.get(), packed_size}, out.samples))
         refuse("the samples of a chunk are damaged", info);
 }
 

@@ -5,6 +5,7 @@
 #include <Imath/half.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -20,6 +21,9 @@ namespace {
 
 constexpr std::uint32_t kMostSamples = 1 << 16;  ///< in a pixel: as many layers as can be stored
 constexpr std::uint16_t kHalfOne = 0x3c00;
+constexpr std::array kColors = {"R", "G", "B", "A"};
+/// More at once gains nothing, and memory that is touched for the first time costs time.
+constexpr std::uint64_t kMostBytes = std::uint64_t{64} << 20U;
 
 /// A sample at infinity is there, and must not look like none.
 float finiteDepth(float z) {
@@ -38,14 +42,29 @@ float floatAt(const std::byte* from, PixelType type) {
     return imath_half_to_float(bits);
 }
 
-void storeColor(const std::byte* from, PixelType type, FragmentArray& color, std::size_t fragment,
-                std::size_t component) {
-    const std::size_t place = fragment * 4 + component;
-    if (color.type == PixelType::kFloat) {
-        color.as<float>()[place] = floatAt(from, type);
-    } else {
-        std::memcpy(&color.as<std::uint16_t>()[place], from, sizeof(std::uint16_t));
+/// Values in a row become one component of the fragments [begin, end).
+template <class T>
+void storeComponent(const std::byte* from, FragmentArray& array, std::size_t component,
+                    std::size_t begin, std::size_t end) {
+    const std::size_t step = array.components();
+    T* to = array.as<T>().data() + begin * step + component;
+    for (std::size_t f = begin; f < end; ++f, from += sizeof(T), to += step)
+        std::memcpy(to, from, sizeof(T));
+}
+
+void storeColor(const std::byte* from, PixelType type, FragmentArray& color, std::size_t component,
+                std::size_t begin, std::size_t end) {
+    if (color.type == type) {
+        if (type == PixelType::kHalf) {
+            storeComponent<std::uint16_t>(from, color, component, begin, end);
+        } else {
+            storeComponent<float>(from, color, component, begin, end);
+        }
+        return;
     }
+    // Half in the file: another channel of it is float.
+    for (std::size_t f = begin; f < end; ++f, from += pixelTypeSize(type))
+        color.as<float>()[f * 4 + component] = floatAt(from, type);
 }
 
 /// Puts the fragments [begin, end) of an array into the order that `order` names.
@@ -140,6 +159,22 @@ bool ExrDeepReader::sameBlocks(std::size_t a, std::size_t b) const {
            input_.deepBlockWindow(a, 0) == input_.deepBlockWindow(b, 0);
 }
 
+/// Reads the sample counts of a block, and which parts have others than the first.
+void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
+    const std::size_t main = parts_.front().index;
+    input_.readDeepBlock(main, block, true, out.main);
+    if (std::ranges::any_of(out.main.counts, [](std::uint32_t n) { return n > kMostSamples; })) {
+        throw Error(ErrorKind::kInput, "a pixel has more than 65536 samples", input_.where(main),
+                    "merge samples first");
+    }
+    out.different.clear();
+    for (const Part& part : parts_) {
+        if (part.index == main) continue;
+        input_.readDeepBlock(part.index, block, true, out.other);
+        if (out.other.counts != out.main.counts) out.different.push_back(part.index);
+    }
+}
+
 /// Fills in the plan; parts that have other counts are left out, or are an error in our own files.
 void ExrDeepReader::countSamples() {
     const std::size_t main = parts_.front().index;
@@ -147,25 +182,22 @@ void ExrDeepReader::countSamples() {
     LayerWindows windows;
     std::vector<std::uint64_t> rows(static_cast<std::size_t>(all.height()), 0);
     std::set<std::size_t> different;
-    ExrDeepBlock block, other;
-    for (std::size_t b = 0; b < input_.deepBlocks(main); ++b) {
-        input_.readDeepBlock(main, b, true, block);
-        for (const Part& part : parts_) {
-            if (part.index == main || different.contains(part.index)) continue;
-            input_.readDeepBlock(part.index, b, true, other);
-            if (other.counts != block.counts) different.insert(part.index);
-        }
-        const Window& window = block.window;
-        std::size_t i = 0;
-        for (int y = window.y0; y < window.y1; ++y) {
-            for (int x = window.x0; x < window.x1; ++x, ++i) {
-                const std::uint32_t count = block.counts[i];
-                if (count > kMostSamples) {
-                    throw Error(ErrorKind::kInput, "a pixel has more than 65536 samples",
-                                input_.where(main), "merge samples first");
+    const std::size_t blocks = input_.deepBlocks(main);
+    constexpr std::size_t kAtOnce = 256;
+    std::vector<CountedBlock> counted(std::min(blocks, kAtOnce));
+    for (std::size_t first = 0; first < blocks; first += kAtOnce) {
+        const std::size_t end = std::min(blocks, first + kAtOnce);
+        parallelFor(end - first, [&](std::size_t i) { count(first + i, counted[i]); });
+        for (std::size_t i = 0; i < end - first; ++i) {
+            const CountedBlock& block = counted[i];
+            different.insert(block.different.begin(), block.different.end());
+            const Window& window = block.main.window;
+            const std::uint32_t* counts = block.main.counts.data();
+            for (int y = window.y0; y < window.y1; ++y) {
+                for (int x = window.x0; x < window.x1; ++x) {
+                    windows.add(x, y, *counts);
+                    rows[static_cast<std::size_t>(y - all.y0)] += *counts++;
                 }
-                windows.add(x, y, count);
-                rows[static_cast<std::size_t>(y - all.y0)] += count;
             }
         }
     }
@@ -190,7 +222,6 @@ void ExrDeepReader::countSamples() {
 void ExrDeepReader::findChannels() {
     const ExrInputPart& main = info_.parts[parts_.front().index];
     info_.plan.color_type = PixelType::kHalf;
-    constexpr const char* kColors[] = {"R", "G", "B", "A"};
     const bool grey = !main.channel("R") && !main.channel("G") && !main.channel("B");
     const auto routeOf = [&](const std::string& name, bool first) -> Route {
         const auto* color = std::find(std::begin(kColors), std::end(kColors), name);
@@ -276,46 +307,63 @@ void ExrDeepReader::readSamples(const Window& window, LayeredImage& out) const {
     }
 }
 
+/// Stores the values of a channel, which are those of the fragments [begin, end).
+void ExrDeepReader::store(const Route& route, const std::byte* from, std::size_t begin,
+                          std::size_t end, LayeredImage& out) {
+    if (route.target == Route::kZ) {
+        const std::size_t size = pixelTypeSize(route.type);
+        for (std::size_t f = begin; f < end; ++f, from += size)
+            out.z[f] = finiteDepth(floatAt(from, route.type));
+    } else if (route.target == Route::kColor) {
+        storeColor(from, route.type, out.color, route.component, begin, end);
+    } else if (route.target == Route::kGrey) {
+        for (std::size_t c = 0; c < 3; ++c)
+            storeColor(from, route.type, out.color, c, begin, end);
+    } else if (route.target >= 0) {
+        FragmentArray& array = out.extra[static_cast<std::size_t>(route.target)];
+        // Bits are copied as they are, so float and uint are alike.
+        if (array.type == PixelType::kHalf) {
+            storeComponent<std::uint16_t>(from, array, route.component, begin, end);
+        } else {
+            storeComponent<std::uint32_t>(from, array, route.component, begin, end);
+        }
+    }
+}
+
+/// Stores the samples of a block that lie in the window.
 void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, LayeredImage& out) const {
     const auto width = static_cast<std::size_t>(block.window.width());
+    const Window wanted = intersect(block.window, out.window);
     const std::byte* from = block.samples.data();
-    const auto store = [&](const Route& route, std::size_t fragment, const std::byte* value) {
-        if (route.target == Route::kZ) {
-            out.z[fragment] = finiteDepth(floatAt(value, route.type));
-        } else if (route.target == Route::kColor) {
-            storeColor(value, route.type, out.color, fragment, route.component);
-        } else if (route.target == Route::kGrey) {
-            for (std::size_t c = 0; c < 3; ++c)
-                storeColor(value, route.type, out.color, fragment, c);
-        } else if (route.target >= 0) {
-            FragmentArray& array = out.extra[static_cast<std::size_t>(route.target)];
-            const std::size_t size = pixelTypeSize(array.type);
-            std::memcpy(array.data.data() + fragment * array.stride() + route.component * size,
-                        value, size);
-        }
-    };
     for (int y = block.window.y0; y < block.window.y1; ++y) {
-        const std::uint32_t* counts =
-            block.counts.data() + static_cast<std::size_t>(y - block.window.y0) * width;
-        const bool wanted_row = y >= out.window.y0 && y < out.window.y1;
-        for (const Route& route : part.routes) {
-            const std::size_t size = pixelTypeSize(route.type);
-            for (std::size_t x = 0; x < width; ++x) {
-                const int column = block.window.x0 + static_cast<int>(x);
-                const bool wanted = wanted_row && column >= out.window.x0 && column < out.window.x1;
-                if (!wanted) {
-                    from += counts[x] * size;
-                    continue;
-                }
-                const std::size_t pixel = out.pixelIndex(column, y);
+        const std::span counts(
+            block.counts.data() + static_cast<std::size_t>(y - block.window.y0) * width, width);
+        const bool wanted_row = y >= wanted.y0 && y < wanted.y1;
+        // The fragments of a row follow each other, here as in the file.
+        const auto left = static_cast<std::size_t>(wanted_row ? wanted.x0 - block.window.x0 : 0);
+        const auto columns = static_cast<std::size_t>(wanted_row ? wanted.width() : 0);
+        const std::size_t skipped = std::accumulate(
+            counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(left), std::size_t{0});
+        std::size_t samples = skipped, begin = 0, end = 0;
+        if (wanted_row) {
+            const std::uint32_t* offsets = out.offsets.data() + out.pixelIndex(wanted.x0, y);
+            begin = offsets[0];
+            end = offsets[columns];
+            for (std::size_t x = 0; x < columns; ++x) {
                 // The file may change while it is read; the memory must not be another's.
-                if (out.count(pixel) != counts[x]) {
+                if (offsets[x + 1] - offsets[x] != counts[left + x]) {
                     throw Error(ErrorKind::kInput, "the sample counts have changed",
                                 input_.where(part.index), "read it again");
                 }
-                for (std::uint32_t k = 0; k < counts[x]; ++k, from += size)
-                    store(route, out.offsets[pixel] + k, from);
             }
+            samples += end - begin;
+        }
+        samples = std::accumulate(counts.begin() + static_cast<std::ptrdiff_t>(left + columns),
+                                  counts.end(), samples);
+        for (const Route& route : part.routes) {
+            const std::size_t size = pixelTypeSize(route.type);
+            store(route, from + skipped * size, begin, end, out);
+            from += samples * size;
         }
     }
 }
@@ -330,7 +378,10 @@ void ExrDeepReader::read(const Window& window, LayeredImage& out) {
     const std::size_t fragments = out.offsets.back();
     out.z.resize(fragments);
     out.color = {{"R", "G", "B", "A"}, info_.plan.color_type, std::move(out.color.data)};
-    out.color.data.assign(fragments * out.color.stride(), std::byte{0});
+    const ExrInputPart& main = info_.parts[parts_.front().index];
+    const auto missing = [&](const char* name) { return main.channel(name) == nullptr; };
+    if (std::ranges::any_of(kColors, missing)) out.color.data.clear();  // what is reused is not 0
+    out.color.data.resize(fragments * out.color.stride());
     out.extra.resize(extra_.size());
     for (std::size_t i = 0; i < extra_.size(); ++i) {
         out.extra[i] = {extra_[i].channels, extra_[i].type, std::move(out.extra[i].data)};
@@ -359,8 +410,8 @@ int ExrDeepReader::rowsFor(std::uint64_t bytes) const {
     const std::uint64_t row =
         most_row_bytes_ + static_cast<std::uint64_t>(crop.width()) * sizeof(std::uint32_t);
     const auto rows = static_cast<std::uint64_t>(std::max(1, crop.height()));
-    return static_cast<int>(
-        std::clamp(bytes / std::max<std::uint64_t>(1, row), std::uint64_t{1}, rows));
+    return static_cast<int>(std::clamp(
+        std::min(bytes, kMostBytes) / std::max<std::uint64_t>(1, row), std::uint64_t{1}, rows));
 }
 
 }  // namespace peeler

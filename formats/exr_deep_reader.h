@@ -50,15 +50,22 @@ class ExrDeepReader : public LayeredInput {
         std::size_t index;          ///< in ExrInfo::parts
         std::vector<Route> routes;  ///< of all its channels, in their order
     };
+    struct CountedBlock {
+        ExrDeepBlock main, other;            ///< without samples
+        std::vector<std::size_t> different;  ///< parts
+    };
 
     std::size_t findMainPart() const;
     std::vector<std::size_t> findOthers(std::size_t main) const;
     bool sameBlocks(std::size_t a, std::size_t b) const;
+    void count(std::size_t block, CountedBlock& out) const;
     void countSamples();
     void findChannels();
     std::vector<std::size_t> blocksIn(const Window& window, std::size_t part) const;
     void readCounts(const Window& window, LayeredImage& out) const;
     void readSamples(const Window& window, LayeredImage& out) const;
+    static void store(const Route& route, const std::byte* from, std::size_t begin, std::size_t end,
+                      LayeredImage& out);
     void scatter(const ExrDeepBlock& block, const Part& part, LayeredImage& out) const;
 
     ExrFiles input_;

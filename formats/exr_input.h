@@ -11,6 +11,7 @@
 
 #include "core/layered_image.h"
 #include "core/window.h"
+#include "formats/byte_buffer.h"
 
 struct _priv_exr_context_t;  // OpenEXRCore's; NOLINT(bugprone-reserved-identifier)
 
@@ -56,7 +57,7 @@ struct ExrDeepBlock {
     Window window;
     std::vector<std::uint32_t> counts;  ///< samples of each pixel, row-major
     /// Row after row, of each channel after channel (by name), of each pixel after pixel.
-    std::vector<std::byte> samples;
+    ByteBuffer samples;
 };
 
 /// An open file. Nothing in it is trusted: sizes are checked against limits and against the size of

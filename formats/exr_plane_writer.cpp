@@ -41,7 +41,7 @@ struct ExrPlaneWriter::File {
     AtomicFile atomic;
     std::unique_ptr<ExrFile> exr;  // after the file it writes to
     ExrChunkPacker packer;
-    std::vector<std::byte> packed;
+    ByteBuffer packed;
 };
 
 ExrPlaneWriter::ExrPlaneWriter(const std::string& path, std::span<const ExrPlanePart> parts,

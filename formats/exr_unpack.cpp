@@ -12,8 +12,9 @@ namespace peeler {
 namespace {
 
 bool inflate(std::span<const std::byte> packed, std::span<std::byte> out) {
-    const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> inflater(
-        libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+    // Making one takes longer than the few bytes of a deep row.
+    thread_local const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)>
+        inflater(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
     // Without a place for the actual size the result must fill `out`.
     return inflater &&
            libdeflate_zlib_decompress(inflater.get(), packed.data(), packed.size(), out.data(),
@@ -41,14 +42,42 @@ bool unpackRuns(std::span<const std::byte> packed, std::span<std::byte> out) {
     return filled == out.size();
 }
 
+/// Replaces differences, biased by 128, by their sums from `last` on. Returns the last sum.
+///
+/// Eight bytes at once: those at even places and those at odd ones become numbers of 16 bits, which
+/// a product with four ones adds up without carries from one into the next.
+std::uint8_t addUp(std::span<std::uint8_t> bytes, std::uint8_t last) {
+    constexpr std::uint64_t kEven = 0x00ff00ff00ff00ff, kOnes = 0x0001000100010001;
+    constexpr std::uint64_t kBias = 0x8080808080808080;
+    std::size_t i = 0;
+    for (; i + sizeof(std::uint64_t) <= bytes.size(); i += sizeof(std::uint64_t)) {
+        std::uint64_t word = 0;
+        std::memcpy(&word, bytes.data() + i, sizeof word);
+        word ^= kBias;  // minus 128, modulo 256
+        const std::uint64_t even = (word & kEven) * kOnes, odd = (word >> 8U & kEven) * kOnes;
+        const std::uint64_t before = last * kOnes;
+        const std::uint64_t at_even = even + (odd << 16U) + before, at_odd = even + odd + before;
+        word = (at_even & kEven) | (at_odd & kEven) << 8U;
+        std::memcpy(bytes.data() + i, &word, sizeof word);
+        last = static_cast<std::uint8_t>(last + ((even + odd) >> 48U));
+    }
+    for (; i < bytes.size(); ++i)
+        bytes[i] = last = static_cast<std::uint8_t>(last + bytes[i] - 128);
+    return last;
+}
+
 /// The inverse of ExrChunkPacker's filter. Destroys `filtered`.
-void unfilter(std::span<std::byte> filtered, std::span<std::byte> out) {
-    auto* from = reinterpret_cast<std::uint8_t*>(filtered.data());
-    const std::size_t size = out.size(), even = (size + 1) / 2;
-    for (std::size_t i = 1; i < size; ++i)
-        from[i] = static_cast<std::uint8_t>(from[i - 1] + from[i] - 128);
-    for (std::size_t i = 0; i < size; ++i)
-        out[i] = filtered[i % 2 == 0 ? i / 2 : even + i / 2];
+void unfilter(std::span<std::uint8_t> filtered, std::span<std::byte> out) {
+    addUp(filtered, 128);  // the first byte has no bias
+    const std::size_t size = out.size(), half = size / 2;
+    const std::uint8_t* const even = filtered.data();
+    const std::uint8_t* const odd = even + (size - half);
+    auto* const to = reinterpret_cast<std::uint8_t*>(out.data());
+    for (std::size_t i = 0; i < half; ++i) {
+        to[2 * i] = even[i];
+        to[2 * i + 1] = odd[i];
+    }
+    if (size % 2 != 0) to[size - 1] = even[half];
 }
 
 }  // namespace
@@ -73,9 +102,10 @@ bool exrUnpack(const std::string& compression, std::span<const std::byte> packed
 bool exrUnpackAlways(const std::string& compression, std::span<const std::byte> packed,
                      std::span<std::byte> out) {
     if (compression == "none") return false;
-    std::vector<std::byte> filtered(out.size());
-    if (!(compression == "rle" ? unpackRuns(packed, filtered) : inflate(packed, filtered)))
-        return false;
+    const auto storage = std::make_unique_for_overwrite<std::uint8_t[]>(out.size());
+    const std::span<std::uint8_t> filtered(storage.get(), out.size());
+    const auto bytes = std::as_writable_bytes(filtered);
+    if (!(compression == "rle" ? unpackRuns(packed, bytes) : inflate(packed, bytes))) return false;
     unfilter(filtered, out);
     return true;
 }

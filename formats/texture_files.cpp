@@ -107,7 +107,7 @@ void writeExrTextures(const std::string& path, std::span<const ValueTexture> tex
     ExrPackerPool packers(kDefaultZipLevel, Imf::ZIP_COMPRESSION);
     for (std::size_t part = 0; part < textures.size(); ++part) {
         const ValueTexture& texture = textures[part];
-        std::vector<std::vector<std::byte>> packed(static_cast<std::size_t>(exr.chunkCount(part)));
+        std::vector<ByteBuffer> packed(static_cast<std::size_t>(exr.chunkCount(part)));
         parallelFor(packed.size(), [&](std::size_t chunk) {
             const int row = static_cast<int>(chunk) * kExrRowsPerChunk;
             const int rows = std::min(kExrRowsPerChunk, texture.size - row);

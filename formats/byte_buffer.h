@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bytes for somebody to fill: a plain std::vector would set them to zero first.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <new>
+#include <utility>
+#include <vector>
+
+namespace peeler {
+
+/// Leaves values that nobody gives undefined.
+template <class T>
+struct UnsetAllocator : std::allocator<T> {
+    UnsetAllocator() = default;
+    template <class U>
+    explicit UnsetAllocator(const UnsetAllocator<U>&) noexcept {}
+    template <class U>
+    struct rebind {
+        using other = UnsetAllocator<U>;
+    };
+    template <class U>
+    void construct(U* place) noexcept {
+        ::new (static_cast<void*>(place)) U;
+    }
+    template <class U, class... Args>
+    void construct(U* place, Args&&... args) {
+        ::new (static_cast<void*>(place)) U(std::forward<Args>(args)...);
+    }
+};
+
+/// What resize() adds is undefined.
+using ByteBuffer = std::vector<std::byte, UnsetAllocator<std::byte>>;
+
+}  // namespace peeler
