@@ -64,7 +64,7 @@ class BandBuffers {
     void bindClip() const;
 
     const gl::Functions& gl_;
-    gl::Buffer slots_, fragments_, channels_;          // of layers
+    gl::Buffer slots_, fragments_, channels_;       // of layers
     gl::Buffer depths_, stamps_, colors_, counts_;  // of a composite, and the slots
     gl::Buffer clip_first_, clip_depths_;
 };

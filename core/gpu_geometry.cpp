@@ -123,6 +123,7 @@ GpuGeometry::GpuGeometry(const gl::Functions& gl, const Scene& scene, const Draw
         slot.index_offset = entry->second + bytesOf(attributes(p));
         if (fresh)
             fixed_bytes = slot.index_offset + aligned(p.indices.size() * sizeof(std::uint32_t));
+        slot.box.add(p.positions);
         if (geometry.deformed < 0) continue;
         slot.deformed_offset = deformed_bytes;
         deformed_bytes += bytesOf(movable(deformedOf(contents, geometry)));
@@ -163,8 +164,11 @@ void GpuGeometry::setDeformed(const DrawList& list, const SceneContents& content
     auto* memory = mapping.as<std::byte>();
     for (std::size_t i = 0; i < slots_.size(); ++i) {
         const Geometry& geometry = list.geometries()[i];
-        if (geometry.deformed >= 0)
-            copy(movable(deformedOf(contents, geometry)), memory + slots_[i].deformed_offset);
+        if (geometry.deformed < 0) continue;
+        const DeformedVertices& vertices = deformedOf(contents, geometry);
+        copy(movable(vertices), memory + slots_[i].deformed_offset);
+        slots_[i].box = {};
+        slots_[i].box.add(vertices.positions);
     }
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/draw_list.h"
 #include "core/gl/objects.h"
+#include "core/screen_bounds.h"
 
 namespace peeler {
 
@@ -22,6 +23,8 @@ class GpuGeometry {
     void setDeformed(const DrawList& list, const SceneContents& contents);
 
     GLuint vertexArray(const Draw& draw) const { return slots_[draw.geometry].vertex_array.name(); }
+    /// Around its vertices, in mesh space.
+    const Box& box(const Draw& draw) const { return slots_[draw.geometry].box; }
     /// Bytes into the element buffer.
     std::size_t indexOffset(const Draw& draw) const { return slots_[draw.geometry].index_offset; }
 
@@ -30,6 +33,7 @@ class GpuGeometry {
         gl::VertexArray vertex_array;
         std::size_t index_offset = 0;
         std::size_t deformed_offset = 0;
+        Box box{};
     };
 
     std::vector<Slot> slots_;  ///< of each geometry

@@ -20,8 +20,8 @@ struct GpuMaterial {
     };
     Binding bindings[kMaterialTextures];
     bool unlit = false, double_sided = false;
-    unsigned features = 0;    ///< what its shader needs, a bit for each of materialFeatures()
-    glm::uvec4 flags{};       ///< of its record
+    unsigned features = 0;  ///< what its shader needs, a bit for each of materialFeatures()
+    glm::uvec4 flags{};     ///< of its record
 };
 
 /// Geometry, textures with mipmaps, material records, and the draw list.

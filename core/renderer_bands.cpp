@@ -49,9 +49,9 @@ BandCosts Renderer::State::costs() const {
         // Keys and where fragments were captured.
         if (channels > 0 || settings.hits != Hits::kNone)
             costs.fragment_bytes += 2 * sizeof(std::uint32_t);
-        costs.largest_array_bytes = std::max<std::uint64_t>(
-            BandBuffers::fragmentWords(color) * sizeof(std::uint32_t),
-            shadedComponents(settings.channels) * sizeof(float));
+        costs.largest_array_bytes =
+            std::max<std::uint64_t>(BandBuffers::fragmentWords(color) * sizeof(std::uint32_t),
+                                    shadedComponents(settings.channels) * sizeof(float));
         // All samples are held until they are merged, with their primitives and while sorting.
         if (mergesLayers()) {
             costs.fragment_bytes += color + channels + 16 * sizeof(float);

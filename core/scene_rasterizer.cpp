@@ -33,11 +33,11 @@ enum ShaderBit : unsigned {
     kFirstFeature = 2048,  // of a material, see materialFeatures()
 };
 constexpr std::pair<unsigned, const char*> kDefinitions[] = {
-    {kVaryings, "VARYINGS"},    {kTextured, "TEXTURED"},
-    {kAlphaTest, "ALPHA_TEST"}, {kUnlit, "UNLIT"},
-    {kBounded, "BOUNDED"},      {kPunctual, "PUNCTUAL"},
-    {kShadowed, "SHADOWED"},    {kClipped, "CLIPPED"},
-    {kInstanced, "INSTANCED"},  {kEnvironment, "ENVIRONMENT"},
+    {kVaryings, "VARYINGS"},         {kTextured, "TEXTURED"},
+    {kAlphaTest, "ALPHA_TEST"},      {kUnlit, "UNLIT"},
+    {kBounded, "BOUNDED"},           {kPunctual, "PUNCTUAL"},
+    {kShadowed, "SHADOWED"},         {kClipped, "CLIPPED"},
+    {kInstanced, "INSTANCED"},       {kEnvironment, "ENVIRONMENT"},
     {kOrthographic, "ORTHOGRAPHIC"},
 };
 
@@ -178,6 +178,7 @@ void SceneRasterizer::uploadDrawRecords() {
     };
     const DrawList& list = scene_.list();
     const auto& draws = list.draws();
+    screen_bounds_.assign(draws.size(), {});
     if (draws.empty()) return;
     std::size_t instances = 0;
     for (const Draw& draw : draws)
@@ -190,6 +191,12 @@ void SceneRasterizer::uploadDrawRecords() {
     std::uint32_t first_instance = 0;
     for (std::size_t i = 0; i < draws.size(); ++i) {
         const std::span<const glm::dmat4> worlds = list.worlds(draws[i]);
+        const Box& box = scene_.geometry().box(draws[i]);
+        for (const glm::dmat4& world : worlds) {
+            screen_bounds_[i] =
+                unite(screen_bounds_[i], screenBounds(box, clip_from_view * view_from_world * world,
+                                                      tile_.width(), tile_.height()));
+        }
         shader::DrawRecord record{};
         record.ids = {draws[i].first_primitive, draws[i].instance_keys, draws[i].flags,
                       first_instance};
@@ -375,9 +382,10 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     std::size_t material = static_cast<std::size_t>(-1);
     if (instance_records_) instance_records_.bindStorage(PEELER_INSTANCES);  // none: no draws
     const auto& draws = scene_.list().draws();
+    const Window scissor = inTile(area);
     for (std::size_t i = 0; i < draws.size(); ++i) {
         const Draw& draw = draws[i];
-        if (!shown(pass, draw)) continue;
+        if (intersect(screen_bounds_[i], scissor).empty() || !shown(pass, draw)) continue;
 
         const gl::Program& wanted = variant(pass, draw);
         if (&wanted != current) use(wanted, pass.argument);

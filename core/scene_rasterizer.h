@@ -147,7 +147,8 @@ class SceneRasterizer {
     const Lighting* lighting_ = nullptr;
     View view_;
     CaptureSettings settings_;
-    std::vector<int> boundary_nodes_;  // of the clip volume, sorted
+    std::vector<Window> screen_bounds_;  // of the draws, in the tile, y up
+    std::vector<int> boundary_nodes_;    // of the clip volume, sorted
     Window tile_, band_;
     std::uint32_t capacity_ = 0, layers_ = 0;
     bool frame_dirty_ = true, bound_missing_ = false;

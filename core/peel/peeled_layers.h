@@ -21,9 +21,8 @@ class PeeledLayers final : public LayerMethod {
 
     int capture(SceneRasterizer& rasterizer, const LayerArea& area) override {
         layers_.begin(rasterizer, area.window, direction_);
-        return layers_.peel(rasterizer, area.window, area.layers, direction_, [&](int, int side) {
-            layers_.store(rasterizer, area.window, side);
-        });
+        return layers_.peel(rasterizer, area.window, area.layers, direction_,
+                            [&](int, int side) { layers_.store(rasterizer, area.window, side); });
     }
 
   private:
