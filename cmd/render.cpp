@@ -79,6 +79,7 @@ class Render {
     void closeRenderer();
     void plan(Picture& picture);
     void makeWriter(Picture& picture);
+    void settle() { settle(options_.sequence.keep_going); }
     void settle(bool keep_going);
     void tell(Picture& picture);
     void tellSkipped(Picture& picture);
@@ -105,7 +106,7 @@ void Render::renderAll() {
         settle(true);  // the picture before is none the worse for it
         throw error;
     }
-    settle(options_.sequence.keep_going);
+    settle();
     progress_->update(1);
     progress_.reset();
 }
@@ -121,14 +122,14 @@ void Render::render(std::size_t index) {
         const bool of_all =
             error.kind() == ErrorKind::kUsage || (error.kind() == ErrorKind::kDevice && !context_);
         if (!options_.sequence.keep_going || of_all) throw error;
-        settle(options_.sequence.keep_going);
+        settle();
         results_.addFailure(request_.outputFile(index), request_.frame(index), error);
         closeRenderer();  // whatever state it was left in
         return;
     }
-    settle(options_.sequence.keep_going);
+    settle();
     written_ = std::move(picture);
-    if (!written_->behind) settle(options_.sequence.keep_going);
+    if (!written_->behind) settle();
 }
 
 /// Captures a picture and begins to write it; false if its file was there already.
@@ -139,7 +140,7 @@ bool Render::make(Picture& picture, std::size_t index) {
                           std::to_string(index + 1) + " of " + std::to_string(request_.pictures()));
     }
     if (options_.sequence.skip_existing && request_.isThere(picture.asked)) {
-        settle(options_.sequence.keep_going);
+        settle();
         tellSkipped(picture);
         return false;
     }
@@ -198,7 +199,7 @@ void Render::plan(Picture& picture) {
     const CaptureSettings& capture = picture.asked.capture;
     // Two pictures at once only where there is plenty of room for both.
     if (written_ && capture.memory != 0 && residentBytes() > capture.memory / 4)
-        settle(options_.sequence.keep_going);
+        settle();
     picture.plan = renderer_->plan(picture.asked.view, capture, progressOf(picture));
     const Plan& plan = picture.plan;
     if (!options_.strict || plan.complete()) return;

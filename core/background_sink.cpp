@@ -1,25 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/background_sink.h"
 
-#include <pthread.h>
-#include <signal.h>
-
 #include <system_error>
 #include <utility>
+
+#include "core/worker_thread.h"
 
 namespace peeler {
 
 BackgroundSink::BackgroundSink(std::unique_ptr<Sink> sink) : sink_(std::move(sink)) {
-    // Signals are for the main thread, as in parallelFor.
-    sigset_t all, before;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before);
     try {
-        thread_ = std::thread([this] { work(); });
+        thread_ = startWorker([this] { work(); });
     } catch (const std::system_error&) {
         // A process limit makes it slower, not wrong.
     }
-    pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 BackgroundSink::~BackgroundSink() {

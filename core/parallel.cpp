@@ -2,9 +2,7 @@
 // A persistent pool of threads behind parallelFor.
 #include "core/parallel.h"
 
-#include <pthread.h>
 #include <sched.h>
-#include <signal.h>
 
 #include <algorithm>
 #include <atomic>
@@ -17,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/worker_thread.h"
+
 namespace peeler {
 namespace {
 
@@ -26,17 +26,12 @@ thread_local bool inside_loop = false;
 class Pool {
   public:
     explicit Pool(int threads) {
-        // Signals are for the main thread: a worker that ran the handler could hold any lock.
-        sigset_t all, before;
-        sigfillset(&all);
-        pthread_sigmask(SIG_SETMASK, &all, &before);
         try {
             for (int i = 1; i < threads; ++i)
-                workers_.emplace_back([this] { work(); });
+                workers_.push_back(startWorker([this] { work(); }));
         } catch (...) {
             // Fewer threads than asked for (a process limit) is slower, not wrong.
         }
-        pthread_sigmask(SIG_SETMASK, &before, nullptr);
     }
 
     ~Pool() {

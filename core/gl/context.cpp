@@ -192,6 +192,7 @@ std::unique_ptr<Context> createContext(const ContextRequest& request,
             context.reset();
         }
         if (context) {
+            if (request.core_only) device.limits.framebuffer_fetch = false;
             context->setDevice(device);
             if (failed_attempts) *failed_attempts = std::move(attempts);
             return context;

@@ -69,6 +69,7 @@ struct ContextRequest {
     std::string backend = "auto";  ///< or a backend's name
     DeviceChoice device{};         ///< of listDevices(), of any backend
     bool require_gpu = false;      ///< refuse software renderers
+    bool core_only = false;        ///< use nothing beyond OpenGL 4.5 core, whatever the driver has
 };
 
 /// Makes a context current on this thread. A GPU that CUDA_VISIBLE_DEVICES hides is not used,

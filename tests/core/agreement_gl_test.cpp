@@ -2,6 +2,7 @@
 // Methods, backends, bands and raster tiles: the same fragments, bit for bit.
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <thread>
 
 #include "core/bands.h"
@@ -45,6 +46,21 @@ TEST(Backends, AgreeBitForBitOnHardScenes) {
         }).join();
         EXPECT_EQ(difference(here.image, there), "") << name << " on " << other;
     }
+}
+
+// Without framebuffer fetch slots are counted by atomics.
+TEST(Extensions, DoNotChangeTheResult) {
+    const View view = testView(160, 120);
+    for (const auto& [name, scene] : hardScenes()) {
+        const auto extended = capture(scene, view);
+        std::thread([&, &shown = scene] {
+            const auto core = gl::createContext({.backend = testBackend(), .core_only = true});
+            EXPECT_EQ(difference(extended.image, capture(shown, view, {}, *core).image), "")
+                << name;
+        }).join();
+    }
+    if (!sharedContext().device().limits.framebuffer_fetch)
+        std::printf("the driver has no framebuffer fetch: both were core OpenGL\n");
 }
 
 TEST(Bands, DoNotChangeTheResult) {
