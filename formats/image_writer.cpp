@@ -225,6 +225,7 @@ ImageWriter::ImageWriter(std::string path, std::string format, ImageOptions opti
 ImageWriter::~ImageWriter() = default;
 
 void ImageWriter::begin(const Plan& plan) {
+    const StageTimer timer(times_, "encode");
     const ImageLibrary& library = imageLibrary();  // first: without it there is no file to begin
     output_ = std::make_unique<Output>(path_);
     Output& output = *output_;

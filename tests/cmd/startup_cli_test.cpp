@@ -77,6 +77,7 @@ TEST(Startup, LayersOfASceneWithoutTexturesNeedNoLibraryOfImages) {
     EXPECT_TRUE(loads(layers, "libEGL"));
     EXPECT_FALSE(loads(layers, kImages));
     EXPECT_FALSE(loads(layers, kVoxels));
+    EXPECT_FALSE(loads(layers, "libOSMesa")) << "EGL works";
     EXPECT_TRUE(loads(rendering("picture.png"), kImages));
 }
 
