@@ -3,6 +3,7 @@
 #include "cmd/command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <map>
 
 #include "cmd/errors.h"
@@ -31,7 +32,9 @@ int dispatch(const std::vector<std::string>& arguments, Console& console) {
     for (const Verb& verb : verbs()) {
         CLI::App* sub = app.add_subcommand(std::string(verb.name), std::string(verb.summary));
         sub->group("Verbs");
-        actions[sub] = verb.declare(*sub);
+        // The options of all verbs take longer to declare than some take to run.
+        if (std::ranges::find(arguments, verb.name) != arguments.end())
+            actions[sub] = verb.declare(*sub);
     }
     app.footer(kFooter);  // last: verbs would inherit it
 

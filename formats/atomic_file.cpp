@@ -35,11 +35,11 @@ constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
 struct Slot {
     enum State : int { kFree, kChanging, kLive };
     std::atomic<int> state{kFree};
-    char path[PATH_MAX];
+    char path[PATH_MAX]{};
 };
 static_assert(std::atomic<int>::is_always_lock_free);
-constexpr std::size_t kSlots = 1024;  // a file a layer needs many
-std::array<Slot, kSlots> slots;
+constexpr std::size_t kSlots = 1024;       // a file a layer needs many
+constinit std::array<Slot, kSlots> slots;  // 4 MiB that cost nothing before they are used
 
 int occupySlot(const std::string& path) {
     if (path.size() >= PATH_MAX) return -1;

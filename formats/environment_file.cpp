@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/environment_file.h"
 
-#include <OpenImageIO/hash.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include "core/error.h"
+#include "formats/content_hash.h"
 #include "formats/file_kind.h"
 #include "formats/flat_image.h"
 
@@ -61,9 +60,8 @@ Environment readEnvironment(const std::string& path, const EnvironmentLimits& li
             }
         }
     }
-    environment.content_hash = OIIO::xxhash::xxhash(environment.radiance.data(),
-                                                    environment.radiance.size() * sizeof(glm::vec3),
-                                                    static_cast<std::uint64_t>(environment.width));
+    environment.content_hash = contentHash(std::as_bytes(std::span(environment.radiance)),
+                                           static_cast<std::uint64_t>(environment.width));
     return environment;
 }
 

@@ -28,4 +28,8 @@ struct FlatImage {
 /// part is read, its channels R, G, B, A (or Y). Throws Error (kInput), (kMemory).
 FlatImage readFlatImage(const std::string& path, const FlatImageLimits& limits = {});
 
+/// What such a file says of itself (PNG's Description, Exif's ImageDescription); "" = nothing.
+/// Throws likewise.
+std::string imageDescription(const std::string& path);
+
 }  // namespace peeler

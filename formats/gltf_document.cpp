@@ -2,14 +2,13 @@
 // A glTF file in memory: its model with every index checked, and the bytes of its buffers.
 #include "formats/gltf_document.h"
 
-#include <OpenImageIO/hash.h>
-
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/error.h"
+#include "formats/content_hash.h"
 #include "formats/gltf_checks.h"
 #include "formats/gltf_container.h"
 #include "formats/gltf_draco.h"
@@ -186,7 +185,7 @@ void GltfDocument::warn(const std::string& sentence) {
 }
 
 std::span<const std::uint8_t> GltfDocument::keep(std::vector<std::uint8_t> bytes) {
-    content_hash = OIIO::xxhash::xxhash(bytes.data(), bytes.size(), content_hash);
+    content_hash = contentHash(std::as_bytes(std::span(bytes)), content_hash);
     return storage.emplace_back(std::move(bytes));
 }
 

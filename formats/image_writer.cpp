@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tone mapping, sRGB, and OpenImageIO's scan-line writers on top of an AtomicFile.
+// Tone mapping, sRGB, and an encoder on top of an AtomicFile.
 #include "formats/image_writer.h"
-
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <exception>
 #include <limits>
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -18,6 +16,7 @@
 #include "core/parallel.h"
 #include "core/srgb.h"
 #include "formats/atomic_file.h"
+#include "formats/image_library.h"
 #include "formats/output_hash.h"
 
 namespace peeler {
@@ -75,44 +74,26 @@ constexpr ToneMap kToneMaps[] = {
     {"aces", "ACES filmic (fit by S. Hill)", aces},
 };
 
-/// What OpenImageIO writes goes through the AtomicFile, so that a full disk is noticed at once and
-/// said as for every other format. Exceptions must not pass through the plugins (some are C
-/// inside): they wait in `failure`.
-class AtomicProxy : public OIIO::Filesystem::IOProxy {
+/// What the encoder writes goes through the AtomicFile, so that a full disk is noticed at once and
+/// said as for every other format. Exceptions wait in `failure`.
+class AtomicTarget final : public EncodedFile {
   public:
-    explicit AtomicProxy(AtomicFile& file) : IOProxy(file.path(), Write), file_(file) {}
+    explicit AtomicTarget(AtomicFile& file) : file_(file) {}
 
-    const char* proxytype() const override { return "peeler"; }
-    std::size_t size() const override { return file_.size(); }
-
-    std::size_t write(const void* data, std::size_t bytes) override {
-        const std::size_t written = pwrite(data, bytes, m_pos);
-        m_pos += static_cast<std::int64_t>(written);
-        return written;
-    }
-    std::size_t pwrite(const void* data, std::size_t bytes, std::int64_t offset) override {
-        const std::span source(static_cast<const std::byte*>(data), bytes);
-        const auto position = static_cast<std::uint64_t>(offset);
-        if (discards) return bytes;
+    std::uint64_t size() const override { return file_.size(); }
+    std::size_t writeAt(std::uint64_t offset, std::span<const std::byte> bytes) override {
+        if (discards) return bytes.size();
         return guarded([&] {
-            if (position == file_.size()) {
-                file_.append(source);
+            if (offset == file_.size()) {
+                file_.append(bytes);
             } else {
-                file_.writeAt(position, source);
+                file_.writeAt(offset, bytes);
             }
-            return bytes;
+            return bytes.size();
         });
     }
-    std::size_t read(void* data, std::size_t bytes) override {
-        const std::size_t got = pread(data, bytes, m_pos);
-        m_pos += static_cast<std::int64_t>(got);
-        return got;
-    }
-    std::size_t pread(void* data, std::size_t bytes, std::int64_t offset) override {
-        return guarded([&] {
-            return file_.readAt(static_cast<std::uint64_t>(offset),
-                                {static_cast<std::byte*>(data), bytes});
-        });
+    std::size_t readAt(std::uint64_t offset, std::span<std::byte> bytes) override {
+        return guarded([&] { return file_.readAt(offset, bytes); });
     }
 
     std::exception_ptr failure;
@@ -151,17 +132,22 @@ float encodeSrgb(float linear) {
     return srgbFromLinear(linear);
 }
 
-/// The open file. `proxy` and `image` refer to `file`, so the order of members matters.
+/// The open file. `target` and `encoder` refer to `file`, so the order of members matters.
 struct ImageWriter::Output {
-    explicit Output(const std::string& path) : file(path), proxy(file) {}
+    explicit Output(const std::string& path) : file(path), target(file) {}
     ~Output() { abandon(); }
 
-    /// Throws unless `success`; what the disk said goes before what the plugin made of it.
-    void check(bool success) {
-        if (proxy.failure) std::rethrow_exception(proxy.failure);
-        if (success) return;
-        const std::string message = image ? image->geterror() : OIIO::geterror();
-        throw Error(ErrorKind::kOutput, "cannot write: " + message, file.path());
+    /// What the disk said goes before what the encoder made of it.
+    template <class F>
+    void checked(F&& action) {
+        std::string problem;
+        try {
+            action();
+        } catch (const std::runtime_error& error) {
+            problem = "cannot write: " + std::string(error.what());
+        }
+        if (target.failure) std::rethrow_exception(target.failure);
+        if (!problem.empty()) throw Error(ErrorKind::kOutput, problem, file.path());
     }
 
     template <class T>
@@ -172,10 +158,10 @@ struct ImageWriter::Output {
     void abandon() noexcept;
 
     AtomicFile file;
-    AtomicProxy proxy;
-    std::unique_ptr<OIIO::ImageOutput> image;
-    std::size_t channels = 4;
-    int next_row = 0;  ///< of the file, 0 = top of the crop
+    AtomicTarget target;
+    std::unique_ptr<ImageEncoder> encoder;
+    ImageToEncode image{};  ///< height 0 = not begun
+    int next_row = 0;       ///< of the file, 0 = top of the crop
     std::vector<std::byte> pixels;
 };
 
@@ -185,6 +171,7 @@ void ImageWriter::Output::writeRows(const CompositeImage& composite, float gain,
     const auto width = static_cast<std::size_t>(composite.window.width());
     const int height = composite.window.height();
     constexpr int kRowsAtOnce = 64;
+    const auto channels = static_cast<std::size_t>(image.channels);
     pixels.resize(width * kRowsAtOnce * channels * sizeof(T));
     T* const first = reinterpret_cast<T*>(pixels.data());
     for (int y = 0; y < height; y += kRowsAtOnce) {
@@ -202,23 +189,19 @@ void ImageWriter::Output::writeRows(const CompositeImage& composite, float gain,
                 if (keeps_alpha) out[3] = quantize<T>(alpha);
             }
         });
-        const OIIO::TypeDesc type = sizeof(T) == 1 ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::UINT16;
-        check(image->write_scanlines(next_row, next_row + rows, 0, type, first));
+        checked([&] { encoder->writeRows(next_row, next_row + rows, first); });
         next_row += rows;
     }
 }
 
 void ImageWriter::Output::abandon() noexcept {
-    proxy.discards = true;
+    target.discards = true;
     try {
-        if (!image || image->spec().height == 0) return;
-        const OIIO::ImageSpec& spec = image->spec();
-        const std::vector<std::byte> black(spec.scanline_bytes(true));
-        while (next_row < spec.height &&
-               image->write_scanline(next_row, 0, spec.format, black.data())) {
-            ++next_row;
-        }
-        image->close();
+        const std::vector<std::byte> black(static_cast<std::size_t>(image.width * image.channels) *
+                                           static_cast<std::size_t>(image.bits / 8));
+        for (; next_row < image.height; ++next_row)
+            encoder->writeRows(next_row, next_row + 1, black.data());
+        encoder.reset();
     } catch (...) {  // the picture is lost anyway, and for a reason that is being reported
     }
 }
@@ -242,29 +225,22 @@ ImageWriter::ImageWriter(std::string path, std::string format, ImageOptions opti
 ImageWriter::~ImageWriter() = default;
 
 void ImageWriter::begin(const Plan& plan) {
+    const StageTimer timer(times_, "encode");
+    const ImageLibrary& library = imageLibrary();  // first: without it there is no file to begin
     output_ = std::make_unique<Output>(path_);
     Output& output = *output_;
-    output.image = OIIO::ImageOutput::create(format_);
-    output.check(output.image != nullptr);
-    output.channels = output.image->supports("alpha") ? 4 : 3;
+    output.checked([&] { output.encoder = library.encoder(format_); });
 
     const Window& crop = plan.view.crop;
-    OIIO::ImageSpec spec(crop.width(), crop.height(), static_cast<int>(output.channels),
-                         format_ == "tiff" ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::UINT8);
+    ImageToEncode image{path_, crop.width(), crop.height(), output.encoder->keepsAlpha() ? 4 : 3};
+    image.bits = format_ == "tiff" ? 16 : 8;
+    image.software = options_.software;
+    image.description = outputHashText(options_.output_hash);
     // For TIFF this becomes an Exif directory, which OpenImageIO 2.4.7 links wrongly when it writes
     // through a proxy: the file is then unreadable. TIFF is taken for sRGB anyway.
-    if (format_ != "tiff") spec.attribute("oiio:ColorSpace", "sRGB");
-    spec.attribute("oiio:UnassociatedAlpha", 1);  // it is straight already: do not divide once more
-    if (!options_.software.empty()) spec.attribute("Software", options_.software);
-    if (const std::string hash = outputHashText(options_.output_hash); !hash.empty())
-        spec.attribute("ImageDescription", hash);
-    if (format_ == "tiff") spec.attribute("DateTime", "");  // else it says when it was written
-    if (format_ == "jpeg") {
-        spec.attribute("Compression", "jpeg:95");
-        spec.attribute("jpeg:subsampling", "4:4:4");
-    }
-    output.check(output.image->set_ioproxy(&output.proxy));
-    output.check(output.image->open(path_, spec));
+    image.srgb = format_ != "tiff";
+    output.checked([&] { output.encoder->open(image, output.target); });
+    output.image = image;
 }
 
 void ImageWriter::write(const LayeredImage& band) {
@@ -282,12 +258,11 @@ void ImageWriter::write(const LayeredImage& band) {
 }
 
 void ImageWriter::finish() {
-    const OIIO::ImageSpec& spec = output_->image->spec();
-    if (output_->next_row != spec.height) {
+    if (output_->next_row != output_->image.height) {
         throw Error(ErrorKind::kInternal, "rows of the picture are missing", path_);
     }
     const StageTimer timer(times_, "write");
-    output_->check(output_->image->close());
+    output_->checked([&] { output_->encoder->close(); });
     output_->file.commit();
     output_.reset();
 }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/output_hash.h"
 
-#include <OpenImageIO/imageio.h>
-
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -57,12 +55,7 @@ std::string ofImage(const std::string& path) {
     const bool jpeg = fileKind(path) == FileKind::kJpeg;
     if (jpeg && !endsLikeJpeg(path)) return "";
     readFlatImage(path);
-    const auto image = OIIO::ImageInput::open(path);
-    if (!image) {
-        OIIO::geterror();  // leave none behind for others
-        return "";
-    }
-    return hashIn(image->spec().get_string_attribute("ImageDescription"));
+    return hashIn(imageDescription(path));
 }
 
 struct Kind {

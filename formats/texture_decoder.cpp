@@ -2,9 +2,6 @@
 // Decodes the PNG, JPEG or WebP bytes of a texture.
 #include "formats/texture_decoder.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <memory>
 #include <mutex>
@@ -12,6 +9,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "formats/image_library.h"
 #include "formats/image_metadata.h"
 
 namespace peeler {
@@ -31,15 +29,16 @@ const char* sniff(std::string_view text) {
     return nullptr;
 }
 
-void checkSize(const OIIO::ImageSpec& spec, const TextureLimits& limits) {
-    if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1)
+void checkSize(const StoredImage& stored, const TextureLimits& limits) {
+    if (stored.width < 1 || stored.height < 1 || stored.depth > 1 || stored.channels.empty())
         fail("the image has no pixels");
-    const std::uint64_t bytes = std::uint64_t{4} * static_cast<std::uint64_t>(spec.width) *
-                                static_cast<std::uint64_t>(spec.height);
-    if (std::max(spec.width, spec.height) > limits.max_dimension || bytes > limits.max_bytes)
-        fail("the image of " + std::to_string(spec.width) + " x " + std::to_string(spec.height) +
-                 " pixels is larger than the limit of " + std::to_string(limits.max_dimension) +
-                 " pixels a side and " + std::to_string(limits.max_bytes) + " bytes",
+    const std::uint64_t bytes = std::uint64_t{4} * static_cast<std::uint64_t>(stored.width) *
+                                static_cast<std::uint64_t>(stored.height);
+    if (std::max(stored.width, stored.height) > limits.max_dimension || bytes > limits.max_bytes)
+        fail("the image of " + std::to_string(stored.width) + " x " +
+                 std::to_string(stored.height) + " pixels is larger than the limit of " +
+                 std::to_string(limits.max_dimension) + " pixels a side and " +
+                 std::to_string(limits.max_bytes) + " bytes",
              "scale it down");
 }
 
@@ -70,35 +69,23 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
     std::vector<std::uint8_t> reduced;
     if (format == std::string_view("png")) bytes = reduced = withoutPngMetadata(bytes);
     if (format == std::string_view("jpeg")) bytes = reduced = withoutJpegMetadata(bytes);
+    const ImageLibrary& library = imageLibrary();
     static std::once_flag limits_set;
-    std::call_once(limits_set, [] { OIIO::attribute("limits:imagesize_MB", 4096); });
+    std::call_once(limits_set, [&] { library.limitDecodedSize(4096); });
     try {
-        const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
-        if (!input) {
-            OIIO::geterror();  // leave none behind for others
-            fail("no decoder for " + std::string(format) + " is installed");
-        }
-        OIIO::Filesystem::IOMemReader memory(bytes.data(), bytes.size());
-        OIIO::ImageSpec config;
-        config.attribute("oiio:UnassociatedAlpha", 1);
-        OIIO::Filesystem::IOProxy* proxy = &memory;
-        config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-        OIIO::ImageSpec spec;
-        if (!input->open("texture." + std::string(format), spec, config))
-            fail("the image cannot be decoded: " + input->geterror());
-        checkSize(spec, limits);
+        const auto decoder = library.decoder(format, "texture." + std::string(format), bytes);
+        const StoredImage& stored = decoder->image();
+        checkSize(stored, limits);
 
         Image image;
         image.name = name;
-        image.width = spec.width;
-        image.height = spec.height;
-        image.rgba.resize(std::size_t{4} * static_cast<std::size_t>(spec.width) *
-                          static_cast<std::size_t>(spec.height));
-        const int channels = std::min(spec.nchannels, 4);
-        if (!input->read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, image.rgba.data()))
-            fail("the image cannot be decoded: " + input->geterror());
-        input->close();
-        expandToRgba(image.rgba, static_cast<std::size_t>(channels));
+        image.width = stored.width;
+        image.height = stored.height;
+        image.rgba.resize(std::size_t{4} * static_cast<std::size_t>(stored.width) *
+                          static_cast<std::size_t>(stored.height));
+        const std::size_t channels = std::min<std::size_t>(stored.channels.size(), 4);
+        decoder->read(0, static_cast<int>(channels), image.rgba.data());
+        expandToRgba(image.rgba, channels);
         return image;
     } catch (const Error&) {
         throw;

@@ -6,19 +6,19 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStringAttribute.h>
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <stdexcept>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "formats/atomic_file.h"
 #include "formats/exr_band_writer.h"
 #include "formats/exr_chunks.h"
+#include "formats/image_library.h"
 
 namespace peeler {
 namespace {
@@ -34,27 +34,42 @@ std::vector<T> quantized(const std::vector<float>& values) {
     return result;
 }
 
+struct MemoryFile final : EncodedFile {
+    std::vector<std::uint8_t> bytes;
+
+    std::uint64_t size() const override { return bytes.size(); }
+    std::size_t writeAt(std::uint64_t offset, std::span<const std::byte> from) override {
+        if (bytes.size() < offset + from.size()) bytes.resize(offset + from.size());
+        std::memcpy(bytes.data() + offset, from.data(), from.size());
+        return from.size();
+    }
+    std::size_t readAt(std::uint64_t offset, std::span<std::byte> to) override {
+        if (offset >= bytes.size()) return 0;
+        const std::size_t count = std::min<std::size_t>(to.size(), bytes.size() - offset);
+        std::memcpy(to.data(), bytes.data() + offset, count);
+        return count;
+    }
+};
+
 std::vector<std::uint8_t> encoded(const ValueTexture& texture, int bits,
                                   const std::string& software) {
-    const OIIO::TypeDesc type = bits == 16 ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::UINT8;
-    OIIO::ImageSpec spec(texture.size, texture.size, static_cast<int>(texture.components), type);
-    if (!software.empty()) spec.attribute("Software", software);
-    std::vector<std::uint8_t> bytes;
-    OIIO::Filesystem::IOVecOutput out(bytes);
-    const auto image = OIIO::ImageOutput::create("png");
-    const auto check = [&](bool success) {
-        if (success) return;
-        throw Error(ErrorKind::kOutput,
-                    "cannot encode a PNG: " + (image ? image->geterror() : OIIO::geterror()),
+    const ImageLibrary& library = imageLibrary();
+    MemoryFile file;
+    try {
+        const auto encoder = library.encoder("png");
+        encoder->open({"texture.png", texture.size, texture.size,
+                       static_cast<int>(texture.components), bits, software},
+                      file);
+        if (bits == 16)
+            encoder->writeRows(0, texture.size, quantized<std::uint16_t>(texture.values).data());
+        else
+            encoder->writeRows(0, texture.size, quantized<std::uint8_t>(texture.values).data());
+        encoder->close();
+    } catch (const std::runtime_error& problem) {
+        throw Error(ErrorKind::kOutput, "cannot encode a PNG: " + std::string(problem.what()),
                     texture.name);
-    };
-    check(image && image->set_ioproxy(&out) && image->open("texture.png", spec));
-    if (bits == 16)
-        check(image->write_image(type, quantized<std::uint16_t>(texture.values).data()));
-    else
-        check(image->write_image(type, quantized<std::uint8_t>(texture.values).data()));
-    check(image->close());
-    return bytes;
+    }
+    return file.bytes;
 }
 
 Imf::Header headerOf(const ValueTexture& texture, const std::string& software) {

@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// https://www.openvdb.org/documentation/doxygen/. OpenVDB's headers stay in this file: they compile
-// slowly.
+// The file around the grid; OpenVDB itself is in modules/vdb_grid.cpp.
 #include "formats/vdb_writer.h"
 
-#include <openvdb/io/Stream.h>
-#include <openvdb/openvdb.h>
-
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <exception>
@@ -15,6 +10,9 @@
 #include <streambuf>
 
 #include "core/error.h"
+#include "core/parallel.h"
+#include "formats/module.h"
+#include "formats/vdb_grid.h"
 
 namespace peeler {
 namespace {
@@ -92,69 +90,14 @@ class FileBuffer : public std::streambuf {
     ContentHash high_{0xCBF29CE484222325U}, low_{0x9AE16A3B2F90404FU};
 };
 
-using Grid = openvdb::FloatGrid;
-using openvdb::Coord;
-
-/// Calls visit(coordinates) for every cell of a block that is inside.
-template <class Visit>
-void forEachInside(const VdbVoxels& voxels, const glm::ivec3& begin, const glm::ivec3& end,
-                   Visit&& visit) {
-    for (int x = begin.x; x < end.x; ++x) {
-        for (int y = begin.y; y < end.y; ++y) {
-            const std::size_t row = (static_cast<std::size_t>(x) * std::size_t(voxels.cells.y) +
-                                     static_cast<std::size_t>(y)) *
-                                    static_cast<std::size_t>(voxels.cells.z);
-            for (int z = begin.z; z < end.z; ++z)
-                if (voxels.values[row + static_cast<std::size_t>(z)] >= voxels.least_inside)
-                    visit(Coord(x, y, z));
-        }
-    }
-}
-
-/// Block by block as OpenVDB's leaves are: one that is full becomes a tile, so that what is inside
-/// takes no room.
-void fill(Grid& grid, const VdbVoxels& voxels) {
-    constexpr int kSide = Grid::TreeType::LeafNodeType::DIM;
-    Grid::Accessor accessor = grid.getAccessor();
-    for (int x = 0; x < voxels.cells.x; x += kSide) {
-        for (int y = 0; y < voxels.cells.y; y += kSide) {
-            for (int z = 0; z < voxels.cells.z; z += kSide) {
-                const glm::ivec3 begin(x, y, z), end = glm::min(begin + kSide, voxels.cells);
-                int inside = 0;
-                forEachInside(voxels, begin, end, [&](const Coord&) { ++inside; });
-                if (inside == kSide * kSide * kSide) {
-                    accessor.addTile(1, Coord(x, y, z), 1.0F, true);
-                } else if (inside > 0) {
-                    forEachInside(voxels, begin, end,
-                                  [&](const Coord& cell) { accessor.setValueOn(cell, 1.0F); });
-                }
-            }
-        }
-    }
-    grid.tree().prune();
-}
-
 }  // namespace
 
 void writeVdb(AtomicFile& file, const VdbVoxels& voxels, const std::string& creator) {
     FileBuffer buffer(file);
     try {
-        openvdb::initialize();
-        const Grid::Ptr grid = Grid::create(0.0F);
-        grid->setName("density");
-        grid->setGridClass(openvdb::GRID_FOG_VOLUME);
-        const glm::dvec3 first = voxels.corner + 0.5 * voxels.spacing;
-        const auto transform = openvdb::math::Transform::createLinearTransform(voxels.spacing);
-        transform->postTranslate({first.x, first.y, first.z});
-        grid->setTransform(transform);
-        fill(*grid, voxels);
-
         std::ostream stream(&buffer);
-        const openvdb::io::Stream archive(stream);  // compresses with Blosc if it can
-        openvdb::MetaMap metadata;
-        metadata.insertMeta("creator", openvdb::StringMetadata(creator));
-        archive.write(openvdb::GridCPtrVec{grid}, metadata);
-        stream.flush();
+        reinterpret_cast<VdbModuleFunction*>(moduleFunction(kVdbModule, kVdbModuleFunction))(
+            stream, voxels, creator, threadCount());
         if (!stream && !buffer.failure) {
             throw Error(ErrorKind::kOutput, "OpenVDB could not write the grid", file.path());
         }

@@ -75,7 +75,10 @@ class OsmesaContextHolder final : public Context {
     std::array<std::uint32_t, static_cast<std::size_t>(kSize) * kSize> buffer_{};
 };
 
+/// The library is not even looked for before that: it brings LLVM, which a GPU's driver need not.
 std::unique_ptr<Context> open(const Device& device, std::string& problem) {
+    problem = library().problem;
+    if (!problem.empty()) return nullptr;
     const std::array<int, 13> attributes = {kOsmesaFormat,
                                             kOsmesaRgba,
                                             kOsmesaDepthBits,
@@ -115,7 +118,6 @@ std::vector<Candidate> osmesaCandidates() {
     device.backend = "osmesa";
     device.name = "off-screen Mesa";
     device.software = true;
-    device.problem = library().problem;
     return {{device, [device](std::string& problem) { return open(device, problem); }}};
 }
 

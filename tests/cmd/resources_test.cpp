@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/parallel.h"
+#include "formats/image_library.h"
 
 namespace peeler::cmd {
 namespace {
@@ -34,6 +35,7 @@ class Threads : public testing::Test {
 
 TEST_F(Threads, AreTheSameInLoopsRasterizerAndLibraries) {
     setThreads(3);
+    imageLibrary();  // is told when it is loaded, and of every change after that
     EXPECT_EQ(threadCount(), 3);
     EXPECT_EQ(rasterizer(), "3");
     EXPECT_EQ(openImageIo("threads"), 3);

@@ -96,6 +96,8 @@ class Dockerfile(PeelerTest):
             return False
         if command.startswith("cmake --install"):
             shutil.copy(PEELER, f"{stage.root}/usr/local/bin/peeler")
+            modules = pathlib.Path(PEELER).parent / "lib" / "peeler"
+            shutil.copytree(modules, f"{stage.root}/usr/local/lib/peeler")
         self.say(f"does NOT run {command[:80]}")
         return True
 
@@ -113,6 +115,7 @@ class Dockerfile(PeelerTest):
             ("devices",),
             ("render", "scene.glb", "-o", "layers.exr"),
             ("render", "scene.glb", "-o", "osmesa.exr", *osmesa),
+            ("render", "scene.glb", "-o", "picture.png"),
             ("verify", "layers.exr"),
         ):
             done = image.run([*builder.entrypoint, *arguments], user="65534:65534")

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decoders and encoders of flat pictures, as OpenImageIO has them. It brings 240 libraries, so it
+// is a module, loaded for the first picture; modules/image_library.cpp is all that includes it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace peeler {
+
+/// What a file tells before its pixels are decoded.
+struct StoredImage {
+    int x = 0, y = 0, width = 0, height = 0, depth = 1;           ///< data window
+    int full_x = 0, full_y = 0, full_width = 0, full_height = 0;  ///< display window
+    std::vector<std::string> channels{};                          ///< their names
+    bool floating_point = false;
+    bool straight_alpha = false;
+    bool deep = false;
+    std::string description{};
+};
+
+/// An open file. Members throw std::runtime_error with OpenImageIO's message.
+class ImageDecoder {
+  public:
+    virtual ~ImageDecoder() = default;
+    virtual const StoredImage& image() const = 0;
+    /// The channels [begin, end) of every pixel.
+    virtual void read(int begin, int end, float* samples) = 0;
+    virtual void read(int begin, int end, std::uint8_t* samples) = 0;
+};
+
+/// The file that an encoder makes. Members must not throw (some encoders are C inside); they return
+/// how many bytes they took or gave.
+class EncodedFile {
+  public:
+    virtual ~EncodedFile() = default;
+    virtual std::uint64_t size() const = 0;
+    /// Overwrites or extends it.
+    virtual std::size_t writeAt(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
+    virtual std::size_t readAt(std::uint64_t offset, std::span<std::byte> bytes) = 0;
+};
+
+struct ImageToEncode {
+    std::string path;  ///< for messages
+    int width = 0, height = 0, channels = 4;
+    int bits = 8;               ///< of an unsigned sample, 8 or 16; alpha is straight
+    std::string software{};     ///< said in the file; empty = nothing
+    std::string description{};  ///< likewise
+    bool srgb = false;          ///< likewise
+};
+
+/// Members throw std::runtime_error with OpenImageIO's message.
+class ImageEncoder {
+  public:
+    virtual ~ImageEncoder() = default;
+    virtual bool keepsAlpha() const = 0;
+    /// `file` must outlive the encoder.
+    virtual void open(const ImageToEncode& image, EncodedFile& file) = 0;
+    /// The rows [begin, end), in order, top to bottom.
+    virtual void writeRows(int begin, int end, const void* samples) = 0;
+    virtual void close() = 0;
+};
+
+/// Formats have OpenImageIO's names. May be used from several threads.
+class ImageLibrary {
+  public:
+    virtual ~ImageLibrary() = default;
+    /// Of what is stored at `path`, or of `bytes` where there are any; they must outlive the
+    /// decoder. Alpha is left straight where the file has it so. Throws std::runtime_error.
+    virtual std::unique_ptr<ImageDecoder> decoder(
+        const std::string& format, const std::string& path,
+        std::span<const std::uint8_t> bytes = {}) const = 0;
+    virtual std::unique_ptr<ImageEncoder> encoder(const std::string& format) const = 0;
+    /// Larger pictures are refused from now on.
+    virtual void limitDecodedSize(int megabytes) const = 0;
+    /// At most so many threads (from 1), those of OpenEXR behind it too.
+    virtual void setThreads(int threads) const = 0;
+};
+
+/// Loads it at the first call. Throws Error (kInternal) if it cannot be loaded.
+const ImageLibrary& imageLibrary();
+
+/// setThreads(), now or when it is loaded.
+void setImageLibraryThreads(int threads);
+
+/// What the module exports, under the name kImageModuleFunction.
+using ImageModuleFunction = const ImageLibrary*();
+inline constexpr char kImageModule[] = "peeler_images";
+inline constexpr char kImageModuleFunction[] = "peelerImageLibrary";
+
+}  // namespace peeler

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// The module peeler_images: OpenImageIO behind formats/image_library.h.
+#include "formats/image_library.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <optional>
+#include <stdexcept>
+
+namespace peeler {
+namespace {
+
+/// The last message, which is then forgotten.
+[[noreturn]] void fail(const std::string& message) {
+    throw std::runtime_error(message);
+}
+
+StoredImage told(const OIIO::ImageSpec& spec) {
+    StoredImage image{spec.x,      spec.y,      spec.width,      spec.height,     spec.depth,
+                      spec.full_x, spec.full_y, spec.full_width, spec.full_height};
+    image.channels = spec.channelnames;
+    image.channels.resize(static_cast<std::size_t>(std::max(0, spec.nchannels)));
+    image.floating_point = spec.format.is_floating_point();
+    image.straight_alpha = spec.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
+    image.deep = spec.deep;
+    image.description = spec.get_string_attribute("ImageDescription");
+    return image;
+}
+
+class Decoder final : public ImageDecoder {
+  public:
+    Decoder(const std::string& format, const std::string& path,
+            std::span<const std::uint8_t> bytes) {
+        input_ = OIIO::ImageInput::create(format);
+        if (!input_) {
+            OIIO::geterror();  // leave none behind for others
+            fail("no decoder for " + format + " is installed");
+        }
+        OIIO::ImageSpec config;
+        config.attribute("oiio:UnassociatedAlpha", 1);
+        OIIO::Filesystem::IOProxy* proxy = nullptr;
+        if (!bytes.empty()) {
+            memory_.emplace(bytes.data(), bytes.size());
+            proxy = &*memory_;
+            config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+        }
+        OIIO::ImageSpec spec;
+        check(input_->open(path, spec, config));
+        image_ = told(spec);
+    }
+
+    const StoredImage& image() const override { return image_; }
+    void read(int begin, int end, float* samples) override {
+        check(input_->read_image(0, 0, begin, end, OIIO::TypeDesc::FLOAT, samples));
+    }
+    void read(int begin, int end, std::uint8_t* samples) override {
+        check(input_->read_image(0, 0, begin, end, OIIO::TypeDesc::UINT8, samples));
+    }
+
+  private:
+    void check(bool success) const {
+        if (!success) fail(input_->geterror());
+    }
+
+    std::optional<OIIO::Filesystem::IOMemReader> memory_;
+    std::unique_ptr<OIIO::ImageInput> input_;
+    StoredImage image_;
+};
+
+class Proxy final : public OIIO::Filesystem::IOProxy {
+  public:
+    Proxy(const std::string& path, EncodedFile& file) : IOProxy(path, Write), file_(file) {}
+
+    const char* proxytype() const override { return "peeler"; }
+    std::size_t size() const override { return file_.size(); }
+    std::size_t write(const void* data, std::size_t bytes) override {
+        return moved(pwrite(data, bytes, m_pos));
+    }
+    std::size_t pwrite(const void* data, std::size_t bytes, std::int64_t offset) override {
+        return file_.writeAt(static_cast<std::uint64_t>(offset),
+                             {static_cast<const std::byte*>(data), bytes});
+    }
+    std::size_t read(void* data, std::size_t bytes) override {
+        return moved(pread(data, bytes, m_pos));
+    }
+    std::size_t pread(void* data, std::size_t bytes, std::int64_t offset) override {
+        return file_.readAt(static_cast<std::uint64_t>(offset),
+                            {static_cast<std::byte*>(data), bytes});
+    }
+
+  private:
+    std::size_t moved(std::size_t bytes) {
+        m_pos += static_cast<std::int64_t>(bytes);
+        return bytes;
+    }
+
+    EncodedFile& file_;
+};
+
+class Encoder final : public ImageEncoder {
+  public:
+    explicit Encoder(const std::string& format)
+        : format_(format), output_(OIIO::ImageOutput::create(format)) {
+        if (!output_) fail(OIIO::geterror());
+    }
+
+    bool keepsAlpha() const override { return output_->supports("alpha"); }
+
+    void open(const ImageToEncode& image, EncodedFile& file) override {
+        type_ = image.bits == 16 ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::UINT8;
+        OIIO::ImageSpec spec(image.width, image.height, image.channels, type_);
+        if (image.srgb) spec.attribute("oiio:ColorSpace", "sRGB");
+        spec.attribute("oiio:UnassociatedAlpha", 1);  // it is so already: do not divide once more
+        if (!image.software.empty()) spec.attribute("Software", image.software);
+        if (!image.description.empty()) spec.attribute("ImageDescription", image.description);
+        if (format_ == "tiff") spec.attribute("DateTime", "");  // else it says when it was written
+        if (format_ == "jpeg") {
+            spec.attribute("Compression", "jpeg:95");
+            spec.attribute("jpeg:subsampling", "4:4:4");
+        }
+        proxy_.emplace(image.path, file);
+        check(output_->set_ioproxy(&*proxy_));
+        check(output_->open(image.path, spec));
+    }
+
+    void writeRows(int begin, int end, const void* samples) override {
+        check(output_->write_scanlines(begin, end, 0, type_, samples));
+    }
+
+    void close() override { check(output_->close()); }
+
+  private:
+    void check(bool success) const {
+        if (!success) fail(output_->geterror());
+    }
+
+    std::string format_;
+    OIIO::TypeDesc type_;
+    std::optional<Proxy> proxy_;  // before what uses it
+    std::unique_ptr<OIIO::ImageOutput> output_;
+};
+
+class Library final : public ImageLibrary {
+  public:
+    std::unique_ptr<ImageDecoder> decoder(const std::string& format, const std::string& path,
+                                          std::span<const std::uint8_t> bytes) const override {
+        return std::make_unique<Decoder>(format, path, bytes);
+    }
+    std::unique_ptr<ImageEncoder> encoder(const std::string& format) const override {
+        return std::make_unique<Encoder>(format);
+    }
+    void limitDecodedSize(int megabytes) const override {
+        OIIO::attribute("limits:imagesize_MB", megabytes);
+    }
+    void setThreads(int threads) const override {
+        OIIO::attribute("threads", threads);
+        // OpenEXR counts the threads that it adds; −1 is OpenImageIO's word for none.
+        OIIO::attribute("exr_threads", threads > 1 ? threads : -1);
+    }
+};
+
+}  // namespace
+}  // namespace peeler
+
+extern "C" const peeler::ImageLibrary* peelerImageLibrary() {
+    static const peeler::Library library;
+    return &library;
+}
