@@ -189,11 +189,13 @@ void BandCapture::checkSlots(const std::uint32_t* slots, const Window& band,
 int BandCapture::layers(LayerMethod& method, const BandRequest& request, LayeredImage& out) {
     const Window& band = request.band;
     const std::size_t pixels = band.pixels();
-    const std::uint32_t limit = method.takesAll() ? kNoLimit : limitOf(request);
-    first_.resize(pixels + 1);
-    first_[0] = 0;
-    for (std::size_t p = 0; p < pixels; ++p)
-        first_[p + 1] = first_[p] + std::min(request.counts[p], limit);
+    timed(times_, "capture", [&] {
+        const std::uint32_t limit = method.takesAll() ? kNoLimit : limitOf(request);
+        first_.resize(pixels + 1);
+        first_[0] = 0;
+        for (std::size_t p = 0; p < pixels; ++p)
+            first_[p + 1] = first_[p] + std::min(request.counts[p], limit);
+    });
     const std::size_t fragments = first_[pixels];
 
     int passes = fillLists(method, band);

@@ -155,6 +155,7 @@ void Renderer::State::countViews() {
         for (const Window& band :
              cutBands(crop, limits, [&](int y) { return clipFragments(counting, y); })) {
             band_capture.count(band, counts);
+            const StageTimer timer(times, "count");
             const auto first = static_cast<std::size_t>(band.y0 - crop.y0) * width;
             for (int y = band.y0; y < band.y1; ++y) {
                 const auto row = static_cast<std::size_t>(y - band.y0) * width;
