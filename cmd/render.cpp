@@ -198,8 +198,7 @@ void Render::closeRenderer() {
 void Render::plan(Picture& picture) {
     const CaptureSettings& capture = picture.asked.capture;
     // Two pictures at once only where there is plenty of room for both.
-    if (written_ && capture.memory != 0 && residentBytes() > capture.memory / 4)
-        settle();
+    if (written_ && capture.memory != 0 && residentBytes() > capture.memory / 4) settle();
     picture.plan = renderer_->plan(picture.asked.view, capture, progressOf(picture));
     const Plan& plan = picture.plan;
     if (!options_.strict || plan.complete()) return;

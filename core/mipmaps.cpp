@@ -35,6 +35,8 @@ const Tables& tables(bool srgb) {
     return srgb ? srgb_tables : linear_tables;
 }
 
+constexpr float kHalf = 0.5F;  // to round: std::lround costs more than all the rest of a level
+
 /// Up to three source texels of one destination texel, with their weights (which sum to 1).
 struct Taps {
     std::array<int, 3> at{};
@@ -94,8 +96,7 @@ Image halved(const Image& image, bool srgb) {
                 }
             }
             for (std::size_t c = 0; c < 4; ++c) {
-                // Rounded without std::lround, which costs more than all the rest.
-                const auto step = static_cast<std::size_t>(std::min(1.0F, sum[c]) * 4096 + 0.5F);
+                const auto step = static_cast<std::size_t>(std::min(1.0F, sum[c]) * 4096 + kHalf);
                 *to++ = (c < 3 ? color : plain).encode[step];
             }
         }

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <compare>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -115,7 +114,11 @@ class SceneRasterizer {
         unsigned bits = 0;
         std::uint32_t material_flags = 0, draw_flags = 0;
         std::uint32_t transformed = 0, second_uv = 0;  // textures, by unit
-        auto operator<=>(const Variant&) const = default;
+        bool operator<(const Variant& other) const {
+            return std::tie(bits, material_flags, draw_flags, transformed, second_uv) <
+                   std::tie(other.bits, other.material_flags, other.draw_flags, other.transformed,
+                            other.second_uv);
+        }
     };
 
     /// Binds the record of view, tile and band, and the sampler of the peels' textures.
