@@ -108,32 +108,34 @@ void BandCapture::drawIntoSlots(const GeometryPass& pass, const Window& band,
     gl::checkErrors(gl(), "counting fragments");
 }
 
-void BandCapture::countClip(const Window& band, std::vector<std::uint32_t>& counts) {
+void BandCapture::countInSlots(const GeometryPass& pass, const Window& band,
+                               std::vector<std::uint32_t>& counts) {
     const std::size_t pixels = band.pixels(), bytes = pixels * sizeof(std::uint32_t);
     buffers_.reserveSlots(pixels);
     buffers_.slots().clearToZero(bytes);
-    drawIntoSlots({.fragment_shader = "clip_boundary.frag",
-                   .definitions = "COUNT",
-                   .draws = Draws::kClipMeshes,
-                   .bounded = false},
-                  band, 0);
+    drawIntoSlots(pass, band, 0);
     const auto mapping = buffers_.slots().read(bytes);
     const auto* slots = mapping.as<const std::uint32_t>();
     counts.assign(slots, slots + pixels);
+}
+
+void BandCapture::countClip(const Window& band, std::vector<std::uint32_t>& counts) {
+    countInSlots({.fragment_shader = "clip_boundary.frag",
+                  .definitions = "COUNT",
+                  .draws = Draws::kClipMeshes,
+                  .bounded = false},
+                 band, counts);
 }
 
 void BandCapture::prepareClip(const Window& band) {
     if (settings_.clip.nodes.empty() || band == clip_band_) return;
     std::vector<std::uint32_t> first;
     countClip(band, first);
-    const std::size_t pixels = band.pixels(), bytes = pixels * sizeof(std::uint32_t);
+    const std::size_t pixels = band.pixels();
     first.insert(first.begin(), 0);
     std::partial_sum(first.begin(), first.end(), first.begin());
     buffers_.reserveClip(first);
-    {
-        const auto slots = buffers_.slots().overwrite(bytes);
-        std::copy_n(first.begin(), pixels, slots.as<std::uint32_t>());
-    }
+    setSlots({first.data(), pixels});
     drawIntoSlots(
         {.fragment_shader = "clip_boundary.frag", .draws = Draws::kClipMeshes, .bounded = false},
         band, first[pixels]);
@@ -143,29 +145,23 @@ void BandCapture::prepareClip(const Window& band) {
 void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) {
     const StageTimer timer(times_, "count");
     prepareClip(band);
-    counts.resize(band.pixels());
-    if (SlotTarget::supported(context_)) {
-        buffers_.bindForLayers();
-        rasterizer_.setBand(band, 0, 0);
-        forEachTile(band, [&](const Window& tile, const Window& area) {
-            rasterizer_.setTile(tile);
-            slot_target_.reserve(gl(), tile.width(), tile.height());
-            slot_target_.write(tile, area, band, {});
-            rasterizer_.draw({.fragment_shader = "count.frag",
-                              .definitions = kFetchedSlots,
-                              .framebuffer = slot_target_.framebuffer()},
-                             area);
-            slot_target_.read(tile, area, band, counts);
-        });
-        gl::checkErrors(gl(), "counting fragments");
+    if (!SlotTarget::supported(context_)) {
+        countInSlots({.fragment_shader = "count.frag"}, band, counts);
         return;
     }
-    const std::size_t bytes = band.pixels() * sizeof(std::uint32_t);
-    buffers_.reserveSlots(band.pixels());
-    buffers_.slots().clearToZero(bytes);
-    drawIntoSlots({.fragment_shader = "count.frag"}, band, 0);
-    const auto mapping = buffers_.slots().read(bytes);
-    std::copy_n(mapping.as<const std::uint32_t>(), band.pixels(), counts.begin());
+    counts.resize(band.pixels());
+    buffers_.bindForLayers();
+    rasterizer_.setBand(band, 0, 0);
+    forEachTile(band, [&](const Window& tile, const Window& area) {
+        rasterizer_.setTile(tile);
+        slot_target_.write(gl(), tile, area, band, {});
+        rasterizer_.draw({.fragment_shader = "count.frag",
+                          .definitions = kFetchedSlots,
+                          .framebuffer = slot_target_.framebuffer()},
+                         area);
+        slot_target_.read(gl(), tile, area, band, counts);
+    });
+    gl::checkErrors(gl(), "counting fragments");
 }
 
 /// The completeness certificate: the capture advanced every pixel's slot from `first` exactly to
@@ -234,12 +230,11 @@ int BandCapture::fillLists(LayerMethod& method, const Window& band) {
         if (area.layers == 0) return;
         rasterizer_.setTile(tile);
         if (target) {
-            slot_target_.reserve(gl(), tile.width(), tile.height());
-            slot_target_.write(tile, window, band, first_);
+            slot_target_.write(gl(), tile, window, band, first_);
             area.slot_framebuffer = slot_target_.framebuffer();
         }
         passes += method.capture(rasterizer_, area);
-        if (target) slot_target_.read(tile, window, band, ends_);
+        if (target) slot_target_.read(gl(), tile, window, band, ends_);
     });
     gl::waitForGpu(gl());
     gl::checkErrors(gl(), "capturing fragments");

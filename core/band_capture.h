@@ -91,6 +91,9 @@ class BandCapture {
     void prepareClip(const Window& band);
     /// Draws a pass without attachments that touches every pixel's slot.
     void drawIntoSlots(const GeometryPass& pass, const Window& band, std::uint32_t capacity);
+    /// The fragments that a pass counts in every pixel's slot. Overwrites `counts`.
+    void countInSlots(const GeometryPass& pass, const Window& band,
+                      std::vector<std::uint32_t>& counts);
     /// Calls f(tile, area of the band in it).
     template <class F>
     void forEachTile(const Window& band, F&& f);

@@ -21,7 +21,6 @@ bool SlotTarget::supported(const gl::Context& context) {
 void SlotTarget::reserve(const gl::Functions& gl, int tile_width, int tile_height) {
     if (texture_ && tile_width == width_ && tile_height == height_) return;
     free();
-    gl_ = &gl;
     width_ = tile_width;
     height_ = tile_height;
     texture_ = gl::makeTexture2D(gl, GL_R32UI, width_, height_);
@@ -34,8 +33,9 @@ void SlotTarget::free() {
     rows_ = {};
 }
 
-void SlotTarget::write(const Window& tile, const Window& area, const Window& band,
-                       std::span<const std::uint32_t> values) {
+void SlotTarget::write(const gl::Functions& gl, const Window& tile, const Window& area,
+                       const Window& band, std::span<const std::uint32_t> values) {
+    reserve(gl, tile.width(), tile.height());
     const auto width = static_cast<std::size_t>(area.width());
     rows_.resize(area.pixels());
     for (int row = 0; row < area.height(); ++row) {
@@ -45,20 +45,19 @@ void SlotTarget::write(const Window& tile, const Window& area, const Window& ban
         else
             std::copy_n(values.data() + rowInBand(area, band, row), width, to);
     }
-    gl_->PixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    gl_->TextureSubImage2D(texture_.name(), 0, area.x0 - tile.x0, tile.y1 - area.y1, area.width(),
-                           area.height(), GL_RED_INTEGER, GL_UNSIGNED_INT, rows_.data());
+    gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    gl.TextureSubImage2D(texture_.name(), 0, area.x0 - tile.x0, tile.y1 - area.y1, area.width(),
+                         area.height(), GL_RED_INTEGER, GL_UNSIGNED_INT, rows_.data());
 }
 
-void SlotTarget::read(const Window& tile, const Window& area, const Window& band,
-                      std::span<std::uint32_t> values) {
+void SlotTarget::read(const gl::Functions& gl, const Window& tile, const Window& area,
+                      const Window& band, std::span<std::uint32_t> values) {
     const auto width = static_cast<std::size_t>(area.width());
     rows_.resize(area.pixels());
-    gl_->PixelStorei(GL_PACK_ALIGNMENT, 4);
-    gl_->GetTextureSubImage(texture_.name(), 0, area.x0 - tile.x0, tile.y1 - area.y1, 0,
-                            area.width(), area.height(), 1, GL_RED_INTEGER, GL_UNSIGNED_INT,
-                            static_cast<GLsizei>(rows_.size() * sizeof(std::uint32_t)),
-                            rows_.data());
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
+    gl.GetTextureSubImage(texture_.name(), 0, area.x0 - tile.x0, tile.y1 - area.y1, 0, area.width(),
+                          area.height(), 1, GL_RED_INTEGER, GL_UNSIGNED_INT,
+                          static_cast<GLsizei>(rows_.size() * sizeof(std::uint32_t)), rows_.data());
     for (int row = 0; row < area.height(); ++row) {
         std::copy_n(rows_.begin() + static_cast<std::ptrdiff_t>(width) * row, width,
                     values.data() + rowInBand(area, band, row));

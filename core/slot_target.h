@@ -24,21 +24,21 @@ class SlotTarget {
         return tile_pixels * sizeof(std::uint32_t);
     }
 
-    /// (Re)allocates for a tile of this size.
-    void reserve(const gl::Functions& gl, int tile_width, int tile_height);
     void free();
 
     /// Sets the slots of `area`, of which `values` has those of `band` around it; empty: 0.
-    void write(const Window& tile, const Window& area, const Window& band,
+    /// Allocates for the tile first, if it must.
+    void write(const gl::Functions& gl, const Window& tile, const Window& area, const Window& band,
                std::span<const std::uint32_t> values);
     /// Reads the slots of `area` into those of `band`. Waits for the GPU.
-    void read(const Window& tile, const Window& area, const Window& band,
+    void read(const gl::Functions& gl, const Window& tile, const Window& area, const Window& band,
               std::span<std::uint32_t> values);
 
     GLuint framebuffer() const { return framebuffer_.name(); }
 
   private:
-    const gl::Functions* gl_ = nullptr;
+    void reserve(const gl::Functions& gl, int tile_width, int tile_height);
+
     gl::Texture texture_;
     gl::Framebuffer framebuffer_;
     int width_ = 0, height_ = 0;

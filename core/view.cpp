@@ -28,25 +28,29 @@ glm::dmat4 Projection::matrix(double u0, double v0, double u1, double v1) const 
     return m;
 }
 
+namespace {
+
+/// Calls use(linear) with the function that makes camera Z of a depth: one function for many depths
+/// is a loop that compilers vectorise.
+template <class Use>
+auto withLinearZ(const Projection& projection, Use&& use) {
+    const double n = projection.near, f = projection.far;
+    if (!projection.perspective) return use([=](double depth) { return f - depth * (f - n); });
+    if (std::isinf(f)) return use([=](double depth) { return n / depth; });
+    return use([=](double depth) { return n * f / (depth * (f - n) + n); });
+}
+
+}  // namespace
+
 double Projection::linearZ(double depth) const {
-    if (!perspective) return far - depth * (far - near);
-    if (std::isinf(far)) return near / depth;
-    return near * far / (depth * (far - near) + near);
+    return withLinearZ(*this, [&](auto&& linear) { return linear(depth); });
 }
 
 void Projection::toLinearZ(std::span<float> depths) const {
-    // A loop each, which compilers vectorise.
-    const auto each = [&](auto&& linear) {
+    withLinearZ(*this, [&](auto&& linear) {
         for (float& depth : depths)
             depth = static_cast<float>(linear(static_cast<double>(depth)));
-    };
-    const double n = near, f = far;
-    if (!perspective)
-        each([=](double depth) { return f - depth * (f - n); });
-    else if (std::isinf(far))
-        each([=](double depth) { return n / depth; });
-    else
-        each([=](double depth) { return n * f / (depth * (f - n) + n); });
+    });
 }
 
 glm::dvec3 worldPosition(const View& view, double x, double y, double z) {

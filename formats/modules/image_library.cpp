@@ -11,7 +11,6 @@
 namespace peeler {
 namespace {
 
-/// The last message, which is then forgotten.
 [[noreturn]] void fail(const std::string& message) {
     throw std::runtime_error(message);
 }
