@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/parallel.h"
+#include "support/triangles.h"
 
 namespace peeler::benchmark {
 namespace {
@@ -257,15 +258,7 @@ void EmbreeLayers::State::add(const Scene& scene_file, const SceneContents& cont
         corner(instance.mirrored ? b : c);
         ++triangles;
     };
-    if (p.topology == Topology::kTriangles)
-        for (std::size_t i = 0; i + 2 < count; i += 3)
-            triangle(i, i + 1, i + 2);
-    if (p.topology == Topology::kTriangleStrip)
-        for (std::size_t i = 0; i + 2 < count; ++i)
-            triangle(i, i + 1 + i % 2, i + 2 - i % 2);
-    if (p.topology == Topology::kTriangleFan)
-        for (std::size_t i = 1; i + 1 < count; ++i)
-            triangle(0, i, i + 1);
+    test::forEachTriangle(p.topology, count, triangle);
 }
 
 EmbreeLayers::EmbreeLayers(const Scene& scene, const SceneContents& contents)

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/scene_contents.h"
+#include "support/triangles.h"
 
 namespace peeler::test {
 
@@ -47,15 +48,7 @@ inline TriangleSoup soupOf(const Scene& scene) {
                 soup.triangles.push_back(t);
                 soup.culled_behind.push_back(!m.double_sided);
             };
-            if (p.topology == Topology::kTriangles)
-                for (std::size_t i = 0; i + 2 < count; i += 3)
-                    add(i, i + 1, i + 2);
-            if (p.topology == Topology::kTriangleStrip)
-                for (std::size_t i = 0; i + 2 < count; ++i)
-                    add(i, i + 1 + i % 2, i + 2 - i % 2);
-            if (p.topology == Topology::kTriangleFan)
-                for (std::size_t i = 1; i + 1 < count; ++i)
-                    add(0, i, i + 1);
+            forEachTriangle(p.topology, count, add);
         }
     }
     return soup;

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// The triangles of a list, strip or fan (glTF 2.0 §3.7.2.1), told anew: what core makes of them is
+// under test.
+#pragma once
+
+#include <cstddef>
+
+#include "core/scene.h"
+
+namespace peeler::test {
+
+/// Calls visit(a, b, c) with the places of the corners of each triangle; other topologies have
+/// none.
+template <class Visit>
+void forEachTriangle(Topology topology, std::size_t count, Visit&& visit) {
+    if (topology == Topology::kTriangles)
+        for (std::size_t i = 0; i + 2 < count; i += 3)
+            visit(i, i + 1, i + 2);
+    if (topology == Topology::kTriangleStrip)
+        for (std::size_t i = 0; i + 2 < count; ++i)
+            visit(i, i + 1 + i % 2, i + 2 - i % 2);
+    if (topology == Topology::kTriangleFan)
+        for (std::size_t i = 1; i + 1 < count; ++i)
+            visit(0, i, i + 1);
+}
+
+}  // namespace peeler::test
