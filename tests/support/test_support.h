@@ -51,6 +51,10 @@ inline constexpr bool kAddressSanitizer = true;
 inline constexpr bool kAddressSanitizer = false;
 #endif
 
+/// Processor seconds that no refusal takes on the slowest machine: what needs more does not end, or
+/// does far more work than its input asks for. How fast it is, benchmarks tell.
+inline constexpr double kEndlessSeconds = kAddressSanitizer ? 300 : 60;
+
 /// The built `peeler`.
 std::filesystem::path peelerBinary();
 
