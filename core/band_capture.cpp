@@ -183,39 +183,54 @@ void BandCapture::checkSlots(const std::uint32_t* slots, const Window& band,
 }
 
 int BandCapture::layers(LayerMethod& method, const BandRequest& request, LayeredImage& out) {
-    const Window& band = request.band;
-    const std::size_t pixels = band.pixels();
-    timed(times_, "capture", [&] {
-        const std::uint32_t limit = method.takesAll() ? kNoLimit : limitOf(request);
-        first_.resize(pixels + 1);
-        first_[0] = 0;
-        for (std::size_t p = 0; p < pixels; ++p)
-            first_[p + 1] = first_[p] + std::min(request.counts[p], limit);
-    });
-    const std::size_t fragments = first_[pixels];
-
-    int passes = fillLists(method, band);
-    if (shadedComponents(settings_.channels) > 0) passes += captureChannels(band, fragments);
+    int passes = fillLists(method, request, request.layers);
+    if (shadedComponents(settings_.channels) > 0)
+        passes += captureChannels(request.band, first_.back());
     const StageTimer timer(times_, "sort");
-    const std::size_t words = BandBuffers::fragmentWords(settings_.colorBytes());
-    const auto stored = buffers_.fragments().read(fragments * words * sizeof(std::uint32_t));
-    out.window = band;
+    const auto stored = readFragments();
+    out.window = request.band;
     out.color.type = settings_.hits == Hits::kSloped ? PixelType::kFloat : settings_.color_type;
     out.color.channels = colorChannels(settings_.hits);
     out.extra.clear();
     const bool keyed = request.keys || settings_.hits != Hits::kNone || !settings_.channels.empty();
     std::vector<std::uint32_t> sources;
-    const CapturedFragments captured{first_, stored.as<const std::uint32_t>(), words};
+    const CapturedFragments captured = capturedIn(stored);
     gather(captured, view_.projection, request.layers, out, keyed ? &sources : nullptr);
     if (keyed) addChannels(request, captured, sources, out);
     return passes;
 }
 
-/// Captures the fragments of a band, `first_` telling where every pixel's go.
-int BandCapture::fillLists(LayerMethod& method, const Window& band) {
-    const std::size_t pixels = band.pixels(), fragments = first_[pixels];
-    const bool target = method.takesSlotTarget() && SlotTarget::supported(context_);
+int BandCapture::composite(LayerMethod& method, const BandRequest& request, CompositeImage& out) {
+    const int passes = fillLists(method, request, request.tail ? 0 : request.layers);
+    const StageTimer timer(times_, "composite");
+    const auto stored = readFragments();
+    out.window = request.band;
+    gatherComposite(capturedIn(stored), view_.projection, request.layers,
+                    request.tail ? Tail::kBlend : Tail::kDrop, settings_.color_type, out);
+    return passes;
+}
+
+gl::Buffer::Mapping BandCapture::readFragments() {
+    return buffers_.fragments().read(
+        first_.back() * BandBuffers::fragmentWords(settings_.colorBytes()) * sizeof(std::uint32_t));
+}
+
+CapturedFragments BandCapture::capturedIn(const gl::Buffer::Mapping& stored) const {
+    return {first_, stored.as<const std::uint32_t>(),
+            BandBuffers::fragmentWords(settings_.colorBytes())};
+}
+
+int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers) {
     const StageTimer timer(times_, "capture");
+    const Window& band = request.band;
+    const std::size_t pixels = band.pixels();
+    const std::uint32_t limit = method.takesAll() || layers == 0 ? kNoLimit : layers;
+    first_.resize(pixels + 1);
+    first_[0] = 0;
+    for (std::size_t p = 0; p < pixels; ++p)
+        first_[p + 1] = first_[p] + std::min(request.counts[p], limit);
+    const std::size_t fragments = first_[pixels];
+    const bool target = method.takesSlotTarget() && SlotTarget::supported(context_);
     prepareClip(band);
     buffers_.reserveFragments(fragments * BandBuffers::fragmentWords(settings_.colorBytes()));
     if (!target) setSlots({first_.data(), pixels});

@@ -60,7 +60,10 @@ class BandCapture {
     /// differ in number from the count.
     int layers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
 
-    /// Composites a band. Returns and throws like layers().
+    /// Composites what layers() would give, without storing it. Returns and throws like that.
+    int composite(LayerMethod& method, const BandRequest& request, CompositeImage& out);
+
+    /// Composites a band on the fly. Returns and throws like layers().
     int composite(CompositeMethod& method, const BandRequest& request, CompositeImage& out);
 
     const DrawList& list() const { return gpu_scene_.list(); }
@@ -99,7 +102,11 @@ class BandCapture {
     void forEachTile(const Window& band, F&& f);
     void checkSlots(const std::uint32_t* slots, const Window& band,
                     std::span<const std::uint32_t> first, std::span<const std::uint32_t> end) const;
-    int fillLists(LayerMethod& method, const Window& band);
+    /// Captures a band's fragments, the nearest `layers` (0 = all) of every pixel at least, and
+    /// leaves in `first_` where they are. Returns the geometry passes.
+    int fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers);
+    gl::Buffer::Mapping readFragments();
+    CapturedFragments capturedIn(const gl::Buffer::Mapping& stored) const;
     void setSlots(std::span<const std::uint32_t> slots);
     /// Another geometry pass, which finds what channels.frag yields of the captured fragments.
     int captureChannels(const Window& band, std::size_t fragments);

@@ -67,20 +67,33 @@ Color averageOf(const T* colors, std::size_t count) {
     return {sum[0] * scale, sum[1] * scale, sum[2] * scale, covered};
 }
 
-/// Calls one(colors of the pixel, their number) for every pixel; the result goes in front of the
-/// background.
+/// Where pixels go.
+struct Pixels {
+    Color* rgba;
+    float* z;
+};
+
+/// Calls one(colors of the pixel, their number) for the pixels [begin, end); the result goes in
+/// front of the background.
 template <class T, class One>
-void compositePixels(const LayeredImage& image, const Color& background, CompositeImage& out,
-                     const One& one) {
+void compositePixels(const LayeredImage& image, std::size_t begin, std::size_t end,
+                     const Color& background, const Pixels& out, const One& one) {
     const T* colors = image.color.as<T>().data();
-    const auto width = static_cast<std::size_t>(image.window.width());
-    parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
-        for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
-            const std::uint32_t begin = image.offsets[p], count = image.count(p);
-            out.rgba[p] = over(one(colors + std::size_t{4} * begin, count), background);
-            out.z[p] = count > 0 ? image.z[begin] : std::numeric_limits<float>::infinity();
-        }
-    });
+    for (std::size_t p = begin; p < end; ++p) {
+        const std::uint32_t first = image.offsets[p], count = image.count(p);
+        out.rgba[p] = over(one(colors + std::size_t{4} * first, count), background);
+        out.z[p] = count > 0 ? image.z[first] : std::numeric_limits<float>::infinity();
+    }
+}
+
+template <class One>
+void compositePixels(const LayeredImage& image, std::size_t begin, std::size_t end,
+                     const Color& background, const Pixels& out, const One& one) {
+    if (image.color.type == PixelType::kFloat) {
+        compositePixels<float>(image, begin, end, background, out, one);
+    } else {
+        compositePixels<std::uint16_t>(image, begin, end, background, out, one);
+    }
 }
 
 template <class One>
@@ -89,12 +102,29 @@ void compositeWith(const LayeredImage& image, const Color& background, Composite
     out.window = image.window;
     out.rgba.resize(image.window.pixels());
     out.z.resize(image.window.pixels());
-    if (image.color.type == PixelType::kFloat) {
-        compositePixels<float>(image, background, out, one);
-    } else {
-        compositePixels<std::uint16_t>(image, background, out, one);
-    }
+    const auto width = static_cast<std::size_t>(image.window.width());
+    parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
+        compositePixels(image, row * width, (row + 1) * width, background,
+                        {out.rgba.data(), out.z.data()}, one);
+    });
 }
+
+/// The nearest `layers` (0 = all) in order, and the tail behind them.
+struct Nearest {
+    std::size_t limit;
+    Tail tail;
+
+    Nearest(std::uint32_t layers, Tail behind)
+        : limit(layers ? layers : std::numeric_limits<std::size_t>::max()), tail(behind) {}
+
+    template <class T>
+    Color operator()(const T* colors, std::size_t count) const {
+        const std::size_t kept = std::min(count, limit);
+        const Color front = overInOrder(colors, kept);
+        if (tail == Tail::kDrop || kept == count) return front;
+        return over(front, averageOf(colors + 4 * kept, count - kept));
+    }
+};
 
 }  // namespace
 
@@ -111,13 +141,12 @@ Color colorOf(const LayeredImage& image, std::size_t fragment) {
 
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
                       CompositeImage& out) {
-    const std::size_t limit = layers ? layers : std::numeric_limits<std::size_t>::max();
-    compositeWith(image, {}, out, [=](const auto* colors, std::size_t count) {
-        const std::size_t kept = std::min(count, limit);
-        const Color front = overInOrder(colors, kept);
-        if (tail == Tail::kDrop || kept == count) return front;
-        return over(front, averageOf(colors + 4 * kept, count - kept));
-    });
+    compositeWith(image, {}, out, Nearest(layers, tail));
+}
+
+void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
+                      std::span<Color> rgba, std::span<float> z) {
+    compositePixels(image, 0, rgba.size(), {}, {rgba.data(), z.data()}, Nearest(layers, tail));
 }
 
 void compositeWeightedAverage(const LayeredImage& image, const Color& background,
@@ -146,24 +175,28 @@ void appendNearestChannels(const LayeredImage& image, CompositeImage& out) {
 }
 
 void toSingleLayer(const CompositeImage& composite, LayeredImage& out) {
-    const std::size_t pixels = composite.window.pixels();
+    const auto width = static_cast<std::size_t>(composite.window.width());
+    const auto height = static_cast<std::size_t>(composite.window.height());
+    const auto isThere = [&](std::size_t p) {
+        return composite.z[p] < std::numeric_limits<float>::infinity();
+    };
     out.window = composite.window;
+    out.offsets.resize(width * height + 1);
+    out.offsets[0] = 0;
+    for (std::size_t p = 0; p < width * height; ++p)
+        out.offsets[p + 1] = out.offsets[p] + (isThere(p) ? 1 : 0);
     out.color = {{"R", "G", "B", "A"}, PixelType::kFloat, std::move(out.color.data)};
-    out.color.data.resize(pixels * sizeof(Color));
+    out.color.data.resize(out.offsets.back() * sizeof(Color));
     out.extra.clear();
-    out.z.resize(pixels);
-    out.offsets.resize(pixels + 1);
+    out.z.resize(out.offsets.back());
     auto* colors = out.color.as<Color>().data();
-    std::uint32_t filled = 0;
-    for (std::size_t p = 0; p < pixels; ++p) {
-        out.offsets[p] = filled;
-        if (!(composite.z[p] < std::numeric_limits<float>::infinity())) continue;
-        out.z[filled] = composite.z[p];
-        colors[filled++] = composite.rgba[p];
-    }
-    out.offsets[pixels] = filled;
-    out.z.resize(filled);
-    out.color.data.resize(filled * sizeof(Color));
+    parallelFor(height, [&](std::size_t row) {
+        for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
+            if (!isThere(p)) continue;
+            out.z[out.offsets[p]] = composite.z[p];
+            colors[out.offsets[p]] = composite.rgba[p];
+        }
+    });
 }
 
 }  // namespace peeler

@@ -39,6 +39,10 @@ std::array<float, 4> colorOf(const LayeredImage& image, std::size_t fragment);
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
                       CompositeImage& out);
 
+/// The same of an image without a window, an entry of `rgba` and `z` a pixel; on one thread.
+void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
+                      std::span<std::array<float, 4>> rgba, std::span<float> z);
+
 /// Weighted average (Bavoil & Myers 2008, section 4) of n fragments: C = ΣA·C / ΣA, A = ΣA / n,
 /// C·(1 − (1 − A)^n) + background·(1 − A)^n.
 void compositeWeightedAverage(const LayeredImage& image, const std::array<float, 4>& background,

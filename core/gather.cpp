@@ -74,7 +74,8 @@ void resizeAnew(std::vector<T>& values, std::size_t size) {
 
 /// What becomes of the pixels of a row.
 struct Row {
-    std::size_t first_pixel, pixels;
+    std::size_t first_pixel, pixels;  ///< as captured
+    std::size_t to_pixel;             ///< the first one's place in `out`
     LayeredImage& out;
     std::uint32_t* sources;  ///< of all fragments of `out`, or null
 };
@@ -84,12 +85,14 @@ void gatherRow(const CapturedFragments& captured, const Row& row, ListSorter& so
     constexpr std::size_t kStride = 2 + kColorWords;
     LayeredImage& out = row.out;
     auto* const colors = reinterpret_cast<std::uint32_t*>(out.color.data.data());
-    for (std::size_t p = row.first_pixel; p < row.first_pixel + row.pixels; ++p) {
-        const std::uint32_t begin = captured.first[p], count = captured.first[p + 1] - begin;
+    const std::uint32_t* const offsets = out.offsets.data() + row.to_pixel;
+    for (std::size_t p = 0; p < row.pixels; ++p) {
+        const std::uint32_t begin = captured.first[row.first_pixel + p];
+        const std::uint32_t count = captured.first[row.first_pixel + p + 1] - begin;
         if (count == 0) continue;
         const std::uint32_t* const words = captured.words + begin * kStride;
         const std::uint32_t* const order = sorter.sort(words, kStride, count);
-        const std::uint32_t to = out.offsets[p], kept = out.offsets[p + 1] - to;
+        const std::uint32_t to = offsets[p], kept = offsets[p + 1] - to;
         for (std::uint32_t k = 0; k < kept; ++k) {
             const std::uint32_t* const fragment = words + order[k] * kStride;
             std::memcpy(&out.z[to + k], fragment, sizeof(float));
@@ -109,22 +112,27 @@ GatherRow gatherRowOf(std::size_t stride) {
     return stride == 4 ? gatherRow<2> : gatherRow<4>;
 }
 
+/// Makes room in `out` for the nearest `max_layers` (0 = all) fragments of the pixels from `first`
+/// on.
+void layOut(const CapturedFragments& captured, std::size_t first, std::size_t pixels,
+            std::uint32_t max_layers, LayeredImage& out) {
+    resizeAnew(out.offsets, pixels + 1);
+    out.offsets[0] = 0;
+    for (std::size_t p = 0; p < pixels; ++p) {
+        std::uint32_t kept = captured.first[first + p + 1] - captured.first[first + p];
+        if (max_layers) kept = std::min(kept, max_layers);
+        out.offsets[p + 1] = out.offsets[p] + kept;
+    }
+    resizeAnew(out.z, out.offsets[pixels]);
+    resizeAnew(out.color.data, out.offsets[pixels] * out.color.stride());
+}
+
 }  // namespace
 
 void gather(const CapturedFragments& captured, const Projection& projection,
             std::uint32_t max_layers, LayeredImage& out, std::vector<std::uint32_t>* sources) {
-    const std::size_t pixels = out.window.pixels();
-    resizeAnew(out.offsets, pixels + 1);
-    out.offsets[0] = 0;
-    for (std::size_t p = 0; p < pixels; ++p) {
-        std::uint32_t kept = captured.first[p + 1] - captured.first[p];
-        if (max_layers) kept = std::min(kept, max_layers);
-        out.offsets[p + 1] = out.offsets[p] + kept;
-    }
-    const std::size_t fragments = out.offsets[pixels];
-    resizeAnew(out.z, fragments);
-    resizeAnew(out.color.data, fragments * out.color.stride());
-    if (sources) resizeAnew(*sources, fragments);
+    layOut(captured, 0, out.window.pixels(), max_layers, out);
+    if (sources) resizeAnew(*sources, out.fragments());
 
     const GatherRow gather_row = gatherRowOf(captured.stride);
     const auto width = static_cast<std::size_t>(out.window.width());
@@ -132,9 +140,31 @@ void gather(const CapturedFragments& captured, const Projection& projection,
     parallelFor(rows, [&](std::size_t row) {
         thread_local ListSorter sorter;
         const std::size_t first = row * width;
-        gather_row(captured, {first, width, out, sources ? sources->data() : nullptr}, sorter);
+        gather_row(captured, {first, width, first, out, sources ? sources->data() : nullptr},
+                   sorter);
         const std::uint32_t begin = out.offsets[first], end = out.offsets[first + width];
         projection.toLinearZ({out.z.data() + begin, end - begin});
+    });
+}
+
+void gatherComposite(const CapturedFragments& captured, const Projection& projection,
+                     std::uint32_t layers, Tail tail, PixelType color, CompositeImage& out) {
+    resizeAnew(out.rgba, out.window.pixels());
+    resizeAnew(out.z, out.window.pixels());
+    const std::uint32_t needed = tail == Tail::kBlend ? 0 : layers;
+    const GatherRow gather_row = gatherRowOf(captured.stride);
+    const auto width = static_cast<std::size_t>(out.window.width());
+    parallelFor(static_cast<std::size_t>(out.window.height()), [&](std::size_t row) {
+        thread_local ListSorter sorter;
+        thread_local LayeredImage lists;
+        const std::size_t first = row * width;
+        lists.color.type = color;
+        lists.color.channels = {"R", "G", "B", "A"};
+        layOut(captured, first, width, needed, lists);
+        gather_row(captured, {first, width, 0, lists, nullptr}, sorter);
+        projection.toLinearZ(lists.z);
+        compositeNearest(lists, layers, tail, {out.rgba.data() + first, width},
+                         {out.z.data() + first, width});
     });
 }
 

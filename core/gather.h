@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/composite.h"
 #include "core/layered_image.h"
 #include "core/view.h"
 
@@ -30,5 +31,10 @@ struct CapturedFragments {
 void gather(const CapturedFragments& captured, const Projection& projection,
             std::uint32_t max_layers, LayeredImage& out,
             std::vector<std::uint32_t>* sources = nullptr);
+
+/// What compositeNearest() makes of the lists that gather() would give with colours of this type,
+/// bit for bit, without storing them. `out`, whose window is set, is overwritten.
+void gatherComposite(const CapturedFragments& captured, const Projection& projection,
+                     std::uint32_t layers, Tail tail, PixelType color, CompositeImage& out);
 
 }  // namespace peeler

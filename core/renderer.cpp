@@ -270,19 +270,12 @@ void Renderer::State::captureLayers(const Window& band, std::uint32_t most, Laye
 }
 
 void Renderer::State::compositeView(const Window& band, CompositeImage& out) {
-    LayeredImage layers;
-    if (composite_method) {
-        report.passes += band_capture.composite(*composite_method,
-                                                {.band = band,
-                                                 .counts = countsOf(band),
-                                                 .layers = limit,
-                                                 .tail = settings.tail == Tail::kBlend},
-                                                out);
-        return;
-    }
-    captureLayers(band, settings.tail == Tail::kBlend ? 0 : limit, layers);
-    const StageTimer timer(times, "composite");
-    compositeNearest(layers, limit, settings.tail, out);
+    const BandRequest request{.band = band,
+                              .counts = countsOf(band),
+                              .layers = limit,
+                              .tail = settings.tail == Tail::kBlend};
+    report.passes += composite_method ? band_capture.composite(*composite_method, request, out)
+                                      : band_capture.composite(*layer_method, request, out);
 }
 
 void Renderer::State::captureMerged(const Window& band, LayeredImage& out) {
@@ -313,6 +306,7 @@ void Renderer::State::render(const Window& band, LayeredImage& out) {
         compositeView(band, views.size() > 1 ? sample : composite);
         if (views.size() > 1) addToMean(sample, static_cast<int>(i), settings.samples, composite);
     }
+    const StageTimer timer(times, "composite");
     toSingleLayer(composite, out);
 }
 

@@ -9,6 +9,8 @@
 #include <numeric>
 #include <random>
 
+#include "formats/synthetic_image.h"
+
 namespace peeler {
 namespace {
 
@@ -59,6 +61,53 @@ TEST(Gather, SortsByDepthThenDrawOrderAndKeepsTheNearest) {
                 EXPECT_EQ(colors[image.offsets[p] + k], order[k]);
                 EXPECT_EQ(image.z[image.offsets[p] + k],
                           static_cast<float>(projection.linearZ(double(depth[order[k]]))));
+            }
+        }
+    }
+}
+
+/// Lists of fragments of random colours, many at one depth; half or float.
+struct Captured {
+    Captured(const Window& window, PixelType type, std::mt19937& random) {
+        std::uniform_real_distribution<float> component(0, 1);
+        for (std::size_t p = 0; p < window.pixels(); ++p) {
+            first.push_back(first.back() + static_cast<std::uint32_t>(random() % 9));
+            for (std::uint32_t i = first[p]; i < first[p + 1]; ++i) {
+                const float depth = 0.1F + 0.1F * static_cast<float>(random() % 5);
+                words.insert(words.end(), {std::bit_cast<std::uint32_t>(depth), i});
+                FragmentArray color{{"R", "G", "B", "A"}, type, {}};
+                for (int c = 0; c < 4; ++c)
+                    test::appendColor(color, component(random));
+                const auto stored = color.as<std::uint32_t>();
+                words.insert(words.end(), stored.begin(), stored.end());
+            }
+        }
+    }
+
+    std::vector<std::uint32_t> first{0}, words{};
+};
+
+TEST(Gather, CompositesWhatTheListsComposite) {
+    const unsigned seed = std::random_device{}();
+    std::printf("seed %u\n", seed);
+    std::mt19937 random(seed);
+    const Window window{3, 5, 40, 24};
+    for (const PixelType type : {PixelType::kHalf, PixelType::kFloat}) {
+        const Captured captured(window, type, random);
+        const CapturedFragments fragments{captured.first, captured.words.data(),
+                                          type == PixelType::kHalf ? std::size_t{4} : 6};
+        for (const std::uint32_t layers : {0U, 1U, 3U}) {
+            for (const Tail tail : {Tail::kDrop, Tail::kBlend}) {
+                LayeredImage lists;
+                lists.window = window;
+                lists.color = {{"R", "G", "B", "A"}, type, {}};
+                gather(fragments, {}, 0, lists);
+                CompositeImage expected, found;
+                compositeNearest(lists, layers, tail, expected);
+                found.window = window;
+                gatherComposite(fragments, {}, layers, tail, type, found);
+                EXPECT_EQ(found.rgba, expected.rgba);
+                EXPECT_EQ(found.z, expected.z);
             }
         }
     }
