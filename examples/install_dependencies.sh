@@ -14,7 +14,7 @@ test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy
     chromium-driver python3-selenium python3-yaml locales slurmctld slurmd slurm-client munge parallel
     debootstrap"
 # What `sh tests/run.sh bench` builds with and compares with.
-bench="libgtest-dev libembree-dev git f3d xvfb python3 python3-vtk9 openimageio-tools"
+bench="libgtest-dev libembree-dev git f3d xvfb python3 python3-vtk9 openimageio-tools linux-perf"
 
 packages=$run
 for set in "$@"; do

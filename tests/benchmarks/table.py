@@ -23,6 +23,8 @@ from typing import Dict, List
 
 import scenes
 import table_rows
+from perf_profile import profile
+from reasons import REASONS
 from side_by_side import HERE, Bench, Display, Row, run, say
 
 ROOT = HERE.parent.parent
@@ -106,14 +108,31 @@ def measured(bench: Bench, kinds: List[str]) -> List[Row]:
     print("| what | scene | size | ours | theirs | ratio | target | met | |\n"
           "| --- | --- | --- | ---: | ---: | ---: | ---: | --- | --- |", flush=True)
     rows: List[Row] = []
+    perf = bench.has("perf")
     for kind in kinds:
         try:
             for row in table_rows.KINDS[kind](bench):
+                if row.met is False and row.ours_alone and perf:
+                    row.profile = profile(row.ours_alone)
                 rows.append(row)
                 print(line(row), flush=True)
         except (RuntimeError, OSError) as error:
             bench.skip(f"the rest of {kind}: {error}")
     return rows
+
+
+def reasons(rows: List[Row]) -> str:
+    """What stands under the table of the rows that miss their targets."""
+    lines: List[str] = []
+    missed = [row for row in rows if row.met is False]
+    for what in dict.fromkeys(row.what for row in missed):
+        lines.append(f"- **{what}.** {REASONS.get(what, 'Not looked into.')}")
+        lines += [f"  - {row.scene}, {row.size}, against {row.rival}: {row.profile}"
+                  for row in missed if row.what == what and row.profile]
+    if lines:
+        lines = ["", "What misses its target, and why, with shares of our processor time (`perf record -e cpu-clock`):",
+                 "", *lines]
+    return "\n".join(lines)
 
 
 def main() -> int:
@@ -137,6 +156,7 @@ def main() -> int:
         finally:
             if display:
                 display.close()
+    print(reasons(rows), flush=True)
     print("".join(f"\nSkipped: {why}." for why in bench.skipped), end="\n" if bench.skipped else "")
     target.write_text(json.dumps({**known, "rows": [row.record() for row in rows], "skipped": bench.skipped},
                                  indent=1) + "\n")

@@ -30,7 +30,9 @@ def capture(bench: Bench) -> Rows:
             fragments, hits = result["fragments"], result["embree"]["hits"]
             yield Row("capture", name, size, "Embree", ours, theirs, 0.5,
                       note=f"{result['layers']} layers; {fragments / 1e6:.2f} M fragments, {hits / 1e6:.2f} M hits "
-                      f"(rays {result['embree']['packet']} at once); Embree's build {build:.0f} ms")
+                      f"(rays {result['embree']['packet']} at once); Embree's build {build:.0f} ms",
+                      ours_alone=[bench.build / "tests" / "benchmark_capture", path, "--size", size, "--runs", 5,
+                                  "--what", "a-buffer"])
 
 
 def camera(bench: Bench, path: Path, size: str) -> Dict[str, Any]:
@@ -64,7 +66,9 @@ def composite(bench: Bench) -> Rows:
         times = in_turn([ours, vtk], bench.runs)
         vtk.close()
         run([bench.peeler, "render", path, "-o", bench.pictures / f"{name}-{size}-peeler.png", "--size", size])
-        yield Row("composite, exact", name, size, "VTK dual peeling", times[0], times[1], 0.1)
+        yield Row("composite, exact", name, size, "VTK dual peeling", times[0], times[1], 0.1,
+                  ours_alone=[bench.build / "tests" / "benchmark_capture", path, "--size", size, "--runs", 5,
+                              "--what", "composite"])
 
 
 def command(bench: Bench) -> Rows:
@@ -80,16 +84,17 @@ def command(bench: Bench) -> Rows:
 
             same = f3d_camera(camera(bench, path, size))
 
+            render = [bench.peeler, "render", path, "-o", bench.pictures / f"{name}-peeler.png", "--size", size]
+
             def ours() -> float:
-                return run([bench.peeler, "render", path, "-o", bench.pictures / f"{name}-peeler.png", "--size",
-                            size]).milliseconds
+                return run(render).milliseconds
 
             def theirs() -> float:
                 return run(["f3d", "-p", "--dry-run", "--quiet", "--output", bench.pictures / f"{name}-f3d.png",
                             "--resolution", size.replace("x", ","), *same, plain], bench.display).milliseconds
 
             yield Row("whole command to PNG", name, size, "f3d -p", *in_turn([ours, theirs], bench.runs), 0.5,
-                      note=note)
+                      note=note, ours_alone=render)
 
 
 def writers(bench: Bench) -> Rows:
@@ -103,7 +108,9 @@ def writers(bench: Bench) -> Rows:
         def row(kind: str, what: str, rival: str, key: str, target: float) -> Row:
             times = result[kind]["milliseconds"]
             return Row(what, name, size, rival, times["peeler"], times[key], target,
-                       note=f"{result['layers']} layers")
+                       note=f"{result['layers']} layers",
+                       ours_alone=[bench.build / "tests" / "benchmark_writers", path, "--size", size, "--runs", 5,
+                                   "--folder", bench.scratch, "--what", f"{kind},ours"])
 
         def file(kind: str, what: str, rival: str, key: str, target: float) -> Row:
             sizes = {key: value / 1e6 for key, value in result[kind]["bytes"].items()}
@@ -138,13 +145,14 @@ def stages(bench: Bench) -> Rows:
             say(f"stages: {name} at {size}")
             wall: List[float] = []
             parts: List[float] = []
+            render = [bench.peeler, "render", path, "-o", bench.scratch / "out.exr", "--size", size, "--json", "--quiet"]
             for _ in range(bench.runs):
-                done = run([bench.peeler, "render", path, "-o", bench.scratch / "out.exr", "--size", size, "--json",
-                            "--quiet"])
+                done = run(render)
                 times: Dict[str, float] = json.loads(done.out)["milliseconds"]
                 wall.append(done.milliseconds)
                 parts.append(sum(value for stage, value in times.items() if stage != "total"))
-            yield Row("whole command, layered file", name, size, "sum of its stages", wall, parts, 1.05)
+            yield Row("whole command, layered file", name, size, "sum of its stages", wall, parts, 1.05,
+                      ours_alone=render)
 
 
 def start(bench: Bench) -> Rows:

@@ -3,9 +3,10 @@
 // pixels, channels and compression, the same threads. Prints JSON with the milliseconds of every
 // run and the files' sizes.
 //
-//     writers SCENE [--size 1920x1080] [--runs 3] [--what layered,deep] [--folder .]
+//     writers SCENE [--size 1920x1080] [--runs 3] [--what layered,deep,ours] [--folder .]
 //
-// The picture is captured once, before. Ours is begin() to finish(): cropping, gathering,
+// `--what`: which files, and "ours" if OpenEXR's classes are to stand aside (for a profile). The
+// picture is captured once, before. Ours is begin() to finish(): cropping, gathering,
 // compositing the first part, compressing, writing, flushing to disk. Of OpenEXR only opening,
 // writePixels() and closing count; the planes it is given are prepared outside.
 #include <OpenEXR/ImfChannelList.h>
@@ -255,7 +256,13 @@ struct Row {
     std::function<double(const std::string& path)> write;
 };
 
-nlohmann::json compared(const std::vector<Row>& rows, const Options& options) {
+bool asked(const Options& options, const char* name) {
+    return std::ranges::count(options.what, name) != 0;
+}
+
+/// Ours is the first of the rows.
+nlohmann::json compared(std::vector<Row> rows, const Options& options) {
+    if (asked(options, "ours")) rows.resize(1);
     nlohmann::json result = nlohmann::json::object();
     for (int i = 0; i < options.runs; ++i) {
         for (const Row& row : rows) {
@@ -295,11 +302,9 @@ nlohmann::json measure(const Options& options) {
     nlohmann::json result = {{"threads", threadCount()},
                              {"layers", picture.plan.layers.size()},
                              {"fragments", picture.plan.fragments_stored}};
-    const auto asked = [&](const char* name) {
-        return options.what.empty() || std::ranges::count(options.what, name) != 0;
-    };
-    if (asked("layered")) result["layered"] = layered(picture, options);
-    if (asked("deep")) result["deep"] = deep(picture, options);
+    const bool both = asked(options, "layered") == asked(options, "deep");
+    if (both || asked(options, "layered")) result["layered"] = layered(picture, options);
+    if (both || asked(options, "deep")) result["deep"] = deep(picture, options);
     return result;
 }
 
