@@ -93,10 +93,9 @@ void BandCapture::forEachTile(const Window& band, F&& f) {
         f(tile, intersect(tile, band));
 }
 
-void BandCapture::drawIntoSlots(const GeometryPass& pass, const Window& band,
-                                std::uint32_t capacity) {
+void BandCapture::drawIntoSlots(const GeometryPass& pass, const Window& band) {
     buffers_.bindForLayers();
-    rasterizer_.setBand(band, capacity, 0);
+    rasterizer_.setBand(band);
     forEachTile(band, [&](const Window& tile, const Window& area) {
         rasterizer_.setTile(tile);
         const auto framebuffer = gl::makeEmptyFramebuffer(gl(), tile.width(), tile.height());
@@ -113,7 +112,7 @@ void BandCapture::countInSlots(const GeometryPass& pass, const Window& band,
     const std::size_t pixels = band.pixels(), bytes = pixels * sizeof(std::uint32_t);
     buffers_.reserveSlots(pixels);
     buffers_.slots().clearToZero(bytes);
-    drawIntoSlots(pass, band, 0);
+    drawIntoSlots(pass, band);
     const auto mapping = buffers_.slots().read(bytes);
     const auto* slots = mapping.as<const std::uint32_t>();
     counts.assign(slots, slots + pixels);
@@ -136,9 +135,11 @@ void BandCapture::prepareClip(const Window& band) {
     std::partial_sum(first.begin(), first.end(), first.begin());
     buffers_.reserveClip(first);
     setSlots({first.data(), pixels});
-    drawIntoSlots(
-        {.fragment_shader = "clip_boundary.frag", .draws = Draws::kClipMeshes, .bounded = false},
-        band, first[pixels]);
+    drawIntoSlots({.fragment_shader = "clip_boundary.frag",
+                   .draws = Draws::kClipMeshes,
+                   .bounded = false,
+                   .argument = {{static_cast<int>(first[pixels]), 0, 0, 0}}},
+                  band);
     clip_band_ = band;
 }
 
@@ -151,7 +152,7 @@ void BandCapture::count(const Window& band, std::vector<std::uint32_t>& counts) 
     }
     counts.resize(band.pixels());
     buffers_.bindForLayers();
-    rasterizer_.setBand(band, 0, 0);
+    rasterizer_.setBand(band);
     forEachTile(band, [&](const Window& tile, const Window& area) {
         rasterizer_.setTile(tile);
         slot_target_.write(gl(), tile, area, band, {});
@@ -235,7 +236,7 @@ int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std:
     buffers_.reserveFragments(fragments * BandBuffers::fragmentWords(settings_.colorBytes()));
     if (!target) setSlots({first_.data(), pixels});
     buffers_.bindForLayers();
-    rasterizer_.setBand(band, static_cast<std::uint32_t>(fragments), 0);
+    rasterizer_.setBand(band);
     ends_.assign(first_.begin(), first_.end() - 1);
     int passes = 0;
     forEachTile(band, [&](const Window& tile, const Window& window) {
@@ -320,7 +321,7 @@ int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
     prepareClip(band);
     buffers_.clearForComposite(request.counts);
     buffers_.bindForComposite();
-    rasterizer_.setBand(band, 0, limit);
+    rasterizer_.setBand(band, limit);
     int passes = 0;
     forEachTile(band, [&](const Window& tile, const Window& window) {
         CompositeArea area;

@@ -93,7 +93,7 @@ class BandCapture {
     /// Finds the boundary of the clip meshes in a band, unless that is what the buffers hold.
     void prepareClip(const Window& band);
     /// Draws a pass without attachments that touches every pixel's slot.
-    void drawIntoSlots(const GeometryPass& pass, const Window& band, std::uint32_t capacity);
+    void drawIntoSlots(const GeometryPass& pass, const Window& band);
     /// The fragments that a pass counts in every pixel's slot. Overwrites `counts`.
     void countInSlots(const GeometryPass& pass, const Window& band,
                       std::vector<std::uint32_t>& counts);

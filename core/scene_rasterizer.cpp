@@ -3,58 +3,15 @@
 
 #include <algorithm>
 #include <cstring>
-#include <iterator>
 #include <span>
-#include <sstream>
-#include <string>
 
-#include "core/error.h"
-#include "core/material_record.h"
+#include "core/gl/program.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {
 namespace {
 
 constexpr std::size_t kDrawStride = (sizeof(shader::DrawRecord) + 255) / 256 * 256;
-
-// The shader variants: a bit and the definition it stands for.
-enum ShaderBit : unsigned {
-    kVaryings = 1,
-    kTextured = 2,
-    kAlphaTest = 4,
-    kUnlit = 8,
-    kBounded = 16,
-    kPunctual = 32,
-    kShadowed = 64,
-    kClipped = 128,
-    kInstanced = 256,
-    kEnvironment = 512,
-    kOrthographic = 1024,
-    kFirstFeature = 2048,  // of a material, see materialFeatures()
-};
-constexpr std::pair<unsigned, const char*> kDefinitions[] = {
-    {kVaryings, "VARYINGS"},         {kTextured, "TEXTURED"},
-    {kAlphaTest, "ALPHA_TEST"},      {kUnlit, "UNLIT"},
-    {kBounded, "BOUNDED"},           {kPunctual, "PUNCTUAL"},
-    {kShadowed, "SHADOWED"},         {kClipped, "CLIPPED"},
-    {kInstanced, "INSTANCED"},       {kEnvironment, "ENVIRONMENT"},
-    {kOrthographic, "ORTHOGRAPHIC"},
-};
-
-/// Those that an unlit surface has, too.
-unsigned alphaFeatures() {
-    unsigned bits = 0;
-    for (std::size_t i = 0; i < materialFeatures().size(); ++i)
-        if (materialFeatures()[i].changes_alpha) bits |= 1U << i;
-    return bits;
-}
-
-/// See fragments.glsl.
-std::string_view storedAs(const CaptureSettings& settings) {
-    if (settings.hits == Hits::kSloped) return "SLOPES";
-    if (settings.hits != Hits::kNone) return "KEYS_ONLY";
-    return settings.color_type == PixelType::kFloat ? "COLOR_FLOAT" : "";
-}
 
 struct Culling {
     bool front, back;
@@ -71,12 +28,24 @@ void use(const gl::Program& program, const ShaderArgument& argument) {
     if (argument) program.set(0, (*argument)[0], (*argument)[1], (*argument)[2], (*argument)[3]);
 }
 
+shader::Placement placementOf(const glm::dmat4& clip_from_model,
+                              const glm::dmat4& view_from_model) {
+    shader::Placement result{};
+    result.clip_from_model = glm::mat4(clip_from_model);
+    result.view_from_model = glm::mat4(view_from_model);
+    const glm::dmat3 linear(view_from_model);
+    if (glm::determinant(linear) != 0)
+        result.normal_from_model = glm::mat4(glm::transpose(glm::inverse(linear)));
+    return result;
+}
+
 }  // namespace
 
 SceneRasterizer::SceneRasterizer(const gl::Context& context, const GpuScene& scene)
     : context_(context),
       scene_(scene),
-      frame_record_(context.functions(), sizeof(shader::FrameRecord)) {
+      frame_record_(context.functions(), sizeof(shader::FrameRecord)),
+      shaders_(context.functions(), scene) {
     const auto& gl = functions();
     GLuint name = 0;
     gl.CreateSamplers(1, &name);
@@ -88,14 +57,17 @@ SceneRasterizer::SceneRasterizer(const gl::Context& context, const GpuScene& sce
 }
 
 void SceneRasterizer::setView(const View& view, const CaptureSettings& settings) {
-    // They are made for these.
-    if (settings.channels != settings_.channels || storedAs(settings) != storedAs(settings_))
-        variants_.clear();
     view_ = view;
     settings_ = settings;
+    shaders_.setView(view, settings);
     boundary_nodes_ = settings.clip.nodes;
     std::sort(boundary_nodes_.begin(), boundary_nodes_.end());
     tile_ = band_ = {};
+}
+
+void SceneRasterizer::setLighting(const Lighting& lighting) {
+    lighting_ = &lighting;
+    shaders_.setLighting(lighting);
 }
 
 std::vector<Window> SceneRasterizer::tilesOf(const Window& area) const {
@@ -116,12 +88,11 @@ void SceneRasterizer::setTile(const Window& tile) {
     bound_missing_ = bounded();
 }
 
-void SceneRasterizer::setBand(const Window& band, std::uint32_t capacity, std::uint32_t layers) {
-    if (band == band_ && capacity == capacity_ && layers == layers_) return;
+void SceneRasterizer::setBand(const Window& band, std::uint32_t layers) {
+    if (band == band_ && layers == layers_) return;
     // The boundary of a clip mesh is known in one band at a time.
     if (band != band_ && !settings_.clip.nodes.empty()) bound_missing_ = bounded();
     band_ = band;
-    capacity_ = capacity;
     layers_ = layers;
     frame_dirty_ = true;
 }
@@ -162,20 +133,6 @@ void SceneRasterizer::fillClip(shader::FrameRecord& record) const {
 }
 
 void SceneRasterizer::uploadDrawRecords() {
-    const glm::dmat4 clip_from_view = clipFromView();
-    const glm::dmat4 view_from_world = glm::inverse(view_.camera_to_world);
-    const auto placement = [&](const glm::dmat4& world) {
-        // All products in double, so that large world coordinates cost no precision near the
-        // camera.
-        const glm::dmat4 view_from_model = view_from_world * world;
-        shader::Placement result{};
-        result.clip_from_model = glm::mat4(clip_from_view * view_from_model);
-        result.view_from_model = glm::mat4(view_from_model);
-        const glm::dmat3 linear(view_from_model);
-        if (glm::determinant(linear) != 0)
-            result.normal_from_model = glm::mat4(glm::transpose(glm::inverse(linear)));
-        return result;
-    };
     const DrawList& list = scene_.list();
     const auto& draws = list.draws();
     screen_bounds_.assign(draws.size(), {});
@@ -187,24 +144,24 @@ void SceneRasterizer::uploadDrawRecords() {
     reserve(instance_records_, std::max<std::size_t>(instances, 1) * sizeof(shader::Placement));
     const auto draw_memory = draw_records_.overwrite(draws.size() * kDrawStride);
     const auto instance_memory = instance_records_.overwrite(instance_records_.size());
-    auto* next_instance = instance_memory.as<shader::Placement>();
-    std::uint32_t first_instance = 0;
+    auto* const placements = instance_memory.as<shader::Placement>();
+    std::uint32_t next_instance = 0;
+    const glm::dmat4 clip_from_view = clipFromView();
+    const glm::dmat4 view_from_world = glm::inverse(view_.camera_to_world);
     for (std::size_t i = 0; i < draws.size(); ++i) {
-        const std::span<const glm::dmat4> worlds = list.worlds(draws[i]);
-        const Box& box = scene_.geometry().box(draws[i]);
-        for (const glm::dmat4& world : worlds) {
-            screen_bounds_[i] =
-                unite(screen_bounds_[i], screenBounds(box, clip_from_view * view_from_world * world,
-                                                      tile_.width(), tile_.height()));
-        }
+        const Draw& draw = draws[i];
         shader::DrawRecord record{};
-        record.ids = {draws[i].first_primitive, draws[i].instance_keys, draws[i].flags,
-                      first_instance};
-        if (worlds.size() == 1) {
-            record.placement = placement(worlds.front());
-        } else {
-            next_instance = std::transform(worlds.begin(), worlds.end(), next_instance, placement);
-            first_instance += static_cast<std::uint32_t>(worlds.size());
+        record.ids = {draw.first_primitive, draw.instance_keys, draw.flags, next_instance};
+        for (const glm::dmat4& world : list.worlds(draw)) {
+            // All products in double, so that large world coordinates cost no precision near the
+            // camera.
+            const glm::dmat4 view_from_model = view_from_world * world;
+            const glm::dmat4 clip_from_model = clip_from_view * view_from_model;
+            const Window bounds = screenBounds(scene_.geometry().box(draw), clip_from_model,
+                                               tile_.width(), tile_.height());
+            screen_bounds_[i] = unite(screen_bounds_[i], bounds);
+            auto& target = draw.instances > 1 ? placements[next_instance++] : record.placement;
+            target = placementOf(clip_from_model, view_from_model);
         }
         std::memcpy(draw_memory.as<std::byte>() + i * kDrawStride, &record, sizeof record);
     }
@@ -221,7 +178,7 @@ void SceneRasterizer::bindFrame() {
         record.world_from_view = glm::mat4(glm::dmat4(glm::dmat3(view_.camera_to_world)));
         record.tile = {tile_.x0, tile_.y0, tile_.width(), tile_.height()};
         record.band = {band_.x0, band_.y0, band_.width(), 0};
-        record.limits = {capacity_, layers_, 0, 0};
+        record.limits = {layers_, 0, 0, 0};
         record.view_from_ndc = glm::mat4(glm::inverse(clipFromView()));
         fillClip(record);
         const auto mapping = frame_record_.overwrite(sizeof record);
@@ -233,88 +190,6 @@ void SceneRasterizer::bindFrame() {
     // Without it an integer texture is incomplete: filters are linear unless told.
     for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_SHADOW_UNIT; ++unit)
         functions().BindSampler(unit, nearest_.name());
-}
-
-const gl::Program& SceneRasterizer::program(const std::vector<std::string_view>& files,
-                                            std::string_view definitions) {
-    std::string key(definitions);
-    key.append(" ").append(storedAs(settings_));
-    std::istringstream words(key);
-    const std::vector<std::string> list{std::istream_iterator<std::string>(words), {}};
-    for (const auto& file : files)
-        key += " " + std::string(file);
-    const auto found = programs_.find(key);
-    if (found != programs_.end()) return found->second;
-    return programs_.emplace(key, gl::Program(functions(), files, list)).first->second;
-}
-
-SceneRasterizer::Variant SceneRasterizer::variantOf(const GeometryPass& pass,
-                                                    const Draw& draw) const {
-    constexpr std::uint32_t kAlpha = PEELER_ALPHA_MASK | PEELER_ALPHA_BLEND;
-    constexpr std::uint32_t kBaseColor = PEELER_FIRST_TEXTURE_BIT << PEELER_BASE_COLOR_UNIT;
-    constexpr std::uint32_t kAll = ~std::uint32_t{0};
-    const GpuMaterial& material = scene_.materials()[draw.material];
-    Variant v;
-    std::uint32_t looks_at = 0;  // which of the material's flags
-    if (pass.describes) {
-        v.bits = kVaryings | material.features * kFirstFeature;
-        looks_at = kAll;
-    } else if (pass.shades) {
-        v.bits = kVaryings;
-        const bool unlit = settings_.shading == Shading::kUnlit || material.unlit;
-        if (unlit) v.bits |= kUnlit;
-        if (!unlit && lighting_ && lighting_->punctual()) v.bits |= kPunctual;
-        if (!unlit && lighting_ && lighting_->shadowed()) v.bits |= kShadowed;
-        if (!unlit && lighting_ && lighting_->environment()) v.bits |= kEnvironment;
-        if (!unlit && !view_.projection.perspective) v.bits |= kOrthographic;
-        const unsigned features = material.features & (unlit ? alphaFeatures() : ~0U);
-        v.bits |= features * kFirstFeature;
-        // An unlit surface shows its base colour alone.
-        looks_at = unlit && features == 0 ? kAlpha | kBaseColor : kAll;
-    } else if (draw.alpha_tested && pass.draws != Draws::kClipMeshes) {
-        v.bits = kVaryings | kAlphaTest;
-        looks_at = kAlpha | kBaseColor;
-    }
-    v.material_flags = material.flags.x & looks_at;
-    const std::uint32_t textures = v.material_flags / PEELER_FIRST_TEXTURE_BIT;
-    v.transformed = material.flags.y & textures;
-    v.second_uv = material.flags.z & textures;
-    if (v.material_flags >= PEELER_FIRST_TEXTURE_BIT) v.bits |= kTextured;
-    if (looks_at == kAll)
-        v.draw_flags = draw.flags & ~PEELER_MIRRORED;  // which the vertex shader reads
-    else if (looks_at != 0)
-        v.draw_flags = draw.flags & PEELER_HAS_COLORS;
-
-    if (pass.bounded && bounded()) v.bits |= kBounded;
-    if (settings_.clip.active() && pass.draws != Draws::kClipMeshes) v.bits |= kClipped;
-    if (draw.instances > 1) v.bits |= kInstanced;
-    return v;
-}
-
-const gl::Program& SceneRasterizer::variant(const GeometryPass& pass, const Draw& draw) {
-    const Variant wanted = variantOf(pass, draw);
-    const gl::Program*& cached = variants_[{pass.fragment_shader, pass.definitions, wanted}];
-    if (!cached) {
-        std::string definitions(pass.definitions);
-        const auto add = [&](std::string_view definition) {
-            definitions.append(" ").append(definition);
-        };
-        if (pass.describes) {
-            for (const Channel channel : settings_.channels)
-                add(infoOf(channel).definition);
-        }
-        for (const auto& [bit, definition] : kDefinitions)
-            if (wanted.bits & bit) add(definition);
-        for (std::size_t i = 0; i < materialFeatures().size(); ++i)
-            if (wanted.bits & kFirstFeature << i) add(materialFeatures()[i].definition);
-        add("MATERIAL_FLAGS=" + std::to_string(wanted.material_flags) + "u");
-        add("DRAW_FLAGS=" + std::to_string(wanted.draw_flags) + "u");
-        add("TRANSFORMED_TEXTURES=" + std::to_string(wanted.transformed) + "u");
-        add("SECOND_UV_TEXTURES=" + std::to_string(wanted.second_uv) + "u");
-        add("GEOMETRY");
-        cached = &program({"scene.vert", pass.fragment_shader}, definitions);
-    }
-    return *cached;
 }
 
 gl::PassState SceneRasterizer::passState(GLuint framebuffer, const Window& area) const {
@@ -349,7 +224,7 @@ void SceneRasterizer::cover(const CoverPass& pass, const Window& area) {
     gl::apply(gl, state);
     gl.Disable(GL_CULL_FACE);
     bindFrame();
-    use(program({"cover.vert", pass.fragment_shader}, pass.definitions), pass.argument);
+    use(shaders_.program({"cover.vert", pass.fragment_shader}, pass.definitions), pass.argument);
     gl.BindVertexArray(no_vertices_.name());
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
 }
@@ -359,7 +234,7 @@ void SceneRasterizer::compute(std::string_view shader, std::string_view definiti
     constexpr int kGroup = 16;  // local_size_x and _y of every compute shader
     const Window inside = inTile(area);
     bindFrame();
-    use(program({shader}, definitions), {{inside.x0, inside.y0, inside.x1, inside.y1}});
+    use(shaders_.program({shader}, definitions), {{inside.x0, inside.y0, inside.x1, inside.y1}});
     functions().DispatchCompute(static_cast<GLuint>((inside.width() + kGroup - 1) / kGroup),
                                 static_cast<GLuint>((inside.height() + kGroup - 1) / kGroup), 1);
     functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
@@ -387,7 +262,7 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
         const Draw& draw = draws[i];
         if (intersect(screen_bounds_[i], scissor).empty() || !shown(pass, draw)) continue;
 
-        const gl::Program& wanted = variant(pass, draw);
+        const gl::Program& wanted = shaders_.variant(pass, draw);
         if (&wanted != current) use(wanted, pass.argument);
         current = &wanted;
         if (draw.material != material) {

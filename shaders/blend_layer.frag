@@ -39,7 +39,7 @@ void main() {
 #endif
     if (!present) return;
 #ifdef BACKWARD
-    bool kept = counts[pixel] - 1u - uint(layer.x) < frame.limits.y;
+    bool kept = counts[pixel] - 1u - uint(layer.x) < frame.limits.x;
     if (!kept) color = vec4(0.0);
 #ifdef TAIL
     tail_sum = kept ? vec4(0.0) : own;

@@ -2,6 +2,8 @@
 // The surfaces of a clip mesh: how many a pixel has (COUNT), then where they lie and which way they face.
 #include "fragment.glsl"
 
+layout(location = 0) uniform ivec4 argument;  // x: surfaces that the buffer holds
+
 layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
 layout(std430, binding = PEELER_CLIP_DEPTHS) writeonly buffer ClipDepths { float clip_depths[]; };
 
@@ -10,6 +12,6 @@ void main() {
 #ifndef COUNT
     // GL clamps what lies beyond the planes, but may do so after this shader; the sign is the side's.
     float depth = clamp(gl_FragCoord.z, 0.0, 1.0);
-    if (slot < frame.limits.x) clip_depths[slot] = gl_FrontFacing ? depth : -depth;
+    if (slot < uint(argument.x)) clip_depths[slot] = gl_FrontFacing ? depth : -depth;
 #endif
 }

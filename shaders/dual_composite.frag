@@ -57,7 +57,7 @@ void main() {
     bool is_front = key.depth == nearest;
     uint index = is_front ? uint(pass.x) - 1u : counts[pixel] - uint(pass.x);
     vec4 color = compositedColor(base, gradients);
-    if (index >= frame.limits.y) {
+    if (index >= frame.limits.x) {
 #ifdef TAIL
         tail_sum = color;
         tail_count = 1.0;

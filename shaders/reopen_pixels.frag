@@ -19,7 +19,7 @@ layout(location = 3) out float tail_count;
 
 void main() {
     uint pixel = pixelIndex();
-    if (slots[pixel] == min(counts[pixel], frame.limits.y)) discard;
+    if (slots[pixel] == min(counts[pixel], frame.limits.x)) discard;
 #ifdef KEY
     slots[pixel] = 0u;
     primitive = 0u;
