@@ -193,7 +193,7 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
     out.color.type = settings_.hits == Hits::kSloped ? PixelType::kFloat : settings_.color_type;
     out.color.channels = colorChannels(settings_.hits);
     out.extra.clear();
-    const bool keyed = request.keys || settings_.hits != Hits::kNone || !settings_.channels.empty();
+    const bool keyed = needsKeys(request);
     std::vector<std::uint32_t> sources;
     const CapturedFragments captured = capturedIn(stored);
     gather(captured, view_.projection, request.layers, out, keyed ? &sources : nullptr);
@@ -209,6 +209,10 @@ int BandCapture::composite(LayerMethod& method, const BandRequest& request, Comp
     gatherComposite(capturedIn(stored), view_.projection, request.layers,
                     request.tail ? Tail::kBlend : Tail::kDrop, settings_.color_type, out);
     return passes;
+}
+
+bool BandCapture::needsKeys(const BandRequest& request) const {
+    return request.keys || settings_.hits != Hits::kNone || !settings_.channels.empty();
 }
 
 gl::Buffer::Mapping BandCapture::readFragments() {
@@ -240,7 +244,7 @@ int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std:
     ends_.assign(first_.begin(), first_.end() - 1);
     int passes = 0;
     forEachTile(band, [&](const Window& tile, const Window& window) {
-        LayerArea area{.window = window};
+        LayerArea area{.window = window, .keys = needsKeys(request)};
         area.layers =
             largest(band, window, [&](std::size_t p) { return first_[p + 1] - first_[p]; });
         if (area.layers == 0) return;

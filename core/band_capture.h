@@ -105,6 +105,7 @@ class BandCapture {
     /// Captures a band's fragments, the nearest `layers` (0 = all) of every pixel at least, and
     /// leaves in `first_` where they are. Returns the geometry passes.
     int fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers);
+    bool needsKeys(const BandRequest& request) const;
     gl::Buffer::Mapping readFragments();
     CapturedFragments capturedIn(const gl::Buffer::Mapping& stored) const;
     void setSlots(std::span<const std::uint32_t> slots);

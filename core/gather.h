@@ -13,8 +13,8 @@
 namespace peeler {
 
 /// A band as it comes out of the capture: pixel p owns the fragments [first[p], first[p + 1]), each
-/// of `stride` words: buffer depth, primitive, and a colour of 0, 2 or 4 words
-/// (shaders/fragments.glsl).
+/// of `stride` words: buffer depth, primitive (or what orders the pixel's fragments alike,
+/// LayerArea::keys), and a colour of 0, 2 or 4 words (shaders/fragments.glsl).
 struct CapturedFragments {
     std::span<const std::uint32_t> first;  ///< pixels + 1 entries
     const std::uint32_t* words = nullptr;

@@ -13,5 +13,10 @@ void main() {
     if (!inRange(key)) discard;
 
     uint slot = takeSlot();
+#ifdef SLOTS_AS_KEYS
+    // Fetched slots are taken in draw order (GL_EXT_shader_framebuffer_fetch), so that they order coincident fragments as
+    // primitives do. And llvmpipe, to number the triangles of a draw, copies the vertices that they share.
+    key.primitive = slot;
+#endif
     if (hasSlot(slot)) storeFragment(slot, key.depth, key.primitive, fragmentColor(base, gradients));
 }

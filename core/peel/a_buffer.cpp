@@ -20,7 +20,7 @@ class ABuffer final : public LayerMethod {
         const auto none = gl::makeEmptyFramebuffer(gl, tile.width(), tile.height());
         GeometryPass pass{.fragment_shader = "a_buffer.frag", .shades = true};
         if (rasterizer.hits() != Hits::kNone) pass = {.fragment_shader = "hits.frag"};
-        pass.definitions = area.slot_framebuffer ? kFetchedSlots : "";
+        if (area.slot_framebuffer) pass.definitions = area.keys ? kFetchedSlots : kSlotsAsKeys;
         pass.framebuffer = area.slot_framebuffer ? area.slot_framebuffer : none.name();
         rasterizer.draw(pass, area.window);
         return 1;

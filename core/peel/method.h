@@ -20,6 +20,8 @@ struct LayerArea {
     std::uint32_t layers = 0;  ///< to capture
     /// Of the slots, if they are a render target (takesSlotTarget()); 0 = they are the buffer.
     unsigned slot_framebuffer = 0;
+    /// Whether fragments shall tell their primitives. If not, whatever grows in draw order will do.
+    bool keys = true;
 };
 
 /// Captures fragments into the bound band buffers. Created anew for every render.
