@@ -100,8 +100,9 @@ void Merge::chooseKind() {
     if (tiles_->kind() == PictureTiles::Kind::kDeep && output_.as.empty() &&
         findOutputFormat(path, "").kind == "ldi")
         output_.as = "deep";
+    if (composites() && output_.as.empty()) output_.as = "composite";
+    checkFormat(output_);  // options that suit layered files may not suit these
     if (!composites()) return;
-    if (output_.as.empty()) output_.as = "composite";
     if (output_.background) {
         throw Error(ErrorKind::kUsage, "composites are merged as they are, background and all",
                     "--background", "render the tiles with it");
