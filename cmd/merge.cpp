@@ -229,8 +229,6 @@ void Merge::write() {
 void Merge::tell() {
     result_.output = output_.path;
     describePicture(plan_, tiles_->info().provenance, result_);
-    result_.fragments_blended = plan_.fragments_blended;
-    result_.samples = plan_.samples;
     describeFiles(output_.layers, output_.path, result_, console_);
     tellResult(options_.report, result_, console_);
 }

@@ -258,8 +258,6 @@ void Render::tell(Picture& picture) {
     result.milliseconds["total"] =
         std::chrono::duration<double, std::milli>(end - picture.start).count();
     describePicture(picture.plan, asked.provenance, result);
-    result.fragments_blended = picture.plan.fragments_blended;
-    result.samples = picture.plan.samples;
     describeFiles(asked.output.layers, asked.output.path, result, console_);
     results_.add(result);
 }

@@ -25,6 +25,8 @@ void describePicture(const Plan& plan, const Provenance& provenance, PictureResu
     result.layers = plan.layers.size();
     result.fragments_counted = plan.fragments_counted;
     result.fragments_stored = plan.fragments_stored;
+    result.fragments_blended = plan.fragments_blended;
+    result.samples = plan.samples;
     result.method = provenance.method;
     result.renderer = provenance.renderer;
     result.peak_memory = peakMemory();
