@@ -279,7 +279,7 @@ void Bake::tell() {
     json["input"] = options_.scene.file.string();
     json["outputs"] = nlohmann::ordered_json::array();
     for (const fs::path& path : outputs_) {
-        const std::uint64_t bytes = fs::file_size(path);
+        const std::uint64_t bytes = fileBytes(path);
         json["outputs"].push_back({{"path", path.string()}, {"bytes", bytes}});
         console_.note(
             path.string() + ": " + std::string(quantity) + " of " +

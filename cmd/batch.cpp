@@ -88,6 +88,15 @@ class Batch {
     std::optional<ProgressReport> progress_;
 };
 
+/// Whether all that a job writes is there. (How many files a job without frames makes of a name
+/// with a place for a number is not known.)
+bool isThere(const Job& job) {
+    return std::ranges::all_of(job.outputs, [](const fs::path& output) {
+        std::error_code failure;
+        return hasFrameToken(output.string()) || fs::exists(output, failure);
+    });
+}
+
 /// Thrown when a signal has ended the jobs and is to end the batch.
 struct EndedBySignal {
     int number;
@@ -136,21 +145,16 @@ void Batch::openReport() {
     takeEarlierResults(report_->lines());
 }
 
-/// What is done already is not done again; what it has written has to be there still. (How many
-/// files a job without frames makes of a name with a place for a number is not known.)
+/// What is done already is not done again; what it has written has to be there still.
 void Batch::takeEarlierResults(const std::vector<Json>& lines) {
     std::map<std::string, const Json*> last;
     for (const Json& line : lines)
         last[line["hash"]] = &line;
     for (std::size_t i = 0; i < jobs_.size(); ++i) {
-        const auto found = last.find(jobs_[i].hash);
-        const Json* earlier = found == last.end() ? nullptr : found->second;
-        const bool there = std::ranges::all_of(jobs_[i].outputs, [](const fs::path& output) {
-            std::error_code failure;
-            return hasFrameToken(output.string()) || fs::exists(output, failure);
-        });
-        if (!earlier || (*earlier)["exitCode"] != 0 || !there) continue;
-        results_[i] = *earlier;
+        const auto earlier = last.find(jobs_[i].hash);
+        if (earlier == last.end() || (*earlier->second)["exitCode"] != 0 || !isThere(jobs_[i]))
+            continue;
+        results_[i] = *earlier->second;
         (*results_[i])["job"] = i + 1;
         ++done_;
     }

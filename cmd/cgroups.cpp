@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <fstream>
-#include <optional>
+#include <iterator>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 namespace peeler::cmd {
 
@@ -21,21 +22,6 @@ bool lists(std::string_view list, std::string_view word) {
         if (end == std::string_view::npos) return false;
         list.remove_prefix(end + 1);
     }
-}
-
-/// From a line of /proc/self/cgroup: number, controllers and path with colons between; the path may
-/// hold more of them.
-std::optional<std::string> ownPath(const fs::path& root, const std::string& controller) {
-    std::ifstream file(root / "proc/self/cgroup");
-    for (std::string line; std::getline(file, line);) {
-        const std::size_t first = line.find(':');
-        if (first == std::string::npos) continue;
-        const std::size_t second = line.find(':', first + 1);
-        if (second == std::string::npos) continue;
-        if (lists(std::string_view(line).substr(first + 1, second - first - 1), controller))
-            return line.substr(second + 1);
-    }
-    return std::nullopt;
 }
 
 /// mountinfo writes blanks and backslashes as \040 and \134.
@@ -57,29 +43,6 @@ std::string unescaped(const std::string& text) {
     return out;
 }
 
-struct Mount {
-    std::string top;    ///< the group that is mounted
-    std::string point;  ///< where
-};
-
-std::optional<Mount> mountOf(const fs::path& root, const std::string& controller) {
-    std::ifstream file(root / "proc/self/mountinfo");
-    for (std::string line; std::getline(file, line);) {
-        std::istringstream stream(line);
-        std::vector<std::string> words;
-        for (std::string word; stream >> word;)
-            words.push_back(word);
-        // Four fields, the mount point, its options, any number of others, "-", type, source and
-        // the options of the file system.
-        const auto dash = std::find(words.begin(), words.end(), "-");
-        if (words.end() - dash < 4 || dash - words.begin() < 6) continue;
-        const bool found = controller.empty() ? dash[1] == "cgroup2"
-                                              : dash[1] == "cgroup" && lists(dash[3], controller);
-        if (found) return Mount{unescaped(words[3]), unescaped(words[4])};
-    }
-    return std::nullopt;
-}
-
 /// A group's path below what is mounted; "/" where the mount shows no such group.
 fs::path below(const std::string& top, const std::string& path) {
     const fs::path relative = fs::path(path).lexically_normal().lexically_relative(top);
@@ -89,13 +52,43 @@ fs::path below(const std::string& top, const std::string& path) {
 
 }  // namespace
 
-std::vector<Cgroup> cgroupsOf(const fs::path& root, const std::string& controller) {
+Cgroups::Cgroups(fs::path root) : root_(std::move(root)) {
+    std::ifstream groups(root_ / "proc/self/cgroup"), mounts(root_ / "proc/self/mountinfo");
+    for (std::string line; std::getline(groups, line);)
+        if (auto membership = membershipIn(line)) memberships_.push_back(std::move(*membership));
+    for (std::string line; std::getline(mounts, line);)
+        if (auto mount = mountIn(line)) mounts_.push_back(std::move(*mount));
+}
+
+/// Number, controllers and path with colons between; the path may hold more of them.
+std::optional<Cgroups::Membership> Cgroups::membershipIn(const std::string& line) {
+    const std::size_t first = line.find(':');
+    if (first == std::string::npos) return std::nullopt;
+    const std::size_t second = line.find(':', first + 1);
+    if (second == std::string::npos) return std::nullopt;
+    return Membership{line.substr(first + 1, second - first - 1), line.substr(second + 1)};
+}
+
+/// Four fields, the mount point, its options, any number of others, "-", type, source and the
+/// options of the file system.
+std::optional<Cgroups::Mount> Cgroups::mountIn(const std::string& line) {
+    std::istringstream stream(line);
+    const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
+    const auto dash = std::find(words.begin(), words.end(), "-");
+    if (words.end() - dash < 4 || dash - words.begin() < 6) return std::nullopt;
+    const bool second = dash[1] == "cgroup2";
+    if (!second && dash[1] != "cgroup") return std::nullopt;
+    return Mount{second ? "" : dash[3], unescaped(words[3]), unescaped(words[4])};
+}
+
+std::vector<Cgroup> Cgroups::of(const std::string& controller) const {
+    const auto controlled = [&](const auto& row) { return lists(row.controllers, controller); };
+    const auto own = std::ranges::find_if(memberships_, controlled);
+    const auto mount = std::ranges::find_if(mounts_, controlled);
     std::vector<Cgroup> groups;
-    const auto path = ownPath(root, controller);
-    const auto mount = mountOf(root, controller);
-    if (!path || !mount) return groups;
-    const fs::path point = root / fs::path(mount->point).relative_path();
-    for (fs::path name = below(mount->top, *path);; name = name.parent_path()) {
+    if (own == memberships_.end() || mount == mounts_.end()) return groups;
+    const fs::path point = root_ / fs::path(mount->point).relative_path();
+    for (fs::path name = below(mount->top, own->name);; name = name.parent_path()) {
         groups.push_back({name.string(), point / name.relative_path()});
         if (name == name.root_path()) return groups;
     }

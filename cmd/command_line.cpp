@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
+#include <string_view>
 
 #include "cmd/errors.h"
 #include "cmd/parsed_verb.h"
@@ -55,21 +56,18 @@ int dispatch(const std::vector<std::string>& arguments, Console& console) {
     return actions.at(chosen.front())(console);
 }
 
-std::string joined(const std::vector<std::string>& arguments) {
-    std::string text = "\n";
-    for (const std::string& argument : arguments)
-        text += argument + '\n';
-    return text;
+/// Wrong arguments are told to the scheduler, too, though nobody has read them yet.
+bool schedulerReads(const std::vector<std::string>& arguments) {
+    constexpr std::string_view kTwoWords[] = {"--progress", "openjd"};
+    return !std::ranges::search(arguments, kTwoWords).empty() ||
+           std::ranges::find(arguments, "--progress=openjd") != arguments.end();
 }
 
 }  // namespace
 
 int runCommandLine(const std::vector<std::string>& arguments, Console& console) {
-    // Wrong arguments are told to the scheduler, too, though nobody has read them yet.
-    const std::string all = joined(arguments);
-    if (all.find("\n--progress\nopenjd\n") != std::string::npos ||
-        all.find("\n--progress=openjd\n") != std::string::npos)
-        console.setFailurePrefix(kOpenJdFailure);
+    // Open Job Description, "How Jobs Are Run".
+    if (schedulerReads(arguments)) console.setFailurePrefix("openjd_fail: ");
     return runReported(console, [&] { return dispatch(arguments, console); });
 }
 

@@ -62,9 +62,6 @@ class Console {
     double told_ = -1;
 };
 
-/// Before what a command fails of (Open Job Description, "How Jobs Are Run").
-inline constexpr const char* kOpenJdFailure = "openjd_fail: ";
-
 /// `text` with its control characters as \xNN: what a file says must not steer a terminal.
 std::string printable(std::string_view text);
 

@@ -290,7 +290,7 @@ void Extract::tell() {
     json["outputs"] = nlohmann::ordered_json::array();
     const auto tell_output = [&](const std::string& kind, const fs::path& path,
                                  const std::string& what) {
-        const std::uint64_t bytes = fs::file_size(path);
+        const std::uint64_t bytes = fileBytes(path);
         json["outputs"].push_back({{"kind", kind}, {"path", path.string()}, {"bytes", bytes}});
         console_.note(path.string() + ": " + what + bytesText(bytes));
     };

@@ -118,7 +118,7 @@ void Flatten::composite() {
 
 void Flatten::tell() {
     result_.output = options_.output.path;
-    result_.bytes = fs::file_size(options_.output.path);
+    result_.bytes = fileBytes(options_.output.path);
     describePicture(plan_, reader_->info().provenance, result_);
     tellResult(options_.report, result_, console_);
 }

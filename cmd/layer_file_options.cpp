@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "cmd/options.h"
+#include "cmd/output_options.h"
 #include "cmd/parse.h"
 #include "core/error.h"
 #include "formats/exr_compression.h"
@@ -77,14 +78,6 @@ void checkDeepMerge(const LayerFileFlags& flags) {
         refuse("--deep-alpha-tolerance", "no samples are merged by it", "add --deep-merge by-id");
 }
 
-std::uint64_t sizeOf(const fs::path& file) {
-    std::error_code failure;
-    const std::uint64_t bytes = fs::file_size(file, failure);
-    if (!failure) return bytes;
-    throw Error(ErrorKind::kOutput, "the file is gone: " + failure.message(), file.string(),
-                "something else has removed it, or its folder");
-}
-
 }  // namespace
 
 void addLayerFileOptions(CLI::App& app, LayerFileFlags& flags) {
@@ -139,9 +132,7 @@ void checkLayerFiles(const LayerFileFlags& flags, const fs::path& output,
     std::error_code failure;
     const fs::path folder = output.has_parent_path() ? output.parent_path() : fs::path(".");
     for (const auto& entry : fs::directory_iterator(folder, failure)) {
-        if (!isExrLayerFile(entry.path().string(), output.string())) continue;
-        throw Error(ErrorKind::kOutput, "the file is there already", entry.path().string(),
-                    "remove it, choose another name, or leave --no-clobber out");
+        if (isExrLayerFile(entry.path().string(), output.string())) checkNotThere(entry.path());
     }
 }
 
@@ -155,10 +146,10 @@ void applyLayerFileOptions(const LayerFileFlags& flags, OutputOptions& options) 
 
 void describeFiles(const LayerFileFlags& flags, const fs::path& output, PictureResult& result,
                    Console& console) {
-    result.bytes = sizeOf(output);
+    result.bytes = fileBytes(output);
     if (isSet(flags)) {
         for (std::size_t layer = 0; layer < result.layers; ++layer)
-            result.bytes += sizeOf(exrLayerFile(output.string(), layer));
+            result.bytes += fileBytes(exrLayerFile(output.string(), layer));
         std::error_code failure;
         const std::string next = exrLayerFile(output.string(), result.layers);
         if (fs::exists(next, failure)) {

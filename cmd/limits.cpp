@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <span>
 #include <string_view>
-
-#include "cmd/cgroups.h"
 
 namespace peeler::cmd {
 
@@ -127,7 +126,7 @@ std::vector<Limit> limitsOf(const Surroundings& surroundings, std::span<const Li
                             std::span<const LimitVariable> variables) {
     std::vector<Limit> limits;
     for (const LimitFile& row : files) {
-        for (const Cgroup& group : cgroupsOf(surroundings.root, row.controller)) {
+        for (const Cgroup& group : surroundings.cgroups.of(row.controller)) {
             if (const auto amount = row.read(group.folder, row.name))
                 limits.push_back({*amount, "the cgroup " + group.name + " (" + row.name + ")"});
         }
@@ -144,8 +143,10 @@ std::vector<Limit> limitsOf(const Surroundings& surroundings, std::span<const Li
 
 }  // namespace
 
-Surroundings ownSurroundings() {
-    return {"/", [](const char* name) -> const char* { return std::getenv(name); }};
+const Surroundings& ownSurroundings() {
+    static const Surroundings own{
+        Cgroups("/"), [](const char* name) -> const char* { return std::getenv(name); }};
+    return own;
 }
 
 std::vector<Limit> processorLimits(const Surroundings& surroundings) {

@@ -3,11 +3,12 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "cmd/cgroups.h"
 
 namespace peeler::cmd {
 
@@ -20,12 +21,12 @@ struct Limit {
 
 /// Where limits are read. The default is this process's surroundings; tests have others.
 struct Surroundings {
-    std::filesystem::path root = "/";  ///< above proc/ and what is mounted
+    Cgroups cgroups;
     /// The value of an environment variable, null if it is not set.
     std::function<const char*(const char* name)> variable;
 };
 
-Surroundings ownSurroundings();
+const Surroundings& ownSurroundings();
 
 /// Every limit of processors that there is, CPU affinity aside:
 /// - the quota of the process's cgroup and of those above it: cpu.max (v2), cpu.cfs_quota_us (v1),

@@ -100,8 +100,9 @@ void Merge::chooseKind() {
     if (tiles_->kind() == PictureTiles::Kind::kDeep && output_.as.empty() &&
         findOutputFormat(path, "").kind == "ldi")
         output_.as = "deep";
+    if (composites() && output_.as.empty()) output_.as = "composite";
+    checkFormat(output_);  // options that suit layered files may not suit these
     if (!composites()) return;
-    if (output_.as.empty()) output_.as = "composite";
     if (output_.background) {
         throw Error(ErrorKind::kUsage, "composites are merged as they are, background and all",
                     "--background", "render the tiles with it");
@@ -228,8 +229,6 @@ void Merge::write() {
 void Merge::tell() {
     result_.output = output_.path;
     describePicture(plan_, tiles_->info().provenance, result_);
-    result_.fragments_blended = plan_.fragments_blended;
-    result_.samples = plan_.samples;
     describeFiles(output_.layers, output_.path, result_, console_);
     tellResult(options_.report, result_, console_);
 }

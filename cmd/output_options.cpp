@@ -31,11 +31,6 @@ bool sameFile(const fs::path& a, const fs::path& b) {
     return a.lexically_normal() == b.lexically_normal();
 }
 
-/// The folder takes a new file; nothing of it stays.
-void probe(const fs::path& path) {
-    const AtomicFile file(path.string());
-}
-
 std::vector<std::string_view> toneMapNames() {
     std::vector<std::string_view> names;
     for (const ToneMap& row : toneMaps())
@@ -140,6 +135,10 @@ void addLayerOutputOptions(CLI::App& app, OutputFlags& flags, bool layers_only) 
     addLayerFileOptions(app, flags.layers);
 }
 
+void checkFolder(const fs::path& file) {
+    const AtomicFile probe(file.string());
+}
+
 void checkFormat(const OutputFlags& flags) {
     const OutputFormat& format = findOutputFormat(flags.path.string(), flags.as);
     checkLayerFileOptions(flags.layers, format);
@@ -168,6 +167,13 @@ void checkFormat(const OutputFlags& flags) {
     if (flags.tone_map) refuseOption("--tone-map", kLinear, kDisplayHint);
 }
 
+void checkNotThere(const fs::path& file) {
+    std::error_code failure;
+    if (!fs::exists(fs::symlink_status(file, failure))) return;
+    throw Error(ErrorKind::kOutput, "the file is there already", file.string(),
+                "remove it, choose another name, or leave --no-clobber out");
+}
+
 void checkTarget(const OutputFlags& flags, const std::vector<fs::path>& inputs) {
     for (const fs::path& input : inputs) {
         for (const std::string& file : exrFilesOf(input.string())) {
@@ -178,11 +184,7 @@ void checkTarget(const OutputFlags& flags, const std::vector<fs::path>& inputs) 
                         flags.path.string(), "choose another name for the output");
         }
     }
-    std::error_code failure;
-    if (flags.no_clobber && fs::exists(fs::symlink_status(flags.path, failure))) {
-        throw Error(ErrorKind::kOutput, "the file is there already", flags.path.string(),
-                    "remove it, choose another name, or leave --no-clobber out");
-    }
+    if (flags.no_clobber) checkNotThere(flags.path);
     checkLayerFiles(flags.layers, flags.path, inputs, flags.no_clobber);
 }
 
@@ -205,7 +207,7 @@ std::vector<fs::path> checkSeries(const OutputFlags& flags, std::span<const int>
 void checkOutput(const OutputFlags& flags, const std::vector<fs::path>& inputs) {
     checkFormat(flags);
     checkTarget(flags, inputs);
-    probe(flags.path);
+    checkFolder(flags.path);
 }
 
 OutputOptions outputOptions(const OutputFlags& flags, const Provenance& provenance) {
@@ -228,11 +230,6 @@ bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output) {
     const OutputFormat& format = findOutputFormat(output.path.string(), output.as);
     return input.has_cryptomatte && !input.provenance.ids.empty() && format.channels &&
            format.composite && !output.no_composite;
-}
-
-void ReportFlags::applyTo(Console& console) const {
-    console.setQuiet(quiet);
-    if (progress == ProgressStyle::kOpenJd) console.setFailurePrefix(kOpenJdFailure);
 }
 
 ProgressStyle ReportFlags::shownProgress() const {
@@ -259,7 +256,7 @@ void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,
         throw Error(ErrorKind::kUsage, what + " would replace the input or the output",
                     option + " " + file.string(), "choose another name for it");
     }
-    probe(file);
+    checkFolder(file);
 }
 
 void checkReport(const ReportFlags& flags, const std::vector<fs::path>& others) {

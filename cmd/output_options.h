@@ -53,6 +53,10 @@ void checkOutput(const OutputFlags& flags, const std::vector<std::filesystem::pa
 void checkFormat(const OutputFlags& flags);
 /// What of it depends on the file's name alone: not to replace what must stay.
 void checkTarget(const OutputFlags& flags, const std::vector<std::filesystem::path>& inputs);
+/// What --no-clobber asks for: throws Error (kOutput) if anything has that name.
+void checkNotThere(const std::filesystem::path& file);
+/// What of it depends on the folder: that it takes a new file. Nothing of that stays.
+void checkFolder(const std::filesystem::path& file);
 
 /// checkTarget for every file of a series: flags.path with each number in it as framePath does it,
 /// or itself if it has no place for one. Returns their names.
@@ -74,8 +78,7 @@ struct ReportFlags {
     ProgressStyle progress = ProgressStyle::kAuto;
 
     ProgressStyle shownProgress() const;
-    /// Makes the console as quiet as asked for, and tell errors to the scheduler that reads along.
-    void applyTo(Console& console) const;
+    void applyTo(Console& console) const { console.setQuiet(quiet); }
 };
 
 /// Declares --json, --report, --progress and --quiet.

@@ -290,7 +290,7 @@ void Rays::tell() {
         json["output"] = written ? nlohmann::ordered_json(options_.output.path.string())
                                  : nlohmann::ordered_json();
     const bool one_file = written && fs::exists(options_.output.path);
-    if (one_file) json["bytes"] = fs::file_size(options_.output.path);
+    if (one_file) json["bytes"] = fileBytes(options_.output.path);
     json["bundles"] = bundles_.size();
     json["rays"] = rays;
     json["hits"] = hits_found_;
@@ -307,7 +307,7 @@ void Rays::tell() {
     std::string line = countText(bundles_.size(), "bundle") + ", " + countText(rays, "ray") + ", " +
                        countText(hits_found_, "hit");
     if (written) line = options_.output.path.string() + ": " + line;
-    if (one_file) line += ", " + bytesText(fs::file_size(options_.output.path));
+    if (one_file) line += ", " + bytesText(fileBytes(options_.output.path));
     console_.note(line + ", " + groupedText(static_cast<std::uint64_t>(times_["total"])) + " ms");
     if (options_.report.json) console_.result(jsonText(json));
 }

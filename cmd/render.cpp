@@ -2,7 +2,6 @@
 // peeler render: from a scene to the layers of one picture, or of each frame of a sequence.
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -73,7 +72,7 @@ class Render {
     void renderAll();
     void render(std::size_t index);
     bool make(Picture& picture, std::size_t index);
-    PictureRequest pose(Picture& picture, std::size_t index);
+    void pose(Picture& picture, std::size_t index);
     void capture(Picture& picture);
     void openRenderer(Picture& picture);
     void closeRenderer();
@@ -134,7 +133,7 @@ void Render::render(std::size_t index) {
 
 /// Captures a picture and begins to write it; false if its file was there already.
 bool Render::make(Picture& picture, std::size_t index) {
-    picture.asked = pose(picture, index);
+    pose(picture, index);
     if (picture.asked.frame) {
         progress_->status("frame " + std::to_string(*picture.asked.frame) + ", " +
                           std::to_string(index + 1) + " of " + std::to_string(request_.pictures()));
@@ -155,14 +154,17 @@ bool Render::make(Picture& picture, std::size_t index) {
     // A context that was lost takes everything that lives in it along.
     picture.writer.reset();
     closeRenderer();
-    picture.asked = pose(picture, index);
+    pose(picture, index);
     capture(picture);
     return true;
 }
 
-PictureRequest Render::pose(Picture& picture, std::size_t index) {
+void Render::pose(Picture& picture, std::size_t index) {
     const StageTimer timer(picture.result.milliseconds, "load");
-    return request_.picture(index);
+    picture.asked = request_.picture(index);
+    picture.result.output = picture.asked.output.path;
+    picture.result.frame = picture.asked.frame;
+    picture.result.time = picture.asked.time;
 }
 
 void Render::capture(Picture& picture) {
@@ -255,26 +257,15 @@ void Render::tell(Picture& picture) {
     add(result.milliseconds, picture.writer->times());
     result.milliseconds["total"] =
         std::chrono::duration<double, std::milli>(end - picture.start).count();
-    result.output = asked.output.path;
-    result.frame = asked.frame;
-    result.time = asked.time;
     describePicture(picture.plan, asked.provenance, result);
-    result.fragments_blended = picture.plan.fragments_blended;
-    result.samples = picture.plan.samples;
     describeFiles(asked.output.layers, asked.output.path, result, console_);
     results_.add(result);
 }
 
 void Render::tellSkipped(Picture& picture) {
-    PictureResult& result = picture.result;
-    result.output = picture.asked.output.path;
-    result.frame = picture.asked.frame;
-    result.time = picture.asked.time;
-    std::error_code gone;
-    result.bytes = std::filesystem::file_size(result.output, gone);
-    if (gone) result.bytes = 0;
-    result.skipped = true;
-    results_.add(result);
+    picture.result.bytes = fileBytes(picture.result.output);
+    picture.result.skipped = true;
+    results_.add(picture.result);
 }
 
 }  // namespace

@@ -51,11 +51,9 @@ void RenderRequest::checkFiles() const {
         const SequenceOptions& sequence = options_.sequence;
         if (sequence.skip_existing || sequence.keep_going || sequence.dry_run)
             output.no_clobber = false;
+        checkTarget(output, inputs);
         // Whether the folder takes files is better known before any work.
-        if (i == 0 && !options_.sequence.keep_going && !options_.sequence.dry_run)
-            checkOutput(output, inputs);
-        else
-            checkTarget(output, inputs);
+        if (i == 0 && !sequence.keep_going && !sequence.dry_run) checkFolder(output.path);
         others.push_back(output.path);
     }
     if (options_.sequence.dry_run) return;  // the rest tries to write
@@ -66,10 +64,7 @@ void RenderRequest::checkFiles() const {
                         "--manifest " + manifest, "give it a name without a frame number");
         }
         checkExtraFile(manifest, others, "the manifest", "--manifest");
-        if (options_.output.no_clobber && fs::exists(manifest)) {
-            throw Error(ErrorKind::kOutput, "the file is there already", manifest,
-                        "remove it, choose another name, or leave --no-clobber out");
-        }
+        if (options_.output.no_clobber) checkNotThere(manifest);
         others.push_back(*options_.channels.manifest);
     }
     checkReport(options_.report, others);

@@ -6,8 +6,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <system_error>
 
 #include "cmd/resources.h"
+#include "core/error.h"
 #include "formats/atomic_file.h"
 
 namespace peeler::cmd {
@@ -23,6 +25,8 @@ void describePicture(const Plan& plan, const Provenance& provenance, PictureResu
     result.layers = plan.layers.size();
     result.fragments_counted = plan.fragments_counted;
     result.fragments_stored = plan.fragments_stored;
+    result.fragments_blended = plan.fragments_blended;
+    result.samples = plan.samples;
     result.method = provenance.method;
     result.renderer = provenance.renderer;
     result.peak_memory = peakMemory();
@@ -86,6 +90,14 @@ void writeReport(const std::filesystem::path& path, const nlohmann::ordered_json
     AtomicFile file(path.string());
     file.append(std::as_bytes(std::span(text)));
     file.commit();
+}
+
+std::uint64_t fileBytes(const std::filesystem::path& file) {
+    std::error_code failure;
+    const std::uint64_t bytes = std::filesystem::file_size(file, failure);
+    if (!failure) return bytes;
+    throw Error(ErrorKind::kOutput, "the file is gone: " + failure.message(), file.string(),
+                "something else has removed it, or its folder");
 }
 
 std::string groupedText(std::uint64_t value) {

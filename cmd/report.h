@@ -49,6 +49,9 @@ std::string jsonText(const nlohmann::ordered_json& json);
 /// Stores a result under `path`, whole or not at all. Throws Error (kOutput).
 void writeReport(const std::filesystem::path& path, const nlohmann::ordered_json& json);
 
+/// The size of a file that is there for all we know. Throws Error (kOutput) if it is not.
+std::uint64_t fileBytes(const std::filesystem::path& file);
+
 /// "7,123,456"
 std::string groupedText(std::uint64_t value);
 

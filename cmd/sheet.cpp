@@ -161,7 +161,7 @@ void Sheet::writeSheet() {
 void Sheet::tell() {
     add(content_.result.milliseconds, times_);
     content_.result.output = options_.output.path;
-    content_.result.bytes = fs::file_size(options_.output.path);
+    content_.result.bytes = fileBytes(options_.output.path);
     content_.result.peak_memory = peakMemory();
     auto json = toJson(content_.result);
     json["cells"] = nlohmann::ordered_json::array();

@@ -159,7 +159,7 @@ void ViewRun::reprojectInto(Sink& writer, const View& view) {
 
 void ViewRun::tell() {
     result_.output = options_.output.path;
-    result_.bytes = fs::file_size(options_.output.path);
+    result_.bytes = fileBytes(options_.output.path);
     result_.layers = plan_.layers.size();
     result_.fragments_counted = plan_.fragments_counted;
     result_.fragments_stored = plan_.fragments_stored;

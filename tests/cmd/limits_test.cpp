@@ -34,7 +34,7 @@ class FakeMachine {
         return *this;
     }
     Surroundings surroundings() const {
-        return {scratch_.path(), [this](const char* name) -> const char* {
+        return {Cgroups(scratch_.path()), [this](const char* name) -> const char* {
                     const auto entry = variables_.find(name);
                     return entry == variables_.end() ? nullptr : entry->second.c_str();
                 }};
@@ -174,6 +174,16 @@ TEST(Limits, TheLeastOfAllCountsAndIsNamed) {
     EXPECT_EQ(machine.memory()->source, "the cgroup /a (memory.max)");
     machine.file("sys/fs/cgroup/a/memory.max", "4294967296");
     EXPECT_EQ(machine.memory()->source, "CUE_MEMORY");
+}
+
+TEST(Limits, MayChangeOfGroupsThatAreReadOnce) {
+    FakeMachine machine;
+    machine.mounts(kVersion2).groups("0::/a\n").file("sys/fs/cgroup/a/memory.max", "1073741824");
+    const Surroundings surroundings = machine.surroundings();
+    machine.mounts("").groups("");
+    EXPECT_EQ(least(memoryLimits(surroundings))->amount, 1024 * kMebi);
+    machine.file("sys/fs/cgroup/a/memory.max", "536870912");
+    EXPECT_EQ(least(memoryLimits(surroundings))->amount, 512 * kMebi);
 }
 
 TEST(Limits, ABudgetIsSevenEighthsOfItsLimitAndNamesIt) {

@@ -136,6 +136,24 @@ TEST_F(MergeCommand, IncompleteTilesAddUpUnlessTheyOverlap) {
     EXPECT_NE(result.err.find("tiles overlap and lack fragments"), std::string::npos);
 }
 
+TEST_F(MergeCommand, OptionsThatDoNotSuitWhatTheTilesAre) {
+    const std::string scene = (sourceDir() / "examples" / "scenes" / "coincident.glb").string();
+    const auto refused = [&](const std::string& kind, std::vector<std::string> options) {
+        const std::string tile = path(kind + ".exr");
+        ASSERT_EQ(
+            runPeeler({"render", scene, "-o", tile, "--as", kind, "--size", "16x9"}).exit_code, 0);
+        const CommandResult result = merge({tile}, options);
+        EXPECT_EQ(result.exit_code, 2) << kind << " " << options.front() << ": " << result.err;
+        EXPECT_NE(result.err.find(options.front()), std::string::npos) << result.err;
+        EXPECT_FALSE(fs::exists(path("merged.exr")));
+    };
+    for (const char* kind : {"deep", "composite"}) {
+        refused(kind, {"--layout", "per-file"});
+        refused(kind, {"--no-composite"});
+    }
+    refused("composite", {"--compression", "zips"});
+}
+
 TEST_F(MergeCommand, WhatDoesNotBelongTogether) {
     const SyntheticPicture left = cutPicture(whole_, {0, 0, 40, 70});
     const SyntheticPicture right = cutPicture(whole_, {39, 0, 90, 70});

@@ -106,7 +106,7 @@ class RealCgroup {
 
 TEST(RealCgroups, LimitProcessors) {
     for (const char* controller : {"", "cpu"}) {
-        const auto groups = cmd::cgroupsOf("/", controller);
+        const auto groups = cmd::Cgroups("/").of(controller);
         if (groups.empty()) continue;
         const RealCgroup group(groups.front().folder);
         const bool limited = *controller == '\0' ? group.write("cpu.max", "50000 100000")

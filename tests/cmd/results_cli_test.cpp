@@ -89,6 +89,17 @@ TEST_F(Results, JsonHasEveryKey) {
     EXPECT_LE(sum, stages.at("total").get<double>() * 1.01);
 }
 
+TEST_F(Results, TellTheSamplesOfThePictureTheyAreMadeOf) {
+    ASSERT_EQ(render({"--samples", "2"}).exit_code, 0);
+    for (const auto& [verb, name] : {std::pair("flatten", "b.png"), std::pair("convert", "b.exr"),
+                                     std::pair("merge", "c.exr")}) {
+        const CommandResult result =
+            runPeeler({verb, image_.string(), "-o", (scratch_ / name).string(), "--json", "-q"});
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+        EXPECT_EQ(Json::parse(result.out).at("samples"), 2) << verb;
+    }
+}
+
 TEST_F(Results, ProgressLinesForPrograms) {
     const CommandResult result = render({"--progress", "json", "--quiet"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
