@@ -153,8 +153,8 @@ struct ImageWriter::Output {
     template <class T>
     void writeRows(const CompositeImage& composite, float gain, const ToneMap& tone_map);
 
-    /// Closes an unfinished picture. libpng complains on stderr about missing rows, so it gets
-    /// them, black; nothing of it reaches the disk.
+    /// Closes an unfinished picture. OpenImageIO's encoders complain on stderr about missing rows,
+    /// so they get them, black; nothing of it reaches the disk.
     void abandon() noexcept;
 
     AtomicFile file;
@@ -226,10 +226,10 @@ ImageWriter::~ImageWriter() = default;
 
 void ImageWriter::begin(const Plan& plan) {
     const StageTimer timer(times_, "encode");
-    const ImageLibrary& library = imageLibrary();  // first: without it there is no file to begin
+    auto encoder = imageEncoder(format_);  // first: without it there is no file to begin
     output_ = std::make_unique<Output>(path_);
     Output& output = *output_;
-    output.checked([&] { output.encoder = library.encoder(format_); });
+    output.encoder = std::move(encoder);
 
     const Window& crop = plan.view.crop;
     ImageToEncode image{path_, crop.width(), crop.height(), output.encoder->keepsAlpha() ? 4 : 3};
