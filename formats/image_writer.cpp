@@ -18,6 +18,7 @@
 #include "formats/atomic_file.h"
 #include "formats/image_library.h"
 #include "formats/output_hash.h"
+#include "formats/srgb_bytes.h"
 
 namespace peeler {
 namespace {
@@ -120,6 +121,16 @@ T quantize(float value) {
     return static_cast<T>(std::lround(std::clamp(value, 0.0F, 1.0F) * kMax));
 }
 
+template <class T>
+T quantizeSrgb(float linear) {
+    return quantize<T>(encodeSrgb(linear));
+}
+template <>
+std::uint8_t quantizeSrgb(float linear) {
+    static const SrgbBytes bytes;
+    return bytes(linear);
+}
+
 }  // namespace
 
 std::span<const ToneMap> toneMaps() {
@@ -185,7 +196,7 @@ void ImageWriter::Output::writeRows(const CompositeImage& composite, float gain,
                 const float scale = !keeps_alpha ? gain : alpha > 0 ? gain / alpha : 0;
                 const Rgb mapped = tone_map.map({r * scale, g * scale, b * scale});
                 for (std::size_t c = 0; c < 3; ++c)
-                    out[c] = quantize<T>(encodeSrgb(mapped[c]));
+                    out[c] = quantizeSrgb<T>(mapped[c]);
                 if (keeps_alpha) out[3] = quantize<T>(alpha);
             }
         });
