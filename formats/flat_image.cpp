@@ -61,7 +61,7 @@ void open(const std::string& path, const Plugin& plugin, Input& input) {
         input.bytes =
             plugin.reduce({reinterpret_cast<const std::uint8_t*>(stored.data()), stored.size()});
     }
-    input.decoder = imageLibrary().decoder(plugin.name, path, input.bytes);
+    input.decoder = imageDecoder(plugin.name, path, input.bytes);
 }
 
 void checkSize(const StoredImage& stored, const FlatImageLimits& limits) {
@@ -181,9 +181,8 @@ FlatImage readFlatImage(const std::string& path, const FlatImageLimits& limits) 
 }
 
 std::string imageDescription(const std::string& path) {
-    return named(path, [&] {
-        return imageLibrary().decoder(pluginFor(path).name, path)->image().description;
-    });
+    return named(path,
+                 [&] { return imageDecoder(pluginFor(path).name, path)->image().description; });
 }
 
 }  // namespace peeler

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decoders and encoders of flat pictures, as OpenImageIO has them. It brings 240 libraries, so it
-// is a module, loaded for the first picture; modules/image_library.cpp is all that includes it.
+// Decoders and encoders of flat pictures. Of PNG and JPEG they are built in; of everything else
+// they are OpenImageIO's. It brings 240 libraries, so it is a module, loaded for the first picture
+// of another kind; modules/image_library.cpp is all that includes it.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +24,7 @@ struct StoredImage {
     std::string description{};
 };
 
-/// An open file. Members throw std::runtime_error with OpenImageIO's message.
+/// An open file. Members throw std::runtime_error with the library's message.
 class ImageDecoder {
   public:
     virtual ~ImageDecoder() = default;
@@ -53,7 +54,7 @@ struct ImageToEncode {
     bool srgb = false;          ///< likewise
 };
 
-/// Members throw std::runtime_error with OpenImageIO's message.
+/// Members throw std::runtime_error with the library's message.
 class ImageEncoder {
   public:
     virtual ~ImageEncoder() = default;
@@ -65,12 +66,11 @@ class ImageEncoder {
     virtual void close() = 0;
 };
 
-/// Formats have OpenImageIO's names. May be used from several threads.
+/// OpenImageIO. Formats have its names. May be used from several threads.
 class ImageLibrary {
   public:
     virtual ~ImageLibrary() = default;
-    /// Of what is stored at `path`, or of `bytes` where there are any; they must outlive the
-    /// decoder. Alpha is left straight where the file has it so. Throws std::runtime_error.
+    /// As imageDecoder() below.
     virtual std::unique_ptr<ImageDecoder> decoder(
         const std::string& format, const std::string& path,
         std::span<const std::uint8_t> bytes = {}) const = 0;
@@ -86,6 +86,16 @@ const ImageLibrary& imageLibrary();
 
 /// setThreads(), now or when it is loaded.
 void setImageLibraryThreads(int threads);
+
+/// limitDecodedSize(), now or when it is loaded, and of what is built in.
+void limitDecodedSize(int megabytes);
+
+/// What is built in, or the library's. Of what is stored at `path`, or of `bytes` where there are
+/// any; they must outlive the decoder. Alpha is left straight where the file has it so. Throws
+/// std::runtime_error, and what imageLibrary() throws.
+std::unique_ptr<ImageDecoder> imageDecoder(const std::string& format, const std::string& path,
+                                           std::span<const std::uint8_t> bytes = {});
+std::unique_ptr<ImageEncoder> imageEncoder(const std::string& format);
 
 /// What the module exports, under the name kImageModuleFunction.
 using ImageModuleFunction = const ImageLibrary*();

@@ -18,6 +18,7 @@
 #include "formats/atomic_file.h"
 #include "formats/image_library.h"
 #include "formats/output_hash.h"
+#include "formats/srgb_bytes.h"
 
 namespace peeler {
 namespace {
@@ -120,6 +121,16 @@ T quantize(float value) {
     return static_cast<T>(std::lround(std::clamp(value, 0.0F, 1.0F) * kMax));
 }
 
+template <class T>
+T quantizeSrgb(float linear) {
+    return quantize<T>(encodeSrgb(linear));
+}
+template <>
+std::uint8_t quantizeSrgb(float linear) {
+    static const SrgbBytes bytes;
+    return bytes(linear);
+}
+
 }  // namespace
 
 std::span<const ToneMap> toneMaps() {
@@ -153,8 +164,8 @@ struct ImageWriter::Output {
     template <class T>
     void writeRows(const CompositeImage& composite, float gain, const ToneMap& tone_map);
 
-    /// Closes an unfinished picture. libpng complains on stderr about missing rows, so it gets
-    /// them, black; nothing of it reaches the disk.
+    /// Closes an unfinished picture. OpenImageIO's encoders complain on stderr about missing rows,
+    /// so they get them, black; nothing of it reaches the disk.
     void abandon() noexcept;
 
     AtomicFile file;
@@ -185,7 +196,7 @@ void ImageWriter::Output::writeRows(const CompositeImage& composite, float gain,
                 const float scale = !keeps_alpha ? gain : alpha > 0 ? gain / alpha : 0;
                 const Rgb mapped = tone_map.map({r * scale, g * scale, b * scale});
                 for (std::size_t c = 0; c < 3; ++c)
-                    out[c] = quantize<T>(encodeSrgb(mapped[c]));
+                    out[c] = quantizeSrgb<T>(mapped[c]);
                 if (keeps_alpha) out[3] = quantize<T>(alpha);
             }
         });
@@ -226,10 +237,10 @@ ImageWriter::~ImageWriter() = default;
 
 void ImageWriter::begin(const Plan& plan) {
     const StageTimer timer(times_, "encode");
-    const ImageLibrary& library = imageLibrary();  // first: without it there is no file to begin
+    auto encoder = imageEncoder(format_);  // first: without it there is no file to begin
     output_ = std::make_unique<Output>(path_);
     Output& output = *output_;
-    output.checked([&] { output.encoder = library.encoder(format_); });
+    output.encoder = std::move(encoder);
 
     const Window& crop = plan.view.crop;
     ImageToEncode image{path_, crop.width(), crop.height(), output.encoder->keepsAlpha() ? 4 : 3};

@@ -69,11 +69,10 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
     std::vector<std::uint8_t> reduced;
     if (format == std::string_view("png")) bytes = reduced = withoutPngMetadata(bytes);
     if (format == std::string_view("jpeg")) bytes = reduced = withoutJpegMetadata(bytes);
-    const ImageLibrary& library = imageLibrary();
     static std::once_flag limits_set;
-    std::call_once(limits_set, [&] { library.limitDecodedSize(4096); });
+    std::call_once(limits_set, [] { limitDecodedSize(4096); });
     try {
-        const auto decoder = library.decoder(format, "texture." + std::string(format), bytes);
+        const auto decoder = imageDecoder(format, "texture." + std::string(format), bytes);
         const StoredImage& stored = decoder->image();
         checkSize(stored, limits);
 

@@ -53,10 +53,9 @@ struct MemoryFile final : EncodedFile {
 
 std::vector<std::uint8_t> encoded(const ValueTexture& texture, int bits,
                                   const std::string& software) {
-    const ImageLibrary& library = imageLibrary();
     MemoryFile file;
     try {
-        const auto encoder = library.encoder("png");
+        const auto encoder = imageEncoder("png");
         encoder->open({"texture.png", texture.size, texture.size,
                        static_cast<int>(texture.components), bits, software},
                       file);

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "cmd/tiny_gltf.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -31,9 +34,8 @@ class Copy {
     }
 
     fs::path out() const { return scratch_ / "out"; }
-    CommandResult render(const std::string& scene, const std::string& output) const {
-        return runCommand(
-            {program_, "render", exampleScene(scene), "--size", "64x36", "-o", out() / output});
+    CommandResult render(const fs::path& scene, const std::string& output) const {
+        return runCommand({program_, "render", scene, "--size", "64x36", "-o", out() / output});
     }
 
   private:
@@ -78,26 +80,67 @@ TEST(Startup, LayersOfASceneWithoutTexturesNeedNoLibraryOfImages) {
     EXPECT_FALSE(loads(layers, kImages));
     EXPECT_FALSE(loads(layers, kVoxels));
     EXPECT_FALSE(loads(layers, "libOSMesa")) << "EGL works";
-    EXPECT_TRUE(loads(rendering("picture.png"), kImages));
+    EXPECT_FALSE(loads(rendering("picture.png"), kImages)) << "PNG is built in";
+    EXPECT_TRUE(loads(rendering("picture.jpg"), kImages));
+}
+
+TEST(Startup, TexturesOfPngNeedNoLibraryOfImages) {
+    const ScratchDir scratch;
+    for (const char* output : {"layers.exr", "picture.png"}) {
+        const std::string text = loadedBy(
+            {"render", exampleScene("plant.glb"), "--size", "64x36", "-o", scratch / output});
+        EXPECT_TRUE(loads(text, "libspng")) << "the linker does not tell";
+        EXPECT_FALSE(loads(text, kImages)) << output;
+    }
+}
+
+TEST(Startup, TexturesOfJpegNeedNoLibraryOfImages) {
+    PEELER_REQUIRE_ASSETS(assets);
+    const ScratchDir scratch;
+    const fs::path lamp = assets / "gltf-sample-assets" / "StainedGlassLamp" / "glTF-JPG-PNG" /
+                          "StainedGlassLamp.gltf";
+    EXPECT_FALSE(
+        loads(loadedBy({"render", lamp, "--size", "64x36", "-o", scratch / "a.png"}), kImages));
 }
 
 TEST(Startup, ModulesStandBesideTheProgramOrAsInstalled) {
     for (const auto& [program, modules] :
          {std::pair("peeler", "lib/peeler"), std::pair("bin/peeler", "lib/peeler")}) {
         const Copy copy(program, modules);
-        const CommandResult result = copy.render("jellyfish.glb", "picture.png");
+        const CommandResult result = copy.render(exampleScene("jellyfish.glb"), "picture.jpg");
         EXPECT_EQ(result.exit_code, 0) << program << ": " << result.err;
-        EXPECT_TRUE(fs::exists(copy.out() / "picture.png")) << program;
+        EXPECT_TRUE(fs::exists(copy.out() / "picture.jpg")) << program;
     }
+}
+
+/// The triangle with a texture that looks like WebP.
+fs::path webpScene(const ScratchDir& scratch) {
+    nlohmann::json scene = triangleScene();
+    scene["extensionsUsed"] = {"EXT_texture_webp"};
+    scene["images"] = {{{"uri", "texture.webp"}}};
+    scene["textures"] = {{{"extensions", {{"EXT_texture_webp", {{"source", 0}}}}}}};
+    scene["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+    scene["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = 2;
+    scene["accessors"].push_back(
+        {{"bufferView", 0}, {"componentType", 5126}, {"count", 3}, {"type", "VEC2"}});
+    std::ofstream(scratch / "triangle.bin", std::ios::binary) << triangleBuffer();
+    std::ofstream(scratch / "texture.webp", std::ios::binary)
+        << std::string("RIFF\0\0\0\0WEBP", 12);
+    std::ofstream(scratch / "scene.gltf") << scene;
+    return scratch / "scene.gltf";
 }
 
 TEST(Startup, AModuleThatIsMissingIsSaidAndLeavesNoFile) {
     const Copy copy("bin/peeler", "");
-    EXPECT_EQ(copy.render("jellyfish.glb", "layers.exr").exit_code, 0) << "needs none";
-    fs::remove(copy.out() / "layers.exr");
+    const ScratchDir scratch;
+    const fs::path jellyfish = exampleScene("jellyfish.glb");
+    for (const char* output : {"layers.exr", "picture.png"}) {
+        EXPECT_EQ(copy.render(jellyfish, output).exit_code, 0) << "needs none";
+        fs::remove(copy.out() / output);
+    }
     // A picture is to be written; a texture is to be read, which is no fault of the texture's.
     for (const auto& [scene, output] :
-         {std::pair("jellyfish.glb", "picture.png"), std::pair("plant.glb", "layers.exr")}) {
+         {std::pair(jellyfish, "picture.jpg"), std::pair(webpScene(scratch), "layers.exr")}) {
         const CommandResult result = copy.render(scene, output);
         EXPECT_EQ(result.exit_code, 1) << scene;
         for (const char* part : {"a part of peeler is not installed", "lib/peeler/peeler_images.so",

@@ -8,6 +8,8 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "formats/flat_image.h"
+#include "formats/output_hash.h"
 #include "formats/synthetic_image.h"
 #include "formats/writers.h"
 #include "support/test_support.h"
@@ -152,12 +154,32 @@ TEST_F(ImageFile, SameInputSameBytesHoweverCut) {
 
 TEST_F(ImageFile, AbandonedWritersLeaveNothing) {
     const auto picture = test::makePicture({.seed = 9});
+    testing::internal::CaptureStderr();
     for (const char* name : {"a.exr", "a.png", "a.jpg", "a.tif"}) {
         const auto sink = makeSink(scratch / name, {});
         sink->begin(picture.plan);
         sink->write(test::cutRows(picture.image, 0, 30));
     }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
     EXPECT_TRUE(fs::is_empty(scratch.path()));
+}
+
+TEST_F(ImageFile, SaysWhatItIs) {
+    OutputOptions options;
+    options.provenance.version = "1";
+    options.provenance.output_hash = "0123456789abcdef";
+    for (const char* name : {"a.png", "a.jpg"}) {
+        const std::string path = scratch / name;
+        writeAndRead(path, makeRow({{1, 1, 1, 1}}), options);
+        const auto input = OIIO::ImageInput::open(path);
+        ASSERT_TRUE(input) << OIIO::geterror();
+        const OIIO::ImageSpec& spec = input->spec();
+        EXPECT_EQ(spec.get_string_attribute("Software"), "peeler 1") << name;
+        EXPECT_EQ(spec.get_string_attribute("oiio:ColorSpace"), "sRGB") << name;
+        EXPECT_EQ(spec.get_string_attribute("ImageDescription"), outputHashText("0123456789abcdef"))
+            << name;
+        EXPECT_EQ(imageDescription(path), outputHashText("0123456789abcdef")) << name;
+    }
 }
 
 TEST(Srgb, KnownValues) {

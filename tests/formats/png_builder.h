@@ -18,10 +18,42 @@ struct PngChunk {
     Bytes data;
 };
 
+/// How many samples a pixel has.
+inline std::uint32_t channelsOf(PngColor color) {
+    constexpr std::array<std::uint32_t, 7> kChannels = {1, 0, 3, 1, 2, 0, 4};
+    return kChannels[static_cast<std::size_t>(color)];
+}
+
+/// Rows that each begin with a filter byte: one pass, or seven (§8.2, Adam7).
+inline Bytes filteredRows(std::uint32_t width, std::uint32_t height, std::uint32_t bits,
+                          const Bytes& samples, bool interlaced) {
+    struct Pass {
+        std::uint32_t x, y, step_x, step_y;
+    };
+    constexpr Pass kAll = {0, 0, 1, 1};
+    constexpr Pass kAdam7[] = {{0, 0, 8, 8}, {4, 0, 8, 8}, {0, 4, 4, 8}, {2, 0, 4, 4},
+                               {0, 2, 2, 4}, {1, 0, 2, 2}, {0, 1, 1, 2}};
+    Bytes rows;
+    for (const Pass& pass : interlaced ? std::vector<Pass>(kAdam7, kAdam7 + 7) : std::vector{kAll})
+        for (std::uint32_t y = pass.y; y < height && pass.x < width; y += pass.step_y) {
+            rows.push_back(0);  // no filter
+            std::uint32_t count = 0;
+            for (std::uint32_t x = pass.x; x < width; x += pass.step_x)
+                for (std::uint32_t bit = x * bits; bit < (x + 1) * bits; ++bit, ++count) {
+                    if (count % 8 == 0) rows.push_back(0);
+                    const std::uint8_t byte = samples[y * ((width * bits + 7) / 8) + bit / 8];
+                    rows.back() |=
+                        static_cast<std::uint8_t>((byte >> (7 - bit % 8) & 1U) << (7 - count % 8));
+                }
+        }
+    return rows;
+}
+
 /// PNG (ISO/IEC 15948). `samples` are the bytes of all rows without filter bytes; `chunks` go
-/// before the pixels, e.g. PLTE and tRNS.
+/// before the pixels, e.g. PLTE and tRNS. At most 64 KiB of pixels.
 inline Bytes png(std::uint32_t width, std::uint32_t height, PngColor color, std::uint8_t depth,
-                 const Bytes& samples, const std::vector<PngChunk>& chunks = {}) {
+                 const Bytes& samples, const std::vector<PngChunk>& chunks = {},
+                 bool interlaced = false) {
     const auto number = [](Bytes& out, std::uint32_t value) {
         for (const unsigned shift : {24U, 16U, 8U, 0U})
             out.push_back(static_cast<std::uint8_t>(value >> shift));
@@ -39,13 +71,7 @@ inline Bytes png(std::uint32_t width, std::uint32_t height, PngColor color, std:
         }
         number(out, ~crc);
     };
-    Bytes rows;
-    const std::size_t row_bytes = samples.size() / height;
-    for (std::uint32_t y = 0; y < height; ++y) {
-        rows.push_back(0);  // no filter
-        const auto row = samples.begin() + static_cast<std::ptrdiff_t>(y * row_bytes);
-        rows.insert(rows.end(), row, row + static_cast<std::ptrdiff_t>(row_bytes));
-    }
+    const Bytes rows = filteredRows(width, height, depth * channelsOf(color), samples, interlaced);
     // zlib (RFC 1950) around one stored block (RFC 1951 §3.2.4).
     const auto size = static_cast<std::uint16_t>(rows.size());
     const auto inverse = static_cast<std::uint16_t>(~size);
@@ -68,7 +94,8 @@ inline Bytes png(std::uint32_t width, std::uint32_t height, PngColor color, std:
     Bytes header;
     number(header, width);
     number(header, height);
-    header.insert(header.end(), {depth, static_cast<std::uint8_t>(color), 0, 0, 0});
+    header.insert(header.end(), {depth, static_cast<std::uint8_t>(color), 0, 0,
+                                 static_cast<std::uint8_t>(interlaced ? 1 : 0)});
     chunk(out, "IHDR", header);
     for (const PngChunk& extra : chunks)
         chunk(out, extra.type, extra.data);
