@@ -24,7 +24,8 @@ inline std::uint32_t channelsOf(PngColor color) {
     return kChannels[static_cast<std::size_t>(color)];
 }
 
-/// Rows that each begin with a filter byte: one pass, or seven (§8.2, Adam7).
+/// Rows that each begin with a filter byte: one pass, or seven (§8.2, Adam7). Nothing but these
+/// bytes where there are no samples.
 inline Bytes filteredRows(std::uint32_t width, std::uint32_t height, std::uint32_t bits,
                           const Bytes& samples, bool interlaced) {
     struct Pass {
@@ -33,6 +34,7 @@ inline Bytes filteredRows(std::uint32_t width, std::uint32_t height, std::uint32
     constexpr Pass kAll = {0, 0, 1, 1};
     constexpr Pass kAdam7[] = {{0, 0, 8, 8}, {4, 0, 8, 8}, {0, 4, 4, 8}, {2, 0, 4, 4},
                                {0, 2, 2, 4}, {1, 0, 2, 2}, {0, 1, 1, 2}};
+    if (samples.empty()) return Bytes(height, 0);
     Bytes rows;
     for (const Pass& pass : interlaced ? std::vector<Pass>(kAdam7, kAdam7 + 7) : std::vector{kAll})
         for (std::uint32_t y = pass.y; y < height && pass.x < width; y += pass.step_y) {
