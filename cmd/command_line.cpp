@@ -59,8 +59,9 @@ int dispatch(const std::vector<std::string>& arguments, Console& console) {
 /// Wrong arguments are told to the scheduler, too, though nobody has read them yet.
 bool schedulerReads(const std::vector<std::string>& arguments) {
     constexpr std::string_view kTwoWords[] = {"--progress", "openjd"};
-    return !std::ranges::search(arguments, kTwoWords).empty() ||
-           std::ranges::find(arguments, "--progress=openjd") != arguments.end();
+    const auto end = arguments.end();
+    return std::search(arguments.begin(), end, std::begin(kTwoWords), std::end(kTwoWords)) != end ||
+           std::find(arguments.begin(), end, "--progress=openjd") != end;
 }
 
 }  // namespace
