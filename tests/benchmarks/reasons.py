@@ -18,6 +18,6 @@ REASONS: Dict[str, str] = {
     "size of the layered file": "Level 2 of libdeflate beside OpenEXR's level 4 of zlib: mostly a little smaller, here a little "
                                 "larger.",
     "exponent of a-buffer's time over fragments, N from 8 to 128":
-        "A fragment takes half as long again once those of the picture do not fit into 128 MiB, llvmpipe's limit of a block, and "
-        "it is done in bands: between 8 and 16 layers here. From 16 to 128 the exponent is 1.07. (Not profiled.)",
+        "The step from 8 to 16 layers (2.2 to 2.65 times as long): the compiled shaders' share of the samples grows from 70 to "
+        "76 % there and nothing else's does. From 16 to 128 layers the exponent is 1.07.",
 }
