@@ -6,7 +6,7 @@ import re
 import tempfile
 from collections import Counter
 from pathlib import Path
-from typing import Any, Optional, Sequence
+from typing import Any, Sequence
 
 from side_by_side import run
 
@@ -20,12 +20,12 @@ def library(name: str) -> str:
     return next((word for start, word in LIBRARIES if name.startswith(start)), re.sub(r"[-.].*", "", name))
 
 
-def profile(command: Sequence[Any], display: Optional[str] = None) -> str:
+def profile(command: Sequence[Any]) -> str:
     """Shares of all samples, the largest first; empty where perf cannot be used."""
     with tempfile.TemporaryDirectory() as folder:
         samples = Path(folder) / "perf.data"
         try:
-            run(["perf", "record", "-q", "-e", "cpu-clock", "-F", 499, "-o", samples, "--", *command], display)
+            run(["perf", "record", "-q", "-e", "cpu-clock", "-F", 499, "-o", samples, "--", *command])
             report = run(["perf", "report", "-i", samples, "--sort", "comm,dso", "--stdio", "-q"]).out
         except (OSError, RuntimeError):
             return ""

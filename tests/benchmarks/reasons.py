@@ -11,7 +11,7 @@ REASONS: Dict[str, str] = {
     "composite, exact": "It is the capture above; sorting and compositing on the processor come to a fifth of it at most.",
     "whole command to PNG": "We draw every triangle twice, to count and to shade every layer, hidden ones included; f3d draws "
                             "what is opaque once. Draco's data is decoded by us and not by f3d.",
-    "whole command, layered file": "What lies outside the stages is the same whatever the scene: some 6 ms until main, 20 ms of "
+    "whole command, layered file": "What lies outside the stages is the same whatever the scene: some 8 ms until main, 20 ms of "
                                    "planning, and the kernel taking hundreds of megabytes of pages back at the end.",
     "writing the layered file": "Deflate: OpenEXR compresses the same pixels and, with full windows, empty ones in addition, which "
                                 "compress soon. The more layers fill the picture the less can be left out.",
