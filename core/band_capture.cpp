@@ -202,12 +202,12 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
 }
 
 int BandCapture::composite(LayerMethod& method, const BandRequest& request, CompositeImage& out) {
-    const int passes = fillLists(method, request, request.tail ? 0 : request.layers);
+    const int passes = fillLists(method, request, blendsTail() ? 0 : request.layers);
     const StageTimer timer(times_, "composite");
     const auto stored = readFragments();
     out.window = request.band;
-    gatherComposite(capturedIn(stored), view_.projection, request.layers,
-                    request.tail ? Tail::kBlend : Tail::kDrop, settings_.color_type, out);
+    gatherComposite(capturedIn(stored), view_.projection, request.layers, settings_.tail,
+                    settings_.color_type, out);
     return passes;
 }
 
@@ -333,7 +333,7 @@ int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
         area.deepest = largest(band, window, [&](std::size_t p) { return request.counts[p]; });
         if (area.deepest == 0) return;
         area.layers = std::min(area.deepest, limit);
-        area.tail = request.tail && area.deepest > area.layers;
+        area.tail = blendsTail() && area.deepest > area.layers;
         area.layersMissing = [&] {
             gl::waitForGpu(gl());
             const auto slots = buffers_.slots().read(band.pixels() * sizeof(std::uint32_t));
@@ -356,7 +356,7 @@ void BandCapture::readComposite(const BandRequest& request, CompositeImage& out)
     const std::size_t pixels = request.band.pixels();
     {
         std::vector<std::uint32_t> expected(request.counts.begin(), request.counts.end());
-        if (!request.tail) {
+        if (!blendsTail()) {
             for (std::uint32_t& count : expected)
                 count = std::min(count, limitOf(request));
         }

@@ -28,7 +28,6 @@ struct BandRequest {
     Window band;
     std::span<const std::uint32_t> counts;  ///< of the band's pixels, as count() found them
     std::uint32_t layers = 0;               ///< the nearest to keep; 0 = all
-    bool tail = false;                      ///< composite: blend the others behind them
     /// Layers: with their draw-order keys as the first extra array; hits always have them.
     bool keys = false;
 };
@@ -106,6 +105,7 @@ class BandCapture {
     /// leaves in `first_` where they are. Returns the geometry passes.
     int fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers);
     bool needsKeys(const BandRequest& request) const;
+    bool blendsTail() const { return settings_.tail == Tail::kBlend; }
     gl::Buffer::Mapping readFragments();
     CapturedFragments capturedIn(const gl::Buffer::Mapping& stored) const;
     void setSlots(std::span<const std::uint32_t> slots);

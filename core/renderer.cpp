@@ -270,10 +270,7 @@ void Renderer::State::captureLayers(const Window& band, std::uint32_t most, Laye
 }
 
 void Renderer::State::compositeView(const Window& band, CompositeImage& out) {
-    const BandRequest request{.band = band,
-                              .counts = countsOf(band),
-                              .layers = limit,
-                              .tail = settings.tail == Tail::kBlend};
+    const BandRequest request{.band = band, .counts = countsOf(band), .layers = limit};
     report.passes += composite_method ? band_capture.composite(*composite_method, request, out)
                                       : band_capture.composite(*layer_method, request, out);
 }

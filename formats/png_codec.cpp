@@ -5,8 +5,8 @@
 #include <spng.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <deque>
-#include <fstream>
 #include <iterator>
 #include <new>
 #include <stdexcept>
@@ -90,16 +90,17 @@ std::string descriptionIn(spng_ctx* png) {
     return description;
 }
 
-std::vector<std::uint8_t> contentsOf(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file) throw std::runtime_error("could not open file \"" + path + "\"");
-    return {std::istreambuf_iterator<char>(file), {}};
-}
+struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, Close>;
 
 class Decoder final : public ImageDecoder {
   public:
     Decoder(const std::string& path, std::span<const std::uint8_t> bytes) : bytes_(bytes) {
-        if (bytes_.empty()) bytes_ = file_ = contentsOf(path);
+        if (bytes_.empty()) file_.reset(std::fopen(path.c_str(), "rbe"));
+        if (bytes_.empty() && !file_)
+            throw std::runtime_error("could not open file \"" + path + "\"");
         const Context png = opened();
         check(spng_get_ihdr(png.get(), &header_));
         // Reads on to the pixels, so it tells what is wrong with anything before them.
@@ -125,7 +126,12 @@ class Decoder final : public ImageDecoder {
         // Texts may be zipped: a small file may hold large ones. (Pixels are not meant.)
         constexpr std::size_t kMost = std::size_t{1} << 26U;
         check(spng_set_chunk_limits(png.get(), kMost, kMost));
-        check(spng_set_png_buffer(png.get(), bytes_.data(), bytes_.size()));
+        if (file_) {
+            std::rewind(file_.get());
+            check(spng_set_png_file(png.get(), file_.get()));
+        } else {
+            check(spng_set_png_buffer(png.get(), bytes_.data(), bytes_.size()));
+        }
         return png;
     }
 
@@ -162,7 +168,7 @@ class Decoder final : public ImageDecoder {
             convert(rows.data() + y * width * channels, y);
     }
 
-    std::vector<std::uint8_t> file_;
+    File file_;  // without bytes: no more of it is read than is asked for
     std::span<const std::uint8_t> bytes_;
     spng_ihdr header_{};
     const Expansion* expansion_ = nullptr;
