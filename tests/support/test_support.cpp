@@ -138,4 +138,9 @@ std::string testBackend() {
     return variable && *variable ? variable : "egl";
 }
 
+bool exhaustive() {
+    const char* variable = std::getenv("PEELER_TEST_ALL");
+    return variable && *variable;
+}
+
 }  // namespace peeler::test

@@ -99,6 +99,10 @@ std::filesystem::path fakeEglDir();
 /// "egl" or "osmesa" from PEELER_TEST_BACKEND (default egl).
 std::string testBackend();
 
+/// Whether everything is asked for (`sh tests/run.sh all` sets PEELER_TEST_ALL), or the sample of it
+/// that the short run takes: of many runs, sizes or models, some.
+bool exhaustive();
+
 }  // namespace peeler::test
 
 #define PEELER_REQUIRE_ASSETS(variable)                                                      \
