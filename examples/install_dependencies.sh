@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Installs the Debian 12 packages peeler needs, if any is missing.
-#   sh examples/install_dependencies.sh [build] [test] [bench]
+# Installs the Debian packages peeler needs, if any is missing (12 and 13 name them alike).
+#   sh examples/install_dependencies.sh [build] [test] [coverage] [bench]
 set -eu
 
 run="libegl1 libgl1-mesa-dri libosmesa6"
@@ -13,6 +13,8 @@ test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy
     python3-openimageio python3-openvdb python3-meshio clang-format clang-tidy chromium
     chromium-driver python3-selenium python3-yaml locales slurmctld slurmd slurm-client munge parallel
     debootstrap"
+# What `sh tests/run.sh coverage` counts with.
+coverage="gcovr"
 # What `sh tests/run.sh bench` builds with and compares with.
 bench="libgtest-dev libembree-dev git f3d xvfb python3 python3-vtk9 openimageio-tools linux-perf"
 
@@ -21,6 +23,7 @@ for set in "$@"; do
     case $set in
     build) packages="$packages $build" ;;
     test) packages="$packages $test" ;;
+    coverage) packages="$packages $coverage" ;;
     bench) packages="$packages $bench" ;;
     *) echo "usage: $0 [build] [test] [bench]" >&2; exit 2 ;;
     esac

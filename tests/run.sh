@@ -1,28 +1,82 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing (Debian 12), builds, and runs every test.
-#   sh tests/run.sh            all of it
-#   sh tests/run.sh -L unit    arguments go to ctest
+# Installs what is missing (Debian 12 or 13), builds, checks the style and runs the tests; says at
+# the end how long each stage took, and which tests were the slowest.
+#   sh tests/run.sh            the short run: every test, of large counts a sample
+#   sh tests/run.sh -L unit    arguments go to ctest; the style is not checked
+#   sh tests/run.sh all        everything there is, about an hour (README.md says what)
+#   sh tests/run.sh coverage   the short run, and which lines of the product it reaches
+#   sh tests/run.sh mutations  breaks the product in twenty ways; the tests have to see each
 #   sh tests/run.sh bench      measures instead, side by side with other programs; about 20 minutes
 #                              on 2 cores; what else can be said: benchmarks/table.py
 set -eu
 cd "$(dirname "$0")/.."
+python="/usr/bin/python3 -B" # Debian's, which has Debian's packages
 
-if [ "${1:-}" = bench ]; then
+stages=
+stage() { # stage NAME COMMAND...: runs it and keeps how long it took
+    name=$1
+    shift
+    start=$(date +%s)
+    "$@"
+    stages="$stages $name=$(($(date +%s) - start))"
+}
+
+build() {
+    cmake --preset "$preset" ${PEELER_CMAKE_ARGUMENTS:-}
+    cmake --build --preset "$preset" -j "$(nproc)"
+}
+
+# run_tests TEST_PRESET [ARGUMENTS of ctest]
+run_tests() {
+    rm -rf "build/$preset/tests/results"
+    ctest --preset "$@" -j "$(nproc)" --output-junit tests/results/ctest.xml || failed=1
+}
+
+preset=ci
+failed=0
+case ${1:-} in
+bench)
     shift
     sh examples/install_dependencies.sh build bench
     cmake --preset ci ${PEELER_CMAKE_ARGUMENTS:-} >&2
     cmake --build --preset ci -j "$(nproc)" --target benchmarks >&2
-    exec /usr/bin/python3 -B tests/benchmarks/table.py --build build/ci "$@"
-fi
+    exec $python tests/benchmarks/table.py --build build/ci "$@"
+    ;;
+mutations)
+    shift
+    sh examples/install_dependencies.sh build test
+    exec $python tests/mutations.py "$@"
+    ;;
+coverage)
+    preset=coverage
+    stage install sh examples/install_dependencies.sh build test coverage
+    stage build build
+    find build/coverage -name '*.gcda' -delete
+    stage tests run_tests coverage
+    stage coverage $python tests/coverage.py build/coverage
+    ;;
+all)
+    stage install sh examples/install_dependencies.sh build test
+    stage build build
+    stage benchmarks cmake --build --preset ci -j "$(nproc)" --target benchmarks
+    cmake --preset dev ${PEELER_CMAKE_ARGUMENTS:-} # Its units are single files.
+    stage style sh tests/check_style.sh build/dev
+    stage tests run_tests all
+    ;;
+"")
+    stage install sh examples/install_dependencies.sh build test
+    stage build build
+    stage style sh tests/check_style.sh build/ci
+    stage tests run_tests ci
+    ;;
+*)
+    stage install sh examples/install_dependencies.sh build test
+    stage build build
+    stage tests run_tests ci "$@"
+    ;;
+esac
 
-sh examples/install_dependencies.sh build test
-
-cmake --preset ci ${PEELER_CMAKE_ARGUMENTS:-}
-cmake --build --preset ci -j "$(nproc)"
-
-if [ $# -eq 0 ]; then
-    sh tests/check_style.sh build/ci
-fi
-
-exec ctest --preset ci -j "$(nproc)" "$@"
+# shellcheck disable=SC2086  # a list of words
+$python tests/summary.py "build/$preset/tests/results" $stages || failed=1
+exit $failed

@@ -12,8 +12,12 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
+
+#include "cmd/command_line.h"
+#include "cmd/console.h"
 
 extern char** environ;
 
@@ -103,8 +107,8 @@ CommandResult StartedCommand::wait() {
     const auto seconds = [](const timeval& time) {
         return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
     };
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-            bytesOf(streams_ / "out"), bytesOf(streams_ / "err"),
+    return {{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+             bytesOf(streams_ / "out"), bytesOf(streams_ / "err")},
             seconds(used.ru_utime) + seconds(used.ru_stime),
             static_cast<std::uint64_t>(used.ru_maxrss) * 1024};  // Linux counts KiB
 }
@@ -124,8 +128,19 @@ std::vector<std::string> peelerCommand(const std::vector<std::string>& arguments
     return command;
 }
 
-CommandResult runPeeler(const std::vector<std::string>& arguments,
-                        const std::vector<std::string>& environment, const fs::path& directory) {
+Outcome runPeeler(const std::vector<std::string>& arguments) {
+    std::ostringstream out, err;
+    int code = 0;
+    {
+        cmd::Console console(out, err, false);
+        code = cmd::runCommandLine(arguments, console);
+    }
+    return {code, out.str(), err.str()};
+}
+
+CommandResult runPeelerProcess(const std::vector<std::string>& arguments,
+                               const std::vector<std::string>& environment,
+                               const fs::path& directory) {
     return runCommand(peelerCommand(arguments), environment, directory);
 }
 

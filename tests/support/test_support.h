@@ -36,10 +36,14 @@ class ScratchDir {
     std::filesystem::path path_;
 };
 
-/// What a finished command left behind.
-struct CommandResult {
-    int exit_code = -1;  ///< 128 + n if a signal ended it
+/// What a command came to.
+struct Outcome {
+    int exit_code = -1;  ///< of a process: 128 + n if signal n ended it
     std::string out, err;
+};
+
+/// What a finished process left behind.
+struct CommandResult : Outcome {
     double cpu_seconds = 0;         ///< of all threads; what the machine does besides is not in it
     std::uint64_t peak_memory = 0;  ///< most bytes resident at once
 };
@@ -55,14 +59,18 @@ inline constexpr bool kAddressSanitizer = false;
 /// does far more work than its input asks for. How fast it is, benchmarks tell.
 inline constexpr double kEndlessSeconds = kAddressSanitizer ? 300 : 60;
 
+/// Runs a command line of `peeler` in this process, which takes half the time of starting one.
+Outcome runPeeler(const std::vector<std::string>& arguments);
+
 /// The built `peeler`.
 std::filesystem::path peelerBinary();
 
-/// Runs the built `peeler` with these arguments, DISPLAY and WAYLAND_DISPLAY unset. `environment`
-/// holds "NAME=value" entries to add; `directory` is where it runs (default: here).
-CommandResult runPeeler(const std::vector<std::string>& arguments,
-                        const std::vector<std::string>& environment = {},
-                        const std::filesystem::path& directory = {});
+/// Starts the built `peeler` with these arguments, DISPLAY and WAYLAND_DISPLAY unset, and waits for
+/// it: where the process is what is tested (its memory, signals, environment, streams).
+/// `environment` holds "NAME=value" entries to add; `directory` is where it runs (default: here).
+CommandResult runPeelerProcess(const std::vector<std::string>& arguments,
+                               const std::vector<std::string>& environment = {},
+                               const std::filesystem::path& directory = {});
 
 /// The command line of that.
 std::vector<std::string> peelerCommand(const std::vector<std::string>& arguments);

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a run of the tests came to: what was skipped and why, how long each stage took, the slowest
+tests, how many passed.
+
+    python3 tests/summary.py RESULTS_FOLDER [STAGE=SECONDS ...]
+
+The folder holds GoogleTest's XML of every process (shard) and ctest.xml, ctest's own. Exits with 1 if a
+test failed, or a process ended without leaving its results."""
+
+import collections
+import pathlib
+import sys
+import xml.etree.ElementTree
+
+SLOWEST = 10
+
+
+def read(folder):
+    """[(name, seconds, state, why)]; the state is passed, failed or skipped."""
+    tests = []
+    for case in xml.etree.ElementTree.parse(folder / "ctest.xml").getroot().iter("testcase"):
+        name, seconds = case.get("name"), float(case.get("time") or 0)
+        state = {"run": "passed", "notrun": "skipped", "disabled": "skipped"}.get(
+            case.get("status"), "failed"
+        )
+        results = folder / f"{name}.xml"
+        if not results.exists():
+            output = (case.findtext("system-out") or "").strip().splitlines()
+            why = [line for line in output if line.startswith("skipped: ")] or output[-1:]
+            tests.append((name, seconds, state, " ".join(why)))
+            continue
+        # A process that ended badly has not written its results, or not all of them.
+        found = list(shard(results, name.rpartition(".")[0]))
+        if state == "failed" and not any(test[2] == "failed" for test in found):
+            found.append((name, seconds, "failed", "ended badly"))
+        tests += found
+    return tests
+
+
+def shard(results, program):
+    for case in xml.etree.ElementTree.parse(results).getroot().iter("testcase"):
+        if case.get("status") == "notrun":
+            continue
+        skipped, failure = case.find("skipped"), case.find("failure")
+        state = "failed" if failure is not None else "skipped" if skipped is not None else "passed"
+        why = (skipped.get("message") or "").splitlines()[-1:] if skipped is not None else []
+        yield (
+            f"{program}: {case.get('classname')}.{case.get('name')}",
+            float(case.get("time")),
+            state,
+            " ".join(why),
+        )
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1])
+    tests = read(folder)
+    count = collections.Counter(state for _, _, state, _ in tests)
+
+    for name, _, state, why in tests:
+        if state != "passed":
+            print(f"{state}: {name}{': ' if why else ''}{why}")
+    print("\n  minutes  stage")
+    stages = [argument.partition("=") for argument in sys.argv[2:]]
+    for name, _, seconds in [*stages, ("in all", "=", sum(int(s[2]) for s in stages))]:
+        print(f"{int(seconds) // 60:6d}:{int(seconds) % 60:02d}  {name}")
+    print("\n  seconds  slowest tests")
+    for name, seconds, _, _ in sorted(tests, key=lambda test: -test[1])[:SLOWEST]:
+        print(f"{seconds:9.1f}  {name}")
+    print(f"\n{count['passed']} passed, {count['failed']} failed, {count['skipped']} skipped")
+    return 1 if count["failed"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
