@@ -19,11 +19,10 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 /// The process that writes a temporary file (its name holds the number) once there are bytes in it;
-/// 0 after a minute without one.
+/// 0 if the run ends without one.
 pid_t waitForWriter(const fs::path& folder, const std::future<CommandResult>& run) {
     const std::string mark = ".peeler-";
-    for (int i = 0; i < 6000; ++i) {
-        if (run.wait_for(10ms) == std::future_status::ready) return 0;
+    while (run.wait_for(10ms) != std::future_status::ready) {
         for (const auto& entry : fs::directory_iterator(folder)) {
             const std::string name = entry.path().filename();
             const std::size_t at = name.find(mark);

@@ -15,6 +15,7 @@ import sys
 from pathlib import Path
 
 SKIP = 77
+ENDLESS = 300  # seconds after which nothing will come any more; a frame takes a fraction of one
 FLAGS = [
     "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle",
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--force-device-scale-factor=1",
@@ -41,13 +42,15 @@ def start():
     for flag in FLAGS:
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    return webdriver.Chrome(service=Service(driver), options=options)
+    driver = webdriver.Chrome(service=Service(driver), options=options)
+    driver.set_script_timeout(ENDLESS)  # by default half a minute
+    return driver
 
 
 class Page:
     def __init__(self, driver, out):
         from selenium.webdriver.support.ui import WebDriverWait
-        self.driver, self.out, self.wait = driver, out, WebDriverWait(driver, 60)
+        self.driver, self.out, self.wait = driver, out, WebDriverWait(driver, ENDLESS)
 
     def frames(self):
         return int(self.driver.execute_script(

@@ -11,6 +11,7 @@ import shutil
 import subprocess
 
 MOUNTED = ("proc", "dev", "sys")
+KNOWN = ("WORKDIR", "ENV", "COPY", "RUN", "ENTRYPOINT")
 PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 
 
@@ -34,6 +35,44 @@ def instructions(file):
             found.append((start, name.upper(), rest.strip()))
             text, start = "", 0
     return found
+
+
+def plans(file):
+    """[(name of a stage, [(where, instruction, its text)])]; raises Failed for what is not known."""
+    found = []
+    for number, name, text in instructions(file):
+        where = f"line {number}: {name} {text}"
+        if name == "FROM":
+            image, *alias = text.split()
+            if image != "debian:12" or (alias and alias[0].upper() != "AS"):
+                raise Failed(where)
+            found.append((alias[1] if alias else str(len(found)), []))
+        elif name in KNOWN and found:
+            found[-1][1].append((where, name, text))
+        else:
+            raise Failed(where)
+    return found
+
+
+def copied(text):
+    """The stage that is copied from, if it is one; the sources; the target."""
+    *sources, target = text.split()
+    stage = sources.pop(0)[7:] if sources[0].startswith("--from=") else None
+    return stage, sources, target
+
+
+def copy(pattern, to, target):
+    """A folder's contents go into the target, which is `to` outside; a file goes into it if the
+    target ends with a slash. False if there is nothing of that name."""
+    found = glob.glob(pattern)
+    for source in found:
+        if os.path.isdir(source):
+            shutil.copytree(source, to, dirs_exist_ok=True)
+            continue
+        file = os.path.join(to, os.path.basename(source)) if target.endswith("/") else to
+        os.makedirs(os.path.dirname(file), exist_ok=True)
+        shutil.copy(source, file)
+    return bool(found)
 
 
 class Stage:
@@ -87,18 +126,9 @@ class Builder:
     def build(self, file):
         """Returns the last stage. Raises Failed. Stages are made at the same time, until one copies
         from another."""
-        plans = []  # [(name, [(where, instruction, its text)])]
-        for number, name, text in instructions(file):
-            where = f"line {number}: {name} {text}"
-            if name == "FROM":
-                image, *alias = text.split()
-                if image != "debian:12" or (alias and alias[0].upper() != "AS"):
-                    raise Failed(where)
-                plans.append((alias[1] if alias else str(len(plans)), []))
-            else:
-                plans[-1][1].append((where, name, text))
-        with concurrent.futures.ThreadPoolExecutor(len(plans)) as threads:
-            for name, plan in plans:
+        stages = plans(file)
+        with concurrent.futures.ThreadPoolExecutor(len(stages)) as threads:
+            for name, plan in stages:
                 self.stages[name] = threads.submit(self._make, name, plan)
             return [stage.result() for stage in self.stages.values()][-1]
 
@@ -121,26 +151,11 @@ class Builder:
                     raise Failed(f"{where}\n{done.stdout[-3000:]}")
             elif name == "ENTRYPOINT":
                 self.entrypoint = [word.strip(' "') for word in text.strip("[]").split(",")]
-            else:
-                raise Failed(where)
         return stage
 
     def _copy(self, stage, text, where):
-        """A folder's contents go into the target, a file goes into it if it ends with a slash."""
-        *sources, target = text.split()
-        origin = self.context
-        if sources[0].startswith("--from="):
-            origin = self.stages[sources.pop(0)[7:]].result().root
+        origin_stage, sources, target = copied(text)
+        origin = self.stages[origin_stage].result().root if origin_stage else self.context
         for pattern in sources:
-            found = glob.glob(f"{origin}/{pattern.lstrip('/')}")
-            if not found:
+            if not copy(f"{origin}/{pattern.lstrip('/')}", stage.path(target), target):
                 raise Failed(f"{where}: no {pattern}")
-            for source in found:
-                to = stage.path(target)
-                if os.path.isdir(source):
-                    shutil.copytree(source, to, dirs_exist_ok=True)
-                    continue
-                if target.endswith("/"):
-                    to = os.path.join(to, os.path.basename(source))
-                os.makedirs(os.path.dirname(to), exist_ok=True)
-                shutil.copy(source, to)

@@ -13,6 +13,9 @@ from own_machine import ADDRESS
 
 PROGRAMS = ("slurmctld", "slurmd", "munged", "sbatch", "scontrol", "scancel", "squeue")
 
+# Seconds after which nothing will come any more. A job that is queued again takes about ten.
+ENDLESS = 200
+
 # cred_expire: how long a job that was queued again waits for its old credential to run out; Slurm
 # takes no less than 5 seconds for it. config_overrides: more CPUs than the machine may have.
 CONFIGURATION = """\
@@ -72,17 +75,17 @@ class Cluster:
             self._start("slurmd", "-D"),
         ]
         states = ("sinfo", "--noheader", "--format=%T")
-        self._wait_until(20, lambda: "idle" in self.ask(*states, check=False))
+        self.wait_until(lambda: "idle" in self.ask(*states, check=False))
 
     def _start(self, *command):
         with open(f"{self.folder}/{command[0]}.out", "wb") as out:
             return subprocess.Popen(command, env=self.environment, stdout=out, stderr=out)
 
-    def _wait_until(self, seconds, condition):
-        end = time.monotonic() + seconds
+    def wait_until(self, condition):
+        end = time.monotonic() + ENDLESS
         while not condition():
             if time.monotonic() > end:
-                raise TimeoutError(f"after {seconds} s:\n{self.state()}")
+                raise TimeoutError(f"after {ENDLESS} s:\n{self.state()}")
             time.sleep(0.1)
 
     def ask(self, *command, check=True, **options):
@@ -105,10 +108,10 @@ class Cluster:
         text = self.ask("scontrol", "show", "job", "--oneliner", job)
         return [dict(re.findall(r"(\w+)=(\S*)", line)) for line in text.splitlines()]
 
-    def wait_for(self, job, seconds):
+    def wait_for(self, job):
         """The tasks, when all of them have ended."""
         waiting = ("squeue", "--noheader", f"--jobs={job}")
-        self._wait_until(seconds, lambda: not self.ask(*waiting, check=False).strip())
+        self.wait_until(lambda: not self.ask(*waiting, check=False).strip())
         return self.tasks(job)
 
     def state(self):
