@@ -127,14 +127,14 @@ TEST(BakedModels, LookTheSameWhereNothingIsOccluded) {
         const fs::path model = modelFile(assets, name);
         bakeConstant(model, 1, folder / "baked.glb");
         const auto render = [&](const fs::path& scene, const std::string& out) {
-            const CommandResult result =
+            const Outcome result =
                 runPeeler({"render", scene.string(), "-o", (folder / out).string(), "--as",
                            "composite", "--size", "160x120", "-q"});
             EXPECT_EQ(result.exit_code, 0) << result.err;
         };
         render(model, "before.exr");
         render(folder / "baked.glb", "after.exr");
-        const CommandResult compared =
+        const Outcome compared =
             runPeeler({"compare", (folder / "before.exr").string(), (folder / "after.exr").string(),
                        "--max-color", "0.0005"});  // white between white corners can be 1 − 2^−24
         EXPECT_EQ(compared.exit_code, 0) << name << ": " << compared.out << compared.err;

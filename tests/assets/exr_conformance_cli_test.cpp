@@ -72,7 +72,7 @@ TEST(ExrConformance, ValidFilesAreReadAndInvalidOnesRefused) {
               {"convert", file, "-o", out, "--as", "deep"},
               {"verify", file}}) {
             if (!exists(command.front().c_str())) continue;
-            const CommandResult result = runPeeler(command);
+            const Outcome result = runPeeler(command);
             EXPECT_EQ(result.exit_code, sample.exit_code)
                 << command.front() << ' ' << sample.name << ": " << result.err;
             const bool error = result.err.find("peeler: error:") != std::string::npos;

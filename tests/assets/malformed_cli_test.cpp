@@ -141,8 +141,9 @@ TEST(Malformed, FilesEndInAPictureOrAnInputError) {
     const ScratchDir scratch;
     std::vector<CommandResult> runs(files.size());
     parallelFor(files.size(), [&](std::size_t i) {
-        runs[i] = runPeeler({"render", files[i], "-o", scratch / (std::to_string(i) + ".exr"),
-                             "--size", "32x24", "--backend", "egl"});
+        runs[i] =
+            runPeelerProcess({"render", files[i], "-o", scratch / (std::to_string(i) + ".exr"),
+                              "--size", "32x24", "--backend", "egl"});
     });
     std::size_t refused = 0;
     double slowest = 0;

@@ -97,8 +97,8 @@ double distanceToEdge(const TriangleSoup& soup, const LayeredFile& file, double 
 }
 
 void compareWithEmbree(const fs::path& scene_path, const std::string& faces, const fs::path& exr) {
-    const auto run = runPeeler({"render", scene_path, "-o", exr, "--size", "400x300", "--faces",
-                                faces, "--backend", testBackend(), "--quiet"});
+    const auto run = runPeelerProcess({"render", scene_path, "-o", exr, "--size", "400x300",
+                                       "--faces", faces, "--backend", testBackend(), "--quiet"});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const LayeredFile file = readFile(exr);
     const TriangleSoup soup = soupOf(readGltf(scene_path));

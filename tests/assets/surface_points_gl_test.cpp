@@ -32,9 +32,9 @@ void expectOnSurface(const fs::path& scene, std::vector<std::string> options) {
     const fs::path exr = scratch / "out.exr", ply = scratch / "out.ply";
     options.insert(options.begin(), {"render", scene, "-o", exr, "--size", "400x300", "--backend",
                                      testBackend(), "--quiet"});
-    auto run = runPeeler(options);
+    auto run = runPeelerProcess(options);
     ASSERT_EQ(run.exit_code, 0) << run.err;
-    run = runPeeler({"extract", exr, "--points", ply, "--double", "--quiet"});
+    run = runPeelerProcess({"extract", exr, "--points", ply, "--double", "--quiet"});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     constexpr std::size_t kPointSize = 3 * sizeof(double) + 4 + sizeof(std::uint32_t);
     const std::vector<glm::dvec3> points = readPoints(ply, kPointSize);

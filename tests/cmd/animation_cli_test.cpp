@@ -47,7 +47,7 @@ Imath::Box2i windowOf(const fs::path& file) {
     return input.header(1).dataWindow();
 }
 
-CommandResult render(const fs::path& scene, const fs::path& out, std::vector<std::string> more) {
+Outcome render(const fs::path& scene, const fs::path& out, std::vector<std::string> more) {
     std::vector<std::string> arguments{"render", scene.string(), "-o",    out.string(),
                                        "--size", "80x80",        "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -75,7 +75,7 @@ TEST(Time, MovesTheScene) {
     for (const auto& row : rows) {
         std::vector<std::string> arguments = row.arguments;
         arguments.insert(arguments.end(), {"--exclude", "rock"});
-        const CommandResult result = render(scene, folder / "out.exr", arguments);
+        const Outcome result = render(scene, folder / "out.exr", arguments);
         ASSERT_EQ(result.exit_code, 0) << result.err;
         EXPECT_FALSE(json::parse(result.out).contains("frame"));
         const Imath::Box2i window = windowOf(folder / "out.exr");
@@ -86,8 +86,8 @@ TEST(Time, MovesTheScene) {
 TEST(Frames, AreFilesOfTheirOwnWithTheirTimes) {
     const ScratchDir folder;
     const fs::path scene = boats(folder);
-    const CommandResult result = render(scene, folder / "f.###.exr",
-                                        {"--frames", "10-0x5", "--fps", "10", "--exclude", "rock"});
+    const Outcome result = render(scene, folder / "f.###.exr",
+                                  {"--frames", "10-0x5", "--fps", "10", "--exclude", "rock"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     const json frames = json::parse(result.out).at("frames");
     ASSERT_EQ(frames.size(), 3U);
@@ -109,7 +109,7 @@ TEST(Frames, AreFilesOfTheirOwnWithTheirTimes) {
         const std::string four = std::to_string(10000 + frame).substr(1);
         EXPECT_EQ(bytesOf(file), bytesOf(folder / ("alone." + four + ".exr")));
     }
-    const CommandResult header = runCommand({"exrheader", (folder / "f.005.exr").string()});
+    const Outcome header = runCommand({"exrheader", (folder / "f.005.exr").string()});
     EXPECT_NE(header.out.find("peeler:frame (type int): 5"), std::string::npos) << header.out;
     EXPECT_NE(header.out.find("peeler:time (type double): 0.5"), std::string::npos);
     EXPECT_NE(header.out.find("framesPerSecond (type rational): 10/1"), std::string::npos);
@@ -129,7 +129,7 @@ TEST(Frames, AreFramedByTheWholeMovement) {
         {{"samplers", {{{"input", times}, {"output", right}}}},
          {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}}}};
     const fs::path scene = builder.write(folder, "far.glb");
-    const CommandResult result = render(scene, folder / "f.#.exr", {"--frames", "0,12,24"});
+    const Outcome result = render(scene, folder / "f.#.exr", {"--frames", "0,12,24"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     for (const json& frame : json::parse(result.out).at("frames"))
         EXPECT_GT(frame.at("fragmentsCounted"), 0) << frame;
@@ -163,7 +163,7 @@ TEST(Frames, RefusesWhatContradictsItself) {
         {"boats.glb", {"--frames", "1"}, "boats.glb"},
     };
     for (const auto& row : rows) {
-        const CommandResult result = render(scene, folder / row.out, row.arguments);
+        const Outcome result = render(scene, folder / row.out, row.arguments);
         EXPECT_EQ(result.exit_code, 2) << row.words << '\n' << result.err;
         EXPECT_NE(result.err.find(row.words), std::string::npos) << result.err;
     }

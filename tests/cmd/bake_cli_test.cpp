@@ -42,7 +42,7 @@ class BakeCommand : public testing::Test {
     std::string file(const std::string& name) const { return (folder_ / name).string(); }
 
     /// Few and coarse: fast.
-    CommandResult bake(const std::string& out, const std::vector<std::string>& more = {}) const {
+    Outcome bake(const std::string& out, const std::vector<std::string>& more = {}) const {
         std::vector<std::string> arguments{"bake", scene_.string(), "-o", file(out),
                                            "-q",   "--directions",  "32", "--resolution",
                                            "128"};
@@ -52,7 +52,7 @@ class BakeCommand : public testing::Test {
 
     void expectRefused(const std::string& out, const std::vector<std::string>& more, int code,
                        const std::string& words) const {
-        const CommandResult result = bake(out, more);
+        const Outcome result = bake(out, more);
         EXPECT_EQ(result.exit_code, code) << out << ' ' << words << ": " << result.err;
         EXPECT_NE(result.err.find(words), std::string::npos) << result.err;
         EXPECT_FALSE(fs::exists(file(out)) && out != "scene.gltf") << out;
@@ -85,7 +85,7 @@ TEST_F(BakeCommand, RefusesFilesThatItMustNotWrite) {
     fs::copy_file(scene_, folder_ / "scene.glb", ignored);  // JSON in a .glb is read, too
     scene_ = folder_ / "scene.glb";
     const std::string before = bytesOf(scene_);
-    const CommandResult same = bake("scene.glb");
+    const Outcome same = bake("scene.glb");
     EXPECT_EQ(same.exit_code, 2) << same.err;
     EXPECT_EQ(bytesOf(scene_), before);
     expectRefused("none/out.glb", {}, 4, "none/out.glb");
@@ -102,7 +102,7 @@ TEST_F(BakeCommand, KeepsTheFilesOfTheSceneAndItsOwn) {
                              const std::vector<std::string>& more) {
         writeText(file(kept), kept == "triangle.bin" ? bufferWithUvs() : "mine");
         const std::string before = bytesOf(file(kept));
-        const CommandResult result = bake(out, more);
+        const Outcome result = bake(out, more);
         EXPECT_EQ(result.exit_code, 2) << out << ": " << result.err;
         EXPECT_NE(result.err.find(kept), std::string::npos) << result.err;
         EXPECT_EQ(bytesOf(file(kept)), before);
@@ -161,7 +161,7 @@ TEST_F(BakeCommand, SaysWhatASceneLacks) {
 }
 
 TEST_F(BakeCommand, PutsOpenSkyIntoVertices) {
-    const CommandResult result = bake("out.glb", {"--json"});
+    const Outcome result = bake("out.glb", {"--json"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     const Json json = Json::parse(result.out);
     EXPECT_EQ(json["quantity"], "ao");
@@ -207,7 +207,7 @@ TEST_F(BakeCommand, WarnsOfSharedTexels) {
     twice["nodes"].push_back({{"mesh", 0}, {"translation", {0, 0, 5}}});
     twice["scenes"][0]["nodes"] = {0, 1};
     writeScene(folder_.path(), twice, bufferWithUvs());
-    const CommandResult result = bake("out.png", {"--size", "32"});
+    const Outcome result = bake("out.png", {"--size", "32"});
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_NE(result.err.find("warning: The UVs of material 0 overlap"), std::string::npos)
         << result.err;

@@ -107,7 +107,7 @@ class Batch : public testing::Test {
     CommandResult run(const Strings& more = {}, const Strings& environment = {}) const {
         Strings arguments = {"batch", jobs_.string(), "--quiet"};
         arguments.insert(arguments.end(), more.begin(), more.end());
-        return runPeeler(arguments, environment);
+        return runPeelerProcess(arguments, environment);
     }
     /// Like run, without waiting for it.
     pid_t start(const Strings& more) const {
@@ -328,7 +328,7 @@ TEST_F(Batch, NothingRunsUnlessEveryLineIsRight) {
     EXPECT_NE(result.err.find("jobs.jsonl, line 2"), std::string::npos) << result.err;
     EXPECT_NE(result.err.find("unknown key 'scene'"), std::string::npos) << result.err;
     EXPECT_FALSE(fs::exists(path("1.exr")));
-    EXPECT_EQ(runPeeler({"batch", path("none.jsonl")}).exit_code, 3);
+    EXPECT_EQ(runPeelerProcess({"batch", path("none.jsonl")}).exit_code, 3);
 }
 
 }  // namespace

@@ -17,13 +17,13 @@ struct BenchmarkScenes : testing::Test {
                                             (sourceDir() / "tests/benchmarks/scenes.py").string(),
                                             scratch.path().string()};
         command.insert(command.end(), names.begin(), names.end());
-        const CommandResult made = runCommand(command);
+        const Outcome made = runCommand(command);
         ASSERT_EQ(made.exit_code, 0) << made.err;
     }
 
     nlohmann::json said(std::vector<std::string> arguments) const {
         arguments.emplace_back("--json");
-        const CommandResult result = runPeeler(arguments);
+        const Outcome result = runPeeler(arguments);
         EXPECT_EQ(result.exit_code, 0) << result.err;
         return nlohmann::json::parse(result.out, nullptr, false);
     }

@@ -28,9 +28,9 @@ constexpr int kWidth = 96, kHeight = 54;
 
 class ChannelsCli : public testing::Test {
   protected:
-    CommandResult render(const std::string& output, const std::vector<std::string>& options,
-                         const std::filesystem::path& scene = sourceDir() /
-                                                              "examples/scenes/engine.glb") {
+    Outcome render(const std::string& output, const std::vector<std::string>& options,
+                   const std::filesystem::path& scene = sourceDir() /
+                                                        "examples/scenes/engine.glb") {
         std::vector<std::string> command{
             "render", scene.string(),
             "-o",     folder_ / output,
@@ -150,10 +150,9 @@ std::map<std::uint32_t, std::size_t> counts(const LayeredImage& image, const std
 
 /// The names of a manifest's ids are true if the node of that name, rendered alone, has as many
 /// fragments as its id has in the whole picture.
-void checkNames(
-    const std::function<CommandResult(const std::string&, std::vector<std::string>)>& render,
-    const std::function<LayeredImage(const std::string&)>& read,
-    const std::filesystem::path& manifest_path, std::size_t most) {
+void checkNames(const std::function<Outcome(const std::string&, std::vector<std::string>)>& render,
+                const std::function<LayeredImage(const std::string&)>& read,
+                const std::filesystem::path& manifest_path, std::size_t most) {
     const auto all = render("ids.exr", {"--channels", "id", "--manifest", manifest_path.string()});
     ASSERT_EQ(all.exit_code, 0) << all.err;
     const auto manifest = nlohmann::json::parse(std::ifstream(manifest_path));

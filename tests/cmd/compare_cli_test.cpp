@@ -36,7 +36,7 @@ class CompareCommand : public testing::Test {
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
 
-    static CommandResult compare(std::vector<std::string> arguments) {
+    static Outcome compare(std::vector<std::string> arguments) {
         arguments.insert(arguments.begin(), "compare");
         return runPeeler(arguments);
     }
@@ -76,7 +76,7 @@ void dropFragments(SyntheticPicture& picture, int pixels) {
 
 TEST_F(CompareCommand, AFileIsIdenticalToItself) {
     const std::string a = write("a.exr");
-    const CommandResult result = compare({a, a});
+    const Outcome result = compare({a, a});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_NE(result.out.find("identical\n"), std::string::npos) << result.out;
     EXPECT_EQ(result.err, "");
@@ -84,14 +84,14 @@ TEST_F(CompareCommand, AFileIsIdenticalToItself) {
     EXPECT_EQ(found.at("identical"), true);
     EXPECT_EQ(found.at("fragments").at("color").at("psnr"), "inf");
     EXPECT_EQ(found.at("layers").size(), 7U);
-    const CommandResult quiet = compare({a, a, "-q"});
+    const Outcome quiet = compare({a, a, "-q"});
     EXPECT_EQ(quiet.out + quiet.err, "");
 }
 
 TEST_F(CompareCommand, AKnownColorOffsetGivesKnownNumbers) {
     const std::string a = write("a.exr");
     const std::string b = write("b.exr", [](auto& picture) { addRed(picture, 0.25F); });
-    const CommandResult result = compare({a, b});
+    const Outcome result = compare({a, b});
     EXPECT_EQ(result.exit_code, 1);
     EXPECT_NE(result.err.find("peeler: error: beyond --max-color 0: "), std::string::npos);
     EXPECT_EQ(result.err.find("--max-depth"), std::string::npos) << result.err;
@@ -132,7 +132,7 @@ TEST_F(CompareCommand, ThresholdsAreLimitsOfTheExitCode) {
     for (const Row& row : rows) {
         std::vector<std::string> arguments{a, b};
         arguments.insert(arguments.end(), row.thresholds.begin(), row.thresholds.end());
-        const CommandResult result = compare(arguments);
+        const Outcome result = compare(arguments);
         EXPECT_EQ(result.exit_code, row.exit_code) << testing::PrintToString(row.thresholds);
         EXPECT_EQ(result.err.empty(), row.exit_code == 0) << result.err;
     }
@@ -200,7 +200,7 @@ TEST_F(CompareCommand, FlatImagesAreComparedLinear) {
 TEST_F(CompareCommand, OtherSizesCannotBeCompared) {
     const std::string a = writeGrey(path("a.png"), 8, 4, 0.5F);
     const std::string b = writeGrey(path("b.png"), 8, 5, 0.5F);
-    const CommandResult result = compare({a, b});
+    const Outcome result = compare({a, b});
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_EQ(result.out, "");
     EXPECT_NE(result.err.find("8 x 4 and 8 x 5 pixels"), std::string::npos) << result.err;
@@ -215,7 +215,7 @@ TEST_F(CompareCommand, OtherCropsCannotBeCompared) {
         return path(name);
     };
     const std::string a = cropped("a.exr", {0, 0, 40, 40}), b = cropped("b.exr", {5, 0, 45, 40});
-    const CommandResult result = compare({a, b});
+    const Outcome result = compare({a, b});
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_NE(result.err.find("crops"), std::string::npos) << result.err;
 }
@@ -243,7 +243,7 @@ TEST_F(CompareCommand, TheHeatMapShowsWhere) {
             ++changed;
         picture.image.color.as<float>()[4U * picture.image.offsets[changed]] += 0.5F;
     });
-    const CommandResult result = compare(
+    const Outcome result = compare(
         {a, b, "--heatmap", path("heat.png"), "--heatmap-max", "1", "--report", path("r.json")});
     EXPECT_NE(result.out.find("heat map: "), std::string::npos) << result.out;
     const Json report = Json::parse(bytesOf(path("r.json")));

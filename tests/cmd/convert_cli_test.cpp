@@ -25,7 +25,7 @@ class ConvertVerb : public testing::Test {
     /// Runs a command that must succeed; its result as JSON where there is one.
     static Json run(std::vector<std::string> arguments) {
         arguments.insert(arguments.end(), {"--json", "--quiet"});
-        const CommandResult result = runPeeler(arguments);
+        const Outcome result = runPeeler(arguments);
         EXPECT_EQ(result.exit_code, 0) << arguments.front() << ": " << result.err;
         return result.out.empty() ? Json() : Json::parse(result.out);
     }
@@ -99,14 +99,14 @@ TEST_F(ConvertVerb, MergedSamplesAreFewerAndLookAlike) {
     const auto reader = openLayered(at("b.exr"));
     EXPECT_EQ(reader->info().plan.layers.size(), 1U);
     EXPECT_EQ(reader->info().plan.fragments_stored * 6, all["fragmentsStored"].get<unsigned>());
-    const CommandResult result =
+    const Outcome result =
         runPeeler({"compare", at("a.exr"), at("b.exr"), "--composites", "--max-color", "0.002"});
     EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
 }
 
 TEST_F(ConvertVerb, WhatDoesNotFitIsRefused) {
     const std::string scene = writeScene(scratch_.path(), stackScene(2)).string();
-    const CommandResult result =
+    const Outcome result =
         runPeeler({"render", scene, "-o", at("out.exr"), "--deep-merge", "exact"});
     EXPECT_EQ(result.exit_code, 2) << result.err;
     EXPECT_NE(result.err.find("--deep-merge"), std::string::npos) << result.err;

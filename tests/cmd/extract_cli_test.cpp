@@ -124,12 +124,12 @@ class ExtractCommand : public testing::Test {
         writePicture(writer, picture);
         return path(name);
     }
-    static CommandResult extract(std::vector<std::string> arguments) {
+    static Outcome extract(std::vector<std::string> arguments) {
         arguments.insert(arguments.begin(), "extract");
         return runPeeler(arguments);
     }
     static Json read(const char* program, const std::string& file) {
-        const CommandResult result = runPython(program, {file});
+        const Outcome result = runPython(program, {file});
         EXPECT_EQ(result.exit_code, 0) << result.err;
         return result.exit_code == 0 ? Json::parse(result.out) : Json();
     }
@@ -229,7 +229,7 @@ TEST_F(ExtractCommand, MoreLayersThanAreOpenAtOnce) {
     const std::size_t layers = picture.plan.layers.size();
     ASSERT_GT(layers, 36U);
     const std::string in = write("in.exr", picture);
-    const CommandResult result = extract({in, "-o", path("l.%03d.exr"), "--json"});
+    const Outcome result = extract({in, "-o", path("l.%03d.exr"), "--json"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(Json::parse(result.out).at("outputs").size(), layers);
     for (const std::size_t k : {std::size_t{0}, std::size_t{31}, std::size_t{32}, layers - 1}) {
@@ -270,7 +270,7 @@ TEST_F(ExtractCommand, DepthComplexityCountsFragments) {
     EXPECT_EQ(counts[1][0], 1U);
     EXPECT_EQ(counts[1][1], 1U);
 
-    const CommandResult result = extract({in, "--depth-complexity", path("c.png")});
+    const Outcome result = extract({in, "--depth-complexity", path("c.png")});
     EXPECT_NE(result.err.find("0 to 2 fragments a pixel"), std::string::npos) << result.err;
     const FlatImage flat = readFlatImage(path("c.png"));
     const auto byte = [&](std::size_t pixel, std::size_t c) {
@@ -310,9 +310,8 @@ TEST_F(ExtractCommand, APictureWithoutFragments) {
     empty.plan.layers.clear();
     empty.plan.fragments_counted = empty.plan.fragments_stored = 0;
     const std::string in = write("in.exr", empty);
-    const CommandResult result =
-        extract({in, "-o", path("l.##.exr"), "--points", path("p.ply"), "--npz", path("a.npz"),
-                 "--depth-complexity", path("c.png")});
+    const Outcome result = extract({in, "-o", path("l.##.exr"), "--points", path("p.ply"), "--npz",
+                                    path("a.npz"), "--depth-complexity", path("c.png")});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_NE(result.err.find("no layer to write"), std::string::npos);
     EXPECT_NE(runPeeler({"info", in}).out.find("\npoints: 0\n"), std::string::npos);
@@ -327,13 +326,13 @@ TEST_F(ExtractCommand, AFileThatDoesNotTellItsCamera) {
     for (std::size_t at = 0; (at = bytes.find(name, at)) != std::string::npos;)
         bytes.replace(at, name.size(), "another:cameraXml");
     std::ofstream(path("other.exr"), std::ios::binary) << bytes;
-    const CommandResult result = extract({path("other.exr"), "--points", path("p.ply")});
+    const Outcome result = extract({path("other.exr"), "--points", path("p.ply")});
     EXPECT_EQ(result.exit_code, 3);
     EXPECT_NE(result.err.find("where its camera was"), std::string::npos) << result.err;
     EXPECT_EQ(runPeeler({"info", path("other.exr")}).out.find("\npoints: "), std::string::npos);
     ASSERT_EQ(extract({path("other.exr"), "--npz", path("a.npz")}).exit_code, 0);
     PEELER_REQUIRE_PYTHON("numpy");
-    const CommandResult numpy = runPython(
+    const Outcome numpy = runPython(
         "import sys, numpy; print(numpy.load(sys.argv[1])['half_width'])", {path("a.npz")});
     EXPECT_EQ(numpy.out, "nan\n");
 }
@@ -364,7 +363,7 @@ TEST_F(ExtractCommand, WhatItRefuses) {
     for (const Row& row : rows) {
         std::vector<std::string> arguments{in};
         arguments.insert(arguments.end(), row.arguments.begin(), row.arguments.end());
-        const CommandResult result = extract(arguments);
+        const Outcome result = extract(arguments);
         EXPECT_EQ(result.exit_code, row.exit_code) << row.says << '\n' << result.err;
         EXPECT_NE(result.err.find(row.says), std::string::npos) << result.err;
     }
@@ -372,7 +371,7 @@ TEST_F(ExtractCommand, WhatItRefuses) {
     std::string damaged = bytesOf(in);
     damaged.resize(damaged.size() - 60);
     std::ofstream(path("damaged.exr"), std::ios::binary) << damaged;
-    const CommandResult result = extract({path("damaged.exr"), "--points", path("p.ply")});
+    const Outcome result = extract({path("damaged.exr"), "--points", path("p.ply")});
     EXPECT_EQ(result.exit_code, 3) << result.err;
     std::vector<std::string> left;
     for (const auto& entry : fs::directory_iterator(scratch_.path()))

@@ -57,7 +57,7 @@ testing::AssertionResult areGood(const fs::path& folder) {
     for (const auto& [name, bytes] : filesIn(folder))
         all.push_back((folder / name).string());
     if (all.size() == 3) return testing::AssertionSuccess();
-    const CommandResult result = runPeeler(all);
+    const CommandResult result = runPeelerProcess(all);
     const auto told = nlohmann::json::parse(result.out);
     for (const auto& file : told.at("files"))
         if (file.at("verdict") != "good") return testing::AssertionFailure() << file.dump();
@@ -85,7 +85,7 @@ class Ended : public testing::Test {
         fs::create_directories(scratch_ / "whole");
         fs::create_directories(out_);
         const auto start = Clock::now();
-        ASSERT_EQ(runPeeler(animation("1-20", scratch_ / "whole")).exit_code, 0);
+        ASSERT_EQ(runPeelerProcess(animation("1-20", scratch_ / "whole")).exit_code, 0);
         whole_time_ = Clock::now() - start;
         ASSERT_TRUE(areGood(scratch_ / "whole"));
         whole_ = filesIn(scratch_ / "whole");
@@ -124,7 +124,7 @@ class Ended : public testing::Test {
     }
 
     void expectRest() const {
-        const CommandResult rest = runPeeler(animation("1-20", out_, {"--skip-existing"}));
+        const CommandResult rest = runPeelerProcess(animation("1-20", out_, {"--skip-existing"}));
         EXPECT_EQ(rest.exit_code, 0) << rest.err;
         std::size_t hidden = 0;
         EXPECT_EQ(filesIn(out_, &hidden), whole_);
@@ -246,17 +246,17 @@ TEST(Anywhere, TheSameBytes) {
         return path;
     };
     const fs::path reference = folder("reference");
-    ASSERT_EQ(runPeeler(animation("1-4", reference, {"--threads", "2"})).exit_code, 0);
+    ASSERT_EQ(runPeelerProcess(animation("1-4", reference, {"--threads", "2"})).exit_code, 0);
     const Files expected = filesIn(reference);
     ASSERT_EQ(expected.size(), 4U);
 
     const fs::path one_thread = folder("one thread");
-    ASSERT_EQ(runPeeler(animation("1-4", one_thread, {"--threads", "1"})).exit_code, 0);
+    ASSERT_EQ(runPeelerProcess(animation("1-4", one_thread, {"--threads", "1"})).exit_code, 0);
     EXPECT_EQ(filesIn(one_thread), expected);
 
     const fs::path processes = folder("a process a frame, last first");
     for (const char* frame : {"4", "3", "2", "1"})
-        ASSERT_EQ(runPeeler(animation(frame, processes)).exit_code, 0);
+        ASSERT_EQ(runPeelerProcess(animation(frame, processes)).exit_code, 0);
     EXPECT_EQ(filesIn(processes), expected);
 
     // A German locale, made here: Debian has none installed by default.
@@ -271,15 +271,15 @@ TEST(Anywhere, TheSameBytes) {
                                                    "LANG=de_DE.UTF-8", "LC_ALL=de_DE.UTF-8"};
         // The locale does what it is here for.
         EXPECT_EQ(runCommand({"printf", "%.1f", "1,5"}, environment).out, "1,5");
-        ASSERT_EQ(runPeeler(animation("1-4", german), environment).exit_code, 0);
+        ASSERT_EQ(runPeelerProcess(animation("1-4", german), environment).exit_code, 0);
         EXPECT_EQ(filesIn(german), expected);
     }
 
     const fs::path elsewhere = folder("elsewhere");
-    ASSERT_EQ(
-        runPeeler(animation("1-4", "."), {"TZ=Asia/Kathmandu", "HOME=/nonexistent"}, elsewhere)
-            .exit_code,
-        0);
+    ASSERT_EQ(runPeelerProcess(animation("1-4", "."), {"TZ=Asia/Kathmandu", "HOME=/nonexistent"},
+                               elsewhere)
+                  .exit_code,
+              0);
     EXPECT_EQ(filesIn(elsewhere), expected);
 
     // The scene in another place, and named from where it is.
@@ -287,7 +287,7 @@ TEST(Anywhere, TheSameBytes) {
     fs::copy_file(sourceDir() / "examples" / "scenes" / "jellyfish.glb", moved / "jellyfish.glb");
     std::vector<std::string> here = animation("1-4", ".");
     here[1] = "jellyfish.glb";
-    ASSERT_EQ(runPeeler(here, {}, moved).exit_code, 0);
+    ASSERT_EQ(runPeelerProcess(here, {}, moved).exit_code, 0);
     fs::remove(moved / "jellyfish.glb");
     EXPECT_EQ(filesIn(moved), expected);
 }

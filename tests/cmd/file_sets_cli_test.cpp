@@ -13,14 +13,14 @@ namespace fs = std::filesystem;
 
 class FileSets : public testing::Test {
   protected:
-    CommandResult run(std::vector<std::string> arguments) {
-        return runPeeler(arguments, {}, folder_.path());
+    Outcome run(std::vector<std::string> arguments) {
+        return runPeelerProcess(arguments, {}, folder_.path());
     }
     void render(const std::string& output, std::vector<std::string> options = {}) {
         options.insert(options.begin(),
                        {"render", (sourceDir() / "examples/scenes/glasses.glb").string(), "-o",
                         output, "--size", "60x34", "-q"});
-        const CommandResult result = run(options);
+        const Outcome result = run(options);
         ASSERT_EQ(result.exit_code, 0) << result.err;
     }
     std::string bytes(const std::string& name) const { return bytesOf(folder_ / name); }
@@ -60,7 +60,7 @@ TEST_F(FileSets, TellOfLayersThatAreLeftAndGuardThem) {
     auto guarded = again;
     guarded.emplace_back("--no-clobber");
     EXPECT_EQ(run(guarded).exit_code, 4);
-    const CommandResult result = run(again);
+    const Outcome result = run(again);
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_NE(result.err.find("set.layer_002.exr"), std::string::npos) << result.err;
 }

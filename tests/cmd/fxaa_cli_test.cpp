@@ -19,7 +19,7 @@ using Json = nlohmann::json;
 
 class FxaaOfTheEngine : public testing::Test {
   protected:
-    CommandResult run(const std::string& name, const std::vector<std::string>& more) const {
+    Outcome run(const std::string& name, const std::vector<std::string>& more) const {
         std::vector<std::string> arguments{
             "render", (sourceDir() / "examples" / "scenes" / "engine.glb").string(), "-o",
             (scratch_ / name).string()};
@@ -28,7 +28,7 @@ class FxaaOfTheEngine : public testing::Test {
     }
 
     fs::path render(const std::string& name, const std::vector<std::string>& more) const {
-        const CommandResult result = run(name, more);
+        const Outcome result = run(name, more);
         EXPECT_EQ(result.exit_code, 0) << result.err;
         return scratch_ / name;
     }
@@ -66,7 +66,7 @@ TEST_F(FxaaOfTheEngine, ABudgetCutsBandsAndChangesNoByte) {
     for (const std::string budget : {"480M", "640M"}) {
         auto tight = size;
         tight.insert(tight.end(), {"--memory", budget, "--threads", "1", "--json"});
-        const CommandResult result = run("tight.exr", tight);
+        const Outcome result = run("tight.exr", tight);
         ASSERT_EQ(result.exit_code, 0) << result.err;
         EXPECT_LT(Json::parse(result.out).at("peakMemory").get<std::uint64_t>(), std::stoull(budget)
                                                                                      << 20);
@@ -83,7 +83,7 @@ TEST_F(FxaaOfTheEngine, IsTheSameOfTheLayersInAFile) {
     for (const bool fxaa : {false, true}) {
         std::vector<std::string> arguments{"flatten", layers, "-o", scratch_ / "flat.exr"};
         if (fxaa) arguments.emplace_back("--fxaa");
-        const CommandResult result = runPeeler(arguments);
+        const Outcome result = runPeeler(arguments);
         ASSERT_EQ(result.exit_code, 0) << result.err;
         const auto compared =
             OIIO::ImageBufAlgo::compare(color(scratch_ / "flat.exr"), expected, 1e-6F, 1e-6F);
@@ -113,7 +113,7 @@ TEST_F(FxaaOfTheEngine, HasAHashOfItsOwn) {
 TEST_F(FxaaOfTheEngine, IsRefusedForWhatIsNoPicture) {
     for (const std::vector<std::string>& more :
          {std::vector<std::string>{"--fxaa"}, {"--fxaa", "--as", "midpoint-depth"}}) {
-        const CommandResult result = run("a.exr", more);
+        const Outcome result = run("a.exr", more);
         EXPECT_EQ(result.exit_code, 2);
         for (const char* part : {"--fxaa", "--as composite", "--samples"})
             EXPECT_NE(result.err.find(part), std::string::npos) << part << " not in " << result.err;

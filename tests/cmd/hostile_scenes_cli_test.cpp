@@ -31,7 +31,7 @@ std::string toText(const Bytes& bytes) {
 CommandResult info(const fs::path& scene, const std::vector<std::string>& more = {}) {
     std::vector<std::string> arguments{"info", scene.string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    return runPeeler(arguments);
+    return runPeelerProcess(arguments);
 }
 
 // ---- sizes
@@ -145,7 +145,7 @@ TEST(HostileScenes, APictureOf60000SquareIsNotDecoded) {
     }
     EXPECT_LT(lenient.cpu_seconds, kEndlessSeconds);
     const CommandResult strict =
-        runPeeler({"render", path, "-o", scratch / "a.exr", "--size", "16x16", "--strict"});
+        runPeelerProcess({"render", path, "-o", scratch / "a.exr", "--size", "16x16", "--strict"});
     EXPECT_EQ(strict.exit_code, 3) << strict.err;
     EXPECT_TRUE(contains(strict.err, ": /images/0")) << strict.err;
 }
@@ -246,8 +246,9 @@ class Sandbox : public testing::Test {
     std::vector<Runs> runAll(const std::vector<fs::path>& scenes) const {
         std::vector<Runs> runs(scenes.size());
         parallelFor(scenes.size(), [&](std::size_t i) {
-            runs[i].plain = runPeeler({"info", scenes[i]}, {}, outside_);
-            runs[i].allowed = runPeeler({"info", scenes[i], "--allow-outside"}, {}, outside_);
+            runs[i].plain = runPeelerProcess({"info", scenes[i]}, {}, outside_);
+            runs[i].allowed =
+                runPeelerProcess({"info", scenes[i], "--allow-outside"}, {}, outside_);
         });
         return runs;
     }
@@ -309,10 +310,10 @@ TEST_F(Sandbox, EveryVerbLiftsIt) {
          {std::vector<std::string>{"render", scene, "-o", scratch_ / "a.exr", "--size", "16x16"},
           {"sheet", scene, "-o", scratch_ / "a.png", "--size", "16x16"},
           {"info", scene}}) {
-        EXPECT_EQ(runPeeler(arguments).exit_code, 3) << arguments[0];
+        EXPECT_EQ(runPeelerProcess(arguments).exit_code, 3) << arguments[0];
         std::vector<std::string> lifted = arguments;
         lifted.push_back("--allow-outside");
-        const CommandResult run = runPeeler(lifted);
+        const CommandResult run = runPeelerProcess(lifted);
         EXPECT_EQ(run.exit_code, 0) << arguments[0] << run.err;
     }
     EXPECT_GT(fs::file_size(scratch_ / "a.exr"), 0U);

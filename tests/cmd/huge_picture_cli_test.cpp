@@ -77,7 +77,7 @@ TEST(HugePicture, IsRenderedInBandsAndTilesUnderItsBudget) {
                                      "--eye",  "0.6,0.5,1.8",  "--target", "0,0.1,0",
                                      "--json", "--size",       size};
         all.insert(all.end(), more.begin(), more.end());
-        return runPeeler(all);
+        return runPeelerProcess(all);
     };
     const CommandResult huge = render("huge.exr", {"--memory", picture.memory});
     ASSERT_EQ(huge.exit_code, 0) << huge.err;

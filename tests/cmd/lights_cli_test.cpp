@@ -76,7 +76,7 @@ DepthMap readDepthMap(const fs::path& path) {
 
 class LightCameras : public testing::Test {
   protected:
-    CommandResult render(const std::vector<std::string>& more) const {
+    Outcome render(const std::vector<std::string>& more) const {
         std::vector<std::string> arguments{"render", scene_.string(), "-o", image_.string()};
         arguments.insert(arguments.end(), more.begin(), more.end());
         return runPeeler(arguments);

@@ -46,7 +46,7 @@ class Look : public testing::Test {
         return color(image, image.offsets[middle]);
     }
 
-    CommandResult run(const std::vector<std::string>& options) {
+    Outcome run(const std::vector<std::string>& options) {
         std::vector<std::string> command{"render",   scene_.string(), "-o",     folder_ / "out.exr",
                                          "--camera", "front",         "--size", "8x8"};
         command.insert(command.end(), options.begin(), options.end());

@@ -20,7 +20,7 @@ fs::path engine() {
 nlohmann::json render(const fs::path& out, const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"render", engine(), "-o", out, "--json", "--quiet"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const CommandResult run = runPeeler(arguments);
+    const CommandResult run = runPeelerProcess(arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
     return nlohmann::json::parse(run.out);
 }
@@ -57,7 +57,7 @@ TEST(Memory, ABudgetServesShadowMapsSamplesAndEveryMethodInTurn) {
     const auto keeps = [&](const std::string& budget, std::vector<std::string> arguments) {
         arguments.insert(arguments.begin() + 1, engine());
         arguments.insert(arguments.end(), {"--memory", budget, "--json", "--quiet"});
-        const CommandResult run = runPeeler(arguments);
+        const CommandResult run = runPeelerProcess(arguments);
         ASSERT_EQ(run.exit_code, 0) << run.err;
         const auto peak = nlohmann::json::parse(run.out).at("peakMemory").get<std::uint64_t>();
         std::printf("%s: peak %.0f MB\n", budget.c_str(), static_cast<double>(peak) / 1e6);
@@ -75,7 +75,7 @@ TEST(Memory, ABudgetServesShadowMapsSamplesAndEveryMethodInTurn) {
 TEST(Memory, ABudgetThatIsTooSmallIsSaidAndLeavesNoFile) {
     const ScratchDir scratch;
     const CommandResult run =
-        runPeeler({"render", engine(), "-o", scratch / "out.exr", "--memory", "100M"});
+        runPeelerProcess({"render", engine(), "-o", scratch / "out.exr", "--memory", "100M"});
     EXPECT_EQ(run.exit_code, 33);
     EXPECT_NE(run.err.find("give at least"), std::string::npos) << run.err;
     EXPECT_TRUE(fs::is_empty(scratch.path()));

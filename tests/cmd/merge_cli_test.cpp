@@ -39,8 +39,8 @@ class MergeCommand : public testing::Test {
         const std::string text = runPeeler({"--version"}).out;
         return text.substr(7, text.size() - 8);  // "peeler 1.2.3\n"
     }
-    CommandResult merge(std::vector<std::string> tiles,
-                        const std::vector<std::string>& options = {}) const {
+    Outcome merge(std::vector<std::string> tiles,
+                  const std::vector<std::string>& options = {}) const {
         tiles.insert(tiles.begin(), "merge");
         tiles.insert(tiles.end(), {"-o", path("merged.exr")});
         tiles.insert(tiles.end(), options.begin(), options.end());
@@ -64,7 +64,7 @@ TEST_F(MergeCommand, TilesOfAScene) {
         tiles.push_back(path(std::string(crop) + ".exr"));
         render(std::string(crop) + ".exr", {"--crop", crop});
     }
-    const CommandResult result = merge(tiles);
+    const Outcome result = merge(tiles);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(bytesOf(path("merged.exr")), bytesOf(path("whole.exr")));
     render("whole.png", {});
@@ -79,7 +79,7 @@ TEST_F(MergeCommand, TilesWithChannelsThatOverlap) {
     std::vector<std::string> tiles;
     for (const Window& window : windows)
         tiles.push_back(write(std::to_string(tiles.size()) + ".exr", cutPicture(whole_, window)));
-    const CommandResult result = merge(tiles);
+    const Outcome result = merge(tiles);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(bytesOf(path("merged.exr")), bytesOf(whole));
 }
@@ -109,7 +109,7 @@ TEST_F(MergeCommand, ACropOfCropsAndATileWithoutFragments) {
 TEST_F(MergeCommand, GapsAreRefusedOrLeftEmpty) {
     const std::string a = write("a.exr", cutPicture(whole_, {0, 0, 90, 20}));
     const std::string b = write("b.exr", cutPicture(whole_, {0, 25, 90, 70}));
-    const CommandResult result = merge({a, b});
+    const Outcome result = merge({a, b});
     EXPECT_EQ(result.exit_code, 3);
     EXPECT_NE(result.err.find("no tile has the 90 x 5 pixels at (0, 20)"), std::string::npos)
         << result.err;
@@ -131,7 +131,7 @@ TEST_F(MergeCommand, IncompleteTilesAddUpUnlessTheyOverlap) {
     whole.plan.fragments_counted += 20;
     ASSERT_EQ(merge({a, b}).exit_code, 0);
     EXPECT_EQ(bytesOf(path("merged.exr")), bytesOf(write("whole.exr", whole)));
-    const CommandResult result = merge({a, c});
+    const Outcome result = merge({a, c});
     EXPECT_EQ(result.exit_code, 3);
     EXPECT_NE(result.err.find("tiles overlap and lack fragments"), std::string::npos);
 }
@@ -142,7 +142,7 @@ TEST_F(MergeCommand, OptionsThatDoNotSuitWhatTheTilesAre) {
         const std::string tile = path(kind + ".exr");
         ASSERT_EQ(
             runPeeler({"render", scene, "-o", tile, "--as", kind, "--size", "16x9"}).exit_code, 0);
-        const CommandResult result = merge({tile}, options);
+        const Outcome result = merge({tile}, options);
         EXPECT_EQ(result.exit_code, 2) << kind << " " << options.front() << ": " << result.err;
         EXPECT_NE(result.err.find(options.front()), std::string::npos) << result.err;
         EXPECT_FALSE(fs::exists(path("merged.exr")));
@@ -183,14 +183,14 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogether) {
          "nothing in it says which picture"},
     };
     for (const Row& row : rows) {
-        const CommandResult result = merge({a, row.path});
+        const Outcome result = merge({a, row.path});
         EXPECT_EQ(result.exit_code, 3) << row.says;
         EXPECT_NE(result.err.find(row.says), std::string::npos) << row.says << '\n' << result.err;
     }
     EXPECT_FALSE(fs::exists(path("merged.exr")));
     const std::string other =
         write("renderer.exr", right, [](Provenance& p) { p.renderer = "another"; });
-    const CommandResult result = merge({a, other});
+    const Outcome result = merge({a, other});
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_NE(result.err.find("differ in peeler:renderer: test and another"), std::string::npos);
     EXPECT_EQ(merge({a, other}, {"-o", other}).exit_code, 2);

@@ -22,7 +22,7 @@ using Json = nlohmann::json;
 
 class Methods : public testing::Test {
   protected:
-    CommandResult render(const fs::path& image, const std::vector<std::string>& more) const {
+    Outcome render(const fs::path& image, const std::vector<std::string>& more) const {
         std::vector<std::string> arguments{"render", scene_.string(), "-o", image.string(),
                                            "--size", "96x64",         "-q"};
         arguments.insert(arguments.end(), more.begin(), more.end());
@@ -30,13 +30,13 @@ class Methods : public testing::Test {
     }
     Json json(const fs::path& image, std::vector<std::string> more) const {
         more.emplace_back("--json");
-        const CommandResult result = render(image, more);
+        const Outcome result = render(image, more);
         EXPECT_EQ(result.exit_code, 0) << result.err;
         return Json::parse(result.out);
     }
     void expectUsageError(const std::vector<std::string>& more, const std::string& said) const {
         const fs::path image = scratch_ / "refused.exr";
-        const CommandResult result = render(image, more);
+        const Outcome result = render(image, more);
         EXPECT_EQ(result.exit_code, 2) << said;
         EXPECT_NE(result.err.find(said), std::string::npos) << result.err;
         EXPECT_NE(result.err.find("hint:"), std::string::npos) << result.err;
@@ -59,7 +59,7 @@ TEST_F(Methods, TheCompositeOfEveryExactMethodIsThatOfTheLayers) {
         EXPECT_EQ(result.at("fragmentsCounted"), 5 * 96 * 64);
         EXPECT_EQ(result.at("complete"), true);
         // Values up to 1 differ by no more than the last bit of a half.
-        const CommandResult compared =
+        const Outcome compared =
             runPeeler({"compare", flat_.string(), image_.string(), "--max-color", "0.000489"});
         if (method.exact()) {
             EXPECT_EQ(compared.exit_code, 0) << method.name << compared.out << compared.err;
@@ -108,7 +108,7 @@ TEST_F(Methods, WhatALimitLeavesOutIsCounted) {
 
 TEST_F(Methods, StrictRefusesALimitThatLeavesFragmentsOut) {
     for (const char* tail : {"drop", "blend"}) {
-        const CommandResult result =
+        const Outcome result =
             render(image_, {"--as", "composite", "--layers", "2", "--tail", tail, "--strict"});
         EXPECT_EQ(result.exit_code, 6);
         EXPECT_NE(result.err.find("18,432 fragments of 30,720"), std::string::npos) << result.err;
@@ -126,7 +126,7 @@ TEST_F(Methods, SamplesAreSaidAndFlattenToTheComposite) {
         std::vector<std::string> composite = options;
         composite.insert(composite.end(), {"--as", "composite"});
         ASSERT_EQ(render(image_, composite).exit_code, 0);
-        const CommandResult compared =
+        const Outcome compared =
             runPeeler({"compare", flat_.string(), image_.string(), "--max-color", "0.003921"});
         EXPECT_EQ(compared.exit_code, 0) << compared.out << compared.err;
     }
@@ -150,7 +150,7 @@ TEST_F(Methods, WrongClipVolumesAreUsageErrors) {
     expectUsageError({"--clip", "inside"}, "no volume to clip with");
     expectUsageError({"--clip", "beside", "--clip-plane", "0,0,1,0"}, "unknown side 'beside'");
     expectUsageError({"--clip-plane", "0,0,0,1"}, "a normal that is not zero");
-    const CommandResult few = render(image_, {"--clip-box", "1,2,3"});
+    const Outcome few = render(image_, {"--clip-box", "1,2,3"});
     EXPECT_EQ(few.exit_code, 2);
     EXPECT_NE(few.err.find("expected 6 numbers x,y,z,x,y,z: --clip-box 1,2,3"), std::string::npos)
         << few.err;

@@ -32,7 +32,7 @@ class Points : public testing::Test {
             << "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\n"
                "property double z\nend_header\n0 0 -0.05\n3 -2 1\n1 1 -0.2\n0 500 0\n";
     }
-    CommandResult rays(std::vector<std::string> options) const {
+    Outcome rays(std::vector<std::string> options) const {
         options.insert(options.begin(), {"rays", scratch_ / "scene.gltf"});
         options.insert(options.end(), {"--backend", testBackend()});
         return runPeeler(options);
@@ -50,12 +50,12 @@ TEST_F(Points, BeforeAndAfter) {
             "0,0,2",        "--direction", "0,0,-1", "--direction", "1,0,0",
             "--resolution", "500",         "--json"};
         if (std::string(budget) != "0") options.insert(options.end(), {"--memory", budget});
-        const CommandResult run = rays(options);
+        const Outcome run = rays(options);
         ASSERT_EQ(run.exit_code, 0) << run.err;
         const Json told = Json::parse(run.out).at("points");
         EXPECT_EQ(told,
                   Json::parse(R"({"count": 4, "before": 5, "after": 4, "besideBundles": 4})"));
-        const CommandResult read = runPython(kReadNpz, {path("o.npz")});
+        const Outcome read = runPython(kReadNpz, {path("o.npz")});
         ASSERT_EQ(read.exit_code, 0) << read.err;
         EXPECT_EQ(Json::parse(read.out), Json::parse(R"({
             "t_before": ["float32", [3, 4],
@@ -78,7 +78,7 @@ TEST_F(Points, BeforeAndAfter) {
 TEST_F(Points, WhatContradicts) {
     const auto expect = [&](int code, const std::string& what, std::vector<std::string> options) {
         options.insert(options.end(), {"--points", path("p.ply")});
-        const CommandResult run = rays(options);
+        const Outcome run = rays(options);
         EXPECT_EQ(run.exit_code, code) << run.err;
         EXPECT_NE(run.err.find(what), std::string::npos) << run.err;
         EXPECT_FALSE(fs::exists(path("o.npz")));
@@ -91,7 +91,7 @@ TEST_F(Points, WhatContradicts) {
     expect(2, "no file to write", {"--axes", "--parity", "report"});
     expect(2, "no rays are asked for", {"-o", out});
     fs::copy(path("p.ply"), path("p.npz"));
-    const CommandResult over =
+    const Outcome over =
         rays({"--axes", "--points", path("p.npz"), "-o", path("p.npz"), "--overwrite"});
     EXPECT_EQ(over.exit_code, 2) << over.err;
     fs::resize_file(path("p.ply"), fs::file_size(path("p.ply")) - 6);

@@ -146,7 +146,7 @@ TEST_F(RayOutputs, AnExrHasAPartABundle) {
                     0.02);
         EXPECT_FALSE(told.at("channels").at(1).contains("volume"));
     }
-    const CommandResult verified = runPeeler({"verify", path("m.exr")});
+    const Outcome verified = runPeeler({"verify", path("m.exr")});
     EXPECT_EQ(verified.exit_code, 0) << verified.err;
     EXPECT_EQ(verified.err.find("not written by peeler"), std::string::npos) << verified.err;
 }
@@ -257,7 +257,7 @@ TEST_F(RayOutputs, VoxelsForNumpyAndOpenVdb) {
     EXPECT_EQ(result.at("voxels").at("disputed"), 0);
     EXPECT_NEAR(result.at("voxels").at("volume").get<double>(), 4 * std::numbers::pi / 3, 0.05);
 
-    const CommandResult print = runCommand({"vdb_print", "-l", path("v.vdb")});
+    const Outcome print = runCommand({"vdb_print", "-l", path("v.vdb")});
     if (print.exit_code == 127 || print.err.find("No such file") != std::string::npos) {
         GTEST_SKIP() << "no vdb_print (examples/install_dependencies.sh test)";
     }
@@ -268,7 +268,7 @@ TEST_F(RayOutputs, VoxelsForNumpyAndOpenVdb) {
     }
     PEELER_REQUIRE_PYTHON("numpy");
     PEELER_REQUIRE_PYTHON("pyopenvdb");
-    const CommandResult compare = runPython(kCompareVoxels, {path("v.npz"), path("v.vdb")});
+    const Outcome compare = runPython(kCompareVoxels, {path("v.npz"), path("v.vdb")});
     EXPECT_EQ(compare.exit_code, 0) << compare.err;
     EXPECT_EQ(compare.out, result.at("voxels").at("occupied").dump() + "\n");
 }

@@ -24,7 +24,7 @@ using Json = nlohmann::json;
 class RaysCli : public testing::Test {
   protected:
     void SetUp() override { scene_ = writeScene(scratch_ / "."); }
-    CommandResult rays(std::vector<std::string> arguments) const {
+    Outcome rays(std::vector<std::string> arguments) const {
         arguments.insert(arguments.begin(), {"rays", scene_.string(), "--quiet"});
         return runPeeler(arguments);
     }
@@ -33,7 +33,7 @@ class RaysCli : public testing::Test {
                        const std::string& words) const {
         std::vector<std::string> all = arguments;
         all.insert(all.end(), {"-o", out()});
-        const CommandResult run = rays(all);
+        const Outcome run = rays(all);
         EXPECT_EQ(run.exit_code, exit_code) << run.err;
         EXPECT_NE(run.err.find(words), std::string::npos) << run.err;
         EXPECT_FALSE(fs::exists(out()));
@@ -93,13 +93,13 @@ print(n)
 
 TEST_F(RaysCli, NumpyReadsArraysWithTheNamesOfOpen3D) {
     PEELER_REQUIRE_PYTHON("numpy");
-    const CommandResult run = rays({"--direction", "0,0,-1", "--direction", "3,0,4", "--resolution",
-                                    "200", "-o", out(), "--json"});
+    const Outcome run = rays({"--direction", "0,0,-1", "--direction", "3,0,4", "--resolution",
+                              "200", "-o", out(), "--json"});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const Json json = Json::parse(run.out);
     EXPECT_EQ(json.at("bundles"), 2);
     EXPECT_LT(json.at("largestCorrection").get<double>(), 1e-3);
-    const CommandResult read = runPython(kCheckArrays, {out()});
+    const Outcome read = runPython(kCheckArrays, {out()});
     ASSERT_EQ(read.exit_code, 0) << read.err;
     EXPECT_EQ(std::stoull(read.out), json.at("hits").get<std::uint64_t>());
 }
@@ -113,7 +113,7 @@ TEST_F(RaysCli, MeshioReadsThePointsOfTheArrays) {
         if (name == "double.ply") arguments.emplace_back("--double");
         ASSERT_EQ(rays(arguments).exit_code, 0);
     }
-    const CommandResult read = runPython(R"(
+    const Outcome read = runPython(R"(
 import sys, numpy as np, meshio
 a = np.load(sys.argv[1], allow_pickle=False)
 for path, dtype in ((sys.argv[2], 'float32'), (sys.argv[3], 'float64')):
@@ -127,7 +127,7 @@ for path, dtype in ((sys.argv[2], 'float32'), (sys.argv[3], 'float64')):
     ray = np.repeat(np.arange(rays.sum()), np.diff(a['ray_splits']))
     assert (d['bundle'] == np.searchsorted(np.cumsum(rays), ray, side='right')).all()
 )",
-                                         {out("a.npz"), out("a.ply"), out("double.ply")});
+                                   {out("a.npz"), out("a.ply"), out("double.ply")});
     EXPECT_EQ(read.exit_code, 0) << read.err;
 }
 
@@ -154,9 +154,9 @@ TEST_F(RaysCli, RaysOfACamerasCropAreWhereTheHelpSaysTheyAre) {
                                              "0,0,0", "--size", "80x70"};
     std::vector<std::string> crop = camera, near = camera;
     crop.insert(crop.end(), {"--crop", "10,20,30,40", "-o", out()});
-    const CommandResult run = rays(crop);
+    const Outcome run = rays(crop);
     ASSERT_EQ(run.exit_code, 0) << run.err;
-    const CommandResult read = runPython(kCheckCamera, {out()});
+    const Outcome read = runPython(kCheckCamera, {out()});
     EXPECT_EQ(read.exit_code, 0) << read.err;
     // A camera does not see what is nearer than its near plane.
     near.insert(near.end(), {"--near", "2.5", "-o", out("near.npz"), "--json"});
@@ -168,7 +168,7 @@ TEST_F(RaysCli, OpenExrReadsADeepPartABundle) {
                   .exit_code,
               0);
     EXPECT_EQ(runPeeler({"verify", out("a.exr")}).exit_code, 0);
-    const CommandResult flat = runPeeler({"flatten", out("a.exr"), "-o", out("a.png")});
+    const Outcome flat = runPeeler({"flatten", out("a.exr"), "-o", out("a.png")});
     EXPECT_EQ(flat.exit_code, 3);
     EXPECT_NE(flat.err.find("4 bundles"), std::string::npos) << flat.err;
     Imf::MultiPartInputFile file(out("a.exr").c_str());
@@ -241,7 +241,7 @@ TEST_F(RaysCli, RefusesMapsThatCannotBe) {
     expectRefused({"--axes", "--map", "thicknes"}, 2, "thickness");
     expectRefused({"--axes", "--map", "overlap"}, 2, "--part");
     expectRefused({"--axes", "--map", "transmission"}, 2, "--attenuation");
-    const CommandResult run =
+    const Outcome run =
         rays({"--axes", "--map", "path-length", "--attenuation", "lead=3", "-o", out("a.exr")});
     EXPECT_EQ(run.exit_code, 2);
     EXPECT_NE(run.err.find("--attenuation lead"), std::string::npos) << run.err;
@@ -250,8 +250,7 @@ TEST_F(RaysCli, RefusesMapsThatCannotBe) {
 
 TEST_F(RaysCli, NoPictureOfASeriesIsReplaced) {
     writeText(out("m_0002.png"), "there");
-    const CommandResult run =
-        rays({"--axes", "--map", "first", "--no-clobber", "-o", out("m_####.png")});
+    const Outcome run = rays({"--axes", "--map", "first", "--no-clobber", "-o", out("m_####.png")});
     EXPECT_EQ(run.exit_code, 4);
     EXPECT_NE(run.err.find("m_0002.png"), std::string::npos) << run.err;
     EXPECT_FALSE(fs::exists(out("m_0000.png")));
@@ -283,7 +282,7 @@ TEST_F(RaysCli, LinesAndPointsAreNotHit) {
 
 TEST_F(RaysCli, DirectionsOfAnyLengthAreDirections) {
     const auto hits = [&](const std::string& direction) {
-        const CommandResult run =
+        const Outcome run =
             rays({"--direction", direction, "--resolution", "64", "-o", out(), "--json"});
         return Json::parse(run.out).at("hits").get<std::uint64_t>();
     };
@@ -300,13 +299,13 @@ TEST_F(RaysCli, AnEmptySceneHasNothingToHit) {
 }
 
 TEST_F(RaysCli, AnOpenMeshFailsTheParity) {
-    const CommandResult run = rays({"--axes", "--resolution", "32", "--parity", "fail"});
+    const Outcome run = rays({"--axes", "--resolution", "32", "--parity", "fail"});
     EXPECT_EQ(run.exit_code, 3);
     EXPECT_NE(run.err.find("first"), std::string::npos) << run.err;
     EXPECT_NE(run.err.find("3 edges are open"), std::string::npos) << run.err;
     // The report is there, the file of hits is not.
-    const CommandResult file = rays({"--axes", "--resolution", "32", "--parity", "fail", "-o",
-                                     out(), "--report", out("report.json")});
+    const Outcome file = rays({"--axes", "--resolution", "32", "--parity", "fail", "-o", out(),
+                               "--report", out("report.json")});
     EXPECT_EQ(file.exit_code, 3);
     EXPECT_FALSE(fs::exists(out()));
     const Json report = Json::parse(bytesOf(out("report.json")));
@@ -317,7 +316,7 @@ TEST_F(RaysCli, AnOpenMeshFailsTheParity) {
 
 TEST_F(RaysCli, DirectionsComeFromAFile) {
     writeText(scratch_ / "d.txt", "# two\n0 0 -1\n\n0, 0.5,\t1e0  # up\r\n");
-    const CommandResult run = rays(
+    const Outcome run = rays(
         {"--directions-file", scratch_ / "d.txt", "--resolution", "32", "-o", out(), "--json"});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(Json::parse(run.out).at("bundles"), 2);
@@ -331,7 +330,7 @@ TEST_F(RaysCli, TheBytesDoNotDependOnThreadsOrMemory) {
             arguments.insert(arguments.end(), {"-o", out(name + extension)});
             if (name == "b")
                 arguments.insert(arguments.end(), {"--threads", "1", "--memory", "512M"});
-            const CommandResult run = rays(arguments);
+            const Outcome run = rays(arguments);
             ASSERT_EQ(run.exit_code, 0) << run.err;
         }
     }

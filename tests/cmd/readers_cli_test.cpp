@@ -44,7 +44,7 @@ class Readers : public testing::Test {
         for (const std::string& file : files_) {
             std::vector<std::string> line = command;
             line.push_back(prepare(file));
-            const CommandResult result = runCommand(line);
+            const Outcome result = runCommand(line);
             ASSERT_EQ(result.exit_code, 0) << result.err;
             ASSERT_EQ(result.out.find("points: "), 0U) << result.out;
             const std::string info = runPeeler({"info", file}).out;
@@ -75,10 +75,10 @@ TEST_F(Readers, Numpy) {
 
 TEST_F(Readers, PlainOpenExr) {
     const std::string program = scratch_ / "layers";
-    const CommandResult flags = runCommand({"pkg-config", "--cflags", "--libs", "OpenEXR"});
+    const Outcome flags = runCommand({"pkg-config", "--cflags", "--libs", "OpenEXR"});
     if (flags.exit_code != 0) GTEST_SKIP() << "pkg-config does not know OpenEXR";
     const std::string source = kReaders / "layers_with_openexr.cpp";
-    const CommandResult compiled =
+    const Outcome compiled =
         runCommand({"sh", "-c",
                     "c++ -std=c++17 -Wall -Wextra -Werror '" + source + "' -o '" + program + "' " +
                         flags.out.substr(0, flags.out.find('\n'))});

@@ -34,7 +34,7 @@ class Resources : public testing::Test {
         Strings arguments = {"render", scene_.string(), "-o",     image_.string(),
                              "--size", "64x64",         "--json", "--quiet"};
         arguments.insert(arguments.end(), more.begin(), more.end());
-        return runPeeler(arguments, with(environment));
+        return runPeelerProcess(arguments, with(environment));
     }
 
     ScratchDir scratch_;
@@ -43,7 +43,7 @@ class Resources : public testing::Test {
 };
 
 Json machine(const Strings& environment) {
-    return Json::parse(runPeeler({"devices", "--json"}, with(environment)).out);
+    return Json::parse(runPeelerProcess({"devices", "--json"}, with(environment)).out);
 }
 
 TEST_F(Resources, MemoryThatASchedulerGivesIsKeptAndNamed) {
@@ -170,7 +170,8 @@ TEST_F(FakeGpus, ThatCudaHidesAreNotUsed) {
 /// Its attributes would end the process: the fake sees to that.
 TEST_F(FakeGpus, OfOthersAreLeftAlone) {
     EXPECT_EQ(rendererOf({}, {"PEELER_FAKE_EGL_FORBIDDEN=0"}), "Fake GPU 1");
-    const CommandResult run = runPeeler({"devices", "--json"}, gpus({"CUDA_VISIBLE_DEVICES=1,0"}));
+    const CommandResult run =
+        runPeelerProcess({"devices", "--json"}, gpus({"CUDA_VISIBLE_DEVICES=1,0"}));
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const Json devices = Json::parse(run.out).at("devices");
     EXPECT_FALSE(devices.at(0).at("usable"));

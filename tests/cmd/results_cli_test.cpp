@@ -25,7 +25,7 @@ using Json = nlohmann::json;
 
 class Results : public testing::Test {
   protected:
-    CommandResult render(const std::vector<std::string>& more) const {
+    Outcome render(const std::vector<std::string>& more) const {
         std::vector<std::string> arguments{"render",        scene_.string(), "-o",
                                            image_.string(), "--size",        "96x64"};
         arguments.insert(arguments.end(), more.begin(), more.end());
@@ -38,7 +38,7 @@ class Results : public testing::Test {
 };
 
 TEST_F(Results, StdoutIsEmptyUnlessAskedFor) {
-    const CommandResult result = render({});
+    const Outcome result = render({});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(result.out, "");
     EXPECT_NE(result.err.find("a.exr: 5 layers, 30,720 fragments"), std::string::npos)
@@ -47,14 +47,14 @@ TEST_F(Results, StdoutIsEmptyUnlessAskedFor) {
     for (const char c : result.err)
         EXPECT_TRUE(c == '\n' || (c >= ' ' && c <= '~')) << int{c};
 
-    const CommandResult quiet = render({"--quiet"});
+    const Outcome quiet = render({"--quiet"});
     EXPECT_EQ(quiet.exit_code, 0);
     EXPECT_EQ(quiet.out + quiet.err, "");
 }
 
 TEST_F(Results, JsonHasEveryKey) {
     const fs::path report = scratch_ / "report.json";
-    const CommandResult result = render({"--json", "--report", report.string()});
+    const Outcome result = render({"--json", "--report", report.string()});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(bytesOf(report), result.out);
     const Json json = Json::parse(result.out);
@@ -93,7 +93,7 @@ TEST_F(Results, TellTheSamplesOfThePictureTheyAreMadeOf) {
     ASSERT_EQ(render({"--samples", "2"}).exit_code, 0);
     for (const auto& [verb, name] : {std::pair("flatten", "b.png"), std::pair("convert", "b.exr"),
                                      std::pair("merge", "c.exr")}) {
-        const CommandResult result =
+        const Outcome result =
             runPeeler({verb, image_.string(), "-o", (scratch_ / name).string(), "--json", "-q"});
         ASSERT_EQ(result.exit_code, 0) << result.err;
         EXPECT_EQ(Json::parse(result.out).at("samples"), 2) << verb;
@@ -101,7 +101,7 @@ TEST_F(Results, TellTheSamplesOfThePictureTheyAreMadeOf) {
 }
 
 TEST_F(Results, ProgressLinesForPrograms) {
-    const CommandResult result = render({"--progress", "json", "--quiet"});
+    const Outcome result = render({"--progress", "json", "--quiet"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     std::istringstream stream(result.err);
     double last = -1;
@@ -139,7 +139,7 @@ TEST_F(Results, FlattenEqualsTheCompositePart) {
     for (const char* precision : {"half", "float"}) {
         ASSERT_EQ(render({"--precision", precision}).exit_code, 0);
         const fs::path flat = scratch_ / "flat.exr";
-        const CommandResult result =
+        const Outcome result =
             runPeeler({"flatten", image_.string(), "-o", flat.string(), "--json"});
         ASSERT_EQ(result.exit_code, 0) << result.err;
         EXPECT_EQ(channelBytes(flat), channelBytes(image_)) << precision;
@@ -150,7 +150,7 @@ TEST_F(Results, FlattenEqualsTheCompositePart) {
 TEST_F(Results, FlattenOfTheNearestLayersEqualsALimitedRender) {
     ASSERT_EQ(render({}).exit_code, 0);
     const fs::path flat = scratch_ / "flat.exr", limited = scratch_ / "limited.exr";
-    const CommandResult result =
+    const Outcome result =
         runPeeler({"flatten", image_.string(), "-o", flat.string(), "--layers", "2", "--json"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     const Json json = Json::parse(result.out);
@@ -197,7 +197,7 @@ TEST_F(Results, MethodsAndThreadsGiveTheSameFileButForTheMethodsName) {
 }
 
 TEST_F(Results, InfoOnAScene) {
-    const CommandResult text = runPeeler({"info", scene_.string()});
+    const Outcome text = runPeeler({"info", scene_.string()});
     EXPECT_EQ(text.exit_code, 0) << text.err;
     for (const char* part :
          {"5 triangles", "1 BLEND", "0  front, perspective", "extensions: none"}) {
@@ -225,7 +225,7 @@ TEST_F(Results, InfoTellsWhichExtensionsAreSupported) {
 
 TEST_F(Results, InfoOnALayeredImage) {
     ASSERT_EQ(render({"--crop", "8,8,40,20"}).exit_code, 0);
-    const CommandResult text = runPeeler({"info", image_.string()});
+    const Outcome text = runPeeler({"info", image_.string()});
     EXPECT_EQ(text.exit_code, 0) << text.err;
     EXPECT_NE(text.out.find("4,000 of 4,000, complete"), std::string::npos) << text.out;
     const Json json = Json::parse(runPeeler({"info", "--json", image_.string()}).out);
@@ -241,8 +241,8 @@ TEST_F(Results, InfoOnALayeredImage) {
 }
 
 TEST_F(Results, DevicesListsEveryBackend) {
-    const CommandResult text = runPeeler({"devices"});
-    const CommandResult result = runPeeler({"devices", "--json"});
+    const Outcome text = runPeeler({"devices"});
+    const Outcome result = runPeeler({"devices", "--json"});
     EXPECT_EQ(text.exit_code, result.exit_code);
     const Json json = Json::parse(result.out);
     bool usable = false;
@@ -260,8 +260,7 @@ TEST_F(Results, DevicesListsEveryBackend) {
 TEST_F(Results, SceneWithoutAnythingToSee) {
     const fs::path scene =
         writeScene(scratch_.path(), Json::parse(R"({"asset": {"version": "2.0"}})"));
-    const CommandResult result =
-        runPeeler({"render", scene.string(), "-o", image_.string(), "--json"});
+    const Outcome result = runPeeler({"render", scene.string(), "-o", image_.string(), "--json"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(Json::parse(result.out).at("layers"), 0);
     EXPECT_EQ(

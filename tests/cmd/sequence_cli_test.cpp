@@ -43,7 +43,7 @@ class Sequence : public testing::Test {
     }
     CommandResult render(const std::vector<std::string>& more,
                          const std::vector<std::string>& environment = {}) const {
-        return runPeeler(arguments(more), environment);
+        return runPeelerProcess(arguments(more), environment);
     }
     /// The numbers of the frames that were skipped.
     static std::set<int> skipped(const CommandResult& result) {
@@ -157,7 +157,7 @@ TEST_F(Sequence, SkipExistingMakesAnewWhatIsDamagedOrOfOthers) {
     EXPECT_EQ(skipped(result), (std::set{1, 5}));
     EXPECT_EQ(bytesOf(frame(2)), good);
     const CommandResult verified =
-        runPeeler({"verify", frame(1), frame(2), frame(3), frame(4), frame(5)});
+        runPeelerProcess({"verify", frame(1), frame(2), frame(3), frame(4), frame(5)});
     EXPECT_EQ(verified.exit_code, 0) << verified.err;
 }
 
@@ -178,7 +178,7 @@ TEST_F(Sequence, FramesOfMotionAreOfOneSequence) {
     std::vector<std::string> verify{"verify"};
     for (int i = 1; i <= 7; ++i)
         verify.push_back(frame(i));
-    const CommandResult result = runPeeler(verify);
+    const CommandResult result = runPeelerProcess(verify);
     EXPECT_EQ(result.exit_code, 0) << result.err << result.out;
 }
 
@@ -211,7 +211,7 @@ TEST_F(Sequence, KeepGoingDoesTheOthersAndListsWhatFailed) {
     EXPECT_NE(result.err.find("peeler: error: frame 4: "), std::string::npos);
     EXPECT_NE(result.err.find("2 of 5 frames failed"), std::string::npos);
     for (const int number : {1, 3, 5})
-        EXPECT_EQ(runPeeler({"verify", frame(number)}).exit_code, 0);
+        EXPECT_EQ(runPeelerProcess({"verify", frame(number)}).exit_code, 0);
     EXPECT_EQ(hidden(), std::vector<std::string>{});
 }
 
@@ -237,13 +237,13 @@ TEST_F(Sequence, DryRunTellsAndWritesNothing) {
     const CommandResult whole = render({"--frames", "2", "--skip-existing", "--dry-run"});
     EXPECT_EQ(json::parse(whole.out).at("pictures")[0].at("action"), "skip");
     EXPECT_FALSE(fs::exists(frame(1)));
-    EXPECT_EQ(runPeeler(arguments({"-o", "/nonexistent/f.%d.exr", "--frames", "1", "--dry-run",
-                                   "--report", "/nonexistent/r"}))
+    EXPECT_EQ(runPeelerProcess(arguments({"-o", "/nonexistent/f.%d.exr", "--frames", "1",
+                                          "--dry-run", "--report", "/nonexistent/r"}))
                   .exit_code,
               0);
     // What the plan says is what the file says.
     ASSERT_EQ(render({"--frames", "1-4", "--chunk", "1/2", "--tile", "2/2"}).exit_code, 0);
-    const CommandResult info = runPeeler({"info", frame(1), "--json"});
+    const CommandResult info = runPeelerProcess({"info", frame(1), "--json"});
     EXPECT_NE(info.out.find(pictures[0].at("settingsHash").get<std::string>()), std::string::npos);
 }
 
@@ -318,7 +318,7 @@ TEST_F(Sequence, AFullDiskKeepsWhatIsWhole) {
         verify.push_back(entry.path().string());
         only_frames = only_frames && entry.path().filename().string().starts_with("f.");
     }
-    const CommandResult verified = runPeeler(verify);
+    const CommandResult verified = runPeelerProcess(verify);
     umount(disk.c_str());
     EXPECT_EQ(result.exit_code, 4) << result.err;
     EXPECT_NE(result.err.find("free some space"), std::string::npos) << result.err;

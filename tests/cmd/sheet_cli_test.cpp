@@ -26,19 +26,19 @@ class SheetCommand : public testing::Test {
         scene_ = writeScene(scratch_.path(), stackScene(5)).string();
         layers_ = (scratch_ / "layers.exr").string();
         sheet_ = (scratch_ / "sheet.png").string();
-        const CommandResult result = runPeeler({"render", scene_, "-o", layers_, "--size", "96x64",
-                                                "--precision", "float", "--shading", "unlit"});
+        const Outcome result = runPeeler({"render", scene_, "-o", layers_, "--size", "96x64",
+                                          "--precision", "float", "--shading", "unlit"});
         ASSERT_EQ(result.exit_code, 0) << result.err;
     }
 
-    CommandResult sheet(const std::vector<std::string>& more) const {
+    Outcome sheet(const std::vector<std::string>& more) const {
         std::vector<std::string> arguments{"sheet", layers_, "-o", sheet_};
         arguments.insert(arguments.end(), more.begin(), more.end());
         return runPeeler(arguments);
     }
     Json cells(std::vector<std::string> more) const {
         more.emplace_back("--json");
-        const CommandResult result = sheet(more);
+        const Outcome result = sheet(more);
         EXPECT_EQ(result.exit_code, 0) << result.err;
         return Json::parse(result.out);
     }
@@ -85,7 +85,7 @@ TEST_F(SheetCommand, CellsShowTheirPixels) {
 TEST_F(SheetCommand, OfASceneEqualsThatOfItsFile) {
     ASSERT_EQ(sheet({}).exit_code, 0);
     const std::string of_file = bytesOf(sheet_);
-    const CommandResult result =
+    const Outcome result =
         runPeeler({"sheet", scene_, "-o", sheet_, "--size", "96x64", "--precision", "float",
                    "--shading", "unlit", "--memory", "2G", "--methods", "none"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -107,7 +107,7 @@ TEST_F(SheetCommand, ProgressionComesNearer) {
 }
 
 TEST_F(SheetCommand, TooManyCellsAreLeftOutAndSaidSo) {
-    const CommandResult result = sheet({"--cells", "3"});
+    const Outcome result = sheet({"--cells", "3"});
     EXPECT_NE(result.err.find("3 cells of 6 left out; --cells 6 shows all"), std::string::npos)
         << result.err;
     EXPECT_EQ(labels(cells({"--cells", "3"})),
@@ -160,7 +160,7 @@ TEST_F(SheetCommand, SaysWhatDoesNotGoTogether) {
                         {{"--cells", "0"}, "--cells 0"},
                         {{"-o", (scratch_ / "sheet.exr").string()}, ".png"}};
     for (const Row& row : rows) {
-        const CommandResult result = sheet(row.options);
+        const Outcome result = sheet(row.options);
         EXPECT_EQ(result.exit_code, 2) << result.err;
         EXPECT_NE(result.err.find(row.part), std::string::npos) << result.err;
     }
@@ -186,7 +186,7 @@ class SheetOfAScene : public testing::Test {
         std::vector<std::string> arguments{"sheet", scene_,      "-o",    sheet_,  "--size",
                                            "96x64", "--shading", "unlit", "--json"};
         arguments.insert(arguments.end(), more.begin(), more.end());
-        const CommandResult result = runPeeler(arguments);
+        const Outcome result = runPeeler(arguments);
         EXPECT_EQ(result.exit_code, 0) << result.err;
         return Json::parse(result.out).at("cells");
     }
@@ -233,7 +233,7 @@ TEST_F(SheetOfAScene, ShowsWhatTheClipVolumeLeaves) {
     const auto refused = [&](const std::vector<std::string>& more) {
         std::vector<std::string> arguments{"sheet", scene_, "-o", sheet_};
         arguments.insert(arguments.end(), more.begin(), more.end());
-        const CommandResult result = runPeeler(arguments);
+        const Outcome result = runPeeler(arguments);
         EXPECT_EQ(result.exit_code, 2);
         EXPECT_NE(result.err.find(more.front()), std::string::npos) << result.err;
     };
@@ -269,7 +269,7 @@ TEST_F(SheetOfAScene, MethodsHaveNothingToDoWithLayersOrDepth) {
                                                  {"--occlusion-ratio", "0.1"}}) {
         std::vector<std::string> arguments{"sheet", scene_, "-o", sheet_, "--methods", "all"};
         arguments.insert(arguments.end(), more.begin(), more.end());
-        const CommandResult result = runPeeler(arguments);
+        const Outcome result = runPeeler(arguments);
         EXPECT_EQ(result.exit_code, 2);
         EXPECT_NE(result.err.find("--methods all"), std::string::npos) << result.err;
     }
@@ -279,7 +279,7 @@ TEST_F(SheetCommand, OfNothingIsOneEmptyCell) {
     const std::string scene =
         writeScene(scratch_.path(), Json::parse(R"({"asset": {"version": "2.0"}})")).string();
     for (const char* more : {"--progression", "--json"}) {
-        const CommandResult result = runPeeler({"sheet", scene, "-o", sheet_, more});
+        const Outcome result = runPeeler({"sheet", scene, "-o", sheet_, more});
         EXPECT_EQ(result.exit_code, 0) << result.err;
     }
 }

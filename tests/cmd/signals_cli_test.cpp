@@ -48,8 +48,8 @@ TEST_P(Signals, LeaveNothingBehind) {
     const fs::path scene = writeScene(scratch.path(), stackScene(60));
     // Minutes of work in small bands.
     auto run = std::async(std::launch::async, [&] {
-        return runPeeler({"render", scene.string(), "-o", (out / "a.exr").string(), "--size",
-                          "4096x4096", "--memory", "1G"});
+        return runPeelerProcess({"render", scene.string(), "-o", (out / "a.exr").string(), "--size",
+                                 "4096x4096", "--memory", "1G"});
     });
     const pid_t writer = waitForWriter(out, run);
     if (writer > 0) kill(writer, number);

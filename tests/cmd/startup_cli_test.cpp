@@ -46,8 +46,8 @@ class Copy {
 /// What the dynamic linker says it opens.
 std::string loadedBy(const std::vector<std::string>& arguments) {
     const ScratchDir scratch;
-    const CommandResult result =
-        runPeeler(arguments, {"LD_DEBUG=files", "LD_DEBUG_OUTPUT=" + (scratch / "files").string()});
+    const CommandResult result = runPeelerProcess(
+        arguments, {"LD_DEBUG=files", "LD_DEBUG_OUTPUT=" + (scratch / "files").string()});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     std::string text;
     for (const auto& entry : fs::directory_iterator(scratch.path()))

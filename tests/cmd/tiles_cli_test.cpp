@@ -29,7 +29,7 @@ TEST_P(Tiles, TogetherAreThePicture) {
                                      "-q",     "--size",       "211x107"};
         all.insert(all.end(), GetParam().options.begin(), GetParam().options.end());
         all.insert(all.end(), more.begin(), more.end());
-        const CommandResult result = runPeeler(all);
+        const Outcome result = runPeeler(all);
         ASSERT_EQ(result.exit_code, 0) << result.err;
     };
     render("whole.exr", {});
@@ -43,14 +43,14 @@ TEST_P(Tiles, TogetherAreThePicture) {
         }
         const auto as = std::ranges::find(GetParam().options, "--as");
         if (as != GetParam().options.end()) merge.insert(merge.end(), as, as + 2);
-        const CommandResult merged = runPeeler(merge);
+        const Outcome merged = runPeeler(merge);
         ASSERT_EQ(merged.exit_code, 0) << merged.err;
         if (GetParam().same_file) {
             EXPECT_EQ(bytesOf(scratch / "merged.exr"), bytesOf(scratch / "whole.exr")) << count;
         }
         // Every channel of every part, by OpenImageIO.
-        const CommandResult diff = runCommand({"idiff", "-a", "-fail", "0", "-warn", "0",
-                                               scratch / "merged.exr", scratch / "whole.exr"});
+        const Outcome diff = runCommand({"idiff", "-a", "-fail", "0", "-warn", "0",
+                                         scratch / "merged.exr", scratch / "whole.exr"});
         const bool deep = std::string(GetParam().name) == "Deep";  // idiff has no deep images
         if (!deep) {
             EXPECT_EQ(diff.exit_code, 0) << count << diff.out << diff.err;

@@ -19,7 +19,7 @@ bool contains(const std::string& text, const std::string& part) {
 }
 
 TEST(Help, ListsEveryVerbWithItsSummary) {
-    const CommandResult result = runPeeler({"--help"});
+    const Outcome result = runPeeler({"--help"});
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_EQ(result.err, "");
     for (const cmd::Verb& verb : cmd::verbs()) {
@@ -30,7 +30,7 @@ TEST(Help, ListsEveryVerbWithItsSummary) {
 
 TEST(Help, OfEveryVerbFitsATerminal) {
     for (const cmd::Verb& verb : cmd::verbs()) {
-        const CommandResult result = runPeeler({std::string(verb.name), "--help"});
+        const Outcome result = runPeeler({std::string(verb.name), "--help"});
         EXPECT_EQ(result.exit_code, 0) << verb.name;
         EXPECT_EQ(result.err, "") << verb.name;
         EXPECT_TRUE(contains(result.out, std::string(verb.summary))) << result.out;
@@ -55,7 +55,7 @@ TEST(Help, ListsTheChoicesOfTheTables) {
 }
 
 TEST(Version, IsOneLineOnStdout) {
-    const CommandResult result = runPeeler({"--version"});
+    const Outcome result = runPeeler({"--version"});
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_TRUE(result.out.starts_with("peeler ")) << result.out;
     EXPECT_EQ(result.out.find('\n'), result.out.size() - 1);
@@ -63,7 +63,7 @@ TEST(Version, IsOneLineOnStdout) {
 }
 
 TEST(Usage, NoVerbShowsTheHelpOnStderr) {
-    const CommandResult result = runPeeler({});
+    const Outcome result = runPeeler({});
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_EQ(result.out, "");
     EXPECT_TRUE(contains(result.err, "render"));
@@ -88,7 +88,7 @@ TEST_P(Refusals, SayWhatWhereAndWhatToTry) {
         if (argument == "SCENE") argument = scene.string();
         if (argument.starts_with("OUT/")) argument = out.string() + argument.substr(3);
     }
-    const CommandResult result = runPeeler(arguments);
+    const Outcome result = runPeeler(arguments);
     EXPECT_EQ(result.exit_code, 2) << result.err;
     EXPECT_EQ(result.out, "");
     EXPECT_TRUE(result.err.starts_with("peeler: error: ")) << result.err;
@@ -170,7 +170,7 @@ TEST(Usage, FilesOfTheSceneAreKept) {
     fs::create_symlink(folder.path(), folder / "link");
     const auto refused = [&](std::vector<std::string> options, const char* verb = "render") {
         options.insert(options.begin(), {verb, path, "--size", "8x8"});
-        const CommandResult result = runPeeler(options);
+        const Outcome result = runPeeler(options);
         EXPECT_EQ(result.exit_code, 2) << result.err;
         EXPECT_NE(result.err.find("a file that the scene is made of"), std::string::npos)
             << result.err;
@@ -190,7 +190,7 @@ TEST(Usage, OutputThatIsTheInputIsRefused) {
     const ScratchDir scratch;
     writeScene(scratch.path());
     fs::create_symlink(scratch / "scene.gltf", scratch / "same.exr");
-    const CommandResult result = runPeeler(
+    const Outcome result = runPeeler(
         {"render", (scratch / "scene.gltf").string(), "-o", (scratch / "same.exr").string()});
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_TRUE(contains(result.err, "the output is the input")) << result.err;

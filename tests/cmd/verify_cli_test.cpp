@@ -98,12 +98,12 @@ class VerifyCommand : public testing::Test {
         rewrite(write("good.exr"), path("bad.exr"), part, change);
         return path("bad.exr");
     }
-    static CommandResult verify(std::vector<std::string> arguments) {
+    static Outcome verify(std::vector<std::string> arguments) {
         arguments.insert(arguments.begin(), "verify");
         return runPeeler(arguments);
     }
     static void expect(const std::string& file, int exit_code, const std::string& says) {
-        const CommandResult result = verify({file});
+        const Outcome result = verify({file});
         EXPECT_EQ(result.exit_code, exit_code) << says << '\n' << result.out;
         EXPECT_NE(result.out.find(says), std::string::npos) << says << " not in\n" << result.out;
         EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 1) << result.out;
@@ -230,7 +230,7 @@ TEST_F(VerifyCommand, ASequence) {
     const std::vector<std::string> frames{writeFrame(1), writeFrame(3), writeFrame(5)};
     EXPECT_EQ(verify(frames).exit_code, 0);  // every second one
     const std::string seventh = writeFrame(9);
-    const CommandResult gap = verify({frames[0], frames[1], frames[2], seventh});
+    const Outcome gap = verify({frames[0], frames[1], frames[2], seventh});
     EXPECT_EQ(gap.exit_code, 6);
     EXPECT_NE(gap.out.find("missing frames: 7\n"), std::string::npos) << gap.out;
     const std::string last = writeFrame(12);
@@ -243,7 +243,7 @@ TEST_F(VerifyCommand, ASequence) {
 
 TEST_F(VerifyCommand, OtherSettings) {
     const std::string a = writeFrame(1), b = writeFrame(2, "other");
-    const CommandResult result = verify({a, b});
+    const Outcome result = verify({a, b});
     EXPECT_EQ(result.exit_code, 3);
     EXPECT_NE(
         result.out.find("frame2.exr: differs from " + a + " in peeler:settingsHash: other, not cd"),

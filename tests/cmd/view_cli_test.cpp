@@ -57,7 +57,7 @@ class ViewsOf : public testing::TestWithParam<const char*> {
   protected:
     static void run(Arguments arguments) {
         arguments.emplace_back("-q");
-        const CommandResult result = runPeeler(arguments);
+        const Outcome result = runPeeler(arguments);
         ASSERT_EQ(result.exit_code, 0) << result.err;
     }
 
@@ -153,12 +153,12 @@ class View : public testing::Test {
   protected:
     View() {
         const auto scene = sourceDir() / "examples" / "scenes" / "engine.glb";
-        const CommandResult result =
+        const Outcome result =
             runPeeler({"render", scene.string(), "-o", layers_, "--size", "160x90"});
         EXPECT_EQ(result.exit_code, 0) << result.err;
     }
 
-    CommandResult view(Arguments more) const {
+    Outcome view(Arguments more) const {
         more.insert(more.begin(), {"view", layers_});
         return runPeeler(more);
     }

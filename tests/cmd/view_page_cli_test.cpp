@@ -14,8 +14,8 @@ namespace {
 
 class ViewPage : public testing::Test {
   protected:
-    CommandResult run(const std::vector<std::string>& arguments) const {
-        return runPeeler(arguments, {}, scratch_.path());
+    Outcome run(const std::vector<std::string>& arguments) const {
+        return runPeelerProcess(arguments, {}, scratch_.path());
     }
     void render(const std::string& scene, const std::string& size) const {
         const auto file = sourceDir() / "examples" / "scenes" / scene;

@@ -26,14 +26,14 @@ class WrongInput : public testing::Test {
   protected:
     WrongInput() { fs::create_directory(out_); }
 
-    CommandResult render(const fs::path& scene, const std::vector<std::string>& more = {}) const {
+    Outcome render(const fs::path& scene, const std::vector<std::string>& more = {}) const {
         std::vector<std::string> arguments{
             "render", scene.string(), "-o", (out_ / "a.exr").string(), "--size", "64x64"};
         arguments.insert(arguments.end(), more.begin(), more.end());
         return runPeeler(arguments);
     }
 
-    void expectRefused(const CommandResult& result, int code,
+    void expectRefused(const Outcome& result, int code,
                        const std::vector<std::string>& parts) const {
         EXPECT_EQ(result.exit_code, code) << result.err;
         EXPECT_EQ(result.out, "");
@@ -51,7 +51,7 @@ class WrongInput : public testing::Test {
 
 TEST_F(WrongInput, MissingScene) {
     expectRefused(render(scratch_ / "absent.glb"), 3, {"absent.glb"});
-    const CommandResult info = runPeeler({"info", (scratch_ / "absent.glb").string()});
+    const Outcome info = runPeeler({"info", (scratch_ / "absent.glb").string()});
     expectRefused(info, 3, {"absent.glb"});
 }
 
@@ -109,7 +109,7 @@ TEST_F(WrongInput, MissingTextureIsAWarningAndAnErrorUnderStrict) {
     json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
     const fs::path scene = writeScene(scratch_.path(), json);
     expectRefused(render(scene, {"--strict"}), 3, {"absent.png"});
-    const CommandResult lenient = render(scene);
+    const Outcome lenient = render(scene);
     EXPECT_EQ(lenient.exit_code, 0) << lenient.err;
     EXPECT_TRUE(contains(lenient.err, "peeler: warning: ")) << lenient.err;
     EXPECT_TRUE(contains(lenient.err, "absent.png")) << lenient.err;
@@ -148,7 +148,7 @@ TEST_F(WrongInput, ReportThatCannotBeWrittenIsFoundBeforeTheRender) {
 TEST_F(WrongInput, NoClobberKeepsWhatIsThere) {
     const fs::path scene = writeScene(scratch_.path());
     writeText(out_ / "a.exr", "mine");
-    const CommandResult result = render(scene, {"--no-clobber"});
+    const Outcome result = render(scene, {"--no-clobber"});
     EXPECT_EQ(result.exit_code, 4) << result.err;
     EXPECT_TRUE(contains(result.err, "a.exr")) << result.err;
     EXPECT_EQ(fs::file_size(out_ / "a.exr"), 4U);
@@ -158,7 +158,7 @@ TEST_F(WrongInput, LayerLimitIsIncompleteUnderStrict) {
     const fs::path scene = writeScene(scratch_.path(), stackScene(3));
     expectRefused(render(scene, {"--layers", "2", "--strict"}), 6,
                   {"4,096 fragments of 12,288", "--layers all"});
-    const CommandResult lenient = render(scene, {"--layers", "2"});
+    const Outcome lenient = render(scene, {"--layers", "2"});
     EXPECT_EQ(lenient.exit_code, 0) << lenient.err;
     EXPECT_TRUE(contains(lenient.err, "2 layers, 8,192 fragments of 12,288")) << lenient.err;
 }

@@ -250,7 +250,7 @@ TEST_F(ExrDeep, OtherProgramsReadIt) {
          {std::vector<std::string>{"exrheader", path},
           {"exrinfo", "-v", path},
           {"oiiotool", "--info", "-v", "--stats", "-a", path}}) {
-        const test::CommandResult result = test::runCommand(command);
+        const test::Outcome result = test::runCommand(command);
         EXPECT_EQ(result.exit_code, 0) << command.front() << ": " << result.err;
         EXPECT_NE(result.out.find("ids"), std::string::npos) << result.out;
     }

@@ -250,7 +250,7 @@ TEST_F(ExrLayouts, APictureOfOthersIsOneLayer) {
     // oiiotool keeps our attributes, but for what it is told to forget.
     for (const char* channels : {"R,G,B,A,Z", "R,G,B,A", "R,G,B"}) {
         const std::string path = scratch / "flat.exr";
-        const test::CommandResult result =
+        const test::Outcome result =
             test::runCommand({"oiiotool", (scratch / "ours.exr").string(), "--eraseattrib",
                               "peeler:.*", "--ch", channels, "-o", path});
         ASSERT_EQ(result.exit_code, 0) << result.err;

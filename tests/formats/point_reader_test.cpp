@@ -180,7 +180,7 @@ numpy.savez_compressed(folder + 'zeros.npz', points=numpy.zeros((40000, 3)))
 TEST(NpzPoints, AsNumpyWritesThem) {
     PEELER_REQUIRE_PYTHON("numpy");
     const ScratchDir scratch;
-    const CommandResult wrote = runPython(kWriteNpz, {scratch.path()});
+    const Outcome wrote = runPython(kWriteNpz, {scratch.path()});
     ASSERT_EQ(wrote.exit_code, 0) << wrote.err;
     const std::vector<glm::dvec3> points = {{-300, 0.5, -3.25}, {4, -0.125, 0.0009765625}};
     for (const char* name : {"points", "packed", "lone", "big", "big4", "fortran"})

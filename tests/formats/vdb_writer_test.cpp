@@ -47,7 +47,7 @@ TEST(VdbWriter, WhatIsInsideIsActive) {
     PEELER_REQUIRE_PYTHON("pyopenvdb");
     const ScratchDir scratch;
     write(scratch / "a.vdb", box());
-    const CommandResult read = runPython(R"(
+    const Outcome read = runPython(R"(
 import sys, numpy, pyopenvdb
 grids, metadata = pyopenvdb.readAll(sys.argv[1])
 assert len(grids) == 1 and metadata == {'creator': 'test'}, (grids, metadata)
@@ -63,7 +63,7 @@ assert grid.activeVoxelCount() == expected.sum()
 assert grid.leafCount() < 40, grid.leafCount()
 assert grid.transform.indexToWorld((2, 4, 6)) == (11.25, 22.25, 33.25)
 )",
-                                         {scratch / "a.vdb"});
+                                   {scratch / "a.vdb"});
     EXPECT_EQ(read.exit_code, 0) << read.err;
 }
 
