@@ -11,8 +11,8 @@ import sys
 import tempfile
 import time
 import unittest
-import urllib.request
 
+import debian
 import dockerfile
 import own_machine
 from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler, skip
@@ -20,47 +20,7 @@ from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler, s
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 FILE = EXAMPLES / "Dockerfile"
 NEEDED = 8e9  # bytes of memory
-SUITE = "bookworm"  # debian:12
-
-
-def mirrors():
-    """[(address, suite)] of Debian 12 that this machine installs from."""
-    done = subprocess.run(
-        [
-            "apt-get",
-            "indextargets",
-            "--format",
-            "$(REPO_URI) $(RELEASE) $(COMPONENT) $(ORIGIN)",
-            "Created-By: Packages",
-        ],
-        text=True,
-        capture_output=True,
-        check=False,
-    )
-    rows = [line.split() for line in done.stdout.splitlines()]
-    return [
-        (row[0], row[1])
-        for row in rows
-        if len(row) == 4 and row[1].split("-")[0] == SUITE and row[2:] == ["main", "Debian"]
-    ]
-
-
-def impediment():
-    """Why it cannot be done here; nothing if it can."""
-    if not shutil.which("debootstrap", path=os.environ["PATH"] + ":/usr/sbin"):
-        return "no debootstrap (examples/install_dependencies.sh test)"
-    base = [address for address, suite in mirrors() if suite == SUITE]
-    if not base:
-        return "this machine does not install from Debian 12"
-    try:
-        urllib.request.urlopen(f"{base[0]}dists/{SUITE}/InRelease", timeout=20).close()
-    except (OSError, ValueError) as error:
-        return f"the mirror {base[0]} cannot be reached: {error}"
-    with open("/proc/meminfo", encoding="ascii") as lines:
-        available = next(int(line.split()[1]) * 1024 for line in lines if "MemAvailable" in line)
-    if available < NEEDED:
-        return f"too little memory, {available / 1e9:.1f} of {NEEDED / 1e9:.0f} GB"
-    return own_machine.impediment()
+SUITE = "bookworm"  # debian:12, this machine or not
 
 
 def installed_packages():
@@ -180,7 +140,7 @@ class Parts(PeelerTest):
         self.assertRegex(commands["1"], r"install_dependencies\.sh +&& ", "no set: what runs")
         named = re.search(r"apt-get install -y -qq --no-install-recommends ([^&]*)", commands["1"])
         named = set(named[1].split())
-        if not any(suite == SUITE for _, suite in mirrors()):
+        if debian.suite() != SUITE:
             self.skipTest("this machine is no Debian 12, whose libraries have other names")
         needs = installed_packages()
         self.assertEqual(named - needs.keys(), set(), "not installed with the set `build`")
@@ -201,21 +161,7 @@ class Dockerfile(PeelerTest):
         cls.scratch = own_machine.SCRATCH
         own_machine.mount("none", cls.scratch, "tmpfs", data=f"size={int(NEEDED)}")
         cls.base = f"{cls.scratch}/base"
-        sources = mirrors()
-        mirror = next(address for address, suite in sources if suite == SUITE)
-        done = subprocess.run(
-            ["debootstrap", "--variant=minbase", SUITE, cls.base, mirror],
-            text=True,
-            check=False,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            env={**os.environ, "PATH": os.environ["PATH"] + ":/usr/sbin:/sbin"},
-        )
-        if done.returncode != 0:
-            raise RuntimeError(f"debootstrap: {done.stdout[-2000:]}")
-        pathlib.Path(cls.base, "etc/apt/sources.list").write_text(
-            "".join(f"deb {address} {suite} main\n" for address, suite in sources), encoding="ascii"
-        )
+        mirror = debian.make_root(SUITE, cls.base)
         cls.say(f"a root of {mirror}")
 
     @classmethod
@@ -257,7 +203,7 @@ class Dockerfile(PeelerTest):
 if __name__ == "__main__":
     if not ALL:
         sys.exit(main())
-    reason = impediment()
+    reason = debian.impediment(SUITE, NEEDED) or own_machine.impediment()
     if reason:
         skip(reason)
     sys.exit(own_machine.run("container", main, network=False))

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fresh Debian roots, made by debootstrap from where this machine's own packages come."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import urllib.request
+
+PATH = os.environ["PATH"] + ":/usr/sbin:/sbin"
+
+
+def sources():
+    """[(address, suite)] that this Debian installs from; suites as in "bookworm-security"."""
+    form = "$(REPO_URI) $(RELEASE) $(COMPONENT) $(ORIGIN)"
+    done = subprocess.run(
+        ["apt-get", "indextargets", "--format", form, "Created-By: Packages"],
+        text=True,
+        capture_output=True,
+        check=False,
+    )
+    rows = [line.split() for line in done.stdout.splitlines()]
+    return [(row[0], row[1]) for row in rows if len(row) == 4 and row[2:] == ["main", "Debian"]]
+
+
+def suite():
+    """The name of this Debian's release; "" if it is none."""
+    names = [name for _, name in sources() if "-" not in name]
+    return names[0] if names else ""
+
+
+def sources_of(name):
+    """The same for another release."""
+    return [(address, known.replace(suite(), name, 1)) for address, known in sources()]
+
+
+def mirror_of(name):
+    return next((address for address, known in sources_of(name) if known == name), None)
+
+
+def impediment(name, memory):
+    """Why no root of that release, of `memory` bytes, can be made here; nothing if one can."""
+    if not shutil.which("debootstrap", path=PATH):
+        return "no debootstrap (examples/install_dependencies.sh test)"
+    mirror = mirror_of(name)
+    if not mirror:
+        return "this machine does not install from Debian"
+    try:
+        urllib.request.urlopen(f"{mirror}dists/{name}/InRelease", timeout=60).close()
+    except (OSError, ValueError) as error:
+        return f"the mirror {mirror} cannot be reached: {error}"
+    with open("/proc/meminfo", encoding="ascii") as lines:
+        available = next(int(line.split()[1]) * 1024 for line in lines if "MemAvailable" in line)
+    if available < memory:
+        return f"too little memory, {available / 1e9:.1f} of {memory / 1e9:.0f} GB"
+    return None
+
+
+def make_root(name, folder):
+    """Returns the mirror that it came from. Raises RuntimeError."""
+    mirror = mirror_of(name)
+    done = subprocess.run(
+        ["debootstrap", "--variant=minbase", name, folder, mirror],
+        text=True,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        env={**os.environ, "PATH": PATH},
+    )
+    if done.returncode != 0:
+        raise RuntimeError(f"debootstrap: {done.stdout[-2000:]}")
+    pathlib.Path(folder, "etc/apt/sources.list").write_text(
+        "".join(f"deb {address} {known} main\n" for address, known in sources_of(name)),
+        encoding="ascii",
+    )
+    return mirror

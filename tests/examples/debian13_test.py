@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Both commands of the README on a fresh Debian 13: another compiler, another Mesa, other libraries.
+Only with PEELER_TEST_ALL: it installs and compiles everything, and takes as long as a short run."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+
+import debian
+import dockerfile
+import own_machine
+from peeler_command import SOURCE, PeelerTest, main, skip
+
+SUITE = "trixie"
+NEEDED = 11e9  # bytes of memory
+ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets")
+
+
+class Debian13(PeelerTest):
+    def test_quickstart_and_short_run(self):
+        started = time.monotonic()
+        scratch = own_machine.SCRATCH
+        own_machine.mount("none", scratch, "tmpfs", data=f"size={int(NEEDED)}")
+        debian.make_root(SUITE, f"{scratch}/base")
+        root = dockerfile.Stage(f"{scratch}/base", f"{scratch}/root")
+        shutil.rmtree(f"{scratch}/base")
+        listed = subprocess.run(["git", "ls-files", "-z"], cwd=SOURCE, capture_output=True, check=True)
+        for name in filter(None, listed.stdout.decode().split("\0")):
+            target = pathlib.Path(root.root, "peeler", name)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(SOURCE / name, target)
+        root.folder = "/peeler"
+        # The style check asks git which files are ours, and clang-format's release decides how they
+        # are laid out: it is done on Debian 12 alone.
+        root.variables["PEELER_STYLE"] = "unchecked"
+        if ASSETS.is_dir():
+            pathlib.Path(root.root, "assets").mkdir()
+            own_machine.mount(str(ASSETS), f"{root.root}/assets", "none", flags=own_machine.MS_BIND)
+            root.variables["PEELER_ASSETS"] = "/assets"
+        for command in ("sh examples/quickstart.sh", "sh tests/run.sh"):
+            done = root.run(["sh", "-c", command])
+            print(f"{time.monotonic() - started:6.1f} s  {command}\n{done.stdout[-2500:]}", flush=True)
+            self.assertEqual(done.returncode, 0)
+
+
+if __name__ == "__main__":
+    if not os.environ.get("PEELER_TEST_ALL"):
+        skip("a Debian 13 of its own is only made with PEELER_TEST_ALL (sh tests/run.sh all)")
+    reason = debian.impediment(SUITE, NEEDED) or own_machine.impediment()
+    if reason:
+        skip(reason)
+    sys.exit(own_machine.run("debian13", main, network=False))
