@@ -25,35 +25,35 @@ double parseFps(const std::string& text) {
 
 }  // namespace
 
-void addTimeOptions(CLI::App& app, AnimationOptions& options) {
+void addTimeOptions(VerbOptions& verb, AnimationOptions& options) {
     addValue(
-        app, "--animation", "NAME|INDEX|all", options.animation,
+        verb, "--animation", "NAME|INDEX|all", options.animation,
         [](const std::string& text) { return text; },
         "which of the file's animations (default: the first, if a time is given, else none: the "
         "scene at rest); all plays them together")
-        ->group(kGroup);
+        .group(kGroup);
     addValue(
-        app, "--time", "SECONDS", options.time,
+        verb, "--time", "SECONDS", options.time,
         [](const std::string& text) { return parseNumber(text); },
         "when; before its first and after its last key an animation stands still")
-        ->group(kGroup);
+        .group(kGroup);
 }
 
-void addFrameOptions(CLI::App& app, AnimationOptions& options) {
+void addFrameOptions(VerbOptions& verb, AnimationOptions& options) {
     addValue(
-        app, "--frames", "LIST", options.frames,
+        verb, "--frames", "LIST", options.frames,
         [](const std::string& text) { return parseFrames(text); },
         "pictures of a sequence, e.g. 1-100, 1-100x2 (every second), 150,200-180; frame N is at "
         "N / fps seconds. The output's name has a place for the number: #### or %04d")
-        ->group(kGroup);
+        .group(kGroup);
     addValue(
-        app, "--chunk", "I/N", options.chunk,
+        verb, "--chunk", "I/N", options.chunk,
         [](const std::string& text) { return parseShare(text); },
         "of these frames the I-th of N runs of the same length, so that N processes share them: "
         "1/N to N/N")
-        ->group(kGroup);
-    addValue(app, "--fps", "N", options.fps, parseFps, "frames a second (default: 24)")
-        ->group(kGroup);
+        .group(kGroup);
+    addValue(verb, "--fps", "N", options.fps, parseFps, "frames a second (default: 24)")
+        .group(kGroup);
 }
 
 void checkAnimationOptions(const AnimationOptions& options) {

@@ -9,11 +9,9 @@
 #include "cmd/share.h"
 #include "core/scene.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 struct AnimationOptions {
     std::optional<std::string> animation;    ///< name, index or "all"
@@ -33,9 +31,9 @@ struct Moment {
 };
 
 /// Declares --animation and --time. `options` must outlive the parse.
-void addTimeOptions(CLI::App& app, AnimationOptions& options);
+void addTimeOptions(VerbOptions& verb, AnimationOptions& options);
 /// Declares --frames, --chunk and --fps.
-void addFrameOptions(CLI::App& app, AnimationOptions& options);
+void addFrameOptions(VerbOptions& verb, AnimationOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkAnimationOptions(const AnimationOptions& options);

@@ -323,20 +323,20 @@ constexpr const char* kFooter =
 
 }  // namespace
 
-VerbAction declareBake(CLI::App& app) {
+VerbAction declareBake(VerbOptions& verb) {
     const auto options = std::make_shared<BakeCommand>();
     addValue(
-        app, "SCENE", "", options->scene.file,
+        verb, "SCENE", "", options->scene.file,
         [](const std::string& text) { return fs::path(text); }, "a glTF scene (.gltf or .glb)")
-        ->required();
-    addBakeOptions(app, options->bake);
-    addSceneOptions(app, options->scene);
-    addTimeOptions(app, options->animation);
-    addBakedLookOptions(app, options->look);
-    addMachineOptions(app, options->device, options->threads, options->capture,
+        .required();
+    addBakeOptions(verb, options->bake);
+    addSceneOptions(verb, options->scene);
+    addTimeOptions(verb, options->animation);
+    addBakedLookOptions(verb, options->look);
+    addMachineOptions(verb, options->device, options->threads, options->capture,
                       "rays are traced in bands that fit; receivers come on top");
-    addReportOptions(app, options->report);
-    app.footer(kFooter);
+    addReportOptions(verb, options->report);
+    verb.footer(kFooter);
     return [options](Console& console) {
         Bake(*options, console).run();
         return 0;

@@ -88,10 +88,10 @@ TexelSettings BakeOptions::texels() const {
     return result;
 }
 
-void addBakeOptions(CLI::App& app, BakeOptions& options) {
+void addBakeOptions(VerbOptions& verb, BakeOptions& options) {
     const auto add = [&](const char* group, const char* name, const char* value, auto& target,
                          auto parse, const std::string& help) {
-        return addValue(app, name, value, target, parse, help)->group(group);
+        return addValue(verb, name, value, target, parse, help).group(group);
     };
     add(
         "Output", "-o,--output", "FILE", options.output,
@@ -99,31 +99,31 @@ void addBakeOptions(CLI::App& app, BakeOptions& options) {
         "the file to write: .glb (the scene with what was baked), .exr (32-bit floats, a part a "
         "material) or .png (16 bits; of several materials one each: #### or %04d in the name "
         "becomes the material's number)")
-        ->required();
-    app.add_flag("--no-clobber", options.no_clobber, "fail if the file is there already")
-        ->group("Output");
+        .required();
+    verb.addFlag("--no-clobber", options.no_clobber, "fail if the file is there already")
+        .group("Output");
     addValue(
-        app, "--target", "NAME", options.target,
+        verb, "--target", "NAME", options.target,
         [](const std::string& text) {
             return choose(std::string("target"), std::span<const Choice<BakeTarget>>(kTargets),
                           text);
         },
         "where to (default: vertices for a .glb, else texture):\nvertices: " +
             std::string(kTargets[0].summary) + "\ntexture: " + std::string(kTargets[1].summary))
-        ->group("Output");
-    app.add_flag("--values-alone", options.values_alone,
-                 wrapped("of a .glb with values at vertices: everything gets one white, unlit "
-                         "material, so that viewers show them and nothing else"))
-        ->group("Output");
+        .group("Output");
+    verb.addFlag("--values-alone", options.values_alone,
+                 "of a .glb with values at vertices: everything gets one white, unlit material, so "
+                 "that viewers show them and nothing else")
+        .group("Output");
     add("Output", "--uv", "SET", options.uv_set, integers(0, 1),
         "the UV set of textures: 0 or 1 (default: 0)");
     add("Output", "--size", "N", options.size, integers(1, kMostTexels),
         "texels a side of each texture (default: 1024)");
     add("Output", "--padding", "N", options.padding, integers(0, 256),
         "texels by which what is on a surface is spread beyond it (default: 8)");
-    addChoice<BakeQuantity>(app, "--quantity", options.settings.quantity, kBakeQuantities,
+    addChoice<BakeQuantity>(verb, "--quantity", options.settings.quantity, kBakeQuantities,
                             "quantity", "what is baked:")
-        ->group("Baking");
+        .group("Baking");
     add("Baking", "--directions", "N", options.settings.directions, evenNumber,
         "directions over the sphere, an even number (default: 256)");
     add("Baking", "--resolution", "R", options.settings.resolution, integers(1, kMostResolution),
@@ -135,9 +135,9 @@ void addBakeOptions(CLI::App& app, BakeOptions& options) {
         "what is farther away is not seen, scene units (default: inf)");
     add("Baking", "--bounces", "N", options.bounces, integers(0, 64),
         "of light between diffuse surfaces; irradiance (default: 1)");
-    addChoice<Faces>(app, "--faces", options.faces, kRayFaces, "choice of faces",
+    addChoice<Faces>(verb, "--faces", options.faces, kRayFaces, "choice of faces",
                      "which sides of triangles are in the way:")
-        ->group("Baking");
+        .group("Baking");
 }
 
 void checkBakeOptions(const BakeOptions& options, const LookOptions& look) {

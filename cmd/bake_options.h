@@ -12,11 +12,9 @@
 #include "core/rays/texel_receivers.h"
 #include "core/scene_contents.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 // The default comes first.
 inline constexpr Choice<BakeQuantity> kBakeQuantities[] = {
@@ -50,7 +48,7 @@ struct BakeOptions {
 };
 
 /// Declares -o, --no-clobber and all that is in BakeOptions. `options` must outlive the parse.
-void addBakeOptions(CLI::App& app, BakeOptions& options);
+void addBakeOptions(VerbOptions& verb, BakeOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkBakeOptions(const BakeOptions& options, const LookOptions& look);

@@ -326,42 +326,41 @@ void Batch::printInOrder() {
 
 }  // namespace
 
-VerbAction declareBatch(CLI::App& app) {
+VerbAction declareBatch(VerbOptions& verb) {
     const auto options = std::make_shared<BatchOptions>();
     addValue(
-        app, "JOBS", "", options->file, [](const std::string& text) { return fs::path(text); },
+        verb, "JOBS", "", options->file, [](const std::string& text) { return fs::path(text); },
         "a file with a job a line, or - for standard input: {\"verb\": \"render\", \"args\": "
         "[\"scene.glb\", \"-o\", \"out.exr\"], \"options\": {\"size\": \"640x360\", \"shadows\": "
         "true}, \"id\": \"first\"}; args, options and id may be left out. Verbs are those with "
         "--output; ids are strings, each once. No job waits for another. A job's result is a JSON "
         "line on stdout, in the order of the jobs")
-        ->required();
+        .required();
     addValue(
-        app, "--jobs", "N", options->jobs,
+        verb, "--jobs", "N", options->jobs,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 1024)); },
         "how many run at a time, each a process with its part of the threads and the memory "
         "(default: 1)")
-        ->group("Jobs");
+        .group("Jobs");
     addValue(
-        app, "--report", "FILE", options->report.file,
+        verb, "--report", "FILE", options->report.file,
         [](const std::string& text) { return fs::path(text); },
         "keep the results in a file, too; run again with the same file, jobs are left out that "
         "are done there and whose output exists")
-        ->group("Jobs");
-    app.add_flag("--fail-fast", options->fail_fast,
-                 wrapped("start no further job once one has failed (default: the others run, and "
-                         "the greatest exit code is the batch's)"))
-        ->group("Jobs");
-    app.add_flag("--dry-run", options->dry_run,
-                 wrapped("print the command of every job, as JSON lines, and run none"))
-        ->group("Jobs");
-    addThreadsOption(app, options->threads);
-    addMemoryOption(app, options->memory, "all jobs together");
-    addChoice<ProgressStyle>(app, "--progress", options->report.progress, kProgressStyles,
+        .group("Jobs");
+    verb.addFlag("--fail-fast", options->fail_fast,
+                 "start no further job once one has failed (default: the others run, and the "
+                 "greatest exit code is the batch's)")
+        .group("Jobs");
+    verb.addFlag("--dry-run", options->dry_run,
+                 "print the command of every job, as JSON lines, and run none")
+        .group("Jobs");
+    addThreadsOption(verb, options->threads);
+    addMemoryOption(verb, options->memory, "all jobs together");
+    addChoice<ProgressStyle>(verb, "--progress", options->report.progress, kProgressStyles,
                              "progress style", "how progress is told on stderr:")
-        ->group("Messages");
-    app.add_flag("-q,--quiet", options->report.quiet, "warnings and errors only")
-        ->group("Messages");
+        .group("Messages");
+    verb.addFlag("-q,--quiet", options->report.quiet, "warnings and errors only").group("Messages");
     return [options](Console& console) { return Batch(*options, console).run(); };
 }
 

@@ -167,21 +167,23 @@ void nameFrames(const std::string& list, const std::string& chunk, Job& job) {
 void readArguments(Job& job) {
     if (job.verb == "batch") refuse("a batch in a batch", job.verb, "put its jobs here");
     const ParsedVerb parsed(verbNamed(job.verb), job.arguments);
-    if (!parsed.knows("--output")) refuse("this verb writes no file", job.verb, "run it by itself");
+    const VerbOptions& options = parsed.options();
+    if (!options.knows("--output"))
+        refuse("this verb writes no file", job.verb, "run it by itself");
     for (const WritingOption& row : kWritingOptions) {
         if (!row.verb.empty() && row.verb != job.verb) continue;
-        if (parsed.has(row.option)) job.outputs.emplace_back(parsed.value(row.option));
+        if (options.given(row.option)) job.outputs.emplace_back(options.value(row.option));
     }
     if (job.outputs.empty()) refuse("no output is given", job.verb, "add --output");
     const auto leaves = [&](const char* option) {
-        return parsed.knows(option) && !parsed.has(option);
+        return options.knows(option) && !options.given(option);
     };
     job.wants_json = leaves("--json");
     job.wants_quiet = leaves("--quiet");
     job.wants_threads = leaves("--threads");
     job.wants_memory = leaves("--memory");
-    if (parsed.knows("--frames") && parsed.has("--frames"))
-        nameFrames(parsed.value("--frames"), parsed.value("--chunk"), job);
+    if (options.knows("--frames") && options.given("--frames"))
+        nameFrames(options.value("--frames"), options.value("--chunk"), job);
 }
 
 Job readJob(const std::string& line) {

@@ -55,51 +55,54 @@ RayGrid BundleOptions::grid() const {
     return grid;
 }
 
-void addBundleOptions(CLI::App& app, BundleOptions& options) {
-    addRepeated(
-        app, "--direction", "X,Y,Z",
-        [&options](const std::string& text) { options.directions.push_back(unitDirection(text)); },
-        "a bundle of parallel rays along this direction in world space; may be given several times")
-        ->group(kGroup);
+void addBundleOptions(VerbOptions& verb, BundleOptions& options) {
+    verb.addRepeated(
+            "--direction", "X,Y,Z",
+            [&options](const std::string& text) {
+                options.directions.push_back(unitDirection(text));
+            },
+            "a bundle of parallel rays along this direction in world space; may be given several "
+            "times")
+        .group(kGroup);
     addValue(
-        app, "--directions", "N", options.count,
+        verb, "--directions", "N", options.count,
         [](const std::string& text) {
             return static_cast<int>(parseInteger(text, 1, kMostDirections));
         },
         "N bundles, evenly over the sphere (a spherical Fibonacci lattice)")
-        ->group(kGroup);
-    app.add_flag("--hemisphere", options.hemisphere,
-                 wrapped("--directions over the half around +Y only"))
-        ->group(kGroup);
+        .group(kGroup);
+    verb.addFlag("--hemisphere", options.hemisphere, "--directions over the half around +Y only")
+        .group(kGroup);
     addValue(
-        app, "--directions-file", "FILE", options.file,
+        verb, "--directions-file", "FILE", options.file,
         [](const std::string& text) { return std::filesystem::path(text); },
         "a bundle for every line of a text: x y z; what follows # does not count")
-        ->group(kGroup);
-    app.add_flag("--axes", options.axes,
-                 wrapped("bundles along +X, +Y and +Z, their rays on one lattice of cubes: a "
-                         "layered depth normal image"))
-        ->group(kGroup);
+        .group(kGroup);
+    verb.addFlag("--axes", options.axes,
+                 "bundles along +X, +Y and +Z, their rays on one lattice of cubes: a layered depth "
+                 "normal image")
+        .group(kGroup);
     addValue(
-        app, "--resolution", "R", options.resolution,
+        verb, "--resolution", "R", options.resolution,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, kMaxSide)); },
         "rays along the longer side of every bundle (default: 1024)")
-        ->group(kGroup);
+        .group(kGroup);
     addValue(
-        app, "--spacing", "D", options.spacing,
+        verb, "--spacing", "D", options.spacing,
         [](const std::string& text) { return parsePositive(text); },
         "distance from ray to ray instead, scene units")
-        ->group(kGroup);
-    addValue(app, "--bounds", "X0,Y0,Z0,X1,Y1,Z1", options.bounds, parseBounds,
+        .group(kGroup);
+    addValue(verb, "--bounds", "X0,Y0,Z0,X1,Y1,Z1", options.bounds, parseBounds,
              "the box that bundles cover, across their direction; along it, rays go through the "
              "whole scene (default: the scene's bounds)")
-        ->group(kGroup);
+        .group(kGroup);
     options.camera.size = {0, 0};  // not given
-    addCameraOptions(app, options.camera);
-    app.get_option("--camera")
-        ->description(wrapped("the rays of this camera's pixels: of the scene's, by name or index; "
-                              "--eye and so on build one"));
-    app.get_option("--size")->description(wrapped("pixels of the camera (default: 1280x720)"));
+    addCameraOptions(verb, options.camera);
+    verb.option("--camera")
+        .description(
+            "the rays of this camera's pixels: of the scene's, by name or index; --eye and so on "
+            "build one");
+    verb.option("--size").description("pixels of the camera (default: 1280x720)");
 }
 
 void checkBundleOptions(const BundleOptions& options) {

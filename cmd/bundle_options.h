@@ -11,11 +11,9 @@
 #include "core/rays/bundle.h"
 #include "core/scene_contents.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 struct BundleOptions {
     std::vector<glm::dvec3> directions;         ///< unit vectors, one by one
@@ -39,7 +37,7 @@ struct BundleOptions {
 };
 
 /// Declares --direction … --bounds and those of the camera. `options` must outlive the parse.
-void addBundleOptions(CLI::App& app, BundleOptions& options);
+void addBundleOptions(VerbOptions& verb, BundleOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is, and if there is nothing
 /// to trace.

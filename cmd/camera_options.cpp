@@ -187,12 +187,12 @@ void checkCrop(const Window& crop, int width, int height) {
                     " pixels; --crop takes x,y,width,height");
 }
 
-void addCameraOptions(CLI::App& app, CameraOptions& options) {
+void addCameraOptions(VerbOptions& verb, CameraOptions& options) {
     const auto text = [](const std::string& value) { return value; };
     const auto vector = [](const std::string& value) { return parseVector(value); };
     const auto add = [&](const char* name, const char* value, auto& target, auto parse,
                          const std::string& help) {
-        addValue(app, name, value, target, parse, help)->group("Camera");
+        addValue(verb, name, value, target, parse, help).group("Camera");
     };
     add("--camera", "NAME|INDEX", options.camera, text,
         "one of the scene's cameras; the index counts in draw order, as peeler info lists them "
@@ -222,21 +222,21 @@ void addCameraOptions(CLI::App& app, CameraOptions& options) {
         "farthest distance that is seen, or inf (default: the camera's own)");
 
     addValue(
-        app, "--size", "WxH|W", options.size,
+        verb, "--size", "WxH|W", options.size,
         [](const std::string& value) { return parseSize(value); },
         "pixels; a width alone keeps the camera's aspect ratio (default: 1280x720)")
-        ->group("Picture");
+        .group("Picture");
     addValue(
-        app, "--crop", "X,Y,W,H", options.crop,
+        verb, "--crop", "X,Y,W,H", options.crop,
         [](const std::string& value) { return parseCrop(value); },
         "render this part of the picture only, in pixels from the upper left corner")
-        ->group("Picture");
+        .group("Picture");
     addValue(
-        app, "--tile", "I/N", options.tile,
+        verb, "--tile", "I/N", options.tile,
         [](const std::string& value) { return parseShare(value); },
         "of the picture (or the crop) the I-th of N strips of rows, from 1/N at the top to N/N; "
         "peeler merge puts them together")
-        ->group("Picture");
+        .group("Picture");
 }
 
 void checkCameraOptions(const CameraOptions& options) {

@@ -13,11 +13,9 @@
 #include "core/scene_contents.h"
 #include "core/view.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 struct CameraOptions {
     std::optional<std::string> camera;  ///< name or index; none = the first, in draw order
@@ -34,7 +32,7 @@ struct CameraOptions {
 };
 
 /// Declares --camera, --eye, … --crop. `options` must outlive the parse.
-void addCameraOptions(CLI::App& app, CameraOptions& options);
+void addCameraOptions(VerbOptions& verb, CameraOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkCameraOptions(const CameraOptions& options);

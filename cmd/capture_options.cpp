@@ -66,59 +66,59 @@ std::string parseBackend(const std::string& text) {
 
 }  // namespace
 
-void addLayerOptions(CLI::App& app, CaptureSettings& capture) {
+void addLayerOptions(VerbOptions& verb, CaptureSettings& capture) {
     constexpr const char* kGroup = "Layers";
     capture.method = peelMethods().front().name;
-    addValue(app, "--method", "NAME", capture.method, parseMethod, methodHelp())->group(kGroup);
+    addValue(verb, "--method", "NAME", capture.method, parseMethod, methodHelp()).group(kGroup);
     addValue(
-        app, "--layers", "N|all", capture.max_layers,
+        verb, "--layers", "N|all", capture.max_layers,
         [](const std::string& text) { return parseLayers(text); },
         "keep the N nearest layers (default: all, or 0)")
-        ->group(kGroup);
-    addValue(app, "--occlusion-ratio", "R", capture.occlusion_ratio, parseRatio,
+        .group(kGroup);
+    addValue(verb, "--occlusion-ratio", "R", capture.occlusion_ratio, parseRatio,
              "the first layer on fewer than this share of the pixels is the last (default: 0, all)")
-        ->group(kGroup);
-    addChoice<Tail>(app, "--tail", capture.tail, kTails, "choice of tail",
+        .group(kGroup);
+    addChoice<Tail>(verb, "--tail", capture.tail, kTails, "choice of tail",
                     "what becomes of fragments behind the layers that are kept:")
-        ->group(kGroup);
+        .group(kGroup);
     addValue(
-        app, "--samples", "N", capture.samples,
+        verb, "--samples", "N", capture.samples,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 256)); },
         "antialiasing: sub-pixel positions a pixel; layers get their coverage in alpha (default: "
         "1, the pixel's centre)")
-        ->group(kGroup);
-    addChoice<Surfaces>(app, "--surfaces", capture.surfaces, kSurfaces, "choice of surfaces",
+        .group(kGroup);
+    addChoice<Surfaces>(verb, "--surfaces", capture.surfaces, kSurfaces, "choice of surfaces",
                         "which fragments become layers:")
-        ->group(kGroup);
-    addChoice<Faces>(app, "--faces", capture.faces, kFaces, "choice of faces",
+        .group(kGroup);
+    addChoice<Faces>(verb, "--faces", capture.faces, kFaces, "choice of faces",
                      "which sides of triangles are drawn:")
-        ->group(kGroup);
-    addChoice<Shading>(app, "--shading", capture.shading, kShading, "shading",
+        .group(kGroup);
+    addChoice<Shading>(verb, "--shading", capture.shading, kShading, "shading",
                        "how surfaces are coloured:")
-        ->group(kGroup);
-    addChoice<PixelType>(app, "--precision", capture.color_type, kPrecisions, "precision",
+        .group(kGroup);
+    addChoice<PixelType>(verb, "--precision", capture.color_type, kPrecisions, "precision",
                          "how colour is stored; Z is always 32 bits:")
-        ->group(kGroup);
+        .group(kGroup);
 }
 
-void addRayFacesOption(CLI::App& app, CaptureSettings& capture) {
-    addChoice<Faces>(app, "--faces", capture.faces, kRayFaces, "choice of faces",
+void addRayFacesOption(VerbOptions& verb, CaptureSettings& capture) {
+    addChoice<Faces>(verb, "--faces", capture.faces, kRayFaces, "choice of faces",
                      "which sides of triangles rays hit:")
-        ->group("Rays");
+        .group("Rays");
 }
 
-void addLightOptions(CLI::App& app, CaptureSettings& capture, std::optional<int>& shadow_size) {
+void addLightOptions(VerbOptions& verb, CaptureSettings& capture, std::optional<int>& shadow_size) {
     constexpr const char* kGroup = "Light";
-    app.add_flag("--shadows", capture.shadows,
-                 wrapped("directional and spot lights, the built-in one too, cast shadows of all "
-                         "OPAQUE and MASK surfaces that let no light through; point lights and "
-                         "environments do not"))
-        ->group(kGroup);
+    verb.addFlag("--shadows", capture.shadows,
+                 "directional and spot lights, the built-in one too, cast shadows of all OPAQUE "
+                 "and MASK surfaces that let no light through; point lights and environments do "
+                 "not")
+        .group(kGroup);
     addValue(
-        app, "--shadow-size", "N", shadow_size,
+        verb, "--shadow-size", "N", shadow_size,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, kMaxSide)); },
         "texels a side of each light's shadow map (default: 2048)")
-        ->group(kGroup);
+        .group(kGroup);
 }
 
 void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size) {
@@ -130,34 +130,34 @@ void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_si
     capture.shadow_size = *shadow_size;
 }
 
-void addMemoryOption(CLI::App& app, MemoryBudget& budget, const std::string& remark) {
+void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string& remark) {
     budget = inheritedBudget();
-    addValue(app, "--memory", "SIZE", budget, parseMemory,
+    addValue(verb, "--memory", "SIZE", budget, parseMemory,
              "most memory to use, e.g. 8G or 512M; " + remark +
                  " (default: 7/8 of what the cgroup, SLURM_MEM_PER_NODE, SLURM_MEM_PER_CPU or "
                  "CUE_MEMORY allows, else no limit)")
-        ->group("Machine");
+        .group("Machine");
 }
 
-void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,
+void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threads,
                        CaptureSettings& capture, const std::string& memory) {
     constexpr const char* kGroup = "Machine";
     std::string backends = "auto (default)";
     for (const std::string& name : gl::backendNames())
         backends += ", " + name;
-    addValue(app, "--backend", "NAME", device.backend, parseBackend,
+    addValue(verb, "--backend", "NAME", device.backend, parseBackend,
              "where GL comes from: " + backends)
-        ->group(kGroup);
+        .group(kGroup);
     addValue(
-        app, "--device", "NAME", device.device, gl::parseDeviceChoice,
+        verb, "--device", "NAME", device.device, gl::parseDeviceChoice,
         "a device: its number in peeler devices, cuda:N as CUDA numbers it, or uuid: and as much "
         "of its UUID as tells it apart (default: the first that works; none that "
         "CUDA_VISIBLE_DEVICES hides)")
-        ->group(kGroup);
-    app.add_flag("--require-gpu", device.require_gpu, "fail rather than render in software")
-        ->group(kGroup);
-    addThreadsOption(app, threads);
-    addMemoryOption(app, capture.memory, memory);
+        .group(kGroup);
+    verb.addFlag("--require-gpu", device.require_gpu, "fail rather than render in software")
+        .group(kGroup);
+    addThreadsOption(verb, threads);
+    addMemoryOption(verb, capture.memory, memory);
 }
 
 std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console) {

@@ -10,32 +10,30 @@
 #include "core/capture_settings.h"
 #include "core/gl/context.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 /// Declares --method, --layers, --occlusion-ratio, --tail, --samples, --surfaces, --faces,
 /// --shading and --precision.
-void addLayerOptions(CLI::App& app, CaptureSettings& capture);
+void addLayerOptions(VerbOptions& verb, CaptureSettings& capture);
 
 /// Declares --faces for rays: both unless told.
-void addRayFacesOption(CLI::App& app, CaptureSettings& capture);
+void addRayFacesOption(VerbOptions& verb, CaptureSettings& capture);
 
 /// Declares --shadows and --shadow-size.
-void addLightOptions(CLI::App& app, CaptureSettings& capture, std::optional<int>& shadow_size);
+void addLightOptions(VerbOptions& verb, CaptureSettings& capture, std::optional<int>& shadow_size);
 
 /// Throws Error (kUsage) for a size without shadows.
 void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size);
 
 /// Declares --memory, whose default is inheritedBudget() (cmd/resources.h); `remark` says how a
 /// verb keeps to it.
-void addMemoryOption(CLI::App& app, MemoryBudget& budget, const std::string& remark);
+void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string& remark);
 
 /// Declares --backend, --device, --require-gpu, --threads and --memory; `memory` says how a verb
 /// keeps to that.
-void addMachineOptions(CLI::App& app, gl::ContextRequest& device, int& threads,
+void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threads,
                        CaptureSettings& capture,
                        const std::string& memory = "the picture is rendered in bands that fit");
 

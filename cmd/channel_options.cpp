@@ -66,18 +66,18 @@ bool ChannelOptions::wants(Channel channel) const {
     return std::find(channels.begin(), channels.end(), channel) != channels.end();
 }
 
-void addChannelOptions(CLI::App& app, ChannelOptions& options) {
-    addValue(app, "--channels", "LIST", options.channels, parseChannels, channelHelp())
-        ->group(kGroup);
-    app.add_flag("--cryptomatte", options.cryptomatte,
-                 wrapped("Cryptomatte 1.4 (objects and materials) in the composite part; implies "
-                         "--channels id"))
-        ->group(kGroup);
+void addChannelOptions(VerbOptions& verb, ChannelOptions& options) {
+    addValue(verb, "--channels", "LIST", options.channels, parseChannels, channelHelp())
+        .group(kGroup);
+    verb.addFlag("--cryptomatte", options.cryptomatte,
+                 "Cryptomatte 1.4 (objects and materials) in the composite part; implies "
+                 "--channels id")
+        .group(kGroup);
     addValue(
-        app, "--manifest", "FILE", options.manifest,
+        verb, "--manifest", "FILE", options.manifest,
         [](const std::string& text) { return std::filesystem::path(text); },
         "write the names of the ids as JSON")
-        ->group(kGroup);
+        .group(kGroup);
 }
 
 std::vector<Channel> capturedChannels(const ChannelOptions& options) {

@@ -10,11 +10,9 @@
 #include "core/channels.h"
 #include "core/id_names.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 struct ChannelOptions {
     std::vector<Channel> channels{};  ///< in the order of the table, each once
@@ -26,7 +24,7 @@ struct ChannelOptions {
 };
 
 /// Declares --channels, --cryptomatte and --manifest.
-void addChannelOptions(CLI::App& app, ChannelOptions& options);
+void addChannelOptions(VerbOptions& verb, ChannelOptions& options);
 
 /// What has to be captured: the channels, and ids for what needs them.
 std::vector<Channel> capturedChannels(const ChannelOptions& options);

@@ -73,31 +73,31 @@ void collect(const Scene& scene, int node, std::vector<int>& below) {
 
 }  // namespace
 
-void addClipOptions(CLI::App& app, ClipOptions& options) {
+void addClipOptions(VerbOptions& verb, ClipOptions& options) {
     constexpr const char* kGroup = "Clipping";
-    addRepeated(
-        app, "--clip-box", "X,Y,Z,X,Y,Z",
-        [&](const std::string& text) { addBox(options.volume, text); },
-        "two corners of a box in world space; several volumes are intersected")
-        ->group(kGroup);
-    addRepeated(
-        app, "--clip-plane", "A,B,C,D",
-        [&](const std::string& text) { addPlane(options.volume, text); },
-        "the half-space ax + by + cz + d >= 0")
-        ->group(kGroup);
-    addRepeated(
-        app, "--clip-mesh", "NODE",
-        [&](const std::string& text) { options.meshes.push_back(text); },
-        "the closed mesh of a node and those below it, by name or index; it is not drawn itself")
-        ->group(kGroup);
+    verb.addRepeated(
+            "--clip-box", "X,Y,Z,X,Y,Z",
+            [&](const std::string& text) { addBox(options.volume, text); },
+            "two corners of a box in world space; several volumes are intersected")
+        .group(kGroup);
+    verb.addRepeated(
+            "--clip-plane", "A,B,C,D",
+            [&](const std::string& text) { addPlane(options.volume, text); },
+            "the half-space ax + by + cz + d >= 0")
+        .group(kGroup);
+    verb.addRepeated(
+            "--clip-mesh", "NODE", [&](const std::string& text) { options.meshes.push_back(text); },
+            "the closed mesh of a node and those below it, by name or index; it is not drawn "
+            "itself")
+        .group(kGroup);
     addValue(
-        app, "--clip", "SIDE", options.volume.keep_inside,
+        verb, "--clip", "SIDE", options.volume.keep_inside,
         [&options](const std::string& text) {
             options.side_given = true;
             return choose<bool>("side", kSides, text);
         },
         "inside (default) or outside: which fragments stay")
-        ->group(kGroup);
+        .group(kGroup);
 }
 
 void checkClipOptions(const ClipOptions& options) {

@@ -8,11 +8,9 @@
 #include "core/clip.h"
 #include "core/scene_contents.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 struct ClipOptions {
     ClipVolume volume;                ///< without nodes
@@ -21,7 +19,7 @@ struct ClipOptions {
 };
 
 /// Declares the options; `options` must outlive the parse.
-void addClipOptions(CLI::App& app, ClipOptions& options);
+void addClipOptions(VerbOptions& verb, ClipOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkClipOptions(const ClipOptions& options);

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// CLI11 set up from the table of verbs.
+// The table of verbs as a command line.
 #include "cmd/command_line.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
+#include <string>
 #include <string_view>
 
 #include "cmd/errors.h"
-#include "cmd/parsed_verb.h"
+#include "cmd/options.h"
 #include "cmd/verbs.h"
 #include "core/error.h"
 
@@ -23,37 +23,30 @@ constexpr const char* kFooter =
     "6 incomplete under --strict, 33 out of memory or over --memory, 128 + n ended by signal n.";
 
 int dispatch(const std::vector<std::string>& arguments, Console& console) {
-    CLI::App app("Every layer of a glTF scene, headless.", "peeler");
-    app.set_version_flag("--version", "peeler " PEELER_VERSION, "Print the version and exit");
-    app.set_help_flag("-h,--help", "Print this help and exit");
-    app.get_formatter()->column_width(30);
-    app.get_formatter()->label("SUBCOMMAND", "VERB");
-    app.require_subcommand(0, 1);
-    std::map<const CLI::App*, VerbAction> actions;
+    ArgumentParser parser("Every layer of a glTF scene, headless.", kFooter);
+    std::map<std::string, VerbAction> actions;
     for (const Verb& verb : verbs()) {
-        CLI::App* sub = app.add_subcommand(std::string(verb.name), std::string(verb.summary));
-        sub->group("Verbs");
+        const std::string name(verb.name);
+        VerbOptions options = parser.addVerb(name, std::string(verb.summary));
         // The options of all verbs take longer to declare than some take to run.
-        if (std::ranges::find(arguments, verb.name) != arguments.end())
-            actions[sub] = verb.declare(*sub);
+        if (std::ranges::find(arguments, name) != arguments.end())
+            actions[name] = verb.declare(options);
     }
-    app.footer(kFooter);  // last: verbs would inherit it
 
-    try {
-        parseArguments(app, arguments);
-    } catch (const CLI::CallForHelp&) {
-        console.result(app.help());
-        return 0;
-    } catch (const CLI::CallForVersion&) {
-        console.result("peeler " PEELER_VERSION "\n");
-        return 0;
+    switch (parser.parse(arguments)) {
+        case Asked::kHelp:
+            console.result(parser.help());
+            return 0;
+        case Asked::kVersion:
+            console.result("peeler " PEELER_VERSION "\n");
+            return 0;
+        case Asked::kNothing:
+            console.machineLine(parser.help());
+            throw Error(ErrorKind::kUsage, "no verb given");
+        case Asked::kVerb:
+            break;
     }
-    const auto chosen = app.get_subcommands();
-    if (chosen.empty()) {
-        console.machineLine(app.help());
-        throw Error(ErrorKind::kUsage, "no verb given");
-    }
-    return actions.at(chosen.front())(console);
+    return actions.at(parser.verb())(console);
 }
 
 /// Wrong arguments are told to the scheduler, too, though nobody has read them yet.

@@ -173,43 +173,43 @@ double parseLimit(const std::string& text) {
     return value;
 }
 
-void addThresholds(CLI::App& app, Thresholds& thresholds) {
+void addThresholds(VerbOptions& verb, Thresholds& thresholds) {
     constexpr const char* kGroup = "Thresholds";
     addValue(
-        app, "--max-count", "N", thresholds.max_count,
+        verb, "--max-count", "N", thresholds.max_count,
         [](const std::string& text) {
             return static_cast<std::uint64_t>(
                 parseInteger(text, 0, std::numeric_limits<std::int64_t>::max()));
         },
         "pixels whose number of fragments may differ (default: 0)")
-        ->group(kGroup);
-    addValue(app, "--max-depth", "X", thresholds.max_depth, parseLimit,
+        .group(kGroup);
+    addValue(verb, "--max-depth", "X", thresholds.max_depth, parseLimit,
              "largest difference of depth, scene units (default: 0)")
-        ->group(kGroup);
-    addValue(app, "--max-color", "X", thresholds.max_color, parseLimit,
+        .group(kGroup);
+    addValue(verb, "--max-color", "X", thresholds.max_color, parseLimit,
              "largest difference of a colour channel (default: 0, unless one of the next two is "
              "given)")
-        ->group(kGroup);
-    addValue(app, "--max-rmse", "X", thresholds.max_rmse, parseLimit,
+        .group(kGroup);
+    addValue(verb, "--max-rmse", "X", thresholds.max_rmse, parseLimit,
              "root mean square of the colour differences")
-        ->group(kGroup);
-    addValue(app, "--min-psnr", "DB", thresholds.min_psnr, parseLimit,
+        .group(kGroup);
+    addValue(verb, "--min-psnr", "DB", thresholds.min_psnr, parseLimit,
              "least peak signal-to-noise ratio of colour, for a peak of 1; inf: no difference")
-        ->group(kGroup);
+        .group(kGroup);
 }
 
-void addHeatmap(CLI::App& app, CompareOptions& options) {
+void addHeatmap(VerbOptions& verb, CompareOptions& options) {
     addValue(
-        app, "--heatmap", "FILE", options.heatmap,
+        verb, "--heatmap", "FILE", options.heatmap,
         [](const std::string& text) { return fs::path(text); },
         "a picture (.png, .jpg, .tif) of every pixel's largest colour difference, black to "
         "yellow; pixels whose fragment counts differ go from blue to cyan")
-        ->group("Output");
+        .group("Output");
     addValue(
-        app, "--heatmap-max", "X", options.heatmap_max,
+        verb, "--heatmap-max", "X", options.heatmap_max,
         [](const std::string& text) { return parsePositive(text); },
         "the difference that is shown yellow (default: the largest)")
-        ->group("Output");
+        .group("Output");
 }
 
 constexpr const char* kFooter =
@@ -222,18 +222,18 @@ constexpr const char* kFooter =
 
 }  // namespace
 
-VerbAction declareCompare(CLI::App& app) {
+VerbAction declareCompare(VerbOptions& verb) {
     const auto options = std::make_shared<CompareOptions>();
     const auto path = [](const std::string& text) { return fs::path(text); };
-    addValue(app, "A", "", options->a, path, "an image")->required();
-    addValue(app, "B", "", options->b, path, "another of the same size and crop")->required();
-    app.add_flag("--composites", options->composites,
+    addValue(verb, "A", "", options->a, path, "an image").required();
+    addValue(verb, "B", "", options->b, path, "another of the same size and crop").required();
+    verb.addFlag("--composites", options->composites,
                  "compare the composites of layered files, not their layers");
-    addThresholds(app, options->thresholds);
-    addHeatmap(app, *options);
-    addThreadsOption(app, options->threads);
-    addReportOptions(app, options->report);
-    app.footer(kFooter);
+    addThresholds(verb, options->thresholds);
+    addHeatmap(verb, *options);
+    addThreadsOption(verb, options->threads);
+    addReportOptions(verb, options->report);
+    verb.footer(kFooter);
     return [options](Console& console) { return Compare(*options, console).run(); };
 }
 

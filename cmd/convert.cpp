@@ -130,17 +130,17 @@ constexpr const char* kFooter =
 
 }  // namespace
 
-VerbAction declareConvert(CLI::App& app) {
+VerbAction declareConvert(VerbOptions& verb) {
     const auto options = std::make_shared<ConvertOptions>();
     addValue(
-        app, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
+        verb, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
         "a layered or deep image (.exr)")
-        ->required();
-    addOutputFile(app, options->output, true);
-    addLayerOutputOptions(app, options->output, true);
-    addThreadsOption(app, options->threads);
-    addReportOptions(app, options->report);
-    app.footer(kFooter);
+        .required();
+    addOutputFile(verb, options->output, true);
+    addLayerOutputOptions(verb, options->output, true);
+    addThreadsOption(verb, options->threads);
+    addReportOptions(verb, options->report);
+    verb.footer(kFooter);
     return [options](Console& console) {
         Convert(*options, console).run();
         return 0;

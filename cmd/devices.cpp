@@ -122,9 +122,9 @@ int listAll(const DevicesOptions& options, Console& console) {
 
 }  // namespace
 
-VerbAction declareDevices(CLI::App& app) {
+VerbAction declareDevices(VerbOptions& verb) {
     const auto options = std::make_shared<DevicesOptions>();
-    app.add_flag("--json", options->json, "print JSON");
+    verb.addFlag("--json", options->json, "print JSON");
     return [options](Console& console) { return listAll(*options, console); };
 }
 

@@ -338,17 +338,18 @@ constexpr const char* kFooter =
 
 }  // namespace
 
-VerbAction declareExtract(CLI::App& app) {
+VerbAction declareExtract(VerbOptions& verb) {
     const auto options = std::make_shared<ExtractOptions>();
     const auto path = [](const std::string& text) { return fs::path(text); };
-    addValue(app, "IN", "", options->input, path, "a layered image (.exr)")->required();
-    addOutputOptions(app, options->output);
-    app.get_option("--output")
-        ->required(false)
-        ->description(wrapped("every layer as a file of its own, #### or %04d being its number: "
-                              ".exr (all channels, cropped to the layer), .png, .jpg, .tif"));
+    addValue(verb, "IN", "", options->input, path, "a layered image (.exr)").required();
+    addOutputOptions(verb, options->output);
+    verb.option("--output")
+        .required(false)
+        .description(
+            "every layer as a file of its own, #### or %04d being its number: .exr (all channels, "
+            "cropped to the layer), .png, .jpg, .tif");
     const auto add = [&](const char* name, auto& target, const char* help) {
-        addValue(app, name, "FILE", target, path, help)->group("Output");
+        addValue(verb, name, "FILE", target, path, help).group("Output");
     };
     add("--depth-complexity", options->counts,
         "how many fragments every pixel has: .exr (a channel count), or a picture, black to "
@@ -356,22 +357,22 @@ VerbAction declareExtract(CLI::App& app) {
     add("--points", options->points,
         "every fragment as a point in world space (.ply, binary) with colour, layer, and normal "
         "and ids if the file has them");
-    app.add_flag("--double", options->double_points, "x, y, z of --points in 64 bits, not 32")
-        ->group("Output");
+    verb.addFlag("--double", options->double_points, "x, y, z of --points in 64 bits, not 32")
+        .group("Output");
     add("--npz", options->arrays, "every fragment in arrays for numpy (.npz, see below)");
-    addRepeated(
-        app, "--layer", "K",
-        [options](const std::string& text) { takeLayers(text, options->layers); },
-        "only these layers, 0 being the nearest: 2, 0-3 or 0,2,5-8; may be repeated")
-        ->group("Layers");
+    verb.addRepeated(
+            "--layer", "K",
+            [options](const std::string& text) { takeLayers(text, options->layers); },
+            "only these layers, 0 being the nearest: 2, 0-3 or 0,2,5-8; may be repeated")
+        .group("Layers");
     addValue(
-        app, "--layers", "N|all", options->max_layers,
+        verb, "--layers", "N|all", options->max_layers,
         [](const std::string& text) { return parseLayers(text); },
         "only the N nearest layers (default: all)")
-        ->group("Layers");
-    addThreadsOption(app, options->threads);
-    addReportOptions(app, options->report);
-    app.footer(kFooter);
+        .group("Layers");
+    addThreadsOption(verb, options->threads);
+    addReportOptions(verb, options->report);
+    verb.footer(kFooter);
     return [options](Console& console) {
         Extract(*options, console).run();
         return 0;

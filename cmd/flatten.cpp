@@ -125,22 +125,22 @@ void Flatten::tell() {
 
 }  // namespace
 
-VerbAction declareFlatten(CLI::App& app) {
+VerbAction declareFlatten(VerbOptions& verb) {
     const auto options = std::make_shared<FlattenOptions>();
     options->output.as = "composite";
     addValue(
-        app, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
+        verb, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
         "a layered or deep image (.exr)")
-        ->required();
-    addOutputOptions(app, options->output);
-    addFxaaOption(app, options->fxaa, "quick, but render --samples sees more");
+        .required();
+    addOutputOptions(verb, options->output);
+    addFxaaOption(verb, options->fxaa, "quick, but render --samples sees more");
     addValue(
-        app, "--layers", "N|all", options->max_layers,
+        verb, "--layers", "N|all", options->max_layers,
         [](const std::string& text) { return parseLayers(text); },
         "composite the N nearest layers of every pixel (default: all)")
-        ->group("Layers");
-    addThreadsOption(app, options->threads);
-    addReportOptions(app, options->report);
+        .group("Layers");
+    addThreadsOption(verb, options->threads);
+    addReportOptions(verb, options->report);
     return [options](Console& console) {
         Flatten(*options, console).run();
         return 0;

@@ -40,14 +40,14 @@ int printInfo(const InfoOptions& options, Console& console) {
 
 }  // namespace
 
-VerbAction declareInfo(CLI::App& app) {
+VerbAction declareInfo(VerbOptions& verb) {
     const auto options = std::make_shared<InfoOptions>();
     addValue(
-        app, "FILE", "", options->file, [](const std::string& text) { return fs::path(text); },
+        verb, "FILE", "", options->file, [](const std::string& text) { return fs::path(text); },
         "a scene (.gltf, .glb) or a layered or deep image (.exr)")
-        ->required();
-    addSandboxOption(app, options->allow_outside);
-    app.add_flag("--json", options->json, "print JSON");
+        .required();
+    addSandboxOption(verb, options->allow_outside);
+    verb.addFlag("--json", options->json, "print JSON");
     return [options](Console& console) { return printInfo(*options, console); };
 }
 

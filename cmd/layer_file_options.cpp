@@ -33,9 +33,9 @@ bool isSet(const LayerFileFlags& flags) {
 
 /// A name of a table with `name` and `summary` in each row, and the table as help.
 template <class Row>
-CLI::Option* addNamed(CLI::App& app, const char* option, std::optional<std::string>& target,
-                      std::span<const Row> rows, const std::string& kind, std::string help,
-                      bool first_is_default) {
+Option addNamed(VerbOptions& verb, const char* option, std::optional<std::string>& target,
+                std::span<const Row> rows, const std::string& kind, std::string help,
+                bool first_is_default) {
     std::vector<std::string_view> names;
     for (const Row& row : rows) {
         help += '\n' + std::string(row.name) +
@@ -44,7 +44,7 @@ CLI::Option* addNamed(CLI::App& app, const char* option, std::optional<std::stri
         names.push_back(row.name);
     }
     return addValue(
-        app, option, "NAME", target,
+        verb, option, "NAME", target,
         [names, kind](const std::string& text) {
             for (const std::string_view name : names) {
                 if (name == text) return text;
@@ -80,24 +80,24 @@ void checkDeepMerge(const LayerFileFlags& flags) {
 
 }  // namespace
 
-void addLayerFileOptions(CLI::App& app, LayerFileFlags& flags) {
+void addLayerFileOptions(VerbOptions& verb, LayerFileFlags& flags) {
     constexpr const char* kGroup = "Layer files";
-    addNamed(app, "--layout", flags.layout, exrLayouts(), "layout",
+    addNamed(verb, "--layout", flags.layout, exrLayouts(), "layout",
              "where the layers of --as ldi go", true)
-        ->group(kGroup);
-    addNamed(app, "--compression", flags.compression, exrCompressions(), "compression",
+        .group(kGroup);
+    addNamed(verb, "--compression", flags.compression, exrCompressions(), "compression",
              "lossless compression of layers; deep images take no zip", false)
-        ->group(kGroup);
-    addChoice<DeepMerge>(app, "--deep-merge", flags.deep_merge, kDeepMerges, "merge",
+        .group(kGroup);
+    addChoice<DeepMerge>(verb, "--deep-merge", flags.deep_merge, kDeepMerges, "merge",
                          "neighbouring samples of --as deep that become one, with the same "
                          "composite and the nearest's depth:")
-        ->group(kGroup);
-    addValue(app, "--deep-z-tolerance", "X", flags.z_tolerance, parseTolerance,
+        .group(kGroup);
+    addValue(verb, "--deep-z-tolerance", "X", flags.z_tolerance, parseTolerance,
              "how far samples that are merged may lie behind the nearest, scene units")
-        ->group(kGroup);
-    addValue(app, "--deep-alpha-tolerance", "X", flags.alpha_tolerance, parseTolerance,
+        .group(kGroup);
+    addValue(verb, "--deep-alpha-tolerance", "X", flags.alpha_tolerance, parseTolerance,
              "how far their alpha may be from the nearest's, by-id (default: 1, any)")
-        ->group(kGroup);
+        .group(kGroup);
 }
 
 void checkLayerFileOptions(const LayerFileFlags& flags, const OutputFormat& format) {

@@ -13,11 +13,9 @@
 #include "core/deep_merge.h"
 #include "formats/writers.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 struct LayerFileFlags {
     std::optional<std::string> layout;       ///< a name in exrLayouts()
@@ -27,7 +25,7 @@ struct LayerFileFlags {
 };
 
 /// Declares --layout, --compression, --deep-merge, --deep-z-tolerance and --deep-alpha-tolerance.
-void addLayerFileOptions(CLI::App& app, LayerFileFlags& flags);
+void addLayerFileOptions(VerbOptions& verb, LayerFileFlags& flags);
 
 /// Throws Error (kUsage) if one of them does not apply to `format`, or lacks another.
 void checkLayerFileOptions(const LayerFileFlags& flags, const OutputFormat& format);

@@ -42,47 +42,47 @@ double turn(const LookOptions& look) {
     return std::remainder(look.environment_rotation.value_or(0), 360.0);
 }
 
-void addVariantOption(CLI::App& app, LookOptions& look, const std::string& remark) {
+void addVariantOption(VerbOptions& verb, LookOptions& look, const std::string& remark) {
     addValue(
-        app, "--variant", "NAME|INDEX", look.variant, [](const std::string& text) { return text; },
+        verb, "--variant", "NAME|INDEX", look.variant, [](const std::string& text) { return text; },
         "which of the file's materials (KHR_materials_variants) to show; peeler info lists them "
         "(default: none, the materials of the meshes themselves)" +
             remark)
-        ->group("Scene");
+        .group("Scene");
 }
 
-void addEnvironmentOptions(CLI::App& app, LookOptions& look, const std::string& remark) {
+void addEnvironmentOptions(VerbOptions& verb, LookOptions& look, const std::string& remark) {
     addValue(
-        app, "--environment", "FILE", look.environment,
+        verb, "--environment", "FILE", look.environment,
         [](const std::string& text) { return std::filesystem::path(text); },
         "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z" + remark)
-        ->group("Light");
+        .group("Light");
     addValue(
-        app, "--environment-rotation", "DEGREES", look.environment_rotation,
+        verb, "--environment-rotation", "DEGREES", look.environment_rotation,
         [](const std::string& text) { return parseNumber(text); },
         "turns the environment about +Y; 90 takes what is seen along +Z to +X (default: 0)")
-        ->group("Light");
+        .group("Light");
 }
 
 }  // namespace
 
-void addVariantOption(CLI::App& app, LookOptions& look) {
-    addVariantOption(app, look, "");
+void addVariantOption(VerbOptions& verb, LookOptions& look) {
+    addVariantOption(verb, look, "");
 }
 
-void addLookOptions(CLI::App& app, LookOptions& look) {
-    addVariantOption(app, look);
-    addChoice<bool>(app, "--transmission", look.transmission, kTransmissions, "transmission",
+void addLookOptions(VerbOptions& verb, LookOptions& look) {
+    addVariantOption(verb, look);
+    addChoice<bool>(verb, "--transmission", look.transmission, kTransmissions, "transmission",
                     "glass and other surfaces that transmit light:")
-        ->group("Layers");
-    addEnvironmentOptions(app, look,
+        .group("Layers");
+    addEnvironmentOptions(verb, look,
                           ". It is light only; the background stays what --background says. The "
                           "built-in light is off then, the scene's own lights shine on");
 }
 
-void addBakedLookOptions(CLI::App& app, LookOptions& look) {
-    addVariantOption(app, look, "; a .glb opens with them, too");
-    addEnvironmentOptions(app, look, "; irradiance");
+void addBakedLookOptions(VerbOptions& verb, LookOptions& look) {
+    addVariantOption(verb, look, "; a .glb opens with them, too");
+    addEnvironmentOptions(verb, look, "; irradiance");
 }
 
 std::optional<std::size_t> chosenVariant(const Scene& scene, const LookOptions& look) {

@@ -10,11 +10,9 @@
 #include "core/scene.h"
 #include "formats/gltf_reader.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 struct LookOptions {
     std::optional<std::string> variant;  ///< name or index
@@ -24,12 +22,12 @@ struct LookOptions {
 };
 
 /// Declares --variant alone.
-void addVariantOption(CLI::App& app, LookOptions& look);
+void addVariantOption(VerbOptions& verb, LookOptions& look);
 /// Declares --variant, --transmission, --environment and --environment-rotation.
-void addLookOptions(CLI::App& app, LookOptions& look);
+void addLookOptions(VerbOptions& verb, LookOptions& look);
 /// Declares those that can change what is baked: --variant, --environment and
 /// --environment-rotation.
-void addBakedLookOptions(CLI::App& app, LookOptions& look);
+void addBakedLookOptions(VerbOptions& verb, LookOptions& look);
 
 /// Throws Error (kUsage) for a rotation of no environment.
 void checkLookOptions(const LookOptions& look);

@@ -235,17 +235,18 @@ void Merge::tell() {
 
 }  // namespace
 
-VerbAction declareMerge(CLI::App& app) {
+VerbAction declareMerge(VerbOptions& verb) {
     const auto options = std::make_shared<MergeOptions>();
-    addFiles(app, "TILES", options->inputs,
-             "layered, deep or composite images (.exr) of one scene, view and settings, rendered "
-             "with --tile or --crop");
-    addOutputOptions(app, options->output);
-    addLayerOutputOptions(app, options->output);
-    app.add_flag("--allow-gaps", options->allow_gaps, "pixels that no tile has stay empty");
-    addThreadsOption(app, options->threads);
-    addReportOptions(app, options->report);
-    app.footer(
+    verb.addFiles(
+        "TILES", options->inputs,
+        "layered, deep or composite images (.exr) of one scene, view and settings, rendered with "
+        "--tile or --crop");
+    addOutputOptions(verb, options->output);
+    addLayerOutputOptions(verb, options->output);
+    verb.addFlag("--allow-gaps", options->allow_gaps, "pixels that no tile has stay empty");
+    addThreadsOption(verb, options->threads);
+    addReportOptions(verb, options->report);
+    verb.footer(
         "The result is the file that a render of the whole would have written. Tiles may overlap\n"
         "where they agree, bit for bit.");
     return [options](Console& console) {

@@ -62,7 +62,7 @@ bool holdsLayers(const OutputFormat& format) {
 
 }  // namespace
 
-void addOutputFile(CLI::App& app, OutputFlags& flags, bool layers_only) {
+void addOutputFile(VerbOptions& verb, OutputFlags& flags, bool layers_only) {
     std::string extensions;
     std::set<std::string_view> known;
     for (const OutputFormat& format : outputFormats()) {
@@ -74,20 +74,20 @@ void addOutputFile(CLI::App& app, OutputFlags& flags, bool layers_only) {
         }
     }
     addValue(
-        app, "-o,--output", "FILE", flags.path,
+        verb, "-o,--output", "FILE", flags.path,
         [](const std::string& text) { return fs::path(text); }, "the file to write: " + extensions)
-        ->group("Output")
-        ->required();
-    app.add_flag("--no-clobber", flags.no_clobber, "fail if the file is there already")
-        ->group("Output");
+        .group("Output")
+        .required();
+    verb.addFlag("--no-clobber", flags.no_clobber, "fail if the file is there already")
+        .group("Output");
 }
 
-void addOutputOptions(CLI::App& app, OutputFlags& flags) {
+void addOutputOptions(VerbOptions& verb, OutputFlags& flags) {
     const auto add = [&](const char* name, const char* value, auto& target, auto parse,
                          const std::string& help) {
-        return addValue(app, name, value, target, parse, help)->group("Output");
+        return addValue(verb, name, value, target, parse, help).group("Output");
     };
-    addOutputFile(app, flags);
+    addOutputFile(verb, flags);
     add(
         "--background", "COLOR", flags.background,
         [](const std::string& text) { return parseColor(text); },
@@ -104,12 +104,12 @@ void addOutputOptions(CLI::App& app, OutputFlags& flags) {
         "how what is not an EXR shows bright light" + maps);
 }
 
-void addFxaaOption(CLI::App& app, bool& fxaa, const std::string& remark) {
-    app.add_flag("--fxaa", fxaa, wrapped("smooths the stairs along a composite's edges: " + remark))
-        ->group("Output");
+void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark) {
+    verb.addFlag("--fxaa", fxaa, "smooths the stairs along a composite's edges: " + remark)
+        .group("Output");
 }
 
-void addLayerOutputOptions(CLI::App& app, OutputFlags& flags, bool layers_only) {
+void addLayerOutputOptions(VerbOptions& verb, OutputFlags& flags, bool layers_only) {
     std::string kinds;
     std::set<std::string_view> known;
     std::vector<std::string_view> names;
@@ -120,7 +120,7 @@ void addLayerOutputOptions(CLI::App& app, OutputFlags& flags, bool layers_only) 
         kinds += (kinds.empty() ? "" : " or ") + std::string(format.kind);
     }
     addValue(
-        app, "--as", "KIND", flags.as,
+        verb, "--as", "KIND", flags.as,
         [names](const std::string& text) {
             if (std::find(names.begin(), names.end(), text) == names.end()) {
                 refuseName("kind", text, names);
@@ -128,11 +128,11 @@ void addLayerOutputOptions(CLI::App& app, OutputFlags& flags, bool layers_only) 
             return text;
         },
         kinds + " (default: by the extension; .exr holds layers)")
-        ->group("Output");
-    app.add_flag("--no-composite", flags.no_composite,
+        .group("Output");
+    verb.addFlag("--no-composite", flags.no_composite,
                  "layers only, without the part that shows them composited")
-        ->group("Output");
-    addLayerFileOptions(app, flags.layers);
+        .group("Output");
+    addLayerFileOptions(verb, flags.layers);
 }
 
 void checkFolder(const fs::path& file) {
@@ -237,16 +237,17 @@ ProgressStyle ReportFlags::shownProgress() const {
     return quiet && for_people ? ProgressStyle::kNone : progress;
 }
 
-void addReportOptions(CLI::App& app, ReportFlags& flags) {
-    app.add_flag("--json", flags.json, "print the result as JSON")->group("Messages");
+void addReportOptions(VerbOptions& verb, ReportFlags& flags) {
+    verb.addFlag("--json", flags.json, "print the result as JSON").group("Messages");
     addValue(
-        app, "--report", "FILE", flags.file, [](const std::string& text) { return fs::path(text); },
+        verb, "--report", "FILE", flags.file,
+        [](const std::string& text) { return fs::path(text); },
         "write the result as JSON to a file")
-        ->group("Messages");
-    addChoice<ProgressStyle>(app, "--progress", flags.progress, kProgressStyles, "progress style",
+        .group("Messages");
+    addChoice<ProgressStyle>(verb, "--progress", flags.progress, kProgressStyles, "progress style",
                              "how progress is told on stderr:")
-        ->group("Messages");
-    app.add_flag("-q,--quiet", flags.quiet, "warnings and errors only")->group("Messages");
+        .group("Messages");
+    verb.addFlag("-q,--quiet", flags.quiet, "warnings and errors only").group("Messages");
 }
 
 void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,
@@ -273,13 +274,13 @@ void checkSceneFiles(const Scene& scene, const std::vector<fs::path>& outputs) {
     }
 }
 
-void addThreadsOption(CLI::App& app, int& threads) {
+void addThreadsOption(VerbOptions& verb, int& threads) {
     addValue(
-        app, "--threads", "N", threads,
+        verb, "--threads", "N", threads,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 0, 1024)); },
         "processors to use (default: 0, as many as CPU affinity, the cgroup's quota, "
         "SLURM_CPUS_PER_TASK and CUE_THREADS allow)")
-        ->group("Machine");
+        .group("Machine");
 }
 
 void tellResult(const ReportFlags& flags, const PictureResult& result, Console& console) {

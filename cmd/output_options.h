@@ -18,11 +18,9 @@
 #include "formats/exr_info.h"
 #include "formats/writers.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 struct OutputFlags {
     std::filesystem::path path;
@@ -36,14 +34,14 @@ struct OutputFlags {
 };
 
 /// Declares -o and --no-clobber; with `layers_only` for a verb that writes no composites.
-void addOutputFile(CLI::App& app, OutputFlags& flags, bool layers_only = false);
+void addOutputFile(VerbOptions& verb, OutputFlags& flags, bool layers_only = false);
 /// Declares those and --background, --exposure and --tone-map.
-void addOutputOptions(CLI::App& app, OutputFlags& flags);
+void addOutputOptions(VerbOptions& verb, OutputFlags& flags);
 /// Declares --as, --no-composite and those of layer files, for verbs that have layers to write.
-void addLayerOutputOptions(CLI::App& app, OutputFlags& flags, bool layers_only = false);
+void addLayerOutputOptions(VerbOptions& verb, OutputFlags& flags, bool layers_only = false);
 
 /// Declares --fxaa; `remark` ends its description.
-void addFxaaOption(CLI::App& app, bool& fxaa, const std::string& remark);
+void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark);
 
 /// Throws before any work is done: Error (kUsage) if the path names no format, an option does not
 /// apply to it or the output is one of the inputs; (kOutput) if the folder cannot be written to, or
@@ -82,7 +80,7 @@ struct ReportFlags {
 };
 
 /// Declares --json, --report, --progress and --quiet.
-void addReportOptions(CLI::App& app, ReportFlags& flags);
+void addReportOptions(VerbOptions& verb, ReportFlags& flags);
 
 /// Throws like checkOutput if another file that a verb writes (`what`, by `option`) cannot be
 /// written, or would replace one of the others.
@@ -101,6 +99,6 @@ void checkSceneFiles(const Scene& scene, const std::vector<std::filesystem::path
 void tellResult(const ReportFlags& flags, const PictureResult& result, Console& console);
 
 /// Declares --threads; 0 = allowedThreads() (cmd/resources.h).
-void addThreadsOption(CLI::App& app, int& threads);
+void addThreadsOption(VerbOptions& verb, int& threads);
 
 }  // namespace peeler::cmd

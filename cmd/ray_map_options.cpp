@@ -73,32 +73,35 @@ void setAttenuation(const Scene& scene, const std::string& glob, double mu,
 
 }  // namespace
 
-void addRayMapOptions(CLI::App& app, RayMapFlags& flags) {
+void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
     std::string help =
         "a number a ray instead of its hits, in an EXR several, with commas "
         "between (a part a bundle, a channel a map), in a picture one (black to "
         "yellow; of several bundles #### in its name is their number):";
     for (const RayMapInfo& map : rayMapTable())
         help += '\n' + std::string(map.name) + ": " + std::string(map.summary);
-    addRepeated(
-        app, "--map", "NAMES", [&flags](const std::string& text) { takeMaps(text, flags.maps); },
-        help)
-        ->group(kGroup);
-    addRepeated(
-        app, "--attenuation", "MATERIAL=MU",
-        [&flags](const std::string& text) { flags.attenuation.push_back(parseAttenuation(text)); },
-        "how much materials of this name (or glob, or index) weaken X-rays, per scene unit: what "
-        "gets through is exp(-sum MU * length); may be given several times, the last one counts")
-        ->group(kGroup);
-    addRepeated(
-        app, "--part", "GLOB", [&flags](const std::string& text) { flags.parts.push_back(text); },
-        "twice: the two parts of --map overlap, by the names of their nodes (what is below them "
-        "included)")
-        ->group(kGroup);
-    addValue(app, "--range", "LOW,HIGH", flags.range, parseRange,
+    verb.addRepeated(
+            "--map", "NAMES", [&flags](const std::string& text) { takeMaps(text, flags.maps); },
+            help)
+        .group(kGroup);
+    verb.addRepeated(
+            "--attenuation", "MATERIAL=MU",
+            [&flags](const std::string& text) {
+                flags.attenuation.push_back(parseAttenuation(text));
+            },
+            "how much materials of this name (or glob, or index) weaken X-rays, per scene unit: "
+            "what gets through is exp(-sum MU * length); may be given several times, the last one "
+            "counts")
+        .group(kGroup);
+    verb.addRepeated(
+            "--part", "GLOB", [&flags](const std::string& text) { flags.parts.push_back(text); },
+            "twice: the two parts of --map overlap, by the names of their nodes (what is below "
+            "them included)")
+        .group(kGroup);
+    addValue(verb, "--range", "LOW,HIGH", flags.range, parseRange,
              "what is black and what yellow in a picture (default: 0 to the largest value; of "
              "first and last from the least)")
-        ->group(kGroup);
+        .group(kGroup);
 }
 
 void checkRayMapFlags(const RayMapFlags& flags) {

@@ -9,11 +9,9 @@
 
 #include "cmd/ray_map_output.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 struct RayMapFlags {
     std::vector<RayMap> maps;  ///< none: hits are written
@@ -24,7 +22,7 @@ struct RayMapFlags {
 };
 
 /// Declares --map, --attenuation, --part and --range. `flags` must outlive the parse.
-void addRayMapOptions(CLI::App& app, RayMapFlags& flags);
+void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkRayMapFlags(const RayMapFlags& flags);

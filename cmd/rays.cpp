@@ -314,9 +314,9 @@ void Rays::tell() {
 
 }  // namespace
 
-VerbAction declareRays(CLI::App& app) {
+VerbAction declareRays(VerbOptions& verb) {
     const auto options = std::make_shared<RaysOptions>();
-    addRaysOptions(app, *options);
+    addRaysOptions(verb, *options);
     return [options](Console& console) {
         Rays(*options, console).run();
         return 0;

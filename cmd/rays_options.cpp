@@ -101,58 +101,58 @@ void checkFaces(const RaysOptions& options) {
 
 }  // namespace
 
-void addRaysOptions(CLI::App& app, RaysOptions& options) {
+void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
     options.capture.faces = Faces::kBoth;
     addValue(
-        app, "SCENE", "", options.scene.file,
+        verb, "SCENE", "", options.scene.file,
         [](const std::string& text) { return fs::path(text); }, "a glTF scene (.gltf or .glb)")
-        ->required();
-    addOutputFile(app, options.output);
-    app.get_option("--output")
-        ->required(false)
-        ->description(wrapped("hits: .npz (arrays for numpy), .ply (points), .exr (deep); of "
-                              "--map .exr, .png, .jpg or .tif; of --voxels .npz or .vdb"));
+        .required();
+    addOutputFile(verb, options.output);
+    verb.option("--output")
+        .required(false)
+        .description(
+            "hits: .npz (arrays for numpy), .ply (points), .exr (deep); of --map .exr, .png, .jpg "
+            "or .tif; of --voxels .npz or .vdb");
     addValue(
-        app, "--points", "FILE", options.points,
+        verb, "--points", "FILE", options.points,
         [](const std::string& text) { return fs::path(text); },
         "write the next hits before and after each of these points along every direction, not "
         "all hits: a .ply, or a .npz with the array points (n, 3)")
-        ->group("Output");
-    app.add_flag("--double", options.double_points, "x, y, z of a .ply in 64 bits, not 32")
-        ->group("Output");
-    addBundleOptions(app, options.bundles);
-    app.add_flag("--refine,!--no-refine", options.refine,
-                 wrapped("find t anew in double precision from the triangle (default); otherwise "
-                         "it is as the rasteriser has it: a 32-bit depth, corners on a grid of "
-                         "1/256 pixel"))
-        ->group("Rays");
-    addRayFacesOption(app, options.capture);
-    addRayMapOptions(app, options.maps);
+        .group("Output");
+    verb.addFlag("--double", options.double_points, "x, y, z of a .ply in 64 bits, not 32")
+        .group("Output");
+    addBundleOptions(verb, options.bundles);
+    verb.addFlag("--refine,!--no-refine", options.refine,
+                 "find t anew in double precision from the triangle (default); otherwise it is as "
+                 "the rasteriser has it: a 32-bit depth, corners on a grid of 1/256 pixel")
+        .group("Rays");
+    addRayFacesOption(verb, options.capture);
+    addRayMapOptions(verb, options.maps);
     addValue(
-        app, "--voxels", "R", options.voxels,
+        verb, "--voxels", "R", options.voxels,
         [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 4096)); },
         "which cells of a lattice, R along its longest side, are inside: by parity along each of "
         "the three axes, and the majority of them")
-        ->group("Inside");
+        .group("Inside");
     std::string parity_help =
         "check that what is shown is closed: a ray that enters a surface leaves it. If rays hit "
         "one an odd number of times:";
     for (const Choice<ParityUse>& use : kParityUses)
         parity_help += '\n' + std::string(use.name) + ": " + std::string(use.summary);
     addValue(
-        app, "--parity", "NAME", options.parity,
+        verb, "--parity", "NAME", options.parity,
         [](const std::string& text) {
             return choose<ParityUse>("use of parity", kParityUses, text);
         },
         parity_help)
-        ->group("Inside");
-    addSceneOptions(app, options.scene);
-    addVariantOption(app, options.look);
-    addTimeOptions(app, options.animation);
-    addMachineOptions(app, options.device, options.threads, options.capture,
+        .group("Inside");
+    addSceneOptions(verb, options.scene);
+    addVariantOption(verb, options.look);
+    addTimeOptions(verb, options.animation);
+    addMachineOptions(verb, options.device, options.threads, options.capture,
                       "rays are traced in bands that fit");
-    addReportOptions(app, options.report);
-    app.footer(kFooter);
+    addReportOptions(verb, options.report);
+    verb.footer(kFooter);
 }
 
 void checkRaysOptions(const RaysOptions& options) {

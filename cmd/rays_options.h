@@ -41,7 +41,7 @@ struct RaysOptions {
 };
 
 /// Declares all options of the verb. `options` must outlive the parse.
-void addRaysOptions(CLI::App& app, RaysOptions& options);
+void addRaysOptions(VerbOptions& verb, RaysOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkRaysOptions(const RaysOptions& options);

@@ -270,9 +270,9 @@ void Render::tellSkipped(Picture& picture) {
 
 }  // namespace
 
-VerbAction declareRender(CLI::App& app) {
+VerbAction declareRender(VerbOptions& verb) {
     const auto options = std::make_shared<RenderOptions>();
-    addRenderOptions(app, *options);
+    addRenderOptions(verb, *options);
     return [options](Console& console) { return Render(*options, console).run(); };
 }
 

@@ -53,32 +53,32 @@ void chooseChannels(const RenderOptions& options, CaptureSettings& capture) {
 
 }  // namespace
 
-void addRenderOptions(CLI::App& app, RenderOptions& options) {
+void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addValue(
-        app, "SCENE", "", options.scene.file,
+        verb, "SCENE", "", options.scene.file,
         [](const std::string& text) { return std::filesystem::path(text); },
         "a glTF scene (.gltf or .glb)")
-        ->required();
-    addOutputOptions(app, options.output);
-    addLayerOutputOptions(app, options.output);
-    addFxaaOption(app, options.fxaa, "quick, but --samples sees more");
-    addSceneOptions(app, options.scene);
-    addTimeOptions(app, options.animation);
-    addFrameOptions(app, options.animation);
-    addCameraOptions(app, options.camera);
-    addLayerOptions(app, options.capture);
-    addChannelOptions(app, options.channels);
-    addClipOptions(app, options.clip);
-    addLightOptions(app, options.capture, options.shadow_size);
-    addLookOptions(app, options.look);
-    addMachineOptions(app, options.device, options.threads, options.capture);
-    addSequenceOptions(app, options.sequence);
-    addReportOptions(app, options.report);
-    app.add_flag("--strict", options.strict,
-                 wrapped("a missing texture and damaged compressed data are errors (exit code 3), "
-                         "whatever the fallback, and so is a layer limit that leaves fragments out "
-                         "(6); no file is written then"))
-        ->group("Output");
+        .required();
+    addOutputOptions(verb, options.output);
+    addLayerOutputOptions(verb, options.output);
+    addFxaaOption(verb, options.fxaa, "quick, but --samples sees more");
+    addSceneOptions(verb, options.scene);
+    addTimeOptions(verb, options.animation);
+    addFrameOptions(verb, options.animation);
+    addCameraOptions(verb, options.camera);
+    addLayerOptions(verb, options.capture);
+    addChannelOptions(verb, options.channels);
+    addClipOptions(verb, options.clip);
+    addLightOptions(verb, options.capture, options.shadow_size);
+    addLookOptions(verb, options.look);
+    addMachineOptions(verb, options.device, options.threads, options.capture);
+    addSequenceOptions(verb, options.sequence);
+    addReportOptions(verb, options.report);
+    verb.addFlag("--strict", options.strict,
+                 "a missing texture and damaged compressed data are errors (exit code 3), whatever "
+                 "the fallback, and so is a layer limit that leaves fragments out (6); no file is "
+                 "written then")
+        .group("Output");
 }
 
 CaptureSettings captureSettings(const RenderOptions& options) {

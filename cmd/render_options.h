@@ -36,7 +36,7 @@ struct RenderOptions {
 };
 
 /// Declares all of them. `options` must outlive the parse.
-void addRenderOptions(CLI::App& app, RenderOptions& options);
+void addRenderOptions(VerbOptions& verb, RenderOptions& options);
 
 /// What to capture for the output that was asked for. Throws Error (kUsage) for what contradicts
 /// itself whatever the scene is.

@@ -51,29 +51,29 @@ void spread(const Scene& scene, std::vector<char>& marked) {
 
 }  // namespace
 
-void addSceneOptions(CLI::App& app, SceneOptions& options) {
+void addSceneOptions(VerbOptions& verb, SceneOptions& options) {
     constexpr const char* kGroup = "Scene";
     addValue(
-        app, "--scene", "NAME|INDEX", options.scene, [](const std::string& text) { return text; },
+        verb, "--scene", "NAME|INDEX", options.scene, [](const std::string& text) { return text; },
         "which of the file's scenes (default: its own choice)")
-        ->group(kGroup);
-    addRepeated(
-        app, "--include", "GLOB", [&](const std::string& text) { options.include.push_back(text); },
-        "show only the meshes of nodes with such a name, and of those below them; *, ? and [a-z] "
-        "as in a shell; may be repeated")
-        ->group(kGroup);
-    addRepeated(
-        app, "--exclude", "GLOB", [&](const std::string& text) { options.exclude.push_back(text); },
-        "leave out nodes with such a name and all below them, lights included; may be repeated")
-        ->group(kGroup);
-    addSandboxOption(app, options.gltf.allow_outside);
+        .group(kGroup);
+    verb.addRepeated(
+            "--include", "GLOB", [&](const std::string& text) { options.include.push_back(text); },
+            "show only the meshes of nodes with such a name, and of those below them; *, ? and "
+            "[a-z] as in a shell; may be repeated")
+        .group(kGroup);
+    verb.addRepeated(
+            "--exclude", "GLOB", [&](const std::string& text) { options.exclude.push_back(text); },
+            "leave out nodes with such a name and all below them, lights included; may be repeated")
+        .group(kGroup);
+    addSandboxOption(verb, options.gltf.allow_outside);
 }
 
-void addSandboxOption(CLI::App& app, bool& allow_outside) {
-    app.add_flag("--allow-outside", allow_outside,
-                 wrapped("read the buffers and images of the scene wherever it says: without this, "
-                         "nothing outside its folder (absolute paths, \"..\", symbolic links)"))
-        ->group("Scene");
+void addSandboxOption(VerbOptions& verb, bool& allow_outside) {
+    verb.addFlag("--allow-outside", allow_outside,
+                 "read the buffers and images of the scene wherever it says: without this, nothing "
+                 "outside its folder (absolute paths, \"..\", symbolic links)")
+        .group("Scene");
 }
 
 int chooseScene(const Scene& scene, const SceneOptions& options) {

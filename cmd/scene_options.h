@@ -10,11 +10,9 @@
 #include "core/scene.h"
 #include "formats/gltf_reader.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 struct SceneOptions {
     std::filesystem::path file;
@@ -24,9 +22,9 @@ struct SceneOptions {
 };
 
 /// Declares --scene, --include, --exclude and --allow-outside. `options` must outlive the parse.
-void addSceneOptions(CLI::App& app, SceneOptions& options);
+void addSceneOptions(VerbOptions& verb, SceneOptions& options);
 /// Declares --allow-outside alone.
-void addSandboxOption(CLI::App& app, bool& allow_outside);
+void addSandboxOption(VerbOptions& verb, bool& allow_outside);
 
 /// The scene's index. Throws Error (kUsage) with the list for one that is not there.
 int chooseScene(const Scene& scene, const SceneOptions& options);

@@ -2,11 +2,9 @@
 // How a run over many pictures meets what is there already, and what fails.
 #pragma once
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 struct SequenceOptions {
     bool skip_existing = false;
@@ -15,6 +13,6 @@ struct SequenceOptions {
 };
 
 /// Declares --skip-existing, --keep-going and --dry-run. `options` must outlive the parse.
-void addSequenceOptions(CLI::App& app, SequenceOptions& options);
+void addSequenceOptions(VerbOptions& verb, SequenceOptions& options);
 
 }  // namespace peeler::cmd

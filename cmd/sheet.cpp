@@ -186,46 +186,46 @@ void Sheet::tell() {
     if (options_.report.json) console_.result(jsonText(json));
 }
 
-void addCellOptions(CLI::App& app, SheetOptions& options) {
+void addCellOptions(VerbOptions& verb, SheetOptions& options) {
     constexpr const char* kGroup = "Cells";
     const auto within = [](int least, int most) {
         return [least, most](const std::string& text) {
             return static_cast<int>(parseInteger(text, least, most));
         };
     };
-    addChoice<SheetShow>(app, "--show", options.request.cells.show, kShows, "thing to show",
+    addChoice<SheetShow>(verb, "--show", options.request.cells.show, kShows, "thing to show",
                          "what the cells show:")
-        ->group(kGroup);
-    app.add_flag("--progression", options.request.cells.progression,
-                 wrapped("composites of the nearest 1, 2, … layers instead of the layers, each "
-                         "with its error against that of all"))
-        ->group(kGroup);
-    addChoice<SheetMethods>(app, "--methods", options.request.methods, kMethodChoices,
+        .group(kGroup);
+    verb.addFlag("--progression", options.request.cells.progression,
+                 "composites of the nearest 1, 2, … layers instead of the layers, each with its "
+                 "error against that of all")
+        .group(kGroup);
+    addChoice<SheetMethods>(verb, "--methods", options.request.methods, kMethodChoices,
                             "choice of methods",
                             "of a scene, composites that methods blend while they render:")
-        ->group(kGroup);
-    addValue(app, "--cells", "N", options.request.cells.most_cells, within(1, 1000),
+        .group(kGroup);
+    addValue(verb, "--cells", "N", options.request.cells.most_cells, within(1, 1000),
              "most cells; the rest are left out (default: 24)")
-        ->group(kGroup);
-    addValue(app, "--columns", "N", options.columns, within(1, 1000),
+        .group(kGroup);
+    addValue(verb, "--columns", "N", options.columns, within(1, 1000),
              "cells beside each other (default: near-square)")
-        ->group(kGroup);
-    addValue(app, "--cell-width", "PIXELS", options.request.cells.cell_width, within(16, 8192),
+        .group(kGroup);
+    addValue(verb, "--cell-width", "PIXELS", options.request.cells.cell_width, within(16, 8192),
              "width of a cell, at most that of the picture (default: 320)")
-        ->group(kGroup);
+        .group(kGroup);
 }
 
 /// The options that have a meaning for scenes only, as far as they are on the command line.
-std::set<std::string> sceneOptionsGiven(const CLI::App& app) {
+std::set<std::string> sceneOptionsGiven(const VerbOptions& verb) {
     const std::set<std::string> groups{"Scene",  "Animation", "Camera", "Picture",
                                        "Layers", "Clipping",  "Light",  "Machine"};
     const std::set<std::string> everywhere{"--layers", "--threads"};
     std::set<std::string> given;
-    for (const CLI::Option* option : app.get_options()) {
-        const std::string name = option->get_name();
-        const bool for_scenes = name == "--methods" || (groups.contains(option->get_group()) &&
-                                                        !everywhere.contains(name));
-        if (option->count() > 0 && for_scenes) given.insert(name);
+    for (const Option& option : verb.given()) {
+        const std::string name = option.name();
+        const bool for_scenes =
+            name == "--methods" || (groups.contains(option.group()) && !everywhere.contains(name));
+        if (for_scenes) given.insert(name);
     }
     return given;
 }
@@ -239,33 +239,33 @@ constexpr const char* kFooter =
 
 }  // namespace
 
-VerbAction declareSheet(CLI::App& app) {
+VerbAction declareSheet(VerbOptions& verb) {
     const auto options = std::make_shared<SheetOptions>();
     options->output.as = "composite";
     addValue(
-        app, "IN", "", options->request.input.file,
+        verb, "IN", "", options->request.input.file,
         [](const std::string& text) { return fs::path(text); },
         "a layered depth image (.exr) or a glTF scene (.gltf, .glb)")
-        ->required();
-    addOutputOptions(app, options->output);
-    app.get_option("--output")->description(kOutputHelp);
-    app.get_option("--background")
-        ->description(wrapped("behind every cell: transparent (default), r,g,b[,a] in linear "
-                              "light, or #rrggbb[aa] in sRGB; where it is transparent a "
-                              "checkerboard shows"));
-    addCellOptions(app, *options);
-    addSceneOptions(app, options->request.input);
-    addTimeOptions(app, options->request.animation);
-    addCameraOptions(app, options->request.camera);
-    addLayerOptions(app, options->request.capture);
-    addClipOptions(app, options->request.clip);
-    addLightOptions(app, options->request.capture, options->shadow_size);
-    addLookOptions(app, options->request.look);
-    addMachineOptions(app, options->request.device, options->threads, options->request.capture);
-    addReportOptions(app, options->report);
-    app.footer(kFooter);
-    return [options, &app](Console& console) {
-        options->given = sceneOptionsGiven(app);
+        .required();
+    addOutputOptions(verb, options->output);
+    verb.option("--output").description(kOutputHelp);
+    verb.option("--background")
+        .description(
+            "behind every cell: transparent (default), r,g,b[,a] in linear light, or #rrggbb[aa] "
+            "in sRGB; where it is transparent a checkerboard shows");
+    addCellOptions(verb, *options);
+    addSceneOptions(verb, options->request.input);
+    addTimeOptions(verb, options->request.animation);
+    addCameraOptions(verb, options->request.camera);
+    addLayerOptions(verb, options->request.capture);
+    addClipOptions(verb, options->request.clip);
+    addLightOptions(verb, options->request.capture, options->shadow_size);
+    addLookOptions(verb, options->request.look);
+    addMachineOptions(verb, options->request.device, options->threads, options->request.capture);
+    addReportOptions(verb, options->report);
+    verb.footer(kFooter);
+    return [options, verb](Console& console) {
+        options->given = sceneOptionsGiven(verb);
         setShadowSize(options->request.capture, options->shadow_size);
         Sheet(*options, console).run();
         return 0;

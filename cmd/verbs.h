@@ -8,11 +8,9 @@
 
 #include "cmd/console.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 /// What a verb does once its options are read; the result is the exit code.
 using VerbAction = std::function<int(Console&)>;
@@ -21,26 +19,26 @@ struct Verb {
     std::string_view name;
     std::string_view summary;  ///< one line for --help
     /// Declares the verb's options; the action owns where they are stored.
-    VerbAction (*declare)(CLI::App&);
+    VerbAction (*declare)(VerbOptions&);
 };
 
 /// In the order of --help.
 std::span<const Verb> verbs();
 
 // One file each.
-VerbAction declareRender(CLI::App& app);
-VerbAction declareRays(CLI::App& app);
-VerbAction declareBake(CLI::App& app);
-VerbAction declareFlatten(CLI::App& app);
-VerbAction declareExtract(CLI::App& app);
-VerbAction declareMerge(CLI::App& app);
-VerbAction declareConvert(CLI::App& app);
-VerbAction declareView(CLI::App& app);
-VerbAction declareSheet(CLI::App& app);
-VerbAction declareBatch(CLI::App& app);
-VerbAction declareCompare(CLI::App& app);
-VerbAction declareInfo(CLI::App& app);
-VerbAction declareVerify(CLI::App& app);
-VerbAction declareDevices(CLI::App& app);
+VerbAction declareRender(VerbOptions& verb);
+VerbAction declareRays(VerbOptions& verb);
+VerbAction declareBake(VerbOptions& verb);
+VerbAction declareFlatten(VerbOptions& verb);
+VerbAction declareExtract(VerbOptions& verb);
+VerbAction declareMerge(VerbOptions& verb);
+VerbAction declareConvert(VerbOptions& verb);
+VerbAction declareView(VerbOptions& verb);
+VerbAction declareSheet(VerbOptions& verb);
+VerbAction declareBatch(VerbOptions& verb);
+VerbAction declareCompare(VerbOptions& verb);
+VerbAction declareInfo(VerbOptions& verb);
+VerbAction declareVerify(VerbOptions& verb);
+VerbAction declareDevices(VerbOptions& verb);
 
 }  // namespace peeler::cmd

@@ -175,14 +175,14 @@ int verifyAll(const VerifyOptions& options, Console& console) {
 
 }  // namespace
 
-VerbAction declareVerify(CLI::App& app) {
+VerbAction declareVerify(VerbOptions& verb) {
     const auto options = std::make_shared<VerifyOptions>();
-    addFiles(app, "FILES", options->inputs, "OpenEXR files; those of peeler as one sequence");
-    app.add_flag("--any-settings", options->any_settings,
-                 wrapped("scene, settings and size may differ from file to file"));
-    addThreadsOption(app, options->threads);
-    addReportOptions(app, options->report);
-    app.footer(
+    verb.addFiles("FILES", options->inputs, "OpenEXR files; those of peeler as one sequence");
+    verb.addFlag("--any-settings", options->any_settings,
+                 "scene, settings and size may differ from file to file");
+    addThreadsOption(verb, options->threads);
+    addReportOptions(verb, options->report);
+    verb.footer(
         "Every chunk is read. Of layers: sorted by Z, a finite Z wherever there is a fragment, 0\n"
         "where there is none, as many fragments as the header says, a composite that is the\n"
         "composite of the layers, bit for bit. A file that peeler did not write is read to its\n"

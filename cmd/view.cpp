@@ -171,29 +171,29 @@ void ViewRun::tell() {
 
 }  // namespace
 
-VerbAction declareView(CLI::App& app) {
+VerbAction declareView(VerbOptions& verb) {
     const auto options = std::make_shared<ViewOptions>();
     addValue(
-        app, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
+        verb, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
         "a layered depth image (.exr)")
-        ->required();
-    addViewCameraOptions(app, options->camera);
-    addOutputOptions(app, options->output);
+        .required();
+    addViewCameraOptions(verb, options->camera);
+    addOutputOptions(verb, options->output);
     addValue(
-        app, "--layers", "N|all", options->max_layers,
+        verb, "--layers", "N|all", options->max_layers,
         [](const std::string& text) { return parseLayers(text); },
         "use the N nearest layers of every pixel (default: all)")
-        ->group("Layers");
+        .group("Layers");
     addValue(
-        app, "--max-fragments", "N|all", options->max_fragments,
+        verb, "--max-fragments", "N|all", options->max_fragments,
         [](const std::string& text) {
             if (text == "all") return std::uint64_t{0};
             return static_cast<std::uint64_t>(parseInteger(text, 1, 1'000'000'000));
         },
         "a page (.html) holds no more fragments than these (default: 4000000)")
-        ->group("Layers");
-    addThreadsOption(app, options->threads);
-    addReportOptions(app, options->report);
+        .group("Layers");
+    addThreadsOption(verb, options->threads);
+    addReportOptions(verb, options->report);
     return [options](Console& console) {
         ViewRun(*options, console).run();
         return 0;

@@ -51,13 +51,13 @@ double farthest(const LayeredImage& image, const View& own, const View& view) {
 
 }  // namespace
 
-void addViewCameraOptions(CLI::App& app, ViewCameraOptions& options) {
+void addViewCameraOptions(VerbOptions& verb, ViewCameraOptions& options) {
     const auto add = [&](const char* name, const char* value, auto& target, auto parse,
                          const std::string& help, const char* group) {
         addValue(
-            app, name, value, target, [parse](const std::string& text) { return parse(text); },
+            verb, name, value, target, [parse](const std::string& text) { return parse(text); },
             help)
-            ->group(group);
+            .group(group);
     };
     add("--orbit", "YAW,PITCH", options.orbit, parseAngles,
         "degrees by which the file's camera goes round the target, to the right and upwards",

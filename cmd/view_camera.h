@@ -9,11 +9,9 @@
 #include "core/layered_image.h"
 #include "core/view.h"
 
-namespace CLI {
-class App;
-}
-
 namespace peeler::cmd {
+
+class VerbOptions;
 
 struct ViewCameraOptions {
     std::optional<glm::dvec3> eye, target, up;
@@ -30,7 +28,7 @@ struct ViewCameraOptions {
 
 /// Declares --eye, --target, --up, --orbit, --fov, --ortho-height, --size and --crop. `options`
 /// must outlive the parse.
-void addViewCameraOptions(CLI::App& app, ViewCameraOptions& options);
+void addViewCameraOptions(VerbOptions& verb, ViewCameraOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the file is.
 void checkViewCameraOptions(const ViewCameraOptions& options);
