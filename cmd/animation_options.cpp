@@ -13,7 +13,7 @@ namespace peeler::cmd {
 
 namespace {
 
-constexpr const char* kGroup = "Animation";
+constexpr const char* kAnimationGroup = "Animation";
 constexpr double kDefaultFps = 24;
 
 double parseFps(const std::string& text) {
@@ -31,12 +31,12 @@ void addTimeOptions(VerbOptions& verb, AnimationOptions& options) {
         [](const std::string& text) { return text; },
         "which of the file's animations (default: the first, if a time is given, else none: the "
         "scene at rest); all plays them together")
-        .group(kGroup);
+        .group(kAnimationGroup);
     addValue(
         verb, "--time", "SECONDS", options.time,
         [](const std::string& text) { return parseNumber(text); },
         "when; before its first and after its last key an animation stands still")
-        .group(kGroup);
+        .group(kAnimationGroup);
 }
 
 void addFrameOptions(VerbOptions& verb, AnimationOptions& options) {
@@ -45,15 +45,15 @@ void addFrameOptions(VerbOptions& verb, AnimationOptions& options) {
         [](const std::string& text) { return parseFrames(text); },
         "pictures of a sequence, e.g. 1-100, 1-100x2 (every second), 150,200-180; frame N is at "
         "N / fps seconds. The output's name has a place for the number: #### or %04d")
-        .group(kGroup);
+        .group(kAnimationGroup);
     addValue(
         verb, "--chunk", "I/N", options.chunk,
         [](const std::string& text) { return parseShare(text); },
         "of these frames the I-th of N runs of the same length, so that N processes share them: "
         "1/N to N/N")
-        .group(kGroup);
+        .group(kAnimationGroup);
     addValue(verb, "--fps", "N", options.fps, parseFps, "frames a second (default: 24)")
-        .group(kGroup);
+        .group(kAnimationGroup);
 }
 
 void checkAnimationOptions(const AnimationOptions& options) {

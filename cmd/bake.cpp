@@ -311,7 +311,7 @@ void Bake::tell() {
     if (options_.report.json) console_.result(jsonText(json));
 }
 
-constexpr const char* kFooter =
+constexpr const char* kBakeFooter =
     "What a vertex gets in a .glb: COLOR_0 (linear, 16 bits), which viewers multiply with the\n"
     "material's colour: ao and sky-visibility times the COLOR_0 that was there, bent-normal\n"
     "n/2 + 1/2, thickness as a share of the greatest, irradiance E/pi (what a white surface sends\n"
@@ -336,7 +336,7 @@ VerbAction declareBake(VerbOptions& verb) {
     addMachineOptions(verb, options->device, options->threads, options->capture,
                       "rays are traced in bands that fit; receivers come on top");
     addReportOptions(verb, options->report);
-    verb.footer(kFooter);
+    verb.footer(kBakeFooter);
     return [options](Console& console) {
         Bake(*options, console).run();
         return 0;

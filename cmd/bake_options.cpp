@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "cmd/errors.h"
 #include "cmd/frames.h"
 #include "cmd/options.h"
 #include "cmd/parse.h"
@@ -43,11 +44,6 @@ auto integers(int least, int most) {
     return [least, most](const std::string& text) {
         return static_cast<int>(parseInteger(text, least, most));
     };
-}
-
-[[noreturn]] void refuse(const std::string& what, const std::string& option,
-                         const std::string& hint) {
-    throw Error(ErrorKind::kUsage, what, option, hint);
 }
 
 /// Whether anything that is shown gives off light.

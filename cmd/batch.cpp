@@ -12,6 +12,7 @@
 #include <list>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "cmd/batch_jobs.h"
@@ -34,7 +35,6 @@ namespace peeler::cmd {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 struct BatchOptions {
     fs::path file;  ///< "-" = stdin

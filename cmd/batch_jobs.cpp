@@ -22,60 +22,60 @@ namespace peeler::cmd {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
-[[noreturn]] void refuse(const std::string& what, const std::string& where = "",
-                         const std::string& hint = "see peeler batch --help") {
+[[noreturn]] void refuseJob(const std::string& what, const std::string& where = "",
+                            const std::string& hint = "see peeler batch --help") {
     throw Error(ErrorKind::kUsage, what, where, hint);
 }
 
-/// Like Json::parse, which takes the last of keys that are alike.
-Json parseLine(const std::string& line) {
+/// Like nlohmann::json::parse, which takes the last of keys that are alike.
+nlohmann::json parseLine(const std::string& line) {
     std::vector<std::set<std::string>> keys;
-    const auto check = [&](int, Json::parse_event_t event, Json& parsed) {
-        if (event == Json::parse_event_t::object_start) keys.emplace_back();
-        if (event == Json::parse_event_t::object_end) keys.pop_back();
-        if (event == Json::parse_event_t::key && !keys.back().insert(parsed).second)
-            refuse("a key is there twice", parsed.get<std::string>(), "leave one out");
+    const auto check = [&](int, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
+        if (event == nlohmann::json::parse_event_t::object_start) keys.emplace_back();
+        if (event == nlohmann::json::parse_event_t::object_end) keys.pop_back();
+        if (event == nlohmann::json::parse_event_t::key && !keys.back().insert(parsed).second)
+            refuseJob("a key is there twice", parsed.get<std::string>(), "leave one out");
         return true;
     };
     try {
-        return Json::parse(line, check);
-    } catch (const Json::exception& error) {
+        return nlohmann::json::parse(line, check);
+    } catch (const nlohmann::json::exception& error) {
         // "[json.exception.parse_error.101] parse error at line 1, column 5: …"
         const std::string text = error.what();
         const std::size_t column = text.find("column");
-        refuse("this is not JSON", column == std::string::npos ? text : text.substr(column),
-               "a job is one line: {\"verb\": \"render\", \"args\": [\"scene.glb\", \"-o\", "
-               "\"out.exr\"]}");
+        refuseJob("this is not JSON", column == std::string::npos ? text : text.substr(column),
+                  "a job is one line: {\"verb\": \"render\", \"args\": [\"scene.glb\", \"-o\", "
+                  "\"out.exr\"]}");
     }
 }
 
 /// What a process can be given.
 std::string argumentText(const std::string& text, const std::string& key) {
-    if (text.find('\0') != std::string::npos) refuse("a null character cannot be passed on", key);
+    if (text.find('\0') != std::string::npos)
+        refuseJob("a null character cannot be passed on", key);
     return text;
 }
 
-std::string takeString(const Json& value, const std::string& key) {
-    if (!value.is_string()) refuse("expected a string", key);
+std::string takeString(const nlohmann::json& value, const std::string& key) {
+    if (!value.is_string()) refuseJob("expected a string", key);
     return argumentText(value, key);
 }
 
 // One reader for each key of a job.
-void takeArguments(const Json& value, Job& job) {
-    if (!value.is_array()) refuse("expected an array of strings", "args");
-    for (const Json& argument : value)
+void takeArguments(const nlohmann::json& value, Job& job) {
+    if (!value.is_array()) refuseJob("expected an array of strings", "args");
+    for (const nlohmann::json& argument : value)
         job.arguments.push_back(takeString(argument, "args"));
 }
 
-void takeOption(const std::string& name, const Json& value, Job& job) {
+void takeOption(const std::string& name, const nlohmann::json& value, Job& job) {
     if (name.empty() || name.starts_with('-') || name.find('=') != std::string::npos)
-        refuse("expected an option's long name without its dashes", "options/" + name);
+        refuseJob("expected an option's long name without its dashes", "options/" + name);
     const std::string option = "--" + argumentText(name, "options");
     if (value.is_array()) {
-        for (const Json& each : value) {
-            if (each.is_array()) refuse("expected no array in an array", "options/" + name);
+        for (const nlohmann::json& each : value) {
+            if (each.is_array()) refuseJob("expected no array in an array", "options/" + name);
             takeOption(name, each, job);
         }
     } else if (value.is_boolean()) {
@@ -86,33 +86,34 @@ void takeOption(const std::string& name, const Json& value, Job& job) {
         job.arguments.push_back(
             std::string(option).append("=").append(argumentText(text, "options/" + name)));
     } else {
-        refuse("expected a string, a number, true, false or an array of them", "options/" + name);
+        refuseJob("expected a string, a number, true, false or an array of them",
+                  "options/" + name);
     }
 }
 
-void takeOptions(const Json& value, Job& job) {
-    if (!value.is_object()) refuse("expected an object", "options");
+void takeOptions(const nlohmann::json& value, Job& job) {
+    if (!value.is_object()) refuseJob("expected an object", "options");
     for (const auto& [name, each] : value.items())
         takeOption(name, each, job);
 }
 
 struct JobKey {
     std::string_view name;
-    void (*take)(const Json& value, Job& job);
+    void (*take)(const nlohmann::json& value, Job& job);
 };
 constexpr JobKey kJobKeys[] = {
     {"id",
-     [](const Json& value, Job& job) {
+     [](const nlohmann::json& value, Job& job) {
          job.id = takeString(value, "id");
-         if (job.id.empty()) refuse("an id may not be empty", "id");
+         if (job.id.empty()) refuseJob("an id may not be empty", "id");
      }},
-    {"verb", [](const Json& value, Job& job) { job.verb = takeString(value, "verb"); }},
+    {"verb", [](const nlohmann::json& value, Job& job) { job.verb = takeString(value, "verb"); }},
     {"args", takeArguments},
     {"options", takeOptions},
 };
 
-void takeKeys(const Json& json, Job& job) {
-    if (!json.is_object()) refuse("expected an object with a verb and its arguments");
+void takeKeys(const nlohmann::json& json, Job& job) {
+    if (!json.is_object()) refuseJob("expected an object with a verb and its arguments");
     std::vector<std::string_view> names;
     for (const JobKey& key : kJobKeys)
         names.push_back(key.name);
@@ -124,7 +125,7 @@ void takeKeys(const Json& json, Job& job) {
         const auto entry = json.find(key.name);
         if (entry != json.end()) key.take(*entry, job);
     }
-    if (job.verb.empty()) refuse("a key is missing", "verb");
+    if (job.verb.empty()) refuseJob("a key is missing", "verb");
 }
 
 const Verb& verbNamed(const std::string& name) {
@@ -165,16 +166,16 @@ void nameFrames(const std::string& list, const std::string& chunk, Job& job) {
 
 /// What else is known of the arguments once the verb has read them.
 void readArguments(Job& job) {
-    if (job.verb == "batch") refuse("a batch in a batch", job.verb, "put its jobs here");
+    if (job.verb == "batch") refuseJob("a batch in a batch", job.verb, "put its jobs here");
     const ParsedVerb parsed(verbNamed(job.verb), job.arguments);
     const VerbOptions& options = parsed.options();
     if (!options.knows("--output"))
-        refuse("this verb writes no file", job.verb, "run it by itself");
+        refuseJob("this verb writes no file", job.verb, "run it by itself");
     for (const WritingOption& row : kWritingOptions) {
         if (!row.verb.empty() && row.verb != job.verb) continue;
         if (options.given(row.option)) job.outputs.emplace_back(options.value(row.option));
     }
-    if (job.outputs.empty()) refuse("no output is given", job.verb, "add --output");
+    if (job.outputs.empty()) refuseJob("no output is given", job.verb, "add --output");
     const auto leaves = [&](const char* option) {
         return options.knows(option) && !options.given(option);
     };
@@ -187,12 +188,12 @@ void readArguments(Job& job) {
 }
 
 Job readJob(const std::string& line) {
-    Json json = parseLine(line);
+    nlohmann::json json = parseLine(line);
     Job job;
     takeKeys(json, job);
     readArguments(job);
     json.erase("id");
-    job.hash = hashText(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+    job.hash = hashText(json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     return job;
 }
 
@@ -206,7 +207,7 @@ std::vector<Job> readJobs(const std::string& name, const std::string& text) {
                            const std::string& what, const std::string& where) {
         const auto [entry, added] = known.emplace(key, line);
         if (!added)
-            refuse(what + " of line " + std::to_string(entry->second), where, "choose another");
+            refuseJob(what + " of line " + std::to_string(entry->second), where, "choose another");
     };
     std::istringstream lines(text);
     std::size_t number = 0;

@@ -10,9 +10,11 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <span>
 
+#include "cmd/report.h"
 #include "core/error.h"
 #include "formats/atomic_file.h"
 
@@ -21,7 +23,6 @@ namespace peeler::cmd {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 [[noreturn]] void failOutput(const std::string& what, const fs::path& path) {
     throw Error(ErrorKind::kOutput, what + ": " + std::strerror(errno), path.string());

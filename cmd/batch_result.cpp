@@ -3,16 +3,17 @@
 
 #include <cmath>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "cmd/report.h"
+
 namespace peeler::cmd {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// The lines of a job's stderr that begin so, without it.
 std::vector<std::string> messagesOf(const std::string& err, const std::string& word) {

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "cmd/errors.h"
 #include "cmd/options.h"
 #include "cmd/parse.h"
 #include "core/error.h"
@@ -16,8 +17,7 @@ namespace peeler::cmd {
 
 namespace {
 
-constexpr const char* kGroup = "Rays";
-constexpr int kMostDirections = 1'000'000;
+constexpr int kMostBundles = 1'000'000;
 constexpr std::uint64_t kMostDirectionBytes = 256U << 20;
 
 /// Of any length: neither underflows nor overflows.
@@ -42,10 +42,6 @@ std::string bundleName(std::size_t index) {
     return name;
 }
 
-void refuse(const char* what, const char* where, const char* hint) {
-    throw Error(ErrorKind::kUsage, what, where, hint);
-}
-
 }  // namespace
 
 RayGrid BundleOptions::grid() const {
@@ -56,6 +52,7 @@ RayGrid BundleOptions::grid() const {
 }
 
 void addBundleOptions(VerbOptions& verb, BundleOptions& options) {
+    constexpr const char* kGroup = "Rays";
     verb.addRepeated(
             "--direction", "X,Y,Z",
             [&options](const std::string& text) {
@@ -67,7 +64,7 @@ void addBundleOptions(VerbOptions& verb, BundleOptions& options) {
     addValue(
         verb, "--directions", "N", options.count,
         [](const std::string& text) {
-            return static_cast<int>(parseInteger(text, 1, kMostDirections));
+            return static_cast<int>(parseInteger(text, 1, kMostBundles));
         },
         "N bundles, evenly over the sphere (a spherical Fibonacci lattice)")
         .group(kGroup);
@@ -146,7 +143,7 @@ std::vector<glm::dvec3> readDirections(const std::filesystem::path& file) {
         } catch (const Error& error) {
             throw Error(ErrorKind::kInput, error.what(), where, "a direction a line: x y z");
         }
-        if (directions.size() > kMostDirections)
+        if (directions.size() > kMostBundles)
             throw Error(ErrorKind::kInput, "more directions than 1000000", where);
     }
     if (directions.empty())

@@ -18,7 +18,6 @@ namespace peeler::cmd {
 namespace {
 
 constexpr double kDefaultFov = 40;  ///< degrees, vertical
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double aspectOf(const View& view) {
     return static_cast<double>(view.width) / view.height;
@@ -65,7 +64,7 @@ View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::
     }
     view.camera_to_world = *place;
     projection.near = camera.znear;
-    projection.far = camera.zfar.value_or(kInfinity);
+    projection.far = camera.zfar.value_or(std::numeric_limits<double>::infinity());
     return view;
 }
 

@@ -15,8 +15,6 @@ namespace peeler::cmd {
 
 namespace {
 
-constexpr const char* kGroup = "Channels";
-
 /// "normal,id" or "all"; in the order of the table.
 std::vector<Channel> parseChannels(const std::string& text) {
     std::vector<std::string_view> names;
@@ -67,6 +65,7 @@ bool ChannelOptions::wants(Channel channel) const {
 }
 
 void addChannelOptions(VerbOptions& verb, ChannelOptions& options) {
+    constexpr const char* kGroup = "Channels";
     addValue(verb, "--channels", "LIST", options.channels, parseChannels, channelHelp())
         .group(kGroup);
     verb.addFlag("--cryptomatte", options.cryptomatte,

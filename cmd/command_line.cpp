@@ -16,14 +16,14 @@ namespace peeler::cmd {
 
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kProgramFooter =
     "`peeler VERB --help` explains one verb.\n\n"
     "Exit codes: 0 done, 1 internal error (compare: beyond a threshold), 2 usage,\n"
     "3 input unreadable or invalid, 4 output not written, 5 no usable GL device,\n"
     "6 incomplete under --strict, 33 out of memory or over --memory, 128 + n ended by signal n.";
 
 int dispatch(const std::vector<std::string>& arguments, Console& console) {
-    ArgumentParser parser("Every layer of a glTF scene, headless.", kFooter);
+    ArgumentParser parser("Every layer of a glTF scene, headless.", kProgramFooter);
     std::map<std::string, VerbAction> actions;
     for (const Verb& verb : verbs()) {
         const std::string name(verb.name);

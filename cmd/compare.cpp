@@ -28,7 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What the bands of each of the two files may take.
-constexpr std::uint64_t kBandBytes = std::uint64_t{192} << 20;
+constexpr std::uint64_t kComparedBandBytes = std::uint64_t{192} << 20;
 
 struct CompareOptions {
     fs::path a, b;
@@ -102,7 +102,7 @@ void Compare::compare() {
     ProgressReport progress(console_, options_.report.shownProgress(), "compare");
     LayeredDifference& sum = comparison_.difference;
     const auto width = static_cast<std::size_t>(comparison_.width);
-    const int step = std::min(a_->rowsFor(kBandBytes), b_->rowsFor(kBandBytes));
+    const int step = std::min(a_->rowsFor(kComparedBandBytes), b_->rowsFor(kComparedBandBytes));
     LayeredImage layers_a, layers_b;
     CompositeImage flat_a, flat_b;
     for (int y = 0; y < comparison_.height; y += step) {
@@ -212,7 +212,7 @@ void addHeatmap(VerbOptions& verb, CompareOptions& options) {
         .group("Output");
 }
 
-constexpr const char* kFooter =
+constexpr const char* kCompareFooter =
     "Two layered files are compared fragment by fragment, the k-th of a pixel with the\n"
     "k-th, and thresholds apply to the fragments that both have. A layered file against a\n"
     "flat one (PNG, JPEG, TIFF, or EXR without layers) is compared by its composite.\n"
@@ -233,7 +233,7 @@ VerbAction declareCompare(VerbOptions& verb) {
     addHeatmap(verb, *options);
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
-    verb.footer(kFooter);
+    verb.footer(kCompareFooter);
     return [options](Console& console) { return Compare(*options, console).run(); };
 }
 

@@ -12,8 +12,6 @@ namespace peeler::cmd {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 Json number(double value) {
     if (std::isfinite(value)) return value;
     return value > 0 ? "inf" : "-inf";

@@ -122,7 +122,7 @@ void Convert::tell() {
     tellResult(options_.report, result_, console_);
 }
 
-constexpr const char* kFooter =
+constexpr const char* kConvertFooter =
     "Layered files (--as ldi, in any --layout) and deep images hold the same fragments: from one\n"
     "to the other and back nothing is lost, and the file is the same byte for byte if it was\n"
     "written with the same options. A deep image has no composite, and so no Cryptomatte. Deep\n"
@@ -140,7 +140,7 @@ VerbAction declareConvert(VerbOptions& verb) {
     addLayerOutputOptions(verb, options->output, true);
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
-    verb.footer(kFooter);
+    verb.footer(kConvertFooter);
     return [options](Console& console) {
         Convert(*options, console).run();
         return 0;

@@ -39,6 +39,10 @@ std::string hintOf(const Error& error) {
 
 }  // namespace
 
+void refuse(const std::string& what, const std::string& where, const std::string& hint) {
+    throw Error(ErrorKind::kUsage, what, where, hint);
+}
+
 int reportError(Console& console, const Error& error) {
     const std::string what = error.what();
     console.error(error.where().empty() ? what : what + ": " + error.where());

@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one printer of errors: exceptions in, lines on stderr and an exit code out.
+// How a wrong use is refused, and the one printer of errors: exceptions in, lines on stderr and an
+// exit code out.
 #pragma once
 
 #include <functional>
+#include <string>
 
 #include "cmd/console.h"
 #include "core/error.h"
 
 namespace peeler::cmd {
+
+/// Throws Error (kUsage): what is asked for cannot be.
+[[noreturn]] void refuse(const std::string& what, const std::string& where = "",
+                         const std::string& hint = "");
 
 /// Runs `work` and returns its result as the exit code. What it throws becomes lines on stderr and
 /// the exit code that belongs to it: an Error its kind, std::bad_alloc 33, ReaderGone 141 (as

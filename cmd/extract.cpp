@@ -324,7 +324,7 @@ void takeLayers(const std::string& text, std::vector<int>& layers) {
     layers.insert(layers.end(), more.begin(), more.end());
 }
 
-constexpr const char* kFooter =
+constexpr const char* kExtractFooter =
     "Arrays of the .npz, for n fragments of w x h pixels: ray_splits (w*h + 1, int64; pixel p,\n"
     "row by row, has the fragments ray_splits[p] to ray_splits[p + 1], front to back), z (n),\n"
     "rgba (n, 4; linear, premultiplied), layer (n, uint32), one array (n) for every other\n"
@@ -372,7 +372,7 @@ VerbAction declareExtract(VerbOptions& verb) {
         .group("Layers");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
-    verb.footer(kFooter);
+    verb.footer(kExtractFooter);
     return [options](Console& console) {
         Extract(*options, console).run();
         return 0;

@@ -18,11 +18,11 @@ constexpr std::size_t kMaxFrames = 1000000;
 constexpr std::int64_t kLargest = 2147483647;
 constexpr std::size_t kLoneHashDigits = 4, kMostDigits = 16;
 
-struct Range {
+struct FrameRange {
     std::int64_t first = 0, last = 0, step = 1;
 };
 
-[[noreturn]] void refuse(std::string_view text) {
+[[noreturn]] void refuseFrames(std::string_view text) {
     throw Error(ErrorKind::kUsage, "expected frames, not '" + std::string(text) + "'", "",
                 "e.g. 1-100, 1-100x2, 150,200-180 or -5-5");
 }
@@ -36,15 +36,15 @@ std::int64_t takeNumber(std::string_view& text, std::string_view all) {
     try {
         number = parseInteger(text.substr(0, end), -kLargest, kLargest);
     } catch (const Error&) {
-        refuse(all);
+        refuseFrames(all);
     }
     text.remove_prefix(end);
     return number;
 }
 
-Range parseRange(std::string_view all) {
+FrameRange parseFrameRange(std::string_view all) {
     std::string_view text = all;
-    Range range;
+    FrameRange range;
     range.first = range.last = takeNumber(text, all);
     if (!text.empty() && text[0] == '-') {
         text.remove_prefix(1);
@@ -52,10 +52,10 @@ Range parseRange(std::string_view all) {
         if (!text.empty() && (text[0] == 'x' || text[0] == ':')) {
             text.remove_prefix(1);
             range.step = takeNumber(text, all);
-            if (range.step < 1) refuse(all);
+            if (range.step < 1) refuseFrames(all);
         }
     }
-    if (!text.empty()) refuse(all);
+    if (!text.empty()) refuseFrames(all);
     return range;
 }
 
@@ -87,7 +87,7 @@ std::optional<Token> findToken(const std::string& name, std::size_t from) {
     return std::nullopt;
 }
 
-std::string numberText(int frame, const Token& token) {
+std::string tokenText(int frame, const Token& token) {
     std::string digits = std::to_string(std::abs(frame));
     std::size_t wanted = std::min(token.digits, kMostDigits);
     if (frame < 0 && token.sign_takes_room && wanted > 0) --wanted;
@@ -107,7 +107,7 @@ std::vector<int> parseFrames(std::string_view text) {
     std::unordered_set<int> seen;
     while (true) {
         const std::size_t comma = std::min(text.find(','), text.size());
-        const Range range = parseRange(text.substr(0, comma));
+        const FrameRange range = parseFrameRange(text.substr(0, comma));
         const std::int64_t step = range.first <= range.last ? range.step : -range.step;
         const std::int64_t count = (range.last - range.first) / step + 1;
         if (static_cast<std::uint64_t>(count) + frames.size() > kMaxFrames)
@@ -132,7 +132,7 @@ std::string framePath(const std::string& path, int frame) {
     const std::string name = path.substr(result.size());
     std::size_t done = 0;
     while (const auto token = findToken(name, done)) {
-        result += name.substr(done, token->begin - done) + numberText(frame, *token);
+        result += name.substr(done, token->begin - done) + tokenText(frame, *token);
         done = token->end;
     }
     result += name.substr(done);

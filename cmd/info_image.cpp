@@ -21,8 +21,6 @@ namespace peeler::cmd {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr const char* kPixelTypes[] = {"half", "float", "uint"};
 
 /// What the headers say, and what reading the layers found.

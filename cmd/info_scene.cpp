@@ -23,8 +23,6 @@ namespace peeler::cmd {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// Drawn elements by what they are.
 struct Elements {
     std::uint64_t triangles = 0, lines = 0, points = 0;

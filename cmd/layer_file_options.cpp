@@ -5,6 +5,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "cmd/errors.h"
 #include "cmd/options.h"
 #include "cmd/output_options.h"
 #include "cmd/parse.h"
@@ -60,22 +61,18 @@ double parseTolerance(const std::string& text) {
     return value;
 }
 
-[[noreturn]] void refuse(const char* option, const std::string& what, const std::string& hint) {
-    throw Error(ErrorKind::kUsage, what, option, hint);
-}
-
 void checkDeepMerge(const LayerFileFlags& flags) {
     const bool by_id = flags.deep_merge == DeepMerge::kById;
     const bool near = by_id || flags.deep_merge == DeepMerge::kByZ;
     if (near && !flags.z_tolerance) {
-        refuse("--deep-merge", "nothing says how near samples must be",
+        refuse("nothing says how near samples must be", "--deep-merge",
                "add --deep-z-tolerance, in scene units");
     }
     if (flags.z_tolerance && !near)
-        refuse("--deep-z-tolerance", "no samples are merged by it",
+        refuse("no samples are merged by it", "--deep-z-tolerance",
                "add --deep-merge by-id or by-z");
     if (flags.alpha_tolerance && !by_id)
-        refuse("--deep-alpha-tolerance", "no samples are merged by it", "add --deep-merge by-id");
+        refuse("no samples are merged by it", "--deep-alpha-tolerance", "add --deep-merge by-id");
 }
 
 }  // namespace
@@ -103,16 +100,18 @@ void addLayerFileOptions(VerbOptions& verb, LayerFileFlags& flags) {
 void checkLayerFileOptions(const LayerFileFlags& flags, const OutputFormat& format) {
     const bool layered = format.kind == "ldi", deep = format.kind == "deep";
     if (flags.layout && !layered)
-        refuse("--layout", "only layered files have a layout", "add --as ldi, or leave it out");
+        refuse("only layered files have a layout", "--layout", "add --as ldi, or leave it out");
     if (flags.compression && !layered && !deep)
-        refuse("--compression", "only layers are compressed as asked for",
+        refuse("only layers are compressed as asked for", "--compression",
                "add --as ldi or --as deep, or leave it out");
     if (flags.compression) findExrCompression(*flags.compression, deep);
     const bool merging = flags.deep_merge != DeepMerge::kOff;
     if ((merging || flags.z_tolerance || flags.alpha_tolerance) && !deep) {
-        refuse(merging ? "--deep-merge"
-                       : (flags.z_tolerance ? "--deep-z-tolerance" : "--deep-alpha-tolerance"),
-               "only the samples of deep images are merged", "add --as deep, or leave it out");
+        refuse("only the samples of deep images are merged",
+               merging             ? "--deep-merge"
+               : flags.z_tolerance ? "--deep-z-tolerance"
+                                   : "--deep-alpha-tolerance",
+               "add --as deep, or leave it out");
     }
     checkDeepMerge(flags);
 }
@@ -123,7 +122,7 @@ void checkLayerFiles(const LayerFileFlags& flags, const fs::path& output,
     for (const fs::path& input : inputs) {
         for (const std::string& file : exrFilesOf(input.string())) {
             if (isExrLayerFile(file, output.string())) {
-                refuse("--layout per-file", "a layer's file could replace the input " + file,
+                refuse("a layer's file could replace the input " + file, "--layout per-file",
                        "choose another name for the output");
             }
         }

@@ -173,6 +173,8 @@ std::vector<Option> VerbOptions::given() const {
     return options;
 }
 
+ArgumentParser::ArgumentParser() : app_(std::make_unique<CLI::App>()) {}
+
 ArgumentParser::ArgumentParser(const std::string& summary, const std::string& footer)
     : app_(std::make_unique<CLI::App>(summary, "peeler")) {
     app_->set_version_flag("--version", "", "Print the version and exit");

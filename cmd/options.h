@@ -116,8 +116,11 @@ enum class Asked { kVerb, kHelp, kVersion, kNothing };
 /// Reads the arguments of the program: a verb, and what its options take.
 class ArgumentParser {
   public:
-    /// `footer` ends the help of the program.
-    explicit ArgumentParser(const std::string& summary = "", const std::string& footer = "");
+    /// Of a verb's arguments that are no command line: without --version, and without the limit to
+    /// one verb, so that its name among its own arguments is passed over.
+    ArgumentParser();
+    /// Of the command line; `summary` and `footer` begin and end the help of the program.
+    ArgumentParser(const std::string& summary, const std::string& footer);
     ~ArgumentParser();
     ArgumentParser(const ArgumentParser&) = delete;
     ArgumentParser& operator=(const ArgumentParser&) = delete;

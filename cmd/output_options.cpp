@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "cmd/errors.h"
 #include "cmd/frames.h"
 #include "cmd/options.h"
 #include "cmd/parse.h"
@@ -49,11 +50,6 @@ double parseExposure(const std::string& text) {
     const double stops = parseNumber(text);
     if (std::abs(stops) > 100) throw Error(ErrorKind::kUsage, "expected stops from -100 to 100");
     return stops;
-}
-
-[[noreturn]] void refuseOption(const char* option, const std::string& what,
-                               const std::string& hint) {
-    throw Error(ErrorKind::kUsage, what, option, hint);
 }
 
 bool holdsLayers(const OutputFormat& format) {
@@ -145,26 +141,23 @@ void checkFormat(const OutputFlags& flags) {
     const bool composite = format.kind == "composite";
     if (!composite && !format.encoded) {
         constexpr const char* kCompositeHint = "add --as composite, or choose another extension";
-        if (flags.background)
-            refuseOption("--background", "layers have no background", kCompositeHint);
-        if (flags.exposure)
-            refuseOption("--exposure", "layers are stored as rendered", kCompositeHint);
-        if (flags.tone_map)
-            refuseOption("--tone-map", "layers are stored as rendered", kCompositeHint);
+        if (flags.background) refuse("layers have no background", "--background", kCompositeHint);
+        if (flags.exposure) refuse("layers are stored as rendered", "--exposure", kCompositeHint);
+        if (flags.tone_map) refuse("layers are stored as rendered", "--tone-map", kCompositeHint);
     }
     if (flags.no_composite && composite) {
-        refuseOption("--no-composite", "this output is nothing but the composite", "leave it out");
+        refuse("this output is nothing but the composite", "--no-composite", "leave it out");
     }
     if (flags.no_composite && format.kind != "ldi")
-        refuseOption("--no-composite", "this output has no composite", "leave it out");
+        refuse("this output has no composite", "--no-composite", "leave it out");
     if (flags.no_composite && flags.layers.layout == kPerFileLayout)
-        refuseOption("--no-composite", "the composite's file is the one that names the others",
-                     "leave it out, or choose another --layout");
+        refuse("the composite's file is the one that names the others", "--no-composite",
+               "leave it out, or choose another --layout");
     if (format.encoded) return;
     constexpr const char* kLinear = "an EXR holds linear light as rendered";
     constexpr const char* kDisplayHint = "write a .png, .jpg or .tif";
-    if (flags.exposure) refuseOption("--exposure", kLinear, kDisplayHint);
-    if (flags.tone_map) refuseOption("--tone-map", kLinear, kDisplayHint);
+    if (flags.exposure) refuse(kLinear, "--exposure", kDisplayHint);
+    if (flags.tone_map) refuse(kLinear, "--tone-map", kDisplayHint);
 }
 
 void checkNotThere(const fs::path& file) {

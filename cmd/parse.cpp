@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "cmd/errors.h"
 #include "core/error.h"
 #include "core/srgb.h"
 
@@ -16,13 +17,9 @@ namespace peeler::cmd {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& what) {
-    throw Error(ErrorKind::kUsage, what);
-}
-
 /// All of `text` as a T, or nothing.
 template <class T>
-std::optional<T> read(std::string_view text) {
+std::optional<T> readAll(std::string_view text) {
     // from_chars takes a minus sign only.
     if (text.starts_with('+')) {
         text.remove_prefix(1);
@@ -61,25 +58,25 @@ std::array<float, 4> parseHexColor(std::string_view digits) {
             static_cast<float>(bytes[3]) / 255.0F};
 }
 
-struct Unit {
+struct SizeUnit {
     std::string_view suffix;
     double bytes;
 };
-constexpr double kKibi = 1024;
-constexpr Unit kUnits[] = {
+constexpr double kSizeStep = 1024;
+constexpr SizeUnit kSizeUnits[] = {
     {"", 1},
     {"B", 1},
-    {"K", kKibi},
-    {"KiB", kKibi},
+    {"K", kSizeStep},
+    {"KiB", kSizeStep},
     {"KB", 1e3},
-    {"M", kKibi* kKibi},
-    {"MiB", kKibi* kKibi},
+    {"M", kSizeStep* kSizeStep},
+    {"MiB", kSizeStep* kSizeStep},
     {"MB", 1e6},
-    {"G", kKibi* kKibi* kKibi},
-    {"GiB", kKibi* kKibi* kKibi},
+    {"G", kSizeStep* kSizeStep* kSizeStep},
+    {"GiB", kSizeStep* kSizeStep* kSizeStep},
     {"GB", 1e9},
-    {"T", kKibi* kKibi* kKibi* kKibi},
-    {"TiB", kKibi* kKibi* kKibi* kKibi},
+    {"T", kSizeStep* kSizeStep* kSizeStep* kSizeStep},
+    {"TiB", kSizeStep* kSizeStep* kSizeStep* kSizeStep},
     {"TB", 1e12},
 };
 
@@ -97,7 +94,7 @@ bool equalIgnoringCase(std::string_view a, std::string_view b) {
 }  // namespace
 
 double parseNumber(std::string_view text) {
-    const auto value = read<double>(text);
+    const auto value = readAll<double>(text);
     if (!value || !std::isfinite(*value)) refuse("expected a finite number");
     return *value;
 }
@@ -113,7 +110,7 @@ double parsePositiveOrInfinite(std::string_view text) {
 }
 
 std::int64_t parseInteger(std::string_view text, std::int64_t least, std::int64_t most) {
-    const auto value = read<std::int64_t>(text);
+    const auto value = readAll<std::int64_t>(text);
     if (!value || *value < least || *value > most) {
         refuse("expected a whole number from " + std::to_string(least) + " to " +
                std::to_string(most));
@@ -191,8 +188,8 @@ Window parseCrop(std::string_view text) {
 std::uint64_t parseBytes(std::string_view text) {
     const std::size_t end = text.find_last_of("0123456789.");
     const std::size_t digits = end == std::string_view::npos ? 0 : end + 1;
-    const auto number = read<double>(text.substr(0, digits));
-    for (const Unit& unit : kUnits) {
+    const auto number = readAll<double>(text.substr(0, digits));
+    for (const SizeUnit& unit : kSizeUnits) {
         if (!number || !equalIgnoringCase(text.substr(digits), unit.suffix)) continue;
         const double bytes = *number * unit.bytes;
         // 2^60 is beyond any machine and still exact in every type that will hold it.
@@ -224,7 +221,7 @@ std::array<float, 4> parseColor(std::string_view text) {
 
 std::uint32_t parseLayers(std::string_view text) {
     if (text == "all") return 0;
-    const auto value = read<std::int64_t>(text);
+    const auto value = readAll<std::int64_t>(text);
     if (!value || *value < 0 || *value > std::numeric_limits<std::int32_t>::max()) {
         refuse("expected all (or 0), or a whole number of layers from 1");
     }

@@ -14,8 +14,6 @@ namespace peeler::cmd {
 
 namespace {
 
-constexpr const char* kGroup = "Inside";
-
 void takeMaps(const std::string& text, std::vector<RayMap>& maps) {
     for (std::size_t begin = 0; begin <= text.size();) {
         const std::size_t end = std::min(text.find(',', begin), text.size());
@@ -74,6 +72,7 @@ void setAttenuation(const Scene& scene, const std::string& glob, double mu,
 }  // namespace
 
 void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
+    constexpr const char* kGroup = "Inside";
     std::string help =
         "a number a ray instead of its hits, in an EXR several, with commas "
         "between (a part a bundle, a channel a map), in a picture one (black to "

@@ -14,7 +14,7 @@ namespace peeler::cmd {
 
 namespace {
 
-using Range = std::pair<double, double>;
+using ValueRange = std::pair<double, double>;
 
 /// Like a film: black where all passes, white where nothing does; even to the eye, so that dense
 /// parts keep their details.
@@ -84,7 +84,7 @@ class RayMapPictures : public RayMapOutput {
         constexpr int kRows = 64;
         const RayMapStatistics& found = statistics(bundle_).front();
         const bool distance = map_ == RayMap::kFirst || map_ == RayMap::kLast;
-        const Range range{distance ? found.least : 0, found.greatest};
+        const ValueRange range{distance ? found.least : 0, found.greatest};
         const Window& crop = bundles()[bundle_].view.crop;
         const auto width = static_cast<std::size_t>(crop.width());
         for (int y = crop.y0; y < crop.y1; y += kRows) {
@@ -95,7 +95,7 @@ class RayMapPictures : public RayMapOutput {
     }
 
     /// An opaque fragment in every pixel: what the writers of pictures take.
-    void paint(const Window& rows, std::span<const float> values, const Range& range) {
+    void paint(const Window& rows, std::span<const float> values, const ValueRange& range) {
         const auto ramp = map_ == RayMap::kTransmission ? film : inferno;
         const auto [low, high] = range;
         colors_.window = rows;
@@ -116,7 +116,7 @@ class RayMapPictures : public RayMapOutput {
 
     std::string path_;
     OutputOptions output_;
-    std::optional<Range> given_;
+    std::optional<ValueRange> given_;
     RayMap map_ = RayMap::kFirst;
     std::size_t bundle_ = 0;  ///< the one at hand
     std::unique_ptr<Sink> picture_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "cmd/capture_options.h"
+#include "cmd/errors.h"
 #include "cmd/hit_output.h"
 #include "cmd/options.h"
 #include "cmd/parse.h"
@@ -21,7 +22,7 @@ constexpr Choice<ParityUse> kParityUses[] = {
      "end with exit code 3; --include and --exclude say what has to be closed"},
 };
 
-constexpr const char* kFooter =
+constexpr const char* kRaysFooter =
     "Arrays of the .npz, for n hits of m rays in b bundles (names and shapes of Open3D's\n"
     "RaycastingScene.list_intersections where it has them): ray_splits (m + 1, int64; ray r has\n"
     "the hits ray_splits[r] to ray_splits[r + 1], sorted), t_hit (n; distance along the ray),\n"
@@ -47,10 +48,6 @@ constexpr const char* kFooter =
     "the next hit against and along the direction, inf = none), geometry_ids_before, ..._after,\n"
     "primitive_ids_before, ..._after (d, n; 0xFFFFFFFF = none), points (n, 3) and directions\n"
     "(d, 3). A surface that a point lies on is before it, at distance 0.";
-
-[[noreturn]] void refuse(const char* what, const std::string& where, const char* hint) {
-    throw Error(ErrorKind::kUsage, what, where, hint);
-}
 
 void checkVoxels(const RaysOptions& options) {
     if (options.writesPictures() || options.double_points)
@@ -152,7 +149,7 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
     addMachineOptions(verb, options.device, options.threads, options.capture,
                       "rays are traced in bands that fit");
     addReportOptions(verb, options.report);
-    verb.footer(kFooter);
+    verb.footer(kRaysFooter);
 }
 
 void checkRaysOptions(const RaysOptions& options) {

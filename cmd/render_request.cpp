@@ -2,6 +2,7 @@
 #include "cmd/render_request.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "cmd/frames.h"
 #include "cmd/resources.h"

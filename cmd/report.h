@@ -13,6 +13,9 @@
 
 namespace peeler::cmd {
 
+/// What is told as JSON: keys stay in the order in which they are set.
+using Json = nlohmann::ordered_json;
+
 /// What became of one picture.
 struct PictureResult {
     std::filesystem::path output;

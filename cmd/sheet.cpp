@@ -230,7 +230,7 @@ std::set<std::string> sceneOptionsGiven(const VerbOptions& verb) {
     return given;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kSheetFooter =
     "Of a layered file the sheet shows what is in it: options of scene, camera, clipping, light "
     "and\n"
     "machine and those of the layers but --layers are for scenes. An error is that of linear\n"
@@ -263,7 +263,7 @@ VerbAction declareSheet(VerbOptions& verb) {
     addLookOptions(verb, options->request.look);
     addMachineOptions(verb, options->request.device, options->threads, options->request.capture);
     addReportOptions(verb, options->report);
-    verb.footer(kFooter);
+    verb.footer(kSheetFooter);
     return [options, verb](Console& console) {
         options->given = sceneOptionsGiven(verb);
         setShadowSize(options->request.capture, options->shadow_size);

@@ -22,7 +22,6 @@ namespace peeler::cmd {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 struct VerifyOptions {
     std::vector<fs::path> inputs;

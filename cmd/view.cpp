@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kPage = "page";
+constexpr const char* kPageKind = "page";
 constexpr const char* kMethod = "reprojection";
 
 struct ViewOptions {
@@ -76,8 +76,8 @@ class ViewRun {
 void ViewRun::checkOptions() {
     options_.report.applyTo(console_);
     checkViewCameraOptions(options_.camera);
-    page_ = findOutputFormat(options_.output.path.string(), "").kind == kPage;
-    options_.output.as = page_ ? kPage : "composite";
+    page_ = findOutputFormat(options_.output.path.string(), "").kind == kPageKind;
+    options_.output.as = page_ ? kPageKind : "composite";
     if (page_ && options_.camera.changesAnything()) {
         throw Error(ErrorKind::kUsage, "a page begins at the file's own camera",
                     options_.output.path.string(),

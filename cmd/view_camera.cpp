@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "cmd/camera_options.h"
+#include "cmd/errors.h"
 #include "cmd/options.h"
 #include "core/error.h"
 #include "core/median_depth.h"
@@ -15,8 +16,6 @@
 namespace peeler::cmd {
 
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 glm::dvec2 parseAngles(std::string_view text) {
     const auto numbers = parseNumbers<2>(text, "yaw,pitch");
@@ -43,10 +42,6 @@ double farthest(const LayeredImage& image, const View& own, const View& view) {
                             depth);
     return glm::length(corner) +
            glm::length(glm::dvec3(view.camera_to_world[3] - own.camera_to_world[3]));
-}
-
-[[noreturn]] void refuse(const char* what, const char* where, const char* hint) {
-    throw Error(ErrorKind::kUsage, what, where, hint);
 }
 
 }  // namespace
@@ -143,7 +138,8 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
         // The file's planes have clipped what it holds; here they would clip once more.
         const double distance = glm::length(target - glm::dvec3(view.camera_to_world[3]));
         projection.near = projection.perspective ? 1e-4 * distance : 0;
-        projection.far = projection.perspective ? kInfinity : farthest(image, own, view);
+        projection.far = projection.perspective ? std::numeric_limits<double>::infinity()
+                                                : farthest(image, own, view);
     }
     view.crop = {0, 0, view.width, view.height};
     if (options.crop) {
