@@ -11,7 +11,6 @@
 namespace peeler {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kLeastCosine = 1e-4, kLeastAlpha = 0.002, kLeastSheenAlpha = 0.005;
 
 double vanDerCorput(int i) {
@@ -36,7 +35,8 @@ glm::vec2 ggxAlbedo(double alpha, double n_dot_v) {
     const glm::dvec3 across(0, 1, 0), along = glm::cross(stretched, across);
     double scale = 0, bias = 0;
     for (int i = 0; i < kSamples; ++i) {
-        const double r = std::sqrt((i + 0.5) / kSamples), phi = 2 * kPi * vanDerCorput(i);
+        const double r = std::sqrt((i + 0.5) / kSamples),
+                     phi = 2 * std::numbers::pi * vanDerCorput(i);
         const double t1 = r * std::cos(phi), s = 0.5 * (1 + stretched.z);
         const double t2 = (1 - s) * std::sqrt(1 - t1 * t1) + s * r * std::sin(phi);
         const glm::dvec3 facet =
@@ -77,15 +77,15 @@ double sheenAlbedo(double alpha, double n_dot_v) {
         const double visibility =
             std::min(1.0, 1 / ((1 + v_lambda + lambda(n_dot_l, alpha)) * 4 * n_dot_l * n_dot_v));
         for (int j = 0; j < kAngles; ++j) {
-            const double phi = kPi * (j + 0.5) / kAngles;
+            const double phi = std::numbers::pi * (j + 0.5) / kAngles;
             const double l_dot_v = l_sine * v_sine * std::cos(phi) + n_dot_l * n_dot_v;
             const double n_dot_h = (n_dot_l + n_dot_v) / std::sqrt(2 + 2 * l_dot_v);
             const double h_sine2 = std::max(0.0, 1 - n_dot_h * n_dot_h);
-            sum +=
-                n_dot_l * visibility * (2 + 1 / alpha) / (2 * kPi) * std::pow(h_sine2, 0.5 / alpha);
+            sum += n_dot_l * visibility * (2 + 1 / alpha) / (2 * std::numbers::pi) *
+                   std::pow(h_sine2, 0.5 / alpha);
         }
     }
-    return std::min(1.0, sum * 2 * kPi / (kCosines * kAngles));
+    return std::min(1.0, sum * 2 * std::numbers::pi / (kCosines * kAngles));
 }
 
 std::vector<glm::vec3> integrate(bool sheen) {

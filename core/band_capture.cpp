@@ -27,7 +27,7 @@ std::vector<std::string> colorChannels(Hits hits) {
 
 /// The largest value of the pixels of `area`, which lies in `band`.
 template <class Value>
-std::uint32_t largest(const Window& band, const Window& area, Value&& value) {
+std::uint32_t largestIn(const Window& band, const Window& area, Value&& value) {
     std::uint32_t most = 0;
     for (int y = area.y0; y < area.y1; ++y) {
         const auto row =
@@ -246,7 +246,7 @@ int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std:
     forEachTile(band, [&](const Window& tile, const Window& window) {
         LayerArea area{.window = window, .keys = needsKeys(request)};
         area.layers =
-            largest(band, window, [&](std::size_t p) { return first_[p + 1] - first_[p]; });
+            largestIn(band, window, [&](std::size_t p) { return first_[p + 1] - first_[p]; });
         if (area.layers == 0) return;
         rasterizer_.setTile(tile);
         if (target) {
@@ -330,7 +330,7 @@ int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
     forEachTile(band, [&](const Window& tile, const Window& window) {
         CompositeArea area;
         area.window = window;
-        area.deepest = largest(band, window, [&](std::size_t p) { return request.counts[p]; });
+        area.deepest = largestIn(band, window, [&](std::size_t p) { return request.counts[p]; });
         if (area.deepest == 0) return;
         area.layers = std::min(area.deepest, limit);
         area.tail = blendsTail() && area.deepest > area.layers;
@@ -338,7 +338,7 @@ int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
             gl::waitForGpu(gl());
             const auto slots = buffers_.slots().read(band.pixels() * sizeof(std::uint32_t));
             const auto* done = slots.as<const std::uint32_t>();
-            return largest(band, window, [&](std::size_t p) {
+            return largestIn(band, window, [&](std::size_t p) {
                 const std::uint32_t wanted = std::min(request.counts[p], limit);
                 return done[p] == wanted ? 0 : wanted;
             });

@@ -110,11 +110,11 @@ void compositeWith(const LayeredImage& image, const Color& background, Composite
 }
 
 /// The nearest `layers` (0 = all) in order, and the tail behind them.
-struct Nearest {
+struct NearestLayers {
     std::size_t limit;
     Tail tail;
 
-    Nearest(std::uint32_t layers, Tail behind)
+    NearestLayers(std::uint32_t layers, Tail behind)
         : limit(layers ? layers : std::numeric_limits<std::size_t>::max()), tail(behind) {}
 
     template <class T>
@@ -139,14 +139,25 @@ Color colorOf(const LayeredImage& image, std::size_t fragment) {
                : colorOf(image.color.as<std::uint16_t>().data() + 4 * fragment);
 }
 
+void storeColor(const Color& color, FragmentArray& colors, std::size_t fragment) {
+    for (std::size_t c = 0; c < 4; ++c) {
+        if (colors.type == PixelType::kFloat) {
+            colors.as<float>()[4 * fragment + c] = color[c];
+        } else {
+            colors.as<std::uint16_t>()[4 * fragment + c] = imath_float_to_half(color[c]);
+        }
+    }
+}
+
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
                       CompositeImage& out) {
-    compositeWith(image, {}, out, Nearest(layers, tail));
+    compositeWith(image, {}, out, NearestLayers(layers, tail));
 }
 
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
                       std::span<Color> rgba, std::span<float> z) {
-    compositePixels(image, 0, rgba.size(), {}, {rgba.data(), z.data()}, Nearest(layers, tail));
+    compositePixels(image, 0, rgba.size(), {}, {rgba.data(), z.data()},
+                    NearestLayers(layers, tail));
 }
 
 void compositeWeightedAverage(const LayeredImage& image, const Color& background,

@@ -33,6 +33,8 @@ std::array<float, 4> over(const std::array<float, 4>& a, const std::array<float,
 
 /// The colour of one fragment.
 std::array<float, 4> colorOf(const LayeredImage& image, std::size_t fragment);
+/// Stores the colour of one fragment, in half precision if `colors` is of that type.
+void storeColor(const std::array<float, 4>& color, FragmentArray& colors, std::size_t fragment);
 
 /// The nearest `layers` fragments of every pixel like that (0 = all), without a background; what is
 /// behind them as a weighted average, if `tail` says so. `out` is overwritten.

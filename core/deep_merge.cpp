@@ -2,10 +2,6 @@
 // Runs of samples found, counted, composited.
 #include "core/deep_merge.h"
 
-// Without the lookup table Imath's conversions are all in the header: core links no OpenEXR.
-#define IMATH_HALF_NO_LOOKUP_TABLE
-#include <Imath/half.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -69,16 +65,6 @@ std::size_t runEnd(const Matcher& together, std::size_t first, std::size_t end) 
     return next;
 }
 
-void store(const std::array<float, 4>& color, FragmentArray& array, std::size_t fragment) {
-    for (std::size_t c = 0; c < 4; ++c) {
-        if (array.type == PixelType::kFloat) {
-            array.as<float>()[4 * fragment + c] = color[c];
-        } else {
-            array.as<std::uint16_t>()[4 * fragment + c] = imath_float_to_half(color[c]);
-        }
-    }
-}
-
 void copyFragment(const FragmentArray& from, std::size_t source, FragmentArray& to,
                   std::size_t target) {
     std::memcpy(to.data.data() + target * to.stride(), from.data.data() + source * from.stride(),
@@ -131,7 +117,7 @@ void mergeDeepSamples(const LayeredImage& image, int y0, int y1, const DeepMerge
                     std::array<float, 4> color = colorOf(image, f);
                     for (++f; f < next; ++f)
                         color = over(color, colorOf(image, f));
-                    store(color, out.color, target);
+                    storeColor(color, out.color, target);
                 }
                 f = next;
             }

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/parallel.h"
+#include "core/unit_vector.h"
 
 namespace peeler {
 namespace {
@@ -30,11 +31,6 @@ void displace(std::vector<Vector>& values, const std::vector<glm::vec3>& displac
     });
 }
 
-glm::dvec3 unit(const glm::dvec3& v) {
-    const double length = glm::length(v);
-    return length > 0 ? v / length : v;
-}
-
 void applySkin(const Primitive& primitive, const JointMatrices& skin, DeformedVertices& vertices) {
     forBlocks(vertices.positions.size(), [&](std::size_t i, std::size_t end) {
         for (; i < end; ++i) {
@@ -44,11 +40,11 @@ void applySkin(const Primitive& primitive, const JointMatrices& skin, DeformedVe
             position = glm::vec3(linear * glm::dvec3(position) + glm::dvec3(matrix[3]));
             if (!vertices.normals.empty()) {
                 auto& normal = vertices.normals[i];
-                normal = glm::vec3(unit(normalMatrix(linear) * glm::dvec3(normal)));
+                normal = glm::vec3(unitOrZero(normalMatrix(linear) * glm::dvec3(normal)));
             }
             if (!vertices.tangents.empty()) {
                 auto& tangent = vertices.tangents[i];
-                const glm::dvec3 turned = unit(linear * glm::dvec3(tangent));
+                const glm::dvec3 turned = unitOrZero(linear * glm::dvec3(tangent));
                 tangent = glm::vec4(glm::vec3(turned), tangent.w);
             }
         }

@@ -14,12 +14,10 @@
 namespace peeler {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double distance(double a, double b) {
+double absoluteDifference(double a, double b) {
     if (a == b || (std::isnan(a) && std::isnan(b))) return 0;
     const double apart = std::abs(a - b);
-    return std::isnan(apart) ? kInfinity : apart;
+    return std::isnan(apart) ? std::numeric_limits<double>::infinity() : apart;
 }
 
 /// Adds the channels of one colour; returns the largest difference.
@@ -28,7 +26,7 @@ float addColor(const std::array<float, 4>& a, const std::array<float, 4>& b, int
     double largest = 0;
     for (std::size_t c = 0; c < 4; ++c) {
         sum.add(a[c], b[c], x, y);
-        largest = std::max(largest, distance(a[c], b[c]));
+        largest = std::max(largest, absoluteDifference(a[c], b[c]));
     }
     return static_cast<float>(largest);
 }
@@ -64,7 +62,7 @@ void checkSizes(const Window& a, const Window& b) {
 }  // namespace
 
 void DifferenceStatistics::add(double a, double b, int at_x, int at_y) {
-    const double apart = distance(a, b);
+    const double apart = absoluteDifference(a, b);
     ++values;
     sum += apart;
     sum_of_squares += apart * apart;

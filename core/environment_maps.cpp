@@ -17,9 +17,6 @@ namespace {
 constexpr int kSmallFace = 16, kUsualFace = 128, kLargestFace = 512;
 constexpr int kRoughestFace = 8;
 constexpr int kIrradianceFace = 16, kIrradianceSource = 32;
-constexpr double kPi = std::numbers::pi;
-
-using Image = std::vector<glm::vec3>;
 
 std::size_t index(int x, int y, int width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
@@ -89,15 +86,15 @@ Environment shrunk(const Environment& source, int width, int height) {
 glm::vec3 lookUp(const Environment& image, double rotation, const glm::vec3& direction) {
     const double longitude = std::atan2(double(direction.x), double(direction.z)) - rotation;
     const double latitude = std::asin(std::clamp(double(direction.y), -1.0, 1.0));
-    const double u = 0.5 - longitude / (2 * kPi);
+    const double u = 0.5 - longitude / (2 * std::numbers::pi);
     const double x = (u - std::floor(u)) * image.width - 0.5;
-    const double y = std::clamp((0.5 - latitude / kPi) * image.height - 0.5, 0.0,
+    const double y = std::clamp((0.5 - latitude / std::numbers::pi) * image.height - 0.5, 0.0,
                                 static_cast<double>(image.height - 1));
     const int left = static_cast<int>(std::floor(x)), upper = static_cast<int>(y);
     const auto across = static_cast<float>(x - left), down = static_cast<float>(y - upper);
     const int x0 = (left + image.width) % image.width, x1 = (left + 1) % image.width;
     const int y1 = std::min(upper + 1, image.height - 1);
-    const Image& r = image.radiance;
+    const std::vector<glm::vec3>& r = image.radiance;
     return glm::mix(
         glm::mix(r[index(x0, upper, image.width)], r[index(x1, upper, image.width)], across),
         glm::mix(r[index(x0, y1, image.width)], r[index(x1, y1, image.width)], across), down);
@@ -153,7 +150,7 @@ glm::vec3 lookUp(const CubeMap& cube, const glm::vec3& d) {
     const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
     const int x1 = std::min(x0 + 1, cube.size - 1), y1 = std::min(y0 + 1, cube.size - 1);
     const float across = x - static_cast<float>(x0), down = y - static_cast<float>(y0);
-    const Image& texels = cube.texels;
+    const std::vector<glm::vec3>& texels = cube.texels;
     return glm::mix(
         glm::mix(texels[texelOf(cube, face, x0, y0)], texels[texelOf(cube, face, x1, y0)], across),
         glm::mix(texels[texelOf(cube, face, x0, y1)], texels[texelOf(cube, face, x1, y1)], across),
@@ -177,12 +174,12 @@ std::vector<LobeSample> lobeSamples(double roughness, int count, int finest, std
         double v = 0;  // van der Corput
         for (double digit = 0.5, n = i; n >= 1; n = std::floor(n / 2), digit /= 2)
             v += digit * std::fmod(n, 2);
-        const double cosine2 = (1 - u) / (1 + (a2 - 1) * u), phi = 2 * kPi * v;
+        const double cosine2 = (1 - u) / (1 + (a2 - 1) * u), phi = 2 * std::numbers::pi * v;
         const double z = 2 * cosine2 - 1;  // half vector to mirrored direction
         if (z <= 0) continue;
-        const double d = cosine2 * (a2 - 1) + 1, density = a2 / (kPi * d * d) / 4;
+        const double d = cosine2 * (a2 - 1) + 1, density = a2 / (std::numbers::pi * d * d) / 4;
         const double solid_angle = 1 / (count * density);
-        const double texel = 4 * kPi / (6.0 * finest * finest);
+        const double texel = 4 * std::numbers::pi / (6.0 * finest * finest);
         const double level = 0.5 * std::log2(solid_angle / texel) + 0.5;
         const double r = std::sqrt(1 - z * z);
         LobeSample sample;
@@ -220,18 +217,19 @@ CubeMap convolved(const std::vector<CubeMap>& pyramid, int size, double roughnes
 }
 
 CubeMap irradianceOf(const CubeMap& source) {
-    struct Ray {
+    struct SourceTexel {
         glm::vec3 direction, radiance;
         float solid_angle;
     };
-    std::vector<Ray> rays;
+    std::vector<SourceTexel> texels;
     for (int face = 0; face < 6; ++face)
         for (int y = 0; y < source.size; ++y)
             for (int x = 0; x < source.size; ++x) {
                 const glm::vec3 d = cubeDirection(face, x, y, source.size);
                 // A texel's solid angle shrinks with the cube of its distance from the centre.
                 const float near = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
-                rays.push_back({d, source.texels[texelOf(source, face, x, y)], near * near * near});
+                texels.push_back(
+                    {d, source.texels[texelOf(source, face, x, y)], near * near * near});
             }
     CubeMap cube = makeCube(kIrradianceFace);
     parallelFor(cube.texels.size(), [&](std::size_t i) {
@@ -239,9 +237,9 @@ CubeMap irradianceOf(const CubeMap& source) {
         const glm::vec3 n = cubeDirection(row / cube.size, column, row % cube.size, cube.size);
         glm::vec3 sum(0);
         float weights = 0;
-        for (const Ray& ray : rays) {
-            const float weight = std::max(0.0F, glm::dot(n, ray.direction)) * ray.solid_angle;
-            sum += weight * ray.radiance;
+        for (const SourceTexel& texel : texels) {
+            const float weight = std::max(0.0F, glm::dot(n, texel.direction)) * texel.solid_angle;
+            sum += weight * texel.radiance;
             weights += weight;
         }
         cube.texels[i] = sum / weights;

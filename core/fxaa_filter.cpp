@@ -14,8 +14,8 @@ namespace {
 constexpr std::uint64_t kSliceBytes = 32U << 20;
 constexpr int kLeastSlice = 16, kMostSlice = 256;  // rows
 
-constexpr std::uint64_t kCompositeBytes = sizeof(float) * (4 + 1);         // a pixel
-constexpr std::uint64_t kKeptBytes = kCompositeBytes + 2 * sizeof(float);  // and its two lumas
+constexpr std::uint64_t kCompositeBytes = sizeof(float) * (4 + 1);              // a pixel
+constexpr std::uint64_t kKeptPixelBytes = kCompositeBytes + 2 * sizeof(float);  // and its two lumas
 constexpr std::uint64_t kFilteredBytes = 2 * kCompositeBytes + sizeof(std::uint32_t);  // as a layer
 
 void appendRows(const CompositeImage& from, int y0, int y1, CompositeImage& to) {
@@ -43,7 +43,7 @@ void FxaaFilter::begin(const Plan& plan) {
     next_->begin(plan);
     crop_ = plan.view.crop;
     const auto row_bytes =
-        static_cast<std::uint64_t>(std::max(1, crop_.width())) * (kKeptBytes + kFilteredBytes);
+        static_cast<std::uint64_t>(std::max(1, crop_.width())) * (kKeptPixelBytes + kFilteredBytes);
     slice_rows_ = static_cast<int>(
         std::clamp<std::uint64_t>(kSliceBytes / row_bytes, kLeastSlice, kMostSlice));
     next_row_ = crop_.y0;
@@ -96,7 +96,7 @@ SinkMemory FxaaFilter::memory() const {
     const auto width = static_cast<std::uint64_t>(crop_.width());
     const auto slice = static_cast<std::uint64_t>(slice_rows_);
     constexpr std::uint64_t kOverlap = std::uint64_t{2} * kFxaaReach;
-    memory.bytes += width * ((kOverlap + slice) * kKeptBytes + slice * kFilteredBytes);
+    memory.bytes += width * ((kOverlap + slice) * kKeptPixelBytes + slice * kFilteredBytes);
     return memory;
 }
 

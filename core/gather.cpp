@@ -73,7 +73,7 @@ void resizeAnew(std::vector<T>& values, std::size_t size) {
 }
 
 /// What becomes of the pixels of a row.
-struct Row {
+struct GatheredRow {
     std::size_t first_pixel, pixels;  ///< as captured
     std::size_t to_pixel;             ///< the first one's place in `out`
     LayeredImage& out;
@@ -81,7 +81,7 @@ struct Row {
 };
 
 template <std::size_t kColorWords>
-void gatherRow(const CapturedFragments& captured, const Row& row, ListSorter& sorter) {
+void gatherRow(const CapturedFragments& captured, const GatheredRow& row, ListSorter& sorter) {
     constexpr std::size_t kStride = 2 + kColorWords;
     LayeredImage& out = row.out;
     auto* const colors = reinterpret_cast<std::uint32_t*>(out.color.data.data());
@@ -105,7 +105,7 @@ void gatherRow(const CapturedFragments& captured, const Row& row, ListSorter& so
     }
 }
 
-using GatherRow = void (*)(const CapturedFragments&, const Row&, ListSorter&);
+using GatherRow = void (*)(const CapturedFragments&, const GatheredRow&, ListSorter&);
 
 GatherRow gatherRowOf(std::size_t stride) {
     if (stride == 2) return gatherRow<0>;

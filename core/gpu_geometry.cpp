@@ -55,7 +55,7 @@ std::size_t aligned(std::size_t bytes) {
 }
 
 template <class Attributes>
-std::size_t bytesOf(const Attributes& list) {
+std::size_t alignedBytes(const Attributes& list) {
     std::size_t bytes = 0;
     for (const Attribute& a : list)
         bytes += aligned(a.bytes);
@@ -120,13 +120,13 @@ GpuGeometry::GpuGeometry(const gl::Functions& gl, const Scene& scene, const Draw
         const Primitive& p = primitiveOf(scene, geometry);
         const auto [entry, fresh] =
             offsets.try_emplace({geometry.mesh, geometry.primitive}, fixed_bytes);
-        slot.index_offset = entry->second + bytesOf(attributes(p));
+        slot.index_offset = entry->second + alignedBytes(attributes(p));
         if (fresh)
             fixed_bytes = slot.index_offset + aligned(p.indices.size() * sizeof(std::uint32_t));
         slot.box.add(p.positions);
         if (geometry.deformed < 0) continue;
         slot.deformed_offset = deformed_bytes;
-        deformed_bytes += bytesOf(movable(deformedOf(contents, geometry)));
+        deformed_bytes += alignedBytes(movable(deformedOf(contents, geometry)));
     }
 
     fixed_ = gl::Buffer(gl, fixed_bytes);
@@ -139,7 +139,7 @@ GpuGeometry::GpuGeometry(const gl::Functions& gl, const Scene& scene, const Draw
             const auto arrays = attributes(p);
             copy(arrays, memory + offset);
             if (!p.indices.empty())
-                std::memcpy(memory + offset + bytesOf(arrays), p.indices.data(),
+                std::memcpy(memory + offset + alignedBytes(arrays), p.indices.data(),
                             p.indices.size() * sizeof(std::uint32_t));
         }
     }

@@ -7,7 +7,7 @@
 namespace peeler {
 namespace {
 
-constexpr double kMargin = 1.01;
+constexpr double kViewMargin = 1.01;
 
 /// From `low` to `high` along one axis of the light.
 struct Extent {
@@ -23,9 +23,9 @@ void fitOrthographic(View& view, const Extent& right, const Extent& up, const Ex
     const double least = largest > 0 ? 1e-4 * largest : 0.5;
     Projection& projection = view.projection;
     projection.perspective = false;
-    projection.half_width = kMargin * std::max(right.half(), least);
-    projection.half_height = kMargin * std::max(up.half(), least);
-    const double margin = (kMargin - 1) * std::max(2 * backward.half(), 2 * least);
+    projection.half_width = kViewMargin * std::max(right.half(), least);
+    projection.half_height = kViewMargin * std::max(up.half(), least);
+    const double margin = (kViewMargin - 1) * std::max(2 * backward.half(), 2 * least);
     projection.near = margin;
     projection.far = 3 * margin + 2 * backward.half();
     const glm::dmat4 axes = view.camera_to_world;
@@ -53,7 +53,7 @@ std::optional<View> lightView(const PlacedLight& light, const Scene& scene,
         return view;
     }
     view.projection.half_width = view.projection.half_height =
-        kMargin * std::tan(std::min(light.light.outer_cone, kWidestCone));
+        kViewMargin * std::tan(std::min(light.light.outer_cone, kWidestCone));
     const double farthest = -extents[2].low;  // behind the light if negative: it sees nothing then
     view.projection.near = 1e-5 * (farthest > 0 ? farthest : 1);
     return view;

@@ -8,7 +8,7 @@
 namespace peeler {
 namespace {
 
-constexpr double kRounding = 1.0 / (1 << 18);
+constexpr double kDepthRounding = 1.0 / (1 << 18);
 
 float midpoint(std::span<const float> z, const Projection& projection) {
     if (z.empty()) return std::numeric_limits<float>::infinity();
@@ -16,7 +16,8 @@ float midpoint(std::span<const float> z, const Projection& projection) {
     const double scale = projection.perspective ? nearest : projection.far - projection.near;
     for (const float next : z.subspan(1)) {
         const double depth = static_cast<double>(next);
-        if (depth - nearest > kRounding * scale) return static_cast<float>((nearest + depth) / 2);
+        if (depth - nearest > kDepthRounding * scale)
+            return static_cast<float>((nearest + depth) / 2);
     }
     return std::numeric_limits<float>::infinity();
 }

@@ -11,12 +11,12 @@
 namespace peeler {
 namespace {
 
-struct Hit {
+struct RefinedHit {
     double z;
     std::uint32_t key, shaded;
 };
 
-bool precedes(const Hit& a, const Hit& b) {
+bool precedes(const RefinedHit& a, const RefinedHit& b) {
     return a.z < b.z || (a.z == b.z && a.key < b.key);
 }
 
@@ -30,7 +30,7 @@ double refineHits(const FragmentSources& sources, LayeredImage& image,
     const auto height = static_cast<std::size_t>(image.window.height());
     std::vector<double> largest(height);
     parallelFor(height, [&](std::size_t row) {
-        thread_local std::vector<Hit> hits;
+        thread_local std::vector<RefinedHit> hits;
         for (std::size_t x = 0; x < width; ++x) {
             const std::size_t pixel = row * width + x;
             const std::uint32_t begin = image.offsets[pixel], end = image.offsets[pixel + 1];

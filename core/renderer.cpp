@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-std::uint64_t bytesOf(const LayeredImage& image) {
+std::uint64_t imageBytes(const LayeredImage& image) {
     return image.offsets.size() * sizeof(std::uint32_t) + image.z.size() * sizeof(float) +
            image.color.data.size() +
            std::accumulate(
@@ -190,7 +190,7 @@ void Renderer::State::mergeViews() {
         }
         merging_passes = std::max(merging_passes, report.passes);
         report.passes = 0;
-        kept += bytesOf(image);
+        kept += imageBytes(image);
         keeps = keeps && fitsKept(kept);
         if (keeps) merged_bands.push_back(image);
         tellPlanned(kCountShare, 1,

@@ -42,7 +42,7 @@ struct ScreenCell {
 };
 
 /// A fragment seen in a pixel, and where in its cell: -0.5 to 0.5 each, y down.
-struct Hit {
+struct CellHit {
     std::uint32_t pixel, fragment;
     float z, u, v;
 };
@@ -115,10 +115,10 @@ class Reprojection {
     StripRange stripsOf(const ScreenCell& cell) const;
     void sortIntoStrips();
     void rasterise(std::uint32_t fragment, const ScreenCell& cell, const Window& strip,
-                   std::vector<Hit>& hits) const;
+                   std::vector<CellHit>& hits) const;
     void addHit(std::uint32_t fragment, const glm::dvec2& in_cell, std::uint32_t pixel,
-                std::vector<Hit>& hits) const;
-    std::array<float, 4> colorAt(const Hit& hit) const;
+                std::vector<CellHit>& hits) const;
+    std::array<float, 4> colorAt(const CellHit& hit) const;
     void render(std::size_t strip, LayeredImage& out) const;
     static void join(const std::vector<LayeredImage>& parts, LayeredImage& band);
 
@@ -212,7 +212,7 @@ void Reprojection::sortIntoStrips() {
 }
 
 void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, const Window& strip,
-                             std::vector<Hit>& hits) const {
+                             std::vector<CellHit>& hits) const {
     const Window box = intersect(
         {firstPixel(cell.least.x, to_.sample.x), firstPixel(cell.least.y, to_.sample.y),
          firstPixel(cell.most.x + 1, to_.sample.x), firstPixel(cell.most.y + 1, to_.sample.y)},
@@ -262,7 +262,7 @@ void Reprojection::rasterise(std::uint32_t fragment, const ScreenCell& cell, con
 }
 
 void Reprojection::addHit(std::uint32_t fragment, const glm::dvec2& in_cell, std::uint32_t pixel,
-                          std::vector<Hit>& hits) const {
+                          std::vector<CellHit>& hits) const {
     // The corners' planar depths, bilinearly, raised to the fragment's own in the middle: at the
     // captured camera the order of surfaces that all but touch is that of the capture.
     const auto& corners = cells_.corners[fragment];
@@ -279,7 +279,7 @@ void Reprojection::addHit(std::uint32_t fragment, const glm::dvec2& in_cell, std
                     static_cast<float>(in_cell.y)});
 }
 
-std::array<float, 4> Reprojection::colorAt(const Hit& hit) const {
+std::array<float, 4> Reprojection::colorAt(const CellHit& hit) const {
     const auto& links = cells_.links;
     const Side across = hit.u < 0 ? kLeft : kRight, along = hit.v < 0 ? kUp : kDown;
     const std::uint32_t side = links[hit.fragment][across], end = links[hit.fragment][along];
@@ -307,12 +307,12 @@ void Reprojection::render(std::size_t strip, LayeredImage& out) const {
     out.window = to_.crop;
     out.window.y0 += static_cast<int>(strip) * kStripRows;
     out.window.y1 = std::min(out.window.y1, out.window.y0 + kStripRows);
-    std::vector<Hit> hits;
+    std::vector<CellHit> hits;
     for (std::size_t i = strip_offsets_[strip]; i < strip_offsets_[strip + 1]; ++i) {
         const std::uint32_t fragment = strip_fragments_[i];
         if (const auto cell = project(fragment)) rasterise(fragment, *cell, out.window, hits);
     }
-    std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
+    std::sort(hits.begin(), hits.end(), [](const CellHit& a, const CellHit& b) {
         if (a.pixel != b.pixel) return a.pixel < b.pixel;
         return a.z != b.z ? a.z < b.z : a.fragment < b.fragment;
     });

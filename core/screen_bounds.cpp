@@ -7,11 +7,12 @@
 namespace peeler {
 namespace {
 
-constexpr double kMargin = 2;  // pixels: lines and points have a width, coordinates are snapped
+constexpr double kPixelMargin =
+    2;  // pixels: lines and points have a width, coordinates are snapped
 
 /// What a clip coordinate may be off: four products of matrix entries and coordinates, each rounded
 /// to float, and summed.
-constexpr double kRounding = 8.0 / (1 << 24);
+constexpr double kClipRounding = 8.0 / (1 << 24);
 
 }  // namespace
 
@@ -35,13 +36,13 @@ Window screenBounds(const Box& box, const glm::dmat4& clip_from_model, int width
                                (corner & 2) ? box.max.y : box.min.y,
                                (corner & 4) ? box.max.z : box.min.z, 1);
         const glm::dvec4 clip = clip_from_model * point;
-        const glm::dvec4 error = kRounding * (sizes * glm::abs(point));
+        const glm::dvec4 error = kClipRounding * (sizes * glm::abs(point));
         const double least_w = clip.w - error.w;
         if (!(least_w > 0)) return all;
         const glm::dvec2 ndc = glm::dvec2(clip) / clip.w;
         const glm::dvec2 off = (glm::dvec2(error) + glm::abs(ndc) * error.w) / least_w;
-        low = glm::min(low, (ndc - off + 1.0) / 2.0 * size - kMargin);
-        high = glm::max(high, (ndc + off + 1.0) / 2.0 * size + kMargin);
+        low = glm::min(low, (ndc - off + 1.0) / 2.0 * size - kPixelMargin);
+        high = glm::max(high, (ndc + off + 1.0) / 2.0 * size + kPixelMargin);
     }
     // Also where something is not finite.
     if (!(low.x <= high.x && low.y <= high.y)) return all;

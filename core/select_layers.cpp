@@ -12,8 +12,8 @@ void moveFragment(FragmentArray& array, std::size_t from, std::size_t to) {
     std::memmove(array.data.data() + to * stride, array.data.data() + from * stride, stride);
 }
 
-void gather(const FragmentArray& from, const std::vector<std::uint32_t>& fragments,
-            FragmentArray& to) {
+void pickFragments(const FragmentArray& from, const std::vector<std::uint32_t>& fragments,
+                   FragmentArray& to) {
     const std::size_t stride = from.stride();
     to.channels = from.channels;
     to.type = from.type;
@@ -60,10 +60,10 @@ void singleLayer(const LayeredImage& image, std::uint32_t layer, LayeredImage& o
     out.z.resize(fragments.size());
     for (std::size_t i = 0; i < fragments.size(); ++i)
         out.z[i] = image.z[fragments[i]];
-    gather(image.color, fragments, out.color);
+    pickFragments(image.color, fragments, out.color);
     out.extra.resize(image.extra.size());
     for (std::size_t i = 0; i < out.extra.size(); ++i)
-        gather(image.extra[i], fragments, out.extra[i]);
+        pickFragments(image.extra[i], fragments, out.extra[i]);
 }
 
 void addLayerIndices(LayeredImage& image) {

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/supersampling.h"
 
-// Without the lookup table Imath's conversions are all in the header: core links no OpenEXR.
-#define IMATH_HALF_NO_LOOKUP_TABLE
-#include <Imath/half.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,7 +11,7 @@
 namespace peeler {
 namespace {
 
-using Color = std::array<double, 4>;
+using MergedColor = std::array<double, 4>;
 
 double radicalInverse(unsigned index) {
     double value = 0, digit = 0.5;
@@ -42,7 +38,7 @@ struct Group {
 struct MergedRow {
     std::vector<std::uint32_t> counts;  // by pixel
     std::vector<float> z;
-    std::vector<Color> colors;
+    std::vector<MergedColor> colors;
     std::vector<std::pair<int, std::uint32_t>> nearest;  // sample and fragment in it
 };
 
@@ -130,7 +126,7 @@ void RowMerger::composite(MergedRow& row) const {
         double all_through = 0;
         for (const double t : through)
             all_through += t;
-        Color seen{}, plain{};
+        MergedColor seen{}, plain{};
         for (std::size_t s = 0; s < samples_.size(); ++s) {
             if (group.members[s] < 0) continue;
             const Entry& entry = entries_[static_cast<std::size_t>(group.members[s])];
@@ -143,7 +139,7 @@ void RowMerger::composite(MergedRow& row) const {
         }
         const bool hidden = all_through < kNothing;
         const double weight = hidden ? static_cast<double>(samples_.size()) : all_through;
-        Color merged = hidden ? plain : seen;
+        MergedColor merged = hidden ? plain : seen;
         for (double& component : merged)
             component /= weight;
         const Entry& nearest = entries_[group.nearest];
@@ -153,14 +149,11 @@ void RowMerger::composite(MergedRow& row) const {
     }
 }
 
-void store(const Color& color, PixelType type, std::byte* to) {
-    for (std::size_t c = 0; c < 4; ++c) {
-        const auto value = static_cast<float>(color[c]);
-        if (type == PixelType::kFloat)
-            reinterpret_cast<float*>(to)[c] = value;
-        else
-            reinterpret_cast<std::uint16_t*>(to)[c] = imath_float_to_half(value);
-    }
+std::array<float, 4> toFloats(const MergedColor& color) {
+    std::array<float, 4> result;
+    for (std::size_t c = 0; c < 4; ++c)
+        result[c] = static_cast<float>(color[c]);
+    return result;
 }
 
 }  // namespace
@@ -214,8 +207,8 @@ void mergeSamples(std::span<const LayeredImage> samples, const SurfaceOf& surfac
     out.color.data.resize(out.z.size() * out.color.stride());
     std::size_t fragment = 0;
     for (const MergedRow& row : rows) {
-        for (const Color& color : row.colors)
-            store(color, color_type, out.color.data.data() + out.color.stride() * fragment++);
+        for (const MergedColor& color : row.colors)
+            storeColor(toFloats(color), out.color, fragment++);
     }
     for (std::size_t i = 1; i < samples.front().extra.size(); ++i) {
         const FragmentArray& like = samples.front().extra[i];

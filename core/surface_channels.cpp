@@ -141,7 +141,7 @@ Evaluation evaluationOf(Channel channel) {
     return kTable[static_cast<std::size_t>(channel)];
 }
 
-void store(double value, PixelType type, std::byte* to) {
+void storeValue(double value, PixelType type, std::byte* to) {
     if (type == PixelType::kHalf) {
         const std::uint16_t bits = imath_float_to_half(static_cast<float>(value));
         std::memcpy(to, &bits, sizeof bits);
@@ -190,7 +190,7 @@ class ChannelFiller {
             }
             std::byte* to = array.data.data() + fragment * array.stride();
             for (std::size_t i = 0; i < array.components(); ++i, to += pixelTypeSize(array.type))
-                store(values[i], array.type, to);
+                storeValue(values[i], array.type, to);
         }
     }
 

@@ -16,12 +16,12 @@ namespace peeler {
 namespace {
 
 /// Steps, in pixel spacings: the tangent of the angle between surface and picture.
-constexpr double kSteepest = 20, kGentle = 3;
+constexpr double kSteepestStep = 20, kGentleStep = 3;
 /// A steep step and its neighbour on the same surface differ by no more than this share of it.
 constexpr double kBend = 0.8;
 /// What leaving a fragment without a partner costs, in squared steps: a pair is worth as much as
 /// two.
-constexpr double kGap = kSteepest * kSteepest / 2;
+constexpr double kGap = kSteepestStep * kSteepestStep / 2;
 /// Fragments of a pixel that are considered; what is behind them has no links.
 constexpr std::size_t kMostFragments = 128;
 
@@ -148,7 +148,7 @@ class Linker {
         const std::uint32_t next = links_[fragment][side];
         if (next == kNoFragment) return false;
         const double step = slope(fragment, next, side);
-        if (std::abs(step) <= kGentle) return true;
+        if (std::abs(step) <= kGentleStep) return true;
         const std::uint32_t before = links_[fragment][opposite(side)];
         const std::uint32_t after = links_[next][side];
         const double most = kBend * std::abs(step);

@@ -49,7 +49,7 @@ void append(const FragmentArray& from, std::size_t first, std::size_t count, Fra
     to.data.insert(to.data.end(), data, data + count * from.stride());
 }
 
-void clear(const LayeredImage& like, LayeredImage& out) {
+void clearLike(const LayeredImage& like, LayeredImage& out) {
     const auto reset = [](const FragmentArray& array, FragmentArray& target) {
         target.channels = array.channels;
         target.type = array.type;
@@ -106,7 +106,7 @@ bool overlap(std::span<const Window> tiles) {
 std::optional<Window> joinTiles(std::span<const LayeredImage> tiles, const Window& window,
                                 const LayeredImage& like, LayeredImage& out) {
     out.window = window;
-    clear(like, out);
+    clearLike(like, out);
     std::vector<std::size_t> owners;
     for (int y = window.y0; y < window.y1; ++y) {
         findOwners(tiles, window, y, owners);

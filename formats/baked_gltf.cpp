@@ -15,7 +15,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
-constexpr int kUnsignedShort = 5123, kFloat = 5126;
+constexpr int kColorComponent = 5123, kValueComponent = 5126;  // unsigned short, float
 
 /// The bytes of an element for each of the file's vertices; those that the scene has not kept are
 /// 0.
@@ -94,10 +94,10 @@ class VertexValues {
         const std::size_t width = values.values.size() / values.colors.size();
         const std::size_t color =
             package_.addAccessor(bytesOfAll(values.colors, 1, values.source),
-                                 {kUnsignedShort, true, "VEC4", values.source.vertices});
+                                 {kColorComponent, true, "VEC4", values.source.vertices});
         const std::size_t value = package_.addAccessor(
             bytesOfAll(values.values, width, values.source),
-            {kFloat, false, width == 1 ? "SCALAR" : "VEC3", values.source.vertices});
+            {kValueComponent, false, width == 1 ? "SCALAR" : "VEC3", values.source.vertices});
         ordered_json& primitive =
             package_.gltf()["meshes"][mesh].at("primitives").at(values.source.primitive);
         const auto extensions = primitive.find("extensions");

@@ -21,7 +21,7 @@ namespace {
 
 constexpr const char* kHint = "compress the file again";
 
-[[noreturn]] void fail(const std::string& what) {
+[[noreturn]] void failDraco(const std::string& what) {
     throw Error(ErrorKind::kInput, what, "", kHint);
 }
 
@@ -44,7 +44,7 @@ struct Promise {
 std::uint32_t number(draco::DecoderBuffer& buffer, bool fixed) {
     std::uint32_t value = 0;
     if (!(fixed ? buffer.Decode(&value) : draco::DecodeVarint(&value, &buffer)))
-        fail("the Draco data is truncated");
+        failDraco("the Draco data is truncated");
     return value;
 }
 
@@ -55,14 +55,15 @@ Promise promiseOf(std::span<const std::uint8_t> bytes) {
     draco::DracoHeader header;
     if (const draco::Status status = draco::PointCloudDecoder::DecodeHeader(&buffer, &header);
         !status.ok())
-        fail("this is no Draco data: " + status.error_msg_string());
-    if (header.encoder_type != draco::TRIANGULAR_MESH) fail("the Draco data is no triangle mesh");
+        failDraco("this is no Draco data: " + status.error_msg_string());
+    if (header.encoder_type != draco::TRIANGULAR_MESH)
+        failDraco("the Draco data is no triangle mesh");
     const int version = header.version_major << 8 | header.version_minor;
     buffer.set_bitstream_version(static_cast<std::uint16_t>(version));
     if ((header.flags & METADATA_FLAG_MASK) != 0) {
         draco::GeometryMetadata ignored;
         if (!draco::MetadataDecoder().DecodeGeometryMetadata(&buffer, &ignored))
-            fail("the metadata of the Draco data is damaged");
+            failDraco("the metadata of the Draco data is damaged");
     }
     Promise promise;
     if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING) {
@@ -71,27 +72,27 @@ Promise promiseOf(std::span<const std::uint8_t> bytes) {
         return promise;
     }
     std::uint8_t traversal = 0, attribute_data = 0;
-    if (!buffer.Decode(&traversal)) fail("the Draco data is truncated");
+    if (!buffer.Decode(&traversal)) failDraco("the Draco data is truncated");
     const bool fixed = version < 0x200;
     if (version < 0x202) number(buffer, fixed);  // vertices added by splits
     // Vertices of the connectivity: some that encoders count have no face, and seams make several
     // points of others, so only their order of size is known.
     const std::uint64_t vertices = number(buffer, fixed);
     promise.faces = number(buffer, fixed);
-    if (!buffer.Decode(&attribute_data)) fail("the Draco data is truncated");
+    if (!buffer.Decode(&attribute_data)) failDraco("the Draco data is truncated");
     const std::uint32_t symbols = number(buffer, fixed), splits = number(buffer, fixed);
     if (vertices > std::uint64_t{3} * promise.faces || symbols > promise.faces || splits > symbols)
-        fail("the Draco data contradicts itself");
+        failDraco("the Draco data contradicts itself");
     return promise;
 }
 
 void checkPromise(const Promise& promise, const DracoLimits& limits) {
     if (promise.faces > limits.faces)
-        fail("the Draco data has " + std::to_string(promise.faces) + " triangles, the accessors " +
-             "have room for " + std::to_string(limits.faces));
+        failDraco("the Draco data has " + std::to_string(promise.faces) +
+                  " triangles, the accessors " + "have room for " + std::to_string(limits.faces));
     if (promise.points > limits.points)
-        fail("the Draco data has " + std::to_string(promise.points) + " vertices, at most " +
-             std::to_string(limits.points) + " can be used");
+        failDraco("the Draco data has " + std::to_string(promise.points) + " vertices, at most " +
+                  std::to_string(limits.points) + " can be used");
 }
 
 template <typename Number>
@@ -106,7 +107,7 @@ std::vector<std::uint8_t> valuesAs(const draco::PointAttribute& attribute, std::
             attribute.mapped_index(draco::PointIndex(static_cast<std::uint32_t>(i)));
         if (place.value() >= attribute.size() ||
             !attribute.ConvertValue<Number>(place, static_cast<std::int8_t>(components), values))
-            fail("an attribute of the Draco data does not fit its accessor");
+            failDraco("an attribute of the Draco data does not fit its accessor");
         std::memcpy(result.data() + i * bytes, values, bytes);
     }
     return result;
@@ -127,26 +128,28 @@ constexpr ComponentRow kComponents[] = {
 std::vector<std::uint8_t> valuesOf(const draco::Mesh& mesh, const DracoAttribute& wanted) {
     const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(wanted.unique_id);
     if (!attribute)
-        fail("the Draco data has no attribute with the id " + std::to_string(wanted.unique_id));
+        failDraco("the Draco data has no attribute with the id " +
+                  std::to_string(wanted.unique_id));
     if (attribute->num_components() != wanted.components || wanted.components > 4)
-        fail("the attribute " + std::to_string(wanted.unique_id) + " of the Draco data has " +
-             std::to_string(attribute->num_components()) + " components, its accessor has " +
-             std::to_string(wanted.components));
+        failDraco("the attribute " + std::to_string(wanted.unique_id) + " of the Draco data has " +
+                  std::to_string(attribute->num_components()) + " components, its accessor has " +
+                  std::to_string(wanted.components));
     const std::size_t points = mesh.num_points();
     if (!attribute->is_mapping_identity() && attribute->indices_map_size() < points)
-        fail("the Draco data is damaged");
+        failDraco("the Draco data is damaged");
     for (const ComponentRow& row : kComponents)
         if (row.type == wanted.component_type)
             return row.values(*attribute, points, wanted.components);
-    fail("the component type " + std::to_string(wanted.component_type) + " is none of Draco's");
+    failDraco("the component type " + std::to_string(wanted.component_type) +
+              " is none of Draco's");
 }
 
-std::unique_ptr<draco::Mesh> decode(std::span<const std::uint8_t> bytes) {
+std::unique_ptr<draco::Mesh> decodeMesh(std::span<const std::uint8_t> bytes) {
     draco::DecoderBuffer buffer = bufferOf(bytes);
     draco::Decoder decoder;
     auto result = decoder.DecodeMeshFromBuffer(&buffer);
     if (!result.ok())
-        fail("the Draco data is damaged: " + std::string(result.status().error_msg_string()));
+        failDraco("the Draco data is damaged: " + std::string(result.status().error_msg_string()));
     return std::move(result).value();
 }
 
@@ -155,7 +158,7 @@ std::vector<std::uint32_t> indicesOf(const draco::Mesh& mesh) {
     indices.reserve(std::size_t{3} * mesh.num_faces());
     for (std::uint32_t i = 0; i < mesh.num_faces(); ++i)
         for (const draco::PointIndex& point : mesh.face(draco::FaceIndex(i))) {
-            if (point.value() >= mesh.num_points()) fail("the Draco data is damaged");
+            if (point.value() >= mesh.num_points()) failDraco("the Draco data is damaged");
             indices.push_back(point.value());
         }
     return indices;
@@ -178,7 +181,7 @@ class Packed {
     std::vector<T> take() {
         std::uint64_t size = 0;
         read(&size, sizeof size);
-        if (size > bytes_.size() - place_) fail("the Draco data is damaged");
+        if (size > bytes_.size() - place_) failDraco("the Draco data is damaged");
         std::vector<T> values(size / sizeof(T));
         read(values.data(), values.size() * sizeof(T));
         return values;
@@ -190,7 +193,7 @@ class Packed {
         bytes_.insert(bytes_.end(), first, first + size);
     }
     void read(void* to, std::size_t size) {
-        if (size > bytes_.size() - place_) fail("the Draco data is damaged");
+        if (size > bytes_.size() - place_) failDraco("the Draco data is damaged");
         if (size > 0) std::memcpy(to, bytes_.data() + place_, size);
         place_ += size;
     }
@@ -202,8 +205,8 @@ class Packed {
 std::vector<std::uint8_t> decodePacked(std::span<const std::uint8_t> bytes,
                                        std::span<const DracoAttribute> attributes,
                                        const DracoLimits& limits) {
-    const std::unique_ptr<draco::Mesh> mesh = decode(bytes);
-    if (mesh->num_faces() == 0) fail("the Draco data holds no triangle");
+    const std::unique_ptr<draco::Mesh> mesh = decodeMesh(bytes);
+    if (mesh->num_faces() == 0) failDraco("the Draco data holds no triangle");
     // An Edgebreaker mesh tells only now how many points there are.
     checkPromise({mesh->num_faces(), mesh->num_points()}, limits);
     Packed packed;
@@ -228,14 +231,14 @@ DracoMesh decodeDracoMesh(std::span<const std::uint8_t> bytes,
     const Promise promise = promiseOf(bytes);
     checkPromise(promise, limits);
     if (promise.faces > kMostFacesPerByte * bytes.size())
-        fail("the Draco data promises " + std::to_string(promise.faces) + " triangles in " +
-             std::to_string(bytes.size()) + " bytes");
+        failDraco("the Draco data promises " + std::to_string(promise.faces) + " triangles in " +
+                  std::to_string(bytes.size()) + " bytes");
     Packed packed(runIsolated(
         [&] {
             try {
                 return decodePacked(bytes, attributes, limits);
             } catch (const std::bad_alloc&) {
-                fail("decoding the Draco data needs too much memory: it is damaged");
+                failDraco("decoding the Draco data needs too much memory: it is damaged");
             }
         },
         {limits.cpu_seconds, memoryFor(promise, attributes.size())}, kHint));

@@ -13,7 +13,8 @@
 namespace peeler {
 namespace {
 
-[[noreturn]] void fail(const std::string& what, const std::string& path, const std::string& hint) {
+[[noreturn]] void failEnvironment(const std::string& what, const std::string& path,
+                                  const std::string& hint) {
     throw Error(ErrorKind::kInput, what, path, hint);
 }
 
@@ -23,17 +24,17 @@ Environment readEnvironment(const std::string& path, const EnvironmentLimits& li
     constexpr const char* kFormats = "give an equirectangular picture as .hdr (Radiance) or .exr";
     std::error_code failure;
     if (std::filesystem::exists(path, failure) && !std::filesystem::is_regular_file(path, failure))
-        fail("cannot read: it is not a regular file", path, kFormats);
+        failEnvironment("cannot read: it is not a regular file", path, kFormats);
     const FileKind kind = fileKind(path);
     if (kind != FileKind::kHdr && kind != FileKind::kExr)
-        fail("an environment is neither a Radiance nor an OpenEXR file", path, kFormats);
+        failEnvironment("an environment is neither a Radiance nor an OpenEXR file", path, kFormats);
     const FlatImage flat = readFlatImage(path, {limits.max_side, limits.max_bytes});
     if (flat.width < 1 || flat.height < 1 || flat.width > limits.max_side ||
         flat.height > limits.max_side ||
         std::uint64_t{16} * static_cast<std::uint64_t>(flat.width) *
                 static_cast<std::uint64_t>(flat.height) >
             limits.max_bytes)
-        fail("the display window is empty or too large", path, kFormats);
+        failEnvironment("the display window is empty or too large", path, kFormats);
 
     Environment environment;
     environment.width = flat.width;
@@ -53,9 +54,9 @@ Environment readEnvironment(const std::string& path, const EnvironmentLimits& li
                               static_cast<std::size_t>(x)];
             for (std::size_t c = 0; c < 3; ++c) {
                 if (!std::isfinite(color[c]))
-                    fail("the pixel (" + std::to_string(x) + ", " + std::to_string(y) +
-                             ") is not finite",
-                         path, "clamp infinities and NaNs when you save the picture");
+                    failEnvironment("the pixel (" + std::to_string(x) + ", " + std::to_string(y) +
+                                        ") is not finite",
+                                    path, "clamp infinities and NaNs when you save the picture");
                 to[static_cast<int>(c)] = std::max(0.0F, color[c]);
             }
         }

@@ -20,9 +20,7 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kBytesInFlight = 16U << 20;  ///< of chunks before packing: bounds the memory
 constexpr std::size_t kFileBuffer = std::size_t{1} << 20;  ///< of an AtomicFile
-constexpr std::size_t kCopies = 3;  ///< of a chunk in flight: raw, filtered, packed
 
 std::vector<ExrChannel> colorChannels(PixelType type, int color, int z) {
     return {{"R", type, color, 0, 4},
@@ -33,7 +31,8 @@ std::vector<ExrChannel> colorChannels(PixelType type, int color, int z) {
 }
 
 /// Those of other arrays.
-void appendChannels(const std::vector<FragmentArray>& arrays, std::vector<ExrChannel>& channels) {
+void appendExrChannels(const std::vector<FragmentArray>& arrays,
+                       std::vector<ExrChannel>& channels) {
     for (std::size_t i = 0; i < arrays.size(); ++i) {
         const FragmentArray& array = arrays[i];
         for (std::size_t c = 0; c < array.components(); ++c) {
@@ -84,7 +83,7 @@ void ExrBandWriter::write(const LayeredImage& band) {
     const std::vector<Job> jobs = finishedChunks(next_row_);
     for (std::size_t first = 0; first < jobs.size();) {
         std::size_t end = first;
-        for (std::size_t bytes = 0; end < jobs.size() && bytes < kBytesInFlight; ++end)
+        for (std::size_t bytes = 0; end < jobs.size() && bytes < kExrBytesInFlight; ++end)
             bytes += rawBytes(jobs[end]);
         run(std::span(jobs).subspan(first, end - first), band);
         first = end;
@@ -108,7 +107,8 @@ SinkMemory ExrBandWriter::memory() const {
     }
     const auto rows = static_cast<std::uint64_t>(rowsPerChunk());
     return {rowsPerChunk() - 1,
-            kCopies * values * rows * (pixel + composite) + (files_.size() - 1) * kFileBuffer,
+            kExrCopiesInFlight * values * rows * (pixel + composite) +
+                (files_.size() - 1) * kFileBuffer,
             composite};
 }
 
@@ -158,7 +158,7 @@ void ExrBandWriter::open(const LayeredImage& first_band) {
 /// Of each part, from what a layer and a composite have.
 void ExrBandWriter::findChannels(const LayeredImage& first_band) {
     auto layer_channels = colorChannels(plan_.color_type, ExrChannel::kColor, ExrChannel::kZ);
-    appendChannels(first_band.extra, layer_channels);
+    appendExrChannels(first_band.extra, layer_channels);
     auto composite_channels =
         colorChannels(plan_.color_type, ExrChannel::kCompositeColor, ExrChannel::kCompositeZ);
     std::vector<FragmentArray> arrays;
@@ -166,7 +166,7 @@ void ExrBandWriter::findChannels(const LayeredImage& first_band) {
     if (options_.cryptomatte) cryptomatte_ = cryptomatteLayers(provenance_.ids);
     for (const CryptomatteLayer& layer : cryptomatte_)
         if (!options_.composited) arrays.push_back(cryptomatteArray(layer));
-    appendChannels(arrays, composite_channels);
+    appendExrChannels(arrays, composite_channels);
     for (const ExrPart& part : parts_) {
         std::vector<ExrChannel>& channels = channels_.emplace_back();
         for (const int layer : part.layers) {
@@ -268,7 +268,7 @@ void ExrBandWriter::boundBuffers() {
     std::size_t kept = packers_.bytesKept();
     for (const auto& packed : packed_)
         kept += packed.capacity();
-    if (kept <= kCopies * kBytesInFlight) return;
+    if (kept <= kExrCopiesInFlight * kExrBytesInFlight) return;
     packed_.clear();
     packers_.clear();
 }

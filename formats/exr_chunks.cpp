@@ -40,24 +40,25 @@ class MemoryStream : public Imf::OStream {
 };
 
 template <class T>
-void put(std::string& out, T value) {
+void appendNumber(std::string& out, T value) {
     std::array<char, sizeof(T)> bytes;
     std::memcpy(bytes.data(), &value, sizeof(T));
     out.append(bytes.data(), bytes.size());
 }
 
-std::span<const std::byte> bytesOf(const std::string& text) {
+std::span<const std::byte> bytesOfText(const std::string& text) {
     return std::as_bytes(std::span(text.data(), text.size()));
 }
 
 bool hasLongNames(const Imf::Header& header) {
-    constexpr std::size_t kShort = 31;
+    constexpr std::size_t kShortName = 31;
     for (auto i = header.begin(); i != header.end(); ++i) {
-        if (std::strlen(i.name()) > kShort || std::strlen(i.attribute().typeName()) > kShort)
+        if (std::strlen(i.name()) > kShortName ||
+            std::strlen(i.attribute().typeName()) > kShortName)
             return true;
     }
     for (auto i = header.channels().begin(); i != header.channels().end(); ++i) {
-        if (std::strlen(i.name()) > kShort) return true;
+        if (std::strlen(i.name()) > kShortName) return true;
     }
     return false;
 }
@@ -219,11 +220,11 @@ ExrFile::ExrFile(AtomicFile& file, std::vector<Imf::Header> headers)
                     file_.path());
     }
     std::string start;
-    put(start, std::int32_t{Imf::MAGIC});
-    put(start, std::int32_t{version});
-    file_.append(bytesOf(start));
+    appendNumber(start, std::int32_t{Imf::MAGIC});
+    appendNumber(start, std::int32_t{version});
+    file_.append(bytesOfText(start));
     header_position_ = file_.size();
-    file_.append(bytesOf(headerBytes()));
+    file_.append(bytesOfText(headerBytes()));
 
     table_position_ = file_.size();
     offsets_.assign(chunks, 0);
@@ -243,16 +244,16 @@ void ExrFile::beginChunk(std::size_t part, int chunk, std::string& start) {
     if (offset != 0) throw Error(ErrorKind::kInternal, "a chunk is written twice", file_.path());
     offset = file_.size();
     const Imf::Header& header = headers_[part];
-    if (headers_.size() > 1) put(start, static_cast<std::int32_t>(part));
-    put(start,
-        std::int32_t{header.dataWindow().min.y + chunk * exrRowsPerChunk(header.compression())});
+    if (headers_.size() > 1) appendNumber(start, static_cast<std::int32_t>(part));
+    appendNumber(start, std::int32_t{header.dataWindow().min.y +
+                                     chunk * exrRowsPerChunk(header.compression())});
 }
 
 void ExrFile::append(std::size_t part, int chunk, std::span<const std::byte> packed) {
     std::string start;
     beginChunk(part, chunk, start);
-    put(start, static_cast<std::int32_t>(packed.size()));
-    file_.append(bytesOf(start));
+    appendNumber(start, static_cast<std::int32_t>(packed.size()));
+    file_.append(bytesOfText(start));
     file_.append(packed);
 }
 
@@ -263,10 +264,10 @@ void ExrFile::append(std::size_t part, int chunk, const ExrDeepChunk& packed) {
     }
     std::string start;
     beginChunk(part, chunk, start);
-    put(start, std::uint64_t{packed.counts.size()});
-    put(start, std::uint64_t{packed.samples.size()});
-    put(start, std::uint64_t{packed.unpacked});
-    file_.append(bytesOf(start));
+    appendNumber(start, std::uint64_t{packed.counts.size()});
+    appendNumber(start, std::uint64_t{packed.samples.size()});
+    appendNumber(start, std::uint64_t{packed.unpacked});
+    file_.append(bytesOfText(start));
     file_.append(packed.counts);
     file_.append(packed.samples);
 }
@@ -291,7 +292,7 @@ void ExrFile::writeTables() {
     const std::string headers = headerBytes();
     if (header_position_ + headers.size() != table_position_)
         throw Error(ErrorKind::kInternal, "a changed header has another size", file_.path());
-    file_.writeAt(header_position_, bytesOf(headers));
+    file_.writeAt(header_position_, bytesOfText(headers));
 }
 
 void ExrFile::readBack() {

@@ -29,6 +29,10 @@ namespace peeler {
 
 inline constexpr int kExrRowsPerChunk = 16;  ///< of ZIP compression
 
+/// What writers have in flight at a time, before packing: this bounds the memory.
+inline constexpr std::size_t kExrBytesInFlight = 16U << 20;
+inline constexpr std::size_t kExrCopiesInFlight = 3;  ///< of those: raw, filtered, packed
+
 /// Rows that are compressed together: 16 for ZIP, else 1.
 inline int exrRowsPerChunk(Imf::Compression compression) {
     return compression == Imf::ZIP_COMPRESSION ? kExrRowsPerChunk : 1;

@@ -2,6 +2,7 @@
 // The lossless ways to compress OpenEXR files that peeler writes.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string_view>
 
@@ -14,6 +15,9 @@ struct ExrCompression {
     bool deep = true;  ///< deep images may have it
     int value = 0;     ///< Imf::Compression
 };
+
+/// What zlib cannot beat (1032:1) with some room.
+inline constexpr std::uint64_t kMostZlibRatio = 1100;
 
 /// All of them; the first is the default of layered files, the second that of deep ones.
 std::span<const ExrCompression> exrCompressions();

@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kBatch = 1024;
 constexpr std::uint64_t kMaxUnpacked = std::uint64_t{1} << 30;  ///< bytes of a chunk
 
-exr_result_t decode(exr_const_context_t context, int part, const exr_chunk_info_t& chunk) {
+exr_result_t decodeChunk(exr_const_context_t context, int part, const exr_chunk_info_t& chunk) {
     exr_decode_pipeline_t pipeline{};
     exr_result_t result = exr_decoding_initialize(context, part, &chunk, &pipeline);
     // Without a place for any channel the pixels are unpacked and dropped.
@@ -59,8 +59,9 @@ void ExrInput::decodeAll(std::size_t part) const {
     const int index = static_cast<int>(part);
     std::vector<exr_chunk_info_t> batch;
     const auto flush = [&] {
-        parallelFor(batch.size(),
-                    [&](std::size_t i) { check(decode(context_, index, batch[i]), info.name); });
+        parallelFor(batch.size(), [&](std::size_t i) {
+            check(decodeChunk(context_, index, batch[i]), info.name);
+        });
         batch.clear();
     };
     const auto add = [&](int result, const exr_chunk_info_t& chunk) {

@@ -23,7 +23,7 @@ constexpr std::uint32_t kMostSamples = 1 << 16;  ///< in a pixel: as many layers
 constexpr std::uint16_t kHalfOne = 0x3c00;
 constexpr std::array kColors = {"R", "G", "B", "A"};
 /// More at once gains nothing, and memory that is touched for the first time costs time.
-constexpr std::uint64_t kMostBytes = std::uint64_t{64} << 20U;
+constexpr std::uint64_t kMostSampleBytes = std::uint64_t{64} << 20U;
 
 /// A sample at infinity is there, and must not look like none.
 float finiteDepth(float z) {
@@ -52,8 +52,8 @@ void storeComponent(const std::byte* from, FragmentArray& array, std::size_t com
         std::memcpy(to, from, sizeof(T));
 }
 
-void storeColor(const std::byte* from, PixelType type, FragmentArray& color, std::size_t component,
-                std::size_t begin, std::size_t end) {
+void storeComponent(const std::byte* from, PixelType type, FragmentArray& color,
+                    std::size_t component, std::size_t begin, std::size_t end) {
     if (color.type == type) {
         if (type == PixelType::kHalf) {
             storeComponent<std::uint16_t>(from, color, component, begin, end);
@@ -315,10 +315,10 @@ void ExrDeepReader::store(const Route& route, const std::byte* from, std::size_t
         for (std::size_t f = begin; f < end; ++f, from += size)
             out.z[f] = finiteDepth(floatAt(from, route.type));
     } else if (route.target == Route::kColor) {
-        storeColor(from, route.type, out.color, route.component, begin, end);
+        storeComponent(from, route.type, out.color, route.component, begin, end);
     } else if (route.target == Route::kGrey) {
         for (std::size_t c = 0; c < 3; ++c)
-            storeColor(from, route.type, out.color, c, begin, end);
+            storeComponent(from, route.type, out.color, c, begin, end);
     } else if (route.target >= 0) {
         FragmentArray& array = out.extra[static_cast<std::size_t>(route.target)];
         // Bits are copied as they are, so float and uint are alike.
@@ -410,8 +410,9 @@ int ExrDeepReader::rowsFor(std::uint64_t bytes) const {
     const std::uint64_t row =
         most_row_bytes_ + static_cast<std::uint64_t>(crop.width()) * sizeof(std::uint32_t);
     const auto rows = static_cast<std::uint64_t>(std::max(1, crop.height()));
-    return static_cast<int>(std::clamp(
-        std::min(bytes, kMostBytes) / std::max<std::uint64_t>(1, row), std::uint64_t{1}, rows));
+    return static_cast<int>(
+        std::clamp(std::min(bytes, kMostSampleBytes) / std::max<std::uint64_t>(1, row),
+                   std::uint64_t{1}, rows));
 }
 
 }  // namespace peeler

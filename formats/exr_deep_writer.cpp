@@ -21,8 +21,6 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kBytesInFlight = 16U << 20;  ///< of samples before packing
-constexpr std::size_t kCopies = 3;                 ///< of a row in flight: raw, filtered, packed
 constexpr int kMostRowsInFlight = 64;
 constexpr const char* kStored = "peeler:fragmentsStored";
 constexpr const char* kMaxSamples = "maxSamplesPerPixel";  // of the OpenEXR file layout
@@ -141,7 +139,7 @@ void ExrDeepWriter::check(const LayeredImage& band) const {
 /// How many rows from y on are encoded before they are written.
 int ExrDeepWriter::rowsInFlight(const LayeredImage& band, int y) const {
     const std::size_t first = band.offsets[band.pixelIndex(band.window.x0, y)];
-    const std::size_t most = kBytesInFlight / sampleBytes(like_);
+    const std::size_t most = kExrBytesInFlight / sampleBytes(like_);
     int rows = 1;
     while (rows < kMostRowsInFlight && y + rows < band.window.y1 &&
            band.offsets[band.pixelIndex(band.window.x0, y + rows)] - first < most)
@@ -195,14 +193,14 @@ void ExrDeepWriter::boundBuffers() {
     std::size_t kept = packers_.bytesKept();
     for (const ExrDeepChunk& chunk : packed_)
         kept += chunk.counts.capacity() + chunk.samples.capacity();
-    if (kept <= kCopies * kBytesInFlight) return;
+    if (kept <= kExrCopiesInFlight * kExrBytesInFlight) return;
     packed_.clear();
     packers_.clear();
 }
 
 SinkMemory ExrDeepWriter::memory() const {
     const bool merging = options_.merge.mode != DeepMerge::kOff;
-    return {merging ? kMostRowsInFlight : 0, kCopies * kBytesInFlight};
+    return {merging ? kMostRowsInFlight : 0, kExrCopiesInFlight * kExrBytesInFlight};
 }
 
 void ExrDeepWriter::finish() {

@@ -3,7 +3,6 @@
 #include "formats/exr_files.h"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 
 #include "core/error.h"
@@ -12,8 +11,6 @@
 
 namespace peeler {
 namespace {
-
-constexpr int kMostLayers = 1 << 16;
 
 /// What must agree in all files of a set.
 constexpr const char* kShared[] = {
@@ -25,12 +22,6 @@ bool sameRender(const ExrInputPart& a, const ExrInputPart& b) {
         if (a.attribute(name) != b.attribute(name)) return false;
     }
     return true;
-}
-
-int numberOf(const std::string& text) {
-    int number = 0;
-    std::from_chars(text.data(), text.data() + text.size(), number);
-    return number;
 }
 
 /// Whether a file with these parts is the head of a set, and not one of its layers.
@@ -65,7 +56,7 @@ std::vector<std::string> exrFilesOf(const std::string& path) {
         if (fileKind(path) != FileKind::kExr) return files;
         const ExrInput input(path);
         if (!isHead(input.parts())) return files;
-        const int layers = numberOf(input.parts().front().attribute("peeler:layers"));
+        const int layers = numberIn<int>(input.parts().front().attribute("peeler:layers"));
         for (int layer = 0; layer < std::min(layers, kMostLayers); ++layer)
             files.push_back(exrLayerFile(path, static_cast<std::size_t>(layer)));
     } catch (const Error&) {
@@ -91,7 +82,7 @@ void ExrFiles::add(const std::string& path) {
 void ExrFiles::addLayers() {
     if (!isHead(parts_)) return;
     const ExrInputPart head = parts_.front();
-    const int layers = numberOf(head.attribute("peeler:layers"));
+    const int layers = numberIn<int>(head.attribute("peeler:layers"));
     if (layers < 0 || layers > kMostLayers)
         throw Error(ErrorKind::kInput, "its number of layers is not plausible", path());
     for (int layer = 0; layer < layers; ++layer) {

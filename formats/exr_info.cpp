@@ -2,7 +2,6 @@
 #include "formats/exr_info.h"
 
 #include <algorithm>
-#include <charconv>
 #include <string_view>
 
 #include "core/error.h"
@@ -14,18 +13,11 @@
 namespace peeler {
 namespace {
 
-template <class T>
-T numberOf(const std::string& text) {
-    T number{};
-    std::from_chars(text.data(), text.data() + text.size(), number);
-    return number;
-}
-
 double rationalOf(const std::string& text) {
     const auto slash = text.find('/');
     if (slash == std::string::npos) return 0;
-    const auto below = numberOf<double>(text.substr(slash + 1));
-    return below > 0 ? numberOf<double>(text.substr(0, slash)) / below : 0;
+    const auto below = numberIn<double>(text.substr(slash + 1));
+    return below > 0 ? numberIn<double>(text.substr(0, slash)) / below : 0;
 }
 
 Provenance provenanceOf(const ExrInputPart& part) {
@@ -39,8 +31,8 @@ Provenance provenanceOf(const ExrInputPart& part) {
     p.renderer = part.attribute("peeler:renderer");
     p.deep_merge = part.attribute("peeler:deepMerge");
     p.tile = part.attribute("peeler:tile");
-    p.frame = numberOf<int>(part.attribute("peeler:frame"));
-    p.time = numberOf<double>(part.attribute("peeler:time"));
+    p.frame = numberIn<int>(part.attribute("peeler:frame"));
+    p.time = numberIn<double>(part.attribute("peeler:time"));
     p.frames_per_second = rationalOf(part.attribute("framesPerSecond"));
     return p;
 }
@@ -50,18 +42,18 @@ Provenance provenanceOf(const ExrInputPart& part) {
 View viewOf(const ExrInfo& info, const std::string& path) {
     View view;
     const ExrInputPart& first = info.parts.front();
-    const std::string json = first.attribute("peeler:cameraJson");
-    if (!json.empty()) view = viewFromJson(json);
+    const std::string camera = first.attribute("peeler:cameraJson");
+    if (!camera.empty()) view = viewFromJson(camera);
     const Window& display = first.display_window;
     if (display.x0 != 0 || display.y0 != 0 || display.empty()) {
         throw Error(ErrorKind::kInput, "the display window does not begin at (0, 0)", path);
     }
-    if (!json.empty() && (view.width != display.width() || view.height != display.height())) {
+    if (!camera.empty() && (view.width != display.width() || view.height != display.height())) {
         throw Error(ErrorKind::kInput, "peeler:cameraJson is of another picture size", path);
     }
     view.width = display.width();
     view.height = display.height();
-    view.known = !json.empty();
+    view.known = !camera.empty();
     Window all;
     if (info.composite >= 0) all = info.parts[static_cast<std::size_t>(info.composite)].data_window;
     for (const std::size_t layer : info.layers)
@@ -70,7 +62,7 @@ View viewOf(const ExrInfo& info, const std::string& path) {
         all = unite(all, info.parts[part].data_window);
     if (all.empty()) all = first.data_window;
     // Without a composite part the crop is known from the JSON alone.
-    const bool known = !json.empty() && intersect(view.crop, all) == all &&
+    const bool known = !camera.empty() && intersect(view.crop, all) == all &&
                        intersect(view.crop, display) == view.crop;
     if (!known) view.crop = all;
     return view;
@@ -183,11 +175,11 @@ ExrInfo describe(const ExrFiles& files) {
     info.plan.view = viewOf(info, files.path());
     info.plan.color_type = colorType(info);
     info.plan.fragments_counted =
-        numberOf<std::uint64_t>(first.attribute("peeler:fragmentsCounted"));
-    info.plan.fragments_stored = numberOf<std::uint64_t>(first.attribute("peeler:fragmentsStored"));
+        numberIn<std::uint64_t>(first.attribute("peeler:fragmentsCounted"));
+    info.plan.fragments_stored = numberIn<std::uint64_t>(first.attribute("peeler:fragmentsStored"));
     info.plan.fragments_blended =
-        numberOf<std::uint64_t>(first.attribute("peeler:fragmentsBlended"));
-    info.plan.samples = std::max(1, numberOf<int>(first.attribute("peeler:samples")));
+        numberIn<std::uint64_t>(first.attribute("peeler:fragmentsBlended"));
+    info.plan.samples = std::max(1, numberIn<int>(first.attribute("peeler:samples")));
     for (const std::size_t layer : info.layers) {
         info.plan.layers.push_back({info.parts[layer].data_window, 0});
     }

@@ -18,6 +18,7 @@
 #include <system_error>
 
 #include "core/error.h"
+#include "formats/exr_compression.h"
 
 namespace peeler {
 namespace {
@@ -101,20 +102,19 @@ std::string attributeText(const exr_attribute_t& attribute) {
     }
 }
 
-/// What zlib cannot beat (1032:1) with some room; other methods have no such bound.
+/// Whether kMostZlibRatio holds; other methods have no such bound.
 bool hasBoundedRatio(const std::string& compression) {
     return compression == "none" || compression == "rle" || compression == "zips" ||
            compression == "zip";
 }
-constexpr std::uint64_t kMaxRatio = 1100;
 
 /// Frees the pipeline whatever happens.
-class Decoder {
+class DecodePipeline {
   public:
-    explicit Decoder(exr_const_context_t context) : context_(context) {}
-    ~Decoder() { exr_decoding_destroy(context_, &pipeline); }
-    Decoder(const Decoder&) = delete;
-    Decoder& operator=(const Decoder&) = delete;
+    explicit DecodePipeline(exr_const_context_t context) : context_(context) {}
+    ~DecodePipeline() { exr_decoding_destroy(context_, &pipeline); }
+    DecodePipeline(const DecodePipeline&) = delete;
+    DecodePipeline& operator=(const DecodePipeline&) = delete;
 
     exr_decode_pipeline_t pipeline{};
 
@@ -258,7 +258,7 @@ void ExrInput::checkSizes() const {
         }
         most += window.pixels() * pixel;
     }
-    if (most / kMaxRatio > bytes_) {
+    if (most / kMostZlibRatio > bytes_) {
         throw Error(ErrorKind::kInput, "the file is too small for the pixels it promises", path_,
                     "it may be cut off; write it again");
     }
@@ -281,7 +281,7 @@ void ExrInput::readChunk(std::size_t part, int y, const Window& window,
     if (chunk.packed_size > bytes_ || rows.empty()) {
         throw Error(ErrorKind::kInput, "a chunk has no plausible size", path_ + ": " + info.name);
     }
-    Decoder decoder(context_);
+    DecodePipeline decoder(context_);
     exr_decode_pipeline_t& pipeline = decoder.pipeline;
     check(exr_decoding_initialize(context_, index, &chunk, &pipeline), info.name);
 

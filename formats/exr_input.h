@@ -2,6 +2,7 @@
 // OpenEXR files as they are: parts, attributes as text, chunks of pixels.
 #pragma once
 
+#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -42,6 +43,14 @@ struct ExrInputPart {
     std::string attribute(const std::string& wanted) const;
     bool deep() const { return type == "deepscanline" || type == "deeptile"; }
 };
+
+/// The number that the text of an attribute begins with, 0 if with none.
+template <class T>
+T numberIn(const std::string& text) {
+    T number{};
+    std::from_chars(text.data(), text.data() + text.size(), number);
+    return number;
+}
 
 /// Where decoded values of a channel go: pixel (x, y) to first + (x − window.x0)·size + (y −
 /// window.y0)· stride, converted to `type`.

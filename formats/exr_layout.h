@@ -21,6 +21,8 @@ struct ExrLayout {
 
 inline constexpr std::string_view kPerFileLayout = "per-file";
 
+inline constexpr int kMostLayers = 1 << 16;  ///< that a picture is read with
+
 /// Every layout; the first is the default.
 std::span<const ExrLayout> exrLayouts();
 

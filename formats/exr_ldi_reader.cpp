@@ -16,7 +16,6 @@ namespace peeler {
 namespace {
 
 constexpr std::size_t kColorChannels = 4, kAlphaChannel = 3, kDepthChannel = 4, kFirstExtra = 5;
-constexpr std::size_t kMostLayers = 65536;
 
 }  // namespace
 

@@ -19,8 +19,8 @@ namespace {
 
 constexpr std::size_t kNumberBytes = 4;
 
-Imf::Header headerOf(const ExrPlanePart& part, const Provenance& provenance,
-                     const std::vector<ExrPlaneChannel>& channels) {
+Imf::Header planeHeader(const ExrPlanePart& part, const Provenance& provenance,
+                        const std::vector<ExrPlaneChannel>& channels) {
     Imf::Header header = exrHeader(part.plan, provenance, part.plan.view.crop);
     header.setName(part.name);
     for (const ExrPlaneChannel& channel : channels)
@@ -55,7 +55,7 @@ ExrPlaneWriter::ExrPlaneWriter(const std::string& path, std::span<const ExrPlane
         const Window& crop = part.plan.view.crop;
         parts_.push_back(
             {static_cast<std::size_t>(crop.width()), static_cast<std::size_t>(crop.height())});
-        headers.push_back(headerOf(part, provenance, channels));
+        headers.push_back(planeHeader(part, provenance, channels));
     }
     file_->exr = std::make_unique<ExrFile>(file_->atomic, std::move(headers));
 }

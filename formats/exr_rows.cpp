@@ -7,13 +7,13 @@
 #include <cstring>
 #include <limits>
 
+#include "core/surface_links.h"
+
 namespace peeler {
 namespace {
 
-constexpr std::uint32_t kNoFragment = std::numeric_limits<std::uint32_t>::max();
-
 template <class T>
-std::byte* put(T value, std::byte* out) {
+std::byte* storeNumber(T value, std::byte* out) {
     std::memcpy(out, &value, sizeof value);
     return out + sizeof value;
 }
@@ -24,7 +24,8 @@ std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel,
                            std::span<const std::uint32_t> row, std::byte* out) {
     const T* first = values.data() + channel.component;
     for (const std::uint32_t fragment : row) {
-        out = put(fragment == kNoFragment ? fill : first[fragment * channel.components], out);
+        out =
+            storeNumber(fragment == kNoFragment ? fill : first[fragment * channel.components], out);
     }
     return out;
 }
@@ -49,7 +50,7 @@ std::byte* gatherColor(std::span<const T> values, std::span<const std::uint32_t>
         if (fragment != kNoFragment)
             std::memcpy(color.data(), values.data() + std::size_t{4} * fragment, sizeof color);
         for (std::size_t c = 0; c < 4; ++c)
-            put(color[3 - c], out + c * plane);
+            storeNumber(color[3 - c], out + c * plane);
         out += sizeof(T);
     }
     return out + 3 * plane;
@@ -110,11 +111,11 @@ std::byte* gatherExrComposite(const CompositeImage& image, std::span<const ExrCh
         }
         for (std::size_t p = first; p < first + count; ++p) {
             if (channel.source == ExrChannel::kCompositeZ) {
-                out = put(image.z[p], out);
+                out = storeNumber(image.z[p], out);
             } else if (channel.type == PixelType::kHalf) {
-                out = put(half(image.rgba[p][channel.component]).bits(), out);
+                out = storeNumber(half(image.rgba[p][channel.component]).bits(), out);
             } else {
-                out = put(image.rgba[p][channel.component], out);
+                out = storeNumber(image.rgba[p][channel.component], out);
             }
         }
     }

@@ -20,13 +20,11 @@
 namespace peeler {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
-
 struct Plugin {
     FileKind kind;
     const char* name;  ///< OpenImageIO's
     /// Takes out what is not needed and what decoders complain about on stderr.
-    Bytes (*reduce)(std::span<const std::uint8_t>);
+    std::vector<std::uint8_t> (*reduce)(std::span<const std::uint8_t>);
 };
 constexpr Plugin kPlugins[] = {
     {FileKind::kPng, "png", withoutPngMetadata},
@@ -36,7 +34,7 @@ constexpr Plugin kPlugins[] = {
     {FileKind::kHdr, "hdr", nullptr},
 };
 
-[[noreturn]] void fail(const std::string& what, const std::string& hint = "") {
+[[noreturn]] void failFlatImage(const std::string& what, const std::string& hint = "") {
     throw Error(ErrorKind::kInput, what, "", hint);
 }
 
@@ -45,16 +43,16 @@ const Plugin& pluginFor(const std::string& path) {
     for (const Plugin& plugin : kPlugins) {
         if (plugin.kind == kind) return plugin;
     }
-    fail("neither an OpenEXR nor a PNG, JPEG or TIFF image");
+    failFlatImage("neither an OpenEXR nor a PNG, JPEG or TIFF image");
 }
 
 /// An open file with what it reads from.
 struct Input {
-    Bytes bytes;
+    std::vector<std::uint8_t> bytes;
     std::unique_ptr<ImageDecoder> decoder;
 };
 
-void open(const std::string& path, const Plugin& plugin, Input& input) {
+void openDecoder(const std::string& path, const Plugin& plugin, Input& input) {
     if (plugin.reduce) {
         std::ifstream file(path, std::ios::binary);
         const std::vector<char> stored{std::istreambuf_iterator<char>(file), {}};
@@ -64,18 +62,19 @@ void open(const std::string& path, const Plugin& plugin, Input& input) {
     input.decoder = imageDecoder(plugin.name, path, input.bytes);
 }
 
-void checkSize(const StoredImage& stored, const FlatImageLimits& limits) {
+void checkFlatSize(const StoredImage& stored, const FlatImageLimits& limits) {
     if (stored.width < 1 || stored.height < 1 || stored.depth > 1 || stored.channels.empty())
-        fail("the image has no pixels");
-    if (stored.deep) fail("it is a deep image", "only flat and layered images can be read here");
+        failFlatImage("the image has no pixels");
+    if (stored.deep)
+        failFlatImage("it is a deep image", "only flat and layered images can be read here");
     const std::uint64_t bytes = std::uint64_t{16} * static_cast<std::uint64_t>(stored.width) *
                                 static_cast<std::uint64_t>(stored.height);
     if (std::max(stored.width, stored.height) > limits.max_side || bytes > limits.max_bytes) {
-        fail("the image of " + std::to_string(stored.width) + " x " +
-                 std::to_string(stored.height) + " pixels is larger than the limit of " +
-                 std::to_string(limits.max_side) + " pixels a side and " +
-                 std::to_string(limits.max_bytes / 16) + " pixels",
-             "scale or crop it");
+        failFlatImage("the image of " + std::to_string(stored.width) + " x " +
+                          std::to_string(stored.height) + " pixels is larger than the limit of " +
+                          std::to_string(limits.max_side) + " pixels a side and " +
+                          std::to_string(limits.max_bytes / 16) + " pixels",
+                      "scale or crop it");
     }
 }
 
@@ -93,7 +92,7 @@ std::array<int, 4> channelsOf(const std::vector<std::string>& names, FileKind ki
     const int grey = index("Y"), alpha = index("A");
     const std::array<int, 3> rgb{index("R"), index("G"), index("B")};
     if (rgb[0] >= 0 && rgb[1] >= 0 && rgb[2] >= 0) return {rgb[0], rgb[1], rgb[2], alpha};
-    if (grey < 0) fail("its first part has neither channels R, G, B nor Y");
+    if (grey < 0) failFlatImage("its first part has neither channels R, G, B nor Y");
     return {grey, grey, grey, alpha};
 }
 
@@ -113,7 +112,7 @@ struct Encoding {
     }
 };
 
-void decode(ImageDecoder& decoder, FileKind kind, CompositeImage& out) {
+void decodeFlat(ImageDecoder& decoder, FileKind kind, CompositeImage& out) {
     const StoredImage& image = decoder.image();
     const std::array<int, 4> channels = channelsOf(image.channels, kind);
     const int first = *std::min_element(channels.begin(), channels.begin() + 3);
@@ -139,12 +138,12 @@ void decode(ImageDecoder& decoder, FileKind kind, CompositeImage& out) {
     });
 }
 
-FlatImage read(const std::string& path, const FlatImageLimits& limits) {
+FlatImage readNamed(const std::string& path, const FlatImageLimits& limits) {
     const Plugin& plugin = pluginFor(path);
     Input input;
-    open(path, plugin, input);
+    openDecoder(path, plugin, input);
     const StoredImage& stored = input.decoder->image();
-    checkSize(stored, limits);
+    checkFlatSize(stored, limits);
     FlatImage flat;
     flat.placed = plugin.kind == FileKind::kExr;
     const int x = flat.placed ? stored.x - stored.full_x : 0,
@@ -154,7 +153,7 @@ FlatImage read(const std::string& path, const FlatImageLimits& limits) {
     flat.image.window = {x, y, x + stored.width, y + stored.height};
     flat.image.rgba.resize(flat.image.window.pixels());
     flat.image.z.assign(flat.image.window.pixels(), std::numeric_limits<float>::infinity());
-    decode(*input.decoder, plugin.kind, flat.image);
+    decodeFlat(*input.decoder, plugin.kind, flat.image);
     return flat;
 }
 
@@ -177,7 +176,7 @@ auto named(const std::string& path, Action&& action) {
 }  // namespace
 
 FlatImage readFlatImage(const std::string& path, const FlatImageLimits& limits) {
-    return named(path, [&] { return read(path, limits); });
+    return named(path, [&] { return readNamed(path, limits); });
 }
 
 std::string imageDescription(const std::string& path) {

@@ -8,10 +8,19 @@
 #include <limits>
 #include <type_traits>
 
-#include "core/error.h"
 #include "formats/gltf_schema.h"
 
 namespace peeler {
+
+/// Elements of numbers in memory, of any alignment; no data = zeros.
+struct AccessorSource {
+    const std::uint8_t* data = nullptr;
+    std::size_t stride = 0;
+    int component_type = 0;
+    std::size_t components = 1;
+    bool normalize = false;
+};
+
 namespace {
 
 // An accessor without a buffer view costs its author nothing, so its size needs a limit of its own.
@@ -40,20 +49,11 @@ Out converted(In value, bool normalize) {
     return static_cast<Out>(value);
 }
 
-/// Elements of numbers in memory, of any alignment; no data = zeros.
-struct Source {
-    const std::uint8_t* data = nullptr;
-    std::size_t stride = 0;
-    int component_type = 0;
-    std::size_t components = 1;
-    bool normalize = false;
-};
-
 constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
 /// `target(i)` is the element of `out` that element i of the source goes to, or kNowhere.
 template <typename In, typename Out, typename Target>
-void copyNumbers(const Source& source, std::size_t count, Out* out, const Target& target) {
+void copyNumbers(const AccessorSource& source, std::size_t count, Out* out, const Target& target) {
     for (std::size_t i = 0; i < count; ++i) {
         const std::uint8_t* element = source.data + i * source.stride;
         const std::size_t place = target(i);
@@ -68,7 +68,7 @@ void copyNumbers(const Source& source, std::size_t count, Out* out, const Target
 }
 
 template <typename Out, typename Target>
-void copyElements(const Source& source, std::size_t count, Out* out, const Target& target) {
+void copyElements(const AccessorSource& source, std::size_t count, Out* out, const Target& target) {
     switch (source.component_type) {
         case 5120:
             return copyNumbers<std::int8_t>(source, count, out, target);
@@ -90,7 +90,7 @@ constexpr auto kSamePlace = [](std::size_t i) { return i; };
 }  // namespace
 
 /// The checked place of an accessor's elements, sparse substitution left aside.
-struct AccessorReader::Elements : Source {
+struct AccessorReader::Elements : AccessorSource {
     std::size_t count = 0;
 };
 
@@ -102,15 +102,12 @@ std::span<const std::uint8_t> AccessorReader::bufferView(int buffer_view) const 
     const std::string where = childPointer("/bufferViews", index);
     const std::span<const std::uint8_t> buffer =
         document_.buffers[static_cast<std::size_t>(view.buffer)];
-    if (buffer.empty())
-        throw Error(ErrorKind::kInput, "buffer " + std::to_string(view.buffer) + " has no data",
-                    where, kValidatorHint);
+    if (buffer.empty()) failGltf("buffer " + std::to_string(view.buffer) + " has no data", where);
     // Both are at most 2^53 (schema), so their sum does not wrap.
     if (view.byteOffset + view.byteLength > buffer.size())
-        throw Error(ErrorKind::kInput,
-                    "the view ends at byte " + std::to_string(view.byteOffset + view.byteLength) +
-                        ", its buffer has " + std::to_string(buffer.size()),
-                    where, kValidatorHint);
+        failGltf("the view ends at byte " + std::to_string(view.byteOffset + view.byteLength) +
+                     ", its buffer has " + std::to_string(buffer.size()),
+                 where);
     return buffer.subspan(view.byteOffset, view.byteLength);
 }
 
@@ -133,11 +130,10 @@ AccessorReader::Elements AccessorReader::elements(int accessor) const {
     result.normalize = info.normalized;
     if (info.bufferView < 0) {
         if (info.count > kMaxUnbackedCount)
-            throw Error(ErrorKind::kInput,
-                        "an accessor without a buffer view must have at most " +
-                            std::to_string(kMaxUnbackedCount) + " elements, it has " +
-                            std::to_string(info.count),
-                        where + "/count", kValidatorHint);
+            failGltf("an accessor without a buffer view must have at most " +
+                         std::to_string(kMaxUnbackedCount) + " elements, it has " +
+                         std::to_string(info.count),
+                     where + "/count");
         return result;
     }
 
@@ -147,20 +143,17 @@ AccessorReader::Elements AccessorReader::elements(int accessor) const {
         document_.model.bufferViews[static_cast<std::size_t>(info.bufferView)].byteStride;
     result.stride = stride == 0 ? element_bytes : stride;
     if (result.stride < element_bytes)
-        throw Error(
-            ErrorKind::kInput,
-            "the stride of " + std::to_string(stride) + " bytes is smaller than the " +
-                std::to_string(element_bytes) + " bytes of an element of accessor " +
-                std::to_string(accessor),
-            childPointer("/bufferViews", static_cast<std::size_t>(info.bufferView)) + "/byteStride",
-            kValidatorHint);
+        failGltf("the stride of " + std::to_string(stride) + " bytes is smaller than the " +
+                     std::to_string(element_bytes) + " bytes of an element of accessor " +
+                     std::to_string(accessor),
+                 childPointer("/bufferViews", static_cast<std::size_t>(info.bufferView)) +
+                     "/byteStride");
     // §3.6.2.4. Counts and offsets are at most 2^53 and the stride is at most 252: no overflow.
     const std::uint64_t end = info.byteOffset + result.stride * (info.count - 1) + element_bytes;
     if (end > view.size())
-        throw Error(ErrorKind::kInput,
-                    "the accessor ends at byte " + std::to_string(end) + " of its buffer view, " +
-                        "which has " + std::to_string(view.size()),
-                    where, kValidatorHint);
+        failGltf("the accessor ends at byte " + std::to_string(end) + " of its buffer view, " +
+                     "which has " + std::to_string(view.size()),
+                 where);
     result.data = view.data() + info.byteOffset;
     return result;
 }
@@ -176,9 +169,8 @@ void AccessorReader::applySparse(int accessor, ElementRange range, std::vector<O
         const std::span<const std::uint8_t> view = bufferView(buffer_view);
         const std::size_t bytes = componentBytes(type) * components;
         if (static_cast<std::uint64_t>(offset) + bytes * count > view.size())
-            throw Error(ErrorKind::kInput, "the sparse data does not fit its buffer view",
-                        where + part, kValidatorHint);
-        return Source{view.data() + offset, bytes, type, components, info.normalized};
+            failGltf("the sparse data does not fit its buffer view", where + part);
+        return AccessorSource{view.data() + offset, bytes, type, components, info.normalized};
     };
     std::vector<std::uint32_t> places(count);
     const int index_type = info.sparse.indices.componentType;
@@ -188,10 +180,9 @@ void AccessorReader::applySparse(int accessor, ElementRange range, std::vector<O
     const auto beyond = std::find_if(places.begin(), places.end(),
                                      [&](std::uint32_t place) { return place >= info.count; });
     if (beyond != places.end())
-        throw Error(ErrorKind::kInput,
-                    "element " + std::to_string(*beyond) + " is substituted, the accessor has " +
-                        std::to_string(info.count),
-                    where + "/indices", kValidatorHint);
+        failGltf("element " + std::to_string(*beyond) + " is substituted, the accessor has " +
+                     std::to_string(info.count),
+                 where + "/indices");
     copyElements(
         packed(info.sparse.values.bufferView, info.sparse.values.byteOffset, info.componentType,
                static_cast<std::size_t>(components(accessor)), "/values"),
@@ -209,19 +200,16 @@ std::vector<float> AccessorReader::floats(int accessor, const AccessorFormat& fo
     const bool is_matrix = info.type >= TINYGLTF_TYPE_MAT2 && info.type <= TINYGLTF_TYPE_MAT4;
     if (is_matrix || std::find(format.components.begin(), format.components.end(), width) ==
                          format.components.end())
-        throw Error(ErrorKind::kInput,
-                    "accessor " + std::to_string(accessor) + " has " + std::to_string(width) +
-                        " components, which this use does not allow",
-                    use, kValidatorHint);
+        failGltf("accessor " + std::to_string(accessor) + " has " + std::to_string(width) +
+                     " components, which this use does not allow",
+                 use);
     const ComponentFormat component{info.componentType,
                                     info.normalized && info.componentType != 5126};
     if (std::find(format.allowed.begin(), format.allowed.end(), component) == format.allowed.end())
-        throw Error(ErrorKind::kInput,
-                    "accessor " + std::to_string(accessor) + " has component type " +
-                        std::to_string(info.componentType) +
-                        (info.normalized ? " (normalized)" : "") +
-                        ", which this use does not allow",
-                    use, kValidatorHint);
+        failGltf("accessor " + std::to_string(accessor) + " has component type " +
+                     std::to_string(info.componentType) + (info.normalized ? " (normalized)" : "") +
+                     ", which this use does not allow",
+                 use);
     Elements source = elements(accessor);
     std::vector<float> values(range.count * source.components);
     if (source.data) {
@@ -236,22 +224,17 @@ std::vector<float> AccessorReader::matrices(int accessor, std::size_t count,
                                             const std::string& use) const {
     const tinygltf::Accessor& info = document_.model.accessors[static_cast<std::size_t>(accessor)];
     if (info.type != TINYGLTF_TYPE_MAT4 || info.componentType != 5126)
-        throw Error(ErrorKind::kInput,
-                    "accessor " + std::to_string(accessor) + " must hold 4x4 matrices of floats",
-                    use, kValidatorHint);
+        failGltf("accessor " + std::to_string(accessor) + " must hold 4x4 matrices of floats", use);
     if (info.count < count)
-        throw Error(ErrorKind::kInput,
-                    "accessor " + std::to_string(accessor) + " has " + std::to_string(info.count) +
-                        " matrices, " + std::to_string(count) + " are needed",
-                    use, kValidatorHint);
+        failGltf("accessor " + std::to_string(accessor) + " has " + std::to_string(info.count) +
+                     " matrices, " + std::to_string(count) + " are needed",
+                 use);
     const Elements source = elements(accessor);
     std::vector<float> values(count * source.components);
     if (source.data) copyElements(source, count, values.data(), kSamePlace);
     applySparse(accessor, {0, count}, values);
     for (const float value : values)
-        if (!std::isfinite(value))
-            throw Error(ErrorKind::kInput, "a matrix holds a number that is not finite", use,
-                        kValidatorHint);
+        if (!std::isfinite(value)) failGltf("a matrix holds a number that is not finite", use);
     return values;
 }
 
@@ -260,10 +243,9 @@ std::vector<std::uint32_t> AccessorReader::indices(int accessor, const std::stri
     const tinygltf::Accessor& info = document_.model.accessors[static_cast<std::size_t>(accessor)];
     const int type = info.componentType;
     if (info.type != TINYGLTF_TYPE_SCALAR || (type != 5121 && type != 5123 && type != 5125))
-        throw Error(ErrorKind::kInput,
-                    "indices must be unsigned integer scalars, accessor " +
-                        std::to_string(accessor) + " is not",
-                    use, kValidatorHint);
+        failGltf("indices must be unsigned integer scalars, accessor " + std::to_string(accessor) +
+                     " is not",
+                 use);
     max_value = type == 5121 ? 0xFFU : type == 5123 ? 0xFFFFU : 0xFFFFFFFFU;
     const Elements source = elements(accessor);
     std::vector<std::uint32_t> values(source.count);

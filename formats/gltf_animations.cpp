@@ -20,9 +20,9 @@ namespace {
 using nlohmann::json;
 
 const AccessorFormat kTime = {{1}, {{5126}}};
-const AccessorFormat kVector = {{3}, {{5126}}};
-const AccessorFormat kRotation = {{4},
-                                  {{5126}, {5120, true}, {5121, true}, {5122, true}, {5123, true}}};
+const AccessorFormat kAnimatedVector = {{3}, {{5126}}};
+const AccessorFormat kAnimatedRotation = {
+    {4}, {{5126}, {5120, true}, {5121, true}, {5122, true}, {5123, true}}};
 const AccessorFormat kWeight = {{1},
                                 {{5126}, {5120, true}, {5121, true}, {5122, true}, {5123, true}}};
 
@@ -30,9 +30,9 @@ const AccessorFormat kWeight = {{1},
 constexpr struct {
     const char* path;
     const AccessorFormat* format;
-} kProperties[] = {{"translation", &kVector},
-                   {"rotation", &kRotation},
-                   {"scale", &kVector},
+} kProperties[] = {{"translation", &kAnimatedVector},
+                   {"rotation", &kAnimatedRotation},
+                   {"scale", &kAnimatedVector},
                    {"weights", &kWeight}};
 
 std::optional<AnimatedProperty> propertyNamed(const std::string& path) {
@@ -138,25 +138,22 @@ class AnimationReader {
         result.times = accessors_.floats(input, kTime, {0, times}, where + "/input");
         for (std::size_t i = 0; i < times; ++i)
             if (!std::isfinite(result.times[i]) || (i > 0 && result.times[i] < result.times[i - 1]))
-                throw Error(ErrorKind::kInput,
-                            "key " + std::to_string(i) + " is not later than the one before it",
-                            where + "/input", kValidatorHint);
+                failGltf("key " + std::to_string(i) + " is not later than the one before it",
+                         where + "/input");
 
         const bool cubic = result.interpolation == Interpolation::kCubicSpline;
         // Weights are scalars, as many at each key as there are targets.
         const std::size_t a_key =
             (property == AnimatedProperty::kWeights ? width : 1) * (cubic ? 3 : 1);
         if (elements % a_key != 0 || elements / a_key != times)
-            throw Error(ErrorKind::kInput,
-                        "there are " + std::to_string(elements) + " values for " +
-                            std::to_string(times) + " keys of " + std::to_string(a_key),
-                        where + "/output", kValidatorHint);
+            failGltf("there are " + std::to_string(elements) + " values for " +
+                         std::to_string(times) + " keys of " + std::to_string(a_key),
+                     where + "/output");
         const AccessorFormat& format = *kProperties[static_cast<std::size_t>(property)].format;
         result.values = accessors_.floats(output, format, {0, elements}, where + "/output");
         for (const float value : result.values)
             if (!std::isfinite(value))
-                throw Error(ErrorKind::kInput, "a value is not a finite number", where + "/output",
-                            kValidatorHint);
+                failGltf("a value is not a finite number", where + "/output");
         return result;
     }
 

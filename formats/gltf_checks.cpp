@@ -7,7 +7,6 @@
 #include <numbers>
 #include <vector>
 
-#include "core/error.h"
 #include "formats/gltf_reader.h"
 #include "formats/gltf_schema.h"
 
@@ -15,11 +14,6 @@ namespace peeler {
 namespace {
 
 using nlohmann::json;
-
-[[noreturn]] void fail(const std::string& what, const std::string& where,
-                       const char* hint = kValidatorHint) {
-    throw Error(ErrorKind::kInput, what, where, hint);
-}
 
 // Real scenes nest tens of levels, a skeleton a hundred.
 constexpr std::size_t kMaxNodeDepth = 10000;
@@ -36,7 +30,7 @@ bool isVersion2(const json& version, bool only_2_0) {
     for (auto next = static_cast<std::size_t>(parents[node]); next != node;
          next = static_cast<std::size_t>(parents[next]))
         first = std::min(first, next);
-    fail("the node is its own ancestor", childPointer("/nodes", first));
+    failGltf("the node is its own ancestor", childPointer("/nodes", first));
 }
 
 /// §3.5.2: a node has one parent at most, and following parents ends at a root.
@@ -48,9 +42,9 @@ void checkForest(const tinygltf::Model& model) {
         for (std::size_t j = 0; j < children.size(); ++j) {
             int& parent = parents[static_cast<std::size_t>(children[j])];
             if (parent >= 0)
-                fail("node " + std::to_string(children[j]) + " is already a child of node " +
-                         std::to_string(parent) + ", a node has one parent at most",
-                     childPointer(childPointer("/nodes", i) + "/children", j));
+                failGltf("node " + std::to_string(children[j]) + " is already a child of node " +
+                             std::to_string(parent) + ", a node has one parent at most",
+                         childPointer(childPointer("/nodes", i) + "/children", j));
             parent = static_cast<int>(i);
         }
     }
@@ -70,8 +64,9 @@ void checkForest(const tinygltf::Model& model) {
         for (auto next = chain.rbegin(); next != chain.rend(); ++next)
             depths[*next] = ++depth;
         if (depth > kMaxNodeDepth)
-            fail("the nodes are nested deeper than " + std::to_string(kMaxNodeDepth) + " levels",
-                 childPointer("/nodes", i), "no exporter writes such a scene; flatten it");
+            failGltf(
+                "the nodes are nested deeper than " + std::to_string(kMaxNodeDepth) + " levels",
+                childPointer("/nodes", i), "no exporter writes such a scene; flatten it");
     }
     for (std::size_t i = 0; i < model.scenes.size(); ++i) {
         const std::vector<int>& roots = model.scenes[i].nodes;
@@ -80,10 +75,10 @@ void checkForest(const tinygltf::Model& model) {
             const auto root = static_cast<std::size_t>(roots[j]);
             const std::string where = childPointer(childPointer("/scenes", i) + "/nodes", j);
             if (parents[root] >= 0)
-                fail("node " + std::to_string(root) + " is a child of node " +
-                         std::to_string(parents[root]) + ", a scene lists root nodes only",
-                     where);
-            if (listed[root]) fail("node " + std::to_string(root) + " is listed twice", where);
+                failGltf("node " + std::to_string(root) + " is a child of node " +
+                             std::to_string(parents[root]) + ", a scene lists root nodes only",
+                         where);
+            if (listed[root]) failGltf("node " + std::to_string(root) + " is listed twice", where);
             listed[root] = 1;
         }
     }
@@ -96,16 +91,17 @@ void checkCameras(const tinygltf::Model& model) {
         if (camera.type == "perspective") {
             const tinygltf::PerspectiveCamera& lens = camera.perspective;
             if (lens.yfov >= std::numbers::pi)
-                fail("the vertical field of view must be below pi radians, it is " +
-                         std::to_string(lens.yfov),
-                     where + "/yfov", "glTF gives angles in radians");
+                failGltf("the vertical field of view must be below pi radians, it is " +
+                             std::to_string(lens.yfov),
+                         where + "/yfov", "glTF gives angles in radians");
             // 0 is tinygltf's "no far plane"; the schema check has refused a written 0.
             if (lens.zfar != 0 && lens.zfar <= lens.znear)
-                fail("zfar must be greater than znear", where + "/zfar");
+                failGltf("zfar must be greater than znear", where + "/zfar");
         } else {
             const tinygltf::OrthographicCamera& lens = camera.orthographic;
-            if (lens.znear < 0) fail("znear must not be negative", where + "/znear");
-            if (lens.zfar <= lens.znear) fail("zfar must be greater than znear", where + "/zfar");
+            if (lens.znear < 0) failGltf("znear must not be negative", where + "/znear");
+            if (lens.zfar <= lens.znear)
+                failGltf("zfar must be greater than znear", where + "/zfar");
         }
     }
 }
@@ -114,17 +110,17 @@ void checkCameras(const tinygltf::Model& model) {
 
 void checkGltfVersion(const json& gltf, const std::string& path) {
     if (!gltf.is_object() || !gltf.contains("asset") || !gltf["asset"].is_object())
-        fail("this JSON is not glTF: it has no \"asset\" object", path,
-             "a scene is a .gltf or .glb file");
+        failGltf("this JSON is not glTF: it has no \"asset\" object", path,
+                 "a scene is a .gltf or .glb file");
     const json& asset = gltf["asset"];
-    if (!asset.contains("version")) fail("the glTF version is missing", "/asset");
+    if (!asset.contains("version")) failGltf("the glTF version is missing", "/asset");
     if (!isVersion2(asset["version"], false))
-        fail("the file is glTF " + asset["version"].dump() + ", only 2.x is read", "/asset/version",
-             "convert it to glTF 2.0");
+        failGltf("the file is glTF " + asset["version"].dump() + ", only 2.x is read",
+                 "/asset/version", "convert it to glTF 2.0");
     if (asset.contains("minVersion") && !isVersion2(asset["minVersion"], true))
-        fail("the file needs a reader of glTF " + asset["minVersion"].dump() +
-                 ", this one reads 2.0",
-             "/asset/minVersion", "export it as glTF 2.0");
+        failGltf("the file needs a reader of glTF " + asset["minVersion"].dump() +
+                     ", this one reads 2.0",
+                 "/asset/minVersion", "export it as glTF 2.0");
 }
 
 void checkRequiredExtensions(const json& gltf) {
@@ -136,8 +132,8 @@ void checkRequiredExtensions(const json& gltf) {
         const std::vector<GltfExtension>& known = supportedGltfExtensions();
         if (std::none_of(known.begin(), known.end(),
                          [&](const GltfExtension& extension) { return name == extension.name; }))
-            fail("the file requires the glTF extension " + name + ", which is not supported",
-                 childPointer("/extensionsRequired", i), "export it without this extension");
+            failGltf("the file requires the glTF extension " + name + ", which is not supported",
+                     childPointer("/extensionsRequired", i), "export it without this extension");
     }
 }
 

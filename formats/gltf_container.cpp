@@ -19,16 +19,17 @@ std::uint32_t littleEndian32(std::span<const std::uint8_t> bytes, std::size_t of
            static_cast<std::uint32_t>(bytes[offset + 3]) << 24U;
 }
 
-[[noreturn]] void fail(const std::string& what, const std::string& path,
-                       const char* hint = "copy or export the file again") {
+[[noreturn]] void failContainer(const std::string& what, const std::string& path,
+                                const char* hint = "copy or export the file again") {
     throw Error(ErrorKind::kInput, what, path, hint);
 }
 
 [[noreturn]] void failTruncated(const char* part, std::uint64_t promised, std::uint64_t present,
                                 const std::string& path) {
-    fail("the file is truncated: the " + std::string(part) + " says " + std::to_string(promised) +
-             " bytes, " + std::to_string(present) + " are there",
-         path);
+    failContainer("the file is truncated: the " + std::string(part) + " says " +
+                      std::to_string(promised) + " bytes, " + std::to_string(present) +
+                      " are there",
+                  path);
 }
 
 }  // namespace
@@ -46,8 +47,9 @@ GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std:
     const std::uint32_t version = littleEndian32(bytes, 4);
     const std::uint32_t length = littleEndian32(bytes, 8);
     if (version != 2)
-        fail("the file is binary glTF " + std::to_string(version) + ", only version 2 is read",
-             path, "convert it to glTF 2.0");
+        failContainer(
+            "the file is binary glTF " + std::to_string(version) + ", only version 2 is read", path,
+            "convert it to glTF 2.0");
     if (length > bytes.size()) failTruncated("header", length, bytes.size(), path);
     if (length < bytes.size()) {
         warnings.push_back("The file is longer than its header says; the rest is ignored.");
@@ -65,7 +67,7 @@ GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std:
         if (chunk_length > bytes.size() - offset)
             failTruncated("chunk header", chunk_length, bytes.size() - offset, path);
         const std::span<const std::uint8_t> data = bytes.subspan(offset, chunk_length);
-        if (chunk == 0 && type != kChunkJson) fail("the first chunk is not JSON", path);
+        if (chunk == 0 && type != kChunkJson) failContainer("the first chunk is not JSON", path);
         if (chunk == 0) {
             result.json = {reinterpret_cast<const char*>(data.data()), data.size()};
         } else if (type == kChunkBinary && !result.binary) {
@@ -75,7 +77,7 @@ GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std:
         }
         offset += chunk_length;
     }
-    if (bytes.size() == kHeaderBytes) fail("the file has no JSON chunk", path);
+    if (bytes.size() == kHeaderBytes) failContainer("the file has no JSON chunk", path);
     return result;
 }
 

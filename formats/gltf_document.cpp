@@ -87,8 +87,7 @@ tinygltf::Model parseModel(const json& gltf, const std::string& path) {
     if (!parsed) {
         while (!problems.empty() && problems.back() == '\n')
             problems.pop_back();
-        throw Error(ErrorKind::kInput, "the glTF cannot be read: " + problems, path,
-                    kValidatorHint);
+        failGltf("the glTF cannot be read: " + problems, path);
     }
     if (const auto meshes = gltf.find("meshes"); meshes != gltf.end())
         for (std::size_t i = 0; i < meshes->size(); ++i)

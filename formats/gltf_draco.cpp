@@ -17,7 +17,7 @@
 namespace peeler {
 namespace {
 
-constexpr const char* kName = "KHR_draco_mesh_compression";
+constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 constexpr int kTriangles = 4, kTriangleStrip = 5;
 
 /// An attribute of a primitive: its name, the id in the Draco data, the accessor that describes it.
@@ -45,7 +45,7 @@ struct Request {
     }
 };
 
-struct Job {
+struct DracoJob {
     Request request;
     std::string where;  ///< of the first primitive's extension object
     DracoMesh mesh;
@@ -64,7 +64,7 @@ class DracoReader {
         if (jobs_.empty()) return;
         checkSizes();
         decodeAll();
-        for (Job& job : jobs_)
+        for (DracoJob& job : jobs_)
             if (!job.problem) addAccessors(job);
         for (const auto& [primitive, job] : primitives_)
             replace(*primitive, jobs_[job]);
@@ -80,7 +80,7 @@ class DracoReader {
         for (std::size_t i = 0; i < document_.model.meshes.size(); ++i) {
             std::vector<tinygltf::Primitive>& primitives = document_.model.meshes[i].primitives;
             for (std::size_t j = 0; j < primitives.size(); ++j) {
-                const auto extension = primitives[j].extensions.find(kName);
+                const auto extension = primitives[j].extensions.find(kDracoExtension);
                 // Without positions it is left out anyway.
                 if (extension == primitives[j].extensions.end() ||
                     !primitives[j].attributes.contains("POSITION"))
@@ -90,9 +90,9 @@ class DracoReader {
                 Request request = requestOf(primitives[j], extension->second, where);
                 const auto [place, is_new] = known.try_emplace(request, jobs_.size());
                 if (is_new) {
-                    Job& job = jobs_.emplace_back();
+                    DracoJob& job = jobs_.emplace_back();
                     job.request = std::move(request);
-                    job.where = where + "/extensions/" + kName;
+                    job.where = where + "/extensions/" + kDracoExtension;
                 }
                 primitives_.emplace_back(&primitives[j], place->second);
             }
@@ -134,7 +134,7 @@ class DracoReader {
 
     void checkSizes() const {
         std::uint64_t bytes = 0;
-        for (const Job& job : jobs_) {
+        for (const DracoJob& job : jobs_) {
             const DracoLimits limits = limitsOf(job.request);
             std::uint64_t point_bytes = 0;
             for (const Attribute& attribute : job.request.attributes) {
@@ -175,12 +175,12 @@ class DracoReader {
         if (first_fatal < jobs_.size()) throw Error(*jobs_[first_fatal].problem);
     }
 
-    bool isFatal(const Job& job) const {
+    bool isFatal(const DracoJob& job) const {
         return job.problem && (options_.strict || job.problem->kind() != ErrorKind::kInput ||
                                !hasFallback(job.request));
     }
 
-    void decode(Job& job, const AccessorReader& accessors) const {
+    void decode(DracoJob& job, const AccessorReader& accessors) const {
         try {
             std::vector<DracoAttribute> attributes;
             for (const Attribute& attribute : job.request.attributes)
@@ -210,7 +210,7 @@ class DracoReader {
         return static_cast<int>(document_.model.accessors.size()) - 1;
     }
 
-    void addAccessors(Job& job) {
+    void addAccessors(DracoJob& job) {
         for (std::size_t i = 0; i < job.request.attributes.size(); ++i) {
             tinygltf::Accessor info = accessor(job.request.attributes[i].accessor);
             info.count = job.mesh.points;
@@ -234,7 +234,7 @@ class DracoReader {
         return has_data(request.position) && (request.indices < 0 || has_data(request.indices));
     }
 
-    void replace(tinygltf::Primitive& primitive, const Job& job) {
+    void replace(tinygltf::Primitive& primitive, const DracoJob& job) {
         if (job.problem) {
             std::string why = job.problem->what();
             if (why.ends_with('.')) why.pop_back();  // libdraco's own words
@@ -250,7 +250,7 @@ class DracoReader {
 
     GltfDocument& document_;
     const GltfOptions& options_;
-    std::vector<Job> jobs_;
+    std::vector<DracoJob> jobs_;
     std::vector<std::pair<tinygltf::Primitive*, std::size_t>> primitives_;  ///< and their jobs
 };
 

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/error.h"
 #include "formats/gltf_document.h"
 #include "formats/gltf_schema.h"
 
@@ -21,36 +20,33 @@ using nlohmann::json;
 constexpr const char* kExtension = "KHR_lights_punctual";
 constexpr const char* kLights = "/extensions/KHR_lights_punctual/lights";
 
-constexpr std::pair<const char*, LightType> kTypes[] = {{"directional", LightType::kDirectional},
-                                                        {"point", LightType::kPoint},
-                                                        {"spot", LightType::kSpot}};
-
-[[noreturn]] void fail(const std::string& what, const std::string& where) {
-    throw Error(ErrorKind::kInput, what, where, kValidatorHint);
-}
+constexpr std::pair<const char*, LightType> kLightTypes[] = {
+    {"directional", LightType::kDirectional},
+    {"point", LightType::kPoint},
+    {"spot", LightType::kSpot}};
 
 std::optional<LightType> typeNamed(const std::string& text) {
-    for (const auto& [name, type] : kTypes)
+    for (const auto& [name, type] : kLightTypes)
         if (text == name) return type;
     return std::nullopt;
 }
 
 void readCone(const json& source, const std::string& where, Light& light) {
     const auto spot = source.find("spot");
-    if (spot == source.end()) fail("the required property \"spot\" is missing", where);
+    if (spot == source.end()) failGltf("the required property \"spot\" is missing", where);
     light.inner_cone = spot->value("innerConeAngle", light.inner_cone);
     light.outer_cone = spot->value("outerConeAngle", light.outer_cone);
     // Exporters write pi/2 rounded to a float, and equal angles for a cone with a hard edge.
     constexpr double kHalfSpace = std::numbers::pi / 2 * (1 + 1e-6);
     if (light.outer_cone > kHalfSpace)
-        fail("the outer cone angle must be at most pi/2 radians, it is " +
-                 std::to_string(light.outer_cone),
-             where + "/spot/outerConeAngle");
+        failGltf("the outer cone angle must be at most pi/2 radians, it is " +
+                     std::to_string(light.outer_cone),
+                 where + "/spot/outerConeAngle");
     if (light.inner_cone < 0 || light.inner_cone > light.outer_cone)
-        fail("the inner cone angle must lie between 0 and the outer one, " +
-                 std::to_string(light.outer_cone) + " radians, it is " +
-                 std::to_string(light.inner_cone),
-             where + "/spot/innerConeAngle");
+        failGltf("the inner cone angle must lie between 0 and the outer one, " +
+                     std::to_string(light.outer_cone) + " radians, it is " +
+                     std::to_string(light.inner_cone),
+                 where + "/spot/innerConeAngle");
 }
 
 Light readLight(const json& source, LightType type, const std::string& where) {
@@ -62,12 +58,12 @@ Light readLight(const json& source, LightType type, const std::string& where) {
         for (int c = 0; c < 3; ++c) {
             light.color[c] = (*color)[static_cast<std::size_t>(c)].get<double>();
             if (light.color[c] < 0)
-                fail("a colour must not be negative",
-                     childPointer(where + "/color", static_cast<std::size_t>(c)));
+                failGltf("a colour must not be negative",
+                         childPointer(where + "/color", static_cast<std::size_t>(c)));
         }
     }
     light.intensity = source.value("intensity", light.intensity);
-    if (light.intensity < 0) fail("the intensity must not be negative", where + "/intensity");
+    if (light.intensity < 0) failGltf("the intensity must not be negative", where + "/intensity");
     if (type != LightType::kDirectional && source.contains("range"))
         light.range = source["range"].get<double>();
     if (type == LightType::kSpot) readCone(source, where, light);

@@ -68,7 +68,7 @@ void forEachVertexArray(SomePrimitive& primitive, const Body& body) {
     }
 }
 
-std::uint64_t bytesOf(const Primitive& primitive) {
+std::uint64_t primitiveBytes(const Primitive& primitive) {
     std::uint64_t sum = primitive.indices.size() * sizeof(std::uint32_t);
     forEachVertexArray(primitive,
                        [&](const auto& values) { sum += values.size() * sizeof(values[0]); });
@@ -120,10 +120,9 @@ class PrimitiveReader {
         if (found == from.end()) return {};
         const std::string use = where + '/' + name;
         if (accessors_.count(found->second) != vertex_count_)
-            throw Error(ErrorKind::kInput,
-                        "the attribute has " + std::to_string(accessors_.count(found->second)) +
-                            " elements, POSITION has " + std::to_string(vertex_count_),
-                        use, kValidatorHint);
+            failGltf("the attribute has " + std::to_string(accessors_.count(found->second)) +
+                         " elements, POSITION has " + std::to_string(vertex_count_),
+                     use);
         components = accessors_.components(found->second);
         std::vector<float> values = accessors_.floats(found->second, format, used_, use);
         for (float& value : values) {
@@ -195,13 +194,11 @@ class PrimitiveReader {
         std::vector<std::uint32_t> result = accessors_.indices(source_.indices, where, restart);
         for (std::size_t i = 0; i < result.size(); ++i) {
             if (result[i] < vertex_count_ && result[i] != restart) continue;
-            throw Error(
-                ErrorKind::kInput,
-                "index " + std::to_string(i) + " is " + std::to_string(result[i]) +
-                    (result[i] == restart
-                         ? ", the primitive restart value, which glTF forbids"
-                         : ", the primitive has " + std::to_string(vertex_count_) + " vertices"),
-                where, kValidatorHint);
+            failGltf("index " + std::to_string(i) + " is " + std::to_string(result[i]) +
+                         (result[i] == restart ? ", the primitive restart value, which glTF forbids"
+                                               : ", the primitive has " +
+                                                     std::to_string(vertex_count_) + " vertices"),
+                     where);
         }
         return result;
     }
@@ -284,17 +281,16 @@ std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& opti
             const tinygltf::Primitive& from = source.primitives[j];
             const std::string where = childPointer(childPointer("/meshes", i) + "/primitives", j);
             if (from.targets.size() != source.primitives.front().targets.size())
-                throw Error(ErrorKind::kInput,
-                            "the primitive has " + std::to_string(from.targets.size()) +
-                                " morph targets, the first one of the mesh has " +
-                                std::to_string(source.primitives.front().targets.size()),
-                            where + "/targets", kValidatorHint);
+                failGltf("the primitive has " + std::to_string(from.targets.size()) +
+                             " morph targets, the first one of the mesh has " +
+                             std::to_string(source.primitives.front().targets.size()),
+                         where + "/targets");
             Primitive primitive;
             primitive.material = from.material >= 0 ? from.material : default_material;
             primitive.variants = variantMaterials(from, document.variants.size());
             primitive.source.primitive = j;
             if (!PrimitiveReader(document, from, where).read(primitive)) continue;
-            geometry_bytes += bytesOf(primitive);
+            geometry_bytes += primitiveBytes(primitive);
             if (geometry_bytes > options.max_geometry_bytes)
                 throw Error(ErrorKind::kInput,
                             "the geometry needs more than the limit of " +

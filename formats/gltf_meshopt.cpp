@@ -26,7 +26,7 @@ const json* extensionOf(const json& owner, const char* name) {
 }
 
 /// A compressed view and what came of it.
-struct Job {
+struct MeshoptJob {
     std::size_t view = 0;
     std::string where;
     MeshoptStream stream;
@@ -38,10 +38,6 @@ struct Job {
 Error placed(const Error& error, const std::string& where) {
     return {error.kind(), error.what(), error.where().empty() ? where : error.where(),
             error.hint()};
-}
-
-void fail(const std::string& what, const std::string& where) {
-    throw Error(ErrorKind::kInput, what, where, kValidatorHint);
 }
 
 MeshoptStream streamOf(const json& view, const json& extension, const GltfDocument& document,
@@ -57,29 +53,30 @@ MeshoptStream streamOf(const json& view, const json& extension, const GltfDocume
         document.buffers[extension["buffer"].get<std::size_t>()];
     // Both are at most 2^53 (schema), so their sum does not wrap.
     if (offset + length > buffer.size())
-        fail("the compressed data ends at byte " + std::to_string(offset + length) +
-                 ", its buffer has " + std::to_string(buffer.size()),
-             where);
+        failGltf("the compressed data ends at byte " + std::to_string(offset + length) +
+                     ", its buffer has " + std::to_string(buffer.size()),
+                 where);
     stream.bytes = buffer.subspan(offset, length);
     if (view.value("byteStride", stream.stride) != stream.stride)
-        fail("the stride of the view and of its compressed data differ", where + "/byteStride");
+        failGltf("the stride of the view and of its compressed data differ", where + "/byteStride");
     // Counts are at most 2^53 and strides at most 256 (schema).
     if (const auto bytes = view["byteLength"].get<std::uint64_t>();
         bytes != stream.count * stream.stride)
-        fail("the view has " + std::to_string(bytes) + " bytes, its compressed data decodes to " +
-                 std::to_string(stream.count * stream.stride),
-             where);
+        failGltf("the view has " + std::to_string(bytes) +
+                     " bytes, its compressed data decodes to " +
+                     std::to_string(stream.count * stream.stride),
+                 where);
     checkMeshoptStream(stream);
     return stream;
 }
 
-std::vector<Job> listJobs(const json& buffer_views, const GltfDocument& document) {
-    std::vector<Job> jobs;
+std::vector<MeshoptJob> listJobs(const json& buffer_views, const GltfDocument& document) {
+    std::vector<MeshoptJob> jobs;
     for (std::size_t i = 0; i < buffer_views.size(); ++i) {
         for (const char* name : kExtensions) {
             const json* extension = extensionOf(buffer_views[i], name);
             if (!extension) continue;
-            Job& job = jobs.emplace_back();
+            MeshoptJob& job = jobs.emplace_back();
             job.view = i;
             job.where =
                 childPointer(childPointer("/bufferViews", i) + "/extensions", std::string(name));
@@ -105,10 +102,10 @@ bool isMeshoptFallback(const json& buffer) {
 
 std::vector<MeshoptProblem> decodeMeshoptViews(const json& buffer_views, GltfDocument& document,
                                                const GltfOptions& options) {
-    std::vector<Job> jobs = listJobs(buffer_views, document);
+    std::vector<MeshoptJob> jobs = listJobs(buffer_views, document);
     if (jobs.empty()) return {};
     std::uint64_t bytes = 0;
-    for (const Job& job : jobs) {
+    for (const MeshoptJob& job : jobs) {
         if (job.problem) continue;
         // Each is at most 64 times a file (checkMeshoptStream): the sum is not near 2^64.
         bytes += job.stream.count * job.stream.stride;
@@ -119,11 +116,11 @@ std::vector<MeshoptProblem> decodeMeshoptViews(const json& buffer_views, GltfDoc
                         job.where, "split the scene");
     }
     document.decoded_views.resize(buffer_views.size());
-    for (Job& job : jobs)
+    for (MeshoptJob& job : jobs)
         if (!job.problem)
             job.out = document.storage.emplace_back(job.stream.count * job.stream.stride);
     parallelFor(jobs.size(), [&](std::size_t i) {
-        Job& job = jobs[i];
+        MeshoptJob& job = jobs[i];
         if (job.problem) return;
         try {
             decodeMeshoptStream(job.stream, job.out);
@@ -132,7 +129,7 @@ std::vector<MeshoptProblem> decodeMeshoptViews(const json& buffer_views, GltfDoc
         }
     });
     std::vector<MeshoptProblem> problems;
-    for (const Job& job : jobs) {
+    for (const MeshoptJob& job : jobs) {
         if (job.problem)
             problems.push_back({job.view, *job.problem});
         else

@@ -24,8 +24,8 @@ constexpr const char* kVisibility = "KHR_node_visibility";
 // the GPU has of it.
 constexpr std::uint64_t kInstanceBytes = 4 * sizeof(glm::dmat4);
 
-const AccessorFormat kVector = {{3}, {{5126}}};
-const AccessorFormat kRotation = {{4}, {{5126}, {5120, true}, {5122, true}}};
+const AccessorFormat kInstanceVector = {{3}, {{5126}}};
+const AccessorFormat kInstanceRotation = {{4}, {{5126}, {5120, true}, {5122, true}}};
 
 /// Column after column, as in GLM.
 template <class Number>
@@ -122,10 +122,9 @@ class NodeReader {
             const int accessor = found->get<int>();
             const std::size_t elements = accessors_.count(accessor);
             if (first && elements != count)
-                throw Error(ErrorKind::kInput,
-                            "the attribute has " + std::to_string(elements) + " elements, " +
-                                first + " has " + std::to_string(count),
-                            where + '/' + name, kValidatorHint);
+                failGltf("the attribute has " + std::to_string(elements) + " elements, " + first +
+                             " has " + std::to_string(count),
+                         where + '/' + name);
             first = name;
             count = elements;
             takeBytes(count * kInstanceBytes, where + '/' + name);
@@ -133,13 +132,12 @@ class NodeReader {
                 accessors_.floats(accessor, format, {0, elements}, where + '/' + name);
             for (const float number : numbers)
                 if (!std::isfinite(number))
-                    throw Error(ErrorKind::kInput, "a value is not a finite number",
-                                where + '/' + name, kValidatorHint);
+                    failGltf("a value is not a finite number", where + '/' + name);
             return numbers;
         };
-        const std::vector<float> translations = values("TRANSLATION", kVector);
-        const std::vector<float> rotations = values("ROTATION", kRotation);
-        const std::vector<float> scales = values("SCALE", kVector);
+        const std::vector<float> translations = values("TRANSLATION", kInstanceVector);
+        const std::vector<float> rotations = values("ROTATION", kInstanceRotation);
+        const std::vector<float> scales = values("SCALE", kInstanceVector);
         if (!first) {
             document_.warn("The instances " + where + " have no transforms; the mesh is shown " +
                            "once, at its node.");
@@ -187,9 +185,7 @@ class NodeReader {
         if (const auto name = source.find("name"); name != source.end() && name->is_string())
             skin.name = name->get<std::string>();
         skin.joints = source["joints"].get<std::vector<int>>();
-        if (skin.joints.empty())
-            throw Error(ErrorKind::kInput, "a skin has at least one joint", where + "/joints",
-                        kValidatorHint);
+        if (skin.joints.empty()) failGltf("a skin has at least one joint", where + "/joints");
         skin.inverse_bind.assign(skin.joints.size(), glm::dmat4(1));
         const auto matrices = source.find("inverseBindMatrices");
         if (matrices == source.end()) return skin;
@@ -209,11 +205,10 @@ class NodeReader {
         }
         const std::size_t joints = scene_.skins[static_cast<std::size_t>(node.skin)].joints.size();
         if (mesh_joints_[mesh] > joints)
-            throw Error(ErrorKind::kInput,
-                        "mesh " + std::to_string(node.mesh) + " is moved by joint " +
-                            std::to_string(mesh_joints_[mesh] - 1) + ", the skin has " +
-                            std::to_string(joints),
-                        where + "/skin", kValidatorHint);
+            failGltf("mesh " + std::to_string(node.mesh) + " is moved by joint " +
+                         std::to_string(mesh_joints_[mesh] - 1) + ", the skin has " +
+                         std::to_string(joints),
+                     where + "/skin");
     }
 
     void checkWeights(const Node& node, const std::string& where) {

@@ -19,13 +19,12 @@ namespace {
 
 using nlohmann::json;
 using nlohmann::ordered_json;
-using Bytes = std::span<const std::uint8_t>;
 
-constexpr std::uint64_t kMostBytes = std::numeric_limits<std::uint32_t>::max();
-constexpr std::uint64_t kAlignment = 4;  // of chunks, and of what an accessor can need
+constexpr std::uint64_t kMostContainerBytes = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint64_t kContainerAlignment = 4;  // of chunks, and of what an accessor can need
 
 std::uint64_t padded(std::uint64_t bytes) {
-    return (bytes + kAlignment - 1) / kAlignment * kAlignment;
+    return (bytes + kContainerAlignment - 1) / kContainerAlignment * kContainerAlignment;
 }
 
 /// How the formats that images of glTF files come in begin.
@@ -41,7 +40,7 @@ constexpr ImageMagic kImageMagic[] = {
 };
 
 /// Null if it is none of them.
-const char* mimeTypeOf(Bytes bytes) {
+const char* mimeTypeOf(std::span<const std::uint8_t> bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     for (const ImageMagic& magic : kImageMagic)
         if (text.size() > magic.offset && text.substr(magic.offset).starts_with(magic.bytes))
@@ -56,7 +55,7 @@ ordered_json& arrayIn(ordered_json& gltf, const char* name) {
     return array;
 }
 
-std::size_t add(ordered_json& gltf, const char* name, ordered_json element) {
+std::size_t appendElement(ordered_json& gltf, const char* name, ordered_json element) {
     ordered_json& array = arrayIn(gltf, name);
     array.push_back(std::move(element));
     return array.size() - 1;
@@ -78,7 +77,8 @@ std::string word(std::uint64_t value) {
 
 GltfPackage::GltfPackage(const std::filesystem::path& path, const GltfOptions& options)
     : path_(path.string()), folder_(path, options.max_file_bytes, options.allow_outside) {
-    const Bytes bytes = storage_.emplace_back(readRegularFile(path, options.max_file_bytes));
+    const std::span<const std::uint8_t> bytes =
+        storage_.emplace_back(readRegularFile(path, options.max_file_bytes));
     const GltfContainer container = splitGltfContainer(bytes, path_, warnings_);
     warnings_.clear();  // the reader has said them
     json checked = parseGltfJson(container.json, path_);
@@ -88,21 +88,21 @@ GltfPackage::GltfPackage(const std::filesystem::path& path, const GltfOptions& o
     takeImages();
 }
 
-std::uint64_t GltfPackage::append(Bytes bytes) {
+std::uint64_t GltfPackage::append(std::span<const std::uint8_t> bytes) {
     const std::uint64_t start = size_;
     size_ += padded(bytes.size());
-    if (size_ > kMostBytes) failTooLarge(path_);
+    if (size_ > kMostContainerBytes) failTooLarge(path_);
     parts_.push_back(bytes);
     return start;
 }
 
 /// None for one that only marks the place of decompressed data.
-std::optional<Bytes> GltfPackage::bufferBytes(const json& buffer, std::size_t index,
-                                              std::optional<Bytes> binary) {
+std::optional<std::span<const std::uint8_t>> GltfPackage::bufferBytes(
+    const json& buffer, std::size_t index, std::optional<std::span<const std::uint8_t>> binary) {
     const std::string where = childPointer("/buffers", index);
     const auto uri = buffer.find("uri");
     if (uri == buffer.end() && (index != 0 || !binary || isMeshoptFallback(buffer))) return {};
-    Bytes bytes;
+    std::span<const std::uint8_t> bytes;
     if (uri == buffer.end()) {
         bytes = *binary;
     } else if (const auto text = uri->get<std::string>(); isDataUri(text)) {
@@ -122,14 +122,16 @@ std::optional<Bytes> GltfPackage::bufferBytes(const json& buffer, std::size_t in
     return bytes.first(length);
 }
 
-void GltfPackage::takeBuffers(const json& checked, std::optional<Bytes> binary) {
+void GltfPackage::takeBuffers(const json& checked,
+                              std::optional<std::span<const std::uint8_t>> binary) {
     ordered_json merged = ordered_json::object();
     std::vector<ordered_json> placeholders;
     const std::size_t count = checked.contains("buffers") ? checked["buffers"].size() : 0;
     for (std::size_t i = 0; i < count; ++i) {
         ordered_json buffer = json_["buffers"][i];
         buffer.erase("uri");
-        const std::optional<Bytes> bytes = bufferBytes(checked["buffers"][i], i, binary);
+        const std::optional<std::span<const std::uint8_t>> bytes =
+            bufferBytes(checked["buffers"][i], i, binary);
         if (bytes) {
             if (parts_.empty()) merged = buffer;
             starts_.emplace_back(append(*bytes));
@@ -210,7 +212,7 @@ std::size_t GltfPackage::addBufferView(std::vector<std::uint8_t> bytes, std::opt
     const std::uint64_t start = append(storage_.emplace_back(std::move(bytes)));
     ordered_json view = {{"buffer", 0}, {"byteOffset", start}, {"byteLength", length}};
     if (target) view["target"] = *target;
-    return add(json_, "bufferViews", std::move(view));
+    return appendElement(json_, "bufferViews", std::move(view));
 }
 
 std::size_t GltfPackage::addAccessor(std::vector<std::uint8_t> bytes, const NewAccessor& accessor) {
@@ -219,25 +221,25 @@ std::size_t GltfPackage::addAccessor(std::vector<std::uint8_t> bytes, const NewA
     if (accessor.normalized) result["normalized"] = true;
     result["count"] = accessor.count;
     result["type"] = accessor.type;
-    return add(json_, "accessors", std::move(result));
+    return appendElement(json_, "accessors", std::move(result));
 }
 
 std::size_t GltfPackage::addImage(std::vector<std::uint8_t> bytes, const std::string& mime_type,
                                   const std::string& name) {
     ordered_json image = {{"name", name}, {"mimeType", mime_type}};
     image["bufferView"] = addBufferView(std::move(bytes));
-    return add(json_, "images", std::move(image));
+    return appendElement(json_, "images", std::move(image));
 }
 
 void GltfPackage::write(const std::string& path) {
-    static constexpr std::array<std::byte, kAlignment> kZeros{};
-    if (size_ == 0) append(storage_.emplace_back(kAlignment));  // no buffer may be empty
+    static constexpr std::array<std::byte, kContainerAlignment> kZeros{};
+    if (size_ == 0) append(storage_.emplace_back(kContainerAlignment));  // no buffer may be empty
     json_["buffers"][0]["byteLength"] = size_;
     std::string text = json_.dump();
     text.resize(padded(text.size()), ' ');
     constexpr std::uint64_t kHeaders = 12 + 8 + 8;
     const std::uint64_t total = kHeaders + text.size() + size_;
-    if (total > kMostBytes) failTooLarge(path);
+    if (total > kMostContainerBytes) failTooLarge(path);
     AtomicFile file(path);
     const auto put = [&](const std::string& bytes) {
         file.append(std::as_bytes(std::span(bytes)));
@@ -245,7 +247,7 @@ void GltfPackage::write(const std::string& path) {
     put("glTF" + word(2) + word(total) + word(text.size()) + "JSON");
     put(text);
     put(word(size_) + std::string("BIN\0", 4));
-    for (const Bytes& part : parts_) {
+    for (const std::span<const std::uint8_t>& part : parts_) {
         file.append(std::as_bytes(part));
         file.append(std::span(kZeros).first(padded(part.size()) - part.size()));
     }

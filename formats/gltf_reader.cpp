@@ -88,8 +88,7 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
         throw Error(ErrorKind::kMemory, "not enough memory to read the scene", path.string());
     } catch (const std::exception& problem) {
         // What the checks before tinygltf and OpenImageIO let through.
-        throw Error(ErrorKind::kInput, "the scene cannot be read: " + std::string(problem.what()),
-                    path.string(), kValidatorHint);
+        failGltf("the scene cannot be read: " + std::string(problem.what()), path.string());
     }
 }
 

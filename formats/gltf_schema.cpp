@@ -17,10 +17,8 @@ namespace {
 
 using nlohmann::json;
 
-using Kind = SchemaKind;
-
 /// The rows of one owner.
-const std::vector<const SchemaRow*>& rowsOf(std::string_view owner) {
+const std::vector<const SchemaRow*>& schemaRowsOf(std::string_view owner) {
     static const auto rows = [] {
         std::map<std::string_view, std::vector<const SchemaRow*>> result;
         for (const SchemaRow& property : schemaRows())
@@ -48,15 +46,13 @@ class SchemaCheck {
     // The nesting of the table bounds the recursion, whatever the file holds.
     void object(json& value, const std::string& pointer, std::string_view owner) {
         if (!value.is_object()) refuse(pointer, "must be an object", value);
-        for (const SchemaRow* property : rowsOf(owner)) {
+        for (const SchemaRow* property : schemaRowsOf(owner)) {
             const auto found = value.find(property->name);
             if (found != value.end()) {
                 member(*found, childPointer(pointer, property->name), *property);
             } else if (property->required) {
-                throw Error(
-                    ErrorKind::kInput,
-                    "the required property \"" + std::string(property->name) + "\" is missing",
-                    pointer, kValidatorHint);
+                failGltf("the required property \"" + std::string(property->name) + "\" is missing",
+                         pointer);
             }
         }
     }
@@ -66,54 +62,53 @@ class SchemaCheck {
                                     const json& value) {
         std::string shown = value.dump(-1, ' ', true, json::error_handler_t::replace);
         if (shown.size() > 40) shown = shown.substr(0, 37) + "...";
-        throw Error(ErrorKind::kInput, "the value " + rule + ", it is " + shown, pointer,
-                    kValidatorHint);
+        failGltf("the value " + rule + ", it is " + shown, pointer);
     }
 
     void member(json& value, const std::string& pointer, const SchemaRow& rule) {
         switch (rule.kind) {
-            case Kind::kBool:
+            case SchemaKind::kBool:
                 if (!value.is_boolean()) refuse(pointer, "must be true or false", value);
                 break;
-            case Kind::kString:
+            case SchemaKind::kString:
                 string(value, pointer, rule);
                 break;
-            case Kind::kNumber:
+            case SchemaKind::kNumber:
                 number(value, pointer);
                 break;
-            case Kind::kPositive:
+            case SchemaKind::kPositive:
                 number(value, pointer);
                 if (value.get<double>() <= 0) refuse(pointer, "must be above zero", value);
                 break;
-            case Kind::kInteger:
+            case SchemaKind::kInteger:
                 integer(value, pointer, rule.min, rule.max);
                 break;
-            case Kind::kEnum:
+            case SchemaKind::kEnum:
                 integer(value, pointer, 0, kIntMax);
                 if (!listed(rule.of, value.dump()))
                     refuse(pointer, "must be one of " + std::string(rule.of), value);
                 break;
-            case Kind::kIndex:
+            case SchemaKind::kIndex:
                 index(value, pointer, rule.of);
                 break;
-            case Kind::kIndexMap:
+            case SchemaKind::kIndexMap:
                 indexMap(value, pointer, rule.of);
                 break;
-            case Kind::kIntegerMap:
+            case SchemaKind::kIntegerMap:
                 integerMap(value, pointer, rule);
                 break;
-            case Kind::kObject:
+            case SchemaKind::kObject:
                 object(value, pointer, rule.of);
                 break;
-            case Kind::kExtensions:
+            case SchemaKind::kExtensions:
                 extensions(value, pointer, rule.owner);
                 break;
-            case Kind::kStrings:
-            case Kind::kNumbers:
-            case Kind::kNumberList:
-            case Kind::kIndices:
-            case Kind::kIndexMaps:
-            case Kind::kObjects:
+            case SchemaKind::kStrings:
+            case SchemaKind::kNumbers:
+            case SchemaKind::kNumberList:
+            case SchemaKind::kIndices:
+            case SchemaKind::kIndexMaps:
+            case SchemaKind::kObjects:
                 array(value, pointer, rule);
                 break;
         }
@@ -121,23 +116,23 @@ class SchemaCheck {
 
     void array(json& value, const std::string& pointer, const SchemaRow& rule) {
         if (!value.is_array()) refuse(pointer, "must be an array", value);
-        if (rule.kind == Kind::kNumbers && static_cast<double>(value.size()) != rule.max)
+        if (rule.kind == SchemaKind::kNumbers && static_cast<double>(value.size()) != rule.max)
             refuse(pointer, "must have " + std::to_string(static_cast<int>(rule.max)) + " elements",
                    value);
         for (std::size_t i = 0; i < value.size(); ++i) {
             const std::string element = childPointer(pointer, i);
             switch (rule.kind) {
-                case Kind::kStrings:
+                case SchemaKind::kStrings:
                     if (!value[i].is_string()) refuse(element, "must be a string", value[i]);
                     break;
-                case Kind::kNumbers:
-                case Kind::kNumberList:
+                case SchemaKind::kNumbers:
+                case SchemaKind::kNumberList:
                     number(value[i], element);
                     break;
-                case Kind::kIndices:
+                case SchemaKind::kIndices:
                     index(value[i], element, rule.of);
                     break;
-                case Kind::kIndexMaps:
+                case SchemaKind::kIndexMaps:
                     indexMap(value[i], element, rule.of);
                     break;
                 default:
@@ -207,8 +202,8 @@ class SchemaCheck {
             const std::string child = childPointer(pointer, name);
             const std::string key =
                 name == "KHR_meshopt_compression" ? "EXT_meshopt_compression" : name;
-            if (!rowsOf(key).empty()) object(element, child, key);
-            if (const std::string here = childPointer(owner, key); !rowsOf(here).empty())
+            if (!schemaRowsOf(key).empty()) object(element, child, key);
+            if (const std::string here = childPointer(owner, key); !schemaRowsOf(here).empty())
                 object(element, child, here);
         }
     }
@@ -220,9 +215,8 @@ class SchemaCheck {
 void checkStrides(const json& views) {
     for (std::size_t i = 0; i < views.size(); ++i)
         if (const int stride = views[i].value("byteStride", 4); stride % 4 != 0)
-            throw Error(ErrorKind::kInput,
-                        "the value must be a multiple of 4, it is " + std::to_string(stride),
-                        childPointer("/bufferViews", i) + "/byteStride", kValidatorHint);
+            failGltf("the value must be a multiple of 4, it is " + std::to_string(stride),
+                     childPointer("/bufferViews", i) + "/byteStride");
 }
 
 /// §5.5: a channel names a sampler of its own animation.
@@ -232,12 +226,10 @@ void checkAnimationSamplers(const json& animations) {
         const json& channels = animations[i]["channels"];
         for (std::size_t j = 0; j < channels.size(); ++j)
             if (channels[j]["sampler"].get<std::size_t>() >= samplers)
-                throw Error(
-                    ErrorKind::kInput,
+                failGltf(
                     "the value must be an index into the animation's samplers, which are " +
                         std::to_string(samplers),
-                    childPointer(childPointer("/animations", i) + "/channels", j) + "/sampler",
-                    kValidatorHint);
+                    childPointer(childPointer("/animations", i) + "/channels", j) + "/sampler");
     }
 }
 
@@ -247,9 +239,8 @@ void checkSparseCounts(const json& accessors) {
         if (const auto sparse = accessors[i].find("sparse"); sparse != accessors[i].end())
             if ((*sparse)["count"].get<std::uint64_t>() >
                 accessors[i]["count"].get<std::uint64_t>())
-                throw Error(ErrorKind::kInput,
-                            "more elements are substituted than the accessor has",
-                            childPointer("/accessors", i) + "/sparse/count", kValidatorHint);
+                failGltf("more elements are substituted than the accessor has",
+                         childPointer("/accessors", i) + "/sparse/count");
 }
 
 /// §3.10: a camera holds the object that its type names.
@@ -258,8 +249,8 @@ void checkCameraKinds(const json& cameras) {
         const json& camera = cameras[i];
         const std::string& type = camera["type"].get_ref<const std::string&>();
         if (!camera.contains(type))
-            throw Error(ErrorKind::kInput, "the required property \"" + type + "\" is missing",
-                        childPointer("/cameras", i), kValidatorHint);
+            failGltf("the required property \"" + type + "\" is missing",
+                     childPointer("/cameras", i));
     }
 }
 
@@ -280,6 +271,10 @@ std::string childPointer(const std::string& parent, std::string_view key) {
 
 std::string childPointer(const std::string& parent, std::size_t index) {
     return parent + '/' + std::to_string(index);
+}
+
+void failGltf(const std::string& what, const std::string& where, const char* hint) {
+    throw Error(ErrorKind::kInput, what, where, hint);
 }
 
 void checkGltfSchema(json& gltf) {

@@ -16,6 +16,10 @@ void checkGltfSchema(nlohmann::json& gltf);
 /// What to try where a file breaks the specification.
 inline constexpr const char* kValidatorHint = "check the file with the Khronos glTF validator";
 
+/// Throws Error(kInput); `where` is a JSON pointer, or a path if it is about the whole file.
+[[noreturn]] void failGltf(const std::string& what, const std::string& where,
+                           const char* hint = kValidatorHint);
+
 /// JSON pointers (RFC 6901) of the child of a value.
 std::string childPointer(const std::string& parent, std::string_view key);
 std::string childPointer(const std::string& parent, std::size_t index);

@@ -150,9 +150,9 @@ std::string base64(std::span<const std::uint8_t> bytes) {
 }
 
 /// For a <script> element: nothing in it may look like a tag.
-std::string scriptText(const Json& json) {
+std::string scriptText(const Json& value) {
     std::string text;
-    for (const char c : json.dump(-1, ' ', true, Json::error_handler_t::replace)) {
+    for (const char c : value.dump(-1, ' ', true, Json::error_handler_t::replace)) {
         if (c == '<')
             text += "\\u003c";
         else
@@ -162,7 +162,8 @@ std::string scriptText(const Json& json) {
 }
 
 /// Premultiplied sRGB bytes of a premultiplied linear colour.
-std::array<std::uint8_t, 4> encoded(const Rgba& color, float exposure, const ToneMap& tone_map) {
+std::array<std::uint8_t, 4> encodedColor(const Rgba& color, float exposure,
+                                         const ToneMap& tone_map) {
     const float alpha = color[3] > 0 ? std::min(color[3], 1.0F) : 0;  // NaN is none
     const float straight = alpha > 0 ? alpha : 1;  // light without coverage stays as it is
     const auto mapped =
@@ -186,8 +187,8 @@ glm::dvec3 turningAxis(const View& view) {
     return std::abs(up.z) < 0.999 ? glm::normalize(up) : glm::dvec3(0, 1, 0);
 }
 
-Json describe(const View& view, const LayeredImage& image, const LayerOrder& order,
-              const Range& codes) {
+Json describeView(const View& view, const LayeredImage& image, const LayerOrder& order,
+                  const Range& codes) {
     const PixelRays rays(view);
     const double distance = medianDepth(image, view).value_or(1);
     Range depths;
@@ -287,11 +288,12 @@ void HtmlViewWriter::finish() {
                 corners[c] =
                     static_cast<std::uint16_t>(std::lround(65535 * std::clamp(share, 0.0, 1.0)));
             }
-            packer.add(pixel, corners, encoded(colorOf(image_, fragment), exposure, *tone_map_));
+            packer.add(pixel, corners,
+                       encodedColor(colorOf(image_, fragment), exposure, *tone_map_));
         }
         data = base64(deflated(packer.bytes()));
 
-        Json about = describe(view, image_, order, codes);
+        Json about = describeView(view, image_, order, codes);
         about["title"] = provenance_.scene.empty() ? "A scene" : provenance_.scene;
         Rgba background = options_.image.background;
         if (background == Rgba{}) background.fill(linearFromSrgb(0.86F));

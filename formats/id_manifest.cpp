@@ -14,13 +14,13 @@
 #include <set>
 
 #include "core/error.h"
+#include "formats/exr_compression.h"
 
 namespace peeler {
 namespace {
 
 constexpr const char *kObject = "id.object", *kMaterial = "id.material";
-/// What zlib cannot beat, and more names than a scene has.
-constexpr std::uint64_t kMaxRatio = 1100, kMaxBytes = 1U << 30;
+constexpr std::uint64_t kMostNameBytes = 1U << 30;  ///< more names than a scene has
 
 /// Whether a channel of a part is this one, of whatever layer ("layer_000.id.object").
 bool isOf(const std::string& channel, const std::string& name) {
@@ -76,7 +76,7 @@ IdNames idNamesFromManifest(std::span<const std::byte> attribute) {
         throw Error(ErrorKind::kInput, "the manifest is cut off", "idManifest");
     std::memcpy(&unpacked, attribute.data(), sizeof unpacked);
     const auto packed = attribute.subspan(sizeof unpacked);
-    if (unpacked > kMaxBytes || unpacked > packed.size() * kMaxRatio)
+    if (unpacked > kMostNameBytes || unpacked > packed.size() * kMostZlibRatio)
         throw Error(ErrorKind::kInput, "the manifest has no plausible size", "idManifest");
     try {
         Imf::CompressedIDManifest compressed;

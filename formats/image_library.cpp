@@ -13,8 +13,8 @@
 namespace peeler {
 namespace {
 
-std::mutex mutex;
-const ImageLibrary* loaded = nullptr;
+std::mutex library_mutex;
+const ImageLibrary* loaded_library = nullptr;
 int wanted_threads = 0;               ///< 0 = nothing was said
 std::atomic<int> most_megabytes = 0;  ///< likewise
 
@@ -29,7 +29,7 @@ constexpr BuiltIn kBuiltIn[] = {
     {"jpeg", jpegDecoder, nullptr},
 };
 
-void checkSize(const StoredImage& image) {
+void checkDecodedSize(const StoredImage& image) {
     const std::uint64_t bytes = static_cast<std::uint64_t>(image.width) *
                                 static_cast<std::uint64_t>(image.height) * image.channels.size();
     if (most_megabytes > 0 && bytes >> 20U >= static_cast<std::uint64_t>(most_megabytes))
@@ -40,25 +40,25 @@ void checkSize(const StoredImage& image) {
 }  // namespace
 
 const ImageLibrary& imageLibrary() {
-    const std::lock_guard lock(mutex);
-    if (loaded) return *loaded;
+    const std::lock_guard lock(library_mutex);
+    if (loaded_library) return *loaded_library;
     void* const function = moduleFunction(kImageModule, kImageModuleFunction);
-    loaded = reinterpret_cast<ImageModuleFunction*>(function)();
-    if (wanted_threads > 0) loaded->setThreads(wanted_threads);
-    if (most_megabytes > 0) loaded->limitDecodedSize(most_megabytes);
-    return *loaded;
+    loaded_library = reinterpret_cast<ImageModuleFunction*>(function)();
+    if (wanted_threads > 0) loaded_library->setThreads(wanted_threads);
+    if (most_megabytes > 0) loaded_library->limitDecodedSize(most_megabytes);
+    return *loaded_library;
 }
 
 void setImageLibraryThreads(int threads) {
-    const std::lock_guard lock(mutex);
+    const std::lock_guard lock(library_mutex);
     wanted_threads = threads;
-    if (loaded) loaded->setThreads(threads);
+    if (loaded_library) loaded_library->setThreads(threads);
 }
 
 void limitDecodedSize(int megabytes) {
-    const std::lock_guard lock(mutex);
+    const std::lock_guard lock(library_mutex);
     most_megabytes = megabytes;
-    if (loaded) loaded->limitDecodedSize(megabytes);
+    if (loaded_library) loaded_library->limitDecodedSize(megabytes);
 }
 
 std::unique_ptr<ImageDecoder> imageDecoder(const std::string& format, const std::string& path,
@@ -66,7 +66,7 @@ std::unique_ptr<ImageDecoder> imageDecoder(const std::string& format, const std:
     for (const BuiltIn& row : kBuiltIn) {
         if (row.format != format) continue;
         if (auto decoder = row.decoder(path, bytes)) {
-            checkSize(decoder->image());
+            checkDecodedSize(decoder->image());
             return decoder;
         }
     }

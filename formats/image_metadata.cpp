@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-[[noreturn]] void fail(const std::string& what) {
+[[noreturn]] void failToDecode(const std::string& what) {
     throw Error(ErrorKind::kInput, "the image cannot be decoded: " + what, "",
                 "save it again as PNG or JPEG");
 }
@@ -28,28 +28,29 @@ std::uint32_t bigEndian(std::span<const std::uint8_t> bytes, std::size_t offset,
 
 std::vector<std::uint8_t> withoutPngMetadata(std::span<const std::uint8_t> bytes) {
     constexpr std::size_t kSignature = 8, kFrame = 12;  // length, type, checksum
-    if (bytes.size() < kSignature) fail("the PNG is truncated");
+    if (bytes.size() < kSignature) failToDecode("the PNG is truncated");
     std::vector<std::uint8_t> result(bytes.begin(), bytes.begin() + kSignature);
     result.reserve(bytes.size());
     bool has_pixels = false;
     for (std::size_t offset = kSignature;;) {
-        if (bytes.size() - offset < kFrame) fail("the PNG is truncated");
+        if (bytes.size() - offset < kFrame) failToDecode("the PNG is truncated");
         const std::size_t length = bigEndian(bytes, offset, 4);
-        if (length > bytes.size() - offset - kFrame) fail("the PNG is truncated");
+        if (length > bytes.size() - offset - kFrame) failToDecode("the PNG is truncated");
         const std::span<const std::uint8_t> chunk = bytes.subspan(offset, length + kFrame);
         const std::string_view type(reinterpret_cast<const char*>(chunk.data()) + 4, 4);
-        if (offset == kSignature && type != "IHDR") fail("the PNG does not begin with IHDR");
+        if (offset == kSignature && type != "IHDR")
+            failToDecode("the PNG does not begin with IHDR");
         if (type == "IHDR" || type == "PLTE" || type == "tRNS" || type == "IDAT" ||
             type == "IEND") {
             if (libdeflate_crc32(0, chunk.data() + 4, length + 4) !=
                 bigEndian(chunk, length + 8, 4))
-                fail("a checksum of the PNG is wrong");
+                failToDecode("a checksum of the PNG is wrong");
             result.insert(result.end(), chunk.begin(), chunk.end());
         } else if ((chunk[4] & 0x20U) == 0) {  // §5.4: upper case = critical
-            fail("the PNG has chunks of an unknown kind");
+            failToDecode("the PNG has chunks of an unknown kind");
         }
         has_pixels = has_pixels || type == "IDAT";
-        if (type == "IEND" && !has_pixels) fail("the PNG has no pixels");
+        if (type == "IEND" && !has_pixels) failToDecode("the PNG has no pixels");
         if (type == "IEND") return result;
         offset += chunk.size();
     }
@@ -58,18 +59,18 @@ std::vector<std::uint8_t> withoutPngMetadata(std::span<const std::uint8_t> bytes
 std::vector<std::uint8_t> withoutJpegMetadata(std::span<const std::uint8_t> bytes) {
     constexpr std::uint8_t kStartOfScan = 0xDA, kComment = 0xFE, kApp1 = 0xE1, kApp14 = 0xEE,
                            kApp15 = 0xEF;
-    if (bytes.size() < 4) fail("the JPEG is truncated");
+    if (bytes.size() < 4) failToDecode("the JPEG is truncated");
     std::vector<std::uint8_t> result(bytes.begin(), bytes.begin() + 2);
     result.reserve(bytes.size());
     for (std::size_t offset = 2;;) {
         // §B.1.1.2: any number of fill bytes may precede a marker.
         while (offset + 1 < bytes.size() && bytes[offset] == 0xFF && bytes[offset + 1] == 0xFF)
             ++offset;
-        if (bytes.size() - offset < 4) fail("the JPEG is truncated");
-        if (bytes[offset] != 0xFF) fail("the JPEG's markers are damaged");
+        if (bytes.size() - offset < 4) failToDecode("the JPEG is truncated");
+        if (bytes[offset] != 0xFF) failToDecode("the JPEG's markers are damaged");
         const std::uint8_t marker = bytes[offset + 1];
         const std::size_t length = bigEndian(bytes, offset + 2, 2) + 2;
-        if (length > bytes.size() - offset) fail("the JPEG is truncated");
+        if (length > bytes.size() - offset) failToDecode("the JPEG is truncated");
         if (marker == kStartOfScan) {
             result.insert(result.end(), bytes.begin() + static_cast<std::ptrdiff_t>(offset),
                           bytes.end());

@@ -75,6 +75,34 @@ constexpr ToneMap kToneMaps[] = {
     {"aces", "ACES filmic (fit by S. Hill)", aces},
 };
 
+template <class T>
+T quantize(float value) {
+    constexpr float kMax = static_cast<float>(std::numeric_limits<T>::max());
+    return static_cast<T>(std::lround(std::clamp(value, 0.0F, 1.0F) * kMax));
+}
+
+template <class T>
+T quantizeSrgb(float linear) {
+    return quantize<T>(encodeSrgb(linear));
+}
+template <>
+std::uint8_t quantizeSrgb(float linear) {
+    static const SrgbBytes bytes;
+    return bytes(linear);
+}
+
+}  // namespace
+
+std::span<const ToneMap> toneMaps() {
+    return kToneMaps;
+}
+
+float encodeSrgb(float linear) {
+    if (!(linear > 0)) return 0;
+    if (linear >= 1) return 1;
+    return srgbFromLinear(linear);
+}
+
 /// What the encoder writes goes through the AtomicFile, so that a full disk is noticed at once and
 /// said as for every other format. Exceptions wait in `failure`.
 class AtomicTarget final : public EncodedFile {
@@ -114,34 +142,6 @@ class AtomicTarget final : public EncodedFile {
 
     AtomicFile& file_;
 };
-
-template <class T>
-T quantize(float value) {
-    constexpr float kMax = static_cast<float>(std::numeric_limits<T>::max());
-    return static_cast<T>(std::lround(std::clamp(value, 0.0F, 1.0F) * kMax));
-}
-
-template <class T>
-T quantizeSrgb(float linear) {
-    return quantize<T>(encodeSrgb(linear));
-}
-template <>
-std::uint8_t quantizeSrgb(float linear) {
-    static const SrgbBytes bytes;
-    return bytes(linear);
-}
-
-}  // namespace
-
-std::span<const ToneMap> toneMaps() {
-    return kToneMaps;
-}
-
-float encodeSrgb(float linear) {
-    if (!(linear > 0)) return 0;
-    if (linear >= 1) return 1;
-    return srgbFromLinear(linear);
-}
 
 /// The open file. `target` and `encoder` refer to `file`, so the order of members matters.
 struct ImageWriter::Output {

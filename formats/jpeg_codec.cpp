@@ -39,10 +39,10 @@ void rgbFromCmyk(std::vector<std::uint8_t>& pixels) {
 
 using Handle = std::unique_ptr<void, decltype(&tjDestroy)>;
 
-class Decoder final : public ImageDecoder {
+class JpegDecoder final : public ImageDecoder {
   public:
-    Decoder(Handle handle, std::string path, std::span<const std::uint8_t> bytes, int width,
-            int height, const Decoding& decoding)
+    JpegDecoder(Handle handle, std::string path, std::span<const std::uint8_t> bytes, int width,
+                int height, const Decoding& decoding)
         : handle_(std::move(handle)), path_(std::move(path)), bytes_(bytes), decoding_(decoding) {
         image_.width = image_.full_width = width;
         image_.height = image_.full_height = height;
@@ -94,8 +94,8 @@ std::unique_ptr<ImageDecoder> jpegDecoder(const std::string& path,
     if (tjDecompressHeader3(handle.get(), bytes.data(), bytes.size(), &width, &height, &subsampling,
                             &colors) != 0)
         return nullptr;
-    return std::make_unique<Decoder>(std::move(handle), path, bytes, width, height,
-                                     kDecodings[colors]);
+    return std::make_unique<JpegDecoder>(std::move(handle), path, bytes, width, height,
+                                         kDecodings[colors]);
 }
 
 }  // namespace peeler

@@ -15,7 +15,8 @@
 namespace peeler {
 namespace {
 
-[[noreturn]] void fail(const std::string& what, const char* hint = "compress the file again") {
+[[noreturn]] void failMeshopt(const std::string& what,
+                              const char* hint = "compress the file again") {
     throw Error(ErrorKind::kInput, what, "", hint);
 }
 
@@ -110,20 +111,20 @@ template <typename Row, std::size_t n>
 const Row& rowOf(const Row (&rows)[n], const std::string& name, const char* kind) {
     for (const Row& row : rows)
         if (name == row.name) return row;
-    fail("the meshopt " + std::string(kind) + " \"" + name.substr(0, 40) + "\" is not known",
-         "decompress the file, e.g. with: gltf-transform copy in.glb out.glb");
+    failMeshopt("the meshopt " + std::string(kind) + " \"" + name.substr(0, 40) + "\" is not known",
+                "decompress the file, e.g. with: gltf-transform copy in.glb out.glb");
 }
 
 void checkHeader(const Mode& mode, std::uint8_t first) {
     if ((first & 0xF0) != mode.header)
-        fail("the data is no meshopt stream of mode " + std::string(mode.name));
+        failMeshopt("the data is no meshopt stream of mode " + std::string(mode.name));
     if (const int version = first & 0x0F; version > mode.version)
-        fail("the data is of version " + std::to_string(version) +
-                 " of the codec, the installed libmeshoptimizer " +
-                 std::to_string(MESHOPTIMIZER_VERSION / 1000) + "." +
-                 std::to_string(MESHOPTIMIZER_VERSION / 10 % 100) + " decodes up to " +
-                 std::to_string(mode.version),
-             "compress the file with EXT_meshopt_compression, which is version 0");
+        failMeshopt("the data is of version " + std::to_string(version) +
+                        " of the codec, the installed libmeshoptimizer " +
+                        std::to_string(MESHOPTIMIZER_VERSION / 1000) + "." +
+                        std::to_string(MESHOPTIMIZER_VERSION / 10 % 100) + " decodes up to " +
+                        std::to_string(mode.version),
+                    "compress the file with EXT_meshopt_compression, which is version 0");
 }
 
 }  // namespace
@@ -134,25 +135,26 @@ void checkMeshoptStream(const MeshoptStream& stream) {
     const std::uint64_t stride = stream.stride;
     const bool attributes = mode.header == 0xA0;
     const auto refuse = [&](const char* rule) {
-        fail("the stride of " + std::to_string(stride) + " bytes is none of mode " + stream.mode +
-             " with filter " + stream.filter + ": " + rule);
+        failMeshopt("the stride of " + std::to_string(stride) + " bytes is none of mode " +
+                    stream.mode + " with filter " + stream.filter + ": " + rule);
     };
     if (attributes && (stride % 4 != 0 || stride == 0 || stride > 256))
         refuse("it must be a multiple of 4 up to 256");
     if (!attributes && stride != 2 && stride != 4) refuse("it must be 2 or 4");
     if (!attributes && filter.decode)
-        fail("filter " + stream.filter + " cannot be used with mode " + stream.mode);
+        failMeshopt("filter " + stream.filter + " cannot be used with mode " + stream.mode);
     if (!filter.any_stride && !(filter.four && stride == 4) && !(filter.eight && stride == 8))
         refuse(filter.four ? "it must be 4 or 8" : "it must be 8");
     if (mode.header == 0xE0 && stream.count % 3 != 0)
-        fail("the count of " + std::to_string(stream.count) + " indices is no multiple of 3");
-    if (stream.bytes.empty()) fail("the compressed data is empty");
+        failMeshopt("the count of " + std::to_string(stream.count) +
+                    " indices is no multiple of 3");
+    if (stream.bytes.empty()) failMeshopt("the compressed data is empty");
     checkHeader(mode, stream.bytes[0]);
     const std::uint64_t least = mode.least_bytes(stream.count, stride);
     if (stream.bytes.size() < least)
-        fail(std::to_string(stream.count) + " elements of " + std::to_string(stride) +
-             " bytes need at least " + std::to_string(least) + " compressed bytes, " +
-             std::to_string(stream.bytes.size()) + " are there");
+        failMeshopt(std::to_string(stream.count) + " elements of " + std::to_string(stride) +
+                    " bytes need at least " + std::to_string(least) + " compressed bytes, " +
+                    std::to_string(stream.bytes.size()) + " are there");
 }
 
 void decodeMeshoptStream(const MeshoptStream& stream, std::span<std::uint8_t> out) {
@@ -161,7 +163,8 @@ void decodeMeshoptStream(const MeshoptStream& stream, std::span<std::uint8_t> ou
     const int result = mode.decode(out.data(), stream.count, stream.stride, stream.bytes.data(),
                                    stream.bytes.size());
     if (result != 0)
-        fail("the meshopt data is damaged (the decoder says " + std::to_string(result) + ")");
+        failMeshopt("the meshopt data is damaged (the decoder says " + std::to_string(result) +
+                    ")");
     if (filter.decode) filter.decode(out.data(), stream.count, stream.stride);
 }
 

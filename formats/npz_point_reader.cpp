@@ -20,7 +20,7 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr std::size_t kMostHeader = std::size_t{1} << 16;
+constexpr std::size_t kMostNpyHeader = std::size_t{1} << 16;
 // DEFLATE makes no more of a byte: 258 bytes for two bits.
 constexpr std::uint64_t kMostInflation = 1032;
 
@@ -30,9 +30,9 @@ constexpr std::uint64_t kMostInflation = 1032;
 }
 
 /// Little-endian numbers at places of the file.
-class Fields {
+class ArchiveFields {
   public:
-    Fields(Bytes bytes, const std::string& where) : bytes_(bytes), where_(where) {}
+    ArchiveFields(Bytes bytes, const std::string& where) : bytes_(bytes), where_(where) {}
 
     template <class T>
     T at(std::uint64_t offset) const {
@@ -64,7 +64,7 @@ struct Directory {
     std::uint64_t offset = 0, entries = 0;
 };
 
-Directory directoryOf(const Fields& file, const std::string& where) {
+Directory directoryOf(const ArchiveFields& file, const std::string& where) {
     constexpr std::uint64_t kEnd = 22, kMostComment = 65535, kLocator = 20;
     for (std::uint64_t back = kEnd; back <= std::min(file.size(), kEnd + kMostComment); ++back) {
         const std::uint64_t end = file.size() - back;
@@ -81,7 +81,7 @@ Directory directoryOf(const Fields& file, const std::string& where) {
 }
 
 /// Sizes that do not fit 32 bits stand in an extra field, in this order.
-void takeZip64(const Fields& file, std::uint64_t extra, std::uint64_t size, Member& member) {
+void takeZip64(const ArchiveFields& file, std::uint64_t extra, std::uint64_t size, Member& member) {
     const std::uint64_t end = extra + size;
     while (end - extra >= 4) {
         const auto id = file.at<std::uint16_t>(extra), length = file.at<std::uint16_t>(extra + 2);
@@ -99,7 +99,7 @@ void takeZip64(const Fields& file, std::uint64_t extra, std::uint64_t size, Memb
     }
 }
 
-std::vector<Member> membersOf(const Fields& file, const std::string& where) {
+std::vector<Member> membersOf(const ArchiveFields& file, const std::string& where) {
     constexpr std::uint64_t kEntry = 46;
     const Directory directory = directoryOf(file, where);
     if (directory.entries > file.size() / kEntry) damaged("an impossible directory", where);
@@ -123,8 +123,8 @@ std::vector<Member> membersOf(const Fields& file, const std::string& where) {
 }
 
 /// The bytes of a member: in the file, or unpacked into `storage`.
-Bytes contentsOf(const Fields& file, const Member& member, std::vector<std::uint8_t>& storage,
-                 const std::string& where) {
+Bytes contentsOf(const ArchiveFields& file, const Member& member,
+                 std::vector<std::uint8_t>& storage, const std::string& where) {
     constexpr std::uint64_t kLocal = 30;
     if (member.flags & 1U) throw Error(ErrorKind::kInput, "the array is encrypted", where);
     if (file.at<std::uint32_t>(member.offset) != 0x04034B50) damaged("no array there", where);
@@ -168,7 +168,7 @@ std::string_view after(std::string_view header, std::string_view key) {
 }
 
 /// Of "(n, 3)" n.
-std::optional<std::uint64_t> rowsOf(std::string_view shape) {
+std::optional<std::uint64_t> rowsOfShape(std::string_view shape) {
     if (!shape.starts_with('(')) return {};
     std::uint64_t rows = 0;
     const char* const end = shape.data() + shape.size();
@@ -182,19 +182,19 @@ std::optional<std::uint64_t> rowsOf(std::string_view shape) {
 /// Nothing if the array is of another shape or type.
 std::optional<Points> pointsIn(Bytes file, const std::string& where) {
     constexpr std::string_view kMagic = "\x93NUMPY";
-    const Fields fields(file, where);
+    const ArchiveFields fields(file, where);
     const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
     if (!text.starts_with(kMagic)) return {};
     const bool short_header = fields.at<std::uint8_t>(6) == 1;
     const std::size_t begin = short_header ? 10 : 12;
     const std::size_t length =
         short_header ? fields.at<std::uint16_t>(8) : fields.at<std::uint32_t>(8);
-    if (length > kMostHeader) damaged("an array's header is too long", where);
+    if (length > kMostNpyHeader) damaged("an array's header is too long", where);
     fields.part(begin, length);
     const std::string_view header = text.substr(begin, length);
     const std::string_view type = after(header, "'descr'"),
                            order = after(header, "'fortran_order'");
-    const std::optional<std::uint64_t> rows = rowsOf(after(header, "'shape'"));
+    const std::optional<std::uint64_t> rows = rowsOfShape(after(header, "'shape'"));
     Points points;
     points.swapped = type.starts_with("'>");
     points.is_double = type.substr(0, 5).ends_with("f8'");
@@ -219,27 +219,27 @@ T numberAt(const Points& points, std::uint64_t index) {
     return std::bit_cast<T>(bytes);
 }
 
-std::vector<glm::dvec3> read(const Points& points, const std::string& where) {
+std::vector<glm::dvec3> positionsIn(const Points& points, const std::string& where) {
     if (points.count > kMostPoints)
         throw Error(ErrorKind::kInput, "there are more points than are taken at once", where);
-    std::vector<glm::dvec3> read(points.count);
+    std::vector<glm::dvec3> positions(points.count);
     for (std::uint64_t i = 0; i < points.count; ++i) {
         for (std::uint64_t axis = 0; axis < 3; ++axis) {
             const std::uint64_t index = points.columns ? axis * points.count + i : i * 3 + axis;
-            read[i][static_cast<int>(axis)] =
+            positions[i][static_cast<int>(axis)] =
                 points.is_double ? numberAt<double>(points, index)
                                  : static_cast<double>(numberAt<float>(points, index));
         }
     }
-    return read;
+    return positions;
 }
 
 }  // namespace
 
 std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std::string& where) {
     constexpr const char* kHint = "numpy.savez(path, points=array), array of shape (n, 3)";
-    constexpr std::uint64_t kMostMember = kMostPoints * 3 * sizeof(double) + kMostHeader;
-    const Fields fields(file, where);
+    constexpr std::uint64_t kMostMember = kMostPoints * 3 * sizeof(double) + kMostNpyHeader;
+    const ArchiveFields fields(file, where);
     std::vector<Member> members = membersOf(fields, where);
     const auto named = std::ranges::find(members, "points.npy", &Member::name);
     const bool is_named = named != members.end();
@@ -264,7 +264,7 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
             throw Error(ErrorKind::kInput, "several arrays could be the points",
                         (where + ", ").append(name).append(" and ").append(member.name),
                         "name one of them \"points\"");
-        found = read(*points, inside);
+        found = positionsIn(*points, inside);
         name = member.name;
     }
     if (name.empty()) throw Error(ErrorKind::kInput, "no array of it is points", where, kHint);

@@ -22,14 +22,14 @@ constexpr std::uint32_t kSeeZip64 = 0xFFFFFFFFU;
 constexpr std::size_t kMaxEntries = 65535;
 
 /// Numbers of a ZIP header, one after the other, little endian.
-class Fields {
+class HeaderFields {
   public:
     template <class T>
-    Fields& add(T number) {
+    HeaderFields& add(T number) {
         text_.append(reinterpret_cast<const char*>(&number), sizeof number);
         return *this;
     }
-    Fields& add(const std::string& text) {
+    HeaderFields& add(const std::string& text) {
         text_ += text;
         return *this;
     }
@@ -52,7 +52,7 @@ std::string npyHeader(const NpzArray& array) {
     const std::size_t end = kPreamble + text.size() + 1;
     text.append((kAlignment - end % kAlignment) % kAlignment, ' ');
     text += '\n';
-    return Fields()
+    return HeaderFields()
         .add(std::string("\x93NUMPY\x01\x00", 8))
         .add(static_cast<std::uint16_t>(text.size()))
         .add(text)
@@ -112,7 +112,7 @@ void NpzWriter::finish() {
 
 std::string NpzWriter::localHeader(const Entry& entry) const {
     const std::string name = entry.fileName();
-    return Fields()
+    return HeaderFields()
         .add(std::uint32_t{0x04034b50})
         .add(kVersion)
         .add(kUtf8Names)
@@ -133,7 +133,7 @@ std::string NpzWriter::localHeader(const Entry& entry) const {
 }
 
 std::string NpzWriter::directory(std::uint64_t start) const {
-    Fields fields;
+    HeaderFields fields;
     for (const Entry& entry : entries_) {
         const std::string name = entry.fileName();
         fields.add(std::uint32_t{0x02014b50})
@@ -162,7 +162,7 @@ std::string NpzWriter::directory(std::uint64_t start) const {
     }
     const std::string list = fields.take();
     const std::uint64_t count = entries_.size();
-    return Fields()
+    return HeaderFields()
         .add(list)
         .add(std::uint32_t{0x06064b50})  // ZIP64 end of central directory
         .add(std::uint64_t{44})

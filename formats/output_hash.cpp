@@ -19,14 +19,15 @@
 namespace peeler {
 namespace {
 
-constexpr std::string_view kName = "peeler:outputHash ";
-constexpr std::size_t kDigits = 16;
+constexpr std::string_view kHashName = "peeler:outputHash ";
+constexpr std::size_t kHashDigits = 16;
 
-/// The hash behind kName, "" if it is not there.
+/// The hash behind kHashName, "" if it is not there.
 std::string hashIn(std::string_view text) {
-    const std::size_t at = text.find(kName);
-    if (at == std::string_view::npos || text.size() < at + kName.size() + kDigits) return "";
-    return std::string(text.substr(at + kName.size(), kDigits));
+    const std::size_t at = text.find(kHashName);
+    if (at == std::string_view::npos || text.size() < at + kHashName.size() + kHashDigits)
+        return "";
+    return std::string(text.substr(at + kHashName.size(), kHashDigits));
 }
 
 std::string ofExr(const std::string& path) {
@@ -58,11 +59,11 @@ std::string ofImage(const std::string& path) {
     return hashIn(imageDescription(path));
 }
 
-struct Kind {
+struct HashedKind {
     std::string_view extension;
     std::string (*hash)(const std::string& path);
 };
-constexpr Kind kKinds[] = {
+constexpr HashedKind kKinds[] = {
     {".exr", ofExr}, {".html", ofPage}, {".htm", ofPage}, {"", ofImage}};  // "": any other
 
 }  // namespace
@@ -101,13 +102,13 @@ std::string outputHashFrom(const ExrInfo& input, const View& view, const std::st
 }
 
 std::string outputHashText(const std::string& hash) {
-    return hash.empty() ? "" : std::string(kName) + hash;
+    return hash.empty() ? "" : std::string(kHashName) + hash;
 }
 
 std::string outputHashOf(const std::string& path) {
     if (!std::ifstream(path)) return "";
     const std::string extension = lowerExtension(path);
-    const Kind* kind = kKinds;
+    const HashedKind* kind = kKinds;
     while (!kind->extension.empty() && kind->extension != extension)
         ++kind;
     try {

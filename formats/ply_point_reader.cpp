@@ -14,7 +14,7 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kMostHeader = std::size_t{1} << 20;
+constexpr std::size_t kMostPlyHeader = std::size_t{1} << 20;
 
 /// One row: a type by its old and its new name, and how a number of it is read.
 struct PlyType {
@@ -30,7 +30,7 @@ double valueOf(const std::uint8_t* bytes) {
     return static_cast<double>(value);
 }
 
-constexpr PlyType kTypes[] = {
+constexpr PlyType kPlyTypes[] = {
     {"char", "int8", 1, valueOf<std::int8_t>},    {"uchar", "uint8", 1, valueOf<std::uint8_t>},
     {"short", "int16", 2, valueOf<std::int16_t>}, {"ushort", "uint16", 2, valueOf<std::uint16_t>},
     {"int", "int32", 4, valueOf<std::int32_t>},   {"uint", "uint32", 4, valueOf<std::uint32_t>},
@@ -153,7 +153,7 @@ class Header {
     bool readLine() {
         ++line_;
         const std::size_t end = text_.find('\n', at_);
-        if (end > kMostHeader) fail("there is no end_header");  // or there is no end
+        if (end > kMostPlyHeader) fail("there is no end_header");  // or there is no end
         const std::vector<std::string_view> words = wordsOf(text_.substr(at_, end - at_));
         at_ = end + 1;
         if (words.empty() || words[0] == "comment" || words[0] == "obj_info") return true;
@@ -197,7 +197,7 @@ class Header {
         return value;
     }
     const PlyType& type(std::string_view name) const {
-        for (const PlyType& row : kTypes)
+        for (const PlyType& row : kPlyTypes)
             if (row.name == name || row.other_name == name) return row;
         fail("an unknown type of numbers");
     }

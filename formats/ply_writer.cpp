@@ -10,7 +10,7 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kDigits = std::numeric_limits<std::uint64_t>::digits10 + 1;
+constexpr std::size_t kCountDigits = std::numeric_limits<std::uint64_t>::digits10 + 1;
 
 void checkWord(const std::string& text, std::string_view forbidden, const std::string& path) {
     if (!text.empty() && text.find_first_of(forbidden) == std::string::npos) return;
@@ -41,7 +41,7 @@ std::string PlyWriter::header() const {
     std::string text = "ply\nformat binary_little_endian 1.0\n";
     for (const std::string& comment : comments_)
         text += "comment " + comment + '\n';
-    text += "comment " + std::string(kDigits - count.size(), '.') + '\n';
+    text += "comment " + std::string(kCountDigits - count.size(), '.') + '\n';
     text += "element vertex " + count + '\n';
     for (const PlyProperty& property : properties_) {
         text += "property " + std::string(infoOf(property.type).ply) + ' ' + property.name + '\n';

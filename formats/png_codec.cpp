@@ -95,9 +95,9 @@ struct Close {
 };
 using File = std::unique_ptr<std::FILE, Close>;
 
-class Decoder final : public ImageDecoder {
+class PngDecoder final : public ImageDecoder {
   public:
-    Decoder(const std::string& path, std::span<const std::uint8_t> bytes) : bytes_(bytes) {
+    PngDecoder(const std::string& path, std::span<const std::uint8_t> bytes) : bytes_(bytes) {
         if (bytes_.empty()) file_.reset(std::fopen(path.c_str(), "rbe"));
         if (bytes_.empty() && !file_)
             throw std::runtime_error("could not open file \"" + path + "\"");
@@ -175,7 +175,7 @@ class Decoder final : public ImageDecoder {
     StoredImage image_;
 };
 
-class Encoder final : public ImageEncoder {
+class PngEncoder final : public ImageEncoder {
   public:
     bool keepsAlpha() const override { return true; }
 
@@ -238,7 +238,7 @@ class Encoder final : public ImageEncoder {
     }
 
     static int write(spng_ctx* /*png*/, void* encoder, void* bytes, std::size_t count) {
-        Encoder& self = *static_cast<Encoder*>(encoder);
+        PngEncoder& self = *static_cast<PngEncoder*>(encoder);
         const std::size_t written =
             self.file_->writeAt(self.offset_, {static_cast<const std::byte*>(bytes), count});
         self.offset_ += written;
@@ -257,11 +257,11 @@ class Encoder final : public ImageEncoder {
 
 std::unique_ptr<ImageDecoder> pngDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes) {
-    return std::make_unique<Decoder>(path, bytes);
+    return std::make_unique<PngDecoder>(path, bytes);
 }
 
 std::unique_ptr<ImageEncoder> pngEncoder() {
-    return std::make_unique<Encoder>();
+    return std::make_unique<PngEncoder>();
 }
 
 }  // namespace peeler

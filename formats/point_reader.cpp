@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-constexpr std::uint64_t kMostBytes = std::uint64_t{8} << 30;
+constexpr std::uint64_t kMostFileBytes = std::uint64_t{8} << 30;
 
 /// One row.
 struct PointFormat {
@@ -33,7 +33,7 @@ bool isUsable(const glm::dvec3& point) {
 }  // namespace
 
 std::vector<glm::dvec3> readPoints(const std::filesystem::path& path) {
-    const std::vector<std::uint8_t> bytes = readRegularFile(path, kMostBytes);
+    const std::vector<std::uint8_t> bytes = readRegularFile(path, kMostFileBytes);
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const auto* const format = std::ranges::find_if(
         kFormats, [&](const PointFormat& row) { return text.starts_with(row.magic); });

@@ -15,7 +15,8 @@
 namespace peeler {
 namespace {
 
-[[noreturn]] void fail(const std::string& what, const char* hint = "save it again as PNG or JPEG") {
+[[noreturn]] void failTexture(const std::string& what,
+                              const char* hint = "save it again as PNG or JPEG") {
     throw Error(ErrorKind::kInput, what, "", hint);
 }
 
@@ -29,17 +30,17 @@ const char* sniff(std::string_view text) {
     return nullptr;
 }
 
-void checkSize(const StoredImage& stored, const TextureLimits& limits) {
+void checkTextureSize(const StoredImage& stored, const TextureLimits& limits) {
     if (stored.width < 1 || stored.height < 1 || stored.depth > 1 || stored.channels.empty())
-        fail("the image has no pixels");
+        failTexture("the image has no pixels");
     const std::uint64_t bytes = std::uint64_t{4} * static_cast<std::uint64_t>(stored.width) *
                                 static_cast<std::uint64_t>(stored.height);
     if (std::max(stored.width, stored.height) > limits.max_dimension || bytes > limits.max_bytes)
-        fail("the image of " + std::to_string(stored.width) + " x " +
-                 std::to_string(stored.height) + " pixels is larger than the limit of " +
-                 std::to_string(limits.max_dimension) + " pixels a side and " +
-                 std::to_string(limits.max_bytes) + " bytes",
-             "scale it down");
+        failTexture("the image of " + std::to_string(stored.width) + " x " +
+                        std::to_string(stored.height) + " pixels is larger than the limit of " +
+                        std::to_string(limits.max_dimension) + " pixels a side and " +
+                        std::to_string(limits.max_bytes) + " bytes",
+                    "scale it down");
 }
 
 /// In place, from the last pixel to the first: `rgba` holds the stored pixels at its beginning.
@@ -65,7 +66,7 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
                     const TextureLimits& limits) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const char* format = sniff(text);
-    if (!format) fail("the image is neither PNG nor JPEG nor WebP");
+    if (!format) failTexture("the image is neither PNG nor JPEG nor WebP");
     std::vector<std::uint8_t> reduced;
     if (format == std::string_view("png")) bytes = reduced = withoutPngMetadata(bytes);
     if (format == std::string_view("jpeg")) bytes = reduced = withoutJpegMetadata(bytes);
@@ -74,7 +75,7 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
     try {
         const auto decoder = imageDecoder(format, "texture." + std::string(format), bytes);
         const StoredImage& stored = decoder->image();
-        checkSize(stored, limits);
+        checkTextureSize(stored, limits);
 
         Image image;
         image.name = name;
@@ -91,7 +92,7 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kMemory, "not enough memory to decode the image \"" + name + "\"");
     } catch (const std::exception& problem) {
-        fail("the image cannot be decoded: " + std::string(problem.what()));
+        failTexture("the image cannot be decoded: " + std::string(problem.what()));
     }
 }
 

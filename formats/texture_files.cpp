@@ -51,8 +51,8 @@ struct MemoryFile final : EncodedFile {
     }
 };
 
-std::vector<std::uint8_t> encoded(const ValueTexture& texture, int bits,
-                                  const std::string& software) {
+std::vector<std::uint8_t> encodedPng(const ValueTexture& texture, int bits,
+                                     const std::string& software) {
     MemoryFile file;
     try {
         const auto encoder = imageEncoder("png");
@@ -71,7 +71,7 @@ std::vector<std::uint8_t> encoded(const ValueTexture& texture, int bits,
     return file.bytes;
 }
 
-Imf::Header headerOf(const ValueTexture& texture, const std::string& software) {
+Imf::Header textureHeader(const ValueTexture& texture, const std::string& software) {
     Imf::Header header(texture.size, texture.size);
     header.setName(texture.name);
     header.setType(Imf::SCANLINEIMAGE);
@@ -100,13 +100,13 @@ void gather(const ValueTexture& texture, int row, int rows, std::byte* out) {
 }  // namespace
 
 std::vector<std::uint8_t> encodePng(const ValueTexture& texture, int bits) {
-    return encoded(texture, bits, "");
+    return encodedPng(texture, bits, "");
 }
 
 void writePngTexture(const std::string& path, const ValueTexture& texture,
                      const std::string& software) {
     AtomicFile file(path);
-    const std::vector<std::uint8_t> bytes = encoded(texture, 16, software);
+    const std::vector<std::uint8_t> bytes = encodedPng(texture, 16, software);
     file.append(std::as_bytes(std::span(bytes)));
     file.commit();
 }
@@ -116,7 +116,7 @@ void writeExrTextures(const std::string& path, std::span<const ValueTexture> tex
     AtomicFile file(path);
     std::vector<Imf::Header> headers;
     for (const ValueTexture& texture : textures)
-        headers.push_back(headerOf(texture, software));
+        headers.push_back(textureHeader(texture, software));
     ExrFile exr(file, headers);
     ExrPackerPool packers(kDefaultZipLevel, Imf::ZIP_COMPRESSION);
     for (std::size_t part = 0; part < textures.size(); ++part) {

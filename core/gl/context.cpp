@@ -103,13 +103,13 @@ std::unique_ptr<Context> tryOpen(Candidate& candidate, Device& device) {
     return context;
 }
 
-struct Row {
+struct BackendCandidate {
     const Backend* backend;
     Candidate candidate;
 };
 
-std::vector<Row> allCandidates() {
-    std::vector<Row> rows;
+std::vector<BackendCandidate> allCandidates() {
+    std::vector<BackendCandidate> rows;
     for (const auto& backend : kBackends)
         for (auto& candidate : backend.candidates())
             rows.push_back({&backend, std::move(candidate)});
@@ -135,10 +135,10 @@ std::string shortText(const Device& device) {
 
 /// What of all candidates to try. Throws Error (kDevice) if the device that is chosen is not among
 /// them, or is not the only one.
-std::vector<Row> requested(const ContextRequest& request) {
-    std::vector<Row> rows;
+std::vector<BackendCandidate> requested(const ContextRequest& request) {
+    std::vector<BackendCandidate> rows;
     std::string list;
-    for (Row& row : allCandidates()) {
+    for (BackendCandidate& row : allCandidates()) {
         if (request.backend != "auto" && request.backend != row.backend->name) continue;
         const Device& device = row.candidate.device;
         list += "\n" + shortText(device);

@@ -51,7 +51,7 @@ bool hasWord(std::string_view list, std::string_view word) {
     return false;
 }
 
-const EglLibrary& library() {
+const EglLibrary& eglLibrary() {
     static const EglLibrary loaded = [] {
         EglLibrary lib;
         takeCudaVisibleDevices();  // before any driver reads it
@@ -106,7 +106,7 @@ class EglContext final : public Context {
         functions_ = std::make_unique<Functions>();
     }
     ~EglContext() override {
-        const auto& egl = library();
+        const auto& egl = eglLibrary();
         egl.make_current(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
         egl.destroy_context(display_, context_);
         // The display stays initialised: it is shared by all contexts of the process.
@@ -127,15 +127,15 @@ std::string eglError(const char* call) {
         {EGL_BAD_CONFIG, "EGL_BAD_CONFIG"},
         {EGL_BAD_PARAMETER, "EGL_BAD_PARAMETER"},
     }};
-    const EGLint code = library().get_error();
+    const EGLint code = eglLibrary().get_error();
     for (const auto& [value, name] : kNames)
         if (value == code) return std::string(call) + " failed (" + name + ")";
     return std::string(call) + " failed (EGL error " + std::to_string(code) + ")";
 }
 
-std::unique_ptr<Context> open(EGLenum platform, void* native, const Device& device,
-                              std::string& problem) {
-    const auto& egl = library();
+std::unique_ptr<Context> openEglContext(EGLenum platform, void* native, const Device& device,
+                                        std::string& problem) {
+    const auto& egl = eglLibrary();
     EGLDisplay display = egl.get_platform_display(platform, native, nullptr);
     if (display == EGL_NO_DISPLAY) {
         problem = eglError("eglGetPlatformDisplayEXT");
@@ -201,7 +201,9 @@ std::unique_ptr<Context> open(EGLenum platform, void* native, const Device& devi
 
 Candidate candidate(Device device, EGLenum platform, void* native) {
     device.backend = "egl";
-    return {device, [=](std::string& problem) { return open(platform, native, device, problem); }};
+    return {device, [=](std::string& problem) {
+                return openEglContext(platform, native, device, problem);
+            }};
 }
 
 /// A device that EGL lists, and its number in CUDA if all were visible.
@@ -212,7 +214,7 @@ struct Listed {
 };
 
 std::string uuidOf(EGLDeviceEXT device, std::string_view extensions) {
-    const auto& egl = library();
+    const auto& egl = eglLibrary();
     std::array<unsigned char, 16> bytes{};
     EGLint size = 0;
     if (!egl.query_device_binary || !hasWord(extensions, "EGL_EXT_device_persistent_id") ||
@@ -224,7 +226,7 @@ std::string uuidOf(EGLDeviceEXT device, std::string_view extensions) {
 }
 
 std::optional<int> cudaOrdinal(EGLDeviceEXT device, std::string_view extensions) {
-    const auto& egl = library();
+    const auto& egl = eglLibrary();
     EGLAttrib value = 0;
     if (!egl.query_device_attrib || !hasWord(extensions, "EGL_NV_device_cuda") ||
         !egl.query_device_attrib(device, EGL_CUDA_DEVICE_NV, &value))
@@ -233,7 +235,7 @@ std::optional<int> cudaOrdinal(EGLDeviceEXT device, std::string_view extensions)
 }
 
 std::string deviceName(EGLDeviceEXT device, int index, std::string_view extensions) {
-    const auto& egl = library();
+    const auto& egl = eglLibrary();
     std::string name = "device " + std::to_string(index);
     if (hasWord(extensions, "EGL_EXT_device_drm")) {
         if (const char* file = egl.query_device_string(device, EGL_DRM_DEVICE_FILE_EXT))
@@ -248,7 +250,7 @@ Listed describe(EGLDeviceEXT handle, int index) {
     Device& device = listed.device;
     // The string is queried before any attribute, and none of those if there is no string: some
     // drivers list devices that the process's cgroup forbids, and crash.
-    const char* text = library().query_device_string(handle, EGL_EXTENSIONS);
+    const char* text = eglLibrary().query_device_string(handle, EGL_EXTENSIONS);
     if (!text) {
         device.name = "device " + std::to_string(index);
         device.problem = "the driver lists it and tells nothing of it: it may be another job's";
@@ -281,7 +283,7 @@ void numberForCuda(std::vector<Listed>& devices) {
 }
 
 std::vector<Listed> listedDevices() {
-    const auto& egl = library();
+    const auto& egl = eglLibrary();
     std::vector<Listed> devices;
     if (!egl.query_devices || !egl.query_device_string ||
         !hasWord(egl.client_extensions, "EGL_EXT_platform_device"))
@@ -298,7 +300,7 @@ std::vector<Listed> listedDevices() {
 }  // namespace
 
 std::vector<Candidate> eglCandidates() {
-    const auto& egl = library();
+    const auto& egl = eglLibrary();
     if (!egl.problem.empty()) {
         Device device;
         device.backend = "egl";

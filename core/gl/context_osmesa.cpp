@@ -26,7 +26,7 @@ struct OsmesaLibrary {
     std::string problem;
 };
 
-const OsmesaLibrary& library() {
+const OsmesaLibrary& osmesaLibrary() {
     static const OsmesaLibrary loaded = [] {
         OsmesaLibrary lib;
         void* handle = nullptr;
@@ -60,11 +60,12 @@ class OsmesaContextHolder final : public Context {
         functions_ = std::make_unique<Functions>();
     }
     ~OsmesaContextHolder() override {
-        library().make_current(nullptr, nullptr, 0, 0, 0);
-        library().destroy(context_);
+        osmesaLibrary().make_current(nullptr, nullptr, 0, 0, 0);
+        osmesaLibrary().destroy(context_);
     }
     bool makeCurrent() {
-        return library().make_current(context_, buffer_.data(), GL_UNSIGNED_BYTE, kSize, kSize);
+        return osmesaLibrary().make_current(context_, buffer_.data(), GL_UNSIGNED_BYTE, kSize,
+                                            kSize);
     }
     Functions& mutableFunctions() { return *functions_; }
 
@@ -76,8 +77,8 @@ class OsmesaContextHolder final : public Context {
 };
 
 /// The library is not even looked for before that: it brings LLVM, which a GPU's driver need not.
-std::unique_ptr<Context> open(const Device& device, std::string& problem) {
-    problem = library().problem;
+std::unique_ptr<Context> openOsmesaContext(const Device& device, std::string& problem) {
+    problem = osmesaLibrary().problem;
     if (!problem.empty()) return nullptr;
     const std::array<int, 13> attributes = {kOsmesaFormat,
                                             kOsmesaRgba,
@@ -92,7 +93,7 @@ std::unique_ptr<Context> open(const Device& device, std::string& problem) {
                                             kOsmesaMinor,
                                             5,
                                             0};
-    OSMesaContext handle = library().create(attributes.data(), nullptr);
+    OSMesaContext handle = osmesaLibrary().create(attributes.data(), nullptr);
     if (!handle) {
         problem = "OSMesa has no OpenGL 4.5 core context";
         return nullptr;
@@ -102,8 +103,9 @@ std::unique_ptr<Context> open(const Device& device, std::string& problem) {
         problem = "OSMesaMakeCurrent failed";
         return nullptr;
     }
-    const std::string missing = loadFunctions(
-        context->mutableFunctions(), [](const char* name) { return library().proc_address(name); });
+    const std::string missing = loadFunctions(context->mutableFunctions(), [](const char* name) {
+        return osmesaLibrary().proc_address(name);
+    });
     if (!missing.empty()) {
         problem = "the function " + missing + " is missing";
         return nullptr;
@@ -118,7 +120,8 @@ std::vector<Candidate> osmesaCandidates() {
     device.backend = "osmesa";
     device.name = "off-screen Mesa";
     device.software = true;
-    return {{device, [device](std::string& problem) { return open(device, problem); }}};
+    return {
+        {device, [device](std::string& problem) { return openOsmesaContext(device, problem); }}};
 }
 
 }  // namespace peeler::gl

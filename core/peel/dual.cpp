@@ -38,8 +38,8 @@ class PingPong {
 
 /// Clears attachments 0 (a range: nearer than nothing, and no depth lies between) and the others
 /// (nothing).
-void clear(SceneRasterizer& rasterizer, const Window& area, GLuint framebuffer, int first,
-           int attachments) {
+void clearAttachments(SceneRasterizer& rasterizer, const Window& area, GLuint framebuffer,
+                      int first, int attachments) {
     const auto& gl = rasterizer.functions();
     gl::apply(gl, rasterizer.passState(framebuffer, area));
     constexpr std::array<float, 4> kEmptyRange = {-1, -2, 0, 0}, kNothing = {};
@@ -51,7 +51,7 @@ void clear(SceneRasterizer& rasterizer, const Window& area, GLuint framebuffer, 
 /// The pass before the first: nearest and farthest depth of every pixel.
 void drawFirstRange(SceneRasterizer& rasterizer, const Window& area, GLuint texture) {
     const auto framebuffer = gl::makeFramebuffer(rasterizer.functions(), {texture}, 0);
-    clear(rasterizer, area, framebuffer.name(), 0, 1);
+    clearAttachments(rasterizer, area, framebuffer.name(), 0, 1);
     rasterizer.draw({.fragment_shader = "dual_range.frag",
                      .framebuffer = framebuffer.name(),
                      .blend = {Blend::kMax}},
@@ -76,7 +76,7 @@ class Dual final : public LayerMethod {
         const int passes = static_cast<int>((request.layers + 1) / 2);
         for (int pass = 1; pass <= passes; ++pass) {
             const auto framebuffer = gl::makeFramebuffer(gl, {ranges_.side(pass)}, 0);
-            clear(rasterizer, area, framebuffer.name(), 0, 1);
+            clearAttachments(rasterizer, area, framebuffer.name(), 0, 1);
             gl.BindTextureUnit(PEELER_PREVIOUS_DEPTH_UNIT, ranges_.side(pass - 1));
             rasterizer.draw({.fragment_shader = "dual_peel.frag",
                              .shades = true,
@@ -183,7 +183,7 @@ class IndependentBlending final : public DualComposite {
         std::vector<GLuint> textures = targets_.textures(parts_);
         textures.insert(textures.begin(), ranges_.side(pass));
         const auto framebuffer = gl::makeFramebuffer(gl, textures, 0);
-        clear(rasterizer, area, framebuffer.name(), 0, 1);
+        clearAttachments(rasterizer, area, framebuffer.name(), 0, 1);
         auto blend = CompositeTargets::blending(parts_, 1);
         blend[0] = Blend::kMax;
         draw(rasterizer, area, pass, framebuffer.name(), hasTail() ? "TAIL" : "", blend);
@@ -211,7 +211,7 @@ class MaxBlending final : public DualComposite {
             back_size_ = size;
         }
         const auto framebuffer = gl::makeFramebuffer(gl, {ranges_.side(0), fronts_.side(0)}, 0);
-        clear(rasterizer, area, framebuffer.name(), 1, 2);
+        clearAttachments(rasterizer, area, framebuffer.name(), 1, 2);
     }
 
     void peel(SceneRasterizer& rasterizer, const Window& area, int pass) override {
@@ -222,7 +222,7 @@ class MaxBlending final : public DualComposite {
             textures.insert(textures.end(), tail.begin(), tail.end());
         }
         const auto framebuffer = gl::makeFramebuffer(gl, textures, 0);
-        clear(rasterizer, area, framebuffer.name(), 0, 3);
+        clearAttachments(rasterizer, area, framebuffer.name(), 0, 3);
         gl.BindTextureUnit(PEELER_PREVIOUS_COLOR_UNIT, fronts_.side(pass - 1));
         draw(rasterizer, area, pass, framebuffer.name(),
              hasTail() ? "MAX_BLENDING TAIL" : "MAX_BLENDING",

@@ -16,7 +16,7 @@ constexpr double kMaxSide = 65536;
 constexpr double kMaxRays = 1 << 30;
 // Room around what is covered, by its size: what lies on the border stays inside when it is
 // rounded to the floats of GL, and is not clipped there.
-constexpr double kMargin = 1e-6;
+constexpr double kBorderMargin = 1e-6;
 // Room at the ends: GL cuts nothing off, but depths are told apart only between them.
 constexpr double kEndMargin = 1e-3;
 
@@ -82,7 +82,7 @@ Bundle latticeBundle(std::string name, const glm::dmat3& frame, const glm::dvec3
 
 /// At least one.
 double raysAcross(double extent, double spacing) {
-    return std::max(1.0, std::ceil(extent / spacing - kMargin));
+    return std::max(1.0, std::ceil(extent / spacing - kBorderMargin));
 }
 
 }  // namespace
@@ -97,7 +97,7 @@ Bundle parallelBundle(std::string name, const Bounds& area, const Bounds& scene,
                       const glm::dvec3& direction, const RayGrid& grid) {
     const glm::dmat3 frame = sides(direction, grid.roll);
     const Bounds box = boxIn(frame, area);
-    const glm::dvec2 size = glm::dvec2(box.max - box.min) + 2 * kMargin * extentOf(area);
+    const glm::dvec2 size = glm::dvec2(box.max - box.min) + 2 * kBorderMargin * extentOf(area);
     const double spacing =
         grid.spacing > 0 ? grid.spacing : std::max(size.x, size.y) / grid.resolution;
     Bundle bundle =
@@ -108,7 +108,7 @@ Bundle parallelBundle(std::string name, const Bounds& area, const Bounds& scene,
 }
 
 AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& grid) {
-    const glm::dvec3 size = area.max - area.min + 2 * kMargin * extentOf(area);
+    const glm::dvec3 size = area.max - area.min + 2 * kBorderMargin * extentOf(area);
     AxisBundles axes;
     axes.spacing =
         grid.spacing > 0 ? grid.spacing : std::max({size.x, size.y, size.z}) / grid.resolution;

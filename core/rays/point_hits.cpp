@@ -17,9 +17,9 @@ constexpr double kTouching = 1e-12;
 // one that is next.
 constexpr int kBeyond = 2;
 // So far along the ray, by the distance of rays, a plane is followed beyond its triangle.
-constexpr double kSteepest = 4;
+constexpr double kSteepestPlane = 4;
 
-double largest(const glm::dvec3& v) {
+double largestComponent(const glm::dvec3& v) {
     return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
@@ -33,7 +33,7 @@ class Search {
           list_(list),
           direction_(bundle.direction()),
           point_(point),
-          farthest_(kSteepest * bundle.size().x / bundle.view.width) {}
+          farthest_(kSteepestPlane * bundle.size().x / bundle.view.width) {}
 
     PointHits among(std::span<const float> z, std::span<const std::uint32_t> keys, double at) {
         const auto place = static_cast<std::size_t>(std::ranges::upper_bound(z, at) - z.begin());
@@ -64,7 +64,8 @@ class Search {
             glm::dot(element.corner[0] - point_, normal) / glm::dot(direction_, normal);
         // Not if it is no plane, or is seen edge-on.
         if (std::abs(plane - along) <= farthest_) along = plane;
-        if (std::abs(along) <= kTouching * (largest(hit) + largest(point_))) along = 0;
+        if (std::abs(along) <= kTouching * (largestComponent(hit) + largestComponent(point_)))
+            along = 0;
         // Of those that coincide, the last one before the point and the first one after it.
         const bool is_after = along > 0;
         NextHit& next = is_after ? hits_.after : hits_.before;

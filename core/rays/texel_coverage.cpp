@@ -31,14 +31,14 @@ bool ownsEdge(const glm::dvec2& a, const glm::dvec2& b) {
     return b.y < a.y || (b.y == a.y && b.x > a.x);
 }
 
-struct Nearest {
+struct EdgePoint {
     double distance2 = std::numeric_limits<double>::infinity();
     glm::dvec3 weights{1, 0, 0};
 };
 
 /// The point of the triangle's edges nearest to `p`.
-Nearest nearestOnEdges(const UvTriangle& t, const glm::dvec2& p) {
-    Nearest nearest;
+EdgePoint nearestOnEdges(const UvTriangle& t, const glm::dvec2& p) {
+    EdgePoint nearest;
     for (int i = 0; i < 3; ++i) {
         const int j = (i + 1) % 3;
         const glm::dvec2& a = t[static_cast<std::size_t>(i)];
@@ -89,11 +89,11 @@ std::array<double, 2> extentAt(const UvTriangle& t, double y) {
     return x;
 }
 
-/// The first and last cell whose centre lies between two coordinates.
-std::int32_t firstCell(double from) {
+/// The first and last texel whose centre lies between two coordinates.
+std::int32_t firstTexel(double from) {
     return static_cast<std::int32_t>(std::ceil(from - 0.5));
 }
-std::int32_t lastCell(double to) {
+std::int32_t lastTexel(double to) {
     return static_cast<std::int32_t>(std::floor(to - 0.5));
 }
 
@@ -109,7 +109,7 @@ void TexelCoverage::forEachReach(const Body& body) const {
     for (std::size_t i = 0; i < triangles_.size(); ++i) {
         const auto [low, high] =
             std::minmax({triangles_[i][0].y, triangles_[i][1].y, triangles_[i][2].y});
-        body(static_cast<std::uint32_t>(i), firstCell(low - kReach), lastCell(high + kReach));
+        body(static_cast<std::uint32_t>(i), firstTexel(low - kReach), lastTexel(high + kReach));
     }
 }
 
@@ -152,7 +152,7 @@ TexelRow TexelCoverage::row(int y) const {
         const UvTriangle& t = triangles_[crossings_[c].triangle];
         const double centre = crossings_[c].y + 0.5;
         const auto [left, right] = extentAt(t, centre);
-        for (std::int32_t i = firstCell(left - kReach); i <= lastCell(right + kReach); ++i) {
+        for (std::int32_t i = firstTexel(left - kReach); i <= lastTexel(right + kReach); ++i) {
             const glm::dvec2 p(i + 0.5, centre);
             const std::size_t x = wrapped(i, size_);
             TexelSample* const samples = kept.data() + x * kMostSamples;
@@ -162,7 +162,7 @@ TexelRow TexelCoverage::row(int y) const {
                     samples[covering[x]] = sample(crossings_[c].triangle, weights);
                 ++covering[x];
             } else if (covering[x] == 0) {
-                const Nearest touch = nearestOnEdges(t, p);
+                const EdgePoint touch = nearestOnEdges(t, p);
                 if (touch.distance2 >= nearest[x]) continue;
                 nearest[x] = touch.distance2;
                 samples[0] = sample(crossings_[c].triangle, touch.weights);

@@ -12,6 +12,7 @@
 #include "core/parallel.h"
 #include "core/primitive_corners.h"
 #include "core/rays/texel_coverage.h"
+#include "core/unit_vector.h"
 
 namespace peeler {
 namespace {
@@ -28,11 +29,6 @@ struct Chart {
     std::vector<UvTriangle> triangles;
     std::vector<Source> sources;
 };
-
-glm::vec3 unit(const glm::vec3& v) {
-    const float length = glm::length(v);
-    return length > 0 ? v / length : glm::vec3(0);
-}
 
 /// Places samples of triangles in the world.
 class Placement {
@@ -65,7 +61,8 @@ class Placement {
             return sum;
         };
         position = mean(receivers.positions);
-        normal = from.normals.empty() ? glm::vec3(0) : unit(glm::vec3(mean(receivers.normals)));
+        normal =
+            from.normals.empty() ? glm::vec3(0) : unitOrZero(glm::vec3(mean(receivers.normals)));
         if (normal == glm::vec3(0)) normal = flatNormal(range, corners);
     }
 

@@ -7,14 +7,10 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/primitive_corners.h"
+#include "core/unit_vector.h"
 
 namespace peeler {
 namespace {
-
-glm::vec3 unit(const glm::dvec3& v) {
-    const double length = glm::length(v);
-    return length > 0 ? glm::vec3(v / length) : glm::vec3(0);
-}
 
 const std::vector<glm::vec3>& normalsOf(const Primitive& primitive, const SceneContents& contents,
                                         const MeshInstance& instance, std::size_t index) {
@@ -75,8 +71,8 @@ void VertexReceivers::fill(const VertexRange& range) {
     for (std::size_t i = 0; i < local.size(); ++i) {
         if (!used[i]) continue;
         glm::vec3& normal = receivers_.normals[range.first + i];
-        if (!normals.empty()) normal = unit(turn * glm::dvec3(normals[i]));
-        if (normal == glm::vec3(0)) normal = unit(sums[i]);
+        if (!normals.empty()) normal = unitOrZero(turn * glm::dvec3(normals[i]));
+        if (normal == glm::vec3(0)) normal = unitOrZero(sums[i]);
     }
 }
 
