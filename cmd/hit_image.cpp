@@ -23,7 +23,8 @@ class HitImage final : public RayOutput {
 
     std::vector<Channel> channels() const override {
         std::vector<Channel> channels = hitChannels();
-        channels.insert(channels.end(), {Channel::kId, Channel::kDistance});
+        channels.push_back(Channel::kId);
+        channels.push_back(Channel::kDistance);
         std::ranges::sort(channels);
         return channels;
     }
