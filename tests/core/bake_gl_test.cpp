@@ -15,6 +15,7 @@
 #include "core/rays/texel_receivers.h"
 #include "core/rays/vertex_receivers.h"
 #include "support/capture.h"
+#include "support/turns.h"
 
 namespace peeler::test {
 namespace {
@@ -146,7 +147,9 @@ double mean(const std::vector<float>& values) {
     return sum / static_cast<double>(values.size());
 }
 
-TEST(Bake, NothingOccludesAConvexBody) {
+class Bake : public TakingTurns {};
+
+TEST_F(Bake, NothingOccludesAConvexBody) {
     for (const bool round : {true, false}) {
         SceneBuilder builder;
         const int white = builder.material(glm::vec4(1), AlphaMode::kOpaque);
@@ -163,7 +166,7 @@ TEST(Bake, NothingOccludesAConvexBody) {
     }
 }
 
-TEST(Bake, FarFromTheOriginTheSameIsSeen) {
+TEST_F(Bake, FarFromTheOriginTheSameIsSeen) {
     const auto baked = [](double offset) {
         SceneBuilder builder;
         const int white = builder.material(glm::vec4(1), AlphaMode::kOpaque);
@@ -185,7 +188,7 @@ TEST(Bake, FarFromTheOriginTheSameIsSeen) {
 }
 
 /// A floor, and a roof above its middle.
-class UnderARoof : public testing::Test {
+class UnderARoof : public TakingTurns {
   protected:
     void build(double radius, float height, float floor = 2) {
         const int white = builder_.material(glm::vec4(1), AlphaMode::kOpaque);
@@ -221,7 +224,7 @@ TEST_F(UnderARoof, WhatIsFartherThanTheLargestDistanceHidesNothing) {
     EXPECT_EQ(value(settings), 1);
 }
 
-TEST(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
+TEST_F(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
     // Inside a sphere the form factor of a part is its share of the sphere, from everywhere.
     for (const double opening : {kPi / 2, kPi / 3}) {
         SceneBuilder builder;
@@ -236,7 +239,7 @@ TEST(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
     }
 }
 
-TEST(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
+TEST_F(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
     SceneBuilder builder;
     const int white = builder.material(glm::vec4(1), AlphaMode::kOpaque);
     plate(builder, glm::vec3(0), 3, white);
@@ -257,7 +260,7 @@ TEST(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
               0);
 }
 
-TEST(Bake, BentNormalsLeanAwayFromWalls) {
+TEST_F(Bake, BentNormalsLeanAwayFromWalls) {
     SceneBuilder builder;
     const int white = builder.material(glm::vec4(1), AlphaMode::kOpaque);
     plate(builder, glm::vec3(0), 8, white);
@@ -275,7 +278,7 @@ TEST(Bake, BentNormalsLeanAwayFromWalls) {
     EXPECT_NEAR(bent[5], -along * slope, 0.02);
 }
 
-TEST(Bake, ThicknessOfASlabIsTheMeanOfItsDepthOverTheCosine) {
+TEST_F(Bake, ThicknessOfASlabIsTheMeanOfItsDepthOverTheCosine) {
     SceneBuilder builder;
     box(builder, {5, 0.5F, 5}, builder.material(glm::vec4(1), AlphaMode::kOpaque));
     Bakery bakery(builder.scene());
@@ -288,14 +291,14 @@ TEST(Bake, ThicknessOfASlabIsTheMeanOfItsDepthOverTheCosine) {
     }
 }
 
-TEST(Bake, ThicknessOfASphereIsTheMeanOfItsChords) {
+TEST_F(Bake, ThicknessOfASphereIsTheMeanOfItsChords) {
     SceneBuilder builder;
     builder.sphere({0, 1, 0}, 3, builder.material(glm::vec4(1), AlphaMode::kOpaque));
     Bakery bakery(builder.scene());
     expectAll(bakery.atVertices(settingsOf(BakeQuantity::kThickness)), 4, 0.06);  // 4 r / 3
 }
 
-TEST(Bake, InAFurnaceAllIsAsBright) {
+TEST_F(Bake, InAFurnaceAllIsAsBright) {
     for (const int bounces : {0, 1, 3}) {
         SceneBuilder builder;
         box(builder, {2, 1, 1.5F}, emitter(builder, 0.5F, 3, false), true);
@@ -315,7 +318,7 @@ TEST(Bake, InAFurnaceAllIsAsBright) {
     }
 }
 
-TEST(Bake, LightBouncesInABowlByItsFormFactor) {
+TEST_F(Bake, LightBouncesInABowlByItsFormFactor) {
     SceneBuilder builder;
     bowl(builder, kPi / 2, emitter(builder, 1, 0, false));
     useUniformSky(builder, 2);
@@ -334,7 +337,7 @@ TEST(Bake, LightBouncesInABowlByItsFormFactor) {
     }
 }
 
-TEST(Bake, OnlyFrontsOfSingleSidedSurfacesShine) {
+TEST_F(Bake, OnlyFrontsOfSingleSidedSurfacesShine) {
     for (const bool double_sided : {false, true}) {
         SceneBuilder builder;
         plate(builder, glm::vec3(0), 3, builder.material(glm::vec4(0, 0, 0, 1)));
@@ -371,7 +374,7 @@ Scene hills(std::uint32_t size) {
     return builder.scene();
 }
 
-TEST(Bake, VerticesAndTexelsAgree) {
+TEST_F(Bake, VerticesAndTexelsAgree) {
     const Scene scene = hills(64);
     Bakery bakery(scene);
     TexelSettings texel_settings;
@@ -391,7 +394,7 @@ TEST(Bake, VerticesAndTexelsAgree) {
     EXPECT_GT(most, 0.98F);
 }
 
-TEST(Bake, BandsDoNotShow) {
+TEST_F(Bake, BandsDoNotShow) {
     const Scene scene = hills(64);
     Bakery bakery(scene);
     BakeSettings settings = settingsOf(BakeQuantity::kAmbientOcclusion, 16);
@@ -402,7 +405,7 @@ TEST(Bake, BandsDoNotShow) {
     EXPECT_EQ(bakery(receivers, settings, {}, tight), at_once);
 }
 
-TEST(Bake, SumsOfReceiversCountUnderABudget) {
+TEST_F(Bake, SumsOfReceiversCountUnderABudget) {
     const Scene scene = hills(4);
     Bakery bakery(scene);
     const BakeSettings settings = settingsOf(BakeQuantity::kIrradiance, 16);
