@@ -60,20 +60,6 @@ TEST_F(FxaaOfTheEngine, ComesNearerToManySamples) {
     EXPECT_LT(after, 0.8 * before);
 }
 
-TEST_F(FxaaOfTheEngine, ABudgetCutsBandsAndChangesNoByte) {
-    const std::vector<std::string> size{"--as", "composite", "--size", "1600x1200", "--fxaa"};
-    const std::string expected = bytesOf(render("free.exr", size));
-    for (const std::string budget : {"480M", "640M"}) {
-        auto tight = size;
-        tight.insert(tight.end(), {"--memory", budget, "--threads", "1", "--json"});
-        const Outcome result = run("tight.exr", tight);
-        ASSERT_EQ(result.exit_code, 0) << result.err;
-        EXPECT_LT(Json::parse(result.out).at("peakMemory").get<std::uint64_t>(), std::stoull(budget)
-                                                                                     << 20);
-        EXPECT_TRUE(bytesOf(scratch_ / "tight.exr") == expected) << budget;
-    }
-}
-
 TEST_F(FxaaOfTheEngine, IsTheSameOfTheLayersInAFile) {
     const std::vector<std::string> size{"--size", "640x360"};
     auto at_once = size;

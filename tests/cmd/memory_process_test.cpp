@@ -54,6 +54,20 @@ TEST(Memory, ABudgetCutsBandsAndChangesNoByte) {
     }
 }
 
+TEST(Memory, ABudgetCutsBandsOfFxaaAndChangesNoByte) {
+    const ScratchDir scratch;
+    const std::vector<std::string> size{"--as", "composite", "--size", "1600x1200", "--fxaa"};
+    render(scratch / "free.exr", size);
+    const std::string expected = bytesOf(scratch / "free.exr");
+    for (const std::string budget : {"480M", "640M"}) {
+        auto arguments = size;
+        arguments.insert(arguments.end(), {"--memory", budget, "--threads", "1"});
+        const auto json = render(scratch / "tight.exr", arguments);
+        EXPECT_LT(json.at("peakMemory").get<std::uint64_t>(), std::stoull(budget) << 20);
+        EXPECT_TRUE(bytesOf(scratch / "tight.exr") == expected) << budget;
+    }
+}
+
 /// What a plan leaves behind is not counted twice when the next one shares the budget.
 TEST(Memory, ABudgetServesShadowMapsSamplesAndEveryMethodInTurn) {
     const ScratchDir scratch;

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <thread>
 
 #include "core/bands.h"
 #include "core/error.h"
@@ -41,12 +40,10 @@ TEST(Backends, AgreeBitForBitOnHardScenes) {
     for (const auto& [name, scene] : hardScenes()) {
         const auto here = capture(scene, view);
         LayeredImage there;
-        // A context belongs to the thread that makes it, so the other backend's gets one of its
-        // own.
-        std::thread([&, &shown = scene] {
+        inOwnThread([&, &shown = scene] {
             const auto context = gl::createContext({.backend = other});
             there = capture(shown, view, {}, *context).image;
-        }).join();
+        });
         EXPECT_EQ(difference(here.image, there), "") << name << " on " << other;
     }
 }
@@ -56,11 +53,11 @@ TEST(Extensions, DoNotChangeTheResult) {
     const View view = testView(160, 120);
     for (const auto& [name, scene] : hardScenes()) {
         const auto extended = capture(scene, view);
-        std::thread([&, &shown = scene] {
+        inOwnThread([&, &shown = scene] {
             const auto core = gl::createContext({.backend = testBackend(), .core_only = true});
             EXPECT_EQ(difference(extended.image, capture(shown, view, {}, *core).image), "")
                 << name;
-        }).join();
+        });
     }
     if (!sharedContext().device().limits.framebuffer_fetch)
         std::printf("the driver has no framebuffer fetch: both were core OpenGL\n");

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <thread>
 
 #include "core/composite.h"
 #include "core/error.h"
@@ -335,10 +334,10 @@ TEST(Shadows, AreTheSameOnBothBackends) {
     const View view = testView(160, 120);
     const auto here = capture(scene, view, withShadows(300));
     LayeredImage there;
-    std::thread([&] {
+    inOwnThread([&] {
         const auto context = gl::createContext({.backend = other});
         there = capture(scene, view, withShadows(300), *context).image;
-    }).join();
+    });
     EXPECT_EQ(difference(here.image, there), "");
 }
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <thread>
 
 #include "support/test_support.h"
 
@@ -126,6 +127,10 @@ gl::Context& sharedContext() {
     // Leaked on purpose: GL libraries run exit handlers of their own.
     static gl::Context* context = gl::createContext({.backend = testBackend()}).release();
     return *context;
+}
+
+void inOwnThread(const std::function<void()>& test) {
+    std::thread(test).join();
 }
 
 Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings,

@@ -2,6 +2,7 @@
 // Capturing small scenes in tests, without any file.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -65,6 +66,10 @@ struct Captured {
 
 /// The context of testBackend(), made once for the process. Throws if there is none.
 gl::Context& sharedContext();
+
+/// Runs `test` in a thread of its own and waits for it: a context belongs to the thread that makes
+/// it, so other contexts than the shared one are made there.
+void inOwnThread(const std::function<void()>& test);
 
 Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings = {},
                  gl::Context& context = sharedContext());
