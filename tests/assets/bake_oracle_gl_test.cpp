@@ -10,7 +10,6 @@
 #include "support/capture.h"
 #include "support/occlusion_oracle.h"
 #include "support/test_support.h"
-#include "support/turns.h"
 
 namespace peeler::test {
 namespace {
@@ -26,10 +25,7 @@ constexpr Model kModels[] = {
     {"DamagedHelmet/glTF-Binary/DamagedHelmet.glb", 0.043},
 };
 
-class BakeOracle : public testing::TestWithParam<Model> {
-  protected:
-    void SetUp() override { skipUnlessMine(); }
-};
+class BakeOracle : public testing::TestWithParam<Model> {};
 INSTANTIATE_TEST_SUITE_P(Models, BakeOracle, testing::ValuesIn(kModels), [](const auto& row) {
     const std::string path = row.param.path;
     std::string name = path.substr(0, path.find('/'));

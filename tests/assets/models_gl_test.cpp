@@ -6,14 +6,12 @@
 #include <cstdio>
 
 #include "assets/models.h"
-#include "assets/sample.h"
 #include "cmd/camera_options.h"
 #include "core/composite.h"
 #include "core/peel/method.h"
 #include "formats/gltf_reader.h"
 #include "support/capture.h"
 #include "support/test_support.h"
-#include "support/turns.h"
 
 namespace peeler::test {
 namespace {
@@ -72,18 +70,18 @@ TEST(Models, EveryMethodGivesTheSameLayers) {
     PEELER_REQUIRE_ASSETS(assets);
     const auto models = staticModels(assets);
     ASSERT_GT(models.size(), 40U);
-    std::size_t turn = 0, fragments = 0;
-    for (const auto& model : sampleOf(models))
-        if (isMine(turn++)) fragments += compareMethods(model, {});
+    std::size_t fragments = 0;
+    for (const auto& model : models)
+        fragments += compareMethods(model, {});
     std::printf("%zu models, %zu fragments\n", models.size(), fragments);
-    EXPECT_GT(fragments, exhaustive() ? 300000U : 50000U);
+    EXPECT_GT(fragments, 300000U);
 }
 
 TEST(Models, EveryMethodGivesTheSameLayersOfTheExampleScenes) {
     std::size_t scenes = 0;
     for (const auto& entry : fs::directory_iterator(sourceDir() / "examples" / "scenes")) {
         if (entry.path().extension() != ".glb") continue;
-        if (!isMine(scenes++)) continue;
+        ++scenes;
         EXPECT_GT(compareMethods(entry.path(), {}), 1000U);
         EXPECT_GT(compareMethods(entry.path(), {.surfaces = Surfaces::kVisible}), 1000U);
         EXPECT_GT(compareMethods(entry.path(), {.color_type = PixelType::kFloat, .max_layers = 3}),

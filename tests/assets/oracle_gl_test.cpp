@@ -17,7 +17,6 @@
 #include "formats/gltf_reader.h"
 #include "support/embree_oracle.h"
 #include "support/test_support.h"
-#include "support/turns.h"
 
 namespace peeler::test {
 namespace {
@@ -146,26 +145,18 @@ void compareWithEmbree(const fs::path& scene_path, const std::string& faces, con
     EXPECT_LE(worst_edge, 1.0);
 }
 
-// Without MASK materials: the witness does not sample textures. The first has so many triangles
-// that the short run leaves it out.
+// Without MASK materials: the witness does not sample textures.
 const char* const kModels[] = {
-    "MetalRoughSpheresNoTextures/glTF-Binary/MetalRoughSpheresNoTextures.glb",
     "2CylinderEngine/glTF/2CylinderEngine.gltf",
     "DamagedHelmet/glTF-Binary/DamagedHelmet.glb",
     "Duck/glTF-Quantized/Duck.gltf",
     "CesiumMilkTruck/glTF/CesiumMilkTruck.gltf",
     "NegativeScaleTest/glTF/NegativeScaleTest.gltf",
     "OrientationTest/glTF/OrientationTest.gltf",
+    "MetalRoughSpheresNoTextures/glTF-Binary/MetalRoughSpheresNoTextures.glb",
 };
 
-class Oracle : public testing::TestWithParam<const char*> {
-  protected:
-    void SetUp() override {
-        skipUnlessMine();
-        if (!exhaustive() && GetParam() == std::string(kModels[0]))
-            GTEST_SKIP() << "half a minute of triangles: with PEELER_TEST_ALL";
-    }
-};
+class Oracle : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Models, Oracle, testing::ValuesIn(kModels), [](const auto& row) {
     const std::string path = row.param;
     std::string name = path.substr(0, path.find('/'));
@@ -181,11 +172,8 @@ TEST_P(Oracle, EmbreeFindsTheSameHits) {
 
 TEST(Oracle, EmbreeFindsTheSameHitsInTheExampleScenes) {
     const ScratchDir scratch;
-    std::size_t turn = 0;
     for (const char* scene : {"engine.glb", "coincident.glb"})
-        if (isMine(turn++))
-            compareWithEmbree(sourceDir() / "examples" / "scenes" / scene, "both",
-                              scratch / "out.exr");
+        compareWithEmbree(sourceDir() / "examples" / "scenes" / scene, "both", scratch / "out.exr");
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include "formats/gltf_reader.h"
 #include "support/surface_distance.h"
 #include "support/test_support.h"
-#include "support/turns.h"
 
 namespace peeler::test {
 namespace {
@@ -66,16 +65,14 @@ void expectOnSurface(const fs::path& scene, std::vector<std::string> options) {
 TEST(SurfacePoints, OfRealModels) {
     PEELER_REQUIRE_ASSETS(assets);
     const fs::path models = assets / "gltf-sample-assets";
-    if (isMine(0))
-        expectOnSurface(models / "DamagedHelmet/glTF-Binary/DamagedHelmet.glb",
-                        {"--faces", "both"});
-    if (isMine(1)) expectOnSurface(models / "2CylinderEngine/glTF/2CylinderEngine.gltf", {});
+    expectOnSurface(models / "DamagedHelmet/glTF-Binary/DamagedHelmet.glb", {"--faces", "both"});
+    expectOnSurface(models / "2CylinderEngine/glTF/2CylinderEngine.gltf", {});
 }
 
 TEST(SurfacePoints, OfAnExampleSceneFromBothCameras) {
     const fs::path engine = sourceDir() / "examples" / "scenes" / "engine.glb";
-    if (isMine(1)) expectOnSurface(engine, {});
-    if (isMine(0)) expectOnSurface(engine, {"--camera", "top"});  // orthographic
+    expectOnSurface(engine, {});
+    expectOnSurface(engine, {"--camera", "top"});  // orthographic
 }
 
 }  // namespace

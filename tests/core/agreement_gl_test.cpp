@@ -11,20 +11,17 @@
 #include "support/capture.h"
 #include "support/hard_scenes.h"
 #include "support/test_support.h"
-#include "support/turns.h"
 
 namespace peeler::test {
 namespace {
 
 TEST(Methods, AgreeBitForBitOnHardScenes) {
-    std::size_t turn = 0;
     for (const auto& [name, scene] : hardScenes()) {
-        ++turn;  // the other methods with the next
         const View view = testView(160, 120);
         const auto reference = capture(scene, view);
         EXPECT_GT(reference.image.fragments(), 1000U) << name;
         for (const auto& method : peelMethods()) {
-            if (!method.exact() || !isMine(turn++)) continue;
+            if (!method.exact()) continue;
             CaptureSettings s;
             s.method = method.name;
             EXPECT_EQ(difference(reference.image, capture(scene, view, s).image), "")
@@ -68,9 +65,8 @@ TEST(Bands, DoNotChangeTheResult) {
     const View view = testView(320, 240);
     const auto whole = capture(scenes[0].scene, view);
     ASSERT_EQ(whole.bands.size(), 1U);
-    std::size_t turn = 0;
     for (const auto& method : peelMethods()) {
-        if (!method.exact() || !isMine(turn++)) continue;
+        if (!method.exact()) continue;
         CaptureSettings small;
         small.method = method.name;
         small.band_bytes = 1 << 20;
@@ -101,14 +97,12 @@ TEST(Bands, MethodsAndSurfacesAgreeAcrossRasterTiles) {
     View view = testView(4200, 150);
     view.projection.half_width = 0.5;  // all of it, stretched over two tiles
     view.crop = {3900, 10, 4200, 140};
-    std::size_t turn = 0;
     for (const Surfaces surfaces : {Surfaces::kAll, Surfaces::kVisible, Surfaces::kTransparent}) {
-        ++turn;  // the other methods with the next
         CaptureSettings s;
         s.surfaces = surfaces;
         const auto whole = capture(scene, view, s);
         for (const auto& method : peelMethods()) {
-            if (!method.exact() || !isMine(turn++)) continue;
+            if (!method.exact()) continue;
             s.method = method.name;
             s.band_bytes = 1 << 19;
             const auto cut = capture(scene, view, s);

@@ -15,7 +15,6 @@
 #include "core/rays/texel_receivers.h"
 #include "core/rays/vertex_receivers.h"
 #include "support/capture.h"
-#include "support/turns.h"
 
 namespace peeler::test {
 namespace {
@@ -147,9 +146,7 @@ double mean(const std::vector<float>& values) {
     return sum / static_cast<double>(values.size());
 }
 
-class Bake : public TakingTurns {};
-
-TEST_F(Bake, NothingOccludesAConvexBody) {
+TEST(Bake, NothingOccludesAConvexBody) {
     for (const bool round : {true, false}) {
         SceneBuilder builder;
         const int white = builder.material(glm::vec4(1), AlphaMode::kOpaque);
@@ -166,7 +163,7 @@ TEST_F(Bake, NothingOccludesAConvexBody) {
     }
 }
 
-TEST_F(Bake, FarFromTheOriginTheSameIsSeen) {
+TEST(Bake, FarFromTheOriginTheSameIsSeen) {
     const auto baked = [](double offset) {
         SceneBuilder builder;
         const int white = builder.material(glm::vec4(1), AlphaMode::kOpaque);
@@ -188,7 +185,7 @@ TEST_F(Bake, FarFromTheOriginTheSameIsSeen) {
 }
 
 /// A floor, and a roof above its middle.
-class UnderARoof : public TakingTurns {
+class UnderARoof : public testing::Test {
   protected:
     void build(double radius, float height, float floor = 2) {
         const int white = builder_.material(glm::vec4(1), AlphaMode::kOpaque);
@@ -224,7 +221,7 @@ TEST_F(UnderARoof, WhatIsFartherThanTheLargestDistanceHidesNothing) {
     EXPECT_EQ(value(settings), 1);
 }
 
-TEST_F(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
+TEST(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
     // Inside a sphere the form factor of a part is its share of the sphere, from everywhere.
     for (const double opening : {kPi / 2, kPi / 3}) {
         SceneBuilder builder;
@@ -239,7 +236,7 @@ TEST_F(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
     }
 }
 
-TEST_F(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
+TEST(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
     SceneBuilder builder;
     const int white = builder.material(glm::vec4(1), AlphaMode::kOpaque);
     plate(builder, glm::vec3(0), 3, white);
@@ -260,7 +257,7 @@ TEST_F(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
               0);
 }
 
-TEST_F(Bake, BentNormalsLeanAwayFromWalls) {
+TEST(Bake, BentNormalsLeanAwayFromWalls) {
     SceneBuilder builder;
     const int white = builder.material(glm::vec4(1), AlphaMode::kOpaque);
     plate(builder, glm::vec3(0), 8, white);
@@ -278,7 +275,7 @@ TEST_F(Bake, BentNormalsLeanAwayFromWalls) {
     EXPECT_NEAR(bent[5], -along * slope, 0.02);
 }
 
-TEST_F(Bake, ThicknessOfASlabIsTheMeanOfItsDepthOverTheCosine) {
+TEST(Bake, ThicknessOfASlabIsTheMeanOfItsDepthOverTheCosine) {
     SceneBuilder builder;
     box(builder, {5, 0.5F, 5}, builder.material(glm::vec4(1), AlphaMode::kOpaque));
     Bakery bakery(builder.scene());
@@ -291,14 +288,14 @@ TEST_F(Bake, ThicknessOfASlabIsTheMeanOfItsDepthOverTheCosine) {
     }
 }
 
-TEST_F(Bake, ThicknessOfASphereIsTheMeanOfItsChords) {
+TEST(Bake, ThicknessOfASphereIsTheMeanOfItsChords) {
     SceneBuilder builder;
     builder.sphere({0, 1, 0}, 3, builder.material(glm::vec4(1), AlphaMode::kOpaque));
     Bakery bakery(builder.scene());
     expectAll(bakery.atVertices(settingsOf(BakeQuantity::kThickness)), 4, 0.06);  // 4 r / 3
 }
 
-TEST_F(Bake, InAFurnaceAllIsAsBright) {
+TEST(Bake, InAFurnaceAllIsAsBright) {
     for (const int bounces : {0, 1, 3}) {
         SceneBuilder builder;
         box(builder, {2, 1, 1.5F}, emitter(builder, 0.5F, 3, false), true);
@@ -318,7 +315,7 @@ TEST_F(Bake, InAFurnaceAllIsAsBright) {
     }
 }
 
-TEST_F(Bake, LightBouncesInABowlByItsFormFactor) {
+TEST(Bake, LightBouncesInABowlByItsFormFactor) {
     SceneBuilder builder;
     bowl(builder, kPi / 2, emitter(builder, 1, 0, false));
     useUniformSky(builder, 2);
@@ -337,7 +334,7 @@ TEST_F(Bake, LightBouncesInABowlByItsFormFactor) {
     }
 }
 
-TEST_F(Bake, OnlyFrontsOfSingleSidedSurfacesShine) {
+TEST(Bake, OnlyFrontsOfSingleSidedSurfacesShine) {
     for (const bool double_sided : {false, true}) {
         SceneBuilder builder;
         plate(builder, glm::vec3(0), 3, builder.material(glm::vec4(0, 0, 0, 1)));
@@ -374,7 +371,7 @@ Scene hills(std::uint32_t size) {
     return builder.scene();
 }
 
-TEST_F(Bake, VerticesAndTexelsAgree) {
+TEST(Bake, VerticesAndTexelsAgree) {
     const Scene scene = hills(64);
     Bakery bakery(scene);
     TexelSettings texel_settings;
@@ -394,7 +391,7 @@ TEST_F(Bake, VerticesAndTexelsAgree) {
     EXPECT_GT(most, 0.98F);
 }
 
-TEST_F(Bake, BandsDoNotShow) {
+TEST(Bake, BandsDoNotShow) {
     const Scene scene = hills(64);
     Bakery bakery(scene);
     BakeSettings settings = settingsOf(BakeQuantity::kAmbientOcclusion, 16);
@@ -405,7 +402,7 @@ TEST_F(Bake, BandsDoNotShow) {
     EXPECT_EQ(bakery(receivers, settings, {}, tight), at_once);
 }
 
-TEST_F(Bake, SumsOfReceiversCountUnderABudget) {
+TEST(Bake, SumsOfReceiversCountUnderABudget) {
     const Scene scene = hills(4);
     Bakery bakery(scene);
     const BakeSettings settings = settingsOf(BakeQuantity::kIrradiance, 16);

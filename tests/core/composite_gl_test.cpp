@@ -14,7 +14,6 @@
 #include "support/capture.h"
 #include "support/hard_scenes.h"
 #include "support/test_support.h"
-#include "support/turns.h"
 
 namespace peeler::test {
 namespace {
@@ -54,9 +53,7 @@ std::vector<std::string> methodNames(bool exact) {
 class Exact : public testing::TestWithParam<std::string> {};
 
 TEST_P(Exact, EqualsTheCompositeOfTheLayers) {
-    std::size_t turn = 0;
     for (const auto& [name, scene] : hardScenes()) {
-        if (!isMine(turn++)) continue;
         for (const PixelType precision : {PixelType::kHalf, PixelType::kFloat}) {
             for (const Surfaces surfaces : {Surfaces::kAll, Surfaces::kVisible}) {
                 CaptureSettings settings;
@@ -78,9 +75,7 @@ TEST_P(Exact, EqualsTheCompositeOfTheLayers) {
 }
 
 TEST_P(Exact, KeepsTheNearestLayersAndBlendsOrDropsTheRest) {
-    std::size_t turn = 0;
     for (const auto& [name, scene] : hardScenes()) {
-        if (!isMine(turn++)) continue;
         const auto all = capture(scene, testView(160, 120));
         for (const std::uint32_t limit : {1U, 2U, 5U}) {
             for (const Tail tail : {Tail::kDrop, Tail::kBlend}) {
@@ -259,9 +254,7 @@ TEST(Approximations, RefuseToFindLayersOrToLimitThem) {
 }
 
 TEST(OcclusionRatio, EndsWithTheFirstLayerOnFewerPixels) {
-    std::size_t turn = 0;
     for (const auto& [name, scene] : hardScenes()) {
-        if (!isMine(turn++)) continue;
         const auto all = capture(scene, testView(160, 120));
         for (const double ratio : {0.9, 0.3, 0.05, 0.001}) {
             // Layer by layer on the captured A-buffer, as a renderer with occlusion queries would.

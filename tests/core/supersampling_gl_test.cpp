@@ -12,7 +12,6 @@
 #include "support/capture.h"
 #include "support/hard_scenes.h"
 #include "support/test_support.h"
-#include "support/turns.h"
 
 namespace peeler::test {
 namespace {
@@ -80,10 +79,9 @@ CompositeImage reference(const Scene& scene, const View& view) {
 
 TEST(Supersampling, ConvergesToAGridOf16By16Samples) {
     const View view = testView(80, 60);
-    std::size_t turn = 0;
     for (const auto& [name, scene] : hardScenes()) {
         // Its edges are level, and of those a grid of 16 rows knows no more than 16 samples do.
-        if (name == std::string("grazing quads") || !isMine(turn++)) continue;
+        if (name == std::string("grazing quads")) continue;
         const CompositeImage wanted = reference(scene, view);
         double last = 1e9;
         for (const int samples : {1, 2, 4, 8, 16, 32, 64}) {
@@ -99,9 +97,7 @@ TEST(Supersampling, ConvergesToAGridOf16By16Samples) {
 
 TEST(Supersampling, LayersCompositeToTheSupersampledComposite) {
     const View view = testView(160, 120);
-    std::size_t turn = 0;
     for (const auto& [name, scene] : hardScenes()) {
-        if (!isMine(turn++)) continue;
         for (const int samples : {2, 4, 9}) {
             const auto composite = capture(scene, view, sampled(samples, true));
             const auto layers = capture(scene, view, sampled(samples, false));
@@ -116,7 +112,7 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
     std::size_t scenes = 0;
     for (const auto& entry : fs::directory_iterator(sourceDir() / "examples" / "scenes")) {
         if (entry.path().extension() != ".glb") continue;
-        if (!isMine(scenes++)) continue;
+        ++scenes;
         const Scene scene = readGltf(entry.path());
         cmd::CameraOptions camera;
         camera.size = {240, 135};
@@ -146,15 +142,13 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
 
 TEST(Supersampling, MethodsAndBandsAgree) {
     const View view = testView(160, 120);
-    std::size_t turn = 0;
     for (const auto& [name, scene] : hardScenes()) {
-        ++turn;  // the other methods with the next
         const SceneContents shown = contents(scene, 0);
         Renderer renderer(sharedContext(), scene, shown);
         const auto layers = capture(renderer, view, sampled(3, false));
         const auto composite = flat(capture(renderer, view, sampled(3, true)).image);
         for (const auto& method : peelMethods()) {
-            if (!method.exact() || !isMine(turn++)) continue;
+            if (!method.exact()) continue;
             CaptureSettings settings = sampled(3, false);
             settings.method = method.name;
             settings.band_bytes = 1 << 20;
