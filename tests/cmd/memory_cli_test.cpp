@@ -17,7 +17,7 @@ fs::path engine() {
     return sourceDir() / "examples" / "scenes" / "engine.glb";
 }
 
-nlohmann::json render(const fs::path& out, const std::vector<std::string>& more) {
+nlohmann::json renderEngine(const fs::path& out, const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"render", engine(), "-o", out, "--json", "--quiet"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const CommandResult run = runPeelerProcess(arguments);
@@ -27,8 +27,8 @@ nlohmann::json render(const fs::path& out, const std::vector<std::string>& more)
 
 TEST(Memory, AHugePictureStaysUnderItsBudget) {
     const ScratchDir scratch;
-    const auto json =
-        render(scratch / "huge.exr", {"--size", "8192x4096", "--faces", "both", "--memory", "2G"});
+    const auto json = renderEngine(scratch / "huge.exr",
+                                   {"--size", "8192x4096", "--faces", "both", "--memory", "2G"});
     EXPECT_GE(json.at("layers"), 20);
     EXPECT_EQ(json.at("complete"), true);
     const auto peak = json.at("peakMemory").get<std::uint64_t>();
@@ -40,12 +40,12 @@ TEST(Memory, AHugePictureStaysUnderItsBudget) {
 TEST(Memory, ABudgetCutsBandsAndChangesNoByte) {
     const ScratchDir scratch;
     const std::vector<std::string> size = {"--size", "1600x1200"};
-    render(scratch / "free.exr", size);
+    renderEngine(scratch / "free.exr", size);
     const std::string expected = bytesOf(scratch / "free.exr");
     for (const std::string budget : {"420M", "600M"}) {
         auto arguments = size;
         arguments.insert(arguments.end(), {"--memory", budget});
-        const auto json = render(scratch / "tight.exr", arguments);
+        const auto json = renderEngine(scratch / "tight.exr", arguments);
         EXPECT_LT(json.at("peakMemory").get<std::uint64_t>(), std::stoull(budget) << 20);
         EXPECT_TRUE(bytesOf(scratch / "tight.exr") == expected) << budget;
     }

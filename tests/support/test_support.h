@@ -26,6 +26,9 @@ std::optional<std::filesystem::path> assetsDir();
 /// The contents of a file; empty if it is not there.
 std::string bytesOf(const std::filesystem::path& path);
 
+/// Does a text hold these words?
+bool contains(const std::string& text, const std::string& part);
+
 /// A folder that is made fresh and removed with the object.
 class ScratchDir {
   public:
