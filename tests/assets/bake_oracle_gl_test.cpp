@@ -20,13 +20,13 @@ struct Model {
 };
 
 // The second has thin shells, which need denser rays: tests/benchmarks/bake_ao.cpp.
-constexpr Model kModels[] = {
+constexpr Model kModelsToBake[] = {
     {"Duck/glTF-Quantized/Duck.gltf", 0.015},
     {"DamagedHelmet/glTF-Binary/DamagedHelmet.glb", 0.043},
 };
 
 class BakeOracle : public testing::TestWithParam<Model> {};
-INSTANTIATE_TEST_SUITE_P(Models, BakeOracle, testing::ValuesIn(kModels), [](const auto& row) {
+INSTANTIATE_TEST_SUITE_P(Models, BakeOracle, testing::ValuesIn(kModelsToBake), [](const auto& row) {
     const std::string path = row.param.path;
     std::string name = path.substr(0, path.find('/'));
     return name;

@@ -15,6 +15,7 @@
 
 #include "core/scene.h"
 #include "formats/gltf_reader.h"
+#include "support/edge_distance.h"
 #include "support/embree_oracle.h"
 #include "support/test_support.h"
 
@@ -73,7 +74,7 @@ LayeredFile readFile(const fs::path& path) {
 }
 
 /// Pixels between a point and the nearest projected triangle edge.
-double distanceToEdge(const TriangleSoup& soup, const LayeredFile& file, double px, double py) {
+double pixelsToEdge(const TriangleSoup& soup, const LayeredFile& file, double px, double py) {
     double nearest = std::numeric_limits<double>::infinity();
     const glm::dvec2 point(px, py);
     for (const auto& triangle : soup.triangles) {
@@ -85,13 +86,7 @@ double distanceToEdge(const TriangleSoup& soup, const LayeredFile& file, double 
             at[i] = glm::dvec2(clip.x / clip.w * file.width, clip.y / clip.w * file.height);
         }
         if (!in_front) continue;
-        for (int i = 0; i < 3; ++i) {
-            const glm::dvec2 a = at[i], b = at[(i + 1) % 3], ab = b - a;
-            const double length = glm::dot(ab, ab);
-            const double t =
-                length > 0 ? std::clamp(glm::dot(point - a, ab) / length, 0.0, 1.0) : 0;
-            nearest = std::min(nearest, glm::length(point - a - t * ab));
-        }
+        nearest = std::min(nearest, distanceToEdges(at, point));
     }
     return nearest;
 }
@@ -134,7 +129,7 @@ void compareWithEmbree(const fs::path& scene_path, const std::string& faces, con
                 agrees = std::abs(hits[k] - depths[k]) <= 2e-4F * hits[k];
             if (agrees) continue;
             ++disagreeing;
-            worst_edge = std::max(worst_edge, distanceToEdge(soup, file, x + 0.5, y + 0.5));
+            worst_edge = std::max(worst_edge, pixelsToEdge(soup, file, x + 0.5, y + 0.5));
         }
     }
     std::printf(
@@ -146,7 +141,7 @@ void compareWithEmbree(const fs::path& scene_path, const std::string& faces, con
 }
 
 // Without MASK materials: the witness does not sample textures.
-const char* const kModels[] = {
+const char* const kModelsForLayers[] = {
     "2CylinderEngine/glTF/2CylinderEngine.gltf",
     "DamagedHelmet/glTF-Binary/DamagedHelmet.glb",
     "Duck/glTF-Quantized/Duck.gltf",
@@ -157,7 +152,7 @@ const char* const kModels[] = {
 };
 
 class Oracle : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Models, Oracle, testing::ValuesIn(kModels), [](const auto& row) {
+INSTANTIATE_TEST_SUITE_P(Models, Oracle, testing::ValuesIn(kModelsForLayers), [](const auto& row) {
     const std::string path = row.param;
     std::string name = path.substr(0, path.find('/'));
     return name;

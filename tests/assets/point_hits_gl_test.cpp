@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <random>
 
 #include "core/rays/directions.h"
@@ -13,20 +12,19 @@
 #include "formats/gltf_reader.h"
 #include "support/capture.h"
 #include "support/embree_oracle.h"
+#include "support/numbers.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 /// Shares of points whose next hits are as far as Embree says, by the scene's size.
-struct Agreement {
+struct AgreeingShares {
     double coarse = 0;  ///< 1e-3
     double fine = 0;    ///< 1e-6
 };
 
-Agreement agreement(const std::filesystem::path& file, int resolution, unsigned seed) {
+AgreeingShares agreement(const std::filesystem::path& file, int resolution, unsigned seed) {
     constexpr int kPoints = 4000, kDirections = 6;
     const Scene scene = readGltf(file);
     const SceneContents shown = contents(scene, scene.default_scene);
@@ -88,10 +86,10 @@ TEST(PointHitsAgainstEmbree, OfRealModels) {
                                    "DamagedHelmet/glTF-Binary/DamagedHelmet.glb"};
     unsigned seed = 60;
     for (const char* model : kModels) {
-        const Agreement at_1024 = agreement(models / model, 1024, ++seed);
+        const AgreeingShares at_1024 = agreement(models / model, 1024, ++seed);
         EXPECT_GE(at_1024.coarse, 0.993);
         EXPECT_GE(at_1024.fine, 0.97);
-        const Agreement at_256 = agreement(models / model, 256, seed);
+        const AgreeingShares at_256 = agreement(models / model, 256, seed);
         EXPECT_GE(at_256.coarse, 0.965);
     }
 }

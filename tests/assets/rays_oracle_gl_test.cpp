@@ -13,6 +13,7 @@
 #include "core/rays/directions.h"
 #include "formats/gltf_reader.h"
 #include "support/capture.h"
+#include "support/edge_distance.h"
 #include "support/embree_oracle.h"
 #include "support/test_support.h"
 
@@ -40,7 +41,7 @@ Ray rayOf(const Bundle& bundle, int i, int j) {
 }
 
 /// Rays between this one and the nearest projected edge.
-double distanceToEdge(const TriangleSoup& soup, const Bundle& bundle, int i, int j) {
+double raysToEdge(const TriangleSoup& soup, const Bundle& bundle, int i, int j) {
     double nearest = std::numeric_limits<double>::infinity();
     const glm::dvec2 point(i + 0.5, j + 0.5);
     const double rays_a_unit = bundle.view.width / bundle.size().x;
@@ -51,13 +52,7 @@ double distanceToEdge(const TriangleSoup& soup, const Bundle& bundle, int i, int
             at[k] = {glm::dot(from, bundle.right()) * rays_a_unit + bundle.view.width / 2.0,
                      -glm::dot(from, bundle.up()) * rays_a_unit + bundle.view.height / 2.0};
         }
-        for (int k = 0; k < 3; ++k) {
-            const glm::dvec2 a = at[k], ab = at[(k + 1) % 3] - a;
-            const double length = glm::dot(ab, ab);
-            const double t =
-                length > 0 ? std::clamp(glm::dot(point - a, ab) / length, 0.0, 1.0) : 0;
-            nearest = std::min(nearest, glm::length(point - a - t * ab));
-        }
+        nearest = std::min(nearest, distanceToEdges(at, point));
     }
     return nearest;
 }
@@ -110,7 +105,7 @@ void compare(const Scene& scene, Renderer& renderer, AllHits& oracle, const Tria
             }
             if (same) continue;
             ++agreement.elsewhere;
-            agreement.farthest = std::max(agreement.farthest, distanceToEdge(soup, bundle, i, j));
+            agreement.farthest = std::max(agreement.farthest, raysToEdge(soup, bundle, i, j));
         }
     }
 }
@@ -144,7 +139,7 @@ void check(const std::string& name, const Scene& scene, const std::vector<glm::d
     EXPECT_LE(agreement.largest_error, 1e-6);
 }
 
-const char* const kModels[] = {
+const char* const kModelsForRays[] = {
     "2CylinderEngine/glTF/2CylinderEngine.gltf",
     "DamagedHelmet/glTF-Binary/DamagedHelmet.glb",
     "Duck/glTF-Quantized/Duck.gltf",
@@ -153,11 +148,12 @@ const char* const kModels[] = {
 };
 
 class RaysOracle : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Models, RaysOracle, testing::ValuesIn(kModels), [](const auto& row) {
-    const std::string path = row.param;
-    std::string name = path.substr(0, path.find('/'));
-    return name;
-});
+INSTANTIATE_TEST_SUITE_P(Models, RaysOracle, testing::ValuesIn(kModelsForRays),
+                         [](const auto& row) {
+                             const std::string path = row.param;
+                             std::string name = path.substr(0, path.find('/'));
+                             return name;
+                         });
 
 TEST_P(RaysOracle, EmbreeFindsTheSameHits) {
     PEELER_REQUIRE_ASSETS(assets);
@@ -188,7 +184,7 @@ TEST(RaysOracle, EmbreeFindsTheSameHitsInTriangleSoups) {
 
 TEST(RaysOracle, CoincidentMeshesHaveTwiceTheHits) {
     PEELER_REQUIRE_ASSETS(assets);
-    Scene once = readGltf(assets / "gltf-sample-assets" / kModels[1]);
+    Scene once = readGltf(assets / "gltf-sample-assets" / kModelsForRays[1]);
     Scene twice = once;
     for (const int root : once.scenes.front().roots) {
         // The same tree again: nodes are a forest, so they are copied.

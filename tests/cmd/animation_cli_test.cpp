@@ -14,7 +14,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 /// A triangle ("sail") that moves 3 to the right within a second, in a second animation 3 up; one
 /// that stays ("rock"); an orthographic camera, 8 units wide, 80 pixels below.
@@ -24,7 +23,7 @@ fs::path boats(const ScratchDir& folder) {
     const int right = builder.addAccessor<float>({0, 0, 0, 3, 0, 0}, "VEC3");
     const int up = builder.addAccessor<float>({0, 0, 0, 0, 3, 0}, "VEC3");
     const auto go = [&](const char* name, int output) {
-        return json{
+        return Json{
             {"name", name},
             {"samplers", {{{"input", times}, {"output", output}}}},
             {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}}};
@@ -47,7 +46,7 @@ Imath::Box2i windowOf(const fs::path& file) {
     return input.header(1).dataWindow();
 }
 
-Outcome render(const fs::path& scene, const fs::path& out, std::vector<std::string> more) {
+Outcome renderBoats(const fs::path& scene, const fs::path& out, std::vector<std::string> more) {
     std::vector<std::string> arguments{"render", scene.string(), "-o",    out.string(),
                                        "--size", "80x80",        "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -75,9 +74,9 @@ TEST(Time, MovesTheScene) {
     for (const auto& row : rows) {
         std::vector<std::string> arguments = row.arguments;
         arguments.insert(arguments.end(), {"--exclude", "rock"});
-        const Outcome result = render(scene, folder / "out.exr", arguments);
+        const Outcome result = renderBoats(scene, folder / "out.exr", arguments);
         ASSERT_EQ(result.exit_code, 0) << result.err;
-        EXPECT_FALSE(json::parse(result.out).contains("frame"));
+        EXPECT_FALSE(Json::parse(result.out).contains("frame"));
         const Imath::Box2i window = windowOf(folder / "out.exr");
         EXPECT_EQ(window.min, Imath::V2i(row.x0, row.y0));
     }
@@ -86,10 +85,10 @@ TEST(Time, MovesTheScene) {
 TEST(Frames, AreFilesOfTheirOwnWithTheirTimes) {
     const ScratchDir folder;
     const fs::path scene = boats(folder);
-    const Outcome result = render(scene, folder / "f.###.exr",
-                                  {"--frames", "10-0x5", "--fps", "10", "--exclude", "rock"});
+    const Outcome result = renderBoats(scene, folder / "f.###.exr",
+                                       {"--frames", "10-0x5", "--fps", "10", "--exclude", "rock"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
-    const json frames = json::parse(result.out).at("frames");
+    const Json frames = Json::parse(result.out).at("frames");
     ASSERT_EQ(frames.size(), 3U);
     const int expected_frames[] = {10, 5, 0}, left[] = {70, 55, 40};
     for (std::size_t i = 0; i < 3; ++i) {
@@ -102,10 +101,11 @@ TEST(Frames, AreFilesOfTheirOwnWithTheirTimes) {
         EXPECT_EQ(frames[i].at("output"), file.string());
         EXPECT_EQ(windowOf(file).min.x, left[i]);
         // The same as alone, but for the attributes that say which frame it is.
-        ASSERT_EQ(render(scene, folder / "alone.#.exr",
-                         {"--frames", std::to_string(frame), "--fps", "10", "--exclude", "rock"})
-                      .exit_code,
-                  0);
+        ASSERT_EQ(
+            renderBoats(scene, folder / "alone.#.exr",
+                        {"--frames", std::to_string(frame), "--fps", "10", "--exclude", "rock"})
+                .exit_code,
+            0);
         const std::string four = std::to_string(10000 + frame).substr(1);
         EXPECT_EQ(bytesOf(file), bytesOf(folder / ("alone." + four + ".exr")));
     }
@@ -129,9 +129,9 @@ TEST(Frames, AreFramedByTheWholeMovement) {
         {{"samplers", {{{"input", times}, {"output", right}}}},
          {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}}}};
     const fs::path scene = builder.write(folder, "far.glb");
-    const Outcome result = render(scene, folder / "f.#.exr", {"--frames", "0,12,24"});
+    const Outcome result = renderBoats(scene, folder / "f.#.exr", {"--frames", "0,12,24"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
-    for (const json& frame : json::parse(result.out).at("frames"))
+    for (const Json& frame : Json::parse(result.out).at("frames"))
         EXPECT_GT(frame.at("fragmentsCounted"), 0) << frame;
     EXPECT_LT(windowOf(folder / "f.0000.exr").max.x, windowOf(folder / "f.0012.exr").min.x);
     EXPECT_LT(windowOf(folder / "f.0012.exr").max.x, windowOf(folder / "f.0024.exr").min.x);
@@ -163,27 +163,27 @@ TEST(Frames, RefusesWhatContradictsItself) {
         {"boats.glb", {"--frames", "1"}, "boats.glb"},
     };
     for (const auto& row : rows) {
-        const Outcome result = render(scene, folder / row.out, row.arguments);
+        const Outcome result = renderBoats(scene, folder / row.out, row.arguments);
         EXPECT_EQ(result.exit_code, 2) << row.words << '\n' << result.err;
         EXPECT_NE(result.err.find(row.words), std::string::npos) << result.err;
     }
     // One frame needs no place for its number.
-    EXPECT_EQ(render(scene, folder / "one.exr", {"--frames", "3"}).exit_code, 0);
+    EXPECT_EQ(renderBoats(scene, folder / "one.exr", {"--frames", "3"}).exit_code, 0);
 }
 
 TEST(Selection, ShowsOnlyWhatIsIncluded) {
     const ScratchDir folder;
     const fs::path scene = boats(folder);
-    ASSERT_EQ(render(scene, folder / "a.exr", {"--include", "r*"}).exit_code, 0);
+    ASSERT_EQ(renderBoats(scene, folder / "a.exr", {"--include", "r*"}).exit_code, 0);
     EXPECT_EQ(windowOf(folder / "a.exr").min.x, 10);
-    ASSERT_EQ(render(scene, folder / "b.exr", {}).exit_code, 0);
+    ASSERT_EQ(renderBoats(scene, folder / "b.exr", {}).exit_code, 0);
     EXPECT_EQ(windowOf(folder / "b.exr").max.x, 48);
 }
 
 TEST(Info, ListsAnimations) {
     const ScratchDir folder;
     const fs::path scene = boats(folder);
-    const json info = json::parse(runPeeler({"info", "--json", scene.string()}).out);
+    const Json info = Json::parse(runPeeler({"info", "--json", scene.string()}).out);
     ASSERT_EQ(info.at("animations").size(), 2U);
     EXPECT_EQ(info["animations"][1].at("name"), "fly");
     EXPECT_EQ(info["animations"][1].at("duration"), 1.0);

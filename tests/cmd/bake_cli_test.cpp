@@ -13,7 +13,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 /// The triangle, opaque; with `uvs` the corners have TEXCOORD_0 (0,0) (1,0) (1/2,1).
 Json bakeScene(bool uvs = false) {

@@ -29,7 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-using Json = nlohmann::json;
 using Strings = std::vector<std::string>;
 
 /// False if what is waited for does not come at all.

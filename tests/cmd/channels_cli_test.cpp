@@ -24,7 +24,7 @@
 namespace peeler::test {
 namespace {
 
-constexpr int kWidth = 96, kHeight = 54;
+constexpr int kEngineWidth = 96, kEngineHeight = 54;
 
 class ChannelsCli : public testing::Test {
   protected:
@@ -34,7 +34,7 @@ class ChannelsCli : public testing::Test {
         std::vector<std::string> command{
             "render", scene.string(),
             "-o",     folder_ / output,
-            "--size", std::to_string(kWidth) + "x" + std::to_string(kHeight)};
+            "--size", std::to_string(kEngineWidth) + "x" + std::to_string(kEngineHeight)};
         command.insert(command.end(), options.begin(), options.end());
         return runPeeler(command);
     }
@@ -51,12 +51,12 @@ class ChannelsCli : public testing::Test {
                                          Imf::PixelType type) {
         Imf::MultiPartInputFile file((folder_ / name).c_str());
         Imf::InputPart part(file, 0);
-        std::vector<std::uint32_t> values(static_cast<std::size_t>(kWidth) * kHeight);
+        std::vector<std::uint32_t> values(static_cast<std::size_t>(kEngineWidth) * kEngineHeight);
         Imf::FrameBuffer buffer;
         buffer.insert(channel, Imf::Slice(type, reinterpret_cast<char*>(values.data()), 4,
-                                          4 * static_cast<std::size_t>(kWidth)));
+                                          4 * static_cast<std::size_t>(kEngineWidth)));
         part.setFrameBuffer(buffer);
-        part.readPixels(0, kHeight - 1);
+        part.readPixels(0, kEngineHeight - 1);
         return values;
     }
 

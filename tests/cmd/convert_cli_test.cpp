@@ -16,7 +16,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 class ConvertVerb : public testing::Test {
   protected:

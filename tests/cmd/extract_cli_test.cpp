@@ -22,7 +22,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 /// {"property": [values]} of a binary PLY, by a reader of twenty lines that knows the standard.
 constexpr const char* kReadPly = R"(
@@ -54,7 +53,7 @@ print(json.dumps({k: [str(a[k].dtype), list(a[k].shape), finite(a[k])] for k in 
 /// that looks along +X with +Y up: right is +Z.
 SyntheticPicture knownPicture() {
     SyntheticPicture picture;
-    View& view = picture.plan.view;
+    auto& view = picture.plan.view;
     view.width = 6;
     view.height = 4;
     view.crop = {2, 1, 4, 3};

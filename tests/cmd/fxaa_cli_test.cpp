@@ -15,7 +15,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 class FxaaOfTheEngine : public testing::Test {
   protected:
@@ -36,7 +35,7 @@ class FxaaOfTheEngine : public testing::Test {
     ScratchDir scratch_;
 };
 
-OIIO::ImageBuf color(const fs::path& path) {
+OIIO::ImageBuf colorsOf(const fs::path& path) {
     OIIO::ImageBuf image(path.string());
     EXPECT_TRUE(image.read(0, 0, true, OIIO::TypeDesc::FLOAT)) << image.geterror();
     return OIIO::ImageBufAlgo::channels(image, 4, {}, {}, {"R", "G", "B", "A"});
@@ -46,10 +45,10 @@ TEST_F(FxaaOfTheEngine, ComesNearerToManySamples) {
     const std::vector<std::string> small{"--as", "composite", "--size", "320x180"};
     auto smooth = small;
     smooth.emplace_back("--fxaa");
-    const OIIO::ImageBuf aliased = color(render("a.exr", small));
-    const OIIO::ImageBuf filtered = color(render("f.exr", smooth));
+    const OIIO::ImageBuf aliased = colorsOf(render("a.exr", small));
+    const OIIO::ImageBuf filtered = colorsOf(render("f.exr", smooth));
     const OIIO::ImageBuf large =
-        color(render("l.exr", {"--as", "composite", "--size", "2560x1440"}));
+        colorsOf(render("l.exr", {"--as", "composite", "--size", "2560x1440"}));
     const OIIO::ImageBuf reference =
         OIIO::ImageBufAlgo::resize(large, "box", 0, OIIO::ROI(0, 320, 0, 180));
     const auto rms = [&](const OIIO::ImageBuf& image) {
@@ -64,7 +63,7 @@ TEST_F(FxaaOfTheEngine, IsTheSameOfTheLayersInAFile) {
     const std::vector<std::string> size{"--size", "640x360"};
     auto at_once = size;
     at_once.insert(at_once.end(), {"--as", "composite", "--fxaa"});
-    const OIIO::ImageBuf expected = color(render("f.exr", at_once));
+    const OIIO::ImageBuf expected = colorsOf(render("f.exr", at_once));
     const fs::path layers = render("layers.exr", size);
     for (const bool fxaa : {false, true}) {
         std::vector<std::string> arguments{"flatten", layers, "-o", scratch_ / "flat.exr"};
@@ -72,7 +71,7 @@ TEST_F(FxaaOfTheEngine, IsTheSameOfTheLayersInAFile) {
         const Outcome result = runPeeler(arguments);
         ASSERT_EQ(result.exit_code, 0) << result.err;
         const auto compared =
-            OIIO::ImageBufAlgo::compare(color(scratch_ / "flat.exr"), expected, 1e-6F, 1e-6F);
+            OIIO::ImageBufAlgo::compare(colorsOf(scratch_ / "flat.exr"), expected, 1e-6F, 1e-6F);
         EXPECT_EQ(compared.maxerror < 1e-6, fxaa) << compared.maxerror;
     }
 }

@@ -17,11 +17,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
-
-bool contains(const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
-}
 
 std::string toText(const Bytes& bytes) {
     return {bytes.begin(), bytes.end()};
@@ -38,17 +33,17 @@ CommandResult info(const fs::path& scene, const std::vector<std::string>& more =
 
 struct Hostile {
     const char* name;
-    void (*change)(json&);
+    void (*change)(Json&);
     const char* where;
     const char* words;
 };
 
 class HostileSizes : public testing::TestWithParam<Hostile> {};
 
-constexpr std::uint64_t kHuge = std::uint64_t{1} << 31U;
+constexpr std::uint64_t kHugeCount = std::uint64_t{1} << 31U;
 
 /// Lets the positions be decompressed from the 48 bytes of the buffer; there is no fallback.
-void compress(json& scene, std::uint64_t count, std::uint64_t stride) {
+void compress(Json& scene, std::uint64_t count, std::uint64_t stride) {
     scene["buffers"].push_back({{"byteLength", 1}});
     scene["bufferViews"][0] = {{"buffer", 1},
                                {"byteLength", count * stride},
@@ -63,7 +58,7 @@ void compress(json& scene, std::uint64_t count, std::uint64_t stride) {
 
 TEST_P(HostileSizes, AreRefusedBeforeAnythingIsAllocated) {
     const ScratchDir scratch;
-    json scene = triangleScene();
+    Json scene = triangleScene();
     GetParam().change(scene);
     // 0xA0 begins a meshopt stream.
     std::string buffer = triangleBuffer();
@@ -81,47 +76,47 @@ TEST_P(HostileSizes, AreRefusedBeforeAnythingIsAllocated) {
 INSTANTIATE_TEST_SUITE_P(
     All, HostileSizes,
     testing::Values(
-        Hostile{"Accessor", [](json& s) { s["accessors"][0]["count"] = kHuge; }, "/accessors/0",
-                "ends at byte"},
-        Hostile{"Indices", [](json& s) { s["accessors"][1]["count"] = kHuge; }, "/accessors/1",
+        Hostile{"Accessor", [](Json& s) { s["accessors"][0]["count"] = kHugeCount; },
+                "/accessors/0", "ends at byte"},
+        Hostile{"Indices", [](Json& s) { s["accessors"][1]["count"] = kHugeCount; }, "/accessors/1",
                 "ends at byte"},
         Hostile{"AccessorWithoutData",
-                [](json& s) {
+                [](Json& s) {
                     s["accessors"][0].erase("bufferView");
-                    s["accessors"][0]["count"] = kHuge;
+                    s["accessors"][0]["count"] = kHugeCount;
                 },
                 "/accessors/0/count", "at most"},
-        Hostile{"AccessorOf2To53", [](json& s) { s["accessors"][0]["count"] = 9007199254740991; },
+        Hostile{"AccessorOf2To53", [](Json& s) { s["accessors"][0]["count"] = 9007199254740991; },
                 "/accessors/0", "ends at byte"},
-        Hostile{"BufferView", [](json& s) { s["bufferViews"][0]["byteLength"] = kHuge; },
+        Hostile{"BufferView", [](Json& s) { s["bufferViews"][0]["byteLength"] = kHugeCount; },
                 "/bufferViews/0", "ends at byte"},
-        Hostile{"Buffer", [](json& s) { s["buffers"][0]["byteLength"] = kHuge; }, "/buffers/0",
+        Hostile{"Buffer", [](Json& s) { s["buffers"][0]["byteLength"] = kHugeCount; }, "/buffers/0",
                 "truncated"},
         Hostile{"Sparse",
-                [](json& s) {
+                [](Json& s) {
                     s["accessors"][0]["sparse"] = {
-                        {"count", kHuge - 1},
+                        {"count", kHugeCount - 1},
                         {"indices", {{"bufferView", 1}, {"componentType", 5125}}},
                         {"values", {{"bufferView", 0}}}};
                 },
                 "/accessors/0/sparse/count", "substituted"},
         Hostile{"SparseOfAHugeAccessor",
-                [](json& s) {
+                [](Json& s) {
                     s["accessors"][0].erase("bufferView");
-                    s["accessors"][0]["count"] = kHuge;
+                    s["accessors"][0]["count"] = kHugeCount;
                     s["accessors"][0]["sparse"] = {
-                        {"count", kHuge - 1},
+                        {"count", kHugeCount - 1},
                         {"indices", {{"bufferView", 1}, {"componentType", 5125}}},
                         {"values", {{"bufferView", 0}}}};
                 },
                 "/accessors/0/count", "at most"},
-        Hostile{"Meshopt", [](json& s) { compress(s, kHuge, 256); },
+        Hostile{"Meshopt", [](Json& s) { compress(s, kHugeCount, 256); },
                 "/bufferViews/0/extensions/EXT_meshopt_compression", "need at least"},
-        Hostile{"MeshoptOf2To53Bytes", [](json& s) { compress(s, std::uint64_t{1} << 45U, 256); },
+        Hostile{"MeshoptOf2To53Bytes", [](Json& s) { compress(s, std::uint64_t{1} << 45U, 256); },
                 "/bufferViews/0/extensions/EXT_meshopt_compression", "need at least"},
         Hostile{"DracoAccessors",
-                [](json& s) {
-                    s["accessors"][0]["count"] = kHuge * 4096;
+                [](Json& s) {
+                    s["accessors"][0]["count"] = kHugeCount * 4096;
                     s["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"] = {
                         {"bufferView", 0}, {"attributes", {{"POSITION", 0}}}};
                 },
@@ -131,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(HostileScenes, APictureOf60000SquareIsNotDecoded) {
     const ScratchDir scratch;
-    json scene = triangleScene();
+    Json scene = triangleScene();
     scene["images"] = {{{"uri", "huge.png"}}};
     scene["textures"] = {{{"source", 0}}};
     scene["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
@@ -154,7 +149,7 @@ TEST(HostileScenes, APictureOf60000SquareIsNotDecoded) {
 /// anew in a time that grows with the square.
 TEST(HostileScenes, AChainOfAMillionNodesIsRefused) {
     const ScratchDir scratch;
-    json scene = triangleScene();
+    Json scene = triangleScene();
     const int count = exhaustive() ? 1000000 : 100000;  // ten billion steps are endless, too
     std::string nodes = "[";
     for (int i = 0; i + 1 < count; ++i)
@@ -224,13 +219,13 @@ class Sandbox : public testing::Test {
     }
 
     fs::path sceneWithBuffer(const std::string& uri, std::size_t number = 0) const {
-        json scene = triangleScene();
+        Json scene = triangleScene();
         scene["buffers"][0]["uri"] = uri;
         return write(scene, number);
     }
 
     fs::path sceneWithImage(const std::string& uri, std::size_t number) const {
-        json scene = triangleScene();
+        Json scene = triangleScene();
         scene["images"] = {{{"uri", uri}}};
         scene["textures"] = {{{"source", 0}}};
         scene["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
@@ -254,7 +249,7 @@ class Sandbox : public testing::Test {
     }
 
   private:
-    fs::path write(const json& scene, std::size_t number) const {
+    fs::path write(const Json& scene, std::size_t number) const {
         const fs::path path = scene_ / ("scene" + std::to_string(number) + ".gltf");
         writeText(path, scene.dump());
         return path;

@@ -25,10 +25,12 @@ struct Picture {
 constexpr int kPartWidth = 40, kPartHeight = 24;
 
 /// Wider than the 32768 pixels that are the most of any driver.
-const Picture kHuge = {40000, 20000, 20470, 10228, "2G", 2000000000, std::uintmax_t{3} << 30};
+const Picture kHugePicture = {
+    40000, 20000, 20470, 10228, "2G", 2000000000, std::uintmax_t{3} << 30};
 /// That of the short run: two raster tiles wide and two high, with the corner of all of them in the
 /// middle, and no room for all of it at once.
-const Picture kLarge = {8200, 8200, 4080, 4084, "500M", 500000000, std::uintmax_t{300} << 20};
+const Picture kLargePicture = {
+    8200, 8200, 4080, 4084, "500M", 500000000, std::uintmax_t{300} << 20};
 
 using Pixels = std::vector<float>;
 
@@ -64,7 +66,7 @@ std::vector<Pixels> partOf(const fs::path& file, const Picture& picture) {
 }
 
 TEST(HugePicture, IsRenderedInBandsAndTilesUnderItsBudget) {
-    const Picture& picture = exhaustive() ? kHuge : kLarge;
+    const Picture& picture = exhaustive() ? kHugePicture : kLargePicture;
     const ScratchDir scratch;
     if (fs::space(scratch.path()).available < picture.disk)
         GTEST_SKIP() << "less than " << (picture.disk >> 20) << " MB are free in "

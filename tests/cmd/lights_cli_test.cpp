@@ -21,7 +21,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 /// Three opaque triangles at z = 0, −0.1 and −0.2 with corners (−100, −100), (100, −100), (0, 100),
 /// and lights that look along −Z: a sun, a lamp at z = 5, a bulb.

@@ -17,7 +17,7 @@ fs::path engine() {
     return sourceDir() / "examples" / "scenes" / "engine.glb";
 }
 
-nlohmann::json render(const fs::path& out, const std::vector<std::string>& more) {
+nlohmann::json renderEngine(const fs::path& out, const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"render", engine(), "-o", out, "--json", "--quiet"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const CommandResult run = runPeelerProcess(arguments);
@@ -30,8 +30,9 @@ TEST(Memory, AHugePictureStaysUnderItsBudget) {
     // That of the short run, too, is more than one raster tile, and at once more than its budget.
     const std::string size = exhaustive() ? "8192x4096" : "8192x2048";
     const std::uint64_t budget = exhaustive() ? 2048 : 500;  // MiB
-    const auto json = render(scratch / "huge.exr", {"--size", size, "--faces", "both", "--memory",
-                                                    std::to_string(budget) + "M"});
+    const auto json =
+        renderEngine(scratch / "huge.exr",
+                     {"--size", size, "--faces", "both", "--memory", std::to_string(budget) + "M"});
     EXPECT_GE(json.at("layers"), 20);
     EXPECT_EQ(json.at("complete"), true);
     const auto peak = json.at("peakMemory").get<std::uint64_t>();
@@ -43,12 +44,12 @@ TEST(Memory, AHugePictureStaysUnderItsBudget) {
 TEST(Memory, ABudgetCutsBandsAndChangesNoByte) {
     const ScratchDir scratch;
     const std::vector<std::string> size = {"--size", "1600x1200"};
-    render(scratch / "free.exr", size);
+    renderEngine(scratch / "free.exr", size);
     const std::string expected = bytesOf(scratch / "free.exr");
     for (const std::string budget : {"420M", "600M"}) {
         auto arguments = size;
         arguments.insert(arguments.end(), {"--memory", budget});
-        const auto json = render(scratch / "tight.exr", arguments);
+        const auto json = renderEngine(scratch / "tight.exr", arguments);
         EXPECT_LT(json.at("peakMemory").get<std::uint64_t>(), std::stoull(budget) << 20);
         EXPECT_TRUE(bytesOf(scratch / "tight.exr") == expected) << budget;
     }
@@ -57,12 +58,12 @@ TEST(Memory, ABudgetCutsBandsAndChangesNoByte) {
 TEST(Memory, ABudgetCutsBandsOfFxaaAndChangesNoByte) {
     const ScratchDir scratch;
     const std::vector<std::string> size{"--as", "composite", "--size", "1600x1200", "--fxaa"};
-    render(scratch / "free.exr", size);
+    renderEngine(scratch / "free.exr", size);
     const std::string expected = bytesOf(scratch / "free.exr");
     for (const std::string budget : {"480M", "640M"}) {
         auto arguments = size;
         arguments.insert(arguments.end(), {"--memory", budget, "--threads", "1"});
-        const auto json = render(scratch / "tight.exr", arguments);
+        const auto json = renderEngine(scratch / "tight.exr", arguments);
         EXPECT_LT(json.at("peakMemory").get<std::uint64_t>(), std::stoull(budget) << 20);
         EXPECT_TRUE(bytesOf(scratch / "tight.exr") == expected) << budget;
     }

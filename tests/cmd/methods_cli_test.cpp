@@ -18,7 +18,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 class Methods : public testing::Test {
   protected:

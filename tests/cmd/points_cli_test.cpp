@@ -13,9 +13,8 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
-constexpr const char* kReadNpz = R"(
+constexpr const char* kReadHits = R"(
 import json, sys, numpy
 a = numpy.load(sys.argv[1], allow_pickle=False)
 finite = lambda v: [None if x in (numpy.inf, 0xFFFFFFFF) else round(float(x), 6)
@@ -55,7 +54,7 @@ TEST_F(Points, BeforeAndAfter) {
         const Json told = Json::parse(run.out).at("points");
         EXPECT_EQ(told,
                   Json::parse(R"({"count": 4, "before": 5, "after": 4, "besideBundles": 4})"));
-        const Outcome read = runPython(kReadNpz, {path("o.npz")});
+        const Outcome read = runPython(kReadHits, {path("o.npz")});
         ASSERT_EQ(read.exit_code, 0) << read.err;
         EXPECT_EQ(Json::parse(read.out), Json::parse(R"({
             "t_before": ["float32", [3, 4],

@@ -28,8 +28,18 @@ namespace peeler::cmd {
 namespace {
 
 namespace fs = std::filesystem;
-using namespace test;
 using Json = nlohmann::ordered_json;
+using test::bodies;
+using test::bytesOf;
+using test::Hit;
+using test::Outcome;
+using test::rayHits;
+using test::runCommand;
+using test::runPeeler;
+using test::runPython;
+using test::ScratchDir;
+using test::Sphere;
+using test::sphereHits;
 
 /// What a spheres' scene is traced with.
 class RayOutputs : public testing::Test {
@@ -64,7 +74,7 @@ class RayOutputs : public testing::Test {
 };
 
 /// The numbers of a channel, as bits.
-std::vector<std::uint32_t> readChannel(Imf::InputPart& part, const char* name) {
+std::vector<std::uint32_t> channelBits(Imf::InputPart& part, const char* name) {
     const Imath::Box2i window = part.header().dataWindow();
     const auto width = static_cast<std::size_t>(window.max.x - window.min.x + 1);
     std::vector<std::uint32_t> bits(width * std::size_t(window.max.y - window.min.y + 1));
@@ -104,7 +114,7 @@ TEST_F(RayOutputs, AnExrHasAPartABundle) {
                   cameraJson(views[b]));
         EXPECT_EQ(header.find("peeler:layers"), header.end());
 
-        const auto bits = [&](const char* name) { return readChannel(part, name); };
+        const auto bits = [&](const char* name) { return channelBits(part, name); };
         const auto count = bits("count"), first = bits("first"), outer = bits("path.m0"),
                    inner = bits("path.m1"), all = bits("thickness"), passes = bits("transmission");
         const Window& crop = bundles_[b].view.crop;

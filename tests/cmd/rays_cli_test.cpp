@@ -19,7 +19,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 class RaysCli : public testing::Test {
   protected:

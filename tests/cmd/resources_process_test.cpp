@@ -16,7 +16,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 using Strings = std::vector<std::string>;
 
 /// Without what the scheduler of the tests themselves may have set.

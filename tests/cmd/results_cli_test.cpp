@@ -21,7 +21,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 class Results : public testing::Test {
   protected:

@@ -23,7 +23,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 using namespace std::chrono_literals;
 
 fs::path jellyfish() {
@@ -48,7 +47,7 @@ class Sequence : public testing::Test {
     /// The numbers of the frames that were skipped.
     static std::set<int> skipped(const CommandResult& result) {
         std::set<int> frames;
-        const json told = json::parse(result.out);
+        const Json told = Json::parse(result.out);
         for (const auto& entry : told.at("frames"))
             if (entry.value("skipped", false)) frames.insert(entry.at("frame").get<int>());
         return frames;
@@ -76,7 +75,7 @@ TEST_F(Sequence, ChunksTogetherAreTheSequence) {
         const CommandResult result =
             render({"--frames", "3-9", "--chunk", std::to_string(i) + "/3"});
         ASSERT_EQ(result.exit_code, 0) << result.err;
-        const json frames = json::parse(result.out).at("frames");
+        const Json frames = Json::parse(result.out).at("frames");
         for (const auto& entry : frames)
             order.push_back(entry.at("frame"));
         EXPECT_GE(frames.size(), 2U);
@@ -89,7 +88,7 @@ TEST_F(Sequence, ChunksTogetherAreTheSequence) {
 TEST_F(Sequence, AChunkMayBeEmpty) {
     const CommandResult result = render({"--frames", "1-2", "--chunk", "1/3"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_EQ(json::parse(result.out).at("frames").size(), 0U);
+    EXPECT_EQ(Json::parse(result.out).at("frames").size(), 0U);
     EXPECT_TRUE(fs::is_empty(scratch_.path()));
 }
 
@@ -201,7 +200,7 @@ TEST_F(Sequence, KeepGoingDoesTheOthersAndListsWhatFailed) {
     EXPECT_FALSE(fs::exists(frame(3)));
     const CommandResult result = render({"--frames", "1-5", "--keep-going"});
     EXPECT_EQ(result.exit_code, 4) << result.err;
-    const json told = json::parse(result.out);
+    const Json told = Json::parse(result.out);
     EXPECT_EQ(told.at("frames").size(), 3U);
     ASSERT_EQ(told.at("failed").size(), 2U);
     EXPECT_EQ(told.at("failed")[0].at("frame"), 2);
@@ -227,15 +226,15 @@ TEST_F(Sequence, DryRunTellsAndWritesNothing) {
     const CommandResult result = render(
         {"--frames", "1-4", "--chunk", "1/2", "--tile", "2/2", "--skip-existing", "--dry-run"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
-    const json pictures = json::parse(result.out).at("pictures");
+    const Json pictures = Json::parse(result.out).at("pictures");
     ASSERT_EQ(pictures.size(), 2U);
     EXPECT_EQ(pictures[0].at("output"), frame(1));
-    EXPECT_EQ(pictures[0].at("crop"), json::parse("[0, 27, 96, 27]"));
+    EXPECT_EQ(pictures[0].at("crop"), Json::parse("[0, 27, 96, 27]"));
     EXPECT_EQ(pictures[0].at("exists"), false);
     EXPECT_EQ(pictures[1].at("exists"), true);
     EXPECT_EQ(pictures[1].at("action"), "render");  // the file is of the whole picture
     const CommandResult whole = render({"--frames", "2", "--skip-existing", "--dry-run"});
-    EXPECT_EQ(json::parse(whole.out).at("pictures")[0].at("action"), "skip");
+    EXPECT_EQ(Json::parse(whole.out).at("pictures")[0].at("action"), "skip");
     EXPECT_FALSE(fs::exists(frame(1)));
     EXPECT_EQ(runPeelerProcess(arguments({"-o", "/nonexistent/f.%d.exr", "--frames", "1",
                                           "--dry-run", "--report", "/nonexistent/r"}))

@@ -17,7 +17,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 /// Five half transparent red triangles, each filling the picture of 96 x 64 pixels.
 class SheetCommand : public testing::Test {

@@ -14,10 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool contains(const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
-}
-
 TEST(Help, ListsEveryVerbWithItsSummary) {
     const Outcome result = runPeeler({"--help"});
     EXPECT_EQ(result.exit_code, 0);
@@ -99,7 +95,7 @@ TEST_P(Refusals, SayWhatWhereAndWhatToTry) {
 }
 
 /// `peeler render SCENE -o OUT/a.exr` and these.
-Refused render(std::vector<std::string> options, std::vector<std::string> parts) {
+Refused refusedRender(std::vector<std::string> options, std::vector<std::string> parts) {
     std::vector<std::string> arguments{"render", "SCENE", "-o", "OUT/a.exr"};
     arguments.insert(arguments.end(), options.begin(), options.end());
     return {arguments, std::move(parts)};
@@ -109,56 +105,63 @@ INSTANTIATE_TEST_SUITE_P(
     Names, Refusals,
     testing::Values(
         Refused{{"rendre"}, {"unknown verb: rendre", "did you mean 'render'?"}},
-        render({"--metod", "x"}, {"unknown option: --metod", "did you mean '--method'?"}),
-        render({"extra.gltf"}, {"one argument too many: extra.gltf"}),
-        render({"--method", "a-bufer"}, {"unknown method 'a-bufer'", "--method a-bufer",
-                                         "did you mean 'a-buffer'?", "a-buffer, front-to-back"}),
-        render({"--camera", "fornt"}, {"unknown camera: --camera fornt", "did you mean 'front'?"}),
-        render({"--camera", "7"}, {"unknown camera: --camera 7", "an index from 0 to 0"}),
-        render({"--scene", "other"}, {"unknown scene: --scene other"}),
-        render({"--camera", "light:kye"}, {"unknown light: --camera light:kye",
-                                           "did you mean 'light:key'?", "from light:0 to light:0"}),
-        render({"--surfaces", "visble"}, {"did you mean 'visible'?"}),
-        render({"--faces", "sides"}, {"gltf, front, back, both"}),
-        render({"--backend", "eglo"}, {"did you mean 'egl'?", "auto, egl, osmesa"}),
-        render({"--as", "png"}, {"--as png", "ldi, deep, composite"})));
+        refusedRender({"--metod", "x"}, {"unknown option: --metod", "did you mean '--method'?"}),
+        refusedRender({"extra.gltf"}, {"one argument too many: extra.gltf"}),
+        refusedRender({"--method", "a-bufer"},
+                      {"unknown method 'a-bufer'", "--method a-bufer", "did you mean 'a-buffer'?",
+                       "a-buffer, front-to-back"}),
+        refusedRender({"--camera", "fornt"},
+                      {"unknown camera: --camera fornt", "did you mean 'front'?"}),
+        refusedRender({"--camera", "7"}, {"unknown camera: --camera 7", "an index from 0 to 0"}),
+        refusedRender({"--scene", "other"}, {"unknown scene: --scene other"}),
+        refusedRender({"--camera", "light:kye"},
+                      {"unknown light: --camera light:kye", "did you mean 'light:key'?",
+                       "from light:0 to light:0"}),
+        refusedRender({"--surfaces", "visble"}, {"did you mean 'visible'?"}),
+        refusedRender({"--faces", "sides"}, {"gltf, front, back, both"}),
+        refusedRender({"--backend", "eglo"}, {"did you mean 'egl'?", "auto, egl, osmesa"}),
+        refusedRender({"--as", "png"}, {"--as png", "ldi, deep, composite"})));
 
 INSTANTIATE_TEST_SUITE_P(
     Values, Refusals,
-    testing::Values(
-        render({"--size", "0x100"}, {"--size 0x100", "from 1 to 65536"}),
-        render({"--size", "-5x100"}, {"--size -5x100"}),
-        render({"--size", "99999999999x2"}, {"--size 99999999999x2"}),
-        render({"--size", "65536x65536"}, {"more than 1073741824 pixels"}),
-        render({"--size", "big"}, {"--size big"}), render({"--fov", "nan"}, {"--fov nan"}),
-        render({"--fov", "180"}, {"between 0 and 180"}), render({"--eye", "1,2"}, {"x,y,z"}),
-        render({"--layers", "1.5"}, {"--layers 1.5"}),
-        render({"--memory", "1M"}, {"too little memory", "64M"}),
-        render({"--memory", "lots"}, {"8G"}), render({"--threads", "-1"}, {"--threads -1"}),
-        render({"--crop", "0,0,1281,10"}, {"outside the picture", "1280 x 720"}),
-        render({"--size"}, {"--size", "see peeler render --help"})));
+    testing::Values(refusedRender({"--size", "0x100"}, {"--size 0x100", "from 1 to 65536"}),
+                    refusedRender({"--size", "-5x100"}, {"--size -5x100"}),
+                    refusedRender({"--size", "99999999999x2"}, {"--size 99999999999x2"}),
+                    refusedRender({"--size", "65536x65536"}, {"more than 1073741824 pixels"}),
+                    refusedRender({"--size", "big"}, {"--size big"}),
+                    refusedRender({"--fov", "nan"}, {"--fov nan"}),
+                    refusedRender({"--fov", "180"}, {"between 0 and 180"}),
+                    refusedRender({"--eye", "1,2"}, {"x,y,z"}),
+                    refusedRender({"--layers", "1.5"}, {"--layers 1.5"}),
+                    refusedRender({"--memory", "1M"}, {"too little memory", "64M"}),
+                    refusedRender({"--memory", "lots"}, {"8G"}),
+                    refusedRender({"--threads", "-1"}, {"--threads -1"}),
+                    refusedRender({"--crop", "0,0,1281,10"}, {"outside the picture", "1280 x 720"}),
+                    refusedRender({"--size"}, {"--size", "see peeler render --help"})));
 
 INSTANTIATE_TEST_SUITE_P(
     Contradictions, Refusals,
     testing::Values(
-        render({"--camera", "0", "--fov", "30"}, {"--camera"}),
-        render({"--fov", "30", "--ortho-height", "2"}, {"--fov, --ortho-height"}),
-        render({"--eye", "0,5,0", "--target", "0,0,0", "--up", "0,1,0"}, {"parallel", "--up"}),
-        render({"--eye", "-1,-1,-1", "--target", "-1,-1,-1"}, {"--eye, --target"}),
-        render({"--near", "5", "--far", "1"}, {"--near, --far"}),
-        render({"--background", "1,1,1"}, {"layers have no background", "--as composite"}),
-        render({"--exposure", "1"}, {"--exposure", "--as composite"}),
-        render({"--as", "composite", "--no-composite"}, {"--no-composite"}),
-        render({"--as", "midpoint-depth", "--no-composite"}, {"--no-composite"}),
-        render({"--as", "midpoint-depth", "--layers", "2"}, {"--as midpoint-depth", "--layers"}),
-        render({"--shadow-size", "64"}, {"--shadow-size 64", "add --shadows"}),
-        render({"--as", "composite", "--tone-map", "aces"}, {"linear light", ".png"}),
+        refusedRender({"--camera", "0", "--fov", "30"}, {"--camera"}),
+        refusedRender({"--fov", "30", "--ortho-height", "2"}, {"--fov, --ortho-height"}),
+        refusedRender({"--eye", "0,5,0", "--target", "0,0,0", "--up", "0,1,0"},
+                      {"parallel", "--up"}),
+        refusedRender({"--eye", "-1,-1,-1", "--target", "-1,-1,-1"}, {"--eye, --target"}),
+        refusedRender({"--near", "5", "--far", "1"}, {"--near, --far"}),
+        refusedRender({"--background", "1,1,1"}, {"layers have no background", "--as composite"}),
+        refusedRender({"--exposure", "1"}, {"--exposure", "--as composite"}),
+        refusedRender({"--as", "composite", "--no-composite"}, {"--no-composite"}),
+        refusedRender({"--as", "midpoint-depth", "--no-composite"}, {"--no-composite"}),
+        refusedRender({"--as", "midpoint-depth", "--layers", "2"},
+                      {"--as midpoint-depth", "--layers"}),
+        refusedRender({"--shadow-size", "64"}, {"--shadow-size 64", "add --shadows"}),
+        refusedRender({"--as", "composite", "--tone-map", "aces"}, {"linear light", ".png"}),
         Refused{{"render", "SCENE", "-o", "SCENE"}, {"scene.gltf"}},
         Refused{{"render", "SCENE", "-o", "OUT/a.xyz"}, {"a.xyz", ".png"}},
         Refused{{"render", "SCENE", "-o", "OUT/a.png", "--as", "ldi"}, {"ldi"}},
         Refused{{"render", "SCENE"}, {"--output", "see peeler render --help"}},
         Refused{{"render", "-o", "OUT/a.exr"}, {"SCENE"}},
-        render({"--report", "OUT/a.exr"}, {"--report", "replace"}),
+        refusedRender({"--report", "OUT/a.exr"}, {"--report", "replace"}),
         Refused{{"flatten", "SCENE", "-o", "OUT/a.exr", "--layers", "none"}, {"--layers none"}}));
 
 TEST(Usage, FilesOfTheSceneAreKept) {

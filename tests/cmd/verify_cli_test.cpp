@@ -16,6 +16,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "cmd/tiny_gltf.h"
 #include "formats/exr_composite_writer.h"
 #include "formats/exr_ldi_writer.h"
 #include "formats/synthetic_image.h"
@@ -25,7 +26,6 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 /// A part's channels as floats, and where they lie.
 struct Planes {
@@ -66,10 +66,6 @@ void rewrite(const std::string& from, const std::string& to, const std::string& 
         output.setFrameBuffer(buffer);
         output.writePixels(window.max.y - window.min.y + 1);
     }
-}
-
-void writeText(const std::string& path, const std::string& bytes) {
-    std::ofstream(path, std::ios::binary) << bytes;
 }
 
 class VerifyCommand : public testing::Test {

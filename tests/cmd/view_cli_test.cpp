@@ -15,10 +15,9 @@ namespace peeler::test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 using Arguments = std::vector<std::string>;
 
-constexpr int kWidth = 384, kHeight = 216;
+constexpr int kViewWidth = 384, kViewHeight = 216;
 
 std::string exactly(const std::vector<double>& numbers) {
     std::ostringstream text;
@@ -33,7 +32,7 @@ OIIO::ImageBuf shown(const fs::path& path) {
     OIIO::ImageBuf image(path.string());
     EXPECT_TRUE(image.read(0, 0, true, OIIO::TypeDesc::FLOAT)) << image.geterror();
     image = OIIO::ImageBufAlgo::channels(image, 4, {}, {}, {"R", "G", "B", "A"});
-    OIIO::ImageBuf result(OIIO::ImageSpec(kWidth, kHeight, 3, OIIO::TypeDesc::FLOAT));
+    OIIO::ImageBuf result(OIIO::ImageSpec(kViewWidth, kViewHeight, 3, OIIO::TypeDesc::FLOAT));
     for (OIIO::ImageBuf::ConstIterator<float> from(image); !from.done(); ++from) {
         for (int c = 0; c < 3; ++c) {
             const double sum = from[c] + (1 - from[3]) * 0.18;
@@ -71,8 +70,8 @@ class ViewsOf : public testing::TestWithParam<const char*> {
                             "-o",
                             file(name),
                             "--size",
-                            std::to_string(std::lround(kWidth * margin)) + 'x' +
-                                std::to_string(std::lround(kHeight * margin)),
+                            std::to_string(std::lround(kViewWidth * margin)) + 'x' +
+                                std::to_string(std::lround(kViewHeight * margin)),
                             "--samples",
                             "4"};
         const Arguments camera = cameraOf("own.exr", margin);

@@ -18,10 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool contains(const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
-}
-
 class WrongInput : public testing::Test {
   protected:
     WrongInput() { fs::create_directory(out_); }

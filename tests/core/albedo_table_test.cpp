@@ -5,12 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
+
+#include "support/numbers.h"
 
 namespace peeler::test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kLast = kAlbedoTableSize - 1;
 
 glm::vec3 entry(const std::vector<glm::vec3>& table, int row, int column) {

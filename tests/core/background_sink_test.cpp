@@ -44,7 +44,7 @@ class LoggingSink final : public Sink {
     Log& log_;
 };
 
-LayeredImage band(float z) {
+LayeredImage onePixelBand(float z) {
     LayeredImage image;
     image.window = {0, 0, 1, 1};
     image.offsets = {0, 1};
@@ -61,7 +61,7 @@ TEST(BackgroundSink, HandsEverythingOnInOrder) {
         EXPECT_EQ(sink.memory().bands, 1);
         LayeredImage image;
         for (const float z : {1.0F, 2.0F, 3.0F}) {
-            image = band(z);
+            image = onePixelBand(z);
             sink.write(image);
             image.z.front() = -1;  // it is the caller's again
         }
@@ -79,7 +79,7 @@ TEST(BackgroundSink, FinishDoesNotWait) {
     log.holds = true;
     BackgroundSink sink(std::make_unique<LoggingSink>(log));
     sink.begin({});
-    sink.write(band(1));
+    sink.write(onePixelBand(1));
     sink.finish();  // would never come back
     log.hold.set_value();
     sink.wait();
@@ -91,9 +91,9 @@ TEST(BackgroundSink, FailuresComeBack) {
     log.fails_at = 1;
     BackgroundSink sink(std::make_unique<LoggingSink>(log));
     sink.begin({});
-    sink.write(band(1));
-    sink.write(band(2));
-    EXPECT_THROW(sink.write(band(3)), std::runtime_error);
+    sink.write(onePixelBand(1));
+    sink.write(onePixelBand(2));
+    EXPECT_THROW(sink.write(onePixelBand(3)), std::runtime_error);
     EXPECT_EQ(log.depths.size(), 1U);
 }
 
@@ -102,7 +102,7 @@ TEST(BackgroundSink, TheLastBandsFailureIsNotLost) {
     log.fails_at = 0;
     BackgroundSink sink(std::make_unique<LoggingSink>(log));
     sink.begin({});
-    sink.write(band(1));
+    sink.write(onePixelBand(1));
     EXPECT_THROW(
         {
             sink.finish();
@@ -116,7 +116,7 @@ TEST(BackgroundSink, WhatIsNotFinishedIsGivenUp) {
     {
         BackgroundSink sink(std::make_unique<LoggingSink>(log));
         sink.begin({});
-        sink.write(band(1));
+        sink.write(onePixelBand(1));
     }
     EXPECT_EQ(log.calls.back(), "end");
     for (const std::string& call : log.calls)

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
-#include <numbers>
 #include <vector>
 
 #include "core/bands.h"
@@ -15,11 +14,11 @@
 #include "core/rays/texel_receivers.h"
 #include "core/rays/vertex_receivers.h"
 #include "support/capture.h"
+#include "support/numbers.h"
 
 namespace peeler::test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 const glm::vec3 kUp(0, 1, 0), kDown(0, -1, 0);
 
 BakeSettings settingsOf(BakeQuantity quantity, int directions = 512) {

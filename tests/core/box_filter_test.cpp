@@ -11,7 +11,7 @@ namespace {
 
 using Pixel = BoxFilter::Pixel;
 
-Pixel grey(float value) {
+Pixel tinted(float value) {
     return {value, 2 * value, 3 * value, 1};
 }
 
@@ -21,7 +21,7 @@ std::vector<Pixel> reduce(const std::vector<float>& values, int columns, int wid
     BoxFilter filter(columns, rows, width, height);
     std::vector<Pixel> row;
     for (const float value : values) {
-        row.push_back(grey(value));
+        row.push_back(tinted(value));
         if (static_cast<int>(row.size()) < columns) continue;
         filter.addRow(row);
         row.clear();
@@ -50,7 +50,7 @@ TEST(BoxFilter, SharesAPixelOnAnEdgeByArea) {
 TEST(BoxFilter, SameSizeIsTheSamePicture) {
     const auto out = reduce({1, 2, 3, 4, 5, 6}, 3, 3, 2);
     for (std::size_t i = 0; i < 6; ++i)
-        EXPECT_EQ(out[i], grey(static_cast<float>(i + 1)));
+        EXPECT_EQ(out[i], tinted(static_cast<float>(i + 1)));
 }
 
 TEST(BoxFilter, KeepsTheAverageAtAnyRatio) {

@@ -9,11 +9,12 @@
 #include "core/error.h"
 #include "core/peel/method.h"
 #include "support/capture.h"
+#include "support/method_names.h"
 
 namespace peeler::test {
 namespace {
 
-class Capture : public testing::TestWithParam<std::string_view> {
+class Capture : public testing::TestWithParam<std::string> {
   protected:
     CaptureSettings settings() const {
         CaptureSettings s;
@@ -22,19 +23,13 @@ class Capture : public testing::TestWithParam<std::string_view> {
     }
 };
 
-std::vector<std::string_view> methodNames() {
-    std::vector<std::string_view> names;
-    for (const auto& method : peelMethods())
-        if (method.exact()) names.push_back(method.name);
-    return names;
-}
-
-INSTANTIATE_TEST_SUITE_P(Methods, Capture, testing::ValuesIn(methodNames()), [](const auto& row) {
-    std::string name(row.param);
-    for (char& c : name)
-        if (c == '-') c = '_';
-    return name;
-});
+INSTANTIATE_TEST_SUITE_P(Methods, Capture, testing::ValuesIn(methodNames(true)),
+                         [](const auto& row) {
+                             std::string name(row.param);
+                             for (char& c : name)
+                                 if (c == '-') c = '_';
+                             return name;
+                         });
 
 TEST_P(Capture, QuadsGiveTheirLayersDepthsAndColours) {
     SceneBuilder builder;

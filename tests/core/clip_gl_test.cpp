@@ -24,7 +24,7 @@ glm::dvec3 pointAt(const View& view, int x, int y, double z) {
 
 /// Calls f(pixel, fragment, point) for every fragment.
 template <class F>
-void forEachFragment(const LayeredImage& image, const View& view, F&& f) {
+void forEachPoint(const LayeredImage& image, const View& view, F&& f) {
     for (int y = image.window.y0; y < image.window.y1; ++y) {
         for (int x = image.window.x0; x < image.window.x1; ++x) {
             const std::size_t pixel = image.pixelIndex(x, y);
@@ -73,10 +73,10 @@ TEST(Clip, HalfSpacesKeepWhatLiesInThem) {
         EXPECT_GT(kept.image.fragments(), 0U) << name;
         EXPECT_GT(rest.image.fragments(), 0U) << name;
         EXPECT_EQ(kept.image.fragments() + rest.image.fragments(), all.image.fragments()) << name;
-        forEachFragment(kept.image, view, [&](std::size_t, std::uint32_t, const glm::dvec3& p) {
+        forEachPoint(kept.image, view, [&](std::size_t, std::uint32_t, const glm::dvec3& p) {
             ASSERT_TRUE(inside_all(p, kRounding)) << name;
         });
-        forEachFragment(rest.image, view, [&](std::size_t, std::uint32_t, const glm::dvec3& p) {
+        forEachPoint(rest.image, view, [&](std::size_t, std::uint32_t, const glm::dvec3& p) {
             ASSERT_FALSE(inside_all(p, -kRounding)) << name;
         });
     }

@@ -12,19 +12,15 @@
 #include "core/nearest.h"
 #include "core/peel/method.h"
 #include "support/capture.h"
+#include "support/flat.h"
 #include "support/hard_scenes.h"
+#include "support/method_names.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
 namespace {
 
-constexpr float kRounding = 4e-6F;  // of a few hundred operations on 32-bit floats
-
-CompositeImage flat(const LayeredImage& single_layer) {
-    CompositeImage out;
-    compositeOver(single_layer, {}, out);
-    return out;
-}
+constexpr float kRoundingOfColors = 4e-6F;  // of a few hundred operations on 32-bit floats
 
 /// The largest difference of colour; 1e9 if Z differs anywhere.
 float worst(const CompositeImage& a, const CompositeImage& b) {
@@ -41,13 +37,6 @@ float worst(const CompositeImage& a, const CompositeImage& b) {
 Captured composited(const Scene& scene, const View& view, CaptureSettings settings) {
     settings.composite = true;
     return capture(scene, view, settings);
-}
-
-std::vector<std::string> methodNames(bool exact) {
-    std::vector<std::string> names;
-    for (const auto& method : peelMethods())
-        if (method.exact() == exact) names.emplace_back(method.name);
-    return names;
 }
 
 class Exact : public testing::TestWithParam<std::string> {};
@@ -68,7 +57,7 @@ TEST_P(Exact, EqualsTheCompositeOfTheLayers) {
                 settings.band_bytes = 1 << 20;
                 const auto result = composited(shown, testView(160, 120), settings);
                 EXPECT_GT(result.bands.size(), 1U);
-                EXPECT_LE(worst(flat(result.image), expected), kRounding) << name;
+                EXPECT_LE(worst(flat(result.image), expected), kRoundingOfColors) << name;
             }
         }
     }
@@ -140,7 +129,7 @@ TEST(Dual, FinishesPixelsWithCoincidentFragmentsInMorePasses) {
         const auto result = composited(builder.scene(), testView(40, 30), settings);
         CompositeImage expected;
         compositeOver(capture(builder.scene(), testView(40, 30)).image, {}, expected);
-        EXPECT_LE(worst(flat(result.image), expected), kRounding);
+        EXPECT_LE(worst(flat(result.image), expected), kRoundingOfColors);
         EXPECT_EQ(result.report.passes,
                   3 + 3);  // range, 2 peels of which the first finds all; then 3
     }
@@ -175,7 +164,7 @@ TEST(Approximations, EqualTheExactCompositeOfOneLayer) {
         CaptureSettings settings;
         settings.method = method;
         const auto result = composited(builder.scene(), testView(40, 30), settings);
-        EXPECT_LE(worst(flat(result.image), exact), kRounding) << method;
+        EXPECT_LE(worst(flat(result.image), exact), kRoundingOfColors) << method;
     }
 }
 

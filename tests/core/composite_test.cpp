@@ -5,20 +5,20 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "core/parallel.h"
 #include "formats/synthetic_image.h"
+#include "support/numbers.h"
 
 namespace peeler {
 namespace {
 
 using Rgba = std::array<float, 4>;
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+using test::kFloatInfinity;
 
 /// A row of pixels with these lists.
-LayeredImage makeRow(const std::vector<std::vector<Rgba>>& pixels,
-                     PixelType type = PixelType::kFloat) {
+LayeredImage rowOfLists(const std::vector<std::vector<Rgba>>& pixels,
+                        PixelType type = PixelType::kFloat) {
     LayeredImage image;
     image.window = {4, 9, 4 + static_cast<int>(pixels.size()), 10};
     image.offsets = {0};
@@ -38,7 +38,7 @@ TEST(Composite, KnownStacks) {
     const Rgba red = {0.5F, 0, 0, 0.5F}, green = {0, 0.25F, 0, 0.25F}, white = {1, 1, 1, 1};
     for (const PixelType type : {PixelType::kHalf, PixelType::kFloat}) {
         const LayeredImage image =
-            makeRow({{}, {red}, {red, green}, {green, red, white, red}}, type);
+            rowOfLists({{}, {red}, {red, green}, {green, red, white, red}}, type);
         CompositeImage out;
         compositeOver(image, {}, out);
         EXPECT_EQ(out.window, image.window);
@@ -47,23 +47,23 @@ TEST(Composite, KnownStacks) {
         EXPECT_EQ(out.rgba[2], (Rgba{0.5F, 0.125F, 0, 0.625F}));
         // 0.75·0.5 red, then 0.375 of white, then nothing: it is opaque.
         EXPECT_EQ(out.rgba[3], (Rgba{0.75F, 0.625F, 0.375F, 1}));
-        EXPECT_EQ(out.z, (std::vector<float>{kInfinity, 2, 3, 5}));
+        EXPECT_EQ(out.z, (std::vector<float>{kFloatInfinity, 2, 3, 5}));
     }
 }
 
 TEST(Composite, BackgroundGoesLast) {
     CompositeImage out;
-    compositeOver(makeRow({{}, {{0.25F, 0.25F, 0, 0.5F}}}), {0, 0.5F, 1, 1}, out);
+    compositeOver(rowOfLists({{}, {{0.25F, 0.25F, 0, 0.5F}}}), {0, 0.5F, 1, 1}, out);
     EXPECT_EQ(out.rgba[0], (Rgba{0, 0.5F, 1, 1}));
     EXPECT_EQ(out.rgba[1], (Rgba{0.25F, 0.5F, 0.5F, 1}));
-    EXPECT_EQ(out.z[0], kInfinity) << "the background is at no depth";
+    EXPECT_EQ(out.z[0], kFloatInfinity) << "the background is at no depth";
 }
 
 TEST(Composite, ManyEqualLayersFollowThePowerLaw) {
     constexpr float kAlpha = 0.1F;
     constexpr int kLayers = 60;
     CompositeImage out;
-    compositeOver(makeRow({std::vector<Rgba>(kLayers, {kAlpha, 0, 0, kAlpha})}), {}, out);
+    compositeOver(rowOfLists({std::vector<Rgba>(kLayers, {kAlpha, 0, 0, kAlpha})}), {}, out);
     EXPECT_NEAR(out.rgba[0][3], 1 - std::pow(1 - kAlpha, kLayers), 1e-6);
     EXPECT_NEAR(out.rgba[0][0], out.rgba[0][3], 1e-6);
 }

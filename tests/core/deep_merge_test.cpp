@@ -37,7 +37,7 @@ LayeredImage pixelOf(const std::vector<Sample>& samples) {
     return image;
 }
 
-LayeredImage merged(const LayeredImage& image, const DeepMergeSettings& settings) {
+LayeredImage mergedDeep(const LayeredImage& image, const DeepMergeSettings& settings) {
     LayeredImage out;
     mergeDeepSamples(image, image.window.y0, image.window.y1, settings, out);
     return out;
@@ -48,7 +48,7 @@ using Depths = std::vector<float>;
 TEST(DeepMerge, ExactTakesWhatIsAtTheVerySameDepth) {
     const LayeredImage image = pixelOf(
         {{1, 0.5F, 1, 1}, {1, 0.5F, 2, 1}, {std::nextafter(1.0F, 2.0F), 0.5F, 1, 1}, {3, 1, 1, 1}});
-    const LayeredImage out = merged(image, {DeepMerge::kExact, 0, 1});
+    const LayeredImage out = mergedDeep(image, {DeepMerge::kExact, 0, 1});
     EXPECT_EQ(out.z, (Depths{1, std::nextafter(1.0F, 2.0F), 3}));
     EXPECT_EQ(out.offsets, (std::vector<std::uint32_t>{0, 0, 3}));
     // Two halves over each other: 0.5 + 0.5 · 0.5.
@@ -61,9 +61,9 @@ TEST(DeepMerge, ExactTakesWhatIsAtTheVerySameDepth) {
 TEST(DeepMerge, ByZMeasuresFromTheNearestSoThatRunsDoNotCreep) {
     const LayeredImage image =
         pixelOf({{1, 0.5F, 1, 1}, {1.5F, 0.5F, 2, 1}, {2, 0.5F, 3, 1}, {2.5F, 0.5F, 4, 1}});
-    EXPECT_EQ(merged(image, {DeepMerge::kByZ, 0.5F, 1}).z, (Depths{1, 2}));
-    EXPECT_EQ(merged(image, {DeepMerge::kByZ, 0.49F, 1}).z, (Depths{1, 1.5F, 2, 2.5F}));
-    EXPECT_EQ(merged(image, {DeepMerge::kByZ, 10, 1}).z, (Depths{1}));
+    EXPECT_EQ(mergedDeep(image, {DeepMerge::kByZ, 0.5F, 1}).z, (Depths{1, 2}));
+    EXPECT_EQ(mergedDeep(image, {DeepMerge::kByZ, 0.49F, 1}).z, (Depths{1, 1.5F, 2, 2.5F}));
+    EXPECT_EQ(mergedDeep(image, {DeepMerge::kByZ, 10, 1}).z, (Depths{1}));
 }
 
 TEST(DeepMerge, ByIdWantsObjectMaterialDepthAndAlphaAlikeAndNothingBetween) {
@@ -74,9 +74,9 @@ TEST(DeepMerge, ByIdWantsObjectMaterialDepthAndAlphaAlikeAndNothingBetween) {
                                         {1.4F, 0.5F, 1, 2},   // another material
                                         {1.45F, 0.9F, 1, 2},  // too different in alpha
                                         {3, 0.9F, 1, 2}});    // too far
-    EXPECT_EQ(merged(image, {DeepMerge::kById, 1, 0.2F}).z,
+    EXPECT_EQ(mergedDeep(image, {DeepMerge::kById, 1, 0.2F}).z,
               (Depths{1, 1.2F, 1.3F, 1.4F, 1.45F, 3}));
-    EXPECT_EQ(merged(image, {DeepMerge::kById, 1, 1}).z, (Depths{1, 1.2F, 1.3F, 1.4F, 3}));
+    EXPECT_EQ(mergedDeep(image, {DeepMerge::kById, 1, 1}).z, (Depths{1, 1.2F, 1.3F, 1.4F, 3}));
 }
 
 TEST(DeepMerge, ByIdWithoutIdsSaysHowToGetThem) {

@@ -10,14 +10,15 @@
 #include "core/color_ramp.h"
 #include "core/srgb.h"
 #include "formats/synthetic_image.h"
+#include "support/numbers.h"
 
 namespace peeler {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using test::kInfinity;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-LayeredImage picture() {
+LayeredImage floatPicture() {
     test::SyntheticOptions options;
     options.seed = 3;
     options.color_type = PixelType::kFloat;
@@ -31,7 +32,7 @@ LayeredDifference between(const LayeredImage& a, const LayeredImage& b) {
 }
 
 /// One row of pixels, each a list of fragments whose Z and channels all have one value.
-LayeredImage row(const std::vector<std::vector<float>>& lists) {
+LayeredImage rowOfValues(const std::vector<std::vector<float>>& lists) {
     LayeredImage image;
     image.window = {0, 0, static_cast<int>(lists.size()), 1};
     image.color = {{"R", "G", "B", "A"}, PixelType::kFloat, {}};
@@ -48,7 +49,7 @@ LayeredImage row(const std::vector<std::vector<float>>& lists) {
 }
 
 TEST(Difference, OfAPictureFromItselfIsNothing) {
-    const LayeredImage a = picture();
+    const LayeredImage a = floatPicture();
     const LayeredDifference sum = between(a, a);
     EXPECT_EQ(sum.pixels, a.window.pixels());
     EXPECT_EQ(sum.count_pixels, 0U);
@@ -62,7 +63,7 @@ TEST(Difference, OfAPictureFromItselfIsNothing) {
 }
 
 TEST(Difference, AKnownOffset) {
-    const LayeredImage a = picture();
+    const LayeredImage a = floatPicture();
     LayeredImage b = a;
     for (float& z : b.z)
         z += 0.5F;
@@ -83,8 +84,8 @@ TEST(Difference, AKnownOffset) {
 }
 
 TEST(Difference, CountsAndLayers) {
-    const LayeredImage a = row({{1, 2, 3}, {}, {1}, {1, 2}});
-    const LayeredImage b = row({{1}, {5}, {1}, {1, 2.5}});
+    const LayeredImage a = rowOfValues({{1, 2, 3}, {}, {1}, {1, 2}});
+    const LayeredImage b = rowOfValues({{1}, {5}, {1}, {1, 2.5}});
     LayeredDifference sum;
     std::vector<float> largest(4);
     addDifference(a, b, sum, largest);
@@ -105,7 +106,7 @@ TEST(Difference, CountsAndLayers) {
 }
 
 TEST(Difference, NanOnOneSideIsOne) {
-    const LayeredImage a = row({{1}, {1}}), b = row({{1}, {1}});
+    const LayeredImage a = rowOfValues({{1}, {1}}), b = rowOfValues({{1}, {1}});
     LayeredImage one = a, both = b;
     one.color.as<float>()[5] = kNan;
     both.color.as<float>()[5] = kNan;
@@ -118,9 +119,9 @@ TEST(Difference, NanOnOneSideIsOne) {
 
 TEST(Difference, InfinitiesOfOneSignAreEqual) {
     constexpr float kInf = std::numeric_limits<float>::infinity();
-    EXPECT_EQ(between(row({{kInf}}), row({{kInf}})).all.color.largest, 0);
-    EXPECT_EQ(between(row({{kInf}}), row({{-kInf}})).all.color.largest, kInfinity);
-    EXPECT_EQ(between(row({{kInf}}), row({{1}})).all.depth.largest, kInfinity);
+    EXPECT_EQ(between(rowOfValues({{kInf}}), rowOfValues({{kInf}})).all.color.largest, 0);
+    EXPECT_EQ(between(rowOfValues({{kInf}}), rowOfValues({{-kInf}})).all.color.largest, kInfinity);
+    EXPECT_EQ(between(rowOfValues({{kInf}}), rowOfValues({{1}})).all.depth.largest, kInfinity);
 }
 
 TEST(Difference, HalfAgainstFloat) {
@@ -135,7 +136,7 @@ TEST(Difference, HalfAgainstFloat) {
 }
 
 TEST(Difference, BandsChangeNoBit) {
-    const LayeredImage a = picture();
+    const LayeredImage a = floatPicture();
     LayeredImage b = a;
     for (float& value : b.color.as<float>())
         value *= 1.01F;

@@ -11,13 +11,13 @@
 namespace peeler {
 namespace {
 
-glm::dmat4 at(double x, double scale = 1) {
+glm::dmat4 placeAt(double x, double scale = 1) {
     return glm::scale(glm::translate(glm::dmat4(1), glm::dvec3(x, 0, 0)), glm::dvec3(scale, 1, 1));
 }
 
 /// A mesh of a strip of three triangles; a node that shows it at four places, the third mirrored; a
 /// node that shows it once.
-Scene row() {
+Scene rowOfStrips() {
     Scene scene;
     scene.materials.resize(1);
     Primitive& strip = scene.meshes.emplace_back().primitives.emplace_back();
@@ -25,14 +25,14 @@ Scene row() {
     strip.positions.resize(5);
     scene.nodes.resize(2);
     scene.nodes[0].mesh = scene.nodes[1].mesh = 0;
-    scene.nodes[0].instances = {at(0), at(1), at(2, -1), at(3)};
+    scene.nodes[0].instances = {placeAt(0), placeAt(1), placeAt(2, -1), placeAt(3)};
     scene.scenes = {{"", {0, 1}}};
     return scene;
 }
 
 /// The same with a second primitive in the mesh, of two triangles.
 Scene grove() {
-    Scene scene = row();
+    Scene scene = rowOfStrips();
     scene.meshes[0].primitives.emplace_back().positions.resize(6);
     return scene;
 }
@@ -52,15 +52,15 @@ std::vector<Expected> draws(const DrawList& list) {
 }
 
 TEST(DrawList, DrawsTheInstancesOfANodeAtOnce) {
-    const Scene scene = row();
+    const Scene scene = rowOfStrips();
     const DrawList list(scene, contents(scene, 0));
     // A mirrored instance winds the other way, so it is drawn apart.
     EXPECT_EQ(draws(list),
               (std::vector<Expected>{{2, 1, false}, {1, 7, true}, {1, 10, false}, {1, 13, false}}));
     EXPECT_EQ(list.draws()[0].instance_keys, 3U);
     EXPECT_EQ(list.geometries().size(), 1U);  // shared by all
-    EXPECT_EQ(list.worlds(list.draws()[0])[1], at(1));
-    EXPECT_EQ(list.worlds(list.draws()[2])[0], at(3));
+    EXPECT_EQ(list.worlds(list.draws()[0])[1], placeAt(1));
+    EXPECT_EQ(list.worlds(list.draws()[2])[0], placeAt(3));
 }
 
 TEST(DrawList, DrawsMeshesOfSeveralPrimitivesPlaceByPlace) {
@@ -88,7 +88,7 @@ TEST(DrawList, NumbersSurfacesInDrawOrder) {
         surfaces.push_back(list.surfaceOf(key));
     EXPECT_EQ(surfaces, (std::vector<std::uint32_t>{0, 0, 0, 1, 1, 2, 2, 2, 3, 3, 4, 4, 4,
                                                     5, 5, 6, 6, 6, 7, 7, 8, 8, 8, 9, 9}));
-    const Scene line = row();
+    const Scene line = rowOfStrips();
     const DrawList at_once(line, contents(line, 0));
     EXPECT_EQ(at_once.surfaceOf(3), 0U);
     EXPECT_EQ(at_once.surfaceOf(4), 1U);
@@ -109,7 +109,7 @@ TEST(DrawList, KnowsWhereKeysComeFrom) {
 }
 
 TEST(DrawList, GivesDeformedMeshesGeometriesOfTheirOwn) {
-    Scene scene = row();
+    Scene scene = rowOfStrips();
     scene.meshes[0].primitives[0].targets.resize(1);
     const DrawList list(scene, contents(scene, 0));
     EXPECT_EQ(list.geometries().size(), 2U);  // one for each node, whatever its instances
@@ -130,7 +130,7 @@ TEST(DrawList, LeavesOutWhatAlphaRejectsButNotItsKeys) {
 TEST(DrawList, RefusesMorePrimitivesThanKeys) {
     Scene scene = grove();
     scene.meshes[0].primitives[1].positions.resize(300000);
-    scene.nodes[0].instances->resize(50000, at(0));
+    scene.nodes[0].instances->resize(50000, placeAt(0));
     EXPECT_THROW(DrawList(scene, contents(scene, 0)), Error);
 }
 

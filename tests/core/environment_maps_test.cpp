@@ -7,17 +7,15 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
-#include <numbers>
 
 #include "core/parallel.h"
+#include "support/numbers.h"
 
 namespace peeler::test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// A picture of `width` x `width / 2` pixels with this radiance at (u, v) of their middles.
-Environment picture(int width, const std::function<glm::vec3(float, float)>& radiance) {
+Environment environmentOf(int width, const std::function<glm::vec3(float, float)>& radiance) {
     Environment result;
     result.width = width;
     result.height = width / 2;
@@ -57,7 +55,8 @@ TEST(EnvironmentMaps, FacesAreOpenGLs) {
 }
 
 TEST(EnvironmentMaps, AWhiteOneStaysWhite) {
-    const auto maps = prefilter(picture(64, [](float, float) { return glm::vec3(1, 2, 0.5F); }));
+    const auto maps =
+        prefilter(environmentOf(64, [](float, float) { return glm::vec3(1, 2, 0.5F); }));
     ASSERT_EQ(maps.radiance.size(), 4U);
     for (const CubeMap& level : maps.radiance)
         forEachTexel(level, [](glm::vec3, glm::vec3 radiance) {
@@ -70,7 +69,7 @@ TEST(EnvironmentMaps, AWhiteOneStaysWhite) {
 
 TEST(EnvironmentMaps, HalfWhiteHalfBlackHasTheIrradianceOfAHemisphere) {
     const auto maps =
-        prefilter(picture(256, [](float, float v) { return glm::vec3(v < 0.5F ? 1 : 0); }));
+        prefilter(environmentOf(256, [](float, float v) { return glm::vec3(v < 0.5F ? 1 : 0); }));
     forEachTexel(maps.irradiance, [](glm::vec3 n, glm::vec3 value) {
         ASSERT_NEAR(value.g, 0.5 + 0.5 * double(n.y), 0.01);
     });
@@ -87,7 +86,7 @@ TEST(EnvironmentMaps, HalfWhiteHalfBlackHasTheIrradianceOfAHemisphere) {
 
 TEST(EnvironmentMaps, OneBrightPixelIsASmallLamp) {
     constexpr int kWidth = 256, kX = 40, kY = 50;
-    const auto maps = prefilter(picture(kWidth, [](float u, float v) {
+    const auto maps = prefilter(environmentOf(kWidth, [](float u, float v) {
         const bool lit = static_cast<int>(u * kWidth) == kX && static_cast<int>(v * 128) == kY;
         return glm::vec3(lit ? 1000 : 0);
     }));
@@ -105,7 +104,7 @@ TEST(EnvironmentMaps, OneBrightPixelIsASmallLamp) {
 
 TEST(EnvironmentMaps, TurnAboutTheVertical) {
     // A bright spot in the picture's middle: along +Z.
-    Environment source = picture(64, [](float u, float v) {
+    Environment source = environmentOf(64, [](float u, float v) {
         return glm::vec3(std::abs(u - 0.5F) < 0.03F && std::abs(v - 0.5F) < 0.05F ? 1 : 0);
     });
     const auto seenAt = [&](double degrees) {
@@ -120,7 +119,7 @@ TEST(EnvironmentMaps, TurnAboutTheVertical) {
 }
 
 TEST(EnvironmentMaps, TheLeftOfTheMiddleIsAlongX) {
-    const auto maps = prefilter(picture(64, [](float u, float v) {
+    const auto maps = prefilter(environmentOf(64, [](float u, float v) {
         return glm::vec3(std::abs(u - 0.25F) < 0.03F && std::abs(v - 0.5F) < 0.05F ? 1 : 0);
     }));
     EXPECT_GT(glm::dot(brightest(maps.irradiance), glm::vec3(1, 0, 0)), 0.99F);
@@ -146,7 +145,7 @@ double blurredSlope(double roughness, double inclination) {
 
 TEST(EnvironmentMaps, LevelsAreTheConvolutionWithGgx) {
     // 1 + x: what is linear in the direction has an easy integral.
-    const auto maps = prefilter(picture(256, [](float u, float v) {
+    const auto maps = prefilter(environmentOf(256, [](float u, float v) {
         const double longitude = (0.5 - double(u)) * 2 * kPi, latitude = (0.5 - double(v)) * kPi;
         return glm::vec3(static_cast<float>(1 + std::sin(longitude) * std::cos(latitude)));
     }));
@@ -166,7 +165,7 @@ TEST(EnvironmentMaps, LevelsAreTheConvolutionWithGgx) {
 
 TEST(EnvironmentMaps, AreTheSameOnOneThread) {
     const Environment source =
-        picture(300, [](float u, float v) { return glm::vec3(u, v, u * v); });
+        environmentOf(300, [](float u, float v) { return glm::vec3(u, v, u * v); });
     setThreadCount(1);
     const EnvironmentMaps alone = prefilter(source);
     setThreadCount(3);
@@ -184,8 +183,8 @@ TEST(EnvironmentMaps, AreTheSameOnOneThread) {
 
 TEST(EnvironmentMaps, LargePicturesKeepTheirMean) {
     // Wider than the cube can hold, and of a size that is not a power of 2.
-    const auto maps = prefilter(
-        picture(2500, [](float u, float) { return glm::vec3(std::fmod(u * 1250, 1.0F) * 2); }));
+    const auto maps = prefilter(environmentOf(
+        2500, [](float u, float) { return glm::vec3(std::fmod(u * 1250, 1.0F) * 2); }));
     EXPECT_EQ(maps.radiance.front().size, 512);
     forEachTexel(maps.irradiance,
                  [](glm::vec3, glm::vec3 value) { ASSERT_NEAR(value.g, 1, 0.02); });

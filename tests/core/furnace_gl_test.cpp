@@ -7,17 +7,10 @@
 #include <functional>
 
 #include "support/capture.h"
+#include "support/lights.h"
 
 namespace peeler::test {
 namespace {
-
-Environment uniform(const glm::vec3& radiance) {
-    Environment environment;
-    environment.width = 2;
-    environment.height = 1;
-    environment.radiance.assign(2, radiance);
-    return environment;
-}
 
 /// Least and greatest colour component of all pixels that see spheres in a white environment, one
 /// sphere for every material.
@@ -27,7 +20,7 @@ struct Range {
 };
 std::vector<Range> inFurnace(const std::vector<Material>& materials) {
     SceneBuilder builder;
-    builder.scene().environment = uniform(glm::vec3(1));
+    builder.scene().environment = uniformEnvironment(glm::vec3(1));
     const auto count = static_cast<float>(materials.size());
     for (std::size_t i = 0; i < materials.size(); ++i) {
         const int index = builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque, false));
@@ -163,9 +156,9 @@ TEST(Furnace, AllTogetherIsNotBrighterThanWhite) {
 TEST(Environment, ReplacesTheBuiltInLight) {
     SceneBuilder builder;
     builder.rectangle(4, 4, -4, builder.lit(builder.material({1, 1, 1, 1}, AlphaMode::kOpaque)));
-    builder.scene().environment = uniform(glm::vec3(0));
+    builder.scene().environment = uniformEnvironment(glm::vec3(0));
     EXPECT_EQ(color(capture(builder.scene(), testView(8, 8)).image, 0), glm::vec4(0, 0, 0, 1));
-    builder.scene().environment = uniform({3, 2, 0.5F});
+    builder.scene().environment = uniformEnvironment({3, 2, 0.5F});
     const glm::vec4 lit = color(capture(builder.scene(), testView(8, 8)).image, 0);
     for (int c = 0; c < 3; ++c)
         EXPECT_NEAR(lit[c], glm::vec3(3, 2, 0.5F)[c], 5e-3);
@@ -182,10 +175,10 @@ TEST(Environment, IsAddedToTheScenesLights) {
         s.color_type = PixelType::kFloat;
         return color(capture(builder.scene(), testView(65, 65), s).image, 32 * 65 + 32).g;
     };
-    builder.scene().environment = uniform(glm::vec3(0));
+    builder.scene().environment = uniformEnvironment(glm::vec3(0));
     const float alone = center();
     EXPECT_NEAR(alone, 3 * (0.96 + 0.04 / 4) / 3.14159265, 1e-5);
-    builder.scene().environment = uniform(glm::vec3(1));
+    builder.scene().environment = uniformEnvironment(glm::vec3(1));
     EXPECT_NEAR(center() - alone, 1, 0.01F);
 }
 

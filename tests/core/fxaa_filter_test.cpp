@@ -56,7 +56,7 @@ class Borrowed : public Sink {
 
 /// Two layers of slanted edges on nothing, one steep enough for ends at all distances, and holes;
 /// rows [y0, y1) of a crop that begins anywhere.
-LayeredImage band(const Window& crop, int y0, int y1) {
+LayeredImage slantedBand(const Window& crop, int y0, int y1) {
     LayeredImage image;
     image.window = {crop.x0, y0, crop.x1, y1};
     image.color = {{"R", "G", "B", "A"}, PixelType::kFloat, {}};
@@ -79,7 +79,7 @@ LayeredImage band(const Window& crop, int y0, int y1) {
 }
 
 /// The picture after the filter, cut into bands of at most `rows` rows (0: any number).
-Canvas filtered(const Window& crop, int rows, const std::array<float, 4>& background = {}) {
+Canvas filteredInBands(const Window& crop, int rows, const std::array<float, 4>& background = {}) {
     Canvas canvas;
     FxaaFilter filter(std::make_unique<Borrowed>(canvas), background);
     Plan plan;
@@ -89,7 +89,7 @@ Canvas filtered(const Window& crop, int rows, const std::array<float, 4>& backgr
     for (int y = crop.y0; y < crop.y1;) {
         const int height = rows ? rows : 1 + static_cast<int>(random() % 60U);
         const int end = std::min(y + height, crop.y1);
-        filter.write(band(crop, y, end));
+        filter.write(slantedBand(crop, y, end));
         y = end;
     }
     EXPECT_FALSE(canvas.finished);
@@ -101,13 +101,13 @@ Canvas filtered(const Window& crop, int rows, const std::array<float, 4>& backgr
 
 CompositeImage expected(const Window& crop, const std::array<float, 4>& background = {}) {
     CompositeImage whole, out;
-    compositeOver(band(crop, crop.y0, crop.y1), {}, whole);
+    compositeOver(slantedBand(crop, crop.y0, crop.y1), {}, whole);
     applyFxaa(whole, background, crop.y0, crop.y1, out);
     EXPECT_NE(out.rgba, whole.rgba);
     return out;
 }
 
-void expectSame(const CompositeImage& a, const CompositeImage& b) {
+void expectSamePicture(const CompositeImage& a, const CompositeImage& b) {
     EXPECT_EQ(a.window, b.window);
     EXPECT_TRUE(a.rgba == b.rgba);
     EXPECT_TRUE(a.z == b.z);
@@ -117,10 +117,10 @@ TEST(FxaaFilter, BandsChangeNothing) {
     // Higher than a slice, and lower than the overlap.
     for (const Window& crop : {Window{-5, 7, 90, 407}, Window{0, 45, 80, 55}, Window{3, 3, 4, 4}}) {
         CompositeImage whole, once;
-        compositeOver(band(crop, crop.y0, crop.y1), {}, whole);
+        compositeOver(slantedBand(crop, crop.y0, crop.y1), {}, whole);
         applyFxaa(whole, {}, crop.y0, crop.y1, once);
         for (const int rows : {0, 1, 16, 33, 1000})
-            expectSame(filtered(crop, rows).image, once);
+            expectSamePicture(filteredInBands(crop, rows).image, once);
     }
 }
 
@@ -129,7 +129,7 @@ TEST(FxaaFilter, ThreadsChangeNothing) {
     const CompositeImage once = expected(crop);
     for (const int threads : {1, 5}) {
         setThreadCount(threads);
-        expectSame(filtered(crop, 40).image, once);
+        expectSamePicture(filteredInBands(crop, 40).image, once);
     }
     setThreadCount(0);
 }
@@ -137,8 +137,8 @@ TEST(FxaaFilter, ThreadsChangeNothing) {
 TEST(FxaaFilter, FiltersForTheBackground) {
     const Window crop{0, 0, 90, 90};
     const std::array<float, 4> dark{0.1F, 0.1F, 0.1F, 1};
-    const Canvas canvas = filtered(crop, 20, dark);
-    expectSame(canvas.image, expected(crop, dark));
+    const Canvas canvas = filteredInBands(crop, 20, dark);
+    expectSamePicture(canvas.image, expected(crop, dark));
     EXPECT_NE(canvas.image.rgba, expected(crop).rgba);
 }
 

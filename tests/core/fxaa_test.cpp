@@ -14,12 +14,12 @@
 namespace peeler {
 namespace {
 
-using Color = std::array<float, 4>;
+using Rgba = std::array<float, 4>;
 
 constexpr float kNothing = std::numeric_limits<float>::infinity();
-constexpr Color kClear{}, kOpaqueBlack{0, 0, 0, 1};
+constexpr Rgba kClear{}, kOpaqueBlack{0, 0, 0, 1};
 
-CompositeImage picture(int width, int height, const std::function<Color(int x, int y)>& color) {
+CompositeImage picture(int width, int height, const std::function<Rgba(int x, int y)>& color) {
     CompositeImage image{{0, 0, width, height}, {}, {}};
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
@@ -30,24 +30,24 @@ CompositeImage picture(int width, int height, const std::function<Color(int x, i
     return image;
 }
 
-Color grey(double value) {
+Rgba grey(double value) {
     const auto v = static_cast<float>(value);
     return {v, v, v, 1};
 }
 
-CompositeImage filtered(const CompositeImage& image, const Color& background = kClear) {
+CompositeImage filtered(const CompositeImage& image, const Rgba& background = kClear) {
     CompositeImage out;
     applyFxaa(image, background, image.window.y0, image.window.y1, out);
     EXPECT_EQ(out.window, image.window);
     return out;
 }
 
-const Color& at(const CompositeImage& image, int x, int y) {
+const Rgba& pixelAt(const CompositeImage& image, int x, int y) {
     return image.rgba[static_cast<std::size_t>(y * image.window.width() + x)];
 }
 
 TEST(Fxaa, LeavesFlatAndSmoothPicturesAlone) {
-    const auto flat = picture(40, 30, [](int, int) { return Color{0.2F, 0.5F, 0.1F, 0.7F}; });
+    const auto flat = picture(40, 30, [](int, int) { return Rgba{0.2F, 0.5F, 0.1F, 0.7F}; });
     EXPECT_EQ(filtered(flat).rgba, flat.rgba);
     const auto smooth = picture(40, 30, [](int x, int y) {
         return grey(0.3 + 0.2 * std::sin(0.11 * x + 0.3) * std::cos(0.13 * y));
@@ -57,7 +57,7 @@ TEST(Fxaa, LeavesFlatAndSmoothPicturesAlone) {
 }
 
 TEST(Fxaa, LeavesEdgesAlongThePixelsAlone) {
-    for (const Color& other : {kOpaqueBlack, Color{0.9F, 0.1F, 0.1F, 1}, kClear}) {
+    for (const Rgba& other : {kOpaqueBlack, Rgba{0.9F, 0.1F, 0.1F, 1}, kClear}) {
         const auto rows = picture(50, 30, [&](int, int y) { return y < 11 ? grey(1) : other; });
         EXPECT_EQ(filtered(rows).rgba, rows.rgba);
         const auto columns = picture(50, 30, [&](int x, int) { return x < 17 ? grey(1) : other; });
@@ -84,7 +84,7 @@ Deviation deviation(const CompositeImage& image, double height, double slope) {
         // Where the search does not meet the border.
         for (int x = kFxaaReach + 2; x < image.window.width() - kFxaaReach - 2; ++x) {
             const double expected = coverage(x, y, height, slope);
-            const double difference = static_cast<double>(at(image, x, y)[0]) - expected;
+            const double difference = static_cast<double>(pixelAt(image, x, y)[0]) - expected;
             sums.rms += difference * difference;
             sums.lost -= difference;
             on_edge += expected > 0 && expected < 1 ? 1 : 0;
@@ -118,7 +118,7 @@ TEST(Fxaa, BringsASlantedEdgeNearItsCoverage) {
 using Place = std::function<std::pair<int, int>(int x, int y)>;
 
 /// `image` with what was at place(x, y) at x, y.
-CompositeImage moved(const CompositeImage& image, int width, int height, const Place& place) {
+CompositeImage rearranged(const CompositeImage& image, int width, int height, const Place& place) {
     CompositeImage out{{0, 0, width, height}, {}, {}};
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
@@ -136,8 +136,8 @@ void expectSymmetric(const CompositeImage& image) {
     const CompositeImage expected = filtered(image);
     EXPECT_NE(expected.rgba, image.rgba);
     const auto check = [&](const char* what, int width, int height, const Place& place) {
-        const CompositeImage out = filtered(moved(image, width, height, place));
-        const CompositeImage same = moved(expected, width, height, place);
+        const CompositeImage out = filtered(rearranged(image, width, height, place));
+        const CompositeImage same = rearranged(expected, width, height, place);
         EXPECT_TRUE(out.rgba == same.rgba) << what;
         EXPECT_TRUE(out.z == same.z) << what;
     };
@@ -153,7 +153,7 @@ TEST(Fxaa, TreatsAllDirectionsAlike) {
     const auto share = [&] { return static_cast<float>(random() % 1000U) / 1000; };
     expectSymmetric(picture(61, 47, [&](int, int) {
         const float alpha = share();
-        return Color{share() * alpha, share() * alpha, share() * alpha, alpha};
+        return Rgba{share() * alpha, share() * alpha, share() * alpha, alpha};
     }));
     // Few values: directions that are alike, and pixels without Z.
     expectSymmetric(picture(
@@ -182,7 +182,7 @@ TEST(Fxaa, TellsNoPictureFromItsBands) {
 }
 
 /// A half plane of `color` on nothing, its edge slanted.
-CompositeImage onNothing(const Color& color) {
+CompositeImage onNothing(const Rgba& color) {
     return picture(60, 20, [&](int x, int y) { return y > 5 + 0.13 * x ? color : kClear; });
 }
 
@@ -192,7 +192,7 @@ TEST(Fxaa, SmoothsAnythingOnNothing) {
         const auto out = filtered(image);
         int changed = 0;
         for (std::size_t p = 0; p < out.rgba.size(); ++p) {
-            const Color& color = out.rgba[p];
+            const Rgba& color = out.rgba[p];
             changed += color != image.rgba[p] ? 1 : 0;
             // All components alike: the straight colour stays.
             for (std::size_t c = 0; c < 3; ++c)
@@ -209,7 +209,7 @@ TEST(Fxaa, AnOpaqueBackgroundSaysWhatAnEdgeIs) {
 }
 
 TEST(Fxaa, ColoursOfOneLumaAreNoEdge) {
-    const Color red{0.05F / 0.2126F, 0, 0, 1}, green{0, 0.05F / 0.7152F, 0, 1},
+    const Rgba red{0.05F / 0.2126F, 0, 0, 1}, green{0, 0.05F / 0.7152F, 0, 1},
         blue{0, 0, 0.05F / 0.0722F, 1};
     for (const auto& [a, b] : {std::pair{red, green}, {green, blue}, {blue, red}}) {
         const auto image = picture(60, 20, [&](int x, int y) { return y > 5 + 0.13 * x ? a : b; });
@@ -238,14 +238,14 @@ TEST(Fxaa, WhatGetsColourGetsZ) {
 
 TEST(Fxaa, DimsAnIsolatedPixelAndShrugsOffWhatIsNoNumber) {
     const auto dot = picture(9, 9, [](int x, int y) { return grey(x == 4 && y == 4 ? 1 : 0); });
-    EXPECT_NEAR(at(filtered(dot), 4, 4)[0], 0.25, 1e-4);
+    EXPECT_NEAR(pixelAt(filtered(dot), 4, 4)[0], 0.25, 1e-4);
     for (const float odd : {kNothing, -kNothing, std::numeric_limits<float>::quiet_NaN(), -3.0F}) {
         const auto image = picture(9, 9, [&](int x, int y) {
-            return x == 4 && y == 4 ? Color{odd, odd, odd, 1} : grey(0.5);
+            return x == 4 && y == 4 ? Rgba{odd, odd, odd, 1} : grey(0.5);
         });
         const auto out = filtered(image);
-        EXPECT_EQ(at(out, 0, 0), grey(0.5));
-        EXPECT_EQ(at(out, 4, 7), grey(0.5));
+        EXPECT_EQ(pixelAt(out, 0, 0), grey(0.5));
+        EXPECT_EQ(pixelAt(out, 4, 7), grey(0.5));
     }
 }
 

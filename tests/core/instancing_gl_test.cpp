@@ -23,7 +23,7 @@ glm::dmat4 somewhere(std::mt19937& random) {
 
 /// A quad that is seen through at 40 places of which two coincide and one is mirrored; with
 /// `several` the mesh has an alpha tested quad, too. And a rectangle that cuts through them.
-Scene crowd(unsigned seed, bool several) {
+Scene crowdOfInstances(unsigned seed, bool several) {
     SceneBuilder builder;
     const int glass = builder.lit(builder.material({0.2F, 0.5F, 0.9F, 0.4F}));
     const int grid = builder.lit(builder.material({0.9F, 0.4F, 0.2F, 1}, AlphaMode::kMask));
@@ -96,8 +96,8 @@ void expectTheSame(const Scene& together) {
 TEST(Instancing, IsTheExpandedSceneBitForBit) {
     const unsigned seed = 20240607;
     SCOPED_TRACE(seed);
-    expectTheSame(crowd(seed, false));
-    expectTheSame(crowd(seed, true));
+    expectTheSame(crowdOfInstances(seed, false));
+    expectTheSame(crowdOfInstances(seed, true));
 }
 
 /// Two overlapping rectangles in one plane as one mesh, at three places in that plane: all

@@ -26,7 +26,7 @@ Scene cloud(const glm::dvec3& middle) {
     return scene;
 }
 
-PlacedLight placed(LightType type, const glm::dvec3& at, const glm::dvec3& forward) {
+PlacedLight placedLight(LightType type, const glm::dvec3& at, const glm::dvec3& forward) {
     PlacedLight light;
     light.name = "lamp";
     light.light.type = type;
@@ -38,7 +38,7 @@ TEST(LightView, OfADirectionalLightIsTight) {
     const Scene scene = cloud({100, -50, 20});
     const SceneContents shown = contents(scene, 0);
     const auto view =
-        lightView(placed(LightType::kDirectional, {-3, 4, 5}, {1, -2, -0.5}), scene, shown);
+        lightView(placedLight(LightType::kDirectional, {-3, 4, 5}, {1, -2, -0.5}), scene, shown);
     ASSERT_TRUE(view);
     EXPECT_EQ(view->camera_name, "light:lamp");
     EXPECT_FALSE(view->projection.perspective);
@@ -62,7 +62,7 @@ TEST(LightView, OfADirectionalLightIsTight) {
 TEST(LightView, OfASpotLightIsItsCone) {
     const Scene scene = cloud({0, 0, -5});
     const SceneContents shown = contents(scene, 0);
-    PlacedLight spot = placed(LightType::kSpot, {0, 0, 1}, {0, 0, -1});
+    PlacedLight spot = placedLight(LightType::kSpot, {0, 0, 1}, {0, 0, -1});
     spot.light.outer_cone = 0.5;
     const auto view = lightView(spot, scene, shown);
     ASSERT_TRUE(view);
@@ -79,8 +79,8 @@ TEST(LightView, OfASpotLightIsItsCone) {
 
 TEST(LightView, OfWhatIsSeenEdgeOnHasAWidth) {
     const Scene scene = cloud({0, 0, -5});  // flat
-    const auto view =
-        lightView(placed(LightType::kDirectional, {0, 0, 0}, {1, 0, 0}), scene, contents(scene, 0));
+    const auto view = lightView(placedLight(LightType::kDirectional, {0, 0, 0}, {1, 0, 0}), scene,
+                                contents(scene, 0));
     ASSERT_TRUE(view);
     EXPECT_GT(view->projection.half_width, 1e-5);
     EXPECT_LT(view->projection.half_width, 1e-3);
@@ -89,10 +89,10 @@ TEST(LightView, OfWhatIsSeenEdgeOnHasAWidth) {
 TEST(LightView, IsNoneWhereThereIsNone) {
     const Scene scene = cloud({0, 0, -5});
     const SceneContents shown = contents(scene, 0);
-    EXPECT_FALSE(lightView(placed(LightType::kPoint, {0, 0, 0}, {0, 0, -1}), scene, shown));
+    EXPECT_FALSE(lightView(placedLight(LightType::kPoint, {0, 0, 0}, {0, 0, -1}), scene, shown));
     Scene empty;
     empty.scenes.push_back({"", {}});
-    const auto sun = placed(LightType::kDirectional, {0, 0, 0}, {0, 0, -1});
+    const auto sun = placedLight(LightType::kDirectional, {0, 0, 0}, {0, 0, -1});
     EXPECT_FALSE(lightView(sun, empty, contents(empty, 0)));
     EXPECT_TRUE(lightView(sun, scene, shown));
 }

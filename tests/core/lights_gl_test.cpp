@@ -10,17 +10,11 @@
 #include "core/lights.h"
 #include "core/placement.h"
 #include "support/capture.h"
+#include "support/lights.h"
 
 namespace peeler::test {
 namespace {
 
-Light light(LightType type, double intensity, const glm::dvec3& rgb = glm::dvec3(1)) {
-    Light result;
-    result.type = type;
-    result.intensity = intensity;
-    result.color = rgb;
-    return result;
-}
 constexpr LightType kDirectional = LightType::kDirectional, kPoint = LightType::kPoint;
 
 /// A rough white wall of half extents (4, 4) at z = −4 that faces the camera at the origin, and
@@ -109,7 +103,7 @@ void expectLight(Wall& wall, const std::function<glm::dvec3(const glm::dvec3&)>&
 
 TEST(Lights, OneLuxOnWhiteIsOneOverPi) {
     Wall wall;
-    wall.add(light(kDirectional, 1), {5, 6, 7});
+    wall.add(lightOf(kDirectional, 1), {5, 6, 7});
     // 0.96 of it diffuse; what the rough surface mirrors straight back comes on top.
     EXPECT_NEAR(wall.atCenter().g, (0.96 + 0.04 / 4) / std::numbers::pi, 1e-6);
 }
@@ -118,7 +112,7 @@ TEST(Lights, DirectionalLightHasNoPlace) {
     const glm::dvec3 forward = glm::normalize(glm::dvec3(1, -2, -3));
     for (const glm::dvec3& at : {glm::dvec3(0), glm::dvec3(50, -900, 7)}) {
         Wall wall;
-        wall.add(light(kDirectional, 2.5), at, forward);
+        wall.add(lightOf(kDirectional, 2.5), at, forward);
         expectLight(
             wall, [&](const glm::dvec3&) { return -forward; },
             [](const glm::dvec3&) { return 2.5; });
@@ -127,8 +121,8 @@ TEST(Lights, DirectionalLightHasNoPlace) {
 
 TEST(Lights, FromBehindDoNotShine) {
     Wall wall;
-    wall.add(light(kDirectional, 5), {0, 0, 0}, {0, 0.3, 1});
-    wall.add(light(kPoint, 5), {0, 0, -5});
+    wall.add(lightOf(kDirectional, 5), {0, 0, 0}, {0, 0.3, 1});
+    wall.add(lightOf(kPoint, 5), {0, 0, -5});
     EXPECT_EQ(wall.atCenter(), glm::dvec3(0));
 }
 
@@ -136,7 +130,7 @@ TEST(Lights, PointLightFallsOffWithTheSquareOfTheDistance) {
     for (const glm::dvec3& at :
          {glm::dvec3(0, 0, -3), glm::dvec3(1, -0.5, 4), glm::dvec3(-9, 5, 60)}) {
         Wall wall;
-        wall.add(light(kPoint, 30), at);
+        wall.add(lightOf(kPoint, 30), at);
         expectLight(
             wall, [&](const glm::dvec3& p) { return glm::normalize(at - p); },
             [&](const glm::dvec3& p) { return 30 / glm::dot(at - p, at - p); });
@@ -146,7 +140,7 @@ TEST(Lights, PointLightFallsOffWithTheSquareOfTheDistance) {
 TEST(Lights, RangeIsAWindow) {
     const glm::dvec3 at(0.5, 0.25, -3);
     Wall wall;
-    Light near = light(kPoint, 10);
+    Light near = lightOf(kPoint, 10);
     near.range = 1.6;
     wall.add(near, at);
     expectLight(
@@ -163,7 +157,7 @@ TEST(Lights, SpotLightHasTheConeOfTheFormula) {
     const glm::dvec3 at(-0.5, 0.5, -1), forward = glm::normalize(glm::dvec3(0.2, -0.1, -1));
     const double inner = 0.2, outer = 0.45;
     Wall wall;
-    Light spot = light(LightType::kSpot, 20);
+    Light spot = lightOf(LightType::kSpot, 20);
     spot.inner_cone = inner;
     spot.outer_cone = outer;
     wall.add(spot, at, forward);
@@ -184,8 +178,8 @@ TEST(Lights, SpotLightHasTheConeOfTheFormula) {
 
 TEST(Lights, AddUpEachInItsColour) {
     Wall wall;
-    wall.add(light(kDirectional, 2, {1, 0, 0.5}), {0, 0, 0});
-    wall.add(light(kPoint, 8, {0, 1, 0.5}), {0, 0, -2});
+    wall.add(lightOf(kDirectional, 2, {1, 0, 0.5}), {0, 0, 0});
+    wall.add(lightOf(kPoint, 8, {0, 1, 0.5}), {0, 0, -2});
     const glm::dvec3 rgb = wall.atCenter();
     const double one = (0.96 + 0.04 / 4) / std::numbers::pi;
     EXPECT_NEAR(rgb.r, 2 * one, 1e-5);
@@ -196,7 +190,7 @@ TEST(Lights, AddUpEachInItsColour) {
 TEST(Lights, ThereMayBeHundreds) {
     Wall wall;
     for (int i = 0; i < 500; ++i)
-        wall.add(light(kDirectional, 0.01), {0, 0, 0});
+        wall.add(lightOf(kDirectional, 0.01), {0, 0, 0});
     EXPECT_NEAR(wall.atCenter().g, 5 * (0.96 + 0.04 / 4) / std::numbers::pi, 1e-4);
 }
 
@@ -208,8 +202,8 @@ TEST(Lights, OfAnyStrengthLeaveEmissionAlone) {
     material.metallic = 1;
     material.emissive = glm::vec3(0.5F);
     builder.rectangle(4, 4, -4, metal);
-    builder.light(light(kPoint, 1e38), *lookAlong({0, 0, -3.999}, {0, 0, -1}, {0, 1, 0}));
-    builder.light(light(kPoint, 1), *lookAlong({0, 0, -4}, {0, 0, -1}, {0, 1, 0}));
+    builder.light(lightOf(kPoint, 1e38), *lookAlong({0, 0, -3.999}, {0, 0, -1}, {0, 1, 0}));
+    builder.light(lightOf(kPoint, 1), *lookAlong({0, 0, -4}, {0, 0, -1}, {0, 1, 0}));
     const auto image = capture(builder.scene(), testView(65, 65)).image;
     EXPECT_NEAR(color(image, 32 * 65 + 32).g, 0.5F, 0.1F);
 }

@@ -19,7 +19,7 @@ namespace {
 
 /// A GL function that peeler itself has no use for.
 template <class Function>
-Function load(const char* name) {
+Function loadFunction(const char* name) {
     const bool osmesa = testBackend() == "osmesa";
     void* library = dlopen(osmesa ? "libOSMesa.so.8" : "libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
     EXPECT_NE(library, nullptr) << dlerror();
@@ -36,7 +36,7 @@ std::map<std::string, int> objects() {
     std::map<std::string, int> counts;
     for (const char* kind :
          {"Buffer", "Texture", "Framebuffer", "VertexArray", "Sampler", "Program", "Shader"}) {
-        const auto is = load<PFNGLISBUFFERPROC>(("glIs" + std::string(kind)).c_str());
+        const auto is = loadFunction<PFNGLISBUFFERPROC>(("glIs" + std::string(kind)).c_str());
         for (GLuint name = 1; name < kMostNames; ++name)
             counts[kind] += is(name) == GL_TRUE;
     }

@@ -4,15 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "core/placement.h"
 #include "support/capture.h"
+#include "support/numbers.h"
 
 namespace peeler::test {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 /// Radiance at the middle of a wall with this material, which faces the viewer, for light of
 /// irradiance 1 at normal incidence from `degrees` toward +X. The U axis is along +X, tangents are

@@ -10,12 +10,11 @@
 #include "core/placed_element.h"
 #include "support/capture.h"
 #include "support/closed_meshes.h"
+#include "support/numbers.h"
 #include "support/ray_hits.h"
 
 namespace peeler::test {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A scene of triangles whose hits are found one by one, without any renderer.
 class Traced {

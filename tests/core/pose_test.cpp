@@ -14,7 +14,7 @@
 namespace peeler {
 namespace {
 
-constexpr double kRight = std::numbers::pi / 2;
+constexpr double kQuarterTurn = std::numbers::pi / 2;
 
 Node nodeAt(const glm::dvec3& translation, std::vector<int> children = {}) {
     Node node;
@@ -42,7 +42,7 @@ void expectNear(const glm::dvec3& a, const glm::dvec3& b, double tolerance = 1e-
 TEST(Pose, ChangesOnePropertyAndLeavesTheOthers) {
     Scene scene;
     Node node;
-    node.trs = Trs{{1, 2, 3}, glm::angleAxis(kRight, glm::dvec3(0, 0, 1)), {2, 2, 2}};
+    node.trs = Trs{{1, 2, 3}, glm::angleAxis(kQuarterTurn, glm::dvec3(0, 0, 1)), {2, 2, 2}};
     node.local = node.trs->matrix();
     scene.nodes = {node};
     scene.animations = {moving(0, AnimatedProperty::kTranslation, {0, 0, 0}, {8, 0, 4}),

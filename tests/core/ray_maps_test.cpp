@@ -5,16 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "core/rays/common_display.h"
+#include "support/numbers.h"
 #include "support/ray_hits.h"
 
 namespace peeler::test {
 namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// (t, body)
 using Hits = std::vector<std::pair<float, int>>;
@@ -62,10 +60,10 @@ TEST(RayMaps, FirstLastAndCountNeedNoSolids) {
     maps.evaluate(t, keys, scratch, values);
     EXPECT_EQ(values, (Values{1, 5, 3}));
     maps.evaluate({}, {}, scratch, values);
-    EXPECT_EQ(values, (Values{kInfinity, kInfinity, 0}));
+    EXPECT_EQ(values, (Values{kFloatInfinity, kFloatInfinity, 0}));
 }
 
-struct Row {
+struct KnownRay {
     const char* name;
     Hits hits;
     float thickness;
@@ -74,7 +72,7 @@ struct Row {
 };
 
 TEST(RayMaps, InsideIsByParityAndTheInnermostCounts) {
-    const Row rows[] = {
+    const KnownRay rows[] = {
         {"nothing", {}, 0, {0, 0, 0}, 0},
         {"one", {{1, 0}, {4, 0}}, 3, {3, 0, 0}, 0},
         {"out and in again", {{1, 0}, {2, 0}, {5, 0}, {9, 0}}, 5, {5, 0, 0}, 0},
@@ -101,7 +99,7 @@ TEST(RayMaps, InsideIsByParityAndTheInnermostCounts) {
     };
     Maps maps(bodies(3), {{RayMap::kThickness, RayMap::kPathLength, RayMap::kParity}});
     ASSERT_EQ(maps.maps().channels().size(), 5U);
-    for (const Row& row : rows) {
+    for (const KnownRay& row : rows) {
         Values expected{row.thickness};
         expected.insert(expected.end(), row.paths.begin(), row.paths.end());
         expected.push_back(row.parity);

@@ -5,20 +5,18 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <random>
 
 #include "core/placed_element.h"
 #include "core/rays/ray_maps.h"
 #include "core/supersampling.h"
 #include "support/closed_meshes.h"
+#include "support/numbers.h"
 #include "support/odd_rays.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
 namespace {
-
-using std::numbers::pi;
 
 TEST(ClosedMeshes, EveryRayLeavesWhatItEnters) {
     const std::pair<const char*, Primitive> meshes[] = {
@@ -194,8 +192,8 @@ TEST(RayLengths, VolumesOfASphereATorusAndACube) {
         Primitive mesh;
         double volume;
     };
-    const Row rows[] = {{"sphere", icosphere(6), 4 * pi / 3},
-                        {"torus", torus(0.4, 400, 200), 2 * pi * pi * 0.4 * 0.4},
+    const Row rows[] = {{"sphere", icosphere(6), 4 * kPi / 3},
+                        {"torus", torus(0.4, 400, 200), 2 * kPi * kPi * 0.4 * 0.4},
                         {"cube", cube(), 8}};
     for (const Row& row : rows) {
         SCOPED_TRACE(row.name);

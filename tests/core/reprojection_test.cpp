@@ -29,7 +29,7 @@ View viewOf(int width, int height, bool perspective = true) {
     return view;
 }
 
-View moved(View view, const glm::dvec3& by) {
+View movedView(View view, const glm::dvec3& by) {
     view.camera_to_world = glm::translate(view.camera_to_world, by);
     return view;
 }
@@ -65,7 +65,7 @@ LayeredImage seenFrom(const LayeredImage& image, const View& from, const View& t
 }
 
 /// The one fragment of a pixel.
-Color only(const LayeredImage& image, int x, int y) {
+Color onlyFragment(const LayeredImage& image, int x, int y) {
     const std::size_t pixel = image.pixelIndex(x, y);
     EXPECT_EQ(image.count(pixel), 1U) << x << ' ' << y;
     return image.count(pixel) == 1 ? colorOf(image, image.offsets[pixel]) : Color{};
@@ -76,7 +76,7 @@ Color paint(int x, int y) {
             static_cast<float>((x + y) % 7) / 7, 1};
 }
 
-void expectNear(const Color& a, const Color& b, float most = 2e-6F) {
+void expectColor(const Color& a, const Color& b, float most = 2e-6F) {
     for (std::size_t c = 0; c < 4; ++c)
         EXPECT_NEAR(a[c], b[c], most);
 }
@@ -88,13 +88,13 @@ TEST(Reprojection, APlaneMovesByTheShiftOfTheCamera) {
             return std::vector<TestFragment>{{4, paint(x, y)}};
         });
         const double pixel = 0.02 * (perspective ? 4 : 1);
-        const LayeredImage seen = seenFrom(image, from, moved(from, {3 * pixel, 2 * pixel, 0}));
+        const LayeredImage seen = seenFrom(image, from, movedView(from, {3 * pixel, 2 * pixel, 0}));
         for (int y = 0; y < 30; ++y) {
             for (int x = 0; x < 40; ++x) {
                 const bool inside = x + 3 < 40 && y - 2 >= 0;
                 ASSERT_EQ(seen.count(seen.pixelIndex(x, y)), inside ? 1U : 0U) << x << ' ' << y;
                 if (!inside) continue;
-                expectNear(only(seen, x, y), paint(x + 3, y - 2));
+                expectColor(onlyFragment(seen, x, y), paint(x + 3, y - 2));
                 EXPECT_NEAR(seen.z[seen.offsets[seen.pixelIndex(x, y)]], 4, 1e-6);
             }
         }
@@ -107,7 +107,7 @@ TEST(Reprojection, BetweenPixelsColoursAreBilinear) {
         return std::vector<TestFragment>{{4, paint(x, y)}};
     });
     // Half a pixel to the right, a quarter up.
-    const LayeredImage seen = seenFrom(image, from, moved(from, {0.5 * 0.08, 0.25 * 0.08, 0}));
+    const LayeredImage seen = seenFrom(image, from, movedView(from, {0.5 * 0.08, 0.25 * 0.08, 0}));
     for (int y = 1; y < 9; ++y) {
         for (int x = 0; x + 1 < 12; ++x) {
             Color mean{};
@@ -115,7 +115,7 @@ TEST(Reprojection, BetweenPixelsColoursAreBilinear) {
                 mean[c] = 0.75F * (paint(x, y)[c] + paint(x + 1, y)[c]) / 2 +
                           0.25F * (paint(x, y - 1)[c] + paint(x + 1, y - 1)[c]) / 2;
             }
-            expectNear(only(seen, x, y), mean);
+            expectColor(onlyFragment(seen, x, y), mean);
         }
     }
 }
@@ -131,7 +131,7 @@ TEST(Reprojection, WhatWasHiddenComesOutFromBehind) {
         list.push_back({4, paint(x, y)});
         return list;
     });
-    const View to = moved(from, {4 * 0.04, 0, 0});
+    const View to = movedView(from, {4 * 0.04, 0, 0});
     const LayeredImage seen = seenFrom(image, from, to);
     keepNearest(image, 1);
     const LayeredImage first_layer = seenFrom(image, from, to);
@@ -139,7 +139,7 @@ TEST(Reprojection, WhatWasHiddenComesOutFromBehind) {
     for (int y = 0; y < 24; ++y) {
         for (int x = 0; x < 38; ++x) {
             const bool front = covered(x + 4, y);
-            expectNear(only(seen, x, y), front ? kSquare : paint(x + 2, y));
+            expectColor(onlyFragment(seen, x, y), front ? kSquare : paint(x + 2, y));
             // With one layer the wall has a hole where the square was.
             const bool known = front || !covered(x + 2, y);
             ASSERT_EQ(first_layer.count(first_layer.pixelIndex(x, y)), known ? 1U : 0U);
@@ -161,8 +161,8 @@ TEST(Reprojection, TransparentSurfacesAreBlendedInOrderOnce) {
     for (int y = 12; y < 20; ++y) {
         for (int x = 18; x < 30; ++x) {
             ASSERT_EQ(seen.count(seen.pixelIndex(x, y)), 3U) << "nothing behind the wall";
-            expectNear(composite.rgba[seen.pixelIndex(x, y)], {0.3F, 0.5F * 0.2F, 0.5F * 0.75F, 1},
-                       1e-5F);
+            expectColor(composite.rgba[seen.pixelIndex(x, y)], {0.3F, 0.5F * 0.2F, 0.5F * 0.75F, 1},
+                        1e-5F);
         }
     }
 }
@@ -282,7 +282,7 @@ TEST(Reprojection, TheCapturedCameraSeesTheCapture) {
         ASSERT_EQ(seen.offsets, image.offsets);
         EXPECT_EQ(seen.z, image.z);
         for (std::size_t f = 0; f < image.fragments(); ++f)
-            expectNear(colorOf(seen, f), colorOf(image, f), 1e-6F);
+            expectColor(colorOf(seen, f), colorOf(image, f), 1e-6F);
     }
 }
 
@@ -320,7 +320,7 @@ TEST(Reprojection, WhatIsBehindTheCameraOrNoDepthIsLeftOut) {
         return std::vector<TestFragment>{{depths[static_cast<std::size_t>(x)], {1, 1, 1, 1}}};
     });
     EXPECT_EQ(seenFrom(image, from, from).fragments(), 2U * 4);
-    EXPECT_EQ(seenFrom(image, from, moved(from, {0, 0, -1})).fragments(), 2U * 4)
+    EXPECT_EQ(seenFrom(image, from, movedView(from, {0, 0, -1})).fragments(), 2U * 4)
         << "the column at 2 is twice as wide from half as far, the one at 0.5 is behind";
     const LayeredImage nothing =
         fragmentLists(from.crop, [](int, int) { return std::vector<TestFragment>{}; });

@@ -11,7 +11,7 @@
 namespace peeler {
 namespace {
 
-glm::dmat4 moved(double x, double y, double z) {
+glm::dmat4 translation(double x, double y, double z) {
     return glm::translate(glm::dmat4(1), glm::dvec3(x, y, z));
 }
 
@@ -50,12 +50,12 @@ TEST(SceneContents, MultipliesParentTimesChild) {
     scene.meshes.resize(5);
     scene.scenes = {{"", {0}}};
     const glm::dmat4 doubled = glm::scale(glm::dmat4(1), glm::dvec3(2));
-    scene.nodes = {node(doubled, {1}), node(moved(1, 2, 3), {}, 0, 0)};
+    scene.nodes = {node(doubled, {1}), node(translation(1, 2, 3), {}, 0, 0)};
     const SceneContents shown = contents(scene, 0);
     ASSERT_EQ(shown.meshes.size(), 1U);
     EXPECT_EQ(glm::dvec3(shown.meshes[0].world[3]), glm::dvec3(2, 4, 6));
     ASSERT_EQ(shown.cameras.size(), 1U);
-    EXPECT_EQ(shown.cameras[0].world, doubled * moved(1, 2, 3));
+    EXPECT_EQ(shown.cameras[0].world, doubled * translation(1, 2, 3));
 }
 
 TEST(SceneContents, ShowsOnlyTheSceneAskedFor) {
@@ -75,7 +75,7 @@ TEST(SceneContents, TakesChainsOfAnyDepth) {
     const int depth = 300000;
     scene.scenes = {{"", {0}}};
     for (int i = 0; i < depth; ++i)
-        scene.nodes.push_back(node(moved(1, 0, 0),
+        scene.nodes.push_back(node(translation(1, 0, 0),
                                    i + 1 < depth ? std::vector{i + 1} : std::vector<int>{},
                                    i + 1 < depth ? -1 : 0));
     const SceneContents shown = contents(scene, 0);
@@ -88,7 +88,7 @@ TEST(SceneBounds, EncloseEveryInstanceInWorldSpace) {
     scene.scenes = {{"", {0, 1}}};
     scene.meshes = {meshOf({{-1, 0, 0}, {1, 2, 3}})};
     scene.nodes = {
-        node(moved(10, 0, 0), {}, 0),
+        node(translation(10, 0, 0), {}, 0),
         node(glm::rotate(glm::dmat4(1), glm::radians(180.0), glm::dvec3(0, 0, 1)), {}, 0)};
     const auto box = bounds(scene, contents(scene, 0));
     ASSERT_TRUE(box);

@@ -9,7 +9,7 @@
 namespace peeler {
 namespace {
 
-LayeredImage picture() {
+LayeredImage layeredPicture() {
     return test::makePicture({.seed = 5, .width = 40, .height = 33, .extra = true}).image;
 }
 
@@ -39,7 +39,7 @@ void expectFragments(const LayeredImage& whole, const LayeredImage& part,
 }
 
 TEST(SelectLayers, KeepsWhatIsChosen) {
-    const LayeredImage whole = picture();
+    const LayeredImage whole = layeredPicture();
     const LayerSelection selections[] = {
         {},
         {.nearest = 2},
@@ -54,7 +54,7 @@ TEST(SelectLayers, KeepsWhatIsChosen) {
 }
 
 TEST(SelectLayers, ASingleLayerIsWhatKeepingItLeaves) {
-    const LayeredImage whole = picture();
+    const LayeredImage whole = layeredPicture();
     LayeredImage single;
     for (std::uint32_t k = 0; k < 8; ++k) {
         LayerSelection selection;
@@ -66,7 +66,7 @@ TEST(SelectLayers, ASingleLayerIsWhatKeepingItLeaves) {
 }
 
 TEST(SelectLayers, IndicesFollowTheirFragments) {
-    LayeredImage image = picture();
+    LayeredImage image = layeredPicture();
     addLayerIndices(image);
     keepLayers(image, {.nearest = 0, .listed = {false, true, false, true}});
     const FragmentChannel layer = findChannel(image, "layer");

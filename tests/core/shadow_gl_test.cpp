@@ -11,6 +11,7 @@
 #include "core/peel/method.h"
 #include "core/placement.h"
 #include "support/capture.h"
+#include "support/lights.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -22,13 +23,6 @@ CaptureSettings withShadows(int size) {
     s.shadows = true;
     s.shadow_size = size;
     return s;
-}
-
-Light light(LightType type, double intensity) {
-    Light result;
-    result.type = type;
-    result.intensity = intensity;
-    return result;
 }
 
 /// The same picture with shadows, without them, and without light: every fragment of the first
@@ -112,7 +106,7 @@ void expectShadow(const Scene& scene, int size, const glm::dvec2& low, const glm
 TEST(Shadows, OfADirectionalLightLieWhereTheRaysEnd) {
     SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
     // The rays move by (0.5, −0.25) on the way from the square to the wall.
-    builder.light(light(LightType::kDirectional, 2),
+    builder.light(lightOf(LightType::kDirectional, 2),
                   *lookAlong({7, 8, 9}, {0.5, -0.25, -1}, {0, 1, 0}));
     // A texel of the map covers 8 · 1.01 / 512 of the wall, or a little more askew.
     expectShadow(builder.scene(), 512, {0.2, -0.55}, {0.8, 0.05}, 0.025);
@@ -120,7 +114,7 @@ TEST(Shadows, OfADirectionalLightLieWhereTheRaysEnd) {
 
 TEST(Shadows, OfASpotLightLieWhereTheRaysEnd) {
     SceneBuilder builder = wallAndSquare(-2, AlphaMode::kOpaque);
-    Light spot = light(LightType::kSpot, 50);
+    Light spot = lightOf(LightType::kSpot, 50);
     spot.inner_cone = 0.9;  // all of the picture
     spot.outer_cone = 1;
     // Shadows are twice as large as the square, seen from (0.3, 0.2, 0).
@@ -137,7 +131,7 @@ TEST(Shadows, AreCastThroughTheHolesOfMasksAndByBothFaces) {
     // Alpha from 0 at the left edge to 1 at the right: the cutoff 0.5 keeps x > 0.
     for (const glm::vec3& p : square.positions)
         square.colors.push_back({1, 1, 1, p.x > 0 ? 1 : 0});
-    builder.light(light(LightType::kDirectional, 2),
+    builder.light(lightOf(LightType::kDirectional, 2),
                   *lookAlong({0, 0, 0}, {0.5, 0, -1}, {0, 1, 0}));
     expectShadow(builder.scene(), 512, {0.5, -0.3}, {0.8, 0.3}, 0.025);
     std::reverse(square.positions.begin(), square.positions.end());  // now it faces the wall
@@ -152,9 +146,10 @@ TEST(Shadows, AreCastThroughTheHolesOfMasksAndByBothFaces) {
 
 TEST(Shadows, AreNotCastByGlassNorByPointLights) {
     SceneBuilder glass = wallAndSquare(-3, AlphaMode::kBlend, 0.5F);
-    glass.light(light(LightType::kDirectional, 2), *lookAlong({0, 0, 0}, {0.5, 0, -1}, {0, 1, 0}));
+    glass.light(lightOf(LightType::kDirectional, 2),
+                *lookAlong({0, 0, 0}, {0.5, 0, -1}, {0, 1, 0}));
     SceneBuilder lamp = wallAndSquare(-3, AlphaMode::kOpaque);
-    lamp.light(light(LightType::kPoint, 2), glm::dmat4(1));
+    lamp.light(lightOf(LightType::kPoint, 2), glm::dmat4(1));
     const View view = testView(64, 64);
     for (const SceneBuilder& builder : {glass, lamp}) {
         const Exposures seen(builder.scene(), view, 256);
@@ -165,7 +160,7 @@ TEST(Shadows, AreNotCastByGlassNorByPointLights) {
 TEST(Shadows, GlassReceivesThem) {
     SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
     builder.rectangle(4, 4, -3.75F, builder.lit(builder.material({1, 1, 1, 0.5F})));
-    builder.light(light(LightType::kDirectional, 2), glm::dmat4(1));
+    builder.light(lightOf(LightType::kDirectional, 2), glm::dmat4(1));
     const View view = testView(63, 63);
     const Exposures seen(builder.scene(), view, 512);
     const std::size_t f = seen.lit.offsets[seen.lit.pixelIndex(31, 31)];
@@ -180,21 +175,21 @@ TEST(Shadows, SurfacesThatCoincideAreLit) {
     builder.rectangle(4, 4, -4, white);
     // The same square again, cut along the other diagonal: depths that differ by rounding.
     builder.quad({0.3, -0.3, -3}, {0.3, 0.3, -3}, {-0.3, 0.3, -3}, {-0.3, -0.3, -3}, white);
-    builder.light(light(LightType::kDirectional, 2),
+    builder.light(lightOf(LightType::kDirectional, 2),
                   *lookAlong({7, 8, 9}, {0.5, -0.25, -1}, {0, 1, 0}));
     expectShadow(builder.scene(), 512, {0.2, -0.55}, {0.8, 0.05}, 0.025);
 }
 
 /// A closed sphere about (0, 0, −3) with its exact normals.
 SceneBuilder sphere() {
-    constexpr int kRound = 160, kUp = 80;
+    constexpr int kRound = 160, kRows = 80;
     std::vector<glm::vec3> positions, normals;
     const auto at = [](int i, int j) {
-        const double a = 2 * std::numbers::pi * i / kRound, b = std::numbers::pi * j / kUp;
+        const double a = 2 * std::numbers::pi * i / kRound, b = std::numbers::pi * j / kRows;
         return glm::vec3(std::sin(b) * std::cos(a), std::cos(b), -std::sin(b) * std::sin(a));
     };
     for (int i = 0; i < kRound; ++i)
-        for (int j = 0; j < kUp; ++j)
+        for (int j = 0; j < kRows; ++j)
             for (const auto& [di, dj] : {std::pair{0, 0}, {0, 1}, {1, 1}, {0, 0}, {1, 1}, {1, 0}})
                 normals.push_back(at(i + di, j + dj));
     for (const glm::vec3& n : normals)
@@ -209,7 +204,8 @@ TEST(Shadows, AreFreeOfAcneWithoutABias) {
     const View view = testView(255, 255);
     for (const glm::dvec3& forward : {glm::dvec3(-1, -1, -1), glm::dvec3(1, -0.2, -0.1)}) {
         SceneBuilder builder = sphere();
-        builder.light(light(LightType::kDirectional, 2), *lookAlong({0, 0, 0}, forward, {0, 1, 0}));
+        builder.light(lightOf(LightType::kDirectional, 2),
+                      *lookAlong({0, 0, 0}, forward, {0, 1, 0}));
         const Exposures seen(builder.scene(), view, 2048);
         std::size_t facing = 0, away = 0, wrong = 0;
         forEach(seen, view, [&](std::size_t f, const glm::dvec3& p) {
@@ -253,7 +249,7 @@ TEST(Shadows, TheBuiltInLightCastsThem) {
 }
 
 /// Opaque, masked and transparent squares in disorder under three lights.
-Scene crowd() {
+Scene crowdOfSquares() {
     SceneBuilder builder = wallAndSquare(-3, AlphaMode::kOpaque);
     for (int i = 0; i < 30; ++i) {
         const double t = i;
@@ -263,16 +259,17 @@ Scene crowd() {
         const auto place = *lookAlong(at, {std::sin(5 * t), 0.3, -1}, {0.2, 1, 0});
         builder.quad({-0.3, -0.3, 0}, {0.3, -0.3, 0}, {0.3, 0.3, 0}, {-0.3, 0.3, 0}, m, place);
     }
-    Light spot = light(LightType::kSpot, 20);
+    Light spot = lightOf(LightType::kSpot, 20);
     spot.outer_cone = 0.6;
     builder.light(spot, *lookAlong({0.5, 1, 0}, {0, -0.2, -1}, {0, 1, 0}));
-    builder.light(light(LightType::kPoint, 5), *lookAlong({0, 0, -1}, {0, 0, -1}, {0, 1, 0}));
-    builder.light(light(LightType::kDirectional, 1), *lookAlong({0, 0, 0}, {1, -1, -1}, {0, 1, 0}));
+    builder.light(lightOf(LightType::kPoint, 5), *lookAlong({0, 0, -1}, {0, 0, -1}, {0, 1, 0}));
+    builder.light(lightOf(LightType::kDirectional, 1),
+                  *lookAlong({0, 0, 0}, {1, -1, -1}, {0, 1, 0}));
     return builder.scene();
 }
 
 TEST(Shadows, AreTheSameWithEveryMethodAndBand) {
-    const Scene scene = crowd();
+    const Scene scene = crowdOfSquares();
     const View view = testView(160, 120);
     CaptureSettings s = withShadows(300);
     s.color_type = PixelType::kHalf;
@@ -292,7 +289,7 @@ TEST(Shadows, AreTheSameWithEveryMethodAndBand) {
 }
 
 TEST(Shadows, AreTheSameInComposites) {
-    const Scene scene = crowd();
+    const Scene scene = crowdOfSquares();
     const View view = testView(160, 120);
     CaptureSettings s = withShadows(300);
     const LayeredImage layers = capture(scene, view, s).image;
@@ -327,7 +324,7 @@ TEST(Shadows, AreTheSameInComposites) {
 TEST(Shadows, AreTheSameOnBothBackends) {
     if (!sharedContext().device().software) GTEST_SKIP() << "a GPU rounds as it likes";
     const std::string other = testBackend() == "egl" ? "osmesa" : "egl";
-    const Scene scene = crowd();
+    const Scene scene = crowdOfSquares();
     const View view = testView(160, 120);
     const auto here = capture(scene, view, withShadows(300));
     LayeredImage there;
@@ -339,7 +336,7 @@ TEST(Shadows, AreTheSameOnBothBackends) {
 }
 
 TEST(Shadows, MapsServeEveryViewOfTheScene) {
-    const Scene scene = crowd();
+    const Scene scene = crowdOfSquares();
     const SceneContents shown = contents(scene, 0);
     Renderer renderer(sharedContext(), scene, shown);
     View view = testView(64, 48);
@@ -354,7 +351,7 @@ TEST(Shadows, MapsServeEveryViewOfTheScene) {
 }
 
 TEST(Shadows, MapsAreMadeAnewForAnotherClipVolume) {
-    const Scene scene = crowd();
+    const Scene scene = crowdOfSquares();
     const SceneContents shown = contents(scene, 0);
     Renderer renderer(sharedContext(), scene, shown);
     const View view = testView(64, 48);
@@ -371,7 +368,7 @@ TEST(Shadows, MapsAreMadeAnewForAnotherClipVolume) {
 }
 
 TEST(Shadows, TooLargeAMapIsAUsageError) {
-    const Scene scene = crowd();
+    const Scene scene = crowdOfSquares();
     try {
         capture(scene, testView(8, 8), withShadows(1 << 20));
         FAIL();

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/draw_list.h"
+#include "support/one_mesh.h"
 #include "support/ray_hits.h"
 
 namespace peeler::test {
@@ -62,17 +63,6 @@ Primitive cubeSide(int side) {
     return primitive;
 }
 
-/// One node with a mesh of these primitives.
-Scene sceneOf(std::vector<Primitive> primitives) {
-    Scene scene;
-    scene.scenes = {{"", {0}}};
-    scene.materials.resize(8);
-    scene.meshes.push_back({"", std::move(primitives)});
-    scene.nodes.resize(1);
-    scene.nodes[0].mesh = 0;
-    return scene;
-}
-
 struct Found {
     std::vector<std::size_t> primitives;
     std::uint64_t triangles = 0, open_edges = 0;
@@ -87,7 +77,7 @@ std::vector<Found> found(const Solids& solids) {
 }
 
 std::vector<Found> solidsOf(std::vector<Primitive> primitives) {
-    const Scene scene = sceneOf(std::move(primitives));
+    const Scene scene = oneMesh(std::move(primitives));
     return found(Solids(scene, contents(scene, 0)));
 }
 
@@ -97,7 +87,7 @@ TEST(Solids, SidesOfDifferentMaterialsAreOneCube) {
     std::vector<Primitive> sides;
     for (int i = 0; i < 6; ++i)
         sides.push_back(cubeSide(i));
-    const Scene scene = sceneOf(sides);
+    const Scene scene = oneMesh(sides);
     const Solids solids(scene, contents(scene, 0));
     EXPECT_EQ(found(solids), (List{{{0, 1, 2, 3, 4, 5}, 12, 0}}));
     for (std::uint32_t key = 1; key <= 12; ++key) {
@@ -145,7 +135,7 @@ TEST(Solids, AnEdgeOfFourTrianglesIsNotOpen) {
 TEST(Solids, LinesAndPointsBelongToNone) {
     Primitive lines = tetrahedron();
     lines.topology = Topology::kLines;
-    const Scene scene = sceneOf({lines, tetrahedron()});
+    const Scene scene = oneMesh({lines, tetrahedron()});
     const Solids solids(scene, contents(scene, 0));
     EXPECT_EQ(found(solids), (List{{{1}, 4, 0}}));
     EXPECT_EQ(solids.solidOf(6), Solids::kNone);
@@ -154,7 +144,7 @@ TEST(Solids, LinesAndPointsBelongToNone) {
 }
 
 TEST(Solids, ADeformedMeshHasItsOwnTopology) {
-    const Scene scene = sceneOf({tetrahedron()});
+    const Scene scene = oneMesh({tetrahedron()});
     SceneContents shown = contents(scene, 0);
     shown.deformed.resize(1);
     shown.deformed[0].resize(1);
@@ -171,7 +161,7 @@ TEST(Solids, KeysAreThoseOfTheDrawList) {
     points.topology = Topology::kPoints;
     points.positions.resize(3);
     Primitive masked = tetrahedron(2);  // not drawn at all
-    Scene scene = sceneOf({empty, tetrahedron(1), points, masked, empty, cubeSide(3), empty});
+    Scene scene = oneMesh({empty, tetrahedron(1), points, masked, empty, cubeSide(3), empty});
     scene.materials[2].alpha_mode = AlphaMode::kMask;
     scene.materials[2].base_color.a = 0;
     scene.meshes.push_back({"", {tetrahedron(4)}});

@@ -10,6 +10,7 @@
 #include "core/peel/method.h"
 #include "formats/gltf_reader.h"
 #include "support/capture.h"
+#include "support/flat.h"
 #include "support/hard_scenes.h"
 #include "support/test_support.h"
 
@@ -18,13 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-CompositeImage flat(const LayeredImage& image) {
-    CompositeImage out;
-    compositeOver(image, {}, out);
-    return out;
-}
-
-CaptureSettings sampled(int samples, bool composite) {
+CaptureSettings samplesAPixel(int samples, bool composite) {
     CaptureSettings settings;
     settings.samples = samples;
     settings.composite = composite;
@@ -43,7 +38,7 @@ double rmse(const CompositeImage& a, const CompositeImage& b) {
     return std::sqrt(sum / (4.0 * static_cast<double>(a.rgba.size())));
 }
 
-float worst(const CompositeImage& a, const CompositeImage& b) {
+float worstColor(const CompositeImage& a, const CompositeImage& b) {
     float most = 0;
     for (std::size_t p = 0; p < a.rgba.size(); ++p)
         for (std::size_t c = 0; c < 4; ++c)
@@ -58,7 +53,7 @@ CompositeImage reference(const Scene& scene, const View& view) {
     large.width *= kGrid;
     large.height *= kGrid;
     large.crop = {0, 0, large.width, large.height};
-    const CompositeImage fine = flat(capture(scene, large, sampled(1, true)).image);
+    const CompositeImage fine = flat(capture(scene, large, samplesAPixel(1, true)).image);
     CompositeImage mean;
     mean.window = view.crop;
     mean.rgba.resize(view.crop.pixels());
@@ -86,7 +81,7 @@ TEST(Supersampling, ConvergesToAGridOf16By16Samples) {
         double last = 1e9;
         for (const int samples : {1, 2, 4, 8, 16, 32, 64}) {
             const double error =
-                rmse(flat(capture(scene, view, sampled(samples, true)).image), wanted);
+                rmse(flat(capture(scene, view, samplesAPixel(samples, true)).image), wanted);
             std::printf("%s, %d samples: RMSE %.5f\n", name, samples, error);
             EXPECT_LT(error, last) << name << ", " << samples;
             last = error;
@@ -99,9 +94,9 @@ TEST(Supersampling, LayersCompositeToTheSupersampledComposite) {
     const View view = testView(160, 120);
     for (const auto& [name, scene] : hardScenes()) {
         for (const int samples : {2, 4, 9}) {
-            const auto composite = capture(scene, view, sampled(samples, true));
-            const auto layers = capture(scene, view, sampled(samples, false));
-            EXPECT_LT(worst(flat(layers.image), flat(composite.image)), 1e-4F) << name;
+            const auto composite = capture(scene, view, samplesAPixel(samples, true));
+            const auto layers = capture(scene, view, samplesAPixel(samples, false));
+            EXPECT_LT(worstColor(flat(layers.image), flat(composite.image)), 1e-4F) << name;
             EXPECT_EQ(layers.plan.samples, samples);
             EXPECT_TRUE(layers.plan.complete());
         }
@@ -118,8 +113,8 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
         camera.size = {240, 135};
         const SceneContents contained = contents(scene, 0);
         const View view = cmd::makeView(scene, contained, cmd::Shape(scene, contained), camera);
-        const CompositeImage composite = flat(capture(scene, view, sampled(4, true)).image);
-        CaptureSettings stored = sampled(4, false);
+        const CompositeImage composite = flat(capture(scene, view, samplesAPixel(4, true)).image);
+        CaptureSettings stored = samplesAPixel(4, false);
         stored.color_type = PixelType::kHalf;
         // What is brighter than white is shown as white.
         auto shown = [](CompositeImage image) {
@@ -129,10 +124,10 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
             return image;
         };
         const float in_file =
-            worst(shown(flat(capture(scene, view, stored).image)), shown(composite));
+            worstColor(shown(flat(capture(scene, view, stored).image)), shown(composite));
         EXPECT_LT(in_file, 1 / 255.0F) << entry.path();
         stored.color_type = PixelType::kFloat;
-        const float exact = worst(flat(capture(scene, view, stored).image), composite);
+        const float exact = worstColor(flat(capture(scene, view, stored).image), composite);
         EXPECT_LT(exact, 1e-4F) << entry.path();
         std::printf("%s: %.5f in half, %.7f in float\n", entry.path().filename().c_str(),
                     static_cast<double>(in_file), static_cast<double>(exact));
@@ -145,18 +140,18 @@ TEST(Supersampling, MethodsAndBandsAgree) {
     for (const auto& [name, scene] : hardScenes()) {
         const SceneContents shown = contents(scene, 0);
         Renderer renderer(sharedContext(), scene, shown);
-        const auto layers = capture(renderer, view, sampled(3, false));
-        const auto composite = flat(capture(renderer, view, sampled(3, true)).image);
+        const auto layers = capture(renderer, view, samplesAPixel(3, false));
+        const auto composite = flat(capture(renderer, view, samplesAPixel(3, true)).image);
         for (const auto& method : peelMethods()) {
             if (!method.exact()) continue;
-            CaptureSettings settings = sampled(3, false);
+            CaptureSettings settings = samplesAPixel(3, false);
             settings.method = method.name;
             settings.band_bytes = 1 << 20;
             const auto other = capture(renderer, view, settings);
             EXPECT_GT(other.bands.size(), 1U);
             EXPECT_EQ(difference(layers.image, other.image), "") << name << ", " << method.name;
             settings.composite = true;
-            EXPECT_LT(worst(composite, flat(capture(renderer, view, settings).image)), 1e-5F)
+            EXPECT_LT(worstColor(composite, flat(capture(renderer, view, settings).image)), 1e-5F)
                 << name << ", " << method.name;
         }
     }
@@ -168,7 +163,7 @@ TEST(Supersampling, SamplesThatSeeNothingInABandAddNothingToIt) {
                  builder.material({1, 0.5F, 0.25F, 0.5F}));
     const View view = testView(32, 24);
     for (const auto& method : peelMethods()) {
-        CaptureSettings settings = sampled(4, true);
+        CaptureSettings settings = samplesAPixel(4, true);
         settings.method = method.name;
         const auto whole = capture(builder.scene(), view, settings);
         // A row a band where composites are made on the fly; layers need more for a row.
@@ -182,7 +177,7 @@ TEST(Supersampling, SamplesThatSeeNothingInABandAddNothingToIt) {
 TEST(Supersampling, TheListsOfAllSamplesCountAmongABandsBytes) {
     SceneBuilder builder;
     builder.rectangle(0.01F, 0.01F, -2, builder.material({1, 1, 1, 0.5F}));
-    CaptureSettings settings = sampled(64, false);
+    CaptureSettings settings = samplesAPixel(64, false);
     settings.band_bytes = 1 << 20;
     const auto result = capture(builder.scene(), testView(160, 120), settings);
     for (const Window& band : result.bands)
@@ -192,8 +187,8 @@ TEST(Supersampling, TheListsOfAllSamplesCountAmongABandsBytes) {
 TEST(Supersampling, KeepsTheNearestMergedLayers) {
     const View view = testView(160, 120);
     const Scene scene = hardScenes()[0].scene;
-    const auto all = capture(scene, view, sampled(4, false));
-    CaptureSettings settings = sampled(4, false);
+    const auto all = capture(scene, view, samplesAPixel(4, false));
+    CaptureSettings settings = samplesAPixel(4, false);
     settings.max_layers = 3;
     const auto few = capture(scene, view, settings);
     EXPECT_EQ(few.plan.layers.size(), 3U);
@@ -212,7 +207,7 @@ TEST(Supersampling, AnEdgeHasItsCoverageInAlpha) {
     const auto at = [](double pixel) { return static_cast<float>((pixel / 8 - 1) * 4 / 3); };
     builder.quad({at(4.25), -9, -2}, {at(12.75), -9, -2}, {at(12.75), 9, -2}, {at(4.25), 9, -2},
                  builder.material({0.5F, 1, 0.25F, 0.5F}));
-    const auto result = capture(builder.scene(), testView(16, 12), sampled(16, false));
+    const auto result = capture(builder.scene(), testView(16, 12), samplesAPixel(16, false));
     ASSERT_EQ(result.plan.layers.size(), 1U);
     const auto alpha = [&](int x) {
         const std::size_t pixel = result.image.pixelIndex(x, 6);
@@ -231,7 +226,7 @@ TEST(Supersampling, SurfacesThatMeetAtAnEdgeDoNotLetTheBackgroundThrough) {
                  builder.material({1, 0, 0, 1}, AlphaMode::kOpaque));
     builder.quad({0.015F, -9, -3}, {9, -9, -3}, {9, 9, -3}, {0.015F, 9, -3},
                  builder.material({0, 1, 0, 1}, AlphaMode::kOpaque));
-    const auto result = capture(builder.scene(), testView(15, 11), sampled(16, false));
+    const auto result = capture(builder.scene(), testView(15, 11), samplesAPixel(16, false));
     for (const auto& rgba : flat(result.image).rgba)
         EXPECT_FLOAT_EQ(rgba[3], 1);
 }

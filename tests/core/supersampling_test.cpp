@@ -17,7 +17,7 @@ struct Fragment {
 };
 
 /// One pixel of one sample.
-LayeredImage pixel(const std::vector<Fragment>& fragments) {
+LayeredImage pixelOfSample(const std::vector<Fragment>& fragments) {
     LayeredImage image;
     image.window = {0, 0, 1, 1};
     image.offsets = {0, static_cast<std::uint32_t>(fragments.size())};
@@ -61,7 +61,8 @@ TEST(Supersampling, PositionsAreOneInEveryStripOfBothAxes) {
 }
 
 TEST(Supersampling, OneSurfaceBecomesOneFragmentWithItsNearestDepth) {
-    const auto image = merged({pixel({{2.5F, 7, kGlass}}), pixel({{2.25F, 7, kGlass}})});
+    const auto image =
+        merged({pixelOfSample({{2.5F, 7, kGlass}}), pixelOfSample({{2.25F, 7, kGlass}})});
     ASSERT_EQ(image.fragments(), 1U);
     EXPECT_EQ(image.z[0], 2.25F);
     EXPECT_EQ(colorOf(image, 0), kGlass);
@@ -69,7 +70,7 @@ TEST(Supersampling, OneSurfaceBecomesOneFragmentWithItsNearestDepth) {
 }
 
 TEST(Supersampling, DifferentSurfacesStayApart) {
-    const auto image = merged({pixel({{2, 7, kRed}}), pixel({{2, 8, kGreen}})});
+    const auto image = merged({pixelOfSample({{2, 7, kRed}}), pixelOfSample({{2, 8, kGreen}})});
     ASSERT_EQ(image.fragments(), 2U);
     EXPECT_EQ(colorOf(image, 0), (std::array<float, 4>{0.5F, 0, 0, 0.5F}));
     // All that the red one leaves uncovered.
@@ -77,23 +78,24 @@ TEST(Supersampling, DifferentSurfacesStayApart) {
 }
 
 TEST(Supersampling, WhatIsHiddenInEverySampleKeepsItsCoverage) {
-    const auto image = merged({pixel({{1, 1, kRed}, {2, 2, kGreen}}), pixel({{1, 1, kRed}})});
+    const auto image =
+        merged({pixelOfSample({{1, 1, kRed}, {2, 2, kGreen}}), pixelOfSample({{1, 1, kRed}})});
     ASSERT_EQ(image.fragments(), 2U);
     EXPECT_EQ(colorOf(image, 1), (std::array<float, 4>{0, 0.5F, 0, 0.5F}));
 }
 
 TEST(Supersampling, FrontAndBackOfABallMergeWithTheirLike) {
     // The second sample is near the ball's edge.
-    const auto image = merged(
-        {pixel({{1, 3, kGlass}, {9, 3, kGlass}}), pixel({{4.5F, 3, kGlass}, {5.5F, 3, kGlass}})});
+    const auto image = merged({pixelOfSample({{1, 3, kGlass}, {9, 3, kGlass}}),
+                               pixelOfSample({{4.5F, 3, kGlass}, {5.5F, 3, kGlass}})});
     ASSERT_EQ(image.fragments(), 2U);
     EXPECT_EQ(image.z[0], 1);
     EXPECT_EQ(image.z[1], 5.5F);
 }
 
 TEST(Supersampling, AFoldThatOneSampleMissesDoesNotMergeWithWhatIsInFront) {
-    const auto image = merged(
-        {pixel({{1, 3, kGlass}, {1.1F, 3, kGlass}, {5, 3, kGlass}}), pixel({{4.9F, 3, kGlass}})});
+    const auto image = merged({pixelOfSample({{1, 3, kGlass}, {1.1F, 3, kGlass}, {5, 3, kGlass}}),
+                               pixelOfSample({{4.9F, 3, kGlass}})});
     ASSERT_EQ(image.fragments(), 3U);
     EXPECT_EQ(image.z[2], 4.9F);
     EXPECT_FLOAT_EQ(colorOf(image, 0)[3], 0.25F);
@@ -101,8 +103,8 @@ TEST(Supersampling, AFoldThatOneSampleMissesDoesNotMergeWithWhatIsInFront) {
 }
 
 TEST(Supersampling, SurfacesThatCrossKeepTheOrderOfEverySample) {
-    const auto image = merged(
-        {pixel({{1, 1, kGlass}, {2, 2, kRed}}), pixel({{1.5F, 2, kRed}, {2.5F, 1, kGlass}})});
+    const auto image = merged({pixelOfSample({{1, 1, kGlass}, {2, 2, kRed}}),
+                               pixelOfSample({{1.5F, 2, kRed}, {2.5F, 1, kGlass}})});
     CompositeImage composite;
     compositeOver(image, {}, composite);
     // Half of each: glass over red, red over glass.

@@ -9,9 +9,12 @@
 
 #include "core/error.h"
 #include "core/rays/texel_coverage.h"
+#include "support/one_mesh.h"
 
 namespace peeler {
 namespace {
+
+using test::oneMesh;
 
 /// The unit square in the plane z = 0 in two triangles, u along x, v along y.
 Primitive quad(float u0 = 0, float v0 = 0, float u1 = 1, float v1 = 1) {
@@ -22,19 +25,8 @@ Primitive quad(float u0 = 0, float v0 = 0, float u1 = 1, float v1 = 1) {
     return primitive;
 }
 
-Scene sceneOf(std::vector<Primitive> primitives) {
-    Scene scene;
-    scene.materials.resize(3);
-    scene.meshes = {{"mesh", std::move(primitives)}};
-    Node node;
-    node.mesh = 0;
-    scene.nodes = {node};
-    scene.scenes = {{"", {0}}};
-    return scene;
-}
-
-struct Placed {
-    Placed(Scene from, const TexelSettings& settings)
+struct PlacedTexels {
+    PlacedTexels(Scene from, const TexelSettings& settings)
         : scene(std::move(from)),
           shown(contents(scene, 0)),
           vertices(scene, shown),
@@ -49,7 +41,7 @@ struct Placed {
 
 TEST(TexelReceivers, OfAQuadThatFillsTheTextureAreTheCentres) {
     constexpr int kSize = 16;
-    const Placed placed(sceneOf({quad()}), {kSize, 0});
+    const PlacedTexels placed(oneMesh({quad()}), {kSize, 0});
     ASSERT_EQ(placed.receivers.size(), std::size_t{kSize} * kSize);
     ASSERT_EQ(placed.texels.atlases().size(), 1U);
     const TexelAtlas& atlas = placed.texels.atlases()[0];
@@ -67,7 +59,7 @@ TEST(TexelReceivers, OfAQuadThatFillsTheTextureAreTheCentres) {
 
 TEST(TexelReceivers, WrapAroundAsTexturesRepeat) {
     constexpr int kSize = 8;
-    const Placed placed(sceneOf({quad(-2.5F, 1, -1.5F, 2)}), {kSize, 0});
+    const PlacedTexels placed(oneMesh({quad(-2.5F, 1, -1.5F, 2)}), {kSize, 0});
     const TexelAtlas& atlas = placed.texels.atlases()[0];
     EXPECT_EQ(atlas.covered, std::uint64_t{kSize} * kSize);
     EXPECT_EQ(atlas.shared, 0U);
@@ -76,10 +68,10 @@ TEST(TexelReceivers, WrapAroundAsTexturesRepeat) {
 }
 
 TEST(TexelReceivers, OfTiledOrMirroredUvsShareTexels) {
-    const Placed tiled(sceneOf({quad(0, 0, 2, 1)}), {8, 0});
+    const PlacedTexels tiled(oneMesh({quad(0, 0, 2, 1)}), {8, 0});
     EXPECT_EQ(tiled.texels.atlases()[0].shared, 64U);
     EXPECT_EQ(tiled.receivers.size(), 128U);
-    const Placed mirrored(sceneOf({quad(), quad(1, 0, 0, 1)}), {8, 0});
+    const PlacedTexels mirrored(oneMesh({quad(), quad(1, 0, 0, 1)}), {8, 0});
     EXPECT_EQ(mirrored.texels.atlases()[0].shared, 64U);
     // Both sides of the mirror see the same: the mean is the middle.
     std::vector<float> values;
@@ -87,13 +79,13 @@ TEST(TexelReceivers, OfTiledOrMirroredUvsShareTexels) {
         values.push_back(static_cast<float>(position.x));
     for (const float value : mirrored.texels.pixels(mirrored.texels.atlases()[0], values, 1, 0))
         EXPECT_NEAR(value, 0.5F, 1e-6);
-    const Placed many(sceneOf({quad(0, 0, 20, 1)}), {8, 0});
+    const PlacedTexels many(oneMesh({quad(0, 0, 20, 1)}), {8, 0});
     EXPECT_EQ(many.receivers.size(), 64U * TexelCoverage::kMostSamples);
 }
 
 TEST(TexelReceivers, OfNarrowChartsAreTheNearestPoints) {
     // A ribbon along v from 2.4 to 2.492 of 8 texels: the centre at 2.5 is just beside it.
-    const Placed placed(sceneOf({quad(0.30F, 0, 0.3115F, 1)}), {8, 0});
+    const PlacedTexels placed(oneMesh({quad(0.30F, 0, 0.3115F, 1)}), {8, 0});
     const TexelAtlas& atlas = placed.texels.atlases()[0];
     EXPECT_EQ(atlas.covered, 0U);
     for (std::size_t y = 0; y < 8; ++y) {
@@ -111,17 +103,17 @@ TEST(TexelReceivers, HaveATextureAMaterialAndTheAskedUvSet) {
     second.texcoords[1] = quad(0, 0, 0.5F, 0.5F).texcoords[0];
     Primitive without = quad();
     without.texcoords[0].clear();
-    const Scene scene = sceneOf({quad(), second, without});
-    const Placed first_set(scene, {8, 0});
+    const Scene scene = oneMesh({quad(), second, without});
+    const PlacedTexels first_set(scene, {8, 0});
     ASSERT_EQ(first_set.texels.atlases().size(), 2U);
     EXPECT_EQ(first_set.texels.atlases()[1].material, 1);
     EXPECT_EQ(first_set.texels.withoutUvs(), 1U);
-    const Placed second_set(scene, {8, 1});
+    const PlacedTexels second_set(scene, {8, 1});
     ASSERT_EQ(second_set.texels.atlases().size(), 1U);
     EXPECT_EQ(second_set.texels.atlases()[0].material, 1);
     EXPECT_EQ(second_set.texels.atlases()[0].covered, 16U);
     try {
-        const Placed none(sceneOf({quad()}), {8, 1});
+        const PlacedTexels none(oneMesh({quad()}), {8, 1});
         FAIL() << "there is no such UV set";
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kInput);
@@ -132,7 +124,7 @@ TEST(TexelReceivers, HaveATextureAMaterialAndTheAskedUvSet) {
 TEST(TexelReceivers, RefuseUvsThatRepeatWithoutEnd) {
     for (const float end : {1e4F, 1e30F}) {
         try {
-            const Placed placed(sceneOf({quad(0, 0, end, end)}), {1024, 0});
+            const PlacedTexels placed(oneMesh({quad(0, 0, end, end)}), {1024, 0});
             FAIL() << end;
         } catch (const Error& error) {
             EXPECT_EQ(error.kind(), ErrorKind::kInput);
@@ -147,7 +139,7 @@ TEST(TexelReceivers, RefuseMoreTexturesThanFit) {
         primitives.back().material = i;
     }
     try {
-        const Placed placed(sceneOf(primitives), {20000, 0});
+        const PlacedTexels placed(oneMesh(primitives), {20000, 0});
         FAIL();
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kInput);
@@ -156,7 +148,7 @@ TEST(TexelReceivers, RefuseMoreTexturesThanFit) {
 }
 
 TEST(TexelReceivers, GiveTheTexelUnderAHit) {
-    const Placed placed(sceneOf({quad(0, 0, 1, 1)}), {4, 0});
+    const PlacedTexels placed(oneMesh({quad(0, 0, 1, 1)}), {4, 0});
     const DrawList list(placed.scene, placed.shown);
     const SurfaceLookup lookup = placed.texels.lookup(list);
     std::vector<float> values;
@@ -232,7 +224,7 @@ TEST(NearestFilled, IsTheNearestWithinReachAcrossBorders) {
 
 TEST(TexelPixels, SpreadBeyondChartsAndFillTheRestWithTheMean) {
     // The left quarter has a value for each row; 2 texels further it is the same, then the mean.
-    const Placed placed(sceneOf({quad(0, 0, 0.25F, 1)}), {16, 0});
+    const PlacedTexels placed(oneMesh({quad(0, 0, 0.25F, 1)}), {16, 0});
     std::vector<float> values;
     for (const glm::dvec3& position : placed.receivers.positions)
         values.push_back(position.x < 0.999F && position.x > 0.001F ? 1.0F : 3.0F);

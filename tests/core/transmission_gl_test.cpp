@@ -9,16 +9,10 @@
 #include "core/peel/method.h"
 #include "support/capture.h"
 #include "support/hard_scenes.h"
+#include "support/lights.h"
 
 namespace peeler::test {
 namespace {
-
-Environment uniform(float radiance) {
-    Environment environment;
-    environment.width = environment.height = 1;
-    environment.radiance.assign(1, glm::vec3(radiance));
-    return environment;
-}
 
 /// A pane at z = −2 with a red wall behind it at −3, both filling the view.
 class Pane {
@@ -28,7 +22,7 @@ class Pane {
         material().transmission.factor = transmission;
         builder_.rectangle(4, 4, -2, static_cast<int>(index_));
         builder_.rectangle(4, 4, -3, builder_.material({1, 0, 0, 1}, AlphaMode::kOpaque));
-        scene().environment = uniform(0);
+        scene().environment = uniformEnvironment(glm::vec3(0));
         for (const glm::vec3& at : scene().meshes[0].primitives[0].positions)
             scene().meshes[0].primitives[0].texcoords[0].emplace_back(at.x < 0 ? 0 : 1, 0);
     }
@@ -76,7 +70,7 @@ TEST(Transmission, LeavesReflectionsAtFullStrength) {
     Pane clear({1, 1, 1, 1}, 1), half({1, 1, 1, 1}, 0.5F), none({1, 1, 1, 1}, 0);
     for (Pane* pane : {&clear, &half, &none}) {
         pane->material().roughness = 0;
-        pane->scene().environment = uniform(1);
+        pane->scene().environment = uniformEnvironment(glm::vec3(1));
     }
     const glm::vec4 reflected = clear.front();
     EXPECT_NEAR(reflected.a, 0, 1e-6);
@@ -154,7 +148,7 @@ TEST(Transmission, CastsNoShadow) {
         down[1] = glm::dvec4(glm::normalize(glm::dvec3(0, 1, -1)), 0);
         down[2] = glm::dvec4(glm::normalize(glm::dvec3(0, 1, 1)), 0);
         builder.light(sun, down);
-        builder.scene().environment = uniform(0);
+        builder.scene().environment = uniformEnvironment(glm::vec3(0));
         CaptureSettings s;
         s.shadows = true;
         s.shadow_size = 256;
@@ -214,7 +208,7 @@ TEST(Transmission, IsTheSameInEveryMethod) {
 TEST(Transmission, OfNothingButReflectionsSurvivesAnAverage) {
     Pane pane({1, 1, 1, 1}, 1);
     pane.scene().scenes[0].roots.pop_back();  // the wall
-    pane.scene().environment = uniform(1);
+    pane.scene().environment = uniformEnvironment(glm::vec3(1));
     CaptureSettings s;
     s.composite = true;
     const auto exact = capture(pane.scene(), testView(5, 5), s).image;

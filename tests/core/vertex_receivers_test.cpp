@@ -6,8 +6,12 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "support/one_mesh.h"
+
 namespace peeler {
 namespace {
+
+using test::oneMesh;
 
 /// (0,0,0) (1,0,0) (0,1,0), whose front is toward +Z.
 Primitive triangle() {
@@ -16,21 +20,8 @@ Primitive triangle() {
     return primitive;
 }
 
-/// One mesh at one node.
-Scene sceneOf(Primitive primitive, const glm::dmat4& local = glm::dmat4(1)) {
-    Scene scene;
-    scene.materials.resize(1);
-    scene.meshes = {{"mesh", {std::move(primitive)}}};
-    Node node;
-    node.mesh = 0;
-    node.local = local;
-    scene.nodes = {node};
-    scene.scenes = {{"", {0}}};
-    return scene;
-}
-
-struct Placed {
-    explicit Placed(Scene from)
+struct PlacedVertices {
+    explicit PlacedVertices(Scene from)
         : scene(std::move(from)), shown(contents(scene, 0)), vertices(scene, shown) {}
 
     Scene scene;
@@ -39,7 +30,7 @@ struct Placed {
     const Receivers& receivers = vertices.receivers();
 };
 
-void expectNear(const glm::vec3& found, const glm::vec3& expected) {
+void expectVector(const glm::vec3& found, const glm::vec3& expected) {
     EXPECT_LT(glm::length(found - expected), 1e-6)
         << found.x << ' ' << found.y << ' ' << found.z << ", expected " << expected.x << ' '
         << expected.y << ' ' << expected.z;
@@ -48,22 +39,23 @@ void expectNear(const glm::vec3& found, const glm::vec3& expected) {
 TEST(VertexReceivers, StandWhereTheNodePutsThem) {
     const glm::dmat4 place = glm::rotate(glm::translate(glm::dmat4(1), glm::dvec3(5, 0, 0)),
                                          glm::radians(90.0), glm::dvec3(1, 0, 0));
-    const Placed placed(sceneOf(triangle(), place));
+    const PlacedVertices placed(oneMesh({triangle()}, place));
     ASSERT_EQ(placed.receivers.size(), 3U);
-    expectNear(placed.receivers.positions[0], {5, 0, 0});
-    expectNear(placed.receivers.positions[2], {5, 0, 1});
+    expectVector(placed.receivers.positions[0], {5, 0, 0});
+    expectVector(placed.receivers.positions[2], {5, 0, 1});
     for (const glm::vec3& normal : placed.receivers.normals)
-        expectNear(normal, {0, -1, 0});
+        expectVector(normal, {0, -1, 0});
 }
 
 TEST(VertexReceivers, TakeTheVerticesOwnNormalsAndTurnThemAsSurfacesTurn) {
     Primitive primitive = triangle();
     primitive.normals.assign(3, glm::normalize(glm::vec3(1, 0, 1)));
     primitive.normals[1] = {0, 0, 0};  // none: the triangle's
-    const Placed placed(sceneOf(primitive, glm::scale(glm::dmat4(1), glm::dvec3(2, 1, 1))));
+    const PlacedVertices placed(
+        oneMesh({primitive}, glm::scale(glm::dmat4(1), glm::dvec3(2, 1, 1))));
     // A plane with x + z = const is (x/2) + z = const after stretching x.
-    expectNear(placed.receivers.normals[0], glm::normalize(glm::vec3(0.5F, 0, 1)));
-    expectNear(placed.receivers.normals[1], {0, 0, 1});
+    expectVector(placed.receivers.normals[0], glm::normalize(glm::vec3(0.5F, 0, 1)));
+    expectVector(placed.receivers.normals[1], {0, 0, 1});
 }
 
 TEST(VertexReceivers, StayOnTheFrontOfMirroredInstances) {
@@ -72,10 +64,10 @@ TEST(VertexReceivers, StayOnTheFrontOfMirroredInstances) {
     Primitive with_normals = triangle();
     with_normals.normals.assign(3, {0, 0, 1});
     for (const Primitive& primitive : {triangle(), with_normals}) {
-        const Placed placed(sceneOf(primitive, mirror));
-        expectNear(placed.receivers.positions[1], {-1, 0, 0});
+        const PlacedVertices placed(oneMesh({primitive}, mirror));
+        expectVector(placed.receivers.positions[1], {-1, 0, 0});
         for (const glm::vec3& normal : placed.receivers.normals)
-            expectNear(normal, {0, 0, 1});
+            expectVector(normal, {0, 0, 1});
     }
 }
 
@@ -84,11 +76,11 @@ TEST(VertexReceivers, WithoutNormalsTakeTheMeanOfTheirTrianglesByArea) {
     Primitive primitive = triangle();
     primitive.positions.insert(primitive.positions.end(), {{0, 2, 0}, {0, 0, 1}, {9, 9, 9}});
     primitive.indices = {0, 1, 2, 0, 3, 4};
-    const Placed placed(sceneOf(primitive));
-    expectNear(placed.receivers.normals[0], glm::normalize(glm::vec3(2, 0, 1)));
-    expectNear(placed.receivers.normals[1], {0, 0, 1});
-    expectNear(placed.receivers.normals[3], {1, 0, 0});
-    expectNear(placed.receivers.normals[5], {0, 0, 0});  // of no triangle: it sees nothing
+    const PlacedVertices placed(oneMesh({primitive}));
+    expectVector(placed.receivers.normals[0], glm::normalize(glm::vec3(2, 0, 1)));
+    expectVector(placed.receivers.normals[1], {0, 0, 1});
+    expectVector(placed.receivers.normals[3], {1, 0, 0});
+    expectVector(placed.receivers.normals[5], {0, 0, 0});  // of no triangle: it sees nothing
 }
 
 TEST(VertexReceivers, FollowDeformedMeshes) {
@@ -96,44 +88,44 @@ TEST(VertexReceivers, FollowDeformedMeshes) {
     MorphTarget target;
     target.positions = {{0, 0, 0}, {-1, 0, 1}, {0, 0, 0}};  // the second corner to (0,0,1)
     primitive.targets = {target};
-    Scene scene = sceneOf(primitive);
+    Scene scene = oneMesh({primitive});
     scene.meshes[0].weights = {1};
-    const Placed placed(scene);
-    expectNear(placed.receivers.positions[1], {0, 0, 1});
-    expectNear(placed.receivers.normals[0], {-1, 0, 0});
+    const PlacedVertices placed(scene);
+    expectVector(placed.receivers.positions[1], {0, 0, 1});
+    expectVector(placed.receivers.normals[0], {-1, 0, 0});
 }
 
 TEST(VertexReceivers, AreListedByInstanceAndPrimitive) {
-    Scene scene = sceneOf(triangle());
+    Scene scene = oneMesh({triangle()});
     Primitive lines = triangle();
     lines.topology = Topology::kLineStrip;
     scene.meshes[0].primitives = {lines, triangle()};
     scene.nodes[0].instances = {{glm::dmat4(1), glm::translate(glm::dmat4(1), {0, 0, 7})}};
-    const Placed placed(scene);
+    const PlacedVertices placed(scene);
     ASSERT_EQ(placed.vertices.ranges().size(), 4U);
     EXPECT_EQ(placed.vertices.range(0, 0).count, 0U);
     EXPECT_EQ(placed.vertices.range(1, 1).first, 3U);
     EXPECT_EQ(placed.receivers.size(), 6U);
-    expectNear(placed.receivers.positions[3], {0, 0, 7});
+    expectVector(placed.receivers.positions[3], {0, 0, 7});
 }
 
 TEST(VertexReceivers, InterpolateTheCornersOfAKey) {
-    Scene scene = sceneOf(triangle());
+    Scene scene = oneMesh({triangle()});
     Primitive strip = triangle();
     strip.topology = Topology::kTriangleStrip;
     strip.positions.push_back({1, 1, 0});
     scene.meshes[0].primitives = {triangle(), strip};
-    const Placed placed(scene);
+    const PlacedVertices placed(scene);
     const DrawList list(placed.scene, placed.shown);
     const SurfaceLookup lookup = placed.vertices.lookup(list);
     std::vector<float> values;  // of each: (its number, 10 times that, 1)
     for (int i = 0; i < 7; ++i)
         values.insert(values.end(), {static_cast<float>(i), 10.0F * static_cast<float>(i), 1});
-    expectNear(lookup(values, 1, {0.25F, 0.5F}), {1.25F, 12.5F, 1});
+    expectVector(lookup(values, 1, {0.25F, 0.5F}), {1.25F, 12.5F, 1});
     // Of the strip's second triangle GL draws 2, 1, 3: receivers 5, 4, 6.
-    expectNear(lookup(values, 3, {0, 0}), {5, 50, 1});
-    expectNear(lookup(values, 3, {1, 0}), {4, 40, 1});
-    expectNear(lookup(values, 3, {0, 1}), {6, 60, 1});
+    expectVector(lookup(values, 3, {0, 0}), {5, 50, 1});
+    expectVector(lookup(values, 3, {1, 0}), {4, 40, 1});
+    expectVector(lookup(values, 3, {0, 1}), {6, 60, 1});
 }
 
 }  // namespace

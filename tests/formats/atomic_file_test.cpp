@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::span<const std::byte> bytesOf(const std::string& text) {
+std::span<const std::byte> textBytes(const std::string& text) {
     return std::as_bytes(std::span(text.data(), text.size()));
 }
 
@@ -60,13 +60,13 @@ TEST_F(Atomic, AppendsAndPatchesThenStandsUnderItsName) {
     AtomicFile file(path);
     for (int i = 0; i < 300; ++i) {  // more than the buffer, in pieces smaller and larger than it
         const std::string piece(i % 100 == 0 ? 3'000'000 : 7919, static_cast<char>('a' + i % 26));
-        file.append(bytesOf(piece));
+        file.append(textBytes(piece));
         wanted += piece;
     }
     EXPECT_EQ(file.size(), wanted.size());
-    file.writeAt(5, bytesOf("patched"));
+    file.writeAt(5, textBytes("patched"));
     wanted.replace(5, 7, "patched");
-    file.append(bytesOf("end"));
+    file.append(textBytes("end"));
     wanted += "end";
     std::string back(10, ' ');
     EXPECT_EQ(file.readAt(wanted.size() - 4, std::as_writable_bytes(std::span(back))), 4U);
@@ -74,13 +74,13 @@ TEST_F(Atomic, AppendsAndPatchesThenStandsUnderItsName) {
     file.commit();
     EXPECT_TRUE(test::bytesOf(path) == wanted);
     EXPECT_EQ(filesIn(scratch.path()), 1U);
-    EXPECT_THROW(file.writeAt(0, bytesOf("late")), Error);
+    EXPECT_THROW(file.writeAt(0, textBytes("late")), Error);
 }
 
 TEST_F(Atomic, DestroyedBeforeCommitLeavesNothing) {
     {
         AtomicFile file(path);
-        file.append(bytesOf("half"));
+        file.append(textBytes("half"));
         file.flush();
         EXPECT_EQ(filesIn(scratch.path()), 1U);
         EXPECT_TRUE(
@@ -93,13 +93,13 @@ TEST_F(Atomic, AnExistingFileIsReplacedOnlyAtCommit) {
     std::ofstream(path) << "old";
     {
         AtomicFile file(path);
-        file.append(bytesOf("new"));
+        file.append(textBytes("new"));
         file.flush();
         EXPECT_EQ(test::bytesOf(path), "old");
     }
     EXPECT_EQ(test::bytesOf(path), "old");
     AtomicFile file(path);
-    file.append(bytesOf("new"));
+    file.append(textBytes("new"));
     file.commit();
     EXPECT_EQ(test::bytesOf(path), "new");
 }
@@ -109,7 +109,7 @@ TEST_F(Atomic, SymbolicLinksAreFollowed) {
     std::ofstream(scratch / "elsewhere/real.bin") << "old";
     fs::create_symlink("elsewhere/real.bin", path);
     AtomicFile file(path);
-    file.append(bytesOf("new"));
+    file.append(textBytes("new"));
     file.commit();
     EXPECT_TRUE(fs::is_symlink(path));
     EXPECT_EQ(test::bytesOf(scratch / "elsewhere/real.bin"), "new");
@@ -127,8 +127,8 @@ TEST_F(Atomic, ModeHonoursTheUmask) {
 
 TEST_F(Atomic, TwoWritersOfOneNameDoNotDisturbEachOther) {
     AtomicFile a(path), b(path);
-    a.append(bytesOf("aaaa"));
-    b.append(bytesOf("b"));
+    a.append(textBytes("aaaa"));
+    b.append(textBytes("b"));
     a.commit();
     EXPECT_EQ(test::bytesOf(path), "aaaa");
     b.commit();
@@ -175,7 +175,7 @@ int inChild(const std::function<void()>& action) {
 TEST_F(Atomic, WhatAKilledProcessLeftIsRemovedByTheNextOne) {
     const int status = inChild([&] {
         AtomicFile file(path);
-        file.append(bytesOf("half"));
+        file.append(textBytes("half"));
         file.flush();
         raise(SIGKILL);
     });
@@ -190,7 +190,7 @@ TEST_F(Atomic, WhatAKilledProcessLeftIsRemovedByTheNextOne) {
 
 TEST_F(Atomic, WhatIsStillBeingWrittenStays) {
     AtomicFile first(path);
-    first.append(bytesOf("whole"));
+    first.append(textBytes("whole"));
     first.flush();
     // Who has not looked into the folder, by this name, looks now.
     const int status = inChild([&] { AtomicFile(scratch / "./other.bin").commit(); });
@@ -218,7 +218,7 @@ TEST_F(Atomic, ASignalHandlerCanRemoveWhatIsUnfinished) {
             _exit(42);
         });
         AtomicFile a(path), b(scratch / "other");
-        a.append(bytesOf("x"));
+        a.append(textBytes("x"));
         if (filesIn(scratch.path()) != 2) _exit(1);
         raise(SIGTERM);
     });
@@ -231,7 +231,7 @@ TEST_F(Atomic, KilledOutrightLeavesNothingUnderTheFinalName) {
     std::ofstream(path) << "old";
     const int status = inChild([&] {
         AtomicFile file(path);
-        file.append(bytesOf("new"));
+        file.append(textBytes("new"));
         file.flush();
         raise(SIGKILL);
     });
@@ -246,7 +246,7 @@ TEST_F(Atomic, AFileSizeLimitIsAnErrorLikeAFullDisk) {
         setrlimit(RLIMIT_FSIZE, &limit);
         try {
             AtomicFile file(path);
-            file.append(bytesOf(std::string(200'000, 'x')));
+            file.append(textBytes(std::string(200'000, 'x')));
             file.commit();
         } catch (const Error& e) {
             _exit(e.kind() == ErrorKind::kOutput ? 4 : 1);

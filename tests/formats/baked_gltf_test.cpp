@@ -118,12 +118,12 @@ TEST(BakedGltf, KeepsWhatItDoesNotKnow) {
     const ScratchDir folder;
     const fs::path source = builder.write(folder, "scene.glb");
     const Glb glb(bake(source, {values(0)}));
-    json expected = builder.gltf;
+    Json expected = builder.gltf;
     expected["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 2;
     expected["meshes"][0]["primitives"][0]["attributes"]["_AO"] = 3;
-    json found = json::parse(glb.json_text);
+    Json found = Json::parse(glb.json_text);
     for (const char* grown : {"accessors", "bufferViews"}) {
-        json first(found[grown].begin(),
+        Json first(found[grown].begin(),
                    found[grown].begin() + static_cast<std::ptrdiff_t>(expected[grown].size()));
         EXPECT_EQ(first, expected[grown]) << grown;
         expected.erase(grown);
@@ -141,7 +141,7 @@ TEST(BakedGltf, TakesInBuffersAndImagesFromEverywhere) {
     const ValueTexture dot{"", 1, 3, {1, 0, 0}};
     const Bytes png = encodePng(dot, 8);
     GltfBuilder builder = triangle();
-    const json first_view = builder.gltf["bufferViews"][0];
+    const Json first_view = builder.gltf["bufferViews"][0];
     builder.gltf["buffers"] = {
         {{"uri", "data:application/octet-stream;base64,AAAA"}, {"byteLength", 3}},
         {{"uri", "some%20corners.bin"}, {"byteLength", builder.bin.size()}, {"name", "corners"}}};
@@ -289,11 +289,11 @@ TEST(BakedGltf, LeavesMaterialsToPrimitivesWithoutThoseUvs) {
     // Of material 0 two primitives of which one has UVs, in a variant of which both have material
     // 1; two without a material of which one has UVs.
     GltfBuilder builder = triangle();
-    const json bare = builder.primitive();
+    const Json bare = builder.primitive();
     const int uv = builder.addAccessor<float>({0, 0, 1, 0, 0, 1}, "VEC2");
-    json mapped = bare;
+    Json mapped = bare;
     mapped["attributes"]["TEXCOORD_0"] = uv;
-    json& primitives = builder.gltf["meshes"][0]["primitives"];
+    Json& primitives = builder.gltf["meshes"][0]["primitives"];
     primitives = {mapped, bare, mapped, bare};
     for (const std::size_t i : {0U, 1U}) {
         primitives[i]["material"] = 0;
@@ -338,7 +338,7 @@ TEST(BakedGltf, OpensWithASceneAndAVariant) {
     builder.gltf["extensionsUsed"] = {"KHR_materials_variants"};
     builder.gltf["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "a"}},
                                                                         {{"name", "b"}}};
-    builder.gltf["materials"] = {json::object(), json::object()};
+    builder.gltf["materials"] = {Json::object(), Json::object()};
     builder.gltf["meshes"][0]["primitives"].push_back(builder.primitive());
     builder.primitive()["material"] = 0;
     builder.primitive()["extensions"]["KHR_materials_variants"]["mappings"] = {
@@ -355,12 +355,12 @@ TEST(BakedGltf, OpensWithASceneAndAVariant) {
 
 TEST(BakedGltf, MovesCompressedViewsButNotThePlaceOfTheirData) {
     GltfBuilder builder = compressed();
-    json& buffers = builder.gltf["buffers"];
-    const json placeholder = buffers[1];
+    Json& buffers = builder.gltf["buffers"];
+    const Json placeholder = buffers[1];
     buffers = {{{"uri", "data:;base64,AAAA"}, {"byteLength", 3}},
                placeholder,
                {{"uri", "packed.bin"}, {"byteLength", builder.bin.size()}}};
-    for (json& view : builder.gltf["bufferViews"])
+    for (Json& view : builder.gltf["bufferViews"])
         view["extensions"]["EXT_meshopt_compression"]["buffer"] = 2;
     const ScratchDir folder;
     writeFile(folder / "packed.bin", builder.bin);
@@ -368,7 +368,7 @@ TEST(BakedGltf, MovesCompressedViewsButNotThePlaceOfTheirData) {
     const fs::path baked = bake(folder / "scene.gltf", {values(0)});
     const Glb glb(baked);
     ASSERT_EQ(glb.json["buffers"].size(), 2U);
-    EXPECT_EQ(json::parse(glb.json["buffers"][1].dump()), placeholder);
+    EXPECT_EQ(Json::parse(glb.json["buffers"][1].dump()), placeholder);
     const auto& view = glb.json["bufferViews"][1];
     EXPECT_EQ(view["buffer"], 1);
     EXPECT_EQ(view["byteOffset"], 48);
@@ -387,7 +387,7 @@ TEST(BakedGltf, MovesCompressedViewsButNotThePlaceOfTheirData) {
 TEST(BakedGltf, StandsBesideDracosAttributes) {
     // Never decoded here: what stands in the JSON matters.
     GltfBuilder builder = triangle();
-    const json promise = {{"componentType", 5126}, {"count", 2}, {"type", "VEC3"}};
+    const Json promise = {{"componentType", 5126}, {"count", 2}, {"type", "VEC3"}};
     for (const char* name : {"POSITION", "COLOR_0"})
         builder.attributes()[name] = builder.addAccessor(promise);
     builder.primitive()["extensions"]["KHR_draco_mesh_compression"] = {

@@ -47,7 +47,7 @@ TEST(Cryptomatte, DescribesItselfInFourAttributes) {
 }
 
 /// A pixel with fragments of these objects and alphas, front to back.
-LayeredImage pixel(const std::vector<std::pair<std::uint32_t, float>>& fragments) {
+LayeredImage pixelOfObjects(const std::vector<std::pair<std::uint32_t, float>>& fragments) {
     LayeredImage image;
     image.window = {0, 0, 1, 1};
     image.offsets = {0, static_cast<std::uint32_t>(fragments.size())};
@@ -87,7 +87,7 @@ std::vector<std::pair<std::string, float>> ranks(const LayeredImage& image,
 
 TEST(Cryptomatte, CoverageIsWhatEachObjectAddsToAlpha) {
     const auto found =
-        ranks(pixel({{1, 0.25F}, {2, 0.5F}, {1, 0.5F}, {3, 1}, {2, 1}}), {"a", "b", "c"});
+        ranks(pixelOfObjects({{1, 0.25F}, {2, 0.5F}, {1, 0.5F}, {3, 1}, {2, 1}}), {"a", "b", "c"});
     // a: 0.25 + 0.75·0.5·0.5, b: 0.75·0.5, c: the rest; what is behind c is hidden.
     ASSERT_EQ(found.size(), 3U);
     EXPECT_EQ(found[0], (std::pair<std::string, float>{"a", 0.4375F}));
@@ -96,7 +96,7 @@ TEST(Cryptomatte, CoverageIsWhatEachObjectAddsToAlpha) {
 }
 
 TEST(Cryptomatte, NamesThatAreAlikeAreOne) {
-    const auto found = ranks(pixel({{1, 0.5F}, {2, 0.5F}}), {"twin", "twin"});
+    const auto found = ranks(pixelOfObjects({{1, 0.5F}, {2, 0.5F}}), {"twin", "twin"});
     ASSERT_EQ(found.size(), 1U);
     EXPECT_EQ(found[0], (std::pair<std::string, float>{"twin", 0.75F}));
 }
@@ -108,14 +108,14 @@ TEST(Cryptomatte, KeepsTheSixThatCoverMost) {
         fragments.emplace_back(i + 1, 0.25F);
         names.push_back("object " + std::to_string(i));
     }
-    const auto found = ranks(pixel(fragments), names);
+    const auto found = ranks(pixelOfObjects(fragments), names);
     ASSERT_EQ(found.size(), kCryptomatteRanks);
     for (std::size_t i = 0; i < found.size(); ++i)
         EXPECT_EQ(found[i].first, names[i]);
 }
 
 TEST(Cryptomatte, AnEmptyPixelHasNothing) {
-    EXPECT_TRUE(ranks(pixel({}), {"a"}).empty());
+    EXPECT_TRUE(ranks(pixelOfObjects({}), {"a"}).empty());
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "formats/exr_deep_reader.h"
 #include "formats/exr_deep_writer.h"
 #include "formats/exr_ldi_writer.h"
+#include "formats/read_all.h"
 #include "formats/same_image.h"
 #include "formats/synthetic_image.h"
 #include "support/test_support.h"
@@ -30,6 +31,7 @@ using test::DeepFileOptions;
 using test::DeepPart;
 using test::expectSame;
 using test::makePicture;
+using test::readAll;
 using test::ScratchDir;
 using test::SyntheticPicture;
 using test::writePicture;
@@ -53,13 +55,6 @@ void writeDeep(const fs::path& path, const SyntheticPicture& picture,
     writePicture(writer, picture, heights);
 }
 
-LayeredImage readAll(const fs::path& path) {
-    const auto reader = openLayered(path);
-    LayeredImage image;
-    reader->read(reader->info().plan.view.crop, image);
-    return image;
-}
-
 /// Calls check(channel's list in the file, first fragment) for every pixel of the part's window;
 /// all pixels outside it must be empty.
 template <class Check>
@@ -80,8 +75,8 @@ void forEachPixel(const DeepPart& part, const LayeredImage& image, Check&& check
     }
 }
 
-void expectChannel(const DeepPart& part, const LayeredImage& image, const std::string& name,
-                   Imf::PixelType type, const std::function<double(std::size_t)>& expected) {
+void expectDeepChannel(const DeepPart& part, const LayeredImage& image, const std::string& name,
+                       Imf::PixelType type, const std::function<double(std::size_t)>& expected) {
     ASSERT_TRUE(part.types.contains(name)) << name;
     EXPECT_EQ(part.types.at(name), type) << name;
     const auto& lists = part.values.at(name);
@@ -119,19 +114,19 @@ TEST_F(ExrDeep, EverySampleReadsBackWithOpenExr) {
         EXPECT_EQ(ids.types.size(), 2U);     // Z id
         const char* names[] = {"R", "G", "B", "A"};
         for (std::size_t c = 0; c < 4; ++c) {
-            expectChannel(color, image, names[c], Imf::HALF,
-                          [&](std::size_t f) { return halfAt(image.color, 4 * f + c); });
+            expectDeepChannel(color, image, names[c], Imf::HALF,
+                              [&](std::size_t f) { return halfAt(image.color, 4 * f + c); });
         }
         for (const DeepPart* part : {&color, &ids}) {
-            expectChannel(*part, image, "Z", Imf::FLOAT,
-                          [&](std::size_t f) { return static_cast<double>(image.z[f]); });
+            expectDeepChannel(*part, image, "Z", Imf::FLOAT,
+                              [&](std::size_t f) { return static_cast<double>(image.z[f]); });
         }
-        expectChannel(color, image, "N.Y", Imf::HALF,
-                      [&](std::size_t f) { return halfAt(image.extra[0], 3 * f + 1); });
-        expectChannel(color, image, "P.Z", Imf::FLOAT, [&](std::size_t f) {
+        expectDeepChannel(color, image, "N.Y", Imf::HALF,
+                          [&](std::size_t f) { return halfAt(image.extra[0], 3 * f + 1); });
+        expectDeepChannel(color, image, "P.Z", Imf::FLOAT, [&](std::size_t f) {
             return static_cast<double>(image.extra[1].as<float>()[3 * f + 2]);
         });
-        expectChannel(ids, image, "id", Imf::UINT, [&](std::size_t f) {
+        expectDeepChannel(ids, image, "id", Imf::UINT, [&](std::size_t f) {
             return static_cast<double>(image.extra[2].as<std::uint32_t>()[f]);
         });
     }

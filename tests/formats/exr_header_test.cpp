@@ -13,7 +13,7 @@
 #include "core/error.h"
 #include "formats/exr_header.h"
 
-namespace peeler {
+namespace peeler::test {
 namespace {
 
 Plan makePlan(bool perspective, bool infinite) {
@@ -139,4 +139,4 @@ TEST(ExrHeader, CameraJsonRoundTripsToTheLastBit) {
 }
 
 }  // namespace
-}  // namespace peeler
+}  // namespace peeler::test

@@ -15,6 +15,7 @@
 #include "formats/exr_layout.h"
 #include "formats/exr_ldi_writer.h"
 #include "formats/layered_input.h"
+#include "formats/read_all.h"
 #include "formats/same_image.h"
 #include "formats/synthetic_image.h"
 #include "support/test_support.h"
@@ -25,10 +26,11 @@ namespace {
 namespace fs = std::filesystem;
 using test::expectSame;
 using test::makePicture;
+using test::readAll;
 using test::ScratchDir;
 using test::SyntheticPicture;
 
-Provenance provenance() {
+Provenance shortProvenance() {
     Provenance provenance;
     provenance.version = "1.2.3";
     provenance.settings_hash = "cd";
@@ -41,15 +43,8 @@ void writeLayout(const fs::path& path, const SyntheticPicture& picture, std::str
     options.layout = layout;
     options.composite = composite;
     options.compression = compression;
-    ExrLdiWriter writer(path, provenance(), options);
+    ExrLdiWriter writer(path, shortProvenance(), options);
     test::writePicture(writer, picture, {7, 20});
-}
-
-LayeredImage readAll(const fs::path& path) {
-    const auto reader = openLayered(path);
-    LayeredImage image;
-    reader->read(reader->info().plan.view.crop, image);
-    return image;
 }
 
 /// What peeler convert does.
@@ -138,17 +133,17 @@ TEST_F(ExrLayouts, LayeredToDeepAndBackIsTheSameFile) {
                                back = scratch / "back.exr";
                 writeLayout(path, picture, layout.name);
                 {
-                    ExrDeepWriter direct(scratch / "direct.exr", provenance());
+                    ExrDeepWriter direct(scratch / "direct.exr", shortProvenance());
                     test::writePicture(direct, picture);
                 }
                 {
-                    ExrDeepWriter writer(deep, provenance());
+                    ExrDeepWriter writer(deep, shortProvenance());
                     convert(path, writer);
                 }
                 EXPECT_TRUE(test::bytesOf(deep) == test::bytesOf(scratch / "direct.exr"));
                 ExrLdiOptions options;
                 options.layout = layout.name;
-                ExrLdiWriter writer(back, provenance(), options);
+                ExrLdiWriter writer(back, shortProvenance(), options);
                 convert(deep, writer);
                 EXPECT_TRUE(test::bytesOf(back) == test::bytesOf(path));
                 for (std::size_t k = 0; layout.one_file_a_layer && k < picture.plan.layers.size();
@@ -229,7 +224,7 @@ TEST_F(ExrLayouts, ASetThatCannotBeFinishedLeavesNothing) {
     {
         ExrLdiOptions options;
         options.layout = kPerFileLayout;
-        ExrLdiWriter writer(path, provenance(), options);
+        ExrLdiWriter writer(path, shortProvenance(), options);
         writer.begin(picture.plan);
         writer.write(picture.image);
         // In the way of the last layer's file, so that others have their names already.
@@ -243,7 +238,7 @@ TEST_F(ExrLayouts, ASetThatCannotBeFinishedLeavesNothing) {
 
 TEST_F(ExrLayouts, APictureOfOthersIsOneLayer) {
     const SyntheticPicture picture = makePicture({.seed = 13});
-    ExrCompositeWriter writer(scratch / "ours.exr", provenance());
+    ExrCompositeWriter writer(scratch / "ours.exr", shortProvenance());
     test::writePicture(writer, picture);
     // Ours had layers, which are gone.
     EXPECT_THROW(openLayered(scratch / "ours.exr"), Error);

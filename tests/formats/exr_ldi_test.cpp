@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "core/composite.h"
 #include "core/error.h"
@@ -15,22 +14,24 @@
 #include "formats/exr_composite_writer.h"
 #include "formats/exr_ldi_reader.h"
 #include "formats/exr_ldi_writer.h"
+#include "formats/same_image.h"
 #include "formats/synthetic_image.h"
+#include "support/numbers.h"
 #include "support/test_support.h"
 
 namespace peeler {
 namespace {
 
 namespace fs = std::filesystem;
+using test::expectSame;
+using test::kFloatInfinity;
 using test::makePicture;
 using test::ScratchDir;
 using test::SyntheticOptions;
 using test::SyntheticPicture;
 using test::writePicture;
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-Provenance provenance() {
+Provenance fullProvenance() {
     return {.version = "1.2.3",
             .method = "a-buffer",
             .surfaces = "all",
@@ -45,7 +46,7 @@ Provenance provenance() {
 
 void writeLdi(const fs::path& path, const SyntheticPicture& picture,
               const std::vector<int>& heights = {1 << 20}, ExrLdiOptions options = {}) {
-    ExrLdiWriter writer(path, provenance(), options);
+    ExrLdiWriter writer(path, fullProvenance(), options);
     writePicture(writer, picture, heights);
 }
 
@@ -69,8 +70,8 @@ std::vector<T> readChannel(Imf::MultiPartInputFile& file, int part_index, const 
 
 /// Compares a channel of every layer of the file with `expected(fragment)`.
 template <class T, class F>
-void expectChannel(const fs::path& path, const LayeredImage& image, std::size_t layers,
-                   const char* name, Imf::PixelType type, T missing, F&& expected) {
+void expectLayerChannel(const fs::path& path, const LayeredImage& image, std::size_t layers,
+                        const char* name, Imf::PixelType type, T missing, F&& expected) {
     Imf::MultiPartInputFile file(path.c_str());
     for (std::size_t k = 0; k < layers; ++k) {
         const int part = static_cast<int>(k) + 1;
@@ -90,21 +91,6 @@ void expectChannel(const fs::path& path, const LayeredImage& image, std::size_t 
     }
 }
 
-void expectSame(const LayeredImage& a, const LayeredImage& b) {
-    EXPECT_EQ(a.window, b.window);
-    EXPECT_EQ(a.offsets, b.offsets);
-    EXPECT_EQ(a.z, b.z);
-    EXPECT_EQ(a.color.type, b.color.type);
-    EXPECT_EQ(a.color.channels, b.color.channels);
-    EXPECT_EQ(a.color.data, b.color.data);
-    ASSERT_EQ(a.extra.size(), b.extra.size());
-    for (std::size_t i = 0; i < a.extra.size(); ++i) {
-        EXPECT_EQ(a.extra[i].channels, b.extra[i].channels);
-        EXPECT_EQ(a.extra[i].type, b.extra[i].type);
-        EXPECT_EQ(a.extra[i].data, b.extra[i].data);
-    }
-}
-
 class ExrLdi : public testing::Test {
   protected:
     void TearDown() override { setThreadCount(0); }
@@ -120,26 +106,26 @@ TEST_F(ExrLdi, EveryPixelOfEveryLayerReadsBackWithOpenExr) {
         writeLdi(path, picture, {13});
         const std::size_t layers = picture.plan.layers.size();
         ASSERT_GT(layers, 3U);
-        expectChannel<float>(path, image, layers, "Z", Imf::FLOAT, kInfinity,
-                             [&](std::size_t f) { return image.z[f]; });
+        expectLayerChannel<float>(path, image, layers, "Z", Imf::FLOAT, kFloatInfinity,
+                                  [&](std::size_t f) { return image.z[f]; });
         const char* names[] = {"R", "G", "B", "A"};
         for (std::size_t c = 0; c < 4; ++c) {
             if (type == PixelType::kHalf) {
-                expectChannel<std::uint16_t>(
+                expectLayerChannel<std::uint16_t>(
                     path, image, layers, names[c], Imf::HALF, 0,
                     [&](std::size_t f) { return image.color.as<std::uint16_t>()[4 * f + c]; });
             } else {
-                expectChannel<float>(
+                expectLayerChannel<float>(
                     path, image, layers, names[c], Imf::FLOAT, 0,
                     [&](std::size_t f) { return image.color.as<float>()[4 * f + c]; });
             }
         }
-        expectChannel<std::uint32_t>(path, image, layers, "id", Imf::UINT, 0, [&](std::size_t f) {
-            return image.extra[1].as<std::uint32_t>()[f];
-        });
-        expectChannel<std::uint16_t>(path, image, layers, "N.Y", Imf::HALF, 0, [&](std::size_t f) {
-            return image.extra[0].as<std::uint16_t>()[3 * f + 1];
-        });
+        expectLayerChannel<std::uint32_t>(
+            path, image, layers, "id", Imf::UINT, 0,
+            [&](std::size_t f) { return image.extra[1].as<std::uint32_t>()[f]; });
+        expectLayerChannel<std::uint16_t>(
+            path, image, layers, "N.Y", Imf::HALF, 0,
+            [&](std::size_t f) { return image.extra[0].as<std::uint16_t>()[3 * f + 1]; });
     }
 }
 
@@ -245,7 +231,7 @@ TEST_F(ExrLdi, AnEmptyPictureIsAFileWithItsCompositeAlone) {
         CompositeImage flat;
         reader.readComposite(picture.image.window, flat);
         EXPECT_EQ(flat.rgba[100], (std::array<float, 4>{}));
-        EXPECT_EQ(flat.z[100], kInfinity);
+        EXPECT_EQ(flat.z[100], kFloatInfinity);
     }
 }
 
@@ -337,12 +323,12 @@ TEST_F(ExrLdi, ABandThatDoesNotFitThePlanIsRefused) {
         }
     };
     expectInternal([&] {  // a gap
-        ExrLdiWriter writer(path, provenance());
+        ExrLdiWriter writer(path, fullProvenance());
         writer.begin(picture.plan);
         writer.write(test::cutRows(picture.image, 1, 5));
     });
     expectInternal([&] {  // rows missing at the end
-        ExrLdiWriter writer(path, provenance());
+        ExrLdiWriter writer(path, fullProvenance());
         writer.begin(picture.plan);
         writer.write(test::cutRows(picture.image, 0, 5));
         writer.finish();
@@ -397,7 +383,7 @@ TEST_F(ExrLdi, DamagedFilesAreErrorsNotCrashes) {
 TEST_F(ExrLdi, WhatIsNotLayeredIsSaid) {
     const SyntheticPicture picture = makePicture({.seed = 91});
     const fs::path path = scratch / "flat.exr";
-    ExrCompositeWriter writer(path, provenance());
+    ExrCompositeWriter writer(path, fullProvenance());
     writePicture(writer, picture);
     EXPECT_THROW(ExrLdiReader{path}, Error);
     EXPECT_EQ(readExrInfo(path).parts.size(), 1U);
@@ -410,7 +396,7 @@ TEST_F(ExrLdi, FlatFileHoldsTheCompositeOverTheBackground) {
     const SyntheticPicture picture = makePicture({.seed = 95});
     const std::array<float, 4> background = {0.25F, 0.5F, 0.75F, 1};
     const fs::path path = scratch / "flat.exr";
-    ExrCompositeWriter writer(path, provenance(), {.background = background});
+    ExrCompositeWriter writer(path, fullProvenance(), {.background = background});
     writePicture(writer, picture, {6});
     CompositeImage wanted;
     compositeOver(picture.image, background, wanted);

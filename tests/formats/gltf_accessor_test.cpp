@@ -10,16 +10,17 @@
 namespace peeler::test {
 namespace {
 
-const Primitive& only(const Scene& scene) {
+const Primitive& onlyPrimitive(const Scene& scene) {
     return scene.meshes.at(0).primitives.at(0);
 }
 
 TEST(GltfAccessor, ReadsPackedFloats) {
     const Scene scene = load(triangle());
-    EXPECT_EQ(only(scene).positions, (std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
-    EXPECT_TRUE(only(scene).indices.empty());
-    EXPECT_TRUE(only(scene).normals.empty());
-    EXPECT_TRUE(only(scene).tangents.empty());
+    EXPECT_EQ(onlyPrimitive(scene).positions,
+              (std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+    EXPECT_TRUE(onlyPrimitive(scene).indices.empty());
+    EXPECT_TRUE(onlyPrimitive(scene).normals.empty());
+    EXPECT_TRUE(onlyPrimitive(scene).tangents.empty());
     EXPECT_TRUE(scene.warnings.empty());
 }
 
@@ -40,9 +41,9 @@ TEST(GltfAccessor, ReadsInterleavedVertices) {
     builder.attributes() = {
         {"POSITION", add(0, "VEC3")}, {"NORMAL", add(12, "VEC3")}, {"TEXCOORD_0", add(24, "VEC2")}};
     const Scene scene = load(builder);
-    EXPECT_EQ(only(scene).positions[2], glm::vec3(0, 3, 0));
-    EXPECT_EQ(only(scene).normals[1], glm::vec3(0, 1, 0));
-    EXPECT_EQ(only(scene).texcoords[0],
+    EXPECT_EQ(onlyPrimitive(scene).positions[2], glm::vec3(0, 3, 0));
+    EXPECT_EQ(onlyPrimitive(scene).normals[1], glm::vec3(0, 1, 0));
+    EXPECT_EQ(onlyPrimitive(scene).texcoords[0],
               (std::vector<glm::vec2>{{0.25F, 0.5F}, {0.75F, 1.5F}, {-1, 2}}));
 }
 
@@ -56,12 +57,12 @@ TEST(GltfAccessor, ReadsDataOfAnyAlignment) {
                                                             {"componentType", 5126},
                                                             {"count", 3},
                                                             {"type", "VEC3"}});
-    EXPECT_EQ(only(load(builder)).positions[2], glm::vec3(7, 8, 9));
+    EXPECT_EQ(onlyPrimitive(load(builder)).positions[2], glm::vec3(7, 8, 9));
 }
 
 TEST(GltfAccessor, NormalizesIntegersAsTheSpecificationSays) {
     GltfBuilder builder = triangle();
-    const json normalized = {{"normalized", true}};
+    const Json normalized = {{"normalized", true}};
     builder.attributes()["NORMAL"] = builder.addAccessor<std::int8_t>(
         {127, 0, 0, -128, 64, -127, 0, 0, 127}, "VEC3", normalized);
     builder.attributes()["TEXCOORD_0"] =
@@ -71,22 +72,22 @@ TEST(GltfAccessor, NormalizesIntegersAsTheSpecificationSays) {
     builder.attributes()["COLOR_0"] =
         builder.addAccessor<std::uint8_t>({255, 0, 51, 0, 0, 0, 255, 255, 255}, "VEC3", normalized);
     const Scene scene = load(builder);
-    EXPECT_EQ(only(scene).normals[0], glm::vec3(1, 0, 0));
-    EXPECT_EQ(only(scene).normals[1], glm::vec3(-1, 64 / 127.F, -1));
-    EXPECT_EQ(only(scene).texcoords[0][0], glm::vec2(0, 1));
-    EXPECT_EQ(only(scene).texcoords[0][1], glm::vec2(51 / 255.F, 102 / 255.F));
-    EXPECT_EQ(only(scene).texcoords[1][1], glm::vec2(13107 / 65535.F, 1 / 65535.F));
-    EXPECT_EQ(only(scene).colors[0], glm::vec4(1, 0, 51 / 255.F, 1));
+    EXPECT_EQ(onlyPrimitive(scene).normals[0], glm::vec3(1, 0, 0));
+    EXPECT_EQ(onlyPrimitive(scene).normals[1], glm::vec3(-1, 64 / 127.F, -1));
+    EXPECT_EQ(onlyPrimitive(scene).texcoords[0][0], glm::vec2(0, 1));
+    EXPECT_EQ(onlyPrimitive(scene).texcoords[0][1], glm::vec2(51 / 255.F, 102 / 255.F));
+    EXPECT_EQ(onlyPrimitive(scene).texcoords[1][1], glm::vec2(13107 / 65535.F, 1 / 65535.F));
+    EXPECT_EQ(onlyPrimitive(scene).colors[0], glm::vec4(1, 0, 51 / 255.F, 1));
 }
 
 TEST(GltfAccessor, ReadsColorsWithAlpha) {
     GltfBuilder builder = triangle();
     builder.attributes()["COLOR_0"] =
         builder.addAccessor<float>({1, 0, 0, 0.25F, 0, 1, 0, 0.5F, 0, 0, 1, 0.75F}, "VEC4");
-    EXPECT_EQ(only(load(builder)).colors[2], glm::vec4(0, 0, 1, 0.75F));
+    EXPECT_EQ(onlyPrimitive(load(builder)).colors[2], glm::vec4(0, 0, 1, 0.75F));
     builder.attributes()["COLOR_0"] = builder.addAccessor<std::uint16_t>(
         {65535, 0, 0, 0, 0, 0, 0, 65535, 0, 0, 0, 0}, "VEC4", {{"normalized", true}});
-    EXPECT_EQ(only(load(builder)).colors[1], glm::vec4(0, 0, 0, 1));
+    EXPECT_EQ(onlyPrimitive(load(builder)).colors[1], glm::vec4(0, 0, 0, 1));
 }
 
 /// KHR_mesh_quantization: every type it allows for positions, with and without normalisation.
@@ -115,7 +116,7 @@ TYPED_TEST(QuantizedPosition, IsReadWithAndWithoutNormalisation) {
                                  {"count", 3},
                                  {"type", "VEC3"}});
         const float unit = normalized ? static_cast<float>(max) : 1.F;
-        EXPECT_EQ(only(load(builder)).positions[2],
+        EXPECT_EQ(onlyPrimitive(load(builder)).positions[2],
                   glm::vec3(static_cast<float>(max) / unit, 2 / unit, 5 / unit));
     }
 }
@@ -128,12 +129,12 @@ TEST(GltfAccessor, AppliesSparseSubstitution) {
         {"count", 2},
         {"indices", {{"bufferView", indices}, {"componentType", 5121}}},
         {"values", {{"bufferView", values}}}};
-    EXPECT_EQ(only(load(builder)).positions,
+    EXPECT_EQ(onlyPrimitive(load(builder)).positions,
               (std::vector<glm::vec3>{{7, 8, 9}, {1, 0, 0}, {10, 11, 12}}));
 
     // Without a buffer view the base is zeros (§3.6.2.3).
     builder.gltf["accessors"][0].erase("bufferView");
-    EXPECT_EQ(only(load(builder)).positions,
+    EXPECT_EQ(onlyPrimitive(load(builder)).positions,
               (std::vector<glm::vec3>{{7, 8, 9}, {0, 0, 0}, {10, 11, 12}}));
 }
 
@@ -162,8 +163,9 @@ TEST(GltfAccessor, AppliesSparseSubstitutionToIndicesAndToAStretch) {
                                {"values", {{"bufferView", index_values}}}}}});
     const Scene scene = load(builder);
     // Only vertices 3 … 5 are indexed, so only they are kept.
-    EXPECT_EQ(only(scene).positions, (std::vector<glm::vec3>{{3, 0, 0}, {9, 9, 9}, {5, 0, 0}}));
-    EXPECT_EQ(only(scene).indices, (std::vector<std::uint32_t>{0, 1, 2}));
+    EXPECT_EQ(onlyPrimitive(scene).positions,
+              (std::vector<glm::vec3>{{3, 0, 0}, {9, 9, 9}, {5, 0, 0}}));
+    EXPECT_EQ(onlyPrimitive(scene).indices, (std::vector<std::uint32_t>{0, 1, 2}));
 }
 
 template <typename T>
@@ -178,25 +180,20 @@ TYPED_TEST(IndexType, IsReadAndChecked) {
     const int restart =
         builder.addAccessor<TypeParam>({0, std::numeric_limits<TypeParam>::max(), 1}, "SCALAR");
     builder.primitive()["indices"] = good;
-    EXPECT_EQ(only(load(builder)).indices, (std::vector<std::uint32_t>{2, 1, 0}));
+    EXPECT_EQ(onlyPrimitive(load(builder)).indices, (std::vector<std::uint32_t>{2, 1, 0}));
     builder.primitive()["indices"] = beyond;
     EXPECT_EQ(errorOf(builder).where(), "/meshes/0/primitives/0/indices");
     builder.primitive()["indices"] = restart;
     EXPECT_NE(std::string(errorOf(builder).what()).find("restart"), std::string::npos);
 }
 
-struct Damage {
-    const char* name;
-    const char* patch;  ///< RFC 6902 JSON patch of triangle(), whose buffer has 36 bytes
-    const char* where;
-};
-
+/// The JSON is a patch (RFC 6902) of triangle(), whose buffer has 36 bytes.
 class GltfAccessorDamage : public testing::TestWithParam<Damage> {};
 
 TEST_P(GltfAccessorDamage, IsRefusedWithItsPointer) {
     GltfBuilder builder = triangle();
     builder.gltf["buffers"] = {{{"byteLength", 36}}};
-    builder.gltf = builder.gltf.patch(json::parse(GetParam().patch));
+    builder.gltf = builder.gltf.patch(Json::parse(GetParam().json));
     const Error error = errorOf(builder);
     EXPECT_EQ(error.kind(), ErrorKind::kInput);
     EXPECT_EQ(error.where(), GetParam().where) << error.what();
@@ -298,7 +295,7 @@ TEST(GltfAccessor, PutsZerosForOtherNumbersThatAreNotFinite) {
     builder.attributes()["NORMAL"] = builder.addAccessor<float>(
         {0, 0, 1, 0, std::numeric_limits<float>::quiet_NaN(), 1, 0, 0, 1}, "VEC3");
     const Scene scene = load(builder);
-    EXPECT_EQ(only(scene).normals[1], glm::vec3(0, 0, 1));
+    EXPECT_EQ(onlyPrimitive(scene).normals[1], glm::vec3(0, 0, 1));
     EXPECT_TRUE(warned(scene, "/meshes/0/primitives/0/attributes/NORMAL"));
 }
 

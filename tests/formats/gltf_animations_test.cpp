@@ -10,7 +10,7 @@ namespace peeler::test {
 namespace {
 
 /// A triangle whose node moves from (0, 0, 0) to (1, 2, 3) within two seconds.
-GltfBuilder moving() {
+GltfBuilder movingTriangle() {
     GltfBuilder builder = triangle();
     const int times = builder.addAccessor<float>({0.5F, 2.5F}, "SCALAR");
     const int places = builder.addAccessor<float>({0, 0, 0, 1, 2, 3}, "VEC3");
@@ -21,15 +21,15 @@ GltfBuilder moving() {
     return builder;
 }
 
-json& sampler(GltfBuilder& builder) {
+Json& sampler(GltfBuilder& builder) {
     return builder.gltf["animations"][0]["samplers"][0];
 }
-json& channel(GltfBuilder& builder) {
+Json& channel(GltfBuilder& builder) {
     return builder.gltf["animations"][0]["channels"][0];
 }
 
 TEST(GltfAnimations, AreReadAsTheyAre) {
-    const Scene scene = load(moving());
+    const Scene scene = load(movingTriangle());
     ASSERT_EQ(scene.animations.size(), 1U);
     const Animation& animation = scene.animations[0];
     EXPECT_EQ(animation.name, "go");
@@ -44,7 +44,7 @@ TEST(GltfAnimations, AreReadAsTheyAre) {
 }
 
 TEST(GltfAnimations, TakeNormalizedIntegersForRotations) {
-    GltfBuilder builder = moving();
+    GltfBuilder builder = movingTriangle();
     sampler(builder)["output"] = builder.addAccessor<std::int16_t>(
         {0, 0, 0, 32767, 0, -32767, -32768, 0}, "VEC4", {{"normalized", true}});
     channel(builder)["target"]["path"] = "rotation";
@@ -54,7 +54,7 @@ TEST(GltfAnimations, TakeNormalizedIntegersForRotations) {
 }
 
 TEST(GltfAnimations, CubicSplinesHaveThreeValuesAKey) {
-    GltfBuilder builder = moving();
+    GltfBuilder builder = movingTriangle();
     sampler(builder)["interpolation"] = "CUBICSPLINE";
     const Error error = errorOf(builder);
     EXPECT_EQ(error.where(), "/animations/0/samplers/0/output");
@@ -63,7 +63,7 @@ TEST(GltfAnimations, CubicSplinesHaveThreeValuesAKey) {
 }
 
 TEST(GltfAnimations, WeightsAreAsManyAsMorphTargets) {
-    GltfBuilder builder = moving();
+    GltfBuilder builder = movingTriangle();
     const int displacement = builder.addAccessor<float>(std::vector<float>(9, 1), "VEC3");
     builder.primitive()["targets"] = {{{"POSITION", displacement}}, {{"POSITION", displacement}}};
     builder.gltf["meshes"][0]["weights"] = {0.25, 0.5};
@@ -78,8 +78,8 @@ TEST(GltfAnimations, WeightsAreAsManyAsMorphTargets) {
 }
 
 TEST(GltfAnimations, ASamplerMayServeSeveralProperties) {
-    GltfBuilder builder = moving();
-    json second = channel(builder);
+    GltfBuilder builder = movingTriangle();
+    Json second = channel(builder);
     second["target"]["path"] = "scale";
     builder.gltf["animations"][0]["channels"].push_back(second);
     const Scene scene = load(builder);
@@ -88,22 +88,22 @@ TEST(GltfAnimations, ASamplerMayServeSeveralProperties) {
 }
 
 TEST(GltfAnimations, LeaveOutWhatTheyCannotMove) {
-    GltfBuilder builder = moving();
+    GltfBuilder builder = movingTriangle();
     channel(builder)["target"].erase("node");  // the specification wants it ignored
     EXPECT_TRUE(load(builder).animations[0].channels.empty());
     EXPECT_TRUE(load(builder).warnings.empty());
 
-    builder = moving();
+    builder = movingTriangle();
     channel(builder)["target"]["path"] = "pointer";
     EXPECT_TRUE(warned(load(builder), "\"pointer\", which is not supported"));
 
-    builder = moving();
+    builder = movingTriangle();
     builder.gltf["nodes"][0]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1};
     const Scene fixed = load(builder);
     EXPECT_TRUE(fixed.animations[0].channels.empty());
     EXPECT_TRUE(warned(fixed, "moves a node with a matrix"));
 
-    builder = moving();
+    builder = movingTriangle();
     channel(builder)["target"]["path"] = "weights";
     EXPECT_TRUE(warned(load(builder), "without morph targets"));
 }
@@ -150,7 +150,7 @@ TEST(GltfAnimations, RefuseDamage) {
          "/animations/0"},
     };
     for (const auto& row : rows) {
-        GltfBuilder builder = moving();
+        GltfBuilder builder = movingTriangle();
         row.damage(builder);
         const Error error = errorOf(builder);
         EXPECT_EQ(error.kind(), ErrorKind::kInput) << row.what;
@@ -161,7 +161,7 @@ TEST(GltfAnimations, RefuseDamage) {
 TEST(GltfAnimations, HaveALimit) {
     GltfOptions tight;
     tight.max_geometry_bytes = 100;  // the triangle has 36
-    GltfBuilder builder = moving();
+    GltfBuilder builder = movingTriangle();
     EXPECT_EQ(load(builder, tight).animations.size(), 1U);
     builder.gltf["animations"].push_back(builder.gltf["animations"][0]);
     builder.gltf["animations"].push_back(builder.gltf["animations"][0]);

@@ -20,9 +20,6 @@
 
 namespace peeler::test {
 
-using nlohmann::json;
-using Bytes = std::vector<std::uint8_t>;
-
 template <typename T>
 constexpr int componentType() {
     if constexpr (std::is_same_v<T, std::int8_t>) return 5120;
@@ -68,21 +65,21 @@ inline std::string glb(std::string text, Bytes bin) {
 }
 
 struct GltfBuilder {
-    json gltf = {{"asset", {{"version", "2.0"}}}};
+    Json gltf = {{"asset", {{"version", "2.0"}}}};
     Bytes bin;
 
     /// Appends bytes (4-byte aligned) as a buffer view; `more` adds members, e.g. byteStride.
-    int addView(const Bytes& bytes, const json& more = json::object()) {
+    int addView(const Bytes& bytes, const Json& more = Json::object()) {
         while (bin.size() % 4)
             bin.push_back(0);
-        json view = {{"buffer", 0}, {"byteOffset", bin.size()}, {"byteLength", bytes.size()}};
+        Json view = {{"buffer", 0}, {"byteOffset", bin.size()}, {"byteLength", bytes.size()}};
         view.update(more);
         bin.insert(bin.end(), bytes.begin(), bytes.end());
         gltf["bufferViews"].push_back(view);
         return static_cast<int>(gltf["bufferViews"].size()) - 1;
     }
 
-    int addAccessor(const json& accessor) {
+    int addAccessor(const Json& accessor) {
         gltf["accessors"].push_back(accessor);
         return static_cast<int>(gltf["accessors"].size()) - 1;
     }
@@ -90,9 +87,9 @@ struct GltfBuilder {
     /// Tightly packed values of "SCALAR", "VEC2", …
     template <typename T>
     int addAccessor(const std::vector<T>& values, const std::string& type,
-                    const json& more = json::object()) {
+                    const Json& more = Json::object()) {
         const std::size_t width = type == "SCALAR" ? 1 : static_cast<std::size_t>(type[3] - '0');
-        json accessor = {{"bufferView", addView(toBytes(values))},
+        Json accessor = {{"bufferView", addView(toBytes(values))},
                          {"componentType", componentType<T>()},
                          {"count", values.size() / width},
                          {"type", type}};
@@ -100,12 +97,12 @@ struct GltfBuilder {
         return addAccessor(accessor);
     }
 
-    json& primitive() { return gltf["meshes"][0]["primitives"][0]; }
-    json& attributes() { return primitive()["attributes"]; }
+    Json& primitive() { return gltf["meshes"][0]["primitives"][0]; }
+    Json& attributes() { return primitive()["attributes"]; }
 
     /// Writes NAME (.gltf with NAME.bin beside it, or .glb) and returns its path.
     std::filesystem::path write(const ScratchDir& folder, const std::string& name = "scene.gltf") {
-        json out = gltf;
+        Json out = gltf;
         const std::filesystem::path path = folder / name;
         if (!bin.empty() && !out.contains("buffers"))
             out["buffers"] = {{{"byteLength", bin.size()}}};
@@ -152,6 +149,18 @@ inline Error errorOf(GltfBuilder builder, const GltfOptions& options = {}) {
     const ScratchDir folder;
     return errorOf(builder.write(folder), options);
 }
+
+/// What is wrong with the JSON of a file, and where the error of reading it points.
+struct Damage {
+    const char *name, *json, *where;
+};
+
+/// What a file says falsely of its data, where the error of reading it points, and words of it.
+struct Lie {
+    const char* name;
+    void (*tell)(GltfBuilder&);
+    const char *where, *words;
+};
 
 /// Is there a warning with these words?
 inline bool warned(const Scene& scene, const std::string& words) {

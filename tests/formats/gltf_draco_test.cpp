@@ -78,19 +78,19 @@ struct Grid {
 };
 
 /// A file whose accessors have no buffer view. `mode` 5 tells the accessors of a strip.
-GltfBuilder compressed(const Grid& grid, const Bytes& bytes, int mode = 4) {
+GltfBuilder dracoGrid(const Grid& grid, const Bytes& bytes, int mode = 4) {
     GltfBuilder builder;
     const int view = builder.addView(bytes);
     const std::size_t points = grid.positions.size();
     const auto accessor = [](int type, const char* shape, std::size_t count) {
-        return json{{"componentType", type}, {"type", shape}, {"count", count}};
+        return Json{{"componentType", type}, {"type", shape}, {"count", count}};
     };
     builder.gltf["accessors"] = {
         accessor(5126, "VEC3", points), accessor(5121, "VEC4", points),
         accessor(5121, "VEC4", points),
         accessor(5125, "SCALAR", mode == 4 ? 3 * grid.faces.size() : grid.faces.size() + 2)};
     builder.gltf["accessors"][2]["normalized"] = true;
-    builder.gltf["meshes"] = {{{"primitives", json::array({json::object()})}}};
+    builder.gltf["meshes"] = {{{"primitives", Json::array({Json::object()})}}};
     builder.primitive() = {
         {"mode", mode},
         {"indices", 3},
@@ -106,7 +106,7 @@ GltfBuilder compressed(const Grid& grid, const Bytes& bytes, int mode = 4) {
     return builder;
 }
 
-json& extensionOf(GltfBuilder& builder) {
+Json& dracoExtension(GltfBuilder& builder) {
     return builder.primitive()["extensions"][kName];
 }
 
@@ -158,7 +158,7 @@ TEST(GltfDraco, GivesBackWhatWasEncodedByBothMethods) {
         const std::pair<int, float> precisions[] = {{14, 19.0F / 16383}, {0, 0}};
         for (const auto& [bits, tolerance] : precisions) {
             SCOPED_TRACE(std::to_string(method) + ", " + std::to_string(bits));
-            const Scene scene = load(compressed(grid, grid.encode(method, bits)));
+            const Scene scene = load(dracoGrid(grid, grid.encode(method, bits)));
             expectGrid(grid, scene.meshes[0].primitives[0], tolerance);
             EXPECT_TRUE(scene.warnings.empty());
         }
@@ -186,16 +186,16 @@ TEST(GltfDraco, KeepsIntegersOfSkinsAsTheyAre) {
 TEST(GltfDraco, DecodesStripsToTheirTriangles) {
     const Grid grid(9);
     const Bytes bytes = grid.encode(draco::MESH_EDGEBREAKER_ENCODING);
-    expectGrid(grid, load(compressed(grid, bytes, 5)).meshes[0].primitives[0], 1e-3F);
+    expectGrid(grid, load(dracoGrid(grid, bytes, 5)).meshes[0].primitives[0], 1e-3F);
 }
 
 TEST(GltfDraco, DecodesSharedDataOnceAndForEveryPrimitive) {
     const Grid grid(9);
-    GltfBuilder builder = compressed(grid, grid.encode(draco::MESH_EDGEBREAKER_ENCODING));
-    for (json* attributes : {&builder.attributes(), &extensionOf(builder)["attributes"]})
+    GltfBuilder builder = dracoGrid(grid, grid.encode(draco::MESH_EDGEBREAKER_ENCODING));
+    for (Json* attributes : {&builder.attributes(), &dracoExtension(builder)["attributes"]})
         for (const char* name : {"JOINTS_0", "WEIGHTS_0"})
             attributes->erase(name);
-    json& primitives = builder.gltf["meshes"][0]["primitives"];
+    Json& primitives = builder.gltf["meshes"][0]["primitives"];
     primitives.push_back(primitives[0]);
     GltfOptions options;
     // Decoded once: 12 + 4 bytes a point (at most 3 a triangle), 12 a triangle. What the scene
@@ -211,7 +211,7 @@ TEST(GltfDraco, DecodesSharedDataOnceAndForEveryPrimitive) {
 TEST(GltfDraco, GoesBeforeTheFallbackUnlessItIsDamaged) {
     const Grid grid(5);
     const Bytes bytes = grid.encode(draco::MESH_EDGEBREAKER_ENCODING);
-    GltfBuilder builder = compressed(grid, bytes);
+    GltfBuilder builder = dracoGrid(grid, bytes);
     builder.gltf.erase("extensionsRequired");
     builder.primitive()["attributes"] = {{"POSITION", 0}};
     const int corners = builder.addView(toBytes<float>({0, 0, 9, 1, 0, 9, 0, 1, 9}));
@@ -236,7 +236,7 @@ TEST(GltfDraco, GoesBeforeTheFallbackUnlessItIsDamaged) {
 
 TEST(GltfDraco, LeavesAttributesAloneThatItDoesNotHold) {
     const Grid grid(5);
-    GltfBuilder builder = compressed(grid, grid.encode(draco::MESH_SEQUENTIAL_ENCODING));
+    GltfBuilder builder = dracoGrid(grid, grid.encode(draco::MESH_SEQUENTIAL_ENCODING));
     std::vector<float> normals;
     for (std::size_t i = 0; i < grid.positions.size(); ++i)
         normals.insert(normals.end(), {0, 0, 1});
@@ -245,17 +245,11 @@ TEST(GltfDraco, LeavesAttributesAloneThatItDoesNotHold) {
     EXPECT_EQ(scene.meshes[0].primitives[0].normals[7], glm::vec3(0, 0, 1));
 }
 
-struct Lie {
-    const char* name;
-    void (*tell)(GltfBuilder&);
-    const char *where, *words;
-};
-
 class GltfDracoLies : public testing::TestWithParam<Lie> {};
 
 TEST_P(GltfDracoLies, AreRefused) {
     const Grid grid(5);
-    GltfBuilder builder = compressed(grid, grid.encode(draco::MESH_EDGEBREAKER_ENCODING));
+    GltfBuilder builder = dracoGrid(grid, grid.encode(draco::MESH_EDGEBREAKER_ENCODING));
     GetParam().tell(builder);
     const Error error = errorOf(builder);
     EXPECT_EQ(error.kind(), ErrorKind::kInput);
@@ -267,14 +261,15 @@ TEST_P(GltfDracoLies, AreRefused) {
 // vertices, triangles.
 constexpr std::size_t kType = 7, kFaces = 13;
 
-#define EXTENSION "/extensions/KHR_draco_mesh_compression"
+#define DRACO_EXTENSION "/extensions/KHR_draco_mesh_compression"
 INSTANTIATE_TEST_SUITE_P(
     All, GltfDracoLies,
     testing::Values(
-        Lie{"NoDraco", [](GltfBuilder& b) { b.bin[1] = 'X'; }, EXTENSION, "no Draco data"},
-        Lie{"OtherVersion", [](GltfBuilder& b) { b.bin[5] = 9; }, EXTENSION, "version"},
-        Lie{"PointCloud", [](GltfBuilder& b) { b.bin[kType] = 0; }, EXTENSION, "no triangle mesh"},
-        Lie{"MoreFaces", [](GltfBuilder& b) { b.bin[kFaces] = 33; }, EXTENSION,
+        Lie{"NoDraco", [](GltfBuilder& b) { b.bin[1] = 'X'; }, DRACO_EXTENSION, "no Draco data"},
+        Lie{"OtherVersion", [](GltfBuilder& b) { b.bin[5] = 9; }, DRACO_EXTENSION, "version"},
+        Lie{"PointCloud", [](GltfBuilder& b) { b.bin[kType] = 0; }, DRACO_EXTENSION,
+            "no triangle mesh"},
+        Lie{"MoreFaces", [](GltfBuilder& b) { b.bin[kFaces] = 33; }, DRACO_EXTENSION,
             "33 triangles, the accessors have room for 32"},
         Lie{"HugeFaces",
             [](GltfBuilder& b) {
@@ -283,7 +278,7 @@ INSTANTIATE_TEST_SUITE_P(
                 b.bin.insert(b.bin.begin() + kFaces, huge.begin(), huge.end());
                 b.gltf["bufferViews"][0]["byteLength"] = b.bin.size();
             },
-            EXTENSION, "1342177279 triangles"},
+            DRACO_EXTENSION, "1342177279 triangles"},
         Lie{"HugeFacesAndAccessors",
             [](GltfBuilder& b) {
                 b.bin.erase(b.bin.begin() + kFaces);
@@ -293,26 +288,27 @@ INSTANTIATE_TEST_SUITE_P(
                 b.gltf["accessors"][0]["count"] = 33554432 / 2;
                 b.gltf["accessors"][3]["count"] = 33554432 * 3;
             },
-            EXTENSION, "33554432 triangles in"},
+            DRACO_EXTENSION, "33554432 triangles in"},
         Lie{"HugeAccessors",
             [](GltfBuilder& b) {
-                for (json& accessor : b.gltf["accessors"])
+                for (Json& accessor : b.gltf["accessors"])
                     accessor["count"] = 9000000000000;
             },
-            EXTENSION, "more than the limit"},
-        Lie{"FewIndices", [](GltfBuilder& b) { b.gltf["accessors"][3]["count"] = 93; }, EXTENSION,
-            "32 triangles, the accessors have room for 31"},
+            DRACO_EXTENSION, "more than the limit"},
+        Lie{"FewIndices", [](GltfBuilder& b) { b.gltf["accessors"][3]["count"] = 93; },
+            DRACO_EXTENSION, "32 triangles, the accessors have room for 31"},
         Lie{"Truncated", [](GltfBuilder& b) { b.gltf["bufferViews"][0]["byteLength"] = 40; },
-            EXTENSION, "damaged"},
-        Lie{"NoSuchAttribute", [](GltfBuilder& b) { extensionOf(b)["attributes"]["COLOR_0"] = 77; },
-            EXTENSION, "no attribute with the id 77"},
-        Lie{"OtherShape", [](GltfBuilder& b) { extensionOf(b)["attributes"]["COLOR_0"] = 0; },
-            EXTENSION, "3 components, its accessor has 4"},
+            DRACO_EXTENSION, "damaged"},
+        Lie{"NoSuchAttribute",
+            [](GltfBuilder& b) { dracoExtension(b)["attributes"]["COLOR_0"] = 77; },
+            DRACO_EXTENSION, "no attribute with the id 77"},
+        Lie{"OtherShape", [](GltfBuilder& b) { dracoExtension(b)["attributes"]["COLOR_0"] = 0; },
+            DRACO_EXTENSION, "3 components, its accessor has 4"},
         Lie{"NegativeAttribute",
-            [](GltfBuilder& b) { extensionOf(b)["attributes"]["COLOR_0"] = -1; },
-            EXTENSION "/attributes/COLOR_0", "must be an integer"},
-        Lie{"NoSuchView", [](GltfBuilder& b) { extensionOf(b)["bufferView"] = 5; },
-            EXTENSION "/bufferView", "index into \"bufferViews\""},
+            [](GltfBuilder& b) { dracoExtension(b)["attributes"]["COLOR_0"] = -1; },
+            DRACO_EXTENSION "/attributes/COLOR_0", "must be an integer"},
+        Lie{"NoSuchView", [](GltfBuilder& b) { dracoExtension(b)["bufferView"] = 5; },
+            DRACO_EXTENSION "/bufferView", "index into \"bufferViews\""},
         Lie{"Lines", [](GltfBuilder& b) { b.primitive()["mode"] = 1; }, "/mode",
             "triangles and triangle strips only"}),
     [](const auto& test) { return std::string(test.param.name); });

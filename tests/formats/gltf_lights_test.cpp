@@ -12,7 +12,7 @@ namespace peeler::test {
 namespace {
 
 /// A triangle, and a node that carries light 0 of these.
-GltfBuilder lit(const json& lights) {
+GltfBuilder lit(const Json& lights) {
     GltfBuilder builder = triangle();
     builder.gltf["extensions"]["KHR_lights_punctual"]["lights"] = lights;
     builder.gltf["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
@@ -21,7 +21,7 @@ GltfBuilder lit(const json& lights) {
 }
 
 TEST(GltfLights, AreReadWithTheirDefaults) {
-    const json lights = json::parse(R"([
+    const Json lights = Json::parse(R"([
         {"type": "spot", "name": "stage", "color": [1, 0.5, 0.25], "intensity": 40, "range": 9,
          "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.3}},
         {"type": "directional", "range": 4}, {"type": "point"}, {"type": "spot", "spot": {}}])");
@@ -49,7 +49,7 @@ TEST(GltfLights, AreReadWithTheirDefaults) {
 }
 
 TEST(GltfLights, OfUnknownTypeAreOff) {
-    const Scene scene = load(lit(json::parse(R"([{"type": "area"}, {"type": "point"}])")));
+    const Scene scene = load(lit(Json::parse(R"([{"type": "area"}, {"type": "point"}])")));
     EXPECT_TRUE(warned(scene, "/extensions/KHR_lights_punctual/lights/0"));
     EXPECT_EQ(scene.lights.size(), 1U);
     EXPECT_EQ(scene.nodes[1].light, -1);
@@ -71,7 +71,7 @@ TEST(GltfLights, AreRefusedWhereTheyBreakTheSpecification) {
         {R"({"type": "spot", "spot": {"innerConeAngle": 1}})", "/spot/innerConeAngle"},
         {R"({"type": "spot", "spot": {"outerConeAngle": 1.6}})", "/spot/outerConeAngle"}};
     for (const auto& [light, where] : refused) {
-        const Error error = errorOf(lit(json::array({json::parse(light)})));
+        const Error error = errorOf(lit(Json::array({Json::parse(light)})));
         EXPECT_EQ(error.kind(), ErrorKind::kInput) << light;
         EXPECT_EQ(error.where(), std::string("/extensions/KHR_lights_punctual/lights/0") + where);
     }
@@ -79,16 +79,16 @@ TEST(GltfLights, AreRefusedWhereTheyBreakTheSpecification) {
 
 TEST(GltfLights, AreNamedByAnIndexThatIsThere) {
     for (const char* index : {"1", "-1", "0.5", "\"0\""}) {
-        GltfBuilder builder = lit(json::parse(R"([{"type": "point"}])"));
-        builder.gltf["nodes"][1]["extensions"]["KHR_lights_punctual"]["light"] = json::parse(index);
+        GltfBuilder builder = lit(Json::parse(R"([{"type": "point"}])"));
+        builder.gltf["nodes"][1]["extensions"]["KHR_lights_punctual"]["light"] = Json::parse(index);
         EXPECT_EQ(errorOf(builder).where(), "/nodes/1/extensions/KHR_lights_punctual/light");
     }
-    GltfBuilder none = lit(json::array());
+    GltfBuilder none = lit(Json::array());
     EXPECT_EQ(errorOf(none).where(), "/nodes/1/extensions/KHR_lights_punctual/light");
     none.gltf.erase("extensions");
     EXPECT_EQ(errorOf(none).where(), "/nodes/1/extensions/KHR_lights_punctual/light");
-    GltfBuilder empty = lit(json::array());
-    empty.gltf["extensions"]["KHR_lights_punctual"] = json::object();
+    GltfBuilder empty = lit(Json::array());
+    empty.gltf["extensions"]["KHR_lights_punctual"] = Json::object();
     empty.gltf["nodes"].erase(1);
     empty.gltf["scenes"][0]["nodes"].erase(1);
     EXPECT_EQ(errorOf(empty).where(), "/extensions/KHR_lights_punctual");

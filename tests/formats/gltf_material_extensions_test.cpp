@@ -3,24 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "formats/gltf_builder.h"
+#include "formats/material_gltf.h"
 #include "formats/png_builder.h"
 
 namespace peeler::test {
 namespace {
-
-/// A triangle with this material and `images` textures, the i-th of one pixel (i, 0, 0).
-GltfBuilder withMaterial(const std::string& material, int images = 0) {
-    GltfBuilder builder = triangle();
-    builder.gltf["materials"] = {json::parse(material)};
-    builder.primitive()["material"] = 0;
-    for (int i = 0; i < images; ++i) {
-        const Bytes pixel = png(1, 1, PngColor::kRgb, 8, {static_cast<std::uint8_t>(i), 0, 0});
-        builder.gltf["images"].push_back(
-            {{"bufferView", builder.addView(pixel)}, {"mimeType", "image/png"}});
-        builder.gltf["textures"].push_back({{"source", i}});
-    }
-    return builder;
-}
 
 Material materialOf(const std::string& extensions, int images = 0) {
     const Scene scene = load(withMaterial(R"({"extensions":)" + extensions + "}", images));

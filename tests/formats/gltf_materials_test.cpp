@@ -6,22 +6,11 @@
 #include <numbers>
 
 #include "formats/gltf_builder.h"
+#include "formats/material_gltf.h"
 #include "formats/png_builder.h"
 
 namespace peeler::test {
 namespace {
-
-/// One pixel of this colour.
-Bytes pixel(std::uint8_t r, std::uint8_t g, std::uint8_t b) {
-    return png(1, 1, PngColor::kRgb, 8, {r, g, b});
-}
-
-GltfBuilder withMaterial(const std::string& material) {
-    GltfBuilder builder = triangle();
-    builder.gltf["materials"] = {json::parse(material)};
-    builder.primitive()["material"] = 0;
-    return builder;
-}
 
 /// Images in buffer views, one texture each.
 void addImages(GltfBuilder& builder, const std::vector<Bytes>& images) {
@@ -67,8 +56,8 @@ TEST(GltfMaterials, AreReadWhole) {
         "emissiveTexture":{"index":4},
         "extensions":{"KHR_materials_unlit":{},
                       "KHR_materials_emissive_strength":{"emissiveStrength":8}}})");
-    addImages(builder,
-              {pixel(0, 0, 0), pixel(1, 0, 0), pixel(2, 0, 0), pixel(3, 0, 0), pixel(4, 0, 0)});
+    addImages(builder, {onePixelPng(0, 0, 0), onePixelPng(1, 0, 0), onePixelPng(2, 0, 0),
+                        onePixelPng(3, 0, 0), onePixelPng(4, 0, 0)});
     builder.gltf["samplers"] = {
         {{"magFilter", 9728}, {"minFilter", 9985}, {"wrapS", 33071}, {"wrapT", 33648}}};
     builder.gltf["textures"][1]["sampler"] = 0;
@@ -111,7 +100,7 @@ TEST(GltfTextureTransform, IsTranslationTimesRotationTimesScale) {
     GltfBuilder builder = withMaterial(R"({"emissiveTexture":{"index":0,"texCoord":0,
         "extensions":{"KHR_texture_transform":{"offset":[0.5,0.25],"rotation":1.5707963267948966,
                                                "scale":[2,3],"texCoord":1}}}})");
-    addImages(builder, {pixel(0, 0, 0)});
+    addImages(builder, {onePixelPng(0, 0, 0)});
     const TextureRef texture = load(builder).materials[0].emissive_texture;
     EXPECT_EQ(texture.texcoord, 1);
     // Scaled: (2, 3). A quarter turn counter-clockwise as the picture is seen, with v down, takes
@@ -124,7 +113,7 @@ TEST(GltfTextureTransform, IsTranslationTimesRotationTimesScale) {
 
 TEST(GltfTextures, FallBackToTheFirstCoordinatesBeyondTheSecond) {
     GltfBuilder builder = withMaterial(R"({"emissiveTexture":{"index":0,"texCoord":2}})");
-    addImages(builder, {pixel(0, 0, 0)});
+    addImages(builder, {onePixelPng(0, 0, 0)});
     const Scene scene = load(builder);
     EXPECT_EQ(scene.materials[0].emissive_texture.texcoord, 0);
     EXPECT_TRUE(warned(scene, "/materials/0/emissiveTexture"));
@@ -133,7 +122,7 @@ TEST(GltfTextures, FallBackToTheFirstCoordinatesBeyondTheSecond) {
 TEST(GltfTextures, DecodeUsedImagesOnceAndOthersNever) {
     GltfBuilder builder = withMaterial(
         R"({"emissiveTexture":{"index":1},"pbrMetallicRoughness":{"baseColorTexture":{"index":2}}})");
-    addImages(builder, {pixel(9, 9, 9), pixel(7, 8, 9)});
+    addImages(builder, {onePixelPng(9, 9, 9), onePixelPng(7, 8, 9)});
     builder.gltf["textures"].push_back({{"source", 1}});
     builder.gltf["images"][0] = {{"uri", "missing.png"}};
     const Scene scene = load(builder);
@@ -149,10 +138,10 @@ TEST(GltfTextures, ComeFromFilesBesideTheScene) {
     GltfBuilder builder = withMaterial(R"({"emissiveTexture":{"index":0}})");
     builder.gltf["images"] = {{{"uri", "a%20b.png"}}};
     builder.gltf["textures"] = {{{"source", 0}}};
-    writeFile(folder / "a b.png", pixel(1, 2, 3));
+    writeFile(folder / "a b.png", onePixelPng(1, 2, 3));
     const Scene scene = readGltf(builder.write(folder));
     EXPECT_EQ(scene.images.at(0).rgba, (std::vector<std::uint8_t>{1, 2, 3, 255}));
-    writeFile(folder / "a b.png", pixel(1, 2, 4));
+    writeFile(folder / "a b.png", onePixelPng(1, 2, 4));
     EXPECT_NE(readGltf(builder.write(folder)).content_hash, scene.content_hash);
 }
 
@@ -167,8 +156,8 @@ class GltfBadImage : public testing::TestWithParam<BadImage> {};
 TEST_P(GltfBadImage, IsAWarningOrUnderStrictAnError) {
     GltfBuilder builder = withMaterial(
         R"({"emissiveTexture":{"index":1},"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})");
-    addImages(builder, {pixel(1, 2, 3), pixel(4, 5, 6)});
-    builder.gltf["images"][1] = json::parse(GetParam().image);
+    addImages(builder, {onePixelPng(1, 2, 3), onePixelPng(4, 5, 6)});
+    builder.gltf["images"][1] = Json::parse(GetParam().image);
     const Scene scene = load(builder);
     EXPECT_FALSE(scene.materials[0].emissive_texture);
     ASSERT_TRUE(scene.materials[0].base_color_texture);
@@ -210,7 +199,7 @@ TEST(GltfTextures, WithoutASourceAreLeftOut) {
 TEST(GltfTextures, OfFormatsThatAreNotDecodedNeedAFallback) {
     for (const std::string name : {"KHR_texture_basisu", "MSFT_texture_dds", "EXT_texture_avif"}) {
         GltfBuilder builder = withMaterial(R"({"emissiveTexture":{"index":0}})");
-        addImages(builder, {pixel(1, 2, 3)});
+        addImages(builder, {onePixelPng(1, 2, 3)});
         builder.gltf["images"].push_back({{"uri", "a.other"}});
         builder.gltf["textures"][0]["extensions"][name] = {{"source", 1}};
         builder.gltf["extensionsUsed"] = {name};
@@ -231,7 +220,7 @@ TEST(GltfTextures, OfFormatsThatAreNotDecodedNeedAFallback) {
 TEST(GltfTextures, PreferTheWebpImage) {
     GltfBuilder builder = withMaterial(R"({"emissiveTexture":{"index":0}})");
     // Which format an image has is told by its bytes, so PNGs do for both.
-    addImages(builder, {pixel(1, 2, 3), pixel(4, 5, 6)});
+    addImages(builder, {onePixelPng(1, 2, 3), onePixelPng(4, 5, 6)});
     builder.gltf["textures"][0]["extensions"]["EXT_texture_webp"] = {{"source", 1}};
     const Scene scene = load(builder);
     ASSERT_EQ(scene.images.size(), 1U);
@@ -242,7 +231,7 @@ TEST(GltfTextures, PreferTheWebpImage) {
 TEST(GltfTextures, FallBackWhereTheWebpImageIsMissing) {
     GltfBuilder builder = withMaterial(
         R"({"emissiveTexture":{"index":0},"normalTexture":{"index":0},"occlusionTexture":{"index":1}})");
-    addImages(builder, {pixel(1, 2, 3), pixel(4, 5, 6)});
+    addImages(builder, {onePixelPng(1, 2, 3), onePixelPng(4, 5, 6)});
     builder.gltf["images"].push_back({{"uri", "missing.webp"}});
     builder.gltf["textures"][0]["extensions"]["EXT_texture_webp"] = {{"source", 2}};
     const Scene scene = load(builder);

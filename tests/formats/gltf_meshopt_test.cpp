@@ -9,7 +9,7 @@
 namespace peeler::test {
 namespace {
 
-json& extensionOf(GltfBuilder& builder, int view) {
+Json& meshoptExtension(GltfBuilder& builder, int view) {
     return builder.gltf["bufferViews"][view]["extensions"]["EXT_meshopt_compression"];
 }
 
@@ -34,7 +34,7 @@ TEST(GltfMeshopt, IsReadUnderBothNamesFromBothContainers) {
 
 /// A second buffer with the uncompressed triangle, upside down so that one sees which was read.
 void addFallback(GltfBuilder& builder, const ScratchDir& folder) {
-    std::vector<float> corners = kCorners;
+    std::vector<float> corners = kTriangleCorners;
     corners[9] = -1;
     Bytes bytes = toBytes(corners);
     const Bytes indices = toBytes<std::uint16_t>({0, 1, 2});
@@ -87,12 +87,6 @@ TEST(GltfMeshopt, ServesSparseAccessorsAndSharedViews) {
     EXPECT_EQ(scene.meshes[0].primitives[0].positions[2], glm::vec3(0, 1, 0));
 }
 
-struct Lie {
-    const char* name;
-    void (*tell)(GltfBuilder&);
-    const char *where, *words;
-};
-
 class GltfMeshoptLies : public testing::TestWithParam<Lie> {};
 
 TEST_P(GltfMeshoptLies, AreRefused) {
@@ -104,35 +98,35 @@ TEST_P(GltfMeshoptLies, AreRefused) {
     EXPECT_NE(std::string(error.what()).find(GetParam().words), std::string::npos) << error.what();
 }
 
-#define EXTENSION "/bufferViews/0/extensions/EXT_meshopt_compression"
+#define MESHOPT_EXTENSION "/bufferViews/0/extensions/EXT_meshopt_compression"
 INSTANTIATE_TEST_SUITE_P(
     All, GltfMeshoptLies,
     testing::Values(
         Lie{"HugeCount",
             [](GltfBuilder& b) {
-                extensionOf(b, 0)["count"] = 2147483648;
+                meshoptExtension(b, 0)["count"] = 2147483648;
                 b.gltf["bufferViews"][0]["byteLength"] = 2147483648 * 16;
             },
-            EXTENSION, "need at least"},
-        Lie{"OtherLength", [](GltfBuilder& b) { extensionOf(b, 0)["count"] = 4; }, EXTENSION,
-            "48 bytes, its compressed data decodes to 64"},
+            MESHOPT_EXTENSION, "need at least"},
+        Lie{"OtherLength", [](GltfBuilder& b) { meshoptExtension(b, 0)["count"] = 4; },
+            MESHOPT_EXTENSION, "48 bytes, its compressed data decodes to 64"},
         Lie{"OtherStride", [](GltfBuilder& b) { b.gltf["bufferViews"][0]["byteStride"] = 12; },
-            EXTENSION "/byteStride", "differ"},
-        Lie{"BeyondItsBuffer", [](GltfBuilder& b) { extensionOf(b, 0)["byteOffset"] = 60; },
-            EXTENSION, "its buffer has"},
-        Lie{"NoSuchBuffer", [](GltfBuilder& b) { extensionOf(b, 0)["buffer"] = 2; },
-            EXTENSION "/buffer", "index into \"buffers\""},
-        Lie{"FromAPlaceholder", [](GltfBuilder& b) { extensionOf(b, 0)["buffer"] = 1; }, EXTENSION,
-            "its buffer has 0"},
-        Lie{"NoMode", [](GltfBuilder& b) { extensionOf(b, 0).erase("mode"); }, EXTENSION,
-            "\"mode\" is missing"},
-        Lie{"UnknownMode", [](GltfBuilder& b) { extensionOf(b, 0)["mode"] = "POINTS"; },
-            EXTENSION "/mode", "must be one of"},
-        Lie{"UnknownFilter", [](GltfBuilder& b) { extensionOf(b, 0)["filter"] = "BLUR"; },
-            EXTENSION, "\"BLUR\" is not known"},
-        Lie{"WideStride", [](GltfBuilder& b) { extensionOf(b, 0)["byteStride"] = 1024; },
-            EXTENSION "/byteStride", "from 2 to 256"},
-        Lie{"Damage", [](GltfBuilder& b) { b.bin[1] = 0xFF; }, EXTENSION, "damaged"}),
+            MESHOPT_EXTENSION "/byteStride", "differ"},
+        Lie{"BeyondItsBuffer", [](GltfBuilder& b) { meshoptExtension(b, 0)["byteOffset"] = 60; },
+            MESHOPT_EXTENSION, "its buffer has"},
+        Lie{"NoSuchBuffer", [](GltfBuilder& b) { meshoptExtension(b, 0)["buffer"] = 2; },
+            MESHOPT_EXTENSION "/buffer", "index into \"buffers\""},
+        Lie{"FromAPlaceholder", [](GltfBuilder& b) { meshoptExtension(b, 0)["buffer"] = 1; },
+            MESHOPT_EXTENSION, "its buffer has 0"},
+        Lie{"NoMode", [](GltfBuilder& b) { meshoptExtension(b, 0).erase("mode"); },
+            MESHOPT_EXTENSION, "\"mode\" is missing"},
+        Lie{"UnknownMode", [](GltfBuilder& b) { meshoptExtension(b, 0)["mode"] = "POINTS"; },
+            MESHOPT_EXTENSION "/mode", "must be one of"},
+        Lie{"UnknownFilter", [](GltfBuilder& b) { meshoptExtension(b, 0)["filter"] = "BLUR"; },
+            MESHOPT_EXTENSION, "\"BLUR\" is not known"},
+        Lie{"WideStride", [](GltfBuilder& b) { meshoptExtension(b, 0)["byteStride"] = 1024; },
+            MESHOPT_EXTENSION "/byteStride", "from 2 to 256"},
+        Lie{"Damage", [](GltfBuilder& b) { b.bin[1] = 0xFF; }, MESHOPT_EXTENSION, "damaged"}),
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST(GltfMeshopt, CountsAgainstTheLimitOfGeometry) {

@@ -24,7 +24,7 @@ GltfBuilder skinned() {
     matrices[16 + 13] = -7;  // the second one: 7 down
     const int view = builder.addView(toBytes(matrices));
     const int bind = builder.addAccessor(
-        json{{"bufferView", view}, {"componentType", 5126}, {"count", 2}, {"type", "MAT4"}});
+        Json{{"bufferView", view}, {"componentType", 5126}, {"count", 2}, {"type", "MAT4"}});
     builder.gltf["nodes"] = {
         {{"mesh", 0}, {"skin", 0}}, {{"children", {2}}}, {{"translation", {0, 7, 0}}}};
     builder.gltf["skins"] = {
@@ -62,7 +62,7 @@ TEST(GltfSkins, RefuseDamage) {
     } rows[] = {
         {"a joint that the skin has not",
          [](GltfBuilder& b) { b.gltf["skins"][0]["joints"] = {1}; }, "/nodes/0/skin"},
-        {"no joints", [](GltfBuilder& b) { b.gltf["skins"][0]["joints"] = json::array(); },
+        {"no joints", [](GltfBuilder& b) { b.gltf["skins"][0]["joints"] = Json::array(); },
          "/skins/0/joints"},
         {"too few matrices",
          [](GltfBuilder& b) {
@@ -89,7 +89,7 @@ TEST(GltfSkins, RefuseDamage) {
 
 TEST(GltfMorphTargets, AreAsManyInEveryPrimitive) {
     GltfBuilder builder = triangle();
-    const json plain = builder.primitive();
+    const Json plain = builder.primitive();
     builder.primitive()["targets"] = {{{"POSITION", 0}, {"NORMAL", 0}}};
     builder.gltf["meshes"][0]["primitives"].push_back(plain);
     EXPECT_EQ(errorOf(builder).where(), "/meshes/0/primitives/1/targets");
@@ -114,7 +114,7 @@ GltfBuilder instanced() {
     return builder;
 }
 
-json& instanceAttributes(GltfBuilder& builder) {
+Json& instanceAttributes(GltfBuilder& builder) {
     return builder.gltf["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 GltfBuilder empty(const std::string& members) {
     GltfBuilder builder;
-    builder.gltf.update(json::parse("{" + members + "}"));
+    builder.gltf.update(Json::parse("{" + members + "}"));
     return builder;
 }
 
@@ -47,8 +47,8 @@ TEST(GltfNodes, NestTenThousandLevels) {
     GltfBuilder builder;
     const int depth = 10000;
     for (int i = 0; i < depth; ++i)
-        builder.gltf["nodes"].push_back(i + 1 < depth ? json{{"children", {i + 1}}}
-                                                      : json::object());
+        builder.gltf["nodes"].push_back(i + 1 < depth ? Json{{"children", {i + 1}}}
+                                                      : Json::object());
     const Scene scene = load(builder);
     EXPECT_EQ(scene.scenes.at(0).roots, std::vector<int>{0});
     EXPECT_TRUE(contents(scene, 0).meshes.empty());
@@ -128,7 +128,7 @@ TEST(GltfMeshes, LoseIncompletePrimitives) {
 
 TEST(GltfMeshes, SkipPrimitivesWithoutPositions) {
     GltfBuilder builder = triangle();
-    builder.gltf["meshes"][0]["primitives"].push_back({{"attributes", json::object()}});
+    builder.gltf["meshes"][0]["primitives"].push_back({{"attributes", Json::object()}});
     const Scene scene = load(builder);
     EXPECT_EQ(scene.meshes[0].primitives.size(), 1U);
     EXPECT_TRUE(warned(scene, "/meshes/0/primitives/1"));
@@ -204,20 +204,15 @@ TEST(GltfReader, TakesWholeNumbersWrittenAsFractions) {
 TEST(GltfReader, LimitsTheNumberOfWarnings) {
     GltfBuilder builder = triangle();
     for (int i = 0; i < 1000; ++i)
-        builder.gltf["meshes"][0]["primitives"].push_back({{"attributes", json::object()}});
+        builder.gltf["meshes"][0]["primitives"].push_back({{"attributes", Json::object()}});
     EXPECT_LE(load(builder).warnings.size(), 101U);
 }
 
-struct Damage {
-    const char* name;
-    const char* members;  ///< of the root object, besides "asset"
-    const char* where;
-};
-
+/// The JSON is members of the root object, besides "asset".
 class GltfDamage : public testing::TestWithParam<Damage> {};
 
 TEST_P(GltfDamage, IsRefusedWithItsPointer) {
-    const Error error = errorOf(empty(GetParam().members));
+    const Error error = errorOf(empty(GetParam().json));
     EXPECT_EQ(error.kind(), ErrorKind::kInput);
     EXPECT_EQ(error.where(), GetParam().where) << error.what();
     EXPECT_FALSE(error.hint().empty());

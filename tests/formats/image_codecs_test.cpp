@@ -61,7 +61,7 @@ Decoded decoded(ImageDecoder& decoder) {
 }
 
 /// Of the module alone.
-Decoded openImageIo(const std::string& format, const Bytes& file) {
+Decoded byOpenImageIo(const std::string& format, const Bytes& file) {
     try {
         return decoded(*imageLibrary().decoder(format, "picture." + format, file));
     } catch (const std::runtime_error&) {
@@ -87,7 +87,7 @@ Decoded builtInJpeg(const Bytes& file) {
     }
 }
 
-void expectSame(const Decoded& ours, const Decoded& theirs) {
+void expectSameDecoded(const Decoded& ours, const Decoded& theirs) {
     EXPECT_GT(theirs.bytes.size(), 0U) << "OpenImageIO refuses it";
     EXPECT_EQ(ours.channels, theirs.channels);
     EXPECT_EQ(ours.straight_alpha, theirs.straight_alpha);
@@ -156,7 +156,7 @@ TEST(BuiltInPng, IsOpenImageIosInEveryKind) {
                 const std::size_t row = (width * channelsOf(kind.color) * kind.depth + 7) / 8;
                 const Bytes file = png(width, height, kind.color, kind.depth,
                                        randomBytes(row * height, 5), kind.chunks, interlaced);
-                expectSame(builtInPng(file), openImageIo("png", file));
+                expectSameDecoded(builtInPng(file), byOpenImageIo("png", file));
             }
 }
 
@@ -167,7 +167,7 @@ TEST(BuiltInPng, ConvertsEverySampleOfSixteenBitsAlike) {
             samples.insert(samples.end(), {static_cast<std::uint8_t>(value >> 8U),
                                            static_cast<std::uint8_t>(value)});
         const Bytes file = png(128, 128, PngColor::kGrey, 16, samples);
-        expectSame(builtInPng(file), openImageIo("png", file));
+        expectSameDecoded(builtInPng(file), byOpenImageIo("png", file));
     }
 }
 
@@ -183,7 +183,7 @@ TEST(BuiltInPng, TellsTheSameDescription) {
                                 other = {text("tEXt", "Software\0peeler"s)};
     for (const auto& chunks : {described, international, twice, other}) {
         const Bytes file = png(1, 1, PngColor::kRgb, 8, {1, 2, 3}, chunks);
-        expectSame(builtInPng(file), openImageIo("png", file));
+        expectSameDecoded(builtInPng(file), byOpenImageIo("png", file));
     }
     const ScratchDir scratch;
     const fs::path path = scratch / "described.png";
@@ -217,7 +217,7 @@ TEST(BuiltInPng, NeverTakesDamageThatOpenImageIoRefuses) {
         }
         const Decoded ours = builtInPng(reduced);
         if (!ours.bytes.empty()) {
-            EXPECT_TRUE(ours == openImageIo("png", reduced));
+            EXPECT_TRUE(ours == byOpenImageIo("png", reduced));
         }
     });
     for (std::size_t size = 1; size < whole.size() - 12; size += 7)  // IEND may be missing
@@ -284,7 +284,7 @@ TEST(BuiltInJpeg, IsOpenImageIosInEveryKind) {
         for (const auto& [width, height] : {std::pair(67, 45), {1, 1}, {16, 16}, {200, 200}}) {
             SCOPED_TRACE(std::string(kind.name) + ", " + std::to_string(width) + " wide");
             const Bytes file = jpeg(kind, width, height);
-            expectSame(builtInJpeg(file), openImageIo("jpeg", file));
+            expectSameDecoded(builtInJpeg(file), byOpenImageIo("jpeg", file));
         }
 }
 
@@ -292,7 +292,7 @@ TEST(BuiltInJpeg, TakesDamageAsOpenImageIoDoes) {
     int accepted = 0, refused = 0;
     for (const JpegKind& kind : {kJpegs[2], kJpegs[6], kJpegs[9]})
         damage(jpeg(kind, 48, 32), 300, [&](const Bytes& file) {
-            const Decoded theirs = openImageIo("jpeg", file);
+            const Decoded theirs = byOpenImageIo("jpeg", file);
             ++(theirs.bytes.empty() ? refused : accepted);
             const Decoded ours = builtInJpeg(file);
             if (!ours.bytes.empty()) {
@@ -326,10 +326,10 @@ TEST(BuiltInDecoders, AreOpenImageIosOnRealTextures) {
         const Bytes stored(text.begin(), text.end());
         if (is_png) {
             const Bytes file = withoutPngMetadata(stored);
-            expectSame(builtInPng(file), openImageIo("png", file));
+            expectSameDecoded(builtInPng(file), byOpenImageIo("png", file));
         } else {
             const Bytes file = withoutJpegMetadata(stored);
-            expectSame(builtInJpeg(file), openImageIo("jpeg", file));
+            expectSameDecoded(builtInJpeg(file), byOpenImageIo("jpeg", file));
         }
         ++compared;
     }

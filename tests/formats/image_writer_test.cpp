@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using Rgba = std::array<float, 4>;
 
 /// One row of pixels, one fragment each (none where alpha and colour are 0).
-test::SyntheticPicture makeRow(const std::vector<Rgba>& colors) {
+test::SyntheticPicture rowOfPixels(const std::vector<Rgba>& colors) {
     test::SyntheticPicture picture;
     const int width = static_cast<int>(colors.size());
     picture.plan.view.width = width;
@@ -82,11 +82,12 @@ class ImageFile : public testing::Test {
 };
 
 TEST_F(ImageFile, PngHasSrgbBytesAndStraightAlpha) {
-    const Pixels pixels = writeAndRead(scratch / "out.png", makeRow({{1, 0, 0.5F, 1},
-                                                                     {0.25F, 0, 0, 0.5F},
-                                                                     {},
-                                                                     {0.2158605F, 4, 0.0005F, 1},
-                                                                     {0.1F, 0.1F, 0.1F, 0.1F}}));
+    const Pixels pixels =
+        writeAndRead(scratch / "out.png", rowOfPixels({{1, 0, 0.5F, 1},
+                                                       {0.25F, 0, 0, 0.5F},
+                                                       {},
+                                                       {0.2158605F, 4, 0.0005F, 1},
+                                                       {0.1F, 0.1F, 0.1F, 0.1F}}));
     ASSERT_EQ(pixels.channels, 4);
     // sRGB of 0.5 is 188; 0.25 premultiplied by 0.5 is 0.5; 0.2158605 is the grey of byte 128;
     // 0.0005 is in the linear toe: 0.00646·255 = 1.6.
@@ -99,8 +100,8 @@ TEST_F(ImageFile, BackgroundExposureAndCrop) {
     OutputOptions options;
     options.background = {0, 0, 0.5F, 1};
     options.exposure = -1;
-    const Pixels pixels =
-        writeAndRead(scratch / "out.png", makeRow({{}, {1, 1, 1, 1}, {0.5F, 0, 0, 0.5F}}), options);
+    const Pixels pixels = writeAndRead(
+        scratch / "out.png", rowOfPixels({{}, {1, 1, 1, 1}, {0.5F, 0, 0, 0.5F}}), options);
     const std::vector<std::uint16_t> wanted = {0,   0,   137, 255,   // half of 0.5
                                                188, 188, 188, 255,   // half of 1
                                                137, 0,   99,  255};  // half of (0.5, 0, 0.25)
@@ -114,7 +115,7 @@ TEST_F(ImageFile, BackgroundExposureAndCrop) {
 
 TEST_F(ImageFile, JpegIsOverBlackOrTheBackground) {
     const test::SyntheticPicture picture =
-        makeRow(std::vector<Rgba>(16, {0.25F, 0.25F, 0.25F, 0.5F}));
+        rowOfPixels(std::vector<Rgba>(16, {0.25F, 0.25F, 0.25F, 0.5F}));
     const Pixels black = writeAndRead(scratch / "out.jpg", picture);
     ASSERT_EQ(black.channels, 3);
     for (const std::uint16_t value : black.values)
@@ -127,8 +128,8 @@ TEST_F(ImageFile, JpegIsOverBlackOrTheBackground) {
 }
 
 TEST_F(ImageFile, TiffHasSixteenBits) {
-    const Pixels pixels =
-        writeAndRead(scratch / "out.tiff", makeRow({{0.25F, 0, 1, 0.5F}, {0.001F, 0.5F, 1, 1}}));
+    const Pixels pixels = writeAndRead(scratch / "out.tiff",
+                                       rowOfPixels({{0.25F, 0, 1, 0.5F}, {0.001F, 0.5F, 1, 1}}));
     const auto encoded = [](float v) {
         return static_cast<std::uint16_t>(encodeSrgb(v) * 65535 + 0.5F);
     };
@@ -170,7 +171,7 @@ TEST_F(ImageFile, SaysWhatItIs) {
     options.provenance.output_hash = "0123456789abcdef";
     for (const char* name : {"a.png", "a.jpg"}) {
         const std::string path = scratch / name;
-        writeAndRead(path, makeRow({{1, 1, 1, 1}}), options);
+        writeAndRead(path, rowOfPixels({{1, 1, 1, 1}}), options);
         const auto input = OIIO::ImageInput::open(path);
         ASSERT_TRUE(input) << OIIO::geterror();
         const OIIO::ImageSpec& spec = input->spec();

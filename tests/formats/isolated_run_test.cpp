@@ -15,9 +15,7 @@
 namespace peeler::test {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
-
-Error errorOf(const std::function<Bytes()>& work, const IsolationLimits& limits = {}) {
+Error isolatedError(const std::function<Bytes()>& work, const IsolationLimits& limits = {}) {
     try {
         runIsolated(work, limits, "a hint");
     } catch (const Error& error) {
@@ -52,24 +50,24 @@ TEST(IsolatedRun, IsAnotherProcess) {
 
 TEST(IsolatedRun, ThrowsTheErrorOfTheChild) {
     const Error error =
-        errorOf([]() -> Bytes { throw Error(ErrorKind::kMemory, "what", "where", "hint"); });
+        isolatedError([]() -> Bytes { throw Error(ErrorKind::kMemory, "what", "where", "hint"); });
     EXPECT_EQ(error.kind(), ErrorKind::kMemory);
     EXPECT_STREQ(error.what(), "what");
     EXPECT_EQ(error.hint(), "hint");
 }
 
 TEST(IsolatedRun, SurvivesACrash) {
-    const Error error = errorOf([]() -> Bytes { std::abort(); });
+    const Error error = isolatedError([]() -> Bytes { std::abort(); });
     EXPECT_EQ(error.kind(), ErrorKind::kInput);
     EXPECT_NE(std::string(error.what()).find("signal 6"), std::string::npos) << error.what();
     EXPECT_EQ(error.hint(), "a hint");
-    EXPECT_EQ(errorOf([]() -> Bytes { _exit(7); }).kind(), ErrorKind::kInput);
+    EXPECT_EQ(isolatedError([]() -> Bytes { _exit(7); }).kind(), ErrorKind::kInput);
 }
 
 TEST(IsolatedRun, EndsWhatTakesTooLong) {
     IsolationLimits limits;
     limits.cpu_seconds = 1;
-    const Error error = errorOf(
+    const Error error = isolatedError(
         []() -> Bytes {
             for (volatile int i = 0; i == 0;) {
             }
@@ -86,7 +84,7 @@ TEST(IsolatedRun, GivesNoMoreMemoryThanAllowed) {
     limits.memory_bytes = std::uint64_t{64} << 20;
     EXPECT_EQ(runIsolated([] { return Bytes(Bytes(16U << 20U).size() >> 20U); }, limits, "").size(),
               16U);
-    const Error error = errorOf([] { return Bytes(std::size_t{256} << 20U); }, limits);
+    const Error error = isolatedError([] { return Bytes(std::size_t{256} << 20U); }, limits);
     EXPECT_EQ(error.kind(), ErrorKind::kInput);
 }
 

@@ -10,17 +10,18 @@
 
 namespace peeler::test {
 
-inline const std::vector<float> kCorners = {0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0};  // 16 bytes each
+inline const std::vector<float> kTriangleCorners = {0, 0, 0, 0, 1, 0,
+                                                    0, 0, 0, 1, 0, 0};  // 16 bytes each
 
 /// The triangle with indices, both compressed: views 0 and 1 lie in buffer 1, which has no URI.
 inline GltfBuilder compressed(const std::string& name = "EXT_meshopt_compression") {
     GltfBuilder builder;
-    const Bytes corners = encodeAttributes(kCorners.data(), 3, 16);
+    const Bytes corners = encodeAttributes(kTriangleCorners.data(), 3, 16);
     const Bytes indices = encodeTriangles({0, 1, 2});
-    const auto add = [&](const Bytes& bytes, std::size_t offset, const json& more) {
+    const auto add = [&](const Bytes& bytes, std::size_t offset, const Json& more) {
         const std::size_t begin = builder.bin.size();
         builder.bin.insert(builder.bin.end(), bytes.begin(), bytes.end());
-        json extension = {{"buffer", 0}, {"byteOffset", begin}, {"byteLength", bytes.size()}};
+        Json extension = {{"buffer", 0}, {"byteOffset", begin}, {"byteLength", bytes.size()}};
         extension.update(more);
         const std::size_t stride = more["byteStride"], count = more["count"];
         builder.gltf["bufferViews"].push_back({{"buffer", 1},

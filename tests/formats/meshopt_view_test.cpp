@@ -14,11 +14,10 @@
 
 #include "core/error.h"
 #include "formats/meshopt_stream.h"
+#include "support/test_support.h"
 
 namespace peeler::test {
 namespace {
-
-using Bytes = std::vector<std::uint8_t>;
 
 Bytes decode(const MeshoptStream& stream) {
     checkMeshoptStream(stream);

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "support/test_support.h"
+
 namespace peeler::test {
 
 enum class PngColor : std::uint8_t { kGrey = 0, kRgb = 2, kPalette = 3, kGreyAlpha = 4, kRgba = 6 };
-
-using Bytes = std::vector<std::uint8_t>;
 
 struct PngChunk {
     std::string type;

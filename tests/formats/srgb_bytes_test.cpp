@@ -6,9 +6,9 @@
 
 #include <bit>
 #include <cmath>
-#include <limits>
 
 #include "formats/image_writer.h"
+#include "support/numbers.h"
 
 namespace peeler {
 namespace {
@@ -38,10 +38,9 @@ TEST(SrgbBytes, AreThoseOfTheTransferFunction) {
 
 TEST(SrgbBytes, OfWhatIsNoColour) {
     const SrgbBytes bytes;
-    constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    for (const float none : {-0.0F, -1e-30F, -1.0F, -kInfinity, std::nanf("")})
+    for (const float none : {-0.0F, -1e-30F, -1.0F, -test::kFloatInfinity, std::nanf("")})
         EXPECT_EQ(bytes(none), 0) << none;
-    for (const float bright : {1.0F, std::nextafter(1.0F, 2.0F), 7.0F, kInfinity})
+    for (const float bright : {1.0F, std::nextafter(1.0F, 2.0F), 7.0F, test::kFloatInfinity})
         EXPECT_EQ(bytes(bright), 255) << bright;
 }
 

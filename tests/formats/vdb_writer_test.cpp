@@ -19,7 +19,7 @@ namespace {
 
 constexpr glm::ivec3 kCells{21, 18, 35};
 
-std::uint8_t& at(std::vector<std::uint8_t>& values, int x, int y, int z) {
+std::uint8_t& cellAt(std::vector<std::uint8_t>& values, int x, int y, int z) {
     return values[static_cast<std::size_t>((x * kCells.y + y) * kCells.z + z)];
 }
 
@@ -30,13 +30,13 @@ std::vector<std::uint8_t> box() {
     for (int x = 3; x < 20; ++x)
         for (int y = 0; y < 18; ++y)
             for (int z = 6; z < 33; ++z)
-                at(values, x, y, z) = 2;
-    at(values, 0, 0, 0) = 1;
-    at(values, 20, 17, 34) = 3;
+                cellAt(values, x, y, z) = 2;
+    cellAt(values, 0, 0, 0) = 1;
+    cellAt(values, 20, 17, 34) = 3;
     return values;
 }
 
-void write(const std::string& path, const std::vector<std::uint8_t>& values) {
+void writeCells(const std::string& path, const std::vector<std::uint8_t>& values) {
     AtomicFile file(path);
     writeVdb(file, {kCells, {10, 20, 30}, 0.5, values, 2}, "test");
     file.commit();
@@ -46,7 +46,7 @@ TEST(VdbWriter, WhatIsInsideIsActive) {
     PEELER_REQUIRE_PYTHON("numpy");
     PEELER_REQUIRE_PYTHON("pyopenvdb");
     const ScratchDir scratch;
-    write(scratch / "a.vdb", box());
+    writeCells(scratch / "a.vdb", box());
     const Outcome read = runPython(R"(
 import sys, numpy, pyopenvdb
 grids, metadata = pyopenvdb.readAll(sys.argv[1])
@@ -70,10 +70,10 @@ assert grid.transform.indexToWorld((2, 4, 6)) == (11.25, 22.25, 33.25)
 TEST(VdbWriter, TheSameVoxelsMakeTheSameBytes) {
     const ScratchDir scratch;
     std::vector<std::uint8_t> values = box();
-    write(scratch / "a.vdb", values);
-    write(scratch / "b.vdb", values);
-    at(values, 20, 17, 34) = 0;
-    write(scratch / "c.vdb", values);
+    writeCells(scratch / "a.vdb", values);
+    writeCells(scratch / "b.vdb", values);
+    cellAt(values, 20, 17, 34) = 0;
+    writeCells(scratch / "c.vdb", values);
     const std::string a = bytesOf(scratch / "a.vdb"), c = bytesOf(scratch / "c.vdb");
     EXPECT_EQ(a, bytesOf(scratch / "b.vdb"));
     const std::string uuid = a.substr(21, 36);
@@ -84,7 +84,7 @@ TEST(VdbWriter, TheSameVoxelsMakeTheSameBytes) {
 
 TEST(VdbWriter, NothingInside) {
     const ScratchDir scratch;
-    write(scratch / "a.vdb", std::vector<std::uint8_t>(box().size()));
+    writeCells(scratch / "a.vdb", std::vector<std::uint8_t>(box().size()));
     EXPECT_GT(bytesOf(scratch / "a.vdb").size(), 100U);
 }
 
@@ -97,7 +97,7 @@ TEST(VdbWriter, ADiskThatIsFull) {
         const rlimit limit{200, 200};
         setrlimit(RLIMIT_FSIZE, &limit);
         try {
-            write(path, box());
+            writeCells(path, box());
         } catch (const Error& e) {
             _exit(e.kind() == ErrorKind::kOutput ? 4 : 1);
         }

@@ -55,6 +55,10 @@ std::string bytesOf(const fs::path& path) {
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
+bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
 StartedCommand::StartedCommand(const std::vector<std::string>& command,
                                const std::vector<std::string>& environment,
                                const fs::path& directory) {

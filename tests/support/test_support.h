@@ -6,11 +6,15 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace peeler::test {
+
+using Json = nlohmann::json;
+using Bytes = std::vector<std::uint8_t>;
 
 /// The repository's root.
 std::filesystem::path sourceDir();
@@ -21,6 +25,9 @@ std::optional<std::filesystem::path> assetsDir();
 
 /// The contents of a file; empty if it is not there.
 std::string bytesOf(const std::filesystem::path& path);
+
+/// Does a text hold these words?
+bool contains(const std::string& text, const std::string& part);
 
 /// A folder that is made fresh and removed with the object.
 class ScratchDir {
@@ -107,8 +114,8 @@ std::filesystem::path fakeEglDir();
 /// "egl" or "osmesa" from PEELER_TEST_BACKEND (default egl).
 std::string testBackend();
 
-/// Whether everything is asked for (`sh tests/run.sh all` sets PEELER_TEST_ALL), or the sample of it
-/// that the short run takes: of many runs, sizes or models, some.
+/// Whether everything is asked for (`sh tests/run.sh all` sets PEELER_TEST_ALL), or the sample of
+/// it that the short run takes: of many runs, sizes or models, some.
 bool exhaustive();
 
 }  // namespace peeler::test

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// The picture of layers, or of a composite made on the fly, which is the only layer that it has.
+#pragma once
+
+#include "core/composite.h"
+
+namespace peeler::test {
+
+/// Over nothing.
+inline CompositeImage flat(const LayeredImage& image) {
+    CompositeImage out;
+    compositeOver(image, {}, out);
+    return out;
+}
+
+}  // namespace peeler::test

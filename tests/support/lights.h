@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lights and surroundings.
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "core/scene.h"
+
+namespace peeler::test {
+
+inline Light lightOf(LightType type, double intensity, const glm::dvec3& rgb = glm::dvec3(1)) {
+    Light light;
+    light.type = type;
+    light.intensity = intensity;
+    light.color = rgb;
+    return light;
+}
+
+/// The same light from everywhere.
+inline Environment uniformEnvironment(const glm::vec3& radiance) {
+    Environment environment;
+    environment.width = 2;
+    environment.height = 1;
+    environment.radiance.assign(2, radiance);
+    return environment;
+}
+
+}  // namespace peeler::test

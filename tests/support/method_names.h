@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// The peeling methods, as parameters of tests.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/peel/method.h"
+
+namespace peeler::test {
+
+/// Those that are exact, or the others.
+inline std::vector<std::string> methodNames(bool exact) {
+    std::vector<std::string> names;
+    for (const auto& method : peelMethods())
+        if (method.exact() == exact) names.emplace_back(method.name);
+    return names;
+}
+
+}  // namespace peeler::test
