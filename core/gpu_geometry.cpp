@@ -83,8 +83,8 @@ void point(const gl::Functions& gl, GLuint vertex_array, const Attributes& list,
     }
 }
 
-const Primitive& primitiveOf(const Scene& scene, const Geometry& geometry) {
-    return scene.meshes[static_cast<std::size_t>(geometry.mesh)].primitives[geometry.primitive];
+const Primitive& primitiveOf(const Scene& scene, int mesh, std::size_t primitive) {
+    return scene.meshes[static_cast<std::size_t>(mesh)].primitives[primitive];
 }
 
 const DeformedVertices& deformedOf(const SceneContents& contents, const Geometry& geometry) {
@@ -117,7 +117,7 @@ GpuGeometry::GpuGeometry(const gl::Functions& gl, const Scene& scene, const Draw
     std::size_t fixed_bytes = sizeof kMissing, deformed_bytes = 0;
     for (const Geometry& geometry : list.geometries()) {
         Slot& slot = slots_.emplace_back();
-        const Primitive& p = primitiveOf(scene, geometry);
+        const Primitive& p = primitiveOf(scene, geometry.mesh, geometry.primitive);
         const auto [entry, fresh] =
             offsets.try_emplace({geometry.mesh, geometry.primitive}, fixed_bytes);
         slot.index_offset = entry->second + alignedBytes(attributes(p));
@@ -135,7 +135,7 @@ GpuGeometry::GpuGeometry(const gl::Functions& gl, const Scene& scene, const Draw
         auto* memory = mapping.as<std::byte>();
         std::memcpy(memory, kMissing.data(), sizeof kMissing);
         for (const auto& [key, offset] : offsets) {
-            const Primitive& p = primitiveOf(scene, {key.first, key.second});
+            const Primitive& p = primitiveOf(scene, key.first, key.second);
             const auto arrays = attributes(p);
             copy(arrays, memory + offset);
             if (!p.indices.empty())
@@ -149,8 +149,8 @@ GpuGeometry::GpuGeometry(const gl::Functions& gl, const Scene& scene, const Draw
         const Geometry& geometry = list.geometries()[i];
         const std::size_t offset = offsets.at({geometry.mesh, geometry.primitive});
         Slot& slot = slots_[i];
-        slot.vertex_array =
-            makeVertexArray(gl, primitiveOf(scene, geometry), fixed_.name(), offset);
+        slot.vertex_array = makeVertexArray(
+            gl, primitiveOf(scene, geometry.mesh, geometry.primitive), fixed_.name(), offset);
         if (geometry.deformed >= 0)
             point(gl, slot.vertex_array.name(), movable(deformedOf(contents, geometry)),
                   deformed_.name(), slot.deformed_offset);

@@ -164,18 +164,19 @@ void AccessorReader::applySparse(int accessor, ElementRange range, std::vector<O
     if (!info.sparse.isSparse) return;
     const std::string where = accessorPointer(accessor) + "/sparse";
     const auto count = static_cast<std::size_t>(info.sparse.count);
-    const auto packed = [&](int buffer_view, int offset, int type, std::size_t components,
+    const auto packed = [&](int buffer_view, std::uint64_t offset, int type, std::size_t components,
                             const char* part) {
         const std::span<const std::uint8_t> view = bufferView(buffer_view);
         const std::size_t bytes = componentBytes(type) * components;
-        if (static_cast<std::uint64_t>(offset) + bytes * count > view.size())
+        if (offset + bytes * count > view.size())
             failGltf("the sparse data does not fit its buffer view", where + part);
         return AccessorSource{view.data() + offset, bytes, type, components, info.normalized};
     };
     std::vector<std::uint32_t> places(count);
     const int index_type = info.sparse.indices.componentType;
-    copyElements(packed(info.sparse.indices.bufferView, info.sparse.indices.byteOffset, index_type,
-                        1, "/indices"),
+    copyElements(packed(info.sparse.indices.bufferView,
+                        static_cast<std::uint64_t>(info.sparse.indices.byteOffset), index_type, 1,
+                        "/indices"),
                  count, places.data(), kSamePlace);
     const auto beyond = std::find_if(places.begin(), places.end(),
                                      [&](std::uint32_t place) { return place >= info.count; });
@@ -184,7 +185,8 @@ void AccessorReader::applySparse(int accessor, ElementRange range, std::vector<O
                      std::to_string(info.count),
                  where + "/indices");
     copyElements(
-        packed(info.sparse.values.bufferView, info.sparse.values.byteOffset, info.componentType,
+        packed(info.sparse.values.bufferView,
+               static_cast<std::uint64_t>(info.sparse.values.byteOffset), info.componentType,
                static_cast<std::size_t>(components(accessor)), "/values"),
         count, values.data(), [&](std::size_t i) {
             const std::size_t place = places[i];

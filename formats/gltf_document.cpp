@@ -60,6 +60,24 @@ json withoutWhatTinygltfMishandles(json gltf) {
     return gltf;
 }
 
+/// Functions that find no file. tinygltf takes all or none of them, and newer ones have one more.
+template <class Callbacks>
+Callbacks noFiles() {
+    Callbacks files{};
+    files.FileExists = [](const std::string&, void*) { return false; };
+    files.ExpandFilePath = [](const std::string&, void*) { return std::string(); };
+    files.ReadWholeFile = [](std::vector<unsigned char>*, std::string*, const std::string&, void*) {
+        return false;
+    };
+    files.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&,
+                              void*) { return false; };
+    if constexpr (requires { files.GetFileSizeInBytes; })
+        files.GetFileSizeInBytes = [](std::size_t*, std::string*, const std::string&, void*) {
+            return false;
+        };
+    return files;
+}
+
 tinygltf::Model parseModel(const json& gltf, const std::string& path) {
     const std::string text = withoutWhatTinygltfMishandles(gltf).dump();
     if (text.size() > std::numeric_limits<unsigned int>::max())
@@ -67,14 +85,7 @@ tinygltf::Model parseModel(const json& gltf, const std::string& path) {
                     "move the data URIs to files of their own");
     tinygltf::TinyGLTF parser;
     // Nothing in the text makes it open a file; these make sure.
-    parser.SetFsCallbacks(
-        {[](const std::string&, void*) { return false; },
-         [](const std::string&, void*) { return std::string(); },
-         [](std::vector<unsigned char>*, std::string*, const std::string&, void*) { return false; },
-         [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
-             return false;
-         },
-         nullptr});
+    parser.SetFsCallbacks(noFiles<tinygltf::FsCallbacks>());
     tinygltf::Model model;
     std::string problems, remarks;
     bool parsed = false;

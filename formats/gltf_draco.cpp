@@ -218,6 +218,7 @@ class DracoReader {
                 addAccessor(std::move(job.mesh.attributes[i]), std::move(info));
         }
         tinygltf::Accessor info;
+        info.sparse = {};  // tinygltf leaves its numbers unset
         info.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
         info.type = TINYGLTF_TYPE_SCALAR;
         info.count = job.mesh.indices.size();

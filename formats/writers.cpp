@@ -131,7 +131,7 @@ std::span<const OutputFormat> outputFormats() {
     return table();
 }
 
-const OutputFormat& findOutputFormat(const std::string& path, const std::string& as) {
+const OutputFormat& findOutputFormat(std::string_view path, std::string_view as) {
     const std::string extension = lowerExtension(path);
     std::string extensions, kinds, kinds_here, extensions_there;
     for (const OutputFormat& row : table()) {
@@ -149,14 +149,14 @@ const OutputFormat& findOutputFormat(const std::string& path, const std::string&
         throw Error(ErrorKind::kUsage,
                     extension.empty() ? "the output has no extension, so its format is unknown"
                                       : "there is no output format \"" + extension + "\"",
-                    path, "choose one of: " + extensions);
+                    std::string(path), "choose one of: " + extensions);
     }
     if (extensions_there.empty()) {
-        throw Error(ErrorKind::kUsage, "there is no kind of output \"" + as + "\"", "--as",
-                    "choose one of: " + kinds);
+        throw Error(ErrorKind::kUsage, "there is no kind of output \"" + std::string(as) + "\"",
+                    "--as", "choose one of: " + kinds);
     }
-    throw Error(ErrorKind::kUsage, extension + " cannot hold --as " + as, path,
-                "write " + extensions_there + ", or use --as " + kinds_here);
+    throw Error(ErrorKind::kUsage, extension + " cannot hold --as " + std::string(as),
+                std::string(path), "write " + extensions_there + ", or use --as " + kinds_here);
 }
 
 std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& options) {

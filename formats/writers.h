@@ -51,7 +51,7 @@ std::span<const OutputFormat> outputFormats();
 
 /// The row for a path (its extension, upper or lower case) and `--as`. Throws Error (kUsage) that
 /// lists the choices.
-const OutputFormat& findOutputFormat(const std::string& path, const std::string& as);
+const OutputFormat& findOutputFormat(std::string_view path, std::string_view as);
 
 /// A Sink for the path. Nothing is created on disk before its begin(). Throws like
 /// findOutputFormat, and Error (kUsage) if an option has a value that the format does not know.
