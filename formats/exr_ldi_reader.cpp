@@ -195,12 +195,12 @@ void ExrLdiReader::completeFlatPicture(Layer& layer) const {
         layer.planes[c].resize(pixels * size);
     }
     if (layer.planes[kAlphaChannel].empty()) {
-        constexpr std::uint16_t kHalfOne = 0x3c00;
-        constexpr float kOne = 1;
+        constexpr std::uint16_t kOpaqueHalf = 0x3c00;
+        constexpr float kOpaque = 1;
         layer.planes[kAlphaChannel].resize(pixels * size);
         for (std::size_t p = 0; p < pixels; ++p) {
             std::memcpy(layer.planes[kAlphaChannel].data() + p * size,
-                        half ? static_cast<const void*>(&kHalfOne) : &kOne, size);
+                        half ? static_cast<const void*>(&kOpaqueHalf) : &kOpaque, size);
         }
     }
     if (!layer.planes[kDepthChannel].empty()) return;

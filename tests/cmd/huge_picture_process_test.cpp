@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -17,7 +18,8 @@ namespace fs = std::filesystem;
 
 struct Picture {
     int width, height;
-    int left, top;  ///< of a part of it, across raster tiles (4096) and chunks
+    int left, top;       ///< of a part of it, across raster tiles (4096) and chunks
+    const char* target;  ///< puts the model there
     const char* memory;
     std::uint64_t peak;   ///< the same in bytes, at most
     std::uintmax_t disk;  ///< bytes that have to be free
@@ -25,16 +27,17 @@ struct Picture {
 constexpr int kPartWidth = 40, kPartHeight = 24;
 
 /// Wider than the 32768 pixels that are the most of any driver.
-const Picture kHugePicture = {
-    40000, 20000, 20470, 10228, "2G", 2000000000, std::uintmax_t{3} << 30};
-/// That of the short run: two raster tiles wide and two high, with the corner of all of them in the
-/// middle, and no room for all of it at once.
-const Picture kLargePicture = {
-    8200, 8200, 4080, 4084, "500M", 500000000, std::uintmax_t{300} << 20};
+const Picture kHugePicture = {40000,     20000, 20470,      10228,
+                              "0,0.1,0", "2G",  2000000000, std::uintmax_t{3} << 30};
+/// That of the short run: two raster tiles wide and two high, with the model where they meet, and
+/// less memory than all of it at once would take.
+const Picture kLargePicture = {8200,      4200,   4080,      4084,
+                               "0,0.8,0", "400M", 400000000, std::uintmax_t{100} << 20};
 
 using Pixels = std::vector<float>;
 
-/// R, G, B, A, Z of the part, of each subimage that has it; 0 outside of its data window.
+/// R, G, B, A, Z of the part, of each subimage that has it; outside of its data window as where
+/// there is nothing.
 std::vector<Pixels> partOf(const fs::path& file, const Picture& picture) {
     const auto input = OIIO::ImageInput::open(file.string());
     EXPECT_TRUE(input) << OIIO::geterror();
@@ -46,6 +49,9 @@ std::vector<Pixels> partOf(const fs::path& file, const Picture& picture) {
         Pixels pixels(static_cast<std::size_t>(kPartWidth * kPartHeight * spec.nchannels));
         Pixels row(static_cast<std::size_t>(spec.width * spec.nchannels));
         const auto channels = static_cast<std::size_t>(spec.nchannels);
+        for (std::size_t i = 0; i < pixels.size(); ++i)
+            if (spec.channelnames[i % channels] == "Z")
+                pixels[i] = std::numeric_limits<float>::infinity();
         for (int y = picture.top; y < picture.top + kPartHeight; ++y) {
             if (y < spec.y || y >= spec.y + spec.height) continue;
             EXPECT_TRUE(input->read_scanline(y, 0, OIIO::TypeDesc::FLOAT, row.data()))
@@ -76,7 +82,7 @@ TEST(HugePicture, IsRenderedInBandsAndTilesUnderItsBudget) {
     const auto render = [&](const std::string& name, const std::vector<std::string>& more) {
         // From far away: what takes time is the number of pixels.
         std::vector<std::string> all{"render", scene.string(), "-o",       scratch / name,
-                                     "--eye",  "0.6,0.5,1.8",  "--target", "0,0.1,0",
+                                     "--eye",  "0.6,0.5,1.8",  "--target", picture.target,
                                      "--json", "--size",       size};
         all.insert(all.end(), more.begin(), more.end());
         return runPeelerProcess(all);
