@@ -60,8 +60,9 @@ all)
     stage install sh examples/install_dependencies.sh build test
     stage build build
     stage benchmarks cmake --build --preset ci -j "$(nproc)" --target benchmarks
-    cmake --preset dev ${PEELER_CMAKE_ARGUMENTS:-} # Its units are single files.
-    stage style sh tests/check_style.sh build/dev
+    cmake --preset dev -DPEELER_BUILD_TESTS=OFF ${PEELER_CMAKE_ARGUMENTS:-}
+    stage single-files cmake --build --preset dev -j "$(nproc)" # Each includes what it needs.
+    stage style sh tests/check_style.sh build/ci
     stage tests run_tests all
     ;;
 "")

@@ -140,7 +140,7 @@ class Ended : public testing::Test {
     std::mt19937 random_{seed_};
 };
 
-TEST_F(Ended, TwoHundredKillsLeaveOnlyWholeFiles) {
+TEST_F(Ended, KillsLeaveOnlyWholeFiles) {
     const int runs = exhaustive() ? 200 : 20;
     int killed = 0;
     std::size_t leftovers = 0;
@@ -164,7 +164,7 @@ TEST_F(Ended, TwoHundredKillsLeaveOnlyWholeFiles) {
     EXPECT_GT(killed, runs / 2);
 }
 
-TEST_F(Ended, FiftyTerminationsLeaveNothing) {
+TEST_F(Ended, TerminationsLeaveNothing) {
     const int runs = exhaustive() ? 50 : 5;
     int ended = 0;
     for (int i = 0; i < runs; ++i) {
@@ -209,7 +209,7 @@ Held heldBy(pid_t pid) {
     return held;
 }
 
-TEST(ThousandFrames, MemoryAndFilesStayAsTheyAreAfterTheTenth) {
+TEST(LongSequence, MemoryAndFilesStayAsTheyAreAfterTheTenth) {
     const int frames = exhaustive() ? 1000 : 100;
     const int half = frames / 2, last = frames * 7 / 10;  // while there are many left
     const ScratchDir scratch;
