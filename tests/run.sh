@@ -3,6 +3,7 @@
 # Installs what is missing (Debian 12 or 13), builds, checks the style and runs the tests; says at
 # the end how long each stage took, and which tests were the slowest.
 #   sh tests/run.sh            the short run: every test, of large counts a sample
+#                              (PEELER_STYLE=unchecked leaves the style out: clang-format's release decides)
 #   sh tests/run.sh -L unit    arguments go to ctest; the style is not checked
 #   sh tests/run.sh all        everything there is, about an hour (README.md says what)
 #   sh tests/run.sh coverage   the short run, and which lines of the product it reaches
