@@ -73,7 +73,8 @@ class Parts(PeelerTest):
         scratch = tempfile.TemporaryDirectory()
         cls.addClassCleanup(scratch.cleanup)
         cls.scratch = pathlib.Path(scratch.name)
-        cls.build = str(pathlib.Path(PEELER).resolve().parent)
+        cls.program = shutil.which(PEELER)
+        cls.build = str(pathlib.Path(cls.program).resolve().parent)
 
     def texts(self, stage, instruction):
         return [text for _, name, text in self.stages[stage] if name == instruction]
@@ -118,7 +119,7 @@ class Parts(PeelerTest):
 
         # Installed is what was built for this test; and all of what the other stage takes.
         prefix = str(self.scratch / "usr" / "local")
-        shutil.copy(PEELER, made / "peeler")
+        shutil.copy(self.program, made / "peeler")
         shutil.copytree(f"{self.build}/lib/peeler", made / "lib" / "peeler", dirs_exist_ok=True)
         self.shell(install.replace("/build", str(made)).replace("/usr/local", prefix))
         taken = set()
@@ -150,7 +151,7 @@ class Parts(PeelerTest):
             self.skipTest("this machine is no Debian 12, whose libraries have other names")
         needs = installed_packages()
         self.assertEqual(named - needs.keys(), set(), "not installed with the set `build`")
-        programs = (PEELER, *pathlib.Path(self.build, "lib", "peeler").glob("*.so*"))
+        programs = (self.program, *pathlib.Path(self.build, "lib", "peeler").glob("*.so*"))
         loaded = set().union(*map(libraries, programs))
         used = packages_of(loaded)
         self.assertEqual(loaded - used.keys(), set(), "of no package")
