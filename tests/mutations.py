@@ -20,8 +20,8 @@ COPY = SOURCE / "build" / "mutations"
 MUTATIONS = (
     ("winding", "core/scene_rasterizer.cpp", "draw.mirrored ? GL_CW : GL_CCW",
      "draw.mirrored ? GL_CCW : GL_CW", "gl"),
-    ("half-space sign", "core/clip.h", "half_spaces.push_back({normal, std::min",
-     "half_spaces.push_back({-normal, std::min", "gl"),
+    ("half-space sign", "core/scene_rasterizer.cpp", "plane.z, -plane.w);", "plane.z, plane.w);",
+     "gl"),
     ("sort direction", "core/gather.cpp", "{~fragment[0]} << 32", "{fragment[0]} << 32", "unit"),
     ("order of coincident fragments", "core/gather.cpp", "<< 32 | fragment[1]",
      "<< 32 | (0xFFFFFFFFU - fragment[1])", "unit"),
