@@ -15,6 +15,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "core/channels.h"
 #include "formats/cryptomatte.h"
@@ -63,12 +64,12 @@ class ChannelsCli : public testing::Test {
     ScratchDir folder_;
 };
 
-const FragmentArray& arrayOf(const LayeredImage& image, const std::string& channel) {
+const FragmentArray& arrayOf(const LayeredImage& image, std::string_view channel) {
     const auto found = std::find_if(image.extra.begin(), image.extra.end(), [&](const auto& array) {
         return std::find(array.channels.begin(), array.channels.end(), channel) !=
                array.channels.end();
     });
-    if (found == image.extra.end()) throw std::runtime_error("no channel " + channel);
+    if (found == image.extra.end()) throw std::runtime_error("no channel " + std::string(channel));
     return *found;
 }
 
