@@ -26,10 +26,9 @@ MUTATIONS = (
     ("order of coincident fragments", "core/gather.cpp", "<< 32 | fragment[1]",
      "<< 32 | (0xFFFFFFFFU - fragment[1])", "unit"),
     ("ping-pong order", "core/peel/layer_targets.cpp",
-     "clear(rasterizer, area, current, direction.empty_depth, 0);\n"
-     "        bindForReading(rasterizer.functions(), previous);",
-     "clear(rasterizer, area, current, direction.empty_depth, 0);\n"
-     "        bindForReading(rasterizer.functions(), current);", "gl"),
+     ".depth_test = direction.depth_test},\n                        area);\n        take(layer, current);",
+     ".depth_test = direction.depth_test},\n                        area);\n        take(layer, previous);",
+     "gl"),
     ("back-to-front index", "shaders/blend_layer.frag", "counts[pixel] - 1u - uint(layer.x)",
      "counts[pixel] - uint(layer.x)", "gl"),
     ("tail bound", "shaders/resolve.comp", "slots[pixel] += uint(n);", "", "gl"),
@@ -110,7 +109,8 @@ def main():
     chosen = [mutation for mutation in MUTATIONS if not sys.argv[1:] or mutation[0] in sys.argv[1:]]
     copy_tree()
     os.environ.setdefault("PEELER_ASSETS", str(SOURCE.parent / "shared" / "assets"))
-    configured = run("cmake", "--preset", "ci", "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG")
+    configured = run("cmake", "--preset", "ci", "-DPEELER_WERROR=OFF",
+                     "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG")
     problem = configured.stdout[-3000:] if configured.returncode != 0 else build()
     if problem:
         print(problem)
