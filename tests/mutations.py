@@ -35,7 +35,7 @@ MUTATIONS = (
     ("average formula on the GPU", "shaders/resolve.comp", "1.0 - sum.a / n), n)",
      "1.0 - sum.a), n)", "gl"),
     ("average formula on layers", "core/composite.cpp", "1.0F - sum[3] / n), n)",
-     "1.0F - sum[3]), n)", "unit"),
+     "1.0F - sum[3]), n)", "gl"),
     ("over", "core/composite.cpp", "sum[c] += rest * b[c];", "sum[c] += b[c];", "unit"),
     ("merge rule", "core/deep_merge.cpp",
      "case DeepMerge::kByZ:\n                return distance <= settings_.z_tolerance;",
