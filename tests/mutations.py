@@ -63,7 +63,7 @@ MUTATIONS = (
     ("sRGB bytes", "formats/srgb_bytes.cpp", "begin = middle + 1;\n            else",
      "begin = middle + 2;\n            else", "unit"),
     ("exit code where nobody reads", "cmd/errors.cpp", "return 128 + SIGPIPE;", "return 128;",
-     "cli"),
+     "unit"),
 )
 
 
