@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/parallel.h"
+#include "support/embree.h"
 #include "support/triangles.h"
 
 namespace peeler::benchmark {
@@ -28,7 +29,7 @@ struct Surface {
 
 /// Where the hits of a packet's rays go.
 struct Collector {
-    RTCIntersectContext context{};  // first: Embree hands this pointer back
+    test::EmbreeContext context{};  // first: Embree hands this pointer back
     std::vector<Hit> hits[16]{};    // by the rays' ids
 };
 
@@ -157,16 +158,18 @@ struct OneRay {
     } hit;
 };
 
-void intersect(const int*, RTCScene scene, RTCIntersectContext* context, OneRay* ray) {
-    // RTCRayHit is aligned to 16 bytes; what is in it is the same.
-    alignas(16) RTCRayHit aligned = std::bit_cast<RTCRayHit>(*ray);
-    rtcIntersect1(scene, context, &aligned);
+void intersect(const int*, RTCScene scene, test::EmbreeContext& context, OneRay* one) {
+    RTCRayHit ray{};  // aligned to 16 bytes
+    ray.ray = std::bit_cast<RTCRay>(one->ray);
+    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    test::intersect1(scene, context, test::RayOrder::kCoherent, &ray);
 }
-void intersect(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRayHit8* rays) {
-    rtcIntersect8(valid, scene, context, rays);
+void intersect(const int* valid, RTCScene scene, test::EmbreeContext& context, RTCRayHit8* rays) {
+    test::intersect8(valid, scene, context, test::RayOrder::kCoherent, rays);
 }
-void intersect(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRayHit16* rays) {
-    rtcIntersect16(valid, scene, context, rays);
+void intersect(const int* valid, RTCScene scene, test::EmbreeContext& context, RTCRayHit16* rays) {
+    test::intersect16(valid, scene, context, test::RayOrder::kCoherent, rays);
 }
 
 /// The fragments of a strip of rows, like a band: lists one after the other.
@@ -179,8 +182,7 @@ template <class RayHit, int kColumns, int kRows>
 std::uint64_t traceStrip(RTCScene scene, const Rays& rays, const Window& window) {
     static thread_local Strip strip;  // its storage is used again
     static thread_local Collector collector;
-    rtcInitIntersectContext(&collector.context);
-    collector.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    collector.context = test::embreeContext(test::RayOrder::kCoherent);
     strip.hits.clear();
     strip.ends.clear();
     for (int y0 = window.y0; y0 < window.y1; y0 += kRows) {
@@ -194,7 +196,7 @@ std::uint64_t traceStrip(RTCScene scene, const Rays& rays, const Window& window)
                 aim(packet, lane, rays, x, y);
                 collector.hits[lane].clear();
             }
-            intersect(valid, scene, &collector.context, &packet);
+            intersect(valid, scene, collector.context, &packet);
             for (std::size_t lane = 0; lane < std::size(valid); ++lane) {
                 std::vector<Hit>& list = collector.hits[lane];
                 std::sort(list.begin(), list.end());

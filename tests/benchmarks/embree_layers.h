@@ -2,8 +2,6 @@
 // Every layer of a picture as Embree finds them: build, all hits of each pixel's ray, sort.
 #pragma once
 
-#include <embree3/rtcore.h>
-
 #include <cstdint>
 #include <memory>
 #include <string>

@@ -2,14 +2,13 @@
 // An independent witness: all hits of a ray with the triangles of a scene, as Embree finds them.
 #pragma once
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <glm/glm.hpp>
 #include <limits>
 #include <vector>
 
 #include "core/scene_contents.h"
+#include "support/embree.h"
 #include "support/triangles.h"
 
 namespace peeler::test {
@@ -129,23 +128,22 @@ class AllHits {
 
     std::vector<OracleHit> hits(const glm::dvec3& origin, const glm::dvec3& direction,
                                 bool cull = false) const {
-        Collector collector;
-        rtcInitIntersectContext(&collector.context);
+        Collector collector{embreeContext(RayOrder::kIncoherent)};
         collector.soup = &soup_;
         collector.cull = cull;
         RTCRayHit ray{};
         ray.ray = embreeRay(origin, direction);
         ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        rtcIntersect1(scene_, &collector.context, &ray);
+        intersect1(scene_, collector.context, RayOrder::kIncoherent, &ray);
         return collector.hits;
     }
 
   private:
     struct Collector {
-        RTCIntersectContext context;  // first: Embree hands this pointer back
-        const TriangleSoup* soup;
-        bool cull;
-        std::vector<OracleHit> hits;
+        EmbreeContext context;  // first: Embree hands this pointer back
+        const TriangleSoup* soup = nullptr;
+        bool cull = false;
+        std::vector<OracleHit> hits{};
     };
     static void filter(const RTCFilterFunctionNArguments* arguments) {
         auto* collector = reinterpret_cast<Collector*>(arguments->context);

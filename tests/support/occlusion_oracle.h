@@ -2,8 +2,6 @@
 // An independent witness of ambient occlusion: receivers send rays of their own through Embree.
 #pragma once
 
-#include <embree3/rtcore.h>
-
 #include <cmath>
 #include <glm/glm.hpp>
 #include <numbers>
@@ -11,6 +9,7 @@
 
 #include "core/parallel.h"
 #include "core/rays/bake.h"
+#include "support/embree.h"
 #include "support/embree_oracle.h"
 
 namespace peeler::test {
@@ -61,11 +60,9 @@ class OcclusionOracle {
 
   private:
     bool occluded(const glm::vec3& position, const glm::vec3& direction) const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
         RTCRay ray = embreeRay(position, direction);
         ray.tnear = own_surface_;
-        rtcOccluded1(scene_, &context, &ray);
+        occluded1(scene_, &ray);
         return ray.tfar < 0;
     }
 

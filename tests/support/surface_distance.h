@@ -2,11 +2,10 @@
 // How far points are from the triangles of a scene: Embree finds the candidates.
 #pragma once
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <glm/glm.hpp>
 
+#include "support/embree.h"
 #include "support/embree_oracle.h"
 
 namespace peeler::test {
