@@ -8,22 +8,22 @@
 #include <span>
 #include <vector>
 
-#include "cmd/bake_options.h"
-#include "cmd/bake_values.h"
-#include "cmd/capture_options.h"
-#include "cmd/frames.h"
-#include "cmd/opened_scene.h"
-#include "cmd/options.h"
-#include "cmd/output_options.h"
-#include "cmd/progress.h"
-#include "cmd/report.h"
-#include "cmd/resources.h"
+#include "cmd/bake/bake_options.h"
+#include "cmd/bake/bake_values.h"
+#include "cmd/cli/options.h"
+#include "cmd/cli/progress.h"
+#include "cmd/cli/report.h"
+#include "cmd/machine/resources.h"
+#include "cmd/options/capture_options.h"
+#include "cmd/options/frames.h"
+#include "cmd/options/opened_scene.h"
+#include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
-#include "core/error.h"
-#include "core/rays/texel_receivers.h"
-#include "core/rays/vertex_receivers.h"
-#include "formats/atomic_file.h"
-#include "formats/gltf_package.h"
+#include "core/bake/texel_receivers.h"
+#include "core/bake/vertex_receivers.h"
+#include "core/base/error.h"
+#include "formats/file/atomic_file.h"
+#include "formats/gltf/gltf_package.h"
 
 namespace peeler::cmd {
 

@@ -15,20 +15,20 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "cmd/batch_jobs.h"
-#include "cmd/batch_report.h"
-#include "cmd/batch_result.h"
-#include "cmd/capture_options.h"
-#include "cmd/child_process.h"
-#include "cmd/frames.h"
-#include "cmd/options.h"
-#include "cmd/output_options.h"
-#include "cmd/parse.h"
-#include "cmd/progress.h"
-#include "cmd/report.h"
-#include "cmd/resources.h"
+#include "cmd/batch/batch_jobs.h"
+#include "cmd/batch/batch_report.h"
+#include "cmd/batch/batch_result.h"
+#include "cmd/cli/options.h"
+#include "cmd/cli/parse.h"
+#include "cmd/cli/progress.h"
+#include "cmd/cli/report.h"
+#include "cmd/machine/child_process.h"
+#include "cmd/machine/resources.h"
+#include "cmd/options/capture_options.h"
+#include "cmd/options/frames.h"
+#include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace peeler::cmd {
 

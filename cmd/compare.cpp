@@ -8,18 +8,18 @@
 #include <optional>
 #include <vector>
 
-#include "cmd/compare_result.h"
-#include "cmd/compared_image.h"
-#include "cmd/options.h"
-#include "cmd/output_options.h"
-#include "cmd/parse.h"
-#include "cmd/progress.h"
-#include "cmd/report.h"
-#include "cmd/resources.h"
+#include "cmd/cli/options.h"
+#include "cmd/cli/parse.h"
+#include "cmd/cli/progress.h"
+#include "cmd/cli/report.h"
+#include "cmd/compare/compare_result.h"
+#include "cmd/compare/compared_image.h"
+#include "cmd/machine/resources.h"
+#include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
-#include "core/color_ramp.h"
-#include "core/error.h"
-#include "formats/picture_file.h"
+#include "core/base/error.h"
+#include "core/image/color_ramp.h"
+#include "formats/image/picture_file.h"
 
 namespace peeler::cmd {
 

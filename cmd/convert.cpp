@@ -5,17 +5,17 @@
 #include <memory>
 #include <utility>
 
-#include "cmd/layered_bands.h"
-#include "cmd/options.h"
-#include "cmd/output_options.h"
-#include "cmd/progress.h"
-#include "cmd/report.h"
-#include "cmd/resources.h"
+#include "cmd/cli/options.h"
+#include "cmd/cli/progress.h"
+#include "cmd/cli/report.h"
+#include "cmd/machine/resources.h"
+#include "cmd/options/layered_bands.h"
+#include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
-#include "core/error.h"
-#include "core/layer_windows.h"
+#include "core/base/error.h"
+#include "core/image/layer_windows.h"
+#include "formats/file/output_hash.h"
 #include "formats/layered_input.h"
-#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

@@ -4,11 +4,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cmd/options.h"
-#include "cmd/report.h"
-#include "cmd/resources.h"
+#include "cmd/cli/options.h"
+#include "cmd/cli/report.h"
+#include "cmd/machine/resources.h"
 #include "cmd/verbs.h"
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/gl/context.h"
 
 namespace peeler::cmd {

@@ -3,12 +3,12 @@
 #include <filesystem>
 #include <memory>
 
-#include "cmd/info_kinds.h"
-#include "cmd/options.h"
-#include "cmd/scene_options.h"
+#include "cmd/cli/options.h"
+#include "cmd/info/info_kinds.h"
+#include "cmd/options/scene_options.h"
 #include "cmd/verbs.h"
-#include "core/error.h"
-#include "formats/file_kind.h"
+#include "core/base/error.h"
+#include "formats/file/file_kind.h"
 
 namespace peeler::cmd {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "cmd/command_line.h"
-#include "cmd/console.h"
-#include "cmd/signals.h"
+#include "cmd/cli/command_line.h"
+#include "cmd/cli/console.h"
+#include "cmd/cli/signals.h"
 
 int main(int argc, char** argv) {
     // Numbers are read and written the same everywhere, whatever a library asks of the locale.

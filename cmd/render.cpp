@@ -7,18 +7,18 @@
 #include <optional>
 #include <utility>
 
-#include "cmd/errors.h"
-#include "cmd/progress.h"
-#include "cmd/render_request.h"
-#include "cmd/report.h"
-#include "cmd/sequence_results.h"
+#include "cmd/cli/errors.h"
+#include "cmd/cli/progress.h"
+#include "cmd/cli/report.h"
+#include "cmd/render/render_request.h"
+#include "cmd/render/sequence_results.h"
 #include "cmd/verbs.h"
-#include "core/background_sink.h"
-#include "core/bands.h"
-#include "core/error.h"
-#include "core/fxaa_filter.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/capture/bands.h"
 #include "core/gl/context.h"
-#include "core/parallel.h"
+#include "core/image/background_sink.h"
+#include "core/image/fxaa_filter.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

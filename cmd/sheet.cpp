@@ -7,18 +7,18 @@
 #include <set>
 #include <vector>
 
-#include "cmd/capture_options.h"
-#include "cmd/options.h"
-#include "cmd/output_options.h"
-#include "cmd/parse.h"
-#include "cmd/report.h"
-#include "cmd/resources.h"
-#include "cmd/sheet_layout.h"
-#include "cmd/sheet_sources.h"
+#include "cmd/cli/options.h"
+#include "cmd/cli/parse.h"
+#include "cmd/cli/report.h"
+#include "cmd/machine/resources.h"
+#include "cmd/options/capture_options.h"
+#include "cmd/options/output_options.h"
+#include "cmd/sheet/sheet_layout.h"
+#include "cmd/sheet/sheet_sources.h"
 #include "cmd/verbs.h"
-#include "core/error.h"
-#include "formats/file_kind.h"
-#include "formats/picture_file.h"
+#include "core/base/error.h"
+#include "formats/file/file_kind.h"
+#include "formats/image/picture_file.h"
 
 namespace peeler::cmd {
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "cmd/console.h"
+#include "cmd/cli/console.h"
 
 namespace peeler::cmd {
 

@@ -8,14 +8,14 @@
 #include <set>
 #include <vector>
 
-#include "cmd/options.h"
-#include "cmd/output_options.h"
-#include "cmd/progress.h"
-#include "cmd/report.h"
-#include "cmd/resources.h"
+#include "cmd/cli/options.h"
+#include "cmd/cli/progress.h"
+#include "cmd/cli/report.h"
+#include "cmd/machine/resources.h"
+#include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
-#include "cmd/verified_file.h"
-#include "core/error.h"
+#include "cmd/verify/verified_file.h"
+#include "core/base/error.h"
 
 namespace peeler::cmd {
 

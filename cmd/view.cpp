@@ -8,18 +8,18 @@
 #include <optional>
 #include <string>
 
-#include "cmd/options.h"
-#include "cmd/output_options.h"
-#include "cmd/parse.h"
-#include "cmd/progress.h"
-#include "cmd/report.h"
-#include "cmd/resources.h"
+#include "cmd/cli/options.h"
+#include "cmd/cli/parse.h"
+#include "cmd/cli/progress.h"
+#include "cmd/cli/report.h"
+#include "cmd/machine/resources.h"
+#include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
-#include "cmd/view_camera.h"
-#include "core/nearest.h"
-#include "core/reprojection.h"
+#include "cmd/view/view_camera.h"
+#include "core/image/nearest.h"
+#include "core/views/reprojection.h"
+#include "formats/file/output_hash.h"
 #include "formats/layered_input.h"
-#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

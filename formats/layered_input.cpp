@@ -4,9 +4,9 @@
 #include <limits>
 #include <utility>
 
-#include "core/error.h"
-#include "formats/exr_deep_reader.h"
-#include "formats/exr_ldi_reader.h"
+#include "core/base/error.h"
+#include "formats/exr/exr_deep_reader.h"
+#include "formats/exr/exr_ldi_reader.h"
 
 namespace peeler {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "core/composite.h"
-#include "core/layered_image.h"
-#include "formats/exr_info.h"
+#include "core/image/composite.h"
+#include "core/image/layered_image.h"
+#include "formats/exr/exr_info.h"
 
 namespace peeler {
 

@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "core/error.h"
-#include "formats/exr_composite_writer.h"
-#include "formats/exr_compression.h"
-#include "formats/exr_deep_writer.h"
-#include "formats/exr_ldi_writer.h"
-#include "formats/exr_midpoint_writer.h"
-#include "formats/file_extension.h"
-#include "formats/html_view_writer.h"
-#include "formats/image_writer.h"
+#include "core/base/error.h"
+#include "formats/exr/exr_composite_writer.h"
+#include "formats/exr/exr_compression.h"
+#include "formats/exr/exr_deep_writer.h"
+#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_midpoint_writer.h"
+#include "formats/file/file_extension.h"
+#include "formats/image/image_writer.h"
+#include "formats/page/html_view_writer.h"
 
 namespace peeler {
 namespace {

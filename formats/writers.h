@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/deep_merge.h"
-#include "core/sink.h"
+#include "core/image/deep_merge.h"
+#include "core/image/sink.h"
 
 namespace peeler {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What else is asked of fragments that have been captured (core/channels.h), whatever the method: every fragment looks
+// What else is asked of fragments that have been captured (core/image/channels.h), whatever the method: every fragment looks
 // for its place in its pixel's list by its primitive, of which a pixel has no second one. Vectors are in world space.
 #include "normal.glsl"
 #include "fragments.glsl"

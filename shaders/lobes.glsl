@@ -37,7 +37,7 @@ float anisotropicGgx(vec2 alpha, vec3 l, vec3 v, vec3 h) {
 
 #ifdef SHEEN
 // Estevez & Kulla, "Production Friendly Microfacet Sheen BRDF", 2017, with the fit of their shadowing terms.
-// core/albedo_table.cpp integrates the same.
+// core/shading/albedo_table.cpp integrates the same.
 float sheenLambdaFit(float x, float alpha) {
     float t = (1.0 - alpha) * (1.0 - alpha);
     float a = mix(21.5473, 25.3245, t), b = mix(3.82987, 3.32435, t), c = mix(0.19823, 0.16801, t);

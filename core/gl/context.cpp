@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdio>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "core/gl/backend.h"
 #include "core/gl/functions.h"
 

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <sstream>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace peeler::gl {
 namespace {

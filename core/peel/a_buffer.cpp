@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Counted A-buffer. The count pass has allocated every pixel's list exactly, so one geometry pass
 // stores all fragments, in whatever order they arrive.
-#include "core/peel/method.h"
-#include "core/scene_rasterizer.h"
+#include "core/capture/method.h"
+#include "core/capture/scene_rasterizer.h"
 
 namespace peeler {
 namespace {

@@ -7,10 +7,10 @@
 #include <map>
 #include <vector>
 
+#include "core/capture/method.h"
+#include "core/capture/scene_rasterizer.h"
 #include "core/gl/objects.h"
 #include "core/peel/layer_targets.h"
-#include "core/peel/method.h"
-#include "core/scene_rasterizer.h"
 
 namespace peeler {
 

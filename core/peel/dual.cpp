@@ -5,10 +5,10 @@
 #include <array>
 #include <string_view>
 
+#include "core/capture/method.h"
+#include "core/capture/scene_rasterizer.h"
 #include "core/peel/composite_targets.h"
 #include "core/peel/layer_targets.h"
-#include "core/peel/method.h"
-#include "core/scene_rasterizer.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {

@@ -7,8 +7,8 @@
 #include <functional>
 #include <string_view>
 
+#include "core/capture/scene_rasterizer.h"
 #include "core/gl/objects.h"
-#include "core/scene_rasterizer.h"
 
 namespace peeler {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/peel/method.h"
+#include "core/capture/method.h"
 
 namespace peeler {
 

@@ -2,8 +2,8 @@
 // Layers peeled one after the other from either end, and stored.
 #pragma once
 
+#include "core/capture/method.h"
 #include "core/peel/layer_targets.h"
-#include "core/peel/method.h"
 
 namespace peeler {
 

@@ -4,9 +4,9 @@
 // behind it.
 #include <array>
 
+#include "core/capture/method.h"
 #include "core/peel/composite_targets.h"
 #include "core/peel/layer_targets.h"
-#include "core/peel/method.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {

@@ -2,8 +2,8 @@
 // What methods share that composite all fragments at once, in no order.
 #pragma once
 
+#include "core/capture/method.h"
 #include "core/peel/composite_targets.h"
-#include "core/peel/method.h"
 
 namespace peeler {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/scene_contents.h"
-#include "core/view.h"
+#include "core/scene/scene_contents.h"
+#include "core/scene/view.h"
 
 namespace peeler {
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "core/parallel.h"
+#include "core/base/parallel.h"
 #include "core/rays/solid_spans.h"
 
 namespace peeler {

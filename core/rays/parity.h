@@ -7,7 +7,7 @@
 #include <map>
 #include <vector>
 
-#include "core/layered_image.h"
+#include "core/image/layered_image.h"
 #include "core/rays/solids.h"
 
 namespace peeler {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/parallel.h"
-#include "core/placed_element.h"
+#include "core/base/parallel.h"
+#include "core/scene/placed_element.h"
 
 namespace peeler {
 namespace {

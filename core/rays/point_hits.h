@@ -8,11 +8,11 @@
 #include <optional>
 #include <span>
 
-#include "core/draw_list.h"
-#include "core/layered_image.h"
+#include "core/image/layered_image.h"
 #include "core/rays/bundle.h"
-#include "core/scene.h"
-#include "core/scene_contents.h"
+#include "core/scene/draw_list.h"
+#include "core/scene/scene.h"
+#include "core/scene/scene_contents.h"
 
 namespace peeler {
 

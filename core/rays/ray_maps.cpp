@@ -7,9 +7,9 @@
 #include <set>
 #include <utility>
 
-#include "core/error.h"
-#include "core/id_names.h"
-#include "core/parallel.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/scene/id_names.h"
 
 namespace peeler {
 namespace {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/layered_image.h"
+#include "core/image/layered_image.h"
 #include "core/rays/bundle.h"
 #include "core/rays/solid_spans.h"
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <bit>
 
-#include "core/primitive_corners.h"
+#include "core/scene/primitive_corners.h"
 
 namespace peeler {
 namespace {

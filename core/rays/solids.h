@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/scene.h"
-#include "core/scene_contents.h"
+#include "core/scene/scene.h"
+#include "core/scene/scene_contents.h"
 
 namespace peeler {
 

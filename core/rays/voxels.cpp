@@ -5,8 +5,8 @@
 #include <cmath>
 #include <new>
 
-#include "core/error.h"
-#include "core/parallel.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
 
 namespace peeler {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The module peeler_images: OpenImageIO behind formats/image_library.h.
-#include "formats/image_library.h"
+// The module peeler_images: OpenImageIO behind formats/image/image_library.h.
+#include "formats/image/image_library.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>

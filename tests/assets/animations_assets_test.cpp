@@ -7,10 +7,10 @@
 #include <functional>
 #include <set>
 
-#include "core/error.h"
-#include "core/keyframes.h"
-#include "core/scene_contents.h"
-#include "formats/gltf_reader.h"
+#include "core/base/error.h"
+#include "core/scene/keyframes.h"
+#include "core/scene/scene_contents.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

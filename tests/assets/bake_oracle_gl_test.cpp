@@ -4,9 +4,9 @@
 
 #include <cstdio>
 
-#include "core/rays/bake.h"
-#include "core/rays/vertex_receivers.h"
-#include "formats/gltf_reader.h"
+#include "core/bake/bake.h"
+#include "core/bake/vertex_receivers.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/occlusion_oracle.h"
 #include "support/test_support.h"

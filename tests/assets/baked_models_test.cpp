@@ -5,8 +5,8 @@
 
 #include <glm/gtc/type_ptr.hpp>
 
-#include "cmd/bake_values.h"
-#include "formats/gltf_reader.h"
+#include "cmd/bake/bake_values.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

@@ -2,7 +2,7 @@
 // Real models without a hole: every ray leaves what it enters.
 #include <gtest/gtest.h>
 
-#include "formats/gltf_reader.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/odd_rays.h"
 #include "support/test_support.h"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "cmd/camera_options.h"
-#include "formats/gltf_reader.h"
+#include "cmd/options/camera_options.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/test_support.h"
 

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/scene_contents.h"
-#include "formats/gltf_reader.h"
+#include "core/scene/scene_contents.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

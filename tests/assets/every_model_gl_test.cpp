@@ -7,9 +7,9 @@
 #include <map>
 
 #include "assets/model_files.h"
-#include "cmd/camera_options.h"
-#include "core/error.h"
-#include "formats/gltf_reader.h"
+#include "cmd/options/camera_options.h"
+#include "core/base/error.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/test_support.h"
 

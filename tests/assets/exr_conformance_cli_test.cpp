@@ -12,7 +12,7 @@
 #include <string>
 
 #include "cmd/verbs.h"
-#include "core/error.h"
+#include "core/base/error.h"
 #include "formats/deep_file.h"
 #include "formats/layered_input.h"
 #include "support/test_support.h"

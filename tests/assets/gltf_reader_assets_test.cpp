@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "assets/model_files.h"
-#include "core/error.h"
-#include "core/scene_contents.h"
-#include "formats/gltf_reader.h"
+#include "core/base/error.h"
+#include "core/scene/scene_contents.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the renderer relies on without looking again (core/scene.h).
+/// What the renderer relies on without looking again (core/scene/scene.h).
 void expectSound(const Scene& scene) {
     ASSERT_FALSE(scene.scenes.empty());
     ASSERT_FALSE(scene.materials.empty());

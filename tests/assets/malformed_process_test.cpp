@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "assets/model_files.h"
-#include "core/parallel.h"
+#include "core/base/parallel.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

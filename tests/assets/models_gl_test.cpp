@@ -6,10 +6,10 @@
 #include <cstdio>
 
 #include "assets/models.h"
-#include "cmd/camera_options.h"
-#include "core/composite.h"
-#include "core/peel/method.h"
-#include "formats/gltf_reader.h"
+#include "cmd/options/camera_options.h"
+#include "core/capture/method.h"
+#include "core/image/composite.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/test_support.h"
 

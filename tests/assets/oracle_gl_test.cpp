@@ -13,8 +13,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/scene.h"
-#include "formats/gltf_reader.h"
+#include "core/scene/scene.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/edge_distance.h"
 #include "support/embree_oracle.h"
 #include "support/test_support.h"

@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <random>
 
+#include "core/capture/supersampling.h"
 #include "core/rays/directions.h"
 #include "core/rays/point_hits.h"
-#include "core/supersampling.h"
-#include "formats/gltf_reader.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/embree_oracle.h"
 #include "support/numbers.h"

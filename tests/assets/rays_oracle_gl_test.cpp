@@ -11,7 +11,7 @@
 
 #include "core/rays/bundle.h"
 #include "core/rays/directions.h"
-#include "formats/gltf_reader.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/edge_distance.h"
 #include "support/embree_oracle.h"

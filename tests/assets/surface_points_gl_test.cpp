@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "formats/gltf_reader.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/surface_distance.h"
 #include "support/test_support.h"
 

@@ -22,12 +22,12 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
+#include "core/bake/bake.h"
+#include "core/bake/vertex_receivers.h"
+#include "core/base/error.h"
 #include "core/gl/context.h"
-#include "core/rays/bake.h"
 #include "core/rays/directions.h"
-#include "core/rays/vertex_receivers.h"
-#include "formats/gltf_reader.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/occlusion_oracle.h"
 #include "support/test_support.h"
 

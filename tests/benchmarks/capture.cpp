@@ -13,8 +13,8 @@
 
 #include "benchmarks/embree_layers.h"
 #include "benchmarks/measured_scene.h"
+#include "core/base/parallel.h"
 #include "core/gl/context.h"
-#include "core/parallel.h"
 #include "support/test_support.h"
 
 namespace peeler::benchmark {

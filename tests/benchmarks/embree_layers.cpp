@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/parallel.h"
+#include "core/base/parallel.h"
 #include "support/embree.h"
 #include "support/triangles.h"
 

@@ -8,10 +8,10 @@
 #include <numbers>
 #include <sstream>
 
-#include "cmd/camera_options.h"
-#include "cmd/look_options.h"
-#include "cmd/resources.h"
-#include "core/error.h"
+#include "cmd/machine/resources.h"
+#include "cmd/options/camera_options.h"
+#include "cmd/options/look_options.h"
+#include "core/base/error.h"
 
 namespace peeler::benchmark {
 namespace {

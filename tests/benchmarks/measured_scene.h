@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "core/renderer.h"
-#include "core/scene_contents.h"
-#include "core/view.h"
+#include "core/capture/renderer.h"
+#include "core/scene/scene_contents.h"
+#include "core/scene/view.h"
 
 namespace peeler::benchmark {
 

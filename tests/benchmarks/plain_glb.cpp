@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "core/error.h"
-#include "core/scene_contents.h"
-#include "formats/gltf_reader.h"
+#include "core/base/error.h"
+#include "core/scene/scene_contents.h"
+#include "formats/gltf/gltf_reader.h"
 
 namespace peeler::benchmark {
 namespace {

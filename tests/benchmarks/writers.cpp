@@ -24,11 +24,11 @@
 #include <optional>
 
 #include "benchmarks/measured_scene.h"
-#include "core/composite.h"
+#include "core/base/parallel.h"
 #include "core/gl/context.h"
-#include "core/parallel.h"
-#include "formats/exr_deep_writer.h"
-#include "formats/exr_ldi_writer.h"
+#include "core/image/composite.h"
+#include "formats/exr/exr_deep_writer.h"
+#include "formats/exr/exr_ldi_writer.h"
 #include "support/capture.h"
 #include "support/test_support.h"
 

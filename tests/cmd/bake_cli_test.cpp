@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/tiny_gltf.h"
-#include "formats/gltf_reader.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The lines of a file of jobs: what they become, and every way in which they can be wrong.
-#include "cmd/batch_jobs.h"
+#include "cmd/batch/batch_jobs.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace peeler::cmd {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Choosing, building and framing cameras.
-#include "cmd/camera_options.h"
+#include "cmd/options/camera_options.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include <random>
 #include <string>
 
-#include "cmd/framing.h"
-#include "core/error.h"
+#include "core/base/error.h"
+#include "core/scene/framing.h"
 
 namespace peeler::cmd {
 namespace {

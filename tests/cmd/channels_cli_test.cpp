@@ -17,8 +17,8 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "core/channels.h"
-#include "formats/cryptomatte.h"
+#include "core/image/channels.h"
+#include "formats/exr/cryptomatte.h"
 #include "formats/layered_input.h"
 #include "support/test_support.h"
 

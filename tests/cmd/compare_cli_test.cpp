@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "core/srgb.h"
-#include "formats/exr_ldi_writer.h"
-#include "formats/flat_image.h"
-#include "formats/picture_file.h"
+#include "core/base/srgb.h"
+#include "formats/exr/exr_ldi_writer.h"
+#include "formats/image/flat_image.h"
+#include "formats/image/picture_file.h"
 #include "formats/synthetic_image.h"
 #include "support/test_support.h"
 

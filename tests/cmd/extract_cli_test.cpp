@@ -9,11 +9,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/srgb.h"
+#include "core/base/srgb.h"
 #include "formats/cut_window.h"
-#include "formats/exr_ldi_reader.h"
-#include "formats/exr_ldi_writer.h"
-#include "formats/flat_image.h"
+#include "formats/exr/exr_ldi_reader.h"
+#include "formats/exr/exr_ldi_writer.h"
+#include "formats/image/flat_image.h"
 #include "support/capture.h"
 #include "support/python.h"
 #include "support/test_support.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The grammar of frames, and the names that they get.
-#include "cmd/frames.h"
+#include "cmd/options/frames.h"
 
 #include <gtest/gtest.h>
 
 #include <optional>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace peeler::cmd {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "cmd/tiny_gltf.h"
-#include "core/parallel.h"
+#include "core/base/parallel.h"
 #include "formats/png_builder.h"
 #include "support/test_support.h"
 

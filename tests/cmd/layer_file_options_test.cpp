@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which options of layer files go with which output.
-#include "cmd/layer_file_options.h"
+#include "cmd/options/layer_file_options.h"
 
 #include <gtest/gtest.h>
 
-#include "cmd/output_options.h"
-#include "core/error.h"
-#include "formats/exr_compression.h"
-#include "formats/exr_layout.h"
+#include "cmd/options/output_options.h"
+#include "core/base/error.h"
+#include "formats/exr/exr_compression.h"
+#include "formats/exr/exr_layout.h"
 
 namespace peeler::cmd {
 namespace {

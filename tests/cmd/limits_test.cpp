@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Limits of processors and memory, read from trees and variables made up here.
-#include "cmd/limits.h"
+#include "cmd/machine/limits.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <map>
 #include <string>
 
-#include "cmd/cgroups.h"
-#include "cmd/resources.h"
+#include "cmd/machine/cgroups.h"
+#include "cmd/machine/resources.h"
 #include "support/test_support.h"
 
 namespace peeler::cmd {

@@ -10,13 +10,13 @@
 #include <stdexcept>
 #include <string>
 
-#include "cmd/console.h"
-#include "cmd/errors.h"
-#include "cmd/progress.h"
-#include "cmd/report.h"
-#include "cmd/settings.h"
-#include "core/error.h"
-#include "formats/hash_text.h"
+#include "cmd/cli/console.h"
+#include "cmd/cli/errors.h"
+#include "cmd/cli/progress.h"
+#include "cmd/cli/report.h"
+#include "cmd/options/settings.h"
+#include "core/base/error.h"
+#include "formats/file/hash_text.h"
 
 namespace peeler::cmd {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "cmd/tiny_gltf.h"
-#include "core/peel/method.h"
+#include "core/capture/method.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

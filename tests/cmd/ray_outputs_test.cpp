@@ -12,14 +12,14 @@
 #include <numbers>
 #include <sstream>
 
-#include "cmd/ray_map_output.h"
-#include "cmd/ray_parity.h"
-#include "cmd/voxel_output.h"
-#include "core/error.h"
+#include "cmd/rays/ray_map_output.h"
+#include "cmd/rays/ray_parity.h"
+#include "cmd/rays/voxel_output.h"
+#include "core/base/error.h"
 #include "core/rays/common_display.h"
-#include "formats/exr_header.h"
-#include "formats/flat_image.h"
-#include "formats/image_writer.h"
+#include "formats/exr/exr_header.h"
+#include "formats/image/flat_image.h"
+#include "formats/image/image_writer.h"
 #include "support/python.h"
 #include "support/ray_hits.h"
 #include "support/test_support.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What --threads becomes in each place that has threads.
-#include "cmd/resources.h"
+#include "cmd/machine/resources.h"
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <string>
 
-#include "core/parallel.h"
-#include "formats/image_library.h"
+#include "core/base/parallel.h"
+#include "formats/image/image_library.h"
 
 namespace peeler::cmd {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which of a file's scenes and nodes are shown.
-#include "cmd/scene_options.h"
+#include "cmd/options/scene_options.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "core/scene_contents.h"
+#include "core/base/error.h"
+#include "core/scene/scene_contents.h"
 
 namespace peeler::cmd {
 namespace {

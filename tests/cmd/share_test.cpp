@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parts of a whole: together they are it, and none is much larger than another.
-#include "cmd/share.h"
+#include "cmd/options/share.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace peeler::cmd {
 namespace {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "cmd/tiny_gltf.h"
-#include "core/peel/method.h"
-#include "core/srgb.h"
-#include "formats/flat_image.h"
+#include "core/base/srgb.h"
+#include "core/capture/method.h"
+#include "formats/image/flat_image.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

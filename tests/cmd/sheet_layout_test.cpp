@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Glyphs and cells in their places.
-#include "cmd/sheet_layout.h"
+#include "cmd/sheet/sheet_layout.h"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "cmd/bitmap_font.h"
-#include "core/error.h"
+#include "cmd/sheet/bitmap_font.h"
+#include "core/base/error.h"
 
 namespace peeler::cmd {
 namespace {

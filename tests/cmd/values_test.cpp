@@ -6,9 +6,9 @@
 #include <limits>
 #include <string>
 
-#include "cmd/choices.h"
-#include "cmd/parse.h"
-#include "core/error.h"
+#include "cmd/cli/choices.h"
+#include "cmd/cli/parse.h"
+#include "core/base/error.h"
 
 namespace peeler::cmd {
 namespace {

@@ -17,8 +17,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/tiny_gltf.h"
-#include "formats/exr_composite_writer.h"
-#include "formats/exr_ldi_writer.h"
+#include "formats/exr/exr_composite_writer.h"
+#include "formats/exr/exr_ldi_writer.h"
 #include "formats/synthetic_image.h"
 #include "support/test_support.h"
 

@@ -4,10 +4,10 @@
 
 #include <cstdio>
 
-#include "core/bands.h"
-#include "core/error.h"
-#include "core/peel/method.h"
-#include "core/scene_rasterizer.h"
+#include "core/base/error.h"
+#include "core/capture/bands.h"
+#include "core/capture/method.h"
+#include "core/capture/scene_rasterizer.h"
 #include "support/capture.h"
 #include "support/hard_scenes.h"
 #include "support/test_support.h"

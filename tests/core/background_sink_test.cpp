@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A sink behind another thread gets what it would have got before, and its failures come back.
-#include "core/background_sink.h"
+#include "core/image/background_sink.h"
 
 #include <gtest/gtest.h>
 

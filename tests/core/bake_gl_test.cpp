@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What receivers see, where the answer is known on paper.
-#include "core/rays/bake.h"
+#include "core/bake/bake.h"
 
 #include <gtest/gtest.h>
 
@@ -9,10 +9,10 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <vector>
 
-#include "core/bands.h"
-#include "core/error.h"
-#include "core/rays/texel_receivers.h"
-#include "core/rays/vertex_receivers.h"
+#include "core/bake/texel_receivers.h"
+#include "core/bake/vertex_receivers.h"
+#include "core/base/error.h"
+#include "core/capture/bands.h"
 #include "support/capture.h"
 #include "support/numbers.h"
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <map>
 
-#include "core/composite.h"
-#include "core/error.h"
-#include "core/peel/method.h"
+#include "core/base/error.h"
+#include "core/capture/method.h"
+#include "core/image/composite.h"
 #include "support/capture.h"
 #include "support/method_names.h"
 

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <set>
 
-#include "core/channels.h"
-#include "core/peel/method.h"
-#include "core/scene_contents.h"
+#include "core/capture/method.h"
+#include "core/image/channels.h"
+#include "core/scene/scene_contents.h"
 #include "support/capture.h"
 
 namespace peeler::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Clip volumes: half-spaces against the positions of fragments, meshes against analysis and Embree.
-#include "core/clip.h"
+#include "core/scene/clip.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include "core/peel/method.h"
+#include "core/capture/method.h"
 #include "support/capture.h"
 #include "support/embree_oracle.h"
 #include "support/hard_scenes.h"

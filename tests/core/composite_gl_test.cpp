@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Composites made on the fly: against the CPU's of the captured layers, against formulas, and in as
 // many geometry passes as were published.
-#include "core/composite.h"
+#include "core/image/composite.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <map>
 
-#include "core/error.h"
-#include "core/nearest.h"
-#include "core/peel/method.h"
+#include "core/base/error.h"
+#include "core/capture/method.h"
+#include "core/image/nearest.h"
 #include "support/capture.h"
 #include "support/flat.h"
 #include "support/hard_scenes.h"

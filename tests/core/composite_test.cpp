@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // "Over" where the answer is known on paper.
-#include "core/composite.h"
+#include "core/image/composite.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/parallel.h"
+#include "core/base/parallel.h"
 #include "formats/synthetic_image.h"
 #include "support/numbers.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Merged samples: which ones, and that the pixel looks as before.
-#include "core/deep_merge.h"
+#include "core/image/deep_merge.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/composite.h"
-#include "core/error.h"
+#include "core/base/error.h"
+#include "core/image/composite.h"
 #include "formats/synthetic_image.h"
 
 namespace peeler {

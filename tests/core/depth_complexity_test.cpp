@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/depth_complexity.h"
+#include "core/image/depth_complexity.h"
 
 #include <gtest/gtest.h>
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Differences that are known on paper.
-#include "core/difference.h"
+#include "core/image/difference.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "core/color_ramp.h"
-#include "core/srgb.h"
+#include "core/base/srgb.h"
+#include "core/image/color_ramp.h"
 #include "formats/synthetic_image.h"
 #include "support/numbers.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Draw order and keys: the same whether instances are drawn at once or one by one.
-#include "core/draw_list.h"
+#include "core/scene/draw_list.h"
 
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace peeler {
 namespace {

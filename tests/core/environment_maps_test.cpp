@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Prefiltered environments against integrals that are known.
-#include "core/environment_maps.h"
+#include "core/shading/environment_maps.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cstring>
 #include <functional>
 
-#include "core/parallel.h"
+#include "core/base/parallel.h"
 #include "support/numbers.h"
 
 namespace peeler::test {

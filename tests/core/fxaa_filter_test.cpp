@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The filter between a renderer and a writer: bands, threads, memory.
-#include "core/fxaa_filter.h"
+#include "core/image/fxaa_filter.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 
-#include "core/fxaa.h"
-#include "core/parallel.h"
+#include "core/base/parallel.h"
+#include "core/image/fxaa.h"
 
 namespace peeler {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/gather.h"
+#include "core/capture/gather.h"
 
 #include <gtest/gtest.h>
 

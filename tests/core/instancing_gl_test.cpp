@@ -6,8 +6,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
-#include "core/peel/method.h"
-#include "core/scene_contents.h"
+#include "core/capture/method.h"
+#include "core/scene/scene_contents.h"
 #include "support/capture.h"
 
 namespace peeler::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a light sees.
-#include "core/light_view.h"
+#include "core/scene/light_view.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "core/placement.h"
+#include "core/scene/placement.h"
 
 namespace peeler::test {
 namespace {

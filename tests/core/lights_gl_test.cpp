@@ -6,9 +6,9 @@
 #include <functional>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/lights.h"
-#include "core/placement.h"
+#include "core/base/error.h"
+#include "core/scene/lights.h"
+#include "core/scene/placement.h"
 #include "support/capture.h"
 #include "support/lights.h"
 

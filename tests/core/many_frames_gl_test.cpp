@@ -7,10 +7,10 @@
 #include <map>
 #include <string>
 
+#include "core/capture/renderer.h"
 #include "core/gl/functions.h"
-#include "core/pose.h"
-#include "core/renderer.h"
-#include "formats/gltf_reader.h"
+#include "core/scene/pose.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/test_support.h"
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "core/placement.h"
+#include "core/scene/placement.h"
 #include "support/capture.h"
 #include "support/numbers.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What of a material reaches the shaders.
-#include "core/material_record.h"
+#include "core/shading/material_record.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace peeler::test {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/mipmaps.h"
+#include "core/shading/mipmaps.h"
 
 #include <gtest/gtest.h>
 

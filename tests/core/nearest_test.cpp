@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A layer limit keeps the beginning of every list, in every array.
-#include "core/nearest.h"
+#include "core/image/nearest.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/placed_element.h"
+#include "core/scene/placed_element.h"
 #include "support/capture.h"
 #include "support/closed_meshes.h"
 #include "support/numbers.h"

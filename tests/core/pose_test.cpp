@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nodes in time, and what skins and morph targets make of vertices.
-#include "core/pose.h"
+#include "core/scene/pose.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
-#include "core/deformation.h"
-#include "core/scene_contents.h"
+#include "core/scene/deformation.h"
+#include "core/scene/scene_contents.h"
 
 namespace peeler {
 namespace {

@@ -7,9 +7,9 @@
 #include <limits>
 #include <random>
 
-#include "core/placed_element.h"
+#include "core/capture/supersampling.h"
 #include "core/rays/ray_maps.h"
-#include "core/supersampling.h"
+#include "core/scene/placed_element.h"
 #include "support/closed_meshes.h"
 #include "support/numbers.h"
 #include "support/odd_rays.h"

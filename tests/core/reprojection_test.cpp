@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Views from layers whose answer is known on paper.
-#include "core/reprojection.h"
+#include "core/views/reprojection.h"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
-#include "core/composite.h"
-#include "core/nearest.h"
-#include "core/parallel.h"
+#include "core/base/parallel.h"
+#include "core/image/composite.h"
+#include "core/image/nearest.h"
 #include "support/fragment_lists.h"
 
 namespace peeler::test {

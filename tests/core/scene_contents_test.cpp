@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Walking the node forest: order, world matrices, bounds, depth.
-#include "core/scene_contents.h"
+#include "core/scene/scene_contents.h"
 
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "core/error.h"
+#include "core/base/error.h"
 
 namespace peeler {
 namespace {

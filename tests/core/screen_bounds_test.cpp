@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/screen_bounds.h"
+#include "core/capture/screen_bounds.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/select_layers.h"
+#include "core/image/select_layers.h"
 
 #include <gtest/gtest.h>
 
-#include "core/fragment_channel.h"
+#include "core/image/fragment_channel.h"
 #include "formats/synthetic_image.h"
 
 namespace peeler {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/peel/method.h"
+#include "core/capture/method.h"
 #include "support/capture.h"
 
 namespace peeler::test {

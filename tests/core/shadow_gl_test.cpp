@@ -6,10 +6,10 @@
 #include <functional>
 #include <numbers>
 
-#include "core/composite.h"
-#include "core/error.h"
-#include "core/peel/method.h"
-#include "core/placement.h"
+#include "core/base/error.h"
+#include "core/capture/method.h"
+#include "core/image/composite.h"
+#include "core/scene/placement.h"
 #include "support/capture.h"
 #include "support/lights.h"
 #include "support/test_support.h"

@@ -7,7 +7,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
-#include "core/draw_list.h"
+#include "core/scene/draw_list.h"
 #include "support/one_mesh.h"
 #include "support/ray_hits.h"
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "cmd/camera_options.h"
-#include "core/composite.h"
-#include "core/peel/method.h"
-#include "formats/gltf_reader.h"
+#include "cmd/options/camera_options.h"
+#include "core/capture/method.h"
+#include "core/image/composite.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/flat.h"
 #include "support/hard_scenes.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/supersampling.h"
+#include "core/capture/supersampling.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "core/gather.h"
+#include "core/capture/gather.h"
 
 namespace peeler {
 namespace {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Receivers at texels: which, where, shared ones, borders, values between and beyond them.
-#include "core/rays/texel_receivers.h"
+#include "core/bake/texel_receivers.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "core/error.h"
-#include "core/rays/texel_coverage.h"
+#include "core/bake/texel_coverage.h"
+#include "core/base/error.h"
 #include "support/one_mesh.h"
 
 namespace peeler {

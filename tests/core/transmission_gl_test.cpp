@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "core/composite.h"
-#include "core/error.h"
-#include "core/peel/method.h"
+#include "core/base/error.h"
+#include "core/capture/method.h"
+#include "core/image/composite.h"
 #include "support/capture.h"
 #include "support/hard_scenes.h"
 #include "support/lights.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A file stands under its name only when it is whole; failures leave nothing and say why.
-#include "formats/atomic_file.h"
+#include "formats/file/atomic_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/mount.h>
@@ -16,7 +16,7 @@
 #include <functional>
 #include <iterator>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "formats/synthetic_image.h"
 #include "formats/writers.h"
 #include "support/test_support.h"

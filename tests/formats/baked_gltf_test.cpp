@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // glTF files with baked values: what is added, and that nothing else is lost.
-#include "formats/baked_gltf.h"
+#include "formats/gltf/baked_gltf.h"
 
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
 
 #include <nlohmann/json.hpp>
 
+#include "formats/gltf/gltf_container.h"
 #include "formats/gltf_builder.h"
-#include "formats/gltf_container.h"
+#include "formats/image/texture_files.h"
 #include "formats/meshopt_gltf.h"
-#include "formats/texture_files.h"
 
 namespace peeler::test {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/content_hash.h"
+#include "formats/file/content_hash.h"
 
 #include <OpenImageIO/hash.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cryptomatte: hashes of the specification and of Psyop's own tests, coverage on paper.
-#include "formats/cryptomatte.h"
+#include "formats/exr/cryptomatte.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Environments from files, whole and damaged.
-#include "formats/environment_file.h"
+#include "formats/image/environment_file.h"
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <limits>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

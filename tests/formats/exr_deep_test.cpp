@@ -11,13 +11,13 @@
 #include <fstream>
 #include <functional>
 
-#include "core/composite.h"
-#include "core/error.h"
-#include "core/parallel.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/image/composite.h"
 #include "formats/deep_file.h"
-#include "formats/exr_deep_reader.h"
-#include "formats/exr_deep_writer.h"
-#include "formats/exr_ldi_writer.h"
+#include "formats/exr/exr_deep_reader.h"
+#include "formats/exr/exr_deep_writer.h"
+#include "formats/exr/exr_ldi_writer.h"
 #include "formats/read_all.h"
 #include "formats/same_image.h"
 #include "formats/synthetic_image.h"

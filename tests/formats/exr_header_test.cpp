@@ -10,8 +10,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
-#include "core/error.h"
-#include "formats/exr_header.h"
+#include "core/base/error.h"
+#include "formats/exr/exr_header.h"
 
 namespace peeler::test {
 namespace {

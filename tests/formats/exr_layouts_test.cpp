@@ -7,13 +7,13 @@
 
 #include <fstream>
 
-#include "core/error.h"
-#include "core/layer_windows.h"
-#include "formats/exr_composite_writer.h"
-#include "formats/exr_deep_writer.h"
-#include "formats/exr_files.h"
-#include "formats/exr_layout.h"
-#include "formats/exr_ldi_writer.h"
+#include "core/base/error.h"
+#include "core/image/layer_windows.h"
+#include "formats/exr/exr_composite_writer.h"
+#include "formats/exr/exr_deep_writer.h"
+#include "formats/exr/exr_files.h"
+#include "formats/exr/exr_layout.h"
+#include "formats/exr/exr_ldi_writer.h"
 #include "formats/layered_input.h"
 #include "formats/read_all.h"
 #include "formats/same_image.h"

@@ -8,12 +8,12 @@
 
 #include <cmath>
 
-#include "core/composite.h"
-#include "core/error.h"
-#include "core/parallel.h"
-#include "formats/exr_composite_writer.h"
-#include "formats/exr_ldi_reader.h"
-#include "formats/exr_ldi_writer.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/image/composite.h"
+#include "formats/exr/exr_composite_writer.h"
+#include "formats/exr/exr_ldi_reader.h"
+#include "formats/exr/exr_ldi_writer.h"
 #include "formats/same_image.h"
 #include "formats/synthetic_image.h"
 #include "support/numbers.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Chunks of every small size packed and unpacked: the sums that unpacking makes go over words of 8
 // bytes, and what is left of them.
-#include "formats/exr_unpack.h"
+#include "formats/exr/exr_unpack.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "formats/exr_chunks.h"
+#include "formats/exr/exr_chunks.h"
 
 namespace peeler {
 namespace {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is written comes back linear and premultiplied, whatever the format.
-#include "formats/flat_image.h"
+#include "formats/image/flat_image.h"
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "core/error.h"
-#include "core/srgb.h"
-#include "formats/picture_file.h"
+#include "core/base/error.h"
+#include "core/base/srgb.h"
+#include "formats/image/picture_file.h"
 #include "support/test_support.h"
 
 namespace peeler {

@@ -14,8 +14,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "core/error.h"
-#include "formats/gltf_reader.h"
+#include "core/base/error.h"
+#include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

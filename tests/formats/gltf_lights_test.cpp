@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "core/scene_contents.h"
+#include "core/scene/scene_contents.h"
 #include "formats/gltf_builder.h"
 
 namespace peeler::test {

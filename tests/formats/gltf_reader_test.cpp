@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nodes, scenes, cameras, meshes, extensions; every kind of structural damage with its pointer.
-#include "formats/gltf_reader.h"
+#include "formats/gltf/gltf_reader.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <numbers>
 
-#include "core/scene_contents.h"
+#include "core/scene/scene_contents.h"
 #include "formats/gltf_builder.h"
 
 namespace peeler::test {

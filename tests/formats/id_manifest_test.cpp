@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Names of ids: through OpenEXR's own manifest, and back from the bytes of the attribute.
-#include "formats/id_manifest.h"
+#include "formats/exr/id_manifest.h"
 
 #include <gtest/gtest.h>
 
@@ -12,9 +12,9 @@
 #include <cstring>
 #include <random>
 
-#include "core/error.h"
-#include "formats/exr_info.h"
-#include "formats/exr_ldi_writer.h"
+#include "core/base/error.h"
+#include "formats/exr/exr_info.h"
+#include "formats/exr/exr_ldi_writer.h"
 #include "support/test_support.h"
 #include "synthetic_image.h"
 

@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "formats/image_library.h"
-#include "formats/image_metadata.h"
-#include "formats/jpeg_codec.h"
+#include "core/base/error.h"
+#include "formats/image/image_library.h"
+#include "formats/image/image_metadata.h"
+#include "formats/image/jpeg_codec.h"
+#include "formats/image/png_codec.h"
 #include "formats/png_builder.h"
-#include "formats/png_codec.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

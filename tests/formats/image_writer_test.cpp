@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Known linear colours become known bytes; the table of formats says what it has.
-#include "formats/image_writer.h"
+#include "formats/image/image_writer.h"
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/error.h"
-#include "formats/flat_image.h"
-#include "formats/output_hash.h"
+#include "core/base/error.h"
+#include "formats/file/output_hash.h"
+#include "formats/image/flat_image.h"
 #include "formats/synthetic_image.h"
 #include "formats/writers.h"
 #include "support/test_support.h"

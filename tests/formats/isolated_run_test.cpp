@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Work in a child process: its result, its errors, its end by crash, time or memory.
-#include "formats/isolated_run.h"
+#include "formats/file/isolated_run.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -8,8 +8,8 @@
 #include <csignal>
 #include <cstdlib>
 
-#include "core/error.h"
-#include "core/parallel.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // meshopt streams: every mode and filter against what went in, the extension's rules, damage.
-#include "formats/meshopt_view.h"
+#include "formats/gltf/meshopt_view.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include <random>
 #include <string>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "formats/meshopt_stream.h"
 #include "support/test_support.h"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // .npz as numpy and zipfile read it.
-#include "formats/npz_writer.h"
+#include "formats/arrays/npz_writer.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "support/python.h"
 #include "support/test_support.h"
 

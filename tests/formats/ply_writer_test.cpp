@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/ply_writer.h"
+#include "formats/arrays/ply_writer.h"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "support/test_support.h"
 
 namespace peeler {

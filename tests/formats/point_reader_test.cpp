@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points of files that others write, and of damaged ones.
-#include "formats/point_reader.h"
+#include "formats/arrays/point_reader.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <fstream>
 #include <random>
 
-#include "core/error.h"
-#include "formats/npz_writer.h"
+#include "core/base/error.h"
+#include "formats/arrays/npz_writer.h"
 #include "support/python.h"
 #include "support/test_support.h"
 

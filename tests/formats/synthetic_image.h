@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "core/sink.h"
+#include "core/image/sink.h"
 
 namespace peeler::test {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every kind of PNG becomes the RGBA that its numbers mean; JPEG and WebP open; damage is refused.
-#include "formats/texture_decoder.h"
+#include "formats/gltf/texture_decoder.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
@@ -8,7 +8,7 @@
 
 #include <string_view>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "formats/png_builder.h"
 
 namespace peeler::test {

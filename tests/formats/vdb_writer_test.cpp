@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // .vdb as OpenVDB's own tools read it.
-#include "formats/vdb_writer.h"
+#include "formats/arrays/vdb_writer.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -10,7 +10,7 @@
 #include <csignal>
 #include <vector>
 
-#include "core/error.h"
+#include "core/base/error.h"
 #include "support/python.h"
 #include "support/test_support.h"
 

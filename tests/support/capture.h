@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "core/capture/renderer.h"
 #include "core/gl/context.h"
-#include "core/renderer.h"
 
 namespace peeler::test {
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/scene.h"
+#include "core/scene/scene.h"
 
 namespace peeler::test {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "core/scene_contents.h"
+#include "core/scene/scene_contents.h"
 #include "support/embree.h"
 #include "support/triangles.h"
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "core/layered_image.h"
+#include "core/image/layered_image.h"
 
 namespace peeler::test {
 

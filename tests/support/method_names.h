@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/peel/method.h"
+#include "core/capture/method.h"
 
 namespace peeler::test {
 

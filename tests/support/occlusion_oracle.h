@@ -7,8 +7,8 @@
 #include <numbers>
 #include <vector>
 
-#include "core/parallel.h"
-#include "core/rays/bake.h"
+#include "core/bake/bake.h"
+#include "core/base/parallel.h"
 #include "support/embree.h"
 #include "support/embree_oracle.h"
 

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string>
 
-#include "core/parallel.h"
+#include "core/base/parallel.h"
 #include "core/rays/bundle.h"
 #include "core/rays/directions.h"
 #include "support/capture.h"

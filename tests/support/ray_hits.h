@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/layered_image.h"
+#include "core/capture/supersampling.h"
+#include "core/image/layered_image.h"
 #include "core/rays/bundle.h"
-#include "core/scene.h"
-#include "core/supersampling.h"
+#include "core/scene/scene.h"
 
 namespace peeler::test {
 

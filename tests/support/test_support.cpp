@@ -16,8 +16,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "cmd/command_line.h"
-#include "cmd/console.h"
+#include "cmd/cli/command_line.h"
+#include "cmd/cli/console.h"
 
 extern char** environ;
 

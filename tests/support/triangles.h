@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-#include "core/scene.h"
+#include "core/scene/scene.h"
 
 namespace peeler::test {
 

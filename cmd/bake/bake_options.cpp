@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is baked, how finely, and where to.
+#include "cmd/bake/bake_options.h"
+
+#include <algorithm>
+
+#include "cmd/cli/errors.h"
+#include "cmd/cli/options.h"
+#include "cmd/cli/parse.h"
+#include "cmd/options/frames.h"
+#include "formats/file/file_extension.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+constexpr Choice<BakeTarget> kTargets[] = {
+    {"vertices", BakeTarget::kVertices,
+     "a .glb of the scene: COLOR_0, and the numbers themselves as _AO, _BENT_NORMAL, "
+     "_SKY_VISIBILITY, _THICKNESS or _IRRADIANCE"},
+    {"texture", BakeTarget::kTexture,
+     "a texture a material: .exr, .png, or the occlusion texture of the materials of a .glb"},
+};
+
+constexpr Choice<BakeFile> kFiles[] = {
+    {".glb", BakeFile::kGltf, ""},
+    {".exr", BakeFile::kExr, ""},
+    {".png", BakeFile::kPng, ""},
+};
+
+constexpr int kMostDirections = 1 << 20;
+constexpr int kMostResolution = 16384;
+constexpr int kMostTexels = 8192;  // a side; receivers of all of them take some GiB
+
+int evenNumber(const std::string& text) {
+    const auto number = parseInteger(text, 2, kMostDirections);
+    if (number % 2 != 0)
+        throw Error(ErrorKind::kUsage,
+                    "expected an even number: directions come in opposite pairs");
+    return static_cast<int>(number);
+}
+
+auto integers(int least, int most) {
+    return [least, most](const std::string& text) {
+        return static_cast<int>(parseInteger(text, least, most));
+    };
+}
+
+/// Whether anything that is shown gives off light.
+bool showsEmission(const Scene& scene, const SceneContents& contents) {
+    return std::ranges::any_of(contents.meshes, [&](const MeshInstance& instance) {
+        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+        return std::ranges::any_of(mesh.primitives, [&](const Primitive& primitive) {
+            const Material& material =
+                scene.materials[static_cast<std::size_t>(primitive.material)];
+            return material.emissive != glm::vec3(0);
+        });
+    });
+}
+
+}  // namespace
+
+bool isOcclusion(BakeQuantity quantity) {
+    return quantity == BakeQuantity::kAmbientOcclusion || quantity == BakeQuantity::kSkyVisibility;
+}
+
+BakeFile BakeOptions::file() const {
+    const std::string extension = lowerExtension(output);
+    for (const auto& choice : kFiles)
+        if (choice.name == extension) return choice.value;
+    refuse("nothing is baked into such a file", "--output " + output.string(),
+           "choose one of: .glb, .exr, .png");
+}
+
+BakeTarget BakeOptions::chosenTarget() const {
+    return target.value_or(file() == BakeFile::kGltf ? BakeTarget::kVertices
+                                                     : BakeTarget::kTexture);
+}
+
+TexelSettings BakeOptions::texels() const {
+    TexelSettings result;
+    if (size) result.size = *size;
+    if (uv_set) result.uv_set = *uv_set;
+    return result;
+}
+
+void addBakeOptions(VerbOptions& verb, BakeOptions& options) {
+    const auto add = [&](const char* group, const char* name, const char* value, auto& target,
+                         auto parse, const std::string& help) {
+        return addValue(verb, name, value, target, parse, help).group(group);
+    };
+    add(
+        "Output", "-o,--output", "FILE", options.output,
+        [](const std::string& text) { return std::filesystem::path(text); },
+        "the file to write: .glb (the scene with what was baked), .exr (32-bit floats, a part a "
+        "material) or .png (16 bits; of several materials one each: #### or %04d in the name "
+        "becomes the material's number)")
+        .required();
+    verb.addFlag("--no-clobber", options.no_clobber, "fail if the file is there already")
+        .group("Output");
+    addValue(
+        verb, "--target", "NAME", options.target,
+        [](const std::string& text) {
+            return choose(std::string("target"), std::span<const Choice<BakeTarget>>(kTargets),
+                          text);
+        },
+        "where to (default: vertices for a .glb, else texture):\nvertices: " +
+            std::string(kTargets[0].summary) + "\ntexture: " + std::string(kTargets[1].summary))
+        .group("Output");
+    verb.addFlag("--values-alone", options.values_alone,
+                 "of a .glb with values at vertices: everything gets one white, unlit material, so "
+                 "that viewers show them and nothing else")
+        .group("Output");
+    add("Output", "--uv", "SET", options.uv_set, integers(0, 1),
+        "the UV set of textures: 0 or 1 (default: 0)");
+    add("Output", "--size", "N", options.size, integers(1, kMostTexels),
+        "texels a side of each texture (default: 1024)");
+    add("Output", "--padding", "N", options.padding, integers(0, 256),
+        "texels by which what is on a surface is spread beyond it (default: 8)");
+    addChoice<BakeQuantity>(verb, "--quantity", options.settings.quantity, kBakeQuantities,
+                            "quantity", "what is baked:")
+        .group("Baking");
+    add("Baking", "--directions", "N", options.settings.directions, evenNumber,
+        "directions over the sphere, an even number (default: 256)");
+    add("Baking", "--resolution", "R", options.settings.resolution, integers(1, kMostResolution),
+        "rays along the longer side of each direction's bundle, which covers the scene (default: "
+        "512); details smaller than a ray's distance to the next are lost");
+    add(
+        "Baking", "--max-distance", "D", options.settings.max_distance,
+        [](const std::string& text) { return parsePositiveOrInfinite(text); },
+        "what is farther away is not seen, scene units (default: inf)");
+    add("Baking", "--bounces", "N", options.bounces, integers(0, 64),
+        "of light between diffuse surfaces; irradiance (default: 1)");
+    addChoice<Faces>(verb, "--faces", options.faces, kRayFaces, "choice of faces",
+                     "which sides of triangles are in the way:")
+        .group("Baking");
+}
+
+void checkBakeOptions(const BakeOptions& options, const LookOptions& look) {
+    const BakeFile file = options.file();
+    const std::string path = options.output.string();
+    if (file != BakeFile::kPng && hasFrameToken(path))
+        refuse("one file holds all, so there is nothing to number", "--output " + path,
+               "leave the #### or %04d out, or write .png files");
+    if (options.values_alone &&
+        (file != BakeFile::kGltf || options.chosenTarget() != BakeTarget::kVertices))
+        refuse("only values at vertices can be shown alone", "--values-alone",
+               "leave it out, or write a .glb with --target vertices");
+    if (options.chosenTarget() == BakeTarget::kVertices) {
+        if (file != BakeFile::kGltf)
+            refuse("values of vertices need a scene to stand in",
+                   "--target vertices, --output " + path,
+                   "write a .glb, or choose --target texture");
+        if (options.uv_set || options.size || options.padding)
+            refuse("vertices have no texels", "--uv, --size, --padding",
+                   "leave it out, or add --target texture");
+    } else if (file == BakeFile::kGltf && !isOcclusion(options.settings.quantity)) {
+        refuse("glTF has textures for ao and sky-visibility only",
+               "--target texture, --output " + path,
+               "choose --target vertices, or write an .exr or .png");
+    }
+    if (options.settings.quantity == BakeQuantity::kIrradiance) return;
+    if (options.bounces)
+        refuse("only light bounces", "--bounces", "leave it out, or add --quantity irradiance");
+    if (look.environment)
+        refuse("no light is asked for", "--environment",
+               "leave it out, or add --quantity irradiance");
+}
+
+void checkBakedLight(const Scene& scene, const SceneContents& contents) {
+    if (scene.environment || showsEmission(scene, contents)) return;
+    refuse("there is no light: no environment, and no emissive material", "--quantity irradiance",
+           contents.lights.empty() ? "add --environment FILE"
+                                   : "add --environment FILE; lights that are no surfaces, which "
+                                     "this scene has, are not baked");
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is baked, how finely, and where to.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "cmd/cli/choices.h"
+#include "cmd/options/look_options.h"
+#include "core/bake/bake.h"
+#include "core/bake/texel_receivers.h"
+#include "core/capture/capture_settings.h"
+#include "core/scene/scene_contents.h"
+
+namespace peeler::cmd {
+
+class VerbOptions;
+
+// The default comes first.
+inline constexpr Choice<BakeQuantity> kBakeQuantities[] = {
+    {"ao", BakeQuantity::kAmbientOcclusion,
+     "cosine-weighted share of the hemisphere that nothing occludes"},
+    {"bent-normal", BakeQuantity::kBentNormal, "the mean open direction, world space"},
+    {"sky-visibility", BakeQuantity::kSkyVisibility, "what of a uniform sky above arrives"},
+    {"thickness", BakeQuantity::kThickness, "mean distance to the other side, scene units"},
+    {"irradiance", BakeQuantity::kIrradiance,
+     "light from the environment and from emissive materials, with diffuse bounces"},
+};
+
+enum class BakeTarget { kVertices, kTexture };
+
+/// What a file of some extension takes.
+enum class BakeFile { kGltf, kExr, kPng };
+
+struct BakeOptions {
+    std::filesystem::path output;
+    bool no_clobber = false;
+    bool values_alone = false;  ///< a .glb that shows them and no materials
+    BakeSettings settings;
+    std::optional<BakeTarget> target;  ///< none = vertices for a .glb, else texture
+    std::optional<int> uv_set, size, padding, bounces;
+    Faces faces = Faces::kBoth;
+
+    BakeFile file() const;  ///< throws Error (kUsage) for an unknown extension
+    BakeTarget chosenTarget() const;
+    TexelSettings texels() const;
+    int texelPadding() const { return padding.value_or(8); }
+};
+
+/// Declares -o, --no-clobber and all that is in BakeOptions. `options` must outlive the parse.
+void addBakeOptions(VerbOptions& verb, BakeOptions& options);
+
+/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+void checkBakeOptions(const BakeOptions& options, const LookOptions& look);
+
+/// Throws Error (kUsage) if nothing gives off the light that irradiance is made of.
+void checkBakedLight(const Scene& scene, const SceneContents& contents);
+
+/// Whether it makes surfaces darker, and is what a material's occlusion texture means.
+bool isOcclusion(BakeQuantity quantity);
+
+}  // namespace peeler::cmd

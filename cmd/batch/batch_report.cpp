@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/batch/batch_report.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <span>
+
+#include "cmd/cli/report.h"
+#include "core/base/error.h"
+#include "formats/file/atomic_file.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void failOutput(const std::string& what, const fs::path& path) {
+    throw Error(ErrorKind::kOutput, what + ": " + std::strerror(errno), path.string());
+}
+
+bool isResult(const Json& line) {
+    if (!line.is_object()) return false;
+    const auto hash = line.find("hash"), code = line.find("exitCode");
+    return hash != line.end() && hash->is_string() && code != line.end() &&
+           code->is_number_integer();
+}
+
+}  // namespace
+
+std::string lineText(const Json& line) {
+    return line.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
+    std::ifstream file(path, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    std::vector<Json> lines;
+    std::size_t at = 0;
+    // What has no end of line is what a killed batch was writing.
+    for (std::size_t end; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
+        Json line = Json::parse(text.begin() + static_cast<std::ptrdiff_t>(at),
+                                text.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
+        if (!isResult(line)) {
+            throw Error(ErrorKind::kUsage,
+                        "line " + std::to_string(lines.size() + 1) +
+                            " of this file is no result of a batch",
+                        "--report " + path.string(), "choose another name for the report");
+        }
+        lines.push_back(std::move(line));
+    }
+    // It would be one if it were not cut off; anything else is another kind of file.
+    if (at < text.size() && lines.empty() && !text.starts_with("{\"job\":")) {
+        throw Error(ErrorKind::kUsage, "this file holds no results of a batch",
+                    "--report " + path.string(), "choose another name for the report");
+    }
+    if (whole) *whole = at;
+    return lines;
+}
+
+BatchReport::BatchReport(fs::path path) : path_(std::move(path)) {
+    try {
+        open();
+        readLines();
+    } catch (...) {
+        if (file_ >= 0) close(file_);
+        throw;
+    }
+}
+
+BatchReport::~BatchReport() {
+    if (file_ >= 0) close(file_);
+}
+
+void BatchReport::open() {
+    struct stat locked {
+    }, named{};
+    do {
+        if (file_ >= 0) close(file_);
+        file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+        if (file_ < 0) failOutput("cannot open the report", path_);
+        if (flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+            throw Error(ErrorKind::kOutput, "another batch writes this report", path_.string(),
+                        "wait for it, or choose another name");
+        }
+        // A batch that has just ended may have put another file in its place.
+    } while (fstat(file_, &locked) == 0 && stat(path_.c_str(), &named) == 0 &&
+             locked.st_ino != named.st_ino);
+}
+
+void BatchReport::readLines() {
+    std::size_t whole = 0;
+    lines_ = readBatchReport(path_, &whole);
+    if (ftruncate(file_, static_cast<off_t>(whole)) != 0)
+        failOutput("cannot write the report", path_);
+}
+
+void BatchReport::add(const Json& line) {
+    const std::string text = lineText(line);
+    // One write: a kill leaves the line or the beginning of it.
+    for (std::size_t done = 0; done < text.size();) {
+        const ssize_t count = write(file_, text.data() + done, text.size() - done);
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) failOutput("cannot write the report", path_);
+        done += static_cast<std::size_t>(count);
+    }
+}
+
+void BatchReport::finish(const std::vector<Json>& lines) {
+    std::set<std::string> ours;
+    for (const Json& line : lines)
+        ours.insert(line["hash"]);
+    std::string text;
+    for (const Json& line : lines_)
+        if (!ours.contains(line["hash"])) text += lineText(line);
+    for (const Json& line : lines)
+        text += lineText(line);
+    AtomicFile file(path_.string());
+    file.append(std::as_bytes(std::span(text)));
+    file.commit();
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// The named choices of the command line, each a table, and what to say to a name that is in none.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/capture/renderer.h"
+
+namespace peeler::cmd {
+
+/// One row: the name on the command line, what it stands for, a few words for --help.
+template <class T>
+struct Choice {
+    std::string_view name;
+    T value;
+    std::string_view summary;
+};
+
+/// How progress is told.
+enum class ProgressStyle { kAuto, kNone, kPlain, kAlf, kOpenJd, kJson };
+
+// The default of each comes first.
+inline constexpr Choice<Surfaces> kSurfaces[] = {
+    {"all", Surfaces::kAll, "every surface; opaque ones hide nothing"},
+    {"visible", Surfaces::kVisible, "none behind the nearest opaque one"},
+    {"transparent", Surfaces::kTransparent, "as visible, without the opaque ones"},
+};
+inline constexpr Choice<Tail> kTails[] = {
+    {"drop", Tail::kDrop, "left out"},
+    {"blend", Tail::kBlend, "blended behind them as a weighted average; composites only"},
+};
+inline constexpr Choice<Faces> kFaces[] = {
+    {"gltf", Faces::kGltf, "as each material's doubleSided says"},
+    {"front", Faces::kFront, "front faces only"},
+    {"back", Faces::kBack, "back faces only"},
+    {"both", Faces::kBoth, "both, whatever the material says"},
+};
+/// Rays have another default.
+inline constexpr Choice<Faces> kRayFaces[] = {kFaces[3], kFaces[0], kFaces[1], kFaces[2]};
+inline constexpr Choice<Shading> kShading[] = {
+    {"pbr", Shading::kPbr, "metallic-roughness under the scene's lights, or the built-in one"},
+    {"unlit", Shading::kUnlit, "base colour alone"},
+};
+inline constexpr Choice<PixelType> kPrecisions[] = {
+    {"half", PixelType::kHalf, "16-bit colour"},
+    {"float", PixelType::kFloat, "32-bit colour"},
+};
+inline constexpr Choice<ProgressStyle> kProgressStyles[] = {
+    {"auto", ProgressStyle::kAuto, "a bar on a terminal, else plain"},
+    {"none", ProgressStyle::kNone, "nothing"},
+    {"plain", ProgressStyle::kPlain, "a line now and then"},
+    {"alf", ProgressStyle::kAlf, "ALF_PROGRESS lines: Tractor, Afanasy"},
+    {"openjd", ProgressStyle::kOpenJd, "openjd_progress and openjd_status lines: Deadline Cloud"},
+    {"json", ProgressStyle::kJson, "JSON lines"},
+};
+
+template <class T>
+std::vector<std::string_view> choiceNames(std::span<const Choice<T>> choices) {
+    std::vector<std::string_view> names;
+    for (const auto& choice : choices)
+        names.push_back(choice.name);
+    return names;
+}
+
+/// The name nearest to `text` by edit distance (Damerau & Levenshtein, adjacent transpositions
+/// count one), letters compared without case; empty if none is near enough to be what was meant.
+std::string_view nearestName(std::string_view text, std::span<const std::string_view> names);
+
+/// "did you mean 'a'?\nthe methods are: a, b" — the first line only if one is near. Lists at
+/// most 20.
+std::string choiceHint(std::string_view text, const std::string& plural,
+                       std::span<const std::string_view> names);
+
+/// The place in `names` of a name (each entry lists the names of one thing), else of an index; a
+/// name that looks like a number wins. Nothing if it is neither.
+std::optional<std::size_t> findNameOrIndex(std::string_view text,
+                                           const std::vector<std::vector<std::string>>& names);
+
+/// The same. Throws Error (kUsage) with the list for what is not there; `kind` is also the option:
+/// "camera" for --camera.
+std::size_t chooseFrom(const std::string& kind, const std::string& text,
+                       const std::vector<std::vector<std::string>>& names);
+
+/// Throws Error (kUsage) for a name that is not among `names`. `kind` is what it names: "method".
+[[noreturn]] void refuseName(const std::string& kind, std::string_view text,
+                             std::span<const std::string_view> names);
+
+/// The value with this name.
+template <class T>
+T choose(const std::string& kind, std::span<const Choice<T>> choices, std::string_view text) {
+    for (const auto& choice : choices) {
+        if (choice.name == text) return choice.value;
+    }
+    refuseName(kind, text, choiceNames(choices));
+}
+
+/// The name with this value.
+template <class T>
+std::string_view nameOf(std::span<const Choice<T>> choices, T value) {
+    for (const auto& choice : choices) {
+        if (choice.value == value) return choice.name;
+    }
+    throw Error(ErrorKind::kInternal, "a choice without a name");
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of verbs as a command line.
+#include "cmd/cli/command_line.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "cmd/cli/errors.h"
+#include "cmd/cli/options.h"
+#include "cmd/verbs.h"
+#include "core/base/error.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+constexpr const char* kProgramFooter =
+    "`peeler VERB --help` explains one verb.\n\n"
+    "Exit codes: 0 done, 1 internal error (compare: beyond a threshold), 2 usage,\n"
+    "3 input unreadable or invalid, 4 output not written, 5 no usable GL device,\n"
+    "6 incomplete under --strict, 33 out of memory or over --memory, 128 + n ended by signal n.";
+
+int dispatch(const std::vector<std::string>& arguments, Console& console) {
+    ArgumentParser parser("Every layer of a glTF scene, headless.", kProgramFooter);
+    std::map<std::string, VerbAction> actions;
+    for (const Verb& verb : verbs()) {
+        const std::string name(verb.name);
+        VerbOptions options = parser.addVerb(name, std::string(verb.summary));
+        // The options of all verbs take longer to declare than some take to run.
+        if (std::ranges::find(arguments, name) != arguments.end())
+            actions[name] = verb.declare(options);
+    }
+
+    switch (parser.parse(arguments)) {
+        case Asked::kHelp:
+            console.result(parser.help());
+            return 0;
+        case Asked::kVersion:
+            console.result("peeler " PEELER_VERSION "\n");
+            return 0;
+        case Asked::kNothing:
+            console.machineLine(parser.help());
+            throw Error(ErrorKind::kUsage, "no verb given");
+        case Asked::kVerb:
+            break;
+    }
+    return actions.at(parser.verb())(console);
+}
+
+/// Wrong arguments are told to the scheduler, too, though nobody has read them yet.
+bool schedulerReads(const std::vector<std::string>& arguments) {
+    constexpr std::string_view kTwoWords[] = {"--progress", "openjd"};
+    const auto end = arguments.end();
+    return std::search(arguments.begin(), end, std::begin(kTwoWords), std::end(kTwoWords)) != end ||
+           std::find(arguments.begin(), end, "--progress=openjd") != end;
+}
+
+}  // namespace
+
+int runCommandLine(const std::vector<std::string>& arguments, Console& console) {
+    // Open Job Description, "How Jobs Are Run".
+    if (schedulerReads(arguments)) console.setFailurePrefix("openjd_fail: ");
+    return runReported(console, [&] { return dispatch(arguments, console); });
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lines, bars and the result: one write each.
+#include "cmd/cli/console.h"
+
+#include <cerrno>
+#include <cstring>
+#include <ostream>
+
+#include "core/base/error.h"
+
+namespace peeler::cmd {
+
+std::string printable(std::string_view text) {
+    static constexpr char kDigits[] = "0123456789abcdef";
+    std::string out;
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte >= 0x20 && byte != 0x7f) {
+            out += c;
+        } else {
+            out += {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 15]};
+        }
+    }
+    return out;
+}
+
+Console::Console(std::ostream& out, std::ostream& err, bool terminal)
+    : out_(out), err_(err), terminal_(terminal) {}
+
+Console::~Console() {
+    clearBar();
+}
+
+void Console::result(std::string_view text) {
+    clearBar();
+    errno = 0;
+    out_ << text << std::flush;
+    if (out_.good()) return;
+    const int cause = errno;
+    if (cause == EPIPE) throw ReaderGone{};
+    throw Error(ErrorKind::kOutput,
+                "cannot write the result" +
+                    (cause != 0 ? ": " + std::string(std::strerror(cause)) : std::string()),
+                "standard output");
+}
+
+void Console::error(std::string_view text) {
+    message("error: ", text);
+    if (!failure_prefix_.empty()) machineLine(failure_prefix_ + printable(text));
+}
+
+void Console::note(std::string_view text) {
+    if (!quiet_) message("", text);
+}
+
+void Console::machineLine(std::string_view line) {
+    clearBar();
+    err_ << std::string(line).append("\n") << std::flush;
+}
+
+void Console::bar(std::string_view text) {
+    if (!terminal_ || quiet_) return;
+    std::string line(1, '\r');
+    line += printable(text);
+    if (text.size() < bar_width_) line.append(bar_width_ - text.size(), ' ');
+    bar_width_ = text.size();
+    err_ << line << std::flush;
+}
+
+void Console::clearBar() {
+    if (bar_width_ == 0) return;
+    std::string blank(bar_width_ + 2, ' ');
+    blank.front() = blank.back() = '\r';
+    err_ << blank << std::flush;
+    bar_width_ = 0;
+}
+
+void Console::message(std::string_view word, std::string_view text) {
+    clearBar();
+    // One string, one write: lines of several processes in one log do not mix.
+    std::string lines;
+    while (true) {
+        const std::size_t end = text.find('\n');
+        lines.append("peeler: ").append(word).append(printable(text.substr(0, end))).append("\n");
+        if (end == std::string_view::npos || end + 1 == text.size()) break;
+        text.remove_prefix(end + 1);
+    }
+    err_ << lines << std::flush;
+}
+
+}  // namespace peeler::cmd

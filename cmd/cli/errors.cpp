@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// From exceptions to lines and exit codes.
+#include "cmd/cli/errors.h"
+
+#include <csignal>
+#include <exception>
+#include <new>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// What to try where the error itself does not know: nobody is left with a bare refusal.
+struct DefaultHint {
+    ErrorKind kind;
+    const char* hint;
+};
+constexpr DefaultHint kDefaultHints[] = {
+    {ErrorKind::kInternal,
+     "this is a bug in peeler; please report it with the command that shows it"},
+    {ErrorKind::kUsage, "see peeler --help"},
+    {ErrorKind::kInput, "check that the file is there and whole; peeler info tells what it holds"},
+    {ErrorKind::kOutput, "check the folder and the space on its disk"},
+    {ErrorKind::kDevice, "peeler devices lists what can be used, and why the rest cannot"},
+    {ErrorKind::kIncomplete, "leave --strict out to keep what there is"},
+    {ErrorKind::kMemory, "use a smaller --size, fewer --layers or a higher --memory"},
+};
+
+std::string hintOf(const Error& error) {
+    if (!error.hint().empty()) return error.hint();
+    for (const DefaultHint& row : kDefaultHints) {
+        if (row.kind == error.kind()) return row.hint;
+    }
+    return "";
+}
+
+}  // namespace
+
+void refuse(const std::string& what, const std::string& where, const std::string& hint) {
+    throw Error(ErrorKind::kUsage, what, where, hint);
+}
+
+int reportError(Console& console, const Error& error) {
+    const std::string what = error.what();
+    console.error(error.where().empty() ? what : what + ": " + error.where());
+    console.hint(hintOf(error));
+    return static_cast<int>(error.kind());
+}
+
+Error currentError() {
+    try {
+        throw;
+    } catch (const Error& error) {
+        return error;
+    } catch (const ReaderGone&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        return Error(ErrorKind::kMemory, "out of memory");
+    } catch (const std::exception& error) {
+        return Error(ErrorKind::kInternal, error.what());
+    } catch (...) {
+        return Error(ErrorKind::kInternal, "unknown exception");
+    }
+}
+
+int runReported(Console& console, const std::function<int()>& work) {
+    try {
+        return work();
+    } catch (const ReaderGone&) {
+        return 128 + SIGPIPE;
+    } catch (...) {
+        return reportError(console, currentError());
+    }
+}
+
+}  // namespace peeler::cmd

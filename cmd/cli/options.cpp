@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+// CLI11 under options and arguments, and its errors as ours.
+#include "cmd/cli/options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <string_view>
+
+#include "core/base/error.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+using Texts = std::vector<std::string>;
+
+/// `text` broken into lines that fit beside the option names.
+std::string wrapped(const std::string& text) {
+    constexpr std::size_t kColumns = 66;
+    std::string out;
+    std::size_t column = 0;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());
+        const std::size_t word = end - at;
+        if (column > 0 && column + 1 + word > kColumns) {
+            out += '\n';
+            column = 0;
+        } else if (column > 0) {
+            out += ' ';
+            ++column;
+        }
+        out.append(text, at, word);
+        column += word;
+        if (end < text.size() && text[end] == '\n') {
+            out += '\n';
+            column = 0;
+        }
+        at = end + 1;
+    }
+    return out;
+}
+
+/// The arguments that CLI11 could not place, as an error with the nearest name.
+Error unplaced(const CLI::App& app) {
+    const auto chosen = app.get_subcommands();
+    const CLI::App& verb = chosen.empty() ? app : *chosen.front();
+    const auto rest = verb.remaining();
+    const std::string argument = rest.empty() ? std::string() : rest.front();
+    const bool is_option = argument.starts_with('-');
+
+    Texts names;
+    if (is_option) {
+        for (const CLI::Option* option : verb.get_options()) {
+            for (const auto& name : option->get_lnames())
+                names.push_back("--" + name);
+        }
+    } else if (chosen.empty()) {
+        for (const CLI::App* known : app.get_subcommands({}))
+            names.push_back(known->get_name());
+    }
+    const std::vector<std::string_view> views(names.begin(), names.end());
+    const std::string_view nearest = nearestName(argument.substr(0, argument.find('=')), views);
+    std::string hint = nearest.empty() ? "" : "did you mean '" + std::string(nearest) + "'?\n";
+    hint += "see peeler " + (chosen.empty() ? "" : verb.get_name() + " ") + "--help";
+    const char* what = is_option        ? "unknown option"
+                       : chosen.empty() ? "unknown verb"
+                                        : "one argument too many";
+    return Error(ErrorKind::kUsage, what, argument, hint);
+}
+
+}  // namespace
+
+Option Option::group(const std::string& heading) {
+    option_->group(heading);
+    return *this;
+}
+
+Option Option::required(bool is_required) {
+    option_->required(is_required);
+    return *this;
+}
+
+Option Option::description(const std::string& help) {
+    option_->description(wrapped(help));
+    return *this;
+}
+
+std::string Option::name() const {
+    return option_->get_name();
+}
+
+std::string Option::group() const {
+    return option_->get_group();
+}
+
+Option VerbOptions::addText(const std::string& name, const std::string& value_name,
+                            const Take& take, const std::string& help) {
+    // "-o,--output" is shown as --output, "SCENE" as it is.
+    const std::size_t long_name = name.find("--");
+    const std::string shown = long_name == std::string::npos ? name : name.substr(long_name);
+    const Take assign = [take, shown](const std::string& text) {
+        try {
+            take(text);
+        } catch (const Error& error) {
+            throw Error(error.kind(), error.what(), shown + " " + text, error.hint());
+        }
+    };
+    return Option(*app_->add_option_function<std::string>(name, assign, wrapped(help))
+                       ->option_text(value_name.empty() ? " " : value_name)  // "" shows CLI11's own
+                       ->take_last());
+}
+
+Option VerbOptions::addRepeated(const std::string& name, const std::string& value_name,
+                                const Take& take, const std::string& help) {
+    const std::function<void(const Texts&)> assign = [take, name](const Texts& texts) {
+        for (const std::string& text : texts) {
+            try {
+                take(text);
+            } catch (const Error& error) {
+                const std::string where = error.where().empty()
+                                              ? std::string(name).append(" ").append(text)
+                                              : error.where();
+                throw Error(error.kind(), error.what(), where, error.hint());
+            }
+        }
+    };
+    return Option(*app_->add_option_function<Texts>(name, assign, wrapped(help))
+                       ->option_text(value_name)
+                       ->expected(1)
+                       ->take_all());
+}
+
+Option VerbOptions::addFlag(const std::string& name, bool& target, const std::string& help) {
+    return Option(*app_->add_flag(name, target, wrapped(help)));
+}
+
+Option VerbOptions::addFiles(const std::string& name, std::vector<std::filesystem::path>& files,
+                             const std::string& help) {
+    const std::function<void(const Texts&)> assign = [&files](const Texts& texts) {
+        files.assign(texts.begin(), texts.end());
+    };
+    return Option(*app_->add_option_function<Texts>(name, assign, wrapped(help))
+                       ->option_text(" ")
+                       ->required());
+}
+
+void VerbOptions::footer(const std::string& text) {
+    app_->footer(text);
+}
+
+Option VerbOptions::option(const std::string& name) const {
+    return Option(*app_->get_option(name));
+}
+
+bool VerbOptions::knows(const std::string& name) const {
+    return app_->get_option_no_throw(name) != nullptr;
+}
+
+bool VerbOptions::given(const std::string& name) const {
+    const CLI::Option* found = app_->get_option_no_throw(name);
+    return found && found->count() > 0;
+}
+
+std::string VerbOptions::value(const std::string& name) const {
+    return given(name) ? app_->get_option(name)->results().back() : "";
+}
+
+std::vector<Option> VerbOptions::given() const {
+    std::vector<Option> options;
+    for (CLI::Option* option : app_->get_options()) {
+        if (option->count() > 0) options.emplace_back(*option);
+    }
+    return options;
+}
+
+ArgumentParser::ArgumentParser() : app_(std::make_unique<CLI::App>()) {}
+
+ArgumentParser::ArgumentParser(const std::string& summary, const std::string& footer)
+    : app_(std::make_unique<CLI::App>(summary, "peeler")) {
+    app_->set_version_flag("--version", "", "Print the version and exit");
+    app_->set_help_flag("-h,--help", "Print this help and exit");
+    app_->get_formatter()->column_width(30);
+    app_->get_formatter()->label("SUBCOMMAND", "VERB");
+    app_->require_subcommand(0, 1);
+    app_->footer(footer);
+}
+
+ArgumentParser::~ArgumentParser() = default;
+
+VerbOptions ArgumentParser::addVerb(const std::string& name, const std::string& summary) {
+    CLI::App* verb = app_->add_subcommand(name, summary);
+    verb->group("Verbs");
+    verb->footer("");  // not the program's, which CLI11 passes on
+    return VerbOptions(*verb);
+}
+
+Asked ArgumentParser::parse(const std::vector<std::string>& arguments) {
+    try {
+        app_->parse(Texts(arguments.rbegin(), arguments.rend()));
+    } catch (const CLI::CallForHelp&) {
+        return Asked::kHelp;
+    } catch (const CLI::CallForVersion&) {
+        return Asked::kVersion;
+    } catch (const CLI::ExtrasError&) {
+        throw unplaced(*app_);
+    } catch (const CLI::ParseError& error) {
+        throw Error(ErrorKind::kUsage, error.what(), "",
+                    "see peeler " + (verb().empty() ? "" : verb() + " ") + "--help");
+    }
+    return verb().empty() ? Asked::kNothing : Asked::kVerb;
+}
+
+std::string ArgumentParser::verb() const {
+    const auto chosen = app_->get_subcommands();
+    return chosen.empty() ? "" : chosen.front()->get_name();
+}
+
+std::string ArgumentParser::help() const {
+    return app_->help();
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// The options of verbs: how they are declared, and how arguments are read by them. CLI11 does the
+// work; it takes long to compile, so options.cpp alone includes it.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cmd/cli/choices.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace peeler::cmd {
+
+/// One option of a verb. A copy stands for the same option; none outlives the ArgumentParser.
+class Option {
+  public:
+    explicit Option(CLI::Option& option) : option_(&option) {}
+
+    /// The heading under which the help lists it.
+    Option group(const std::string& heading);
+    /// Whether arguments without it are wrong.
+    Option required(bool is_required = true);
+    /// Replaces its help.
+    Option description(const std::string& help);
+
+    std::string name() const;  ///< "--output" of "-o,--output"
+    std::string group() const;
+
+  private:
+    CLI::Option* option_;
+};
+
+/// The options of one verb: declares them, and tells which are given once arguments are parsed. A
+/// copy stands for the same verb; none outlives the ArgumentParser.
+///
+/// A name is "-o,--output", "SCENE" of an argument that needs no name, or "--refine,!--no-refine"
+/// of a flag and its opposite. `value_name` is what the help calls the value; help is broken into
+/// lines. Targets and what callbacks refer to must outlive the parse, whose errors are those of
+/// the callbacks, which throw Error (kUsage).
+class VerbOptions {
+  public:
+    using Take = std::function<void(const std::string&)>;
+
+    explicit VerbOptions(CLI::App& app) : app_(&app) {}
+
+    /// An option; `take` gets its text, the last one if it is given several times. An Error that it
+    /// throws gets the option and its text as `where`.
+    Option addText(const std::string& name, const std::string& value_name, const Take& take,
+                   const std::string& help);
+
+    /// An option that may be given several times; `take` gets the text of each. An Error that it
+    /// throws gets the option and its text as `where`, unless it has one.
+    Option addRepeated(const std::string& name, const std::string& value_name, const Take& take,
+                       const std::string& help);
+
+    /// An option without a value.
+    Option addFlag(const std::string& name, bool& target, const std::string& help);
+
+    /// An argument of one or more files, which is required.
+    Option addFiles(const std::string& name, std::vector<std::filesystem::path>& files,
+                    const std::string& help);
+
+    /// What the help ends with, in lines of its own.
+    void footer(const std::string& text);
+
+    /// The option with this name ("--output"), which is declared.
+    Option option(const std::string& name) const;
+    bool knows(const std::string& name) const;
+    bool given(const std::string& name) const;
+    /// Its text, the last one if it is given several times; "" if it is not given.
+    std::string value(const std::string& name) const;
+    /// Those that are given, in the order in which they are declared.
+    std::vector<Option> given() const;
+
+  private:
+    CLI::App* app_;
+};
+
+/// Adds an option whose text `parse` turns into a value of `target`'s type; else as addText().
+template <class T, class Parse>
+Option addValue(VerbOptions& verb, const std::string& name, const std::string& value_name,
+                T& target, Parse parse, const std::string& help) {
+    return verb.addText(
+        name, value_name, [&target, parse](const std::string& text) { target = parse(text); },
+        help);
+}
+
+/// Adds an option with a table of names; the help lists them, the first as the default. `kind` is
+/// what the error for an unknown one calls them.
+template <class T>
+Option addChoice(VerbOptions& verb, const std::string& name, T& target,
+                 std::span<const Choice<T>> choices, const std::string& kind,
+                 const std::string& help) {
+    std::string list;
+    for (const auto& choice : choices) {
+        list += '\n' + std::string(choice.name) + (list.empty() ? " (default): " : ": ") +
+                std::string(choice.summary);
+    }
+    return addValue(
+        verb, name, "NAME", target,
+        [choices, kind](const std::string& text) { return choose(kind, choices, text); },
+        help + list);
+}
+
+/// What arguments ask for.
+enum class Asked { kVerb, kHelp, kVersion, kNothing };
+
+/// Reads the arguments of the program: a verb, and what its options take.
+class ArgumentParser {
+  public:
+    /// Of a verb's arguments that are no command line: without --version, and without the limit to
+    /// one verb, so that its name among its own arguments is passed over.
+    ArgumentParser();
+    /// Of the command line; `summary` and `footer` begin and end the help of the program.
+    ArgumentParser(const std::string& summary, const std::string& footer);
+    ~ArgumentParser();
+    ArgumentParser(const ArgumentParser&) = delete;
+    ArgumentParser& operator=(const ArgumentParser&) = delete;
+
+    /// A verb that has --help and no other option yet.
+    VerbOptions addVerb(const std::string& name, const std::string& summary);
+
+    /// Sets the targets of the options that are given; to be called once. Throws Error (kUsage) for
+    /// what is unknown, with the nearest name, for what is missing, and what callbacks throw.
+    Asked parse(const std::vector<std::string>& arguments);
+
+    /// The verb among the parsed arguments; "" if there is none.
+    std::string verb() const;
+    /// The help of that verb, else of the program.
+    std::string help() const;
+
+  private:
+    std::unique_ptr<CLI::App> app_;
+};
+
+}  // namespace peeler::cmd

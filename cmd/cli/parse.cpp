@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+// Strict readers of command-line values.
+#include "cmd/cli/parse.h"
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cmd/cli/errors.h"
+#include "core/base/error.h"
+#include "core/base/srgb.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// All of `text` as a T, or nothing.
+template <class T>
+std::optional<T> readAll(std::string_view text) {
+    // from_chars takes a minus sign only.
+    if (text.starts_with('+')) {
+        text.remove_prefix(1);
+        if (text.starts_with('-')) return std::nullopt;
+    }
+    T value{};
+    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (failure != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return value;
+}
+
+std::vector<std::string_view> split(std::string_view text, char separator) {
+    std::vector<std::string_view> parts;
+    while (true) {
+        const std::size_t end = text.find(separator);
+        parts.push_back(text.substr(0, end));
+        if (end == std::string_view::npos) return parts;
+        text.remove_prefix(end + 1);
+    }
+}
+
+float decodeSrgb(int byte) {
+    return static_cast<float>(linearFromSrgb(byte / 255.0));
+}
+
+std::array<float, 4> parseHexColor(std::string_view digits) {
+    constexpr const char* kExpected = "expected #rrggbb or #rrggbbaa with hexadecimal digits";
+    if (digits.size() != 6 && digits.size() != 8) refuse(kExpected);
+    std::array<int, 4> bytes{0, 0, 0, 255};
+    for (std::size_t i = 0; i < digits.size() / 2; ++i) {
+        const std::string_view pair = digits.substr(2 * i, 2);
+        const auto [end, failure] = std::from_chars(pair.data(), pair.data() + 2, bytes[i], 16);
+        if (failure != std::errc() || end != pair.data() + 2 || bytes[i] < 0) refuse(kExpected);
+    }
+    return {decodeSrgb(bytes[0]), decodeSrgb(bytes[1]), decodeSrgb(bytes[2]),
+            static_cast<float>(bytes[3]) / 255.0F};
+}
+
+struct SizeUnit {
+    std::string_view suffix;
+    double bytes;
+};
+constexpr double kSizeStep = 1024;
+constexpr SizeUnit kSizeUnits[] = {
+    {"", 1},
+    {"B", 1},
+    {"K", kSizeStep},
+    {"KiB", kSizeStep},
+    {"KB", 1e3},
+    {"M", kSizeStep* kSizeStep},
+    {"MiB", kSizeStep* kSizeStep},
+    {"MB", 1e6},
+    {"G", kSizeStep* kSizeStep* kSizeStep},
+    {"GiB", kSizeStep* kSizeStep* kSizeStep},
+    {"GB", 1e9},
+    {"T", kSizeStep* kSizeStep* kSizeStep* kSizeStep},
+    {"TiB", kSizeStep* kSizeStep* kSizeStep* kSizeStep},
+    {"TB", 1e12},
+};
+
+bool equalIgnoringCase(std::string_view a, std::string_view b) {
+    if (a.size() != b.size()) return false;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        const auto lower = [](char c) {
+            return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+        };
+        if (lower(a[i]) != lower(b[i])) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+double parseNumber(std::string_view text) {
+    const auto value = readAll<double>(text);
+    if (!value || !std::isfinite(*value)) refuse("expected a finite number");
+    return *value;
+}
+
+double parsePositive(std::string_view text) {
+    const double value = parseNumber(text);
+    if (value <= 0) refuse("expected a number greater than 0");
+    return value;
+}
+
+double parsePositiveOrInfinite(std::string_view text) {
+    return text == "inf" ? std::numeric_limits<double>::infinity() : parsePositive(text);
+}
+
+std::int64_t parseInteger(std::string_view text, std::int64_t least, std::int64_t most) {
+    const auto value = readAll<std::int64_t>(text);
+    if (!value || *value < least || *value > most) {
+        refuse("expected a whole number from " + std::to_string(least) + " to " +
+               std::to_string(most));
+    }
+    return *value;
+}
+
+template <std::size_t count>
+std::array<double, count> parseNumbers(std::string_view text, std::string_view expected) {
+    const auto parts = split(text, ',');
+    if (parts.size() != count) {
+        refuse("expected " + std::to_string(count) + " numbers " + std::string(expected));
+    }
+    std::array<double, count> numbers{};
+    for (std::size_t i = 0; i < count; ++i)
+        numbers[i] = parseNumber(parts[i]);
+    return numbers;
+}
+template std::array<double, 2> parseNumbers<2>(std::string_view, std::string_view);
+template std::array<double, 4> parseNumbers<4>(std::string_view, std::string_view);
+template std::array<double, 6> parseNumbers<6>(std::string_view, std::string_view);
+
+glm::dvec3 parseVector(std::string_view text) {
+    const auto parts = split(text, ',');
+    if (parts.size() != 3) refuse("expected three numbers x,y,z");
+    return {parseNumber(parts[0]), parseNumber(parts[1]), parseNumber(parts[2])};
+}
+
+glm::dvec3 parseDirection(std::string_view text) {
+    const glm::dvec3 direction = parseVector(text);
+    if (direction == glm::dvec3(0)) {
+        throw Error(ErrorKind::kUsage, "expected a direction, which has a length");
+    }
+    return direction;
+}
+
+double parseFov(std::string_view text) {
+    const double degrees = parseNumber(text);
+    if (!(degrees > 0 && degrees < 180)) {
+        throw Error(ErrorKind::kUsage, "expected an angle between 0 and 180 degrees");
+    }
+    return degrees;
+}
+
+Size parseSize(std::string_view text) {
+    const auto parts = split(text, 'x');
+    if (parts.size() > 2) refuse("expected WIDTHxHEIGHT or WIDTH in pixels");
+    Size size;
+    size.width = static_cast<int>(parseInteger(parts[0], 1, kMaxSide));
+    if (parts.size() == 2) size.height = static_cast<int>(parseInteger(parts[1], 1, kMaxSide));
+    checkPixels(size);
+    return size;
+}
+
+void checkPixels(const Size& size) {
+    if (size.width > kMaxSide || size.height > kMaxSide) {
+        refuse("the picture is more than " + std::to_string(kMaxSide) + " pixels wide or high");
+    }
+    if (static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height) >
+        kMaxPixels) {
+        refuse("the picture has more than " + std::to_string(kMaxPixels) + " pixels");
+    }
+}
+
+Window parseCrop(std::string_view text) {
+    const auto parts = split(text, ',');
+    if (parts.size() != 4) refuse("expected four whole numbers x,y,width,height");
+    const auto value = [&](std::size_t i) {
+        return static_cast<int>(parseInteger(parts[i], i < 2 ? 0 : 1, kMaxSide));
+    };
+    const int x = value(0), y = value(1);
+    return {x, y, x + value(2), y + value(3)};
+}
+
+std::uint64_t parseBytes(std::string_view text) {
+    const std::size_t end = text.find_last_of("0123456789.");
+    const std::size_t digits = end == std::string_view::npos ? 0 : end + 1;
+    const auto number = readAll<double>(text.substr(0, digits));
+    for (const SizeUnit& unit : kSizeUnits) {
+        if (!number || !equalIgnoringCase(text.substr(digits), unit.suffix)) continue;
+        const double bytes = *number * unit.bytes;
+        // 2^60 is beyond any machine and still exact in every type that will hold it.
+        if (!(bytes >= 1 && bytes <= 0x1p60))
+            refuse("expected an amount of memory from 1 byte to 1024 PiB");
+        return static_cast<std::uint64_t>(bytes);
+    }
+    refuse("expected an amount of memory such as 8G, 512MiB or 2000000000");
+}
+
+std::array<float, 4> parseColor(std::string_view text) {
+    if (text == "transparent") return {0, 0, 0, 0};
+    if (text.starts_with('#')) return parseHexColor(text.substr(1));
+    const auto parts = split(text, ',');
+    if (parts.size() != 3 && parts.size() != 4) {
+        refuse("expected transparent, r,g,b[,a] (linear) or #rrggbb[aa] (sRGB)");
+    }
+    std::array<float, 4> color{0, 0, 0, 1};
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const double value = parseNumber(parts[i]);
+        // Brighter than white is a colour; 65504 is what a half holds.
+        if (value < 0 || value > (i == 3 ? 1.0 : 65504.0)) {
+            refuse(i == 3 ? "alpha must be from 0 to 1" : "a colour must be from 0 to 65504");
+        }
+        color[i] = static_cast<float>(value);
+    }
+    return color;
+}
+
+std::uint32_t parseLayers(std::string_view text) {
+    if (text == "all") return 0;
+    const auto value = readAll<std::int64_t>(text);
+    if (!value || *value < 0 || *value > std::numeric_limits<std::int32_t>::max()) {
+        refuse("expected all (or 0), or a whole number of layers from 1");
+    }
+    return static_cast<std::uint32_t>(*value);
+}
+
+}  // namespace peeler::cmd

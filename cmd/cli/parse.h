@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values on the command line, from text. Independent of the locale; NaN is never a value.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <string_view>
+
+#include "core/base/window.h"
+
+namespace peeler::cmd {
+
+/// All of these throw Error (kUsage) that says what is expected; `where` is the caller's to add
+/// (addValue in cmd/cli/options.h does).
+
+/// A finite decimal number.
+double parseNumber(std::string_view text);
+double parsePositive(std::string_view text);
+/// A positive number, or "inf".
+double parsePositiveOrInfinite(std::string_view text);
+
+/// A whole number in [least, most].
+std::int64_t parseInteger(std::string_view text, std::int64_t least, std::int64_t most);
+
+/// So many numbers with commas between; `expected` shows them: "a,b,c,d".
+template <std::size_t count>
+std::array<double, count> parseNumbers(std::string_view text, std::string_view expected);
+
+/// "x,y,z".
+glm::dvec3 parseVector(std::string_view text);
+
+/// "x,y,z" with a length.
+glm::dvec3 parseDirection(std::string_view text);
+
+/// A field of view in degrees, between 0 and 180.
+double parseFov(std::string_view text);
+
+/// Sides and pixels of the largest picture. The side is what the GL and EXR readers in use take,
+/// the pixels are where a picture's index still fits 32 bits with room to spare.
+inline constexpr int kMaxSide = 65536;
+inline constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 30;
+
+struct Size {
+    int width = 0;
+    int height = 0;  ///< 0: from the width and the camera's aspect ratio
+    bool operator==(const Size&) const = default;
+};
+
+/// "1920x1080" or "1920".
+Size parseSize(std::string_view text);
+
+/// Throws if a picture of this size is larger than is allowed.
+void checkPixels(const Size& size);
+
+/// "x,y,w,h" in pixels; neither negative nor empty.
+Window parseCrop(std::string_view text);
+
+/// Bytes: "8G", "512MiB", "1.5GB", "1000000". K, M, G, T and KiB, MiB, … are powers of 1024; KB,
+/// MB, … are powers of 1000.
+std::uint64_t parseBytes(std::string_view text);
+
+/// Straight linear RGBA: "transparent", "r,g,b[,a]" (linear) or "#rrggbb[aa]" (sRGB, alpha linear).
+std::array<float, 4> parseColor(std::string_view text);
+
+/// Layers to keep: "all" and "0" are 0, no limit; else 1 or more.
+std::uint32_t parseLayers(std::string_view text);
+
+}  // namespace peeler::cmd

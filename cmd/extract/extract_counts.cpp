@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// extract --depth-complexity
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "cmd/extract/extract_sinks.h"
+#include "core/image/color_ramp.h"
+
+namespace peeler::cmd {
+
+CountMap::CountMap(std::string path, OutputOptions output)
+    : path_(std::move(path)), output_(std::move(output)) {
+    output_.as = "composite";
+}
+
+void CountMap::begin(const Plan& plan) {
+    ramp_end_ = static_cast<float>(std::max<std::size_t>(1, plan.layers.size()));
+    const OutputFormat& format = findOutputFormat(path_, output_.as);
+    if (std::ranges::find(format.extensions, ".exr") != format.extensions.end()) {
+        plane_ = std::make_unique<ExrPlaneWriter>(path_, plan, output_.provenance,
+                                                  "depth-complexity", "count", PixelType::kUint);
+        return;
+    }
+    picture_ = format.make(path_, output_);
+    picture_->begin(plan);
+    colors_.color = {{"R", "G", "B", "A"}, PixelType::kFloat, {}};
+}
+
+void CountMap::write(const LayeredImage& band) {
+    const std::size_t pixels = band.window.pixels();
+    counts_.resize(pixels);
+    for (std::size_t p = 0; p < pixels; ++p) {
+        counts_[p] = band.count(p);
+        largest_ = std::max(largest_, counts_[p]);
+    }
+    if (plane_) {
+        plane_->append(std::as_bytes(std::span(counts_)));
+        return;
+    }
+    // An opaque fragment in every pixel: what the writers of pictures take.
+    colors_.window = band.window;
+    colors_.offsets.resize(pixels + 1);
+    colors_.z.assign(pixels, 0.0F);
+    colors_.color.data.resize(pixels * colors_.color.stride());
+    const std::span<float> out = colors_.color.as<float>();
+    for (std::size_t p = 0; p < pixels; ++p) {
+        const auto color = inferno(static_cast<float>(counts_[p]) / ramp_end_);
+        std::copy(color.begin(), color.end(), &out[4 * p]);
+        out[4 * p + 3] = 1;
+        colors_.offsets[p + 1] = static_cast<std::uint32_t>(p + 1);
+    }
+    picture_->write(colors_);
+}
+
+void CountMap::finish() {
+    if (plane_) {
+        plane_->finish();
+    } else {
+        picture_->finish();
+    }
+}
+
+StageTimes CountMap::times() const {
+    return plane_ ? plane_->times() : picture_->times();
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler info on an OpenEXR image.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "cmd/cli/report.h"
+#include "cmd/info/info_kinds.h"
+#include "cmd/options/layered_bands.h"
+#include "core/image/depth_complexity.h"
+#include "core/image/point_statistics.h"
+#include "formats/exr/exr_layout.h"
+#include "formats/layered_input.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+constexpr const char* kPixelTypes[] = {"half", "float", "uint"};
+
+/// What the headers say, and what reading the layers found.
+struct ImageFacts {
+    ExrInfo info;
+    bool layered = false;
+    std::vector<LayerPlan> layers;         ///< windows as the file has them
+    std::vector<std::uint64_t> histogram;  ///< pixels by their number of fragments
+    std::uint64_t fragments = 0;
+    std::optional<PointStatistics> points;  ///< if the camera is known
+
+    bool countsKnown() const { return info.attributes().contains("peeler:fragmentsStored"); }
+    bool cameraKnown() const { return info.attributes().contains("peeler:cameraJson"); }
+    bool agrees() const {
+        return !layered || !countsKnown() || fragments == info.plan.fragments_stored;
+    }
+};
+
+/// Reads every layer: a file that is damaged says so here, and not in the middle of somebody's
+/// work.
+void readLayers(OpenedExr opened, ImageFacts& facts) {
+    const std::unique_ptr<LayeredInput> reader = openLayered(std::move(opened));
+    facts.info = reader->info();
+    const View& view = facts.info.plan.view;
+    DepthComplexity complexity(view.crop);
+    PointStatistics points;
+    forEachBand(*reader, kBandBytes, [&](const LayeredImage& band) {
+        complexity.addBand(band);
+        if (facts.cameraKnown()) addPoints(view, band, points);
+    });
+    facts.fragments = complexity.counted();
+    facts.histogram = complexity.histogram();
+    facts.layers = complexity.layers();
+    // Layers of which there is nothing are there all the same.
+    facts.layers.resize(std::max(facts.layers.size(), facts.info.plan.layers.size()));
+    for (std::size_t k = 0; k < facts.info.plan.layers.size(); ++k)
+        facts.layers[k].data_window = facts.info.plan.layers[k].data_window;
+    if (facts.cameraKnown()) facts.points = points;
+}
+
+ImageFacts gather(const std::string& path) {
+    ImageFacts facts;
+    OpenedExr opened(path);
+    facts.info = opened.info;
+    facts.layered = isLayered(facts.info);
+    if (facts.layered) readLayers(std::move(opened), facts);
+    return facts;
+}
+
+Json windowJson(const Window& window) {
+    return {window.x0, window.y0, window.width(), window.height()};
+}
+
+std::string windowText(const Window& window) {
+    return std::to_string(window.width()) + " x " + std::to_string(window.height()) + " at (" +
+           std::to_string(window.x0) + ", " + std::to_string(window.y0) + ')';
+}
+
+Json partJson(const ExrInputPart& part) {
+    Json json;
+    json["name"] = part.name;
+    json["type"] = part.type;
+    json["compression"] = part.compression;
+    json["window"] = windowJson(part.data_window);
+    json["channels"] = Json::array();
+    for (const ExrInputChannel& channel : part.channels) {
+        Json entry;
+        entry["name"] = channel.name;
+        entry["type"] = kPixelTypes[static_cast<std::size_t>(channel.type)];
+        json["channels"].push_back(entry);
+    }
+    return json;
+}
+
+/// Six significant digits: what other programs that add the same numbers print as well.
+std::string pointText(const glm::dvec3& p) {
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), "(%.6g, %.6g, %.6g)", p.x, p.y, p.z);
+    return text.data();
+}
+
+Json pointJson(const glm::dvec3& p) {
+    return {p.x, p.y, p.z};
+}
+
+Json pointsJson(const PointStatistics& points) {
+    if (points.empty()) return {{"count", 0}};
+    return {{"count", points.points},
+            {"min", pointJson(points.boxMin())},
+            {"max", pointJson(points.boxMax())},
+            {"mean", pointJson(points.mean())}};
+}
+
+Json provenanceJson(const Provenance& p) {
+    return {{"scene", p.scene},     {"sceneHash", p.scene_hash}, {"settingsHash", p.settings_hash},
+            {"method", p.method},   {"surfaces", p.surfaces},    {"renderer", p.renderer},
+            {"version", p.version}, {"frame", p.frame},          {"time", p.time}};
+}
+
+Json toJson(const ImageFacts& facts, const InfoOptions& options) {
+    const ExrInfo& info = facts.info;
+    const Plan& plan = info.plan;
+    Json json;
+    json["kind"] = "image";
+    json["file"] = options.file.string();
+    json["bytes"] = info.bytes;
+    json["peeler"] = info.is_peeler;
+    json["layered"] = facts.layered;
+    json["width"] = plan.view.width;
+    json["height"] = plan.view.height;
+    json["crop"] = windowJson(plan.view.crop);
+    json["fragmentsCounted"] = facts.countsKnown() ? Json(plan.fragments_counted) : Json();
+    json["fragmentsStored"] = facts.countsKnown() ? Json(plan.fragments_stored) : Json();
+    json["fragmentsFound"] = facts.layered ? Json(facts.fragments) : Json();
+    json["complete"] = facts.countsKnown() ? Json(plan.complete() && facts.agrees()) : Json();
+    json["layers"] = Json::array();
+    for (std::size_t i = 0; i < facts.layers.size(); ++i) {
+        Json layer;
+        layer["name"] = layerName(i);
+        layer["window"] = windowJson(facts.layers[i].data_window);
+        layer["pixels"] = facts.layers[i].pixels;
+        json["layers"].push_back(layer);
+    }
+    json["depthComplexity"] = facts.layered ? Json(facts.histogram) : Json();
+    json["points"] = facts.points ? pointsJson(*facts.points) : Json();
+    json["camera"] =
+        facts.cameraKnown() ? Json::parse(info.attributes().at("peeler:cameraJson")) : Json();
+    json["provenance"] = info.is_peeler ? provenanceJson(info.provenance) : Json();
+    json["parts"] = Json::array();
+    for (const ExrInputPart& part : info.parts)
+        json["parts"].push_back(partJson(part));
+    json["attributes"] = info.attributes();
+    return json;
+}
+
+std::string layersText(const ImageFacts& facts) {
+    std::string text = "layers: " + groupedText(facts.layers.size()) + '\n';
+    for (std::size_t i = 0; i < facts.layers.size(); ++i) {
+        text += "  " + layerName(i) + "  " + countText(facts.layers[i].pixels, "pixel") + ", " +
+                windowText(facts.layers[i].data_window) + '\n';
+    }
+    if (!facts.layered) return text;
+    text += "fragments a pixel:\n";
+    for (std::size_t n = 0; n < facts.histogram.size(); ++n) {
+        if (facts.histogram[n] == 0) continue;
+        text += "  " + std::to_string(n) + "  " + countText(facts.histogram[n], "pixel") + '\n';
+    }
+    return text;
+}
+
+/// Where the fragments are. The programs in examples/readers print the same three lines.
+std::string pointsText(const PointStatistics& points) {
+    std::string text = "points: " + std::to_string(points.points) + '\n';
+    if (points.empty()) return text;
+    return text + "bounds: " + pointText(points.boxMin()) + " to " + pointText(points.boxMax()) +
+           "\nmean: " + pointText(points.mean()) + '\n';
+}
+
+std::string cameraText(const View& view) {
+    const Projection& projection = view.projection;
+    const glm::dvec3 eye(view.camera_to_world[3]), forward(-view.camera_to_world[2]);
+    std::array<char, 96> size{};
+    if (projection.perspective) {
+        constexpr double kDegrees = 57.295779513082320877;
+        std::snprintf(size.data(), size.size(), "perspective, %.6g degrees high",
+                      2 * kDegrees * std::atan(projection.half_height));
+    } else {
+        std::snprintf(size.data(), size.size(), "orthographic, %.6g high",
+                      2 * projection.half_height);
+    }
+    return "camera: " +
+           (view.camera_name.empty() ? std::string() : printable(view.camera_name) + ", ") +
+           size.data() + ", at " + pointText(eye) + " looking along " + pointText(forward) + '\n';
+}
+
+std::string provenanceText(const Provenance& p) {
+    std::array<char, 64> moment{};
+    std::snprintf(moment.data(), moment.size(), "frame %d, %.6g s", p.frame, p.time);
+    std::string text = "from: " + printable(p.scene) + ", " + moment.data();
+    if (!p.method.empty()) text += ", by " + printable(p.method);
+    if (!p.renderer.empty()) text += " on " + printable(p.renderer);
+    return text + '\n';
+}
+
+std::string toText(const ImageFacts& facts, const InfoOptions& options) {
+    const ExrInfo& info = facts.info;
+    const Plan& plan = info.plan;
+    std::string text = printable(options.file.string()) + ": OpenEXR image, " +
+                       std::to_string(plan.view.width) + " x " + std::to_string(plan.view.height) +
+                       ", " + bytesText(info.bytes) +
+                       (info.is_peeler ? ", written by peeler\n" : "\n");
+    text += "pixels: " + windowText(plan.view.crop) + '\n';
+    if (facts.countsKnown()) {
+        text += "fragments: " + groupedText(plan.fragments_stored) + " of " +
+                groupedText(plan.fragments_counted) +
+                (plan.complete() ? ", complete\n" : ", not complete\n");
+    } else if (facts.layered) {
+        text += "fragments: " + groupedText(facts.fragments) + '\n';
+    }
+    text += layersText(facts);
+    if (facts.points) text += pointsText(*facts.points);
+    if (facts.cameraKnown()) text += cameraText(plan.view);
+    if (info.is_peeler) text += provenanceText(info.provenance);
+    text += "parts:\n";
+    for (const ExrInputPart& part : info.parts) {
+        text += "  " + (part.name.empty() ? "(no name)" : printable(part.name)) + "  " + part.type +
+                ", " + part.compression + ", " + windowText(part.data_window) + ':';
+        for (const ExrInputChannel& channel : part.channels) {
+            text += ' ' + printable(channel.name) + ' ' +
+                    kPixelTypes[static_cast<std::size_t>(channel.type)];
+        }
+        text += '\n';
+    }
+    text += "attributes:\n";
+    for (const auto& [name, value] : info.attributes()) {
+        text += "  " + printable(name) + ": " + printable(value) + '\n';
+    }
+    return text;
+}
+
+}  // namespace
+
+void printImageInfo(const InfoOptions& options, Console& console) {
+    const ImageFacts facts = gather(options.file.string());
+    if (!facts.agrees()) {
+        console.warning("the file says it has " + groupedText(facts.info.plan.fragments_stored) +
+                        " fragments, and has " + groupedText(facts.fragments));
+    }
+    console.result(options.json ? jsonText(toJson(facts, options)) : toText(facts, options));
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which camera, which picture: from options to a View.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cmd/cli/parse.h"
+#include "cmd/options/share.h"
+#include "core/scene/scene_contents.h"
+#include "core/scene/shape.h"
+#include "core/scene/view.h"
+
+namespace peeler::cmd {
+
+class VerbOptions;
+
+struct CameraOptions {
+    std::optional<std::string> camera;  ///< name or index; none = the first, in draw order
+    std::optional<glm::dvec3> eye, target, up;
+    std::optional<double> fov;           ///< vertical, degrees
+    std::optional<double> ortho_height;  ///< scene units
+    std::optional<double> near, far;     ///< scene units
+    Size size{1280, 720};
+    std::optional<Window> crop;
+    std::optional<Share> tile;  ///< of the rows of the crop, or of the picture
+
+    /// Whether a camera is built from these numbers rather than taken from the scene.
+    bool buildsCamera() const { return eye || target || up || fov || ortho_height; }
+};
+
+/// Declares --camera, --eye, … --crop. `options` must outlive the parse.
+void addCameraOptions(VerbOptions& verb, CameraOptions& options);
+
+/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+void checkCameraOptions(const CameraOptions& options);
+
+/// The size with a height, from the aspect ratio (width / height) where it has none. Throws Error
+/// (kUsage) if that is too high a picture.
+Size sizeWithAspect(Size size, double aspect);
+
+/// Throws Error (kUsage) for a crop that reaches outside the picture.
+void checkCrop(const Window& crop, int width, int height);
+
+/// What a camera in its place is called: its own name, else its node's, else "camera N" by draw
+/// order.
+std::vector<std::string> cameraNames(const Scene& scene, const SceneContents& contents);
+
+/// The view of the chosen, built or framed camera; `shape` is what it has to see. A scene's camera
+/// keeps its vertical field of view whatever the size's aspect ratio, near and far; a built one is
+/// near enough to clip nothing it could show (1e-4 of the scene's size or of the distance to the
+/// target, which reversed Z makes free) and sees infinitely far, or past the scene if orthographic.
+/// Throws Error (kUsage) for an unknown camera, with the list, for a crop outside the picture, and
+/// for a camera that cannot be; (kInput) for one that the file gives no direction or no extent.
+View makeView(const Scene& scene, const SceneContents& contents, const Shape& shape,
+              const CameraOptions& options);
+
+}  // namespace peeler::cmd

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// The options of the groups Layers, Light and Machine.
+#include "cmd/options/capture_options.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "cmd/cli/options.h"
+#include "cmd/cli/parse.h"
+#include "cmd/machine/resources.h"
+#include "cmd/options/output_options.h"
+#include "core/base/error.h"
+#include "core/capture/method.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+std::string parseMethod(const std::string& text) {
+    std::vector<std::string_view> names;
+    for (const MethodInfo& method : peelMethods()) {
+        if (method.name == text) return text;
+        names.push_back(method.name);
+    }
+    refuseName("method", text, names);
+}
+
+std::string methodHelp() {
+    std::string help = "how layers are found; all give the same ones:";
+    bool exact = true;
+    for (const MethodInfo& method : peelMethods()) {
+        const bool first = &method == &peelMethods().front();
+        if (exact && !method.exact()) help += "\napproximations, for composites only:";
+        exact = method.exact();
+        help += '\n' + std::string(method.name) + (first ? " (default): " : ": ") +
+                std::string(method.summary);
+    }
+    return help;
+}
+
+double parseRatio(const std::string& text) {
+    const double ratio = parseNumber(text);
+    if (ratio < 0 || ratio >= 1)
+        throw Error(ErrorKind::kUsage, "expected a ratio from 0 to below 1");
+    return ratio;
+}
+
+std::uint64_t parseMemory(const std::string& text) {
+    const std::uint64_t bytes = parseBytes(text);
+    if (bytes < kLeastMemory) {
+        throw Error(ErrorKind::kUsage, "too little memory to render anything", "",
+                    "give at least " + std::to_string(kLeastMemory >> 20) + "M");
+    }
+    return bytes;
+}
+
+std::string parseBackend(const std::string& text) {
+    const std::vector<std::string> backends = gl::backendNames();
+    std::vector<std::string_view> names{"auto"};
+    names.insert(names.end(), backends.begin(), backends.end());
+    if (std::find(names.begin(), names.end(), text) == names.end())
+        refuseName("backend", text, names);
+    return text;
+}
+
+}  // namespace
+
+void addLayerOptions(VerbOptions& verb, CaptureSettings& capture) {
+    constexpr const char* kGroup = "Layers";
+    capture.method = peelMethods().front().name;
+    addValue(verb, "--method", "NAME", capture.method, parseMethod, methodHelp()).group(kGroup);
+    addValue(
+        verb, "--layers", "N|all", capture.max_layers,
+        [](const std::string& text) { return parseLayers(text); },
+        "keep the N nearest layers (default: all, or 0)")
+        .group(kGroup);
+    addValue(verb, "--occlusion-ratio", "R", capture.occlusion_ratio, parseRatio,
+             "the first layer on fewer than this share of the pixels is the last (default: 0, all)")
+        .group(kGroup);
+    addChoice<Tail>(verb, "--tail", capture.tail, kTails, "choice of tail",
+                    "what becomes of fragments behind the layers that are kept:")
+        .group(kGroup);
+    addValue(
+        verb, "--samples", "N", capture.samples,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 256)); },
+        "antialiasing: sub-pixel positions a pixel; layers get their coverage in alpha (default: "
+        "1, the pixel's centre)")
+        .group(kGroup);
+    addChoice<Surfaces>(verb, "--surfaces", capture.surfaces, kSurfaces, "choice of surfaces",
+                        "which fragments become layers:")
+        .group(kGroup);
+    addChoice<Faces>(verb, "--faces", capture.faces, kFaces, "choice of faces",
+                     "which sides of triangles are drawn:")
+        .group(kGroup);
+    addChoice<Shading>(verb, "--shading", capture.shading, kShading, "shading",
+                       "how surfaces are coloured:")
+        .group(kGroup);
+    addChoice<PixelType>(verb, "--precision", capture.color_type, kPrecisions, "precision",
+                         "how colour is stored; Z is always 32 bits:")
+        .group(kGroup);
+}
+
+void addRayFacesOption(VerbOptions& verb, CaptureSettings& capture) {
+    addChoice<Faces>(verb, "--faces", capture.faces, kRayFaces, "choice of faces",
+                     "which sides of triangles rays hit:")
+        .group("Rays");
+}
+
+void addLightOptions(VerbOptions& verb, CaptureSettings& capture, std::optional<int>& shadow_size) {
+    constexpr const char* kGroup = "Light";
+    verb.addFlag("--shadows", capture.shadows,
+                 "directional and spot lights, the built-in one too, cast shadows of all OPAQUE "
+                 "and MASK surfaces that let no light through; point lights and environments do "
+                 "not")
+        .group(kGroup);
+    addValue(
+        verb, "--shadow-size", "N", shadow_size,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, kMaxSide)); },
+        "texels a side of each light's shadow map (default: 2048)")
+        .group(kGroup);
+}
+
+void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size) {
+    if (!shadow_size) return;
+    if (!capture.shadows) {
+        throw Error(ErrorKind::kUsage, "there are no shadows whose maps have a size",
+                    "--shadow-size " + std::to_string(*shadow_size), "add --shadows");
+    }
+    capture.shadow_size = *shadow_size;
+}
+
+void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string& remark) {
+    budget = inheritedBudget();
+    addValue(verb, "--memory", "SIZE", budget, parseMemory,
+             "most memory to use, e.g. 8G or 512M; " + remark +
+                 " (default: 7/8 of what the cgroup, SLURM_MEM_PER_NODE, SLURM_MEM_PER_CPU or "
+                 "CUE_MEMORY allows, else no limit)")
+        .group("Machine");
+}
+
+void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threads,
+                       CaptureSettings& capture, const std::string& memory) {
+    constexpr const char* kGroup = "Machine";
+    std::string backends = "auto (default)";
+    for (const std::string& name : gl::backendNames())
+        backends += ", " + name;
+    addValue(verb, "--backend", "NAME", device.backend, parseBackend,
+             "where GL comes from: " + backends)
+        .group(kGroup);
+    addValue(
+        verb, "--device", "NAME", device.device, gl::parseDeviceChoice,
+        "a device: its number in peeler devices, cuda:N as CUDA numbers it, or uuid: and as much "
+        "of its UUID as tells it apart (default: the first that works; none that "
+        "CUDA_VISIBLE_DEVICES hides)")
+        .group(kGroup);
+    verb.addFlag("--require-gpu", device.require_gpu, "fail rather than render in software")
+        .group(kGroup);
+    addThreadsOption(verb, threads);
+    addMemoryOption(verb, capture.memory, memory);
+}
+
+std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console) {
+    auto context = gl::createContext(request);
+    const gl::Device& device = context->device();
+    const bool chosen = request.backend != "auto" || !request.device.any();
+    if (device.software && !chosen) {
+        console.note("no GPU can be used, so " + device.renderer + " renders in software (" +
+                     device.backend + "); peeler devices says why");
+    }
+    return context;
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// What verbs that capture a scene share: which fragments, and on which device.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "cmd/cli/console.h"
+#include "core/capture/capture_settings.h"
+#include "core/gl/context.h"
+
+namespace peeler::cmd {
+
+class VerbOptions;
+
+/// Declares --method, --layers, --occlusion-ratio, --tail, --samples, --surfaces, --faces,
+/// --shading and --precision.
+void addLayerOptions(VerbOptions& verb, CaptureSettings& capture);
+
+/// Declares --faces for rays: both unless told.
+void addRayFacesOption(VerbOptions& verb, CaptureSettings& capture);
+
+/// Declares --shadows and --shadow-size.
+void addLightOptions(VerbOptions& verb, CaptureSettings& capture, std::optional<int>& shadow_size);
+
+/// Throws Error (kUsage) for a size without shadows.
+void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size);
+
+/// Declares --memory, whose default is inheritedBudget() (cmd/machine/resources.h); `remark` says
+/// how a verb keeps to it.
+void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string& remark);
+
+/// Declares --backend, --device, --require-gpu, --threads and --memory; `memory` says how a verb
+/// keeps to that.
+void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threads,
+                       CaptureSettings& capture,
+                       const std::string& memory = "the picture is rendered in bands that fit");
+
+/// The context that is asked for; says so if it is a software one that nobody chose.
+std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console);
+
+}  // namespace peeler::cmd

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/options/channel_options.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "cmd/cli/choices.h"
+#include "cmd/cli/options.h"
+#include "cmd/cli/report.h"
+#include "core/base/error.h"
+#include "formats/exr/cryptomatte.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// "normal,id" or "all"; in the order of the table.
+std::vector<Channel> parseChannels(const std::string& text) {
+    std::vector<std::string_view> names;
+    for (const ChannelInfo& info : channelTable())
+        names.push_back(info.name);
+    std::vector<bool> wanted(names.size(), text == "all");
+    for (std::size_t begin = 0; text != "all" && begin <= text.size();) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        const std::string word = text.substr(begin, end - begin);
+        const auto found = std::find(names.begin(), names.end(), word);
+        if (found == names.end()) refuseName("channel", word, names);
+        wanted[static_cast<std::size_t>(found - names.begin())] = true;
+        begin = end + 1;
+    }
+    std::vector<Channel> channels;
+    for (const ChannelInfo& info : channelTable())
+        if (wanted[static_cast<std::size_t>(info.channel)]) channels.push_back(info.channel);
+    return channels;
+}
+
+std::string channelHelp() {
+    std::string help =
+        "what every fragment has besides R, G, B, A and Z, separated by commas, or all:";
+    for (const ChannelInfo& info : channelTable()) {
+        std::string components;
+        for (const std::string_view component : info.components)
+            components += (components.empty() ? "" : " ") + std::string(component);
+        help += '\n' + std::string(info.name) + ": " + std::string(info.summary) + " (" +
+                components + ')';
+    }
+    return help;
+}
+
+nlohmann::ordered_json namedIds(const std::vector<std::string>& names) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        list.push_back({{"id", i + 1},
+                        {"name", names[i]},
+                        {"cryptomatte", cryptomatteHex(cryptomatteHash(names[i]))}});
+    }
+    return list;
+}
+
+}  // namespace
+
+bool ChannelOptions::wants(Channel channel) const {
+    return std::find(channels.begin(), channels.end(), channel) != channels.end();
+}
+
+void addChannelOptions(VerbOptions& verb, ChannelOptions& options) {
+    constexpr const char* kGroup = "Channels";
+    addValue(verb, "--channels", "LIST", options.channels, parseChannels, channelHelp())
+        .group(kGroup);
+    verb.addFlag("--cryptomatte", options.cryptomatte,
+                 "Cryptomatte 1.4 (objects and materials) in the composite part; implies "
+                 "--channels id")
+        .group(kGroup);
+    addValue(
+        verb, "--manifest", "FILE", options.manifest,
+        [](const std::string& text) { return std::filesystem::path(text); },
+        "write the names of the ids as JSON")
+        .group(kGroup);
+}
+
+std::vector<Channel> capturedChannels(const ChannelOptions& options) {
+    std::vector<Channel> channels = options.channels;
+    if (options.cryptomatte && !options.wants(Channel::kId))
+        channels.insert(std::upper_bound(channels.begin(), channels.end(), Channel::kId),
+                        Channel::kId);
+    return channels;
+}
+
+void checkChannelOptions(const ChannelOptions& options, const OutputFlags& output) {
+    const OutputFormat& format = findOutputFormat(output.path.string(), output.as);
+    if ((!options.channels.empty() || options.cryptomatte) && !format.channels) {
+        throw Error(
+            ErrorKind::kUsage, "this output holds colour alone, no channels", output.path.string(),
+            "write layers or a composite as .exr, or leave --channels and --cryptomatte out");
+    }
+    if (options.cryptomatte && (!format.composite || output.no_composite)) {
+        throw Error(ErrorKind::kUsage, "Cryptomatte belongs to a composite, and there is none",
+                    "--cryptomatte", "leave it out, or --no-composite");
+    }
+    if (options.manifest && !options.cryptomatte && !options.wants(Channel::kId)) {
+        throw Error(ErrorKind::kUsage, "there are no ids to be named", "--manifest",
+                    "add --channels id, or --cryptomatte");
+    }
+}
+
+void writeIdManifest(const std::filesystem::path& path, const IdNames& names) {
+    nlohmann::ordered_json json;
+    json["object"] = namedIds(names.objects);
+    json["material"] = namedIds(names.materials);
+    writeReport(path, json);
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/options/layer_files.h"
+
+#include <algorithm>
+#include <set>
+
+#include "cmd/options/frames.h"
+#include "core/base/error.h"
+#include "core/image/select_layers.h"
+#include "formats/writers.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+constexpr std::size_t kOpenAtOnce = 32;
+
+}  // namespace
+
+LayerFiles::LayerFiles(const OutputFlags& flags, const Provenance& provenance,
+                       std::vector<std::size_t> layers, const std::filesystem::path& input)
+    : flags_(flags), provenance_(provenance), layers_(std::move(layers)) {
+    flags_.as = needCounts(flags) ? "ldi" : "composite";
+    std::set<std::filesystem::path> names;
+    for (const std::size_t layer : layers_) {
+        OutputFlags one = flags_;
+        one.path = path(layer);
+        if (!names.insert(one.path).second) {
+            throw Error(ErrorKind::kUsage, "the layers would have the same name",
+                        "--output " + flags.path.string(),
+                        "put #### or %04d into the file's name, where the layer's number goes, or "
+                        "choose one with --layer");
+        }
+        checkOutput(one, {input});
+    }
+    flags_.no_composite = true;
+}
+
+bool LayerFiles::needCounts(const OutputFlags& flags) {
+    const OutputFormat& format = findOutputFormat(flags.path.string(), "");
+    return std::ranges::find(format.extensions, ".exr") != format.extensions.end();
+}
+
+std::filesystem::path LayerFiles::path(std::size_t layer) const {
+    const std::string pattern = flags_.path.string();
+    return hasFrameToken(pattern) ? framePath(pattern, static_cast<int>(layer)) : pattern;
+}
+
+void LayerFiles::begin(const Plan& whole) {
+    const OutputOptions options = outputOptions(flags_, provenance_);
+    for (; left() && open_.size() < kOpenAtOnce; ++next_) {
+        const std::size_t layer = layers_[next_];
+        Plan plan = whole;
+        plan.layers = {whole.layers[layer]};
+        plan.fragments_stored = whole.layers[layer].pixels;
+        open_.emplace_back(layer, makeSink(path(layer).string(), options)).second->begin(plan);
+    }
+}
+
+void LayerFiles::write(const LayeredImage& band) {
+    for (auto& [layer, sink] : open_) {
+        singleLayer(band, static_cast<std::uint32_t>(layer), layer_);
+        sink->write(layer_);
+    }
+}
+
+void LayerFiles::finish(StageTimes& times) {
+    for (auto& [layer, sink] : open_) {
+        sink->finish();
+        add(times, sink->times());
+    }
+    open_.clear();
+}
+
+}  // namespace peeler::cmd

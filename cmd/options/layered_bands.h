@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// A layered file band by band, as verbs go through it.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "cmd/cli/progress.h"
+#include "core/base/stage_times.h"
+#include "core/image/nearest.h"
+#include "formats/layered_input.h"
+
+namespace peeler::cmd {
+
+/// What a band may take: enough for wide chunks of many layers, little beside what a render takes.
+inline constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
+
+/// Reads the picture top to bottom and hands each band to `take`.
+template <class Take>
+void forEachBand(LayeredInput& reader, std::uint64_t band_bytes, Take&& take) {
+    const Window& crop = reader.info().plan.view.crop;
+    const int rows = reader.rowsFor(band_bytes);
+    LayeredImage band;
+    for (int y = crop.y0; y < crop.y1; y += rows) {
+        reader.read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
+        take(band);
+    }
+}
+
+/// The same with progress: the nearest `max_layers`
+/// fragments of every pixel (0 = all). Reading counts as "load".
+template <class Take>
+void forEachBand(LayeredInput& reader, std::uint32_t max_layers, StageTimes& times,
+                 ProgressReport& progress, Take&& take, std::uint64_t band_bytes = kBandBytes) {
+    const Window& crop = reader.info().plan.view.crop;
+    const int rows = reader.rowsFor(band_bytes);
+    LayeredImage band;
+    for (int y = crop.y0; y < crop.y1; y += rows) {
+        {
+            const StageTimer timer(times, "load");
+            reader.read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
+            if (max_layers != 0) keepNearest(band, max_layers);
+        }
+        take(band);
+        progress.update(static_cast<double>(band.window.y1 - crop.y0) / crop.height());
+    }
+}
+
+}  // namespace peeler::cmd

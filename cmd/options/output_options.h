@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// What verbs that write a picture share: where it goes, in which form, and what is said about it.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cmd/cli/choices.h"
+#include "cmd/cli/console.h"
+#include "cmd/cli/report.h"
+#include "cmd/options/layer_file_options.h"
+#include "core/image/sink.h"
+#include "core/scene/scene.h"
+#include "formats/exr/exr_info.h"
+#include "formats/writers.h"
+
+namespace peeler::cmd {
+
+class VerbOptions;
+
+struct OutputFlags {
+    std::filesystem::path path;
+    std::string as;  ///< "" = by extension
+    bool no_composite = false;
+    bool no_clobber = false;
+    std::optional<std::array<float, 4>> background;  ///< straight linear RGBA
+    std::optional<double> exposure;                  ///< stops
+    std::optional<std::string> tone_map;
+    LayerFileFlags layers;
+};
+
+/// Declares -o and --no-clobber; with `layers_only` for a verb that writes no composites.
+void addOutputFile(VerbOptions& verb, OutputFlags& flags, bool layers_only = false);
+/// Declares those and --background, --exposure and --tone-map.
+void addOutputOptions(VerbOptions& verb, OutputFlags& flags);
+/// Declares --as, --no-composite and those of layer files, for verbs that have layers to write.
+void addLayerOutputOptions(VerbOptions& verb, OutputFlags& flags, bool layers_only = false);
+
+/// Declares --fxaa; `remark` ends its description.
+void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark);
+
+/// Throws before any work is done: Error (kUsage) if the path names no format, an option does not
+/// apply to it or the output is one of the inputs; (kOutput) if the folder cannot be written to, or
+/// the file is there and must stay.
+void checkOutput(const OutputFlags& flags, const std::vector<std::filesystem::path>& inputs);
+/// What of it can be told from the options alone: that they apply to the format.
+void checkFormat(const OutputFlags& flags);
+/// What of it depends on the file's name alone: not to replace what must stay.
+void checkTarget(const OutputFlags& flags, const std::vector<std::filesystem::path>& inputs);
+/// What --no-clobber asks for: throws Error (kOutput) if anything has that name.
+void checkNotThere(const std::filesystem::path& file);
+/// What of it depends on the folder: that it takes a new file. Nothing of that stays.
+void checkFolder(const std::filesystem::path& file);
+
+/// checkTarget for every file of a series: flags.path with each number in it as framePath does it,
+/// or itself if it has no place for one. Returns their names.
+std::vector<std::filesystem::path> checkSeries(const OutputFlags& flags,
+                                               std::span<const int> numbers,
+                                               const std::vector<std::filesystem::path>& inputs);
+
+/// What the format's writer is told; the background premultiplied.
+OutputOptions outputOptions(const OutputFlags& flags, const Provenance& provenance);
+
+/// Whether an output made of `input` is to have Cryptomatte layers: the input has them, and a
+/// composite is written. They are made anew of the ids.
+bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output);
+
+struct ReportFlags {
+    bool json = false;
+    bool quiet = false;
+    std::optional<std::filesystem::path> file;
+    ProgressStyle progress = ProgressStyle::kAuto;
+
+    ProgressStyle shownProgress() const;
+    void applyTo(Console& console) const { console.setQuiet(quiet); }
+};
+
+/// Declares --json, --report, --progress and --quiet.
+void addReportOptions(VerbOptions& verb, ReportFlags& flags);
+
+/// Throws like checkOutput if another file that a verb writes (`what`, by `option`) cannot be
+/// written, or would replace one of the others.
+void checkExtraFile(const std::filesystem::path& file,
+                    const std::vector<std::filesystem::path>& others, const std::string& what,
+                    const std::string& option);
+
+/// Throws like checkOutput if the report cannot be written, or would replace one of the others.
+void checkReport(const ReportFlags& flags, const std::vector<std::filesystem::path>& others);
+
+/// Throws Error (kUsage) if one of `outputs` (a report, too) is a file that the scene is made of:
+/// Scene::files, which are known only when it has been read. Nothing may have been written yet.
+void checkSceneFiles(const Scene& scene, const std::vector<std::filesystem::path>& outputs);
+
+/// The result as asked for: to the report file, as JSON on stdout, and as a line on stderr.
+void tellResult(const ReportFlags& flags, const PictureResult& result, Console& console);
+
+/// Declares --threads; 0 = allowedThreads() (cmd/machine/resources.h).
+void addThreadsOption(VerbOptions& verb, int& threads);
+
+}  // namespace peeler::cmd

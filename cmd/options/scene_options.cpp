@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/options/scene_options.h"
+
+#include <fnmatch.h>
+
+#include "cmd/cli/choices.h"
+#include "cmd/cli/options.h"
+#include "core/base/error.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// Whether each node's name matches one of the globs.
+std::vector<char> matching(const Scene& scene, const std::vector<std::string>& globs,
+                           const char* option) {
+    std::vector<char> result(scene.nodes.size(), 0);
+    for (const std::string& glob : globs) {
+        bool found = false;
+        for (std::size_t i = 0; i < result.size(); ++i) {
+            if (fnmatch(glob.c_str(), nodeName(scene, i).c_str(), 0) != 0) continue;
+            result[i] = 1;
+            found = true;
+        }
+        if (found) continue;
+        std::vector<std::string> names;
+        for (std::size_t i = 0; i < result.size(); ++i)
+            names.push_back(nodeName(scene, i));
+        throw Error(
+            ErrorKind::kUsage, "no node has a name like this", std::string(option) + ' ' + glob,
+            choiceHint(glob, "nodes", std::vector<std::string_view>(names.begin(), names.end())));
+    }
+    return result;
+}
+
+/// Marks what is below marked nodes, too.
+void spread(const Scene& scene, std::vector<char>& marked) {
+    std::vector<int> open;
+    for (std::size_t i = 0; i < marked.size(); ++i)
+        if (marked[i]) open.push_back(static_cast<int>(i));
+    while (!open.empty()) {
+        const Node& node = scene.nodes[static_cast<std::size_t>(open.back())];
+        open.pop_back();
+        for (const int child : node.children) {
+            char& mark = marked[static_cast<std::size_t>(child)];
+            if (!mark) open.push_back(child);
+            mark = 1;
+        }
+    }
+}
+
+}  // namespace
+
+void addSceneOptions(VerbOptions& verb, SceneOptions& options) {
+    constexpr const char* kGroup = "Scene";
+    addValue(
+        verb, "--scene", "NAME|INDEX", options.scene, [](const std::string& text) { return text; },
+        "which of the file's scenes (default: its own choice)")
+        .group(kGroup);
+    verb.addRepeated(
+            "--include", "GLOB", [&](const std::string& text) { options.include.push_back(text); },
+            "show only the meshes of nodes with such a name, and of those below them; *, ? and "
+            "[a-z] as in a shell; may be repeated")
+        .group(kGroup);
+    verb.addRepeated(
+            "--exclude", "GLOB", [&](const std::string& text) { options.exclude.push_back(text); },
+            "leave out nodes with such a name and all below them, lights included; may be repeated")
+        .group(kGroup);
+    addSandboxOption(verb, options.gltf.allow_outside);
+}
+
+void addSandboxOption(VerbOptions& verb, bool& allow_outside) {
+    verb.addFlag("--allow-outside", allow_outside,
+                 "read the buffers and images of the scene wherever it says: without this, nothing "
+                 "outside its folder (absolute paths, \"..\", symbolic links)")
+        .group("Scene");
+}
+
+int chooseScene(const Scene& scene, const SceneOptions& options) {
+    if (!options.scene) return scene.default_scene;
+    std::vector<std::vector<std::string>> names;
+    for (std::size_t i = 0; i < scene.scenes.size(); ++i) {
+        const std::string& name = scene.scenes[i].name;
+        names.push_back({name.empty() ? "scene " + std::to_string(i) : name});
+    }
+    return static_cast<int>(chooseFrom("scene", *options.scene, names));
+}
+
+std::vector<char> nodesMatching(const Scene& scene, const std::vector<std::string>& globs,
+                                const char* option) {
+    std::vector<char> marked = matching(scene, globs, option);
+    spread(scene, marked);
+    return marked;
+}
+
+void selectNodes(Scene& scene, const SceneOptions& options) {
+    if (!options.include.empty()) {
+        const std::vector<char> included = nodesMatching(scene, options.include, "--include");
+        for (std::size_t i = 0; i < included.size(); ++i)
+            if (!included[i]) scene.nodes[i].mesh = scene.nodes[i].skin = -1;
+    }
+    const std::vector<char> excluded = matching(scene, options.exclude, "--exclude");
+    for (std::size_t i = 0; i < excluded.size(); ++i)
+        if (excluded[i]) scene.nodes[i].visible = false;
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/rays/point_output.h"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "formats/arrays/npz_writer.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+constexpr std::size_t kPointsAtOnce = std::size_t{1} << 16;
+constexpr std::uint32_t kInvalid = 0xFFFFFFFFU;
+
+class PointOutput final : public RayOutput {
+  public:
+    PointOutput(std::string path, const HitSources& sources, std::vector<glm::dvec3> points)
+        : path_(std::move(path)),
+          scene_(sources.scene),
+          contents_(sources.contents),
+          list_(sources.list),
+          points_(std::move(points)) {}
+
+    void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) override {
+        bundles_ = {bundles.begin(), bundles.end()};
+        const std::uint64_t d = bundles.size(), n = points_.size();
+        std::vector<NpzArray> arrays;
+        for (const char* side : {"before", "after"}) {
+            arrays.push_back({std::string("t_") + side, NumberType::kFloat, {d, n}});
+            for (const char* ids : {"geometry_ids_", "primitive_ids_"})
+                arrays.push_back({std::string(ids) + side, NumberType::kUint32, {d, n}});
+        }
+        arrays.push_back({"points", NumberType::kDouble, {n, 3}});
+        arrays.push_back({"directions", NumberType::kDouble, {d, 3}});
+        writer_.emplace(path_, std::move(arrays));
+        writer_->append(6, asBytes(points_));
+        for (const Bundle& bundle : bundles_) {
+            const glm::dvec3 direction = bundle.direction();
+            writer_->append(7, asBytes(std::span(&direction, 1)));
+        }
+        found_.resize(points_.size());
+    }
+
+    void take(std::size_t bundle, const LayeredImage& band) override {
+        findPointHits(scene_, contents_, list_, bundles_[bundle], band, points_, found_);
+        if (band.window.y1 != bundles_[bundle].view.crop.y1) return;
+        write();
+        beside_ +=
+            static_cast<std::uint64_t>(std::ranges::count_if(points_, [&](const glm::dvec3& point) {
+                return !nearestRay(bundles_[bundle], point);
+            }));
+        std::ranges::fill(found_, PointHits{});
+    }
+
+    void finish() override { writer_->finish(); }
+    void tell(nlohmann::ordered_json& result) const override {
+        result["points"] = {{"count", points_.size()},
+                            {"before", before_},
+                            {"after", after_},
+                            {"besideBundles", beside_}};
+    }
+
+  private:
+    /// All of a bundle.
+    void write() {
+        for (std::size_t first = 0; first < found_.size(); first += kPointsAtOnce) {
+            const auto some =
+                std::span(found_).subspan(first, std::min(kPointsAtOnce, found_.size() - first));
+            before_ += writeSide(0, some, &PointHits::before);
+            after_ += writeSide(3, some, &PointHits::after);
+        }
+    }
+
+    /// Returns how many there are.
+    std::uint64_t writeSide(std::size_t array, std::span<const PointHits> hits,
+                            NextHit PointHits::*side) {
+        std::uint64_t count = 0;
+        t_.clear();
+        geometry_.clear();
+        primitive_.clear();
+        for (const PointHits& hit : hits) {
+            const NextHit& next = hit.*side;
+            const bool is_hit = next.key != 0;
+            const KeyOrigin origin = is_hit ? list_.originOf(next.key) : KeyOrigin{};
+            t_.push_back(static_cast<float>(next.distance));
+            geometry_.push_back(is_hit ? static_cast<std::uint32_t>(origin.instance) : kInvalid);
+            primitive_.push_back(is_hit ? origin.in_mesh : kInvalid);
+            if (is_hit) ++count;
+        }
+        writer_->append(array, asBytes(t_));
+        writer_->append(array + 1, asBytes(geometry_));
+        writer_->append(array + 2, asBytes(primitive_));
+        return count;
+    }
+
+    std::string path_;
+    const Scene& scene_;
+    const SceneContents& contents_;
+    const DrawList& list_;
+    std::vector<glm::dvec3> points_;
+    std::vector<Bundle> bundles_;
+    std::optional<NpzWriter> writer_;
+    std::vector<PointHits> found_;  ///< of the bundle at hand
+    std::uint64_t before_ = 0, after_ = 0, beside_ = 0;
+    std::vector<float> t_;
+    std::vector<std::uint32_t> geometry_, primitive_;
+};
+
+}  // namespace
+
+std::unique_ptr<RayOutput> makePointOutput(std::string path, const HitSources& sources,
+                                           std::vector<glm::dvec3> points) {
+    return std::make_unique<PointOutput>(std::move(path), sources, std::move(points));
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/rays/ray_map_options.h"
+
+#include <fnmatch.h>
+
+#include <algorithm>
+
+#include "cmd/cli/options.h"
+#include "cmd/cli/parse.h"
+#include "cmd/options/scene_options.h"
+#include "core/base/error.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+void takeMaps(const std::string& text, std::vector<RayMap>& maps) {
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        const std::string name = text.substr(begin, end - begin);
+        const auto found = std::ranges::find(rayMapTable(), name, &RayMapInfo::name);
+        if (found == rayMapTable().end()) {
+            std::vector<std::string_view> names;
+            for (const RayMapInfo& map : rayMapTable())
+                names.push_back(map.name);
+            refuseName("map", name, names);
+        }
+        if (std::ranges::find(maps, found->map) == maps.end()) maps.push_back(found->map);
+        begin = end + 1;
+    }
+}
+
+std::pair<std::string, double> parseAttenuation(const std::string& text) {
+    const std::size_t equals = text.rfind('=');
+    if (equals == std::string::npos || equals == 0)
+        throw Error(ErrorKind::kUsage, "expected MATERIAL=MU");
+    const double mu = parseNumber(text.substr(equals + 1));
+    if (mu < 0) throw Error(ErrorKind::kUsage, "an attenuation is not negative");
+    return {text.substr(0, equals), mu};
+}
+
+std::pair<double, double> parseRange(const std::string& text) {
+    const auto numbers = parseNumbers<2>(text, "low,high");
+    if (!(numbers[0] < numbers[1]))
+        throw Error(ErrorKind::kUsage, "expected low,high with low below high");
+    return {numbers[0], numbers[1]};
+}
+
+std::string materialName(const Scene& scene, std::size_t material) {
+    const std::string& name = scene.materials[material].name;
+    return name.empty() ? "material " + std::to_string(material) : name;
+}
+
+/// Of all materials that the glob (or index) names.
+void setAttenuation(const Scene& scene, const std::string& glob, double mu,
+                    std::vector<double>& attenuation) {
+    std::vector<std::string> names;
+    bool found = false;
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        names.push_back(materialName(scene, i));
+        if (fnmatch(glob.c_str(), names.back().c_str(), 0) != 0 && glob != std::to_string(i))
+            continue;
+        attenuation[i] = mu;
+        found = true;
+    }
+    if (found) return;
+    throw Error(
+        ErrorKind::kUsage, "no material has a name like this", "--attenuation " + glob,
+        choiceHint(glob, "materials", std::vector<std::string_view>(names.begin(), names.end())));
+}
+
+}  // namespace
+
+void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
+    constexpr const char* kGroup = "Inside";
+    std::string help =
+        "a number a ray instead of its hits, in an EXR several, with commas "
+        "between (a part a bundle, a channel a map), in a picture one (black to "
+        "yellow; of several bundles #### in its name is their number):";
+    for (const RayMapInfo& map : rayMapTable())
+        help += '\n' + std::string(map.name) + ": " + std::string(map.summary);
+    verb.addRepeated(
+            "--map", "NAMES", [&flags](const std::string& text) { takeMaps(text, flags.maps); },
+            help)
+        .group(kGroup);
+    verb.addRepeated(
+            "--attenuation", "MATERIAL=MU",
+            [&flags](const std::string& text) {
+                flags.attenuation.push_back(parseAttenuation(text));
+            },
+            "how much materials of this name (or glob, or index) weaken X-rays, per scene unit: "
+            "what gets through is exp(-sum MU * length); may be given several times, the last one "
+            "counts")
+        .group(kGroup);
+    verb.addRepeated(
+            "--part", "GLOB", [&flags](const std::string& text) { flags.parts.push_back(text); },
+            "twice: the two parts of --map overlap, by the names of their nodes (what is below "
+            "them included)")
+        .group(kGroup);
+    addValue(verb, "--range", "LOW,HIGH", flags.range, parseRange,
+             "what is black and what yellow in a picture (default: 0 to the largest value; of "
+             "first and last from the least)")
+        .group(kGroup);
+}
+
+void checkRayMapFlags(const RayMapFlags& flags) {
+    const auto has = [&](RayMap map) {
+        return std::ranges::find(flags.maps, map) != flags.maps.end();
+    };
+    const bool lengths = has(RayMap::kPathLength) || has(RayMap::kTransmission);
+    if (!flags.attenuation.empty() && !lengths)
+        throw Error(ErrorKind::kUsage, "nothing shows what is attenuated", "--attenuation",
+                    "add --map path-length or --map transmission");
+    if (has(RayMap::kTransmission) && flags.attenuation.empty())
+        throw Error(ErrorKind::kUsage, "nothing attenuates", "--map transmission",
+                    "add --attenuation MATERIAL=MU");
+    if (has(RayMap::kOverlap) != (flags.parts.size() == 2) || flags.parts.size() > 2)
+        throw Error(ErrorKind::kUsage, "two parts overlap", "--part",
+                    "give --map overlap and --part twice");
+    if (flags.range && flags.maps.empty())
+        throw Error(ErrorKind::kUsage, "there is no picture that has a range", "--range",
+                    "add --map");
+}
+
+RayMapOptions rayMapOptions(const RayMapFlags& flags, const Scene& scene) {
+    RayMapOptions options;
+    options.range = flags.range;
+    options.settings.maps = flags.maps;
+    if (!flags.attenuation.empty()) options.settings.attenuation.resize(scene.materials.size());
+    for (const auto& [glob, mu] : flags.attenuation)
+        setAttenuation(scene, glob, mu, options.settings.attenuation);
+    for (std::size_t i = 0; i < flags.parts.size(); ++i)
+        options.settings.parts[i] = nodesMatching(scene, {flags.parts[i]}, "--part");
+    return options;
+}
+
+}  // namespace peeler::cmd

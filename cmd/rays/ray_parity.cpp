@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/rays/ray_parity.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cmd/cli/report.h"
+#include "core/base/error.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// Solids that are named one by one on the console; JSON has them all.
+constexpr std::size_t kNamed = 10;
+
+/// Where the ray of a pixel goes.
+glm::dvec3 directionOf(const Bundle& bundle, const OddRay& ray) {
+    if (bundle.parallel()) return bundle.direction();
+    const glm::dvec2 at = glm::dvec2(ray.x, ray.y) + bundle.view.sample;
+    return glm::normalize(worldPosition(bundle.view, at.x, at.y, 1) - bundle.origin());
+}
+
+}  // namespace
+
+void RayParity::begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) {
+    bundles_.assign(bundles.begin(), bundles.end());
+}
+
+/// "Lid", or "Lid, primitives 0, 2" where the mesh has more than this solid.
+std::string RayParity::name(const Solid& solid) const {
+    std::string text = nodeName(scene_, static_cast<std::size_t>(solid.node));
+    const int mesh = scene_.nodes[static_cast<std::size_t>(solid.node)].mesh;
+    if (mesh < 0 ||
+        scene_.meshes[static_cast<std::size_t>(mesh)].primitives.size() == solid.primitives.size())
+        return text;
+    text += solid.primitives.size() == 1 ? ", primitive" : ", primitives";
+    for (std::size_t i = 0; i < solid.primitives.size(); ++i)
+        text += (i == 0 ? " " : ", ") + std::to_string(solid.primitives[i]);
+    return text;
+}
+
+std::string RayParity::describe(const Solid& solid, const SolidParity& parity) const {
+    const OddRay& ray = parity.first.front();
+    const Bundle& bundle = bundles_[ray.bundle];
+    const glm::dvec3 direction = directionOf(bundle, ray);
+    std::ostringstream text;
+    text << name(solid) << ": " << groupedText(parity.odd) << " of " << groupedText(parity.rays)
+         << " rays hit it an odd number of times; "
+         << (solid.closed() ? "no edge is open"
+                            : countText(solid.open_edges, "edge") +
+                                  (solid.open_edges == 1 ? " is open" : " are open"))
+         << "; the first one: " << bundle.name << ", pixel (" << ray.x << ", " << ray.y
+         << "), along (" << direction.x << ", " << direction.y << ", " << direction.z << ')';
+    return text.str();
+}
+
+void RayParity::finish() {
+    std::size_t odd = 0;
+    for (const auto& [index, parity] : parity_.solids()) {
+        if (parity.odd == 0) continue;
+        if (++odd <= kNamed) console_.warning(describe(solids_.all()[index], parity));
+    }
+    if (odd > kNamed)
+        console_.warning("and " + countText(odd - kNamed, "more solid") + " like that");
+}
+
+void RayParity::fail() const {
+    std::size_t odd = 0;
+    std::string first;
+    for (const auto& [index, parity] : parity_.solids())
+        if (parity.odd > 0 && ++odd == 1) first = name(solids_.all()[index]);
+    throw Error(ErrorKind::kInput,
+                countText(parity_.oddRays(), "ray") + (parity_.oddRays() == 1 ? " hits" : " hit") +
+                    " a solid an odd number of times: not every mesh is closed",
+                first + (odd > 1 ? " and " + countText(odd - 1, "other") : ""),
+                "close the meshes, leave them out with --exclude, or use --parity report");
+}
+
+void RayParity::tell(nlohmann::ordered_json& result) const {
+    auto solids = nlohmann::ordered_json::array();
+    for (const auto& [index, parity] : parity_.solids()) {
+        const Solid& solid = solids_.all()[index];
+        nlohmann::ordered_json entry{
+            {"node", nodeName(scene_, static_cast<std::size_t>(solid.node))},
+            {"nodeIndex", solid.node},
+            {"instance", solid.instance},
+            {"primitives",
+             std::vector<std::size_t>(solid.primitives.begin(), solid.primitives.end())},
+            {"triangles", solid.triangles},
+            {"openEdges", solid.open_edges},
+            {"rays", parity.rays},
+            {"oddRays", parity.odd}};
+        if (!parity.first.empty()) {
+            auto& rays = entry["firstOddRays"] = nlohmann::ordered_json::array();
+            for (const OddRay& ray : parity.first) {
+                const glm::dvec3 direction = directionOf(bundles_[ray.bundle], ray);
+                rays.push_back({{"bundle", bundles_[ray.bundle].name},
+                                {"x", ray.x},
+                                {"y", ray.y},
+                                {"direction", {direction.x, direction.y, direction.z}}});
+            }
+        }
+        solids.push_back(std::move(entry));
+    }
+    result["parity"] = {
+        {"holds", parity_.holds()}, {"oddRays", parity_.oddRays()}, {"solids", std::move(solids)}};
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/rays/rays_options.h"
+
+#include <algorithm>
+
+#include "cmd/cli/errors.h"
+#include "cmd/cli/options.h"
+#include "cmd/cli/parse.h"
+#include "cmd/options/capture_options.h"
+#include "cmd/rays/hit_output.h"
+#include "core/base/error.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Choice<ParityUse> kParityUses[] = {
+    {"report", ParityUse::kReport, "warn of each, and go on"},
+    {"fail", ParityUse::kFail,
+     "end with exit code 3; --include and --exclude say what has to be closed"},
+};
+
+constexpr const char* kRaysFooter =
+    "Arrays of the .npz, for n hits of m rays in b bundles (names and shapes of Open3D's\n"
+    "RaycastingScene.list_intersections where it has them): ray_splits (m + 1, int64; ray r has\n"
+    "the hits ray_splits[r] to ray_splits[r + 1], sorted), t_hit (n; distance along the ray),\n"
+    "geometry_ids (n; which of the meshes in their places), primitive_ids (n; which triangle of\n"
+    "its mesh), primitive_uvs (n, 2; weights of the second and third corner), facing (n; 1 = the\n"
+    "front), normals and geometric_normals (n, 3; world space, on the front), node_ids, mesh_ids,\n"
+    "instance_ids (among those of the node), material_ids (n; indices into the glTF,\n"
+    "0xFFFFFFFF = none); of each\n"
+    "bundle, float64: bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3),\n"
+    "bundle_size and bundle_resolution (b, 2), bundle_window (b, 4; x, y, width, height: the rays\n"
+    "that were traced, all but with --crop), and bundle_perspective (b, 0 or 1). Rays go bundle\n"
+    "by bundle, row by row from the top. With (w, h) = bundle_resolution ray (i, j) starts at\n"
+    "  origin + ((i + 0.5) / w - 0.5) * size[0] * right - ((j + 0.5) / h - 0.5) * size[1] * up\n"
+    "along direction; with perspective it starts at origin, along that sum + direction - origin,\n"
+    "made a unit vector. The .ply has a point a hit, the .exr a deep part a bundle (Z: distance\n"
+    "along the axis). What --parity and maps call inside: of a closed surface, between its first\n"
+    "and second hit, its third and fourth, and so on. A primitive that is closed by itself is a\n"
+    "surface of its own; what else a mesh has is one together. Shells of one surface that overlap\n"
+    "cancel out there. A camera has to stand outside.\n"
+    "Rays hit triangles, not lines and points; not what the alpha test of a MASK material rejects\n"
+    "or a BLEND material makes wholly transparent (alpha 0); anything else, however transparent.\n"
+    "Arrays of --points, for n points and d directions: t_before and t_after (d, n; distance to\n"
+    "the next hit against and along the direction, inf = none), geometry_ids_before, ..._after,\n"
+    "primitive_ids_before, ..._after (d, n; 0xFFFFFFFF = none), points (n, 3) and directions\n"
+    "(d, 3). A surface that a point lies on is before it, at distance 0.";
+
+void checkVoxels(const RaysOptions& options) {
+    if (options.writesPictures() || options.double_points)
+        refuse("voxels are not hits", "--voxels", "leave --map and --double out");
+    if (options.bundles.asksForRays() || options.bundles.resolution || options.bundles.spacing)
+        refuse("voxels say which rays are traced", "--voxels",
+               "leave directions, cameras, --resolution and --spacing out");
+    if (options.writesFile() && !hasExtension(options.output.path, ".npz") &&
+        !hasExtension(options.output.path, ".vdb"))
+        refuse("voxels cannot be written in this format", options.output.path.string(),
+               "end the name in .npz or .vdb");
+}
+
+void checkPoints(const RaysOptions& options) {
+    if (options.voxels || options.writesPictures() || options.double_points)
+        refuse("what is next to points is no picture of all hits", "--points",
+               "leave --map, --voxels and --double out");
+    if (options.bundles.usesCamera())
+        refuse("points are looked from along parallel rays", "--points",
+               "give directions, not a camera");
+    if (options.writesFile() && !hasExtension(options.output.path, ".npz"))
+        refuse("what is next to points is written as arrays", options.output.path.string(),
+               "end the name in .npz");
+}
+
+void checkOutputs(const RaysOptions& options) {
+    const bool special =
+        options.writesPictures() || options.voxels || options.double_points || options.points;
+    if (!options.writesFile() && !options.parity)
+        refuse("nothing to write", "", "add --output FILE, or --parity");
+    if (!options.writesFile() && special)
+        refuse("there is no file to write to", "--output", "add --output FILE");
+    if (options.double_points && !hasExtension(options.output.path, ".ply"))
+        refuse("only points can be stored in 64 bits", "--double", "leave it out, or write a .ply");
+    if (options.writesFile() && !options.writesPictures() && !options.voxels)
+        checkHitFormat(options.output.path.string());
+}
+
+/// Who enters by a front face leaves by a back face.
+void checkFaces(const RaysOptions& options) {
+    const bool inside =
+        options.voxels || options.parity ||
+        std::ranges::any_of(options.maps.maps, [](RayMap map) { return infoOf(map).solids; });
+    if (inside && options.capture.faces != Faces::kBoth)
+        refuse("what is inside is known by both sides of surfaces", "--faces",
+               "leave it out, or --voxels, --parity and the maps of what is inside");
+}
+
+}  // namespace
+
+void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
+    options.capture.faces = Faces::kBoth;
+    addValue(
+        verb, "SCENE", "", options.scene.file,
+        [](const std::string& text) { return fs::path(text); }, "a glTF scene (.gltf or .glb)")
+        .required();
+    addOutputFile(verb, options.output);
+    verb.option("--output")
+        .required(false)
+        .description(
+            "hits: .npz (arrays for numpy), .ply (points), .exr (deep); of --map .exr, .png, .jpg "
+            "or .tif; of --voxels .npz or .vdb");
+    addValue(
+        verb, "--points", "FILE", options.points,
+        [](const std::string& text) { return fs::path(text); },
+        "write the next hits before and after each of these points along every direction, not "
+        "all hits: a .ply, or a .npz with the array points (n, 3)")
+        .group("Output");
+    verb.addFlag("--double", options.double_points, "x, y, z of a .ply in 64 bits, not 32")
+        .group("Output");
+    addBundleOptions(verb, options.bundles);
+    verb.addFlag("--refine,!--no-refine", options.refine,
+                 "find t anew in double precision from the triangle (default); otherwise it is as "
+                 "the rasteriser has it: a 32-bit depth, corners on a grid of 1/256 pixel")
+        .group("Rays");
+    addRayFacesOption(verb, options.capture);
+    addRayMapOptions(verb, options.maps);
+    addValue(
+        verb, "--voxels", "R", options.voxels,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 4096)); },
+        "which cells of a lattice, R along its longest side, are inside: by parity along each of "
+        "the three axes, and the majority of them")
+        .group("Inside");
+    std::string parity_help =
+        "check that what is shown is closed: a ray that enters a surface leaves it. If rays hit "
+        "one an odd number of times:";
+    for (const Choice<ParityUse>& use : kParityUses)
+        parity_help += '\n' + std::string(use.name) + ": " + std::string(use.summary);
+    addValue(
+        verb, "--parity", "NAME", options.parity,
+        [](const std::string& text) {
+            return choose<ParityUse>("use of parity", kParityUses, text);
+        },
+        parity_help)
+        .group("Inside");
+    addSceneOptions(verb, options.scene);
+    addVariantOption(verb, options.look);
+    addTimeOptions(verb, options.animation);
+    addMachineOptions(verb, options.device, options.threads, options.capture,
+                      "rays are traced in bands that fit");
+    addReportOptions(verb, options.report);
+    verb.footer(kRaysFooter);
+}
+
+void checkRaysOptions(const RaysOptions& options) {
+    checkAnimationOptions(options.animation);
+    if (options.voxels)
+        checkVoxels(options);
+    else
+        checkBundleOptions(options.bundles);
+    if (options.points) checkPoints(options);
+    checkRayMapFlags(options.maps);
+    checkOutputs(options);
+    checkFaces(options);
+}
+
+}  // namespace peeler::cmd

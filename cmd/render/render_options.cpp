@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/render/render_options.h"
+
+#include <filesystem>
+
+#include "cmd/cli/options.h"
+#include "core/base/error.h"
+#include "core/capture/method.h"
+#include "formats/writers.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// What shadows are made of, for an output that shows nothing else.
+void chooseCasters(CaptureSettings& capture) {
+    const CaptureSettings usual;
+    if (capture.max_layers != usual.max_layers || capture.surfaces != usual.surfaces ||
+        capture.faces != usual.faces || capture.shadows || capture.samples != usual.samples ||
+        capture.occlusion_ratio != usual.occlusion_ratio) {
+        throw Error(
+            ErrorKind::kUsage, "a shadow map shows both faces of all opaque surfaces",
+            "--as midpoint-depth",
+            "leave --layers, --occlusion-ratio, --samples, --surfaces, --faces and --shadows out");
+    }
+    capture.opaque_only = true;
+    capture.faces = Faces::kBoth;
+    capture.shading = Shading::kUnlit;
+}
+
+/// A composite with channels is made of layers, by its writer.
+void chooseChannels(const RenderOptions& options, CaptureSettings& capture) {
+    checkChannelOptions(options.channels, options.output);
+    capture.channels = capturedChannels(options.channels);
+    if (capture.channels.empty()) return;
+    const MethodInfo* method = findPeelMethod(capture.method);
+    if (method && !method->exact()) {
+        throw Error(ErrorKind::kUsage,
+                    capture.method + " finds no fragments that could have channels",
+                    "--method " + capture.method,
+                    "choose another method, or leave --channels and --cryptomatte out");
+    }
+    if (capture.tail == Tail::kBlend) {
+        throw Error(ErrorKind::kUsage, "what is blended has no channels", "--tail blend",
+                    "leave it out, or --channels and --cryptomatte");
+    }
+    if (options.fxaa) {
+        throw Error(ErrorKind::kUsage, "a filter of colours cannot smooth channels", "--fxaa",
+                    "use --samples, or leave --channels and --cryptomatte out");
+    }
+    capture.composite = false;
+}
+
+}  // namespace
+
+void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
+    addValue(
+        verb, "SCENE", "", options.scene.file,
+        [](const std::string& text) { return std::filesystem::path(text); },
+        "a glTF scene (.gltf or .glb)")
+        .required();
+    addOutputOptions(verb, options.output);
+    addLayerOutputOptions(verb, options.output);
+    addFxaaOption(verb, options.fxaa, "quick, but --samples sees more");
+    addSceneOptions(verb, options.scene);
+    addTimeOptions(verb, options.animation);
+    addFrameOptions(verb, options.animation);
+    addCameraOptions(verb, options.camera);
+    addLayerOptions(verb, options.capture);
+    addChannelOptions(verb, options.channels);
+    addClipOptions(verb, options.clip);
+    addLightOptions(verb, options.capture, options.shadow_size);
+    addLookOptions(verb, options.look);
+    addMachineOptions(verb, options.device, options.threads, options.capture);
+    addSequenceOptions(verb, options.sequence);
+    addReportOptions(verb, options.report);
+    verb.addFlag("--strict", options.strict,
+                 "a missing texture and damaged compressed data are errors (exit code 3), whatever "
+                 "the fallback, and so is a layer limit that leaves fragments out (6); no file is "
+                 "written then")
+        .group("Output");
+}
+
+CaptureSettings captureSettings(const RenderOptions& options) {
+    CaptureSettings capture = options.capture;
+    const OutputFormat& format = findOutputFormat(options.output.path.string(), options.output.as);
+    capture.composite = format.kind == "composite";
+    chooseChannels(options, capture);
+    if (format.casters) chooseCasters(capture);
+    checkSettings(capture);
+    if (options.fxaa && !capture.composite && capture.channels.empty()) {
+        throw Error(ErrorKind::kUsage, "a filter of finished pictures cannot smooth layers",
+                    "--fxaa", "add --as composite, or use --samples instead");
+    }
+    if (options.camera.tile && (options.fxaa || format.casters)) {
+        throw Error(ErrorKind::kUsage,
+                    options.fxaa ? "the filter needs the pixels beyond the tile"
+                                 : "tiles of a shadow map cannot be merged",
+                    "--tile " + options.camera.tile->text(),
+                    options.fxaa ? "merge tiles of layers, then peeler flatten --fxaa"
+                                 : "render it as a whole");
+    }
+    setShadowSize(capture, options.shadow_size);
+    return capture;
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// What peeler render is asked for, picture by picture: all that is known before there is a GL
+// context.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <vector>
+
+#include "cmd/options/opened_scene.h"
+#include "cmd/render/render_options.h"
+#include "core/capture/renderer.h"
+#include "core/image/sink.h"
+#include "formats/writers.h"
+
+namespace peeler::cmd {
+
+/// One picture.
+struct PictureRequest {
+    std::size_t index = 0;     ///< among all that are asked for
+    std::optional<int> frame;  ///< of a sequence
+    double time = 0;           ///< seconds
+    OutputFlags output{};
+    SceneContents contents{};
+    std::optional<NextFrame> next{};  ///< if motion is asked for
+    View view{};
+    CaptureSettings capture{};
+    Provenance provenance{};  ///< but its renderer
+};
+
+class RenderRequest {
+  public:
+    /// Checks the options, then reads the scene. Nothing that is to be written may replace what is
+    /// read, or what must stay. Both arguments must outlive it. Throws Error (kUsage), (kInput),
+    /// (kOutput).
+    RenderRequest(const RenderOptions& options, Console& console);
+
+    const Scene& scene() const { return scene_->scene(); }
+    bool isSequence() const { return options_.animation.frames.has_value(); }
+    std::size_t pictures() const { return moments_.size(); }  ///< may be 0, of a small chunk
+    const StageTimes& times() const { return times_; }        ///< of reading the scene
+
+    std::optional<int> frame(std::size_t index) const;
+    std::filesystem::path outputFile(std::size_t index) const { return outputOf(index).path; }
+    /// Poses the scene. Throws Error (kUsage) and (kInput) like OpenedScene::view().
+    PictureRequest picture(std::size_t index) const;
+    /// What the writer of its format is told.
+    OutputOptions writerOptions(const PictureRequest& picture) const;
+    /// Whether its file is there, whole, and made of the same request. Never under --strict if it
+    /// may be incomplete: that is found out by counting.
+    bool isThere(const PictureRequest& picture) const;
+
+    /// What would be done, for --dry-run.
+    nlohmann::ordered_json plan() const;
+
+  private:
+    void checkFiles() const;
+    std::vector<std::filesystem::path> outputs() const;
+    OutputFlags outputOf(std::size_t index) const;
+    Provenance provenanceOf(std::size_t index, const PictureRequest& picture) const;
+
+    const RenderOptions& options_;
+    std::vector<Moment> moments_;
+    CaptureSettings capture_;
+    StageTimes times_;
+    std::optional<OpenedScene> scene_;
+};
+
+}  // namespace peeler::cmd

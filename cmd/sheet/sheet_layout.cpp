@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/sheet/sheet_layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "cmd/cli/parse.h"
+#include "cmd/sheet/bitmap_font.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/base/srgb.h"
+#include "formats/image/image_writer.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+using Pixel = std::array<float, 4>;
+
+/// From an sRGB byte.
+Pixel grey(int byte) {
+    const float value = linearFromSrgb(static_cast<float>(byte) / 255);
+    return {value, value, value, 1};
+}
+
+const Pixel kPage = grey(255), kLabel = grey(20), kDetail = grey(100);
+const Pixel kLightSquare = grey(238), kDarkSquare = grey(218);
+
+/// Distances on the page, in pixels.
+struct Layout {
+    int columns = 1, rows = 1;
+    int cell_width = 0, cell_height = 0;
+    int scale = 1;  ///< of a font's dot
+    int gap = 0, caption = 0;
+
+    int x(int column) const { return gap + column * (cell_width + gap); }
+    int y(int row) const { return gap + row * (cell_height + caption + 2 * gap); }
+    int width() const { return x(columns); }
+    int height() const { return y(rows) - gap; }
+};
+
+std::size_t longestLine(const std::vector<SheetCell>& cells) {
+    std::size_t longest = 1;
+    for (const SheetCell& cell : cells)
+        longest = std::max({longest, cell.label.size(), cell.detail.size()});
+    return longest;
+}
+
+Layout plan(const std::vector<SheetCell>& cells, int columns) {
+    const int count = static_cast<int>(cells.size());
+    Layout layout;
+    layout.columns =
+        columns > 0 ? std::min(columns, count) : static_cast<int>(std::ceil(std::sqrt(count)));
+    layout.rows = (count + layout.columns - 1) / layout.columns;
+    layout.cell_width = cells.front().picture.window.width();
+    layout.cell_height = cells.front().picture.window.height();
+    // About 27 characters a line; smaller if a line is longer than that, never illegibly small.
+    const int dots = static_cast<int>(longestLine(cells)) * kTextAdvance;
+    layout.scale = std::max(1, std::min(layout.cell_width / 160, layout.cell_width / dots));
+    layout.gap = 4 * std::max(1, layout.cell_width / 160);
+    layout.caption = (2 * kTextHeight + 7) * layout.scale;
+    return layout;
+}
+
+/// Exposure and tone map act on straight colours, as where a picture is written by itself. Alpha
+/// above 1 (weighted sums have that) stays: it takes away from the background, as the formula says.
+Pixel shown(const Pixel& pixel, float gain, const ToneMap& tone_map) {
+    const float alpha = pixel[3];
+    if (!(alpha > 0)) return {};
+    const float coverage = std::min(alpha, 1.0F), scale = gain / coverage;
+    const auto mapped = tone_map.map({pixel[0] * scale, pixel[1] * scale, pixel[2] * scale});
+    Pixel out{0, 0, 0, alpha};
+    for (std::size_t c = 0; c < 3; ++c)
+        out[c] = coverage * std::clamp(mapped[c], 0.0F, 1.0F);
+    return out;
+}
+
+Pixel over(const Pixel& front, const Pixel& back) {
+    Pixel sum = front;
+    for (std::size_t c = 0; c < 4; ++c)
+        sum[c] += (1 - front[3]) * back[c];
+    return sum;
+}
+
+Pixel behind(const SheetLook& look, int square, int x, int y) {
+    const Pixel& board = (x / square + y / square) % 2 == 0 ? kLightSquare : kDarkSquare;
+    if (!look.background) return board;
+    Pixel color = *look.background;
+    for (std::size_t c = 0; c < 3; ++c)
+        color[c] *= color[3];
+    return over(color, board);
+}
+
+const ToneMap& findToneMap(const std::string& name) {
+    for (const ToneMap& map : toneMaps()) {
+        if (map.name == name) return map;
+    }
+    throw Error(ErrorKind::kInternal, "there is no tone map " + name);
+}
+
+void drawPicture(const SheetCell& cell, const SheetLook& look, const Window& place, int square,
+                 CompositeImage& page) {
+    const float gain = std::exp2(look.exposure);
+    const ToneMap& tone_map = findToneMap(look.tone_map);
+    const auto width = static_cast<std::size_t>(place.width());
+    const auto page_width = static_cast<std::size_t>(page.window.width());
+    parallelFor(static_cast<std::size_t>(place.height()), [&](std::size_t row) {
+        const Pixel* in = cell.picture.rgba.data() + row * width;
+        Pixel* out = page.rgba.data() + (static_cast<std::size_t>(place.y0) + row) * page_width +
+                     static_cast<std::size_t>(place.x0);
+        for (std::size_t x = 0; x < width; ++x) {
+            out[x] = over(shown(in[x], gain, tone_map),
+                          behind(look, square, static_cast<int>(x), static_cast<int>(row)));
+            out[x][3] = 1;
+        }
+    });
+}
+
+/// `text`, or as much of it as is not wider than the cell.
+std::string_view fitting(std::string_view text, const Layout& layout) {
+    const int room = layout.cell_width / (kTextAdvance * layout.scale);
+    return text.substr(0, static_cast<std::size_t>(std::max(0, room)));
+}
+
+}  // namespace
+
+CompositeImage layOut(const std::vector<SheetCell>& cells, const SheetLook& look) {
+    const Layout layout = plan(cells, look.columns);
+    try {
+        checkPixels({layout.width(), layout.height()});
+    } catch (const Error& error) {
+        throw Error(error.kind(), error.what(), "the sheet",
+                    "use a smaller --cell-width, or fewer --cells");
+    }
+    CompositeImage page;
+    page.window = {0, 0, layout.width(), layout.height()};
+    page.rgba.assign(page.window.pixels(), kPage);
+    page.z.assign(page.window.pixels(), std::numeric_limits<float>::infinity());
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+        const int x = layout.x(static_cast<int>(i) % layout.columns);
+        const int y = layout.y(static_cast<int>(i) / layout.columns);
+        const int below = y + layout.scale * (kTextHeight + 3);
+        const int top = y + layout.caption;
+        drawText(page, x, y, layout.scale, kLabel, fitting(cells[i].label, layout));
+        drawText(page, x, below, layout.scale, kDetail, fitting(cells[i].detail, layout));
+        drawPicture(cells[i], look, {x, top, x + layout.cell_width, top + layout.cell_height},
+                    2 * layout.gap, page);
+    }
+    return page;
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cells of a contact sheet that show what a method composites, and how far that is from the truth.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "cmd/sheet/sheet_cells.h"
+#include "core/capture/method.h"
+#include "core/capture/renderer.h"
+
+namespace peeler::cmd {
+
+/// Keeps the composite of all bands at full size, 20 bytes a pixel.
+class CompositeKeeper : public Sink {
+  public:
+    void begin(const Plan& plan) override;
+    void write(const LayeredImage& band) override;
+    void finish() override {}
+    SinkMemory memory() const override;
+    StageTimes times() const override { return times_; }
+
+    const CompositeImage& composite() const { return composite_; }
+
+  private:
+    CompositeImage composite_, band_;
+    StageTimes times_;
+};
+
+/// Makes one cell of composited bands, with their difference from the exact composite.
+class CompositeCell : public Sink {
+  public:
+    /// `exact` must outlive the cell. If it is empty when a band comes, the error is not known.
+    CompositeCell(int cell_width, const CompositeImage& exact)
+        : cell_width_(cell_width), exact_(exact) {}
+
+    void begin(const Plan& plan) override;
+    void write(const LayeredImage& band) override;
+    void finish() override;
+    StageTimes times() const override { return times_; }
+
+    /// After finish(); without labels.
+    SheetCell& cell() { return cell_; }
+
+  private:
+    int cell_width_;
+    const CompositeImage& exact_;
+    std::optional<BoxFilter> filter_;  ///< from begin() to finish()
+    CompositeImage band_, exact_band_;
+    SheetCell cell_;
+    StageTimes times_;
+};
+
+/// Captures the composite of one method and hands it to the cell, and to `more` if there is one.
+/// The labels tell its name, its geometry passes and its error.
+SheetCell captureMethod(Renderer& renderer, const View& view, CaptureSettings settings,
+                        const MethodInfo& method, CompositeCell& cell, Sink* more,
+                        const Progress& progress);
+
+}  // namespace peeler::cmd

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/verify/verified_file.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "cmd/cli/console.h"
+#include "cmd/cli/report.h"
+#include "cmd/options/layered_bands.h"
+#include "cmd/verify/verified_layers.h"
+#include "core/base/error.h"
+#include "core/image/layer_checks.h"
+#include "formats/exr/exr_layout.h"
+#include "formats/layered_input.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// Of a band, beside which its composite is read.
+constexpr std::uint64_t kVerifiedBytes = std::uint64_t{128} << 20;
+
+std::string at(const std::map<std::string, std::string>& attributes, const std::string& name) {
+    const auto found = attributes.find(name);
+    return found == attributes.end() ? std::string() : found->second;
+}
+
+void checkFragments(LayeredInput& input, VerifiedFile& file) {
+    const ExrInfo& info = input.info();
+    const Window& crop = info.plan.view.crop;
+    BrokenPixels unsorted, infinite, wrong;
+    CompositeImage composite;
+    PixelType composite_type = PixelType::kFloat;
+    if (info.composite >= 0) {
+        const ExrInputPart& part = info.parts[static_cast<std::size_t>(info.composite)];
+        if (const auto* red = part.channel("R")) composite_type = red->type;
+        if (part.data_window != crop) {
+            file.blame(Verdict::kBad, "the composite does not cover the pixels of the picture");
+        }
+    }
+    const bool has_composite =
+        info.composite >= 0 &&
+        info.parts[static_cast<std::size_t>(info.composite)].data_window == crop;
+    forEachBand(input, kVerifiedBytes, [&](const LayeredImage& band) {
+        file.fragments += band.fragments();
+        findUnsorted(band, unsorted);
+        findInfinite(band, infinite);
+        if (!has_composite) return;
+        input.readComposite(band.window, composite);
+        findWrongComposite(band, composite, composite_type, wrong);
+    });
+    file.blame(unsorted, "the layers are not in order of Z");
+    file.blame(infinite, "a fragment's Z is not finite");
+    file.blame(wrong, "the composite is not what the layers make");
+    if (file.fragments != info.plan.fragments_stored) {
+        file.blame(Verdict::kBad, "the header says " + groupedText(info.plan.fragments_stored) +
+                                      " fragments, and there are " + groupedText(file.fragments));
+    }
+}
+
+void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
+    const Plan& plan = info.plan;
+    // A layer's file tells of the whole picture, whose fragments are in other files, too.
+    if (at(info.attributes(), "peeler:layout") == kPerFileLayout &&
+        !at(info.attributes(), "peeler:layer").empty())
+        return;
+    // Numbers of pixels that are no picture's layers, and bundles of rays.
+    if (holdsBundles(info)) return;
+    if (info.layers.empty() && info.deep.empty() && at(info.attributes(), "peeler:layers").empty())
+        return;
+    const bool says_complete = at(info.attributes(), "peeler:complete") == "1";
+    if (says_complete != plan.complete()) {
+        file.blame(Verdict::kBad, "peeler:complete is " + at(info.attributes(), "peeler:complete") +
+                                      ", which the numbers of fragments deny");
+    }
+    if (plan.complete()) return;
+    file.blame(Verdict::kIncomplete, "not complete: " + groupedText(plan.fragments_stored) +
+                                         " of " + countText(plan.fragments_counted, "fragment"));
+}
+
+void verify(VerifiedFile& file) {
+    OpenedExr opened(file.path);
+    const ExrInfo info = opened.info;
+    file.width = info.plan.view.width;
+    file.height = info.plan.view.height;
+    file.provenance = info.provenance;
+    file.kind = !info.is_peeler   ? VerifiedKind::kForeign
+                : isLayered(info) ? VerifiedKind::kLayered
+                                  : VerifiedKind::kFlat;
+    if (info.is_peeler) checkCompleteness(info, file);
+    if (file.kind == VerifiedKind::kLayered) {
+        const std::unique_ptr<LayeredInput> input = openLayered(std::move(opened));
+        file.layers = input->info().plan.layers.size();
+        checkFragments(*input, file);
+        checkLayerParts(file.path, input->info(), file);
+        return;
+    }
+    const ExrInput input(file.path);
+    bool deep = false;
+    for (std::size_t part = 0; part < input.parts().size(); ++part) {
+        const bool part_is_deep = input.parts()[part].type.starts_with("deep");
+        deep = deep || part_is_deep;
+        if (!part_is_deep) input.decodeAll(part);
+    }
+    if (!deep) return;
+    if (holdsBundles(info)) {
+        for (std::size_t n = 0; n < info.deep.size(); ++n)
+            forEachBand(*openBundle(OpenedExr(file.path), n), kVerifiedBytes,
+                        [](const LayeredImage&) {});
+        return;
+    }
+    const std::unique_ptr<LayeredInput> layers = openLayered(std::move(opened));
+    forEachBand(*layers, kVerifiedBytes, [](const LayeredImage&) {});
+}
+
+}  // namespace
+
+void VerifiedFile::blame(Verdict found, const std::string& problem) {
+    verdict = std::max(verdict, found);
+    problems.push_back(problem);
+}
+
+void VerifiedFile::blame(const BrokenPixels& broken, const std::string& what) {
+    if (broken.pixels == 0) return;
+    blame(Verdict::kBad, what + " in " + countText(broken.pixels, "pixel") + ", the first at (" +
+                             std::to_string(broken.x) + ", " + std::to_string(broken.y) + ")");
+}
+
+VerifiedFile verifyFile(const std::string& path) {
+    VerifiedFile file;
+    file.path = path;
+    try {
+        verify(file);
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kInput) throw;
+        const std::string where = error.where() == path ? "" : ": " + printable(error.where());
+        file.blame(Verdict::kBad, error.what() + where);
+    }
+    return file;
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything about one OpenEXR file that can be wrong without anybody noticing.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/image/layer_checks.h"
+#include "core/image/sink.h"
+
+namespace peeler::cmd {
+
+/// How much of a file there is to check.
+enum class VerifiedKind {
+    kUnknown,  ///< it cannot be opened
+    kForeign,  ///< not written by peeler: only whether every chunk can be decoded
+    kFlat,     ///< peeler's, without layers: that, and its completeness
+    kLayered,  ///< peeler's, with layers: everything
+};
+
+/// What was found, worst last.
+enum class Verdict { kGood, kIncomplete, kBad };
+
+struct VerifiedFile {
+    std::string path;
+    VerifiedKind kind = VerifiedKind::kUnknown;
+    Verdict verdict = Verdict::kGood;
+    std::vector<std::string> problems;  ///< one sentence each
+    Provenance provenance;              ///< of peeler's files
+    int width = 0, height = 0;
+    std::size_t layers = 0;
+    std::uint64_t fragments = 0;  ///< found
+
+    void blame(Verdict found, const std::string& problem);
+    /// Nothing if no pixel is broken.
+    void blame(const BrokenPixels& broken, const std::string& what);
+};
+
+/// Reads the file from beginning to end, in bands. Of layers: Z is a number wherever there is a
+/// fragment and never decreases within a pixel; no pixel has a layer without the one before;
+/// everything is 0 where there is no fragment (of layers in parts of their own); as many fragments
+/// as the header says; the part `composite` is what the layers make, bit for bit. Throws only what
+/// is no fault of the file (kMemory, kInternal).
+VerifiedFile verifyFile(const std::string& path);
+
+}  // namespace peeler::cmd

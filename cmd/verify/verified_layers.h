@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of layers as they are stored.
+#pragma once
+
+#include <string>
+
+#include "cmd/verify/verified_file.h"
+#include "formats/exr/exr_info.h"
+
+namespace peeler::cmd {
+
+/// What fragment lists do not show, of layers in parts of their own: pixels without a fragment that
+/// are not 0 (Z: +inf), and layers that skip one. Does nothing where layers are stored in another
+/// way. Throws Error (kInput) if a chunk is damaged.
+void checkLayerParts(const std::string& path, const ExrInfo& info, VerifiedFile& file);
+
+}  // namespace peeler::cmd

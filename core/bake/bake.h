@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// What points on surfaces see around them, gathered from bundles of rays.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <glm/glm.hpp>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "core/capture/capture_settings.h"
+#include "core/capture/renderer.h"
+
+namespace peeler {
+
+/// Points on surfaces, in world space, on the side that their unit normals point to. A normal of
+/// length 0 marks one that sees nothing: its values are 0.
+struct Receivers {
+    std::vector<glm::dvec3> positions;
+    std::vector<glm::vec3> normals;
+
+    std::size_t size() const { return positions.size(); }
+};
+
+enum class BakeQuantity : std::uint8_t {
+    kAmbientOcclusion,  ///< 1: cosine-weighted share of the hemisphere that is not occluded
+    kBentNormal,        ///< 3: unit, the mean unoccluded direction, world space
+    kSkyVisibility,     ///< 1: what of a uniform sky (around +Y) arrives, 1 on an open plain
+    kThickness,         ///< 1: mean distance to the other side, scene units
+    kIrradiance  ///< 3: light that arrives, W/m² per W/(m² sr) of what the sources give off
+};
+/// Floats a receiver.
+std::size_t componentsOf(BakeQuantity quantity);
+
+struct BakeSettings {
+    BakeQuantity quantity = BakeQuantity::kAmbientOcclusion;
+    int directions = 256;  ///< over the sphere, in opposite pairs: one bundle serves two
+    int resolution = 512;  ///< rays along the longer side of a bundle
+    double max_distance = std::numeric_limits<double>::infinity();  ///< what is farther is not seen
+    int bounces = 1;  ///< of light that reaches a receiver; irradiance
+};
+
+/// What surfaces show to others: the irradiance that the receivers have gathered so far, at a point
+/// of a surface. Given by whoever knows where the receivers lie.
+using SurfaceLookup = std::function<glm::vec3(std::span<const float> irradiance, std::uint32_t key,
+                                              const glm::vec2& barycentric)>;
+
+/// Values of every receiver, componentsOf() each. Every direction is a parallel bundle that covers
+/// the scene (Szirmay-Kalos & Purgathofer 1998; Hermes et al. 2010; Tokuyoshi et al. 2011); a
+/// receiver's ray is the one nearest to it. Memory does not grow with the number of directions.
+/// `lookup` is needed for kIrradiance with several bounces. Throws what captures throw, and Error
+/// (kMemory) if the receivers' sums alone are over the budget.
+std::vector<float> bake(Renderer& renderer, const Scene& scene, const SceneContents& contents,
+                        const Receivers& receivers, const BakeSettings& settings,
+                        const CaptureSettings& capture, const SurfaceLookup& lookup,
+                        const Progress& progress);
+
+}  // namespace peeler

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The storage buffers a band's fragments are captured into, or its composite.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/gl/objects.h"
+#include "core/image/layered_image.h"
+
+namespace peeler {
+
+/// For layers: per pixel a slot; per fragment its key and what is stored of it, side by side
+/// (shaders/fragments.glsl). For a composite: per pixel a slot, a count, a depth, two stamps and a
+/// colour in 32-bit float. Grown on demand and reused from band to band: fresh memory costs more
+/// than rasterising into it.
+class BandBuffers {
+  public:
+    explicit BandBuffers(const gl::Functions& gl) : gl_(gl) {}
+
+    /// Words of one fragment in these buffers: depth, primitive, colour.
+    static std::size_t fragmentWords(std::size_t color_bytes) {
+        return 2 + color_bytes / sizeof(std::uint32_t);
+    }
+
+    /// Bytes of one pixel of a composite.
+    static std::size_t compositeBytes() { return 5 * sizeof(std::uint32_t) + 4 * sizeof(float); }
+
+    void reserveSlots(std::size_t pixels) { reserve(slots_, pixels * sizeof(std::uint32_t)); }
+    void reserveFragments(std::size_t words) { reserve(fragments_, words * sizeof(std::uint32_t)); }
+    /// Room for what channels.frag yields, all 0.
+    void clearForChannels(std::size_t floats) {
+        reserve(channels_, floats * sizeof(float));
+        channels_.clearToZero(floats * sizeof(float));
+    }
+    /// Room for the boundary of a clip mesh: of each pixel where its surfaces begin, and one more.
+    void reserveClip(std::span<const std::uint32_t> first);
+    /// Room for a composite of so many pixels: the counts are these, all else is 0.
+    void clearForComposite(std::span<const std::uint32_t> counts);
+    /// Frees all.
+    void free() {
+        for (gl::Buffer* buffer : {&slots_, &fragments_, &depths_, &stamps_, &colors_, &counts_,
+                                   &clip_first_, &clip_depths_, &channels_})
+            *buffer = {};
+    }
+    /// Binds all at their PEELER_ binding points, for layers or for a composite.
+    void bindForLayers() const;
+    void bindForComposite() const;
+
+    const gl::Buffer& slots() const { return slots_; }
+    const gl::Buffer& fragments() const { return fragments_; }
+    const gl::Buffer& depths() const { return depths_; }
+    const gl::Buffer& colors() const { return colors_; }
+    const gl::Buffer& channels() const { return channels_; }
+
+  private:
+    void reserve(gl::Buffer& buffer, std::size_t bytes) {
+        if (buffer && buffer.size() >= bytes) return;
+        buffer = {};  // free first: never hold both
+        buffer = gl::Buffer(gl_, bytes);
+    }
+
+    void bindClip() const;
+
+    const gl::Functions& gl_;
+    gl::Buffer slots_, fragments_, channels_;       // of layers
+    gl::Buffer depths_, stamps_, colors_, counts_;  // of a composite, and the slots
+    gl::Buffer clip_first_, clip_depths_;
+};
+
+}  // namespace peeler

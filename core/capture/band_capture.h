@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// One band of one view through the GPU: counted, captured or composited.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/stage_times.h"
+#include "core/capture/band_buffers.h"
+#include "core/capture/bands.h"
+#include "core/capture/capture_settings.h"
+#include "core/capture/gather.h"
+#include "core/capture/gpu_scene.h"
+#include "core/capture/method.h"
+#include "core/capture/scene_rasterizer.h"
+#include "core/capture/slot_target.h"
+#include "core/capture/surface_channels.h"
+#include "core/image/composite.h"
+#include "core/image/layered_image.h"
+#include "core/scene/view.h"
+
+namespace peeler {
+
+/// How much of every pixel a band shall show.
+struct BandRequest {
+    Window band;
+    std::span<const std::uint32_t> counts;  ///< of the band's pixels, as count() found them
+    std::uint32_t layers = 0;               ///< the nearest to keep; 0 = all
+    /// Layers: with their draw-order keys as the first extra array; hits always have them.
+    bool keys = false;
+};
+
+/// Owns the uploaded scene and the buffers. "count", "capture" and "sort" are added to the times.
+class BandCapture {
+  public:
+    /// Throws like GpuScene.
+    BandCapture(gl::Context& context, const Scene& scene, const SceneContents& contents,
+                StageTimes& times);
+
+    /// Shows the scene at another moment, from the next setView() on. Must outlive its use.
+    void setContents(const SceneContents& contents);
+    /// What motion is measured against; must outlive its use. None: nothing moves.
+    void setNextFrame(const NextFrame* next) { next_frame_ = next; }
+
+    void setView(const View& view, const CaptureSettings& settings);
+    /// What shines on the scene; must outlive its use. To be set before the view.
+    void setLighting(const Lighting& lighting) { rasterizer_.setLighting(lighting); }
+
+    /// The fragments of every pixel of the band. Overwrites `counts`.
+    void count(const Window& band, std::vector<std::uint32_t>& counts);
+
+    /// How many surfaces of the clip meshes every pixel of the band has. Overwrites `counts`.
+    void countClip(const Window& band, std::vector<std::uint32_t>& counts);
+
+    /// Captures a band's fragments and sorts them into `out`, with the channels of the settings as
+    /// extra arrays. Returns the geometry passes. Throws Error (kInternal) if any pixel's fragments
+    /// differ in number from the count.
+    int layers(LayerMethod& method, const BandRequest& request, LayeredImage& out);
+
+    /// Composites what layers() would give, without storing it. Returns and throws like that.
+    int composite(LayerMethod& method, const BandRequest& request, CompositeImage& out);
+
+    /// Composites a band on the fly. Returns and throws like layers().
+    int composite(CompositeMethod& method, const BandRequest& request, CompositeImage& out);
+
+    const DrawList& list() const { return gpu_scene_.list(); }
+    /// The largest change of Z that refining hits has made since the last setView().
+    double largestCorrection() const { return largest_correction_; }
+    /// Which surface a primitive's key belongs to (DrawList::surfaceOf).
+    std::uint32_t surfaceOf(std::uint32_t key) const { return gpu_scene_.list().surfaceOf(key); }
+
+    /// What bands cost besides what the hand-over and sinks take: a fragment of layers(), or a
+    /// pixel of composite().
+    std::uint64_t fragmentBytes() const;
+    std::uint64_t pixelBytes() const;
+    /// Pixels of the largest raster tile that the crop touches, and bytes of the textures that
+    /// every method needs for it.
+    std::uint64_t tilePixels() const;
+    std::uint64_t tileBytes() const {
+        const std::uint64_t slots =
+            SlotTarget::supported(context_) ? SlotTarget::bytes(tilePixels()) : 0;
+        return rasterizer_.boundBytes(tilePixels()) + slots;
+    }
+
+    /// Frees what it holds besides the scene.
+    void free();
+
+  private:
+    const gl::Functions& gl() const { return context_.functions(); }
+    /// Finds the boundary of the clip meshes in a band, unless that is what the buffers hold.
+    void prepareClip(const Window& band);
+    /// Draws a pass without attachments that touches every pixel's slot.
+    void drawIntoSlots(const GeometryPass& pass, const Window& band);
+    /// The fragments that a pass counts in every pixel's slot. Overwrites `counts`.
+    void countInSlots(const GeometryPass& pass, const Window& band,
+                      std::vector<std::uint32_t>& counts);
+    /// Calls f(tile, area of the band in it).
+    template <class F>
+    void forEachTile(const Window& band, F&& f);
+    void checkSlots(const std::uint32_t* slots, const Window& band,
+                    std::span<const std::uint32_t> first, std::span<const std::uint32_t> end) const;
+    /// Captures a band's fragments, the nearest `layers` (0 = all) of every pixel at least, and
+    /// leaves in `first_` where they are. Returns the geometry passes.
+    int fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers);
+    bool needsKeys(const BandRequest& request) const;
+    bool blendsTail() const { return settings_.tail == Tail::kBlend; }
+    gl::Buffer::Mapping readFragments();
+    CapturedFragments capturedIn(const gl::Buffer::Mapping& stored) const;
+    void setSlots(std::span<const std::uint32_t> slots);
+    /// Another geometry pass, which finds what channels.frag yields of the captured fragments.
+    int captureChannels(const Window& band, std::size_t fragments);
+    void addChannels(const BandRequest& request, const CapturedFragments& captured,
+                     std::span<std::uint32_t> sources, LayeredImage& out);
+    void readComposite(const BandRequest& request, CompositeImage& out);
+
+    gl::Context& context_;
+    StageTimes& times_;
+    const Scene& scene_;
+    const SceneContents* contents_;
+    const NextFrame* next_frame_ = nullptr;
+    GpuScene gpu_scene_;
+    SceneRasterizer rasterizer_;
+    BandBuffers buffers_;
+    SlotTarget slot_target_;
+    View view_;
+    CaptureSettings settings_;
+    std::vector<std::uint32_t> first_;  ///< of the band being captured, pixels + 1 entries
+    std::vector<std::uint32_t> ends_;   ///< where the capture has left its slots
+    Window clip_band_;                  ///< whose boundary the buffers hold
+    double largest_correction_ = 0;
+};
+
+}  // namespace peeler

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/capture/bands.h"
+
+#include <malloc.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace peeler {
+namespace {
+
+// Kept free under a budget for what is not counted here: the writers' chunks and the driver's
+// command buffers.
+constexpr std::uint64_t kMegabyte = 1ULL << 20;
+constexpr std::uint64_t kReserve = 96 * kMegabyte;
+constexpr std::uint64_t kLeastBand = 8 * kMegabyte;
+
+}  // namespace
+
+std::uint64_t residentBytes() {
+    unsigned long total = 0, resident = 0;
+    if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
+        if (std::fscanf(file, "%lu %lu", &total, &resident) != 2) resident = 0;
+        std::fclose(file);
+    }
+    return static_cast<std::uint64_t>(resident) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+void returnFreeMemory() {
+#ifdef __GLIBC__
+    malloc_trim(0);
+#endif
+}
+
+bool isRoomy(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs) {
+    if (budget == 0) return true;
+    return budget / 2 >= resident + costs.fixed_bytes + kReserve + costs.band_bytes;
+}
+
+BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs) {
+    std::uint64_t available = costs.band_bytes, hard = std::numeric_limits<std::uint64_t>::max();
+    if (budget != 0) {
+        const std::uint64_t taken = resident + costs.fixed_bytes + kReserve;
+        if (budget < taken + kLeastBand) {
+            throw Error(ErrorKind::kMemory,
+                        "the memory budget is " + mebibytesText(budget) + ", and " +
+                            mebibytesText(resident + costs.fixed_bytes) +
+                            " are needed besides the bands",
+                        budget.where(), budget.hint(taken + kLeastBand));
+        }
+        hard = budget - taken;
+        available = std::min(available, hard);
+    }
+    BandLimits limits;
+    // A quarter for what grows with pixels, the rest for fragments.
+    limits.pixels = std::min(available / 4 / costs.pixel_bytes,
+                             costs.storage_block_bytes / sizeof(std::uint32_t));
+    const std::uint64_t driver = costs.storage_block_bytes / costs.largest_array_bytes;
+    limits.fragments = std::min(available * 3 / 4 / costs.fragment_bytes, driver);
+    limits.row_fragments = std::min(hard / 4 * 3 / costs.fragment_bytes, driver);
+    return limits;
+}
+
+std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,
+                             const std::function<std::uint64_t(int y)>& row_fragments) {
+    const auto width = static_cast<std::uint64_t>(crop.width());
+    std::vector<Window> bands;
+    std::uint64_t fragments = 0;
+    for (int y = crop.y0; y < crop.y1; ++y) {
+        const std::uint64_t row = row_fragments(y);
+        if (row > std::max(limits.fragments, limits.row_fragments) || width > limits.pixels) {
+            throw Error(ErrorKind::kMemory,
+                        "one row of " + std::to_string(width) + " pixels with " +
+                            std::to_string(row) +
+                            " fragments does not fit the memory budget or the driver's buffers",
+                        "row " + std::to_string(y), "raise --memory, or render parts with --crop");
+        }
+        const auto rows = bands.empty() ? 0 : static_cast<std::uint64_t>(bands.back().height());
+        if (bands.empty() || fragments + row > limits.fragments ||
+            (rows + 1) * width > limits.pixels) {
+            bands.push_back({crop.x0, y, crop.x1, y});
+            fragments = 0;
+        }
+        bands.back().y1 = y + 1;
+        fragments += row;
+    }
+    return bands;
+}
+
+}  // namespace peeler

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cutting a picture into bands of rows that fit the memory budget and the driver's buffer limit.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "core/base/memory_budget.h"
+#include "core/base/window.h"
+
+namespace peeler {
+
+/// Bytes of resident memory of this process now.
+std::uint64_t residentBytes();
+
+/// Hands memory that was freed back to the system, where malloc would keep it: it is not resident
+/// any longer.
+void returnFreeMemory();
+
+/// What a band may hold at most.
+struct BandLimits {
+    std::uint64_t fragments = 0;
+    std::uint64_t pixels = 0;
+    std::uint64_t row_fragments = 0;  ///< of a band of one row, if it may hold more than others
+};
+
+/// What one band costs.
+struct BandCosts {
+    std::uint64_t band_bytes = 0;      ///< most bytes to spend on a band of several rows
+    std::uint64_t fragment_bytes = 0;  ///< bytes a fragment, in the buffers and in the hand-over
+    std::uint64_t largest_array_bytes = 0;  ///< bytes a fragment in the largest single buffer
+    std::uint64_t pixel_bytes = 0;          ///< bytes a pixel of the band
+    std::uint64_t fixed_bytes = 0;          ///< whatever the bands' size
+    std::uint64_t storage_block_bytes = 0;  ///< the driver's limit of one buffer binding
+};
+
+/// Limits under a budget for the whole process, of which `resident` bytes are in use already.
+/// Throws Error (kMemory) if next to nothing is left; a limit may still come out too small for a
+/// row: cutBands says so.
+BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs);
+
+/// Whether a budget leaves at least as much again as is resident and as a full band takes: nothing
+/// is gained by giving buffers back between bands then. Always without one.
+bool isRoomy(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs);
+
+/// Cuts the crop's rows into bands, top to bottom, as few as the limits allow. `row_fragments(y)`
+/// is the number of fragments of a row. Throws Error (kMemory) if one row alone is over a limit.
+std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,
+                             const std::function<std::uint64_t(int y)>& row_fragments);
+
+}  // namespace peeler

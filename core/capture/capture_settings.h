@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// What to capture, and with how much memory.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/memory_budget.h"
+#include "core/image/channels.h"
+#include "core/image/layered_image.h"
+#include "core/scene/clip.h"
+
+namespace peeler {
+
+/// Which fragments are captured (architecture.md, "What a fragment is").
+enum class Surfaces : std::uint8_t {
+    kAll,         ///< every one; opaque surfaces hide nothing
+    kVisible,     ///< none behind the nearest opaque one: OPAQUE or MASK, not transmissive
+    kTransparent  ///< like kVisible, without the opaque fragments themselves
+};
+
+/// Which side of a triangle is rasterised.
+enum class Faces : std::uint8_t {
+    kGltf,   ///< as the material's doubleSided says
+    kFront,  ///< front faces only
+    kBack,   ///< back faces only
+    kBoth
+};
+
+enum class Shading : std::uint8_t { kPbr, kUnlit };
+
+/// What becomes of fragments behind the layers that a limit keeps.
+enum class Tail : std::uint8_t {
+    kDrop,
+    kBlend  ///< composites: blended behind them as a weighted average
+};
+
+/// Rays instead of a picture: fragments have no colour, and their keys (kKeyChannel) are the first
+/// extra array. Lines and points, which have no area, are not hit.
+enum class Hits : std::uint8_t {
+    kNone,     ///< a picture
+    kRefined,  ///< Z is found anew in double precision from the primitive, and sorted by
+    kRaw,      ///< as the rasteriser has them
+    kSloped    ///< likewise; in place of colours, how depth changes (LayeredImage::color)
+};
+
+struct CaptureSettings {
+    std::string method = "a-buffer";  ///< a name of the method table (core/capture/method.h)
+    Surfaces surfaces = Surfaces::kAll;
+    Faces faces = Faces::kGltf;
+    Shading shading = Shading::kPbr;
+    bool shadows = false;      ///< directional and spot lights, the built-in one too, cast them
+    int shadow_size = 2048;    ///< texels a side of each light's shadow map
+    bool opaque_only = false;  ///< nothing that is BLEND or transmits light
+    ClipVolume clip{};         ///< fragments on the wrong side do not count
+    PixelType color_type = PixelType::kHalf;  ///< or kFloat
+    Hits hits = Hits::kNone;
+    bool depth_clamp = false;  ///< nothing is cut off before the near or behind the far plane
+    std::vector<Channel>
+        channels{};                ///< of every fragment, in the order of the table; not composites
+    std::uint32_t max_layers = 0;  ///< nearest layers to keep; 0 = all
+    double occlusion_ratio = 0;  ///< the first layer on fewer than this share of the pixels is last
+    Tail tail = Tail::kDrop;
+    int samples = 1;  ///< sub-pixel positions a pixel, merged into one picture
+    /// Bands are handed over composited: one fragment in every pixel that has any, in 32-bit float.
+    bool composite = false;
+    MemoryBudget memory{};                    ///< of the process
+    std::uint64_t band_bytes = 384ULL << 20;  ///< most bytes of a band; less under a tight budget
+
+    /// Bytes of what a fragment has in the place of its colour.
+    std::size_t colorBytes() const {
+        if (hits == Hits::kNone) return 4 * pixelTypeSize(color_type);
+        return hits == Hits::kSloped ? 2 * sizeof(float) : 0;
+    }
+};
+
+}  // namespace peeler

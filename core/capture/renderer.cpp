@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/capture/renderer.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/capture/renderer_state.h"
+#include "core/capture/supersampling.h"
+#include "core/image/nearest.h"
+
+namespace peeler {
+namespace {
+
+std::uint64_t imageBytes(const LayeredImage& image) {
+    return image.offsets.size() * sizeof(std::uint32_t) + image.z.size() * sizeof(float) +
+           image.color.data.size() +
+           std::accumulate(
+               image.extra.begin(), image.extra.end(), std::size_t{0},
+               [](std::size_t sum, const FragmentArray& array) { return sum + array.data.size(); });
+}
+
+}  // namespace
+
+Renderer::Renderer(gl::Context& context, const Scene& scene, SceneContents contents)
+    : state_(std::make_unique<State>(context, scene, std::move(contents))) {}
+
+Renderer::~Renderer() = default;
+
+void Renderer::setContents(SceneContents contents) {
+    State& s = *state_;
+    const bool still = s.contents.deformed.empty() && s.contents.meshes == contents.meshes;
+    const bool lit_alike = still && s.contents.lights == contents.lights;
+    s.contents = std::move(contents);
+    if (!still) timed(s.times, "upload", [&] { s.band_capture.setContents(s.contents); });
+    // Shadow maps are worth keeping where only the camera moves.
+    if (!lit_alike) s.lighting.contentsChanged();
+}
+
+void Renderer::setNextFrame(NextFrame next) {
+    state_->next_frame = std::move(next);
+    state_->band_capture.setNextFrame(&state_->next_frame);
+}
+
+const DrawList& Renderer::drawList() const {
+    return state_->band_capture.list();
+}
+
+const SceneContents& Renderer::contents() const {
+    return state_->contents;
+}
+
+StageTimes Renderer::takeTimes() {
+    return std::exchange(state_->times, {});
+}
+
+void checkSettings(const CaptureSettings& settings) {
+    const MethodInfo* method = findPeelMethod(settings.method);
+    const std::string where = "--method " + settings.method;
+    if (!method)
+        throw Error(ErrorKind::kUsage, "there is no method '" + settings.method + "'", where);
+    if (!method->exact() && !settings.composite) {
+        throw Error(ErrorKind::kUsage,
+                    settings.method + " finds no layers: it approximates their composite", where,
+                    "add --as composite or write a .png, or choose another method");
+    }
+    if (!method->exact() && (settings.max_layers != 0 || settings.occlusion_ratio > 0)) {
+        throw Error(ErrorKind::kUsage,
+                    settings.method + " takes all layers at once and can keep no few", where,
+                    "leave --layers and --occlusion-ratio out, or choose another method");
+    }
+    if (settings.tail == Tail::kBlend && !settings.composite) {
+        throw Error(ErrorKind::kUsage, "layers are stored as they are found, never blended",
+                    "--tail blend", "add --as composite or write a .png, or leave --tail out");
+    }
+    if (settings.hits != Hits::kNone && (!method->layers()->takesAll() || settings.composite ||
+                                         settings.samples > 1 || settings.max_layers != 0)) {
+        throw Error(ErrorKind::kInternal, "all hits of rays are found at once, and as they are",
+                    where);
+    }
+    if (settings.composite && !settings.channels.empty()) {
+        throw Error(ErrorKind::kUsage, "a composite that is found on the fly has no channels",
+                    "--channels", "leave --channels out, or capture layers");
+    }
+}
+
+void Renderer::State::chooseMethod() {
+    checkSettings(settings);
+    method = findPeelMethod(settings.method);
+    layer_method = method->exact() ? method->layers() : nullptr;
+    composite_method = settings.composite && method->composite ? method->composite() : nullptr;
+}
+
+void Renderer::State::chooseViews(const View& view) {
+    views.clear();
+    if (settings.samples == 1) views.push_back(view);  // at its own sample
+    if (settings.samples > 1) {
+        for (const glm::dvec2& position : samplePositions(settings.samples)) {
+            views.push_back(view);
+            views.back().sample = position;
+        }
+    }
+    band_capture.setView(views.front(), settings);
+}
+
+/// Clip meshes have lists of their own in every band, which have to fit, too.
+void Renderer::State::countClip() {
+    clip_rows.clear();
+    if (settings.clip.nodes.empty()) return;
+    const Window& crop = plan.view.crop;
+    const auto width = static_cast<std::ptrdiff_t>(crop.width());
+    clip_rows.resize(static_cast<std::size_t>(crop.height()));
+    const BandLimits limits = bandLimits(settings.memory, residentBytes(), costs());
+    for (const View& view : views) {
+        band_capture.setView(view, settings);
+        for (const Window& band : cutBands(crop, limits, [](int) { return 0; })) {
+            band_capture.countClip(band, counts);
+            for (int y = band.y0; y < band.y1; ++y) {
+                const auto first = counts.begin() + (y - band.y0) * width;
+                std::uint64_t& most = clip_rows[static_cast<std::size_t>(y - crop.y0)];
+                most = std::max(most, std::accumulate(first, first + width, std::uint64_t{0}));
+            }
+        }
+    }
+}
+
+/// A stage of the planning that goes from one share of it to another.
+void Renderer::State::tellPlanned(double from, double to, double share) const {
+    if (progress) progress(plan_share * (from + (to - from) * share));
+}
+
+/// The count pass of every view.
+void Renderer::State::countViews() {
+    const Window& crop = plan.view.crop;
+    const auto width = static_cast<std::size_t>(crop.width());
+    samples.emplace(crop);
+    kept_counts = {};
+    merged_bands.clear();
+    freeBands();
+    countClip();
+    if (views.size() == 1 && fitsKept(crop.pixels() * sizeof(std::uint32_t)))
+        kept_counts.resize(crop.pixels());
+
+    BandCosts counting = costs();
+    counting.pixel_bytes = 2 * sizeof(std::uint32_t);
+    if (!clip_rows.empty()) counting.pixel_bytes += 3 * sizeof(std::uint32_t);
+    const BandLimits limits = bandLimits(settings.memory, residentBytes(), counting);
+    const double counted = mergesLayers() ? kCountShare : 1;
+    std::uint64_t rows = 0;
+    const std::uint64_t all_rows = views.size() * static_cast<std::uint64_t>(crop.height());
+    for (const View& view : views) {
+        band_capture.setView(view, settings);
+        // No fragments are stored while counting.
+        for (const Window& band :
+             cutBands(crop, limits, [&](int y) { return clipFragments(counting, y); })) {
+            band_capture.count(band, counts);
+            const StageTimer timer(times, "count");
+            const auto first = static_cast<std::size_t>(band.y0 - crop.y0) * width;
+            for (int y = band.y0; y < band.y1; ++y) {
+                const auto row = static_cast<std::size_t>(y - band.y0) * width;
+                samples->addRow(y, {counts.data() + row, width});
+            }
+            if (!kept_counts.empty())
+                std::copy(counts.begin(), counts.end(),
+                          kept_counts.begin() + static_cast<std::ptrdiff_t>(first));
+            rows += static_cast<std::uint64_t>(band.height());
+            tellPlanned(0, counted, static_cast<double>(rows) / static_cast<double>(all_rows));
+        }
+    }
+}
+
+/// Only merging tells how many layers several views have together.
+void Renderer::State::mergeViews() {
+    merged.reset();
+    merged_bands.clear();
+    merging_passes = report.passes = 0;
+    if (!mergesLayers()) return;
+    merged.emplace(plan.view.crop);
+    const auto width = static_cast<std::size_t>(plan.view.crop.width());
+    std::uint64_t kept = 0;
+    bool keeps = true;
+    std::vector<std::uint32_t> row(width);
+    for (const Window& band : bands({})) {
+        captureMerged(band, image);
+        for (int y = band.y0; y < band.y1; ++y) {
+            for (std::size_t x = 0; x < width; ++x)
+                row[x] = image.count(static_cast<std::size_t>(y - band.y0) * width + x);
+            merged->addRow(y, row);
+        }
+        merging_passes = std::max(merging_passes, report.passes);
+        report.passes = 0;
+        kept += imageBytes(image);
+        keeps = keeps && fitsKept(kept);
+        if (keeps) merged_bands.push_back(image);
+        tellPlanned(kCountShare, 1,
+                    static_cast<double>(band.y1 - plan.view.crop.y0) / plan.view.crop.height());
+    }
+    if (!keeps) merged_bands.clear();
+}
+
+/// --layers and --occlusion-ratio: the first layer that touches fewer pixels than the ratio is the
+/// last one, as if a pass had found it out.
+void Renderer::State::limitLayers() {
+    limit = settings.max_layers;
+    if (!(settings.occlusion_ratio > 0)) return;
+    const auto layers = (merged ? *merged : *samples).layers();
+    const std::uint64_t views_counted = merged ? 1 : views.size();
+    const double enough =
+        settings.occlusion_ratio * static_cast<double>(plan.view.crop.pixels() * views_counted);
+    const auto few = std::find_if(layers.begin(), layers.end(), [&](const LayerPlan& layer) {
+        return static_cast<double>(layer.pixels) < enough;
+    });
+    if (few == layers.end()) return;
+    const auto found = static_cast<std::uint32_t>(few - layers.begin()) + 1;
+    limit = limit ? std::min(limit, found) : found;
+}
+
+void Renderer::State::fillPlan() {
+    const DepthComplexity& complexity = merged ? *merged : *samples;
+    plan.color_type = settings.color_type;
+    plan.channel_bytes = channelBytes(settings.channels, settings.color_type);
+    if (settings.hits != Hits::kNone) plan.channel_bytes += sizeof(std::uint32_t);
+    plan.samples = settings.samples;
+    plan.layers = complexity.layers(method->exact() ? limit : 0);
+    plan.fragments_counted = complexity.counted();
+    plan.fragments_stored = 0;
+    for (const LayerPlan& layer : plan.layers)
+        plan.fragments_stored += layer.pixels;
+    if (settings.composite && settings.tail == Tail::kBlend)
+        plan.fragments_blended = plan.fragments_counted - plan.fragments_stored;
+}
+
+Plan Renderer::plan(const View& view, const CaptureSettings& settings, const Progress& progress) {
+    State& s = *state_;
+    s.lighting.castShadows(*this, s.context, settings);  // plans and captures, too
+    s.settings = settings;
+    s.plan = {};
+    s.plan.view = view;
+    s.lighting.setView(view.camera_to_world);
+    s.band_capture.setLighting(s.lighting);
+    s.chooseMethod();
+    s.chooseViews(view);
+    s.progress = progress;
+    s.plan_share = !progress ? 0 : s.mergesLayers() ? kMergeShare : kCountShare;
+    s.countViews();
+    s.mergeViews();
+    s.limitLayers();
+    s.fillPlan();
+    s.progress = {};
+    return s.plan;
+}
+
+/// The fragments of every pixel of a band of the current view.
+std::span<const std::uint32_t> Renderer::State::countsOf(const Window& band) {
+    if (kept_counts.empty()) {
+        band_capture.count(band, counts);
+        return counts;
+    }
+    const Window& crop = plan.view.crop;
+    const auto first =
+        static_cast<std::size_t>(band.y0 - crop.y0) * static_cast<std::size_t>(crop.width());
+    return std::span(kept_counts).subspan(first, band.pixels());
+}
+
+void Renderer::State::captureLayers(const Window& band, std::uint32_t most, LayeredImage& out) {
+    report.passes += band_capture.layers(
+        *layer_method,
+        {.band = band, .counts = countsOf(band), .layers = most, .keys = mergesLayers()}, out);
+}
+
+void Renderer::State::compositeView(const Window& band, CompositeImage& out) {
+    const BandRequest request{.band = band, .counts = countsOf(band), .layers = limit};
+    report.passes += composite_method ? band_capture.composite(*composite_method, request, out)
+                                      : band_capture.composite(*layer_method, request, out);
+}
+
+void Renderer::State::captureMerged(const Window& band, LayeredImage& out) {
+    std::vector<LayeredImage> images(views.size());
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        band_capture.setView(views[i], settings);
+        captureLayers(band, 0, images[i]);
+    }
+    const StageTimer timer(times, "sort");
+    mergeSamples(
+        images, [&](std::uint32_t primitive) { return band_capture.surfaceOf(primitive); },
+        settings.color_type, out);
+}
+
+/// What the sinks get of a band.
+void Renderer::State::render(const Window& band, LayeredImage& out) {
+    if (!settings.composite) {
+        if (mergesLayers())
+            captureMerged(band, out);
+        else
+            captureLayers(band, limit, out);
+        if (mergesLayers() && limit) keepNearest(out, limit);
+        return;
+    }
+    CompositeImage sample;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        if (views.size() > 1) band_capture.setView(views[i], settings);
+        compositeView(band, views.size() > 1 ? sample : composite);
+        if (views.size() > 1) addToMean(sample, static_cast<int>(i), settings.samples, composite);
+    }
+    const StageTimer timer(times, "composite");
+    toSingleLayer(composite, out);
+}
+
+CaptureReport Renderer::capture(std::span<Sink* const> sinks, const Progress& progress) {
+    State& s = *state_;
+    s.report = {};
+    std::uint64_t stored = 0;
+    int passes = 0;
+    const Window& crop = s.plan.view.crop;
+    const auto take = [&](LayeredImage& image) {
+        stored += image.fragments();
+        for (Sink* sink : sinks)
+            sink->write(image);
+        if (progress) {
+            const double share = static_cast<double>(image.window.y1 - crop.y0) / crop.height();
+            progress(s.plan_share + (1 - s.plan_share) * share);
+        }
+        passes = std::max(passes, s.report.passes);
+        s.report.passes = 0;
+        ++s.report.bands;
+    };
+    if (!s.merged_bands.empty()) {
+        passes = s.merging_passes;
+        s.freeBands();
+        for (LayeredImage& image : s.merged_bands) {
+            if (s.limit) keepNearest(image, s.limit);
+            take(image);
+        }
+    } else {
+        for (const Window& band : s.bands(sinks)) {
+            s.render(band, s.image);
+            take(s.image);
+        }
+    }
+    s.report.passes = passes;
+    s.report.largest_correction = s.band_capture.largestCorrection();
+    if (!s.settings.composite && stored != s.plan.fragments_stored) {
+        throw Error(ErrorKind::kInternal, std::to_string(stored) + " fragments were captured and " +
+                                              std::to_string(s.plan.fragments_stored) + " planned");
+    }
+    return s.report;
+}
+
+}  // namespace peeler

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a band costs, and so how large bands may be.
+#include <algorithm>
+
+#include "core/capture/renderer_state.h"
+
+namespace peeler {
+namespace {
+
+// A pixel of a band costs a slot, an offset here and in the hand-over, and what a sink composites
+// into.
+constexpr std::uint64_t kPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(float);
+
+}  // namespace
+
+/// What earlier bands have left, of this plan or another, is not to be counted twice under a
+/// budget: as resident memory and as what the next bands take. Where there is room for both, the
+/// buffers serve again.
+void Renderer::State::freeBands() {
+    if (isRoomy(settings.memory, residentBytes(), costs())) return;
+    band_capture.free();
+    image = {};
+    composite = {};
+    if (layer_method) layer_method = method->layers();
+    if (composite_method) composite_method = method->composite();
+    returnFreeMemory();
+}
+
+BandCosts Renderer::State::costs() const {
+    const PixelType type = settings.color_type;
+    const std::uint64_t color = settings.colorBytes();
+    const std::uint64_t tile = band_capture.tilePixels();
+    const bool float_color = type == PixelType::kFloat;
+    BandCosts costs;
+    // Large enough by default that geometry is not drawn many times, small enough to stay warm.
+    costs.band_bytes = settings.band_bytes;
+    costs.pixel_bytes = kPixelBytes;
+    if (!clip_rows.empty()) costs.pixel_bytes += 3 * sizeof(std::uint32_t);
+    costs.fixed_bytes = band_capture.tileBytes();
+    if (composite_method) {
+        // A pixel is a fragment: see rowFragments().
+        costs.fixed_bytes += composite_method->tileBytes(tile, float_color);
+        costs.fragment_bytes = band_capture.pixelBytes() + 15 * sizeof(float);
+        costs.largest_array_bytes = 4 * sizeof(float);
+    } else {
+        costs.fixed_bytes += layer_method->tileBytes(tile, float_color);
+        const std::uint64_t channels = channelBytes(settings.channels, type);
+        costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color + channels;
+        // Keys and where fragments were captured.
+        if (channels > 0 || settings.hits != Hits::kNone)
+            costs.fragment_bytes += 2 * sizeof(std::uint32_t);
+        costs.largest_array_bytes =
+            std::max<std::uint64_t>(BandBuffers::fragmentWords(color) * sizeof(std::uint32_t),
+                                    shadedComponents(settings.channels) * sizeof(float));
+        // All samples are held until they are merged, with their primitives and while sorting.
+        if (mergesLayers()) {
+            costs.fragment_bytes += color + channels + 16 * sizeof(float);
+            costs.pixel_bytes += (views.size() + 1) * sizeof(std::uint32_t);
+        }
+        // A sample's composite, and what is handed over.
+        if (settings.composite)
+            costs.pixel_bytes += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float));
+    }
+    costs.storage_block_bytes =
+        static_cast<std::uint64_t>(context.device().limits.shader_storage_block_size);
+    return costs;
+}
+
+/// As many fragments as take no less room, in memory and in a buffer, than what a row's pixels have
+/// of the clip meshes.
+std::uint64_t Renderer::State::clipFragments(const BandCosts& costs, int y) const {
+    if (clip_rows.empty()) return 0;
+    const auto row = static_cast<std::size_t>(y - plan.view.crop.y0);
+    const std::uint64_t a_fragment = costs.largest_array_bytes / sizeof(float);
+    return (clip_rows[row] + a_fragment - 1) / a_fragment;
+}
+
+std::uint64_t Renderer::State::rowFragments(int y) const {
+    return composite_method ? static_cast<std::uint64_t>(plan.view.crop.width())
+                            : samples->rowFragments(y);
+}
+
+/// What the sinks hold besides a band, and of it.
+void Renderer::State::addSinks(std::span<Sink* const> sinks, BandCosts& with_sinks) const {
+    const std::uint64_t fragment = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
+    const auto width = static_cast<std::uint64_t>(plan.view.crop.width());
+    for (const Sink* sink : sinks) {
+        const SinkMemory memory = sink->memory();
+        const std::uint64_t pixels = static_cast<std::uint64_t>(memory.rows) * width;
+        std::uint64_t fragments = samples->mostFragments(memory.rows);
+        if (limit) fragments = std::min(fragments, pixels * limit);
+        if (settings.composite) fragments = pixels;
+        const std::uint64_t rows =
+            fragments * fragment + pixels * (kPixelBytes + memory.pixel_bytes);
+        // Twice: those of the last band and of this one.
+        with_sinks.fixed_bytes += 2 * rows + memory.bytes;
+        with_sinks.pixel_bytes += memory.pixel_bytes;
+        const auto copies = static_cast<std::uint64_t>(memory.bands);
+        with_sinks.fragment_bytes += copies * fragment;
+        with_sinks.pixel_bytes += copies * sizeof(std::uint32_t);
+    }
+}
+
+std::vector<Window> Renderer::State::bands(std::span<Sink* const> sinks) {
+    freeBands();
+    BandCosts with_sinks = costs();
+    addSinks(sinks, with_sinks);
+    return cutBands(plan.view.crop, bandLimits(settings.memory, residentBytes(), with_sinks),
+                    [&](int y) { return rowFragments(y) + clipFragments(with_sinks, y); });
+}
+
+}  // namespace peeler

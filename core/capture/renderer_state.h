@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a Renderer has at hand while it plans and captures; for its own files.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/capture/band_capture.h"
+#include "core/capture/bands.h"
+#include "core/capture/method.h"
+#include "core/capture/renderer.h"
+#include "core/image/composite.h"
+#include "core/image/depth_complexity.h"
+#include "core/shading/lighting.h"
+
+namespace peeler {
+
+// What the planning has found is kept for the capture if it is no more than this share of the
+// budget (or this many bytes without one); otherwise it is found again.
+inline constexpr std::uint64_t kKeptShare = 6;
+inline constexpr std::uint64_t kKeptBytes = 256ULL << 20;
+
+// How much of a picture's time planning takes, roughly: one cheap pass of two or three and the
+// writing, or with several samples the whole capture once.
+inline constexpr double kCountShare = 0.2, kMergeShare = 0.6;
+
+struct Renderer::State {
+    State(gl::Context& ctx, const Scene& whole, SceneContents shown)
+        : context(ctx),
+          scene(whole),
+          contents(std::move(shown)),
+          band_capture(ctx, scene, contents, times),
+          lighting(timedLighting(ctx, scene, contents, times)) {}
+
+    /// Prefiltering an environment takes its time.
+    static Lighting timedLighting(gl::Context& ctx, const Scene& scene,
+                                  const SceneContents& contents, StageTimes& times) {
+        const StageTimer timer(times, "upload");
+        return {ctx.functions(), scene, contents};
+    }
+
+    gl::Context& context;
+    const Scene& scene;
+    SceneContents contents;
+    NextFrame next_frame;
+    StageTimes times;
+    BandCapture band_capture;
+    Lighting lighting;
+
+    CaptureSettings settings;
+    const MethodInfo* method = nullptr;
+    std::unique_ptr<LayerMethod> layer_method;
+    std::unique_ptr<CompositeMethod> composite_method;  // used if there is one
+    Plan plan;
+    std::uint32_t limit = 0;                 // nearest layers to keep; 0 = all
+    std::vector<View> views;                 // one a sample
+    std::optional<DepthComplexity> samples;  // of all views together
+    std::optional<DepthComplexity> merged;   // of the layers they merge into
+    std::vector<std::uint64_t> clip_rows;    // surfaces of clip meshes a row, of the worst view
+    std::vector<std::uint32_t> kept_counts;  // of the whole crop, or empty; one view only
+    std::vector<LayeredImage> merged_bands;  // likewise, what several views merge into
+    std::vector<std::uint32_t> counts;       // of the band being captured
+    LayeredImage image;
+    CompositeImage composite;
+    CaptureReport report;
+    Progress progress;       // of the plan in the making
+    double plan_share = 0;   // of a picture's work, as it is told
+    int merging_passes = 0;  // that several views took, over a band
+
+    bool mergesLayers() const { return views.size() > 1 && !settings.composite; }
+    bool fitsKept(std::uint64_t bytes) const {
+        return bytes <= (settings.memory != 0 ? settings.memory / kKeptShare : kKeptBytes);
+    }
+    void freeBands();
+    BandCosts costs() const;
+    std::uint64_t clipFragments(const BandCosts& costs, int y) const;
+    std::uint64_t rowFragments(int y) const;
+    void addSinks(std::span<Sink* const> sinks, BandCosts& costs) const;
+    std::vector<Window> bands(std::span<Sink* const> sinks);
+
+    void chooseMethod();
+    void chooseViews(const View& view);
+    void countClip();
+    void countViews();
+    void mergeViews();
+    void limitLayers();
+    void fillPlan();
+    void tellPlanned(double from, double to, double share) const;
+
+    std::span<const std::uint32_t> countsOf(const Window& band);
+    void captureLayers(const Window& band, std::uint32_t most, LayeredImage& out);
+    void compositeView(const Window& band, CompositeImage& out);
+    void captureMerged(const Window& band, LayeredImage& out);
+    void render(const Window& band, LayeredImage& out);
+};
+
+}  // namespace peeler

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/capture/shader_variants.h"
+
+#include <iterator>
+#include <sstream>
+#include <utility>
+
+#include "core/image/channels.h"
+#include "core/shading/material_record.h"
+#include "shaders/interface.glsl"
+
+namespace peeler {
+namespace {
+
+// A bit, and the definition it stands for.
+enum ShaderBit : unsigned {
+    kVaryings = 1,
+    kTextured = 2,
+    kAlphaTest = 4,
+    kUnlit = 8,
+    kBounded = 16,
+    kPunctual = 32,
+    kShadowed = 64,
+    kClipped = 128,
+    kInstanced = 256,
+    kEnvironment = 512,
+    kOrthographic = 1024,
+    kFirstFeature = 2048,  // of a material, see materialFeatures()
+};
+constexpr std::pair<unsigned, const char*> kDefinitions[] = {
+    {kVaryings, "VARYINGS"},         {kTextured, "TEXTURED"},
+    {kAlphaTest, "ALPHA_TEST"},      {kUnlit, "UNLIT"},
+    {kBounded, "BOUNDED"},           {kPunctual, "PUNCTUAL"},
+    {kShadowed, "SHADOWED"},         {kClipped, "CLIPPED"},
+    {kInstanced, "INSTANCED"},       {kEnvironment, "ENVIRONMENT"},
+    {kOrthographic, "ORTHOGRAPHIC"},
+};
+
+/// Those that an unlit surface has, too.
+unsigned alphaFeatures() {
+    unsigned bits = 0;
+    for (std::size_t i = 0; i < materialFeatures().size(); ++i)
+        if (materialFeatures()[i].changes_alpha) bits |= 1U << i;
+    return bits;
+}
+
+/// See fragments.glsl.
+std::string_view storedAs(const CaptureSettings& settings) {
+    if (settings.hits == Hits::kSloped) return "SLOPES";
+    if (settings.hits != Hits::kNone) return "KEYS_ONLY";
+    return settings.color_type == PixelType::kFloat ? "COLOR_FLOAT" : "";
+}
+
+}  // namespace
+
+void ShaderVariants::setView(const View& view, const CaptureSettings& settings) {
+    // They are made for these.
+    if (settings.channels != settings_.channels || storedAs(settings) != storedAs(settings_))
+        variants_.clear();
+    settings_ = settings;
+    perspective_ = view.projection.perspective;
+}
+
+const gl::Program& ShaderVariants::program(const std::vector<std::string_view>& files,
+                                           std::string_view definitions) {
+    std::string key(definitions);
+    key.append(" ").append(storedAs(settings_));
+    std::istringstream words(key);
+    const std::vector<std::string> list{std::istream_iterator<std::string>(words), {}};
+    for (const auto& file : files)
+        key += " " + std::string(file);
+    const auto found = programs_.find(key);
+    if (found != programs_.end()) return found->second;
+    return programs_.emplace(key, gl::Program(gl_, files, list)).first->second;
+}
+
+const gl::Program& ShaderVariants::variant(const GeometryPass& pass, const Draw& draw) {
+    const Variant wanted = variantOf(pass, draw);
+    const gl::Program*& cached = variants_[{pass.fragment_shader, pass.definitions, wanted}];
+    if (!cached)
+        cached = &program({"scene.vert", pass.fragment_shader}, definitionsOf(pass, wanted));
+    return *cached;
+}
+
+unsigned ShaderVariants::lightBits() const {
+    unsigned bits = 0;
+    if (lighting_ && lighting_->punctual()) bits |= kPunctual;
+    if (lighting_ && lighting_->shadowed()) bits |= kShadowed;
+    if (lighting_ && lighting_->environment()) bits |= kEnvironment;
+    if (!perspective_) bits |= kOrthographic;
+    return bits;
+}
+
+ShaderVariants::Variant ShaderVariants::variantOf(const GeometryPass& pass,
+                                                  const Draw& draw) const {
+    constexpr std::uint32_t kAlpha = PEELER_ALPHA_MASK | PEELER_ALPHA_BLEND;
+    constexpr std::uint32_t kBaseColor = PEELER_FIRST_TEXTURE_BIT << PEELER_BASE_COLOR_UNIT;
+    constexpr std::uint32_t kAll = ~std::uint32_t{0};
+    const GpuMaterial& material = scene_.materials()[draw.material];
+    Variant v;
+    std::uint32_t looks_at = 0;  // which of the material's flags
+    if (pass.describes) {
+        v.bits = kVaryings | material.features * kFirstFeature;
+        looks_at = kAll;
+    } else if (pass.shades) {
+        const bool unlit = settings_.shading == Shading::kUnlit || material.unlit;
+        const unsigned features = material.features & (unlit ? alphaFeatures() : ~0U);
+        v.bits = kVaryings | (unlit ? kUnlit : lightBits()) | features * kFirstFeature;
+        // An unlit surface shows its base colour alone.
+        looks_at = unlit && features == 0 ? kAlpha | kBaseColor : kAll;
+    } else if (draw.alpha_tested && pass.draws != Draws::kClipMeshes) {
+        v.bits = kVaryings | kAlphaTest;
+        looks_at = kAlpha | kBaseColor;
+    }
+    v.material_flags = material.flags.x & looks_at;
+    const std::uint32_t textures = v.material_flags / PEELER_FIRST_TEXTURE_BIT;
+    v.transformed = material.flags.y & textures;
+    v.second_uv = material.flags.z & textures;
+    if (v.material_flags >= PEELER_FIRST_TEXTURE_BIT) v.bits |= kTextured;
+    if (looks_at == kAll)
+        v.draw_flags = draw.flags & ~PEELER_MIRRORED;  // which the vertex shader reads
+    else if (looks_at != 0)
+        v.draw_flags = draw.flags & PEELER_HAS_COLORS;
+
+    if (pass.bounded && settings_.surfaces != Surfaces::kAll) v.bits |= kBounded;
+    if (settings_.clip.active() && pass.draws != Draws::kClipMeshes) v.bits |= kClipped;
+    if (draw.instances > 1) v.bits |= kInstanced;
+    return v;
+}
+
+std::string ShaderVariants::definitionsOf(const GeometryPass& pass, const Variant& variant) const {
+    std::string definitions(pass.definitions);
+    const auto add = [&](std::string_view definition) {
+        definitions.append(" ").append(definition);
+    };
+    if (pass.describes) {
+        for (const Channel channel : settings_.channels)
+            add(infoOf(channel).definition);
+    }
+    for (const auto& [bit, definition] : kDefinitions)
+        if (variant.bits & bit) add(definition);
+    for (std::size_t i = 0; i < materialFeatures().size(); ++i)
+        if (variant.bits & kFirstFeature << i) add(materialFeatures()[i].definition);
+    add("MATERIAL_FLAGS=" + std::to_string(variant.material_flags) + "u");
+    add("DRAW_FLAGS=" + std::to_string(variant.draw_flags) + "u");
+    add("TRANSFORMED_TEXTURES=" + std::to_string(variant.transformed) + "u");
+    add("SECOND_UV_TEXTURES=" + std::to_string(variant.second_uv) + "u");
+    add("GEOMETRY");
+    return definitions;
+}
+
+}  // namespace peeler

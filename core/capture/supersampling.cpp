@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/capture/supersampling.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "core/base/parallel.h"
+
+namespace peeler {
+namespace {
+
+using MergedColor = std::array<double, 4>;
+
+double radicalInverse(unsigned index) {
+    double value = 0, digit = 0.5;
+    for (; index; index /= 2, digit /= 2)
+        value += digit * (index % 2);
+    return value;
+}
+
+/// One fragment of one sample of the pixel at hand.
+struct Entry {
+    float z;
+    int sample;
+    std::uint32_t fragment;  // in its sample's image
+    std::uint32_t surface;
+};
+
+/// Fragments of different samples, at most one of each, that become one.
+struct Group {
+    std::uint32_t surface;
+    std::size_t nearest;       // index into the pixel's entries
+    std::vector<int> members;  // by sample: index into the pixel's entries, −1 = none
+};
+
+struct MergedRow {
+    std::vector<std::uint32_t> counts;  // by pixel
+    std::vector<float> z;
+    std::vector<MergedColor> colors;
+    std::vector<std::pair<int, std::uint32_t>> nearest;  // sample and fragment in it
+};
+
+/// Merges the pixels of a row one after the other; the storage is reused.
+class RowMerger {
+  public:
+    RowMerger(std::span<const LayeredImage> samples, const SurfaceOf& surface_of)
+        : samples_(samples), surface_of_(surface_of), last_group_(samples.size()) {}
+
+    void merge(std::size_t pixel, MergedRow& row) {
+        collect(pixel);
+        group();
+        row.counts.push_back(static_cast<std::uint32_t>(groups_.size()));
+        composite(row);
+    }
+
+  private:
+    void collect(std::size_t pixel);
+    void group();
+    bool fits(const Group& group, const Entry& entry) const;
+    void composite(MergedRow& row) const;
+
+    std::span<const LayeredImage> samples_;
+    const SurfaceOf& surface_of_;
+    std::vector<Entry> entries_;  // nearest first; those of a sample in its order
+    std::vector<Group> groups_;
+    std::vector<int> last_group_;  // by sample
+};
+
+void RowMerger::collect(std::size_t pixel) {
+    entries_.clear();
+    for (std::size_t s = 0; s < samples_.size(); ++s) {
+        const LayeredImage& image = samples_[s];
+        const auto primitives = image.extra.front().as<std::uint32_t>();
+        for (std::uint32_t f = image.offsets[pixel]; f < image.offsets[pixel + 1]; ++f)
+            entries_.push_back({image.z[f], static_cast<int>(s), f, surface_of_(primitives[f])});
+    }
+    std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
+        if (a.z != b.z) return a.z < b.z;
+        return a.sample != b.sample ? a.sample < b.sample : a.fragment < b.fragment;
+    });
+}
+
+/// A surface may lie in the pixel more than once (front and back of a ball, folds). An entry
+/// belongs to the group only if each member is the nearest to it among its sample's fragments of
+/// the surface.
+bool RowMerger::fits(const Group& group, const Entry& entry) const {
+    for (const int member : group.members) {
+        if (member < 0) continue;
+        const Entry& own = entries_[static_cast<std::size_t>(member)];
+        for (std::size_t i = static_cast<std::size_t>(member) + 1; i < entries_.size(); ++i) {
+            const Entry& next = entries_[i];
+            if (next.sample != own.sample || next.surface != own.surface) continue;
+            if (std::abs(next.z - entry.z) < std::abs(own.z - entry.z)) return false;
+            break;
+        }
+    }
+    return true;
+}
+
+void RowMerger::group() {
+    groups_.clear();
+    std::fill(last_group_.begin(), last_group_.end(), -1);
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+        const Entry& entry = entries_[i];
+        int& last = last_group_[static_cast<std::size_t>(entry.sample)];
+        // Behind its sample's last fragment, so that every sample keeps its order.
+        int found = static_cast<int>(groups_.size()) - 1;
+        while (found > last && groups_[static_cast<std::size_t>(found)].surface != entry.surface)
+            --found;
+        if (found <= last || !fits(groups_[static_cast<std::size_t>(found)], entry)) {
+            found = static_cast<int>(groups_.size());
+            groups_.push_back({entry.surface, i, std::vector<int>(samples_.size(), -1)});
+        }
+        groups_[static_cast<std::size_t>(found)].members[static_cast<std::size_t>(entry.sample)] =
+            static_cast<int>(i);
+        last = found;
+    }
+}
+
+void RowMerger::composite(MergedRow& row) const {
+    constexpr double kNothing = 1e-9;
+    std::vector<double> through(samples_.size(), 1.0);
+    for (const Group& group : groups_) {
+        double all_through = 0;
+        for (const double t : through)
+            all_through += t;
+        MergedColor seen{}, plain{};
+        for (std::size_t s = 0; s < samples_.size(); ++s) {
+            if (group.members[s] < 0) continue;
+            const Entry& entry = entries_[static_cast<std::size_t>(group.members[s])];
+            const auto color = colorOf(samples_[s], entry.fragment);
+            for (std::size_t c = 0; c < 4; ++c) {
+                seen[c] += through[s] * static_cast<double>(color[c]);
+                plain[c] += static_cast<double>(color[c]);
+            }
+            through[s] *= 1 - static_cast<double>(color[3]);
+        }
+        const bool hidden = all_through < kNothing;
+        const double weight = hidden ? static_cast<double>(samples_.size()) : all_through;
+        MergedColor merged = hidden ? plain : seen;
+        for (double& component : merged)
+            component /= weight;
+        const Entry& nearest = entries_[group.nearest];
+        row.z.push_back(nearest.z);
+        row.nearest.emplace_back(nearest.sample, nearest.fragment);
+        row.colors.push_back(merged);
+    }
+}
+
+std::array<float, 4> toFloats(const MergedColor& color) {
+    std::array<float, 4> result;
+    for (std::size_t c = 0; c < 4; ++c)
+        result[c] = static_cast<float>(color[c]);
+    return result;
+}
+
+}  // namespace
+
+std::vector<glm::dvec2> samplePositions(int samples) {
+    std::vector<glm::dvec2> positions;
+    const double step = 1.0 / samples;
+    for (int i = 0; i < samples; ++i)
+        positions.emplace_back((i + 0.5) * step,
+                               radicalInverse(static_cast<unsigned>(i)) + 0.5 * step);
+    return positions;
+}
+
+void addToMean(const CompositeImage& sample, int index, int samples, CompositeImage& mean) {
+    const std::size_t pixels = sample.window.pixels();
+    if (index == 0) {
+        mean.window = sample.window;
+        mean.rgba.assign(pixels, {});
+        mean.z.assign(pixels, std::numeric_limits<float>::infinity());
+    }
+    const float weight = 1.0F / static_cast<float>(samples);
+    for (std::size_t p = 0; p < pixels; ++p) {
+        for (std::size_t c = 0; c < 4; ++c)
+            mean.rgba[p][c] += weight * sample.rgba[p][c];
+        mean.z[p] = std::min(mean.z[p], sample.z[p]);
+    }
+}
+
+void mergeSamples(std::span<const LayeredImage> samples, const SurfaceOf& surface_of,
+                  PixelType color_type, LayeredImage& out) {
+    const Window& window = samples.front().window;
+    const auto width = static_cast<std::size_t>(window.width());
+    const auto height = static_cast<std::size_t>(window.height());
+    std::vector<MergedRow> rows(height);
+    parallelFor(height, [&](std::size_t y) {
+        RowMerger merger(samples, surface_of);
+        for (std::size_t x = 0; x < width; ++x)
+            merger.merge(y * width + x, rows[y]);
+    });
+
+    out.window = window;
+    out.color = {{"R", "G", "B", "A"}, color_type, {}};
+    out.extra.clear();
+    out.z.clear();
+    out.offsets.assign(1, 0);
+    for (const MergedRow& row : rows) {
+        for (const std::uint32_t count : row.counts)
+            out.offsets.push_back(out.offsets.back() + count);
+        out.z.insert(out.z.end(), row.z.begin(), row.z.end());
+    }
+    out.color.data.resize(out.z.size() * out.color.stride());
+    std::size_t fragment = 0;
+    for (const MergedRow& row : rows) {
+        for (const MergedColor& color : row.colors)
+            storeColor(toFloats(color), out.color, fragment++);
+    }
+    for (std::size_t i = 1; i < samples.front().extra.size(); ++i) {
+        const FragmentArray& like = samples.front().extra[i];
+        const std::size_t stride = like.stride();
+        FragmentArray& array = out.extra.emplace_back(FragmentArray{like.channels, like.type, {}});
+        array.data.reserve(out.z.size() * stride);
+        for (const MergedRow& row : rows) {
+            for (const auto& [sample, from] : row.nearest) {
+                const auto* data = samples[static_cast<std::size_t>(sample)].extra[i].data.data();
+                array.data.insert(array.data.end(), data + from * stride,
+                                  data + (from + 1) * stride);
+            }
+        }
+    }
+}
+
+}  // namespace peeler

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// The channels of captured fragments, from what is known of them: Z, primitive, and what a shader
+// said.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/image/channels.h"
+#include "core/image/layered_image.h"
+#include "core/scene/draw_list.h"
+#include "core/scene/scene.h"
+#include "core/scene/scene_contents.h"
+#include "core/scene/view.h"
+
+namespace peeler {
+
+/// The scene at the next frame and how it is seen then; of the same scene, so with the same
+/// instances.
+struct NextFrame {
+    SceneContents contents;
+    View view;
+};
+
+/// What the fragments of a band were made of.
+struct FragmentSources {
+    const Scene& scene;
+    const SceneContents& contents;
+    const DrawList& list;
+    const View& view;
+    const NextFrame* next = nullptr;        ///< none: nothing moves
+    std::span<const std::uint32_t> keys;    ///< of each fragment
+    std::span<const std::uint32_t> shaded;  ///< of each fragment: which record of `values`
+    /// Records of channels.frag, shadedComponents() floats each; none without shaded channels.
+    const float* values = nullptr;
+};
+
+/// Appends the arrays of `channels` (in the order of the table) to the extra ones of `image`.
+///
+/// Position and distance follow from Z and the centre of the pixel (or its `View::sample`), all
+/// others that no shader yields from the primitive, in double precision:
+/// - Barycentric weights are those of the second and third corner in the order in which GL draws
+///   the primitive (of a line the second alone, of a point none), where the pixel's ray meets it.
+///   The rasteriser snaps corners, so a ray can miss by a fraction of a pixel; then it is the
+///   nearest point of an edge or so: weights are clamped to the primitive.
+/// - Motion is how far that point's picture moves to the next frame, 0 if it is behind the camera.
+/// - Triangles in id.primitive are counted through all primitives of the mesh.
+/// - Lines and points face the camera: their geometric normal is against the ray.
+/// Rows are done in parallel; the result does not depend on how.
+void appendChannels(const FragmentSources& sources, std::span<const Channel> channels,
+                    LayeredImage& image);
+
+}  // namespace peeler

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/image/channels.h"
+
+#include <string>
+
+namespace peeler {
+namespace {
+
+using Names = std::string_view[];
+constexpr Names kNormal = {"N.X", "N.Y", "N.Z"};
+constexpr Names kGeometricNormal = {"Ng.X", "Ng.Y", "Ng.Z"};
+constexpr Names kPosition = {"P.X", "P.Y", "P.Z"};
+constexpr Names kUv = {"UV.U", "UV.V"};
+constexpr Names kTangent = {"T.X", "T.Y", "T.Z", "T.W"};
+constexpr Names kBaseColor = {"baseColor.R", "baseColor.G", "baseColor.B"};
+constexpr Names kEmissive = {"emissive.R", "emissive.G", "emissive.B"};
+constexpr Names kRoughnessMetallic = {"material.roughness", "material.metallic"};
+constexpr Names kFacing = {"facing"};
+constexpr Names kMotion = {"motion.X", "motion.Y"};
+constexpr Names kId = {"id.object", "id.material", "id.primitive", "id.instance"};
+constexpr Names kBarycentric = {"barycentric.U", "barycentric.V"};
+constexpr Names kDistance = {"distance"};
+
+constexpr ChannelInfo kChannels[] = {
+    {Channel::kNormal, "normal", kNormal, PixelType::kHalf, "CHANNEL_NORMAL",
+     "shading normal, normal map included; unit, world space, on the viewer's side"},
+    {Channel::kGeometricNormal, "geometric-normal", kGeometricNormal, PixelType::kHalf, "",
+     "normal of the flat triangle; unit, world space, toward the viewer"},
+    {Channel::kPosition, "position", kPosition, PixelType::kFloat, "", "world space"},
+    {Channel::kUv, "uv", kUv, PixelType::kFloat, "CHANNEL_UV", "first texture coordinates, V down"},
+    {Channel::kTangent, "tangent", kTangent, PixelType::kHalf, "CHANNEL_TANGENT",
+     "where U grows; unit, world space; T.W is the handedness"},
+    {Channel::kBaseColor, "base-color", kBaseColor, PixelType::kHalf, "CHANNEL_BASE_COLOR",
+     "of the material, linear, not multiplied by alpha"},
+    {Channel::kEmissive, "emissive", kEmissive, PixelType::kHalf, "CHANNEL_EMISSIVE",
+     "light that the material gives off, linear"},
+    {Channel::kRoughnessMetallic, "roughness-metallic", kRoughnessMetallic, PixelType::kHalf,
+     "CHANNEL_ROUGHNESS_METALLIC", "of the material, 0 to 1"},
+    {Channel::kFacing, "facing", kFacing, PixelType::kHalf, "",
+     "1 on the front of a triangle, -1 on its back"},
+    {Channel::kMotion, "motion", kMotion, PixelType::kFloat, "",
+     "to where the point is a frame later, whatever --frames lists; pixels, Y down"},
+    {Channel::kId, "id", kId, PixelType::kUint, "",
+     "object (node), material, triangle of its mesh, instance: index + 1"},
+    {Channel::kBarycentric, "barycentric", kBarycentric, PixelType::kFloat, "",
+     "weights of the triangle's second and third corner"},
+    {Channel::kDistance, "distance", kDistance, PixelType::kFloat, "",
+     "from the camera along the pixel's ray"},
+};
+
+PixelType typeOf(const ChannelInfo& info, PixelType color_type) {
+    return info.type == PixelType::kHalf ? color_type : info.type;
+}
+
+}  // namespace
+
+std::span<const ChannelInfo> channelTable() {
+    return kChannels;
+}
+
+FragmentArray emptyArray(Channel channel, PixelType color_type) {
+    const ChannelInfo& info = infoOf(channel);
+    FragmentArray array;
+    array.channels.assign(info.components.begin(), info.components.end());
+    array.type = typeOf(info, color_type);
+    return array;
+}
+
+std::size_t channelBytes(std::span<const Channel> channels, PixelType color_type) {
+    std::size_t bytes = 0;
+    for (const Channel channel : channels) {
+        const ChannelInfo& info = infoOf(channel);
+        bytes += info.components.size() * pixelTypeSize(typeOf(info, color_type));
+    }
+    return bytes;
+}
+
+std::size_t shadedComponents(std::span<const Channel> channels) {
+    std::size_t components = 0;
+    for (const Channel channel : channels)
+        if (const ChannelInfo& info = infoOf(channel); !info.definition.empty())
+            components += info.components.size();
+    return components;
+}
+
+}  // namespace peeler

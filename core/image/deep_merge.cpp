@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs of samples found, counted, composited.
+#include "core/image/deep_merge.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/image/composite.h"
+#include "core/image/fragment_channel.h"
+
+namespace peeler {
+namespace {
+
+FragmentChannel idsToMergeBy(const LayeredImage& image, const std::string& name) {
+    if (const FragmentChannel ids = findIds(image, name)) return ids;
+    throw Error(ErrorKind::kUsage, "the samples have no channel " + name + " to merge by",
+                "--deep-merge by-id", "add --channels id, or merge by-z");
+}
+
+/// Says which samples belong to the run of an earlier one.
+class Matcher {
+  public:
+    Matcher(const LayeredImage& image, const DeepMergeSettings& settings)
+        : image_(image), settings_(settings) {
+        if (settings.mode != DeepMerge::kById) return;
+        objects_ = idsToMergeBy(image, "id.object");
+        materials_ = idsToMergeBy(image, "id.material");
+    }
+
+    bool operator()(std::size_t first, std::size_t other) const {
+        const float distance = image_.z[other] - image_.z[first];
+        switch (settings_.mode) {
+            case DeepMerge::kExact:
+                return image_.z[other] == image_.z[first];
+            case DeepMerge::kByZ:
+                return distance <= settings_.z_tolerance;
+            case DeepMerge::kById:
+                return distance <= settings_.z_tolerance &&
+                       objects_.id(first) == objects_.id(other) &&
+                       materials_.id(first) == materials_.id(other) &&
+                       std::abs(colorOf(image_, first)[3] - colorOf(image_, other)[3]) <=
+                           settings_.alpha_tolerance;
+            case DeepMerge::kOff:
+                break;
+        }
+        return false;
+    }
+
+  private:
+    const LayeredImage& image_;
+    DeepMergeSettings settings_;
+    FragmentChannel objects_, materials_;
+};
+
+/// The end of the run that begins with `first`; `end` is that of the pixel.
+std::size_t runEnd(const Matcher& together, std::size_t first, std::size_t end) {
+    std::size_t next = first + 1;
+    while (next < end && together(first, next))
+        ++next;
+    return next;
+}
+
+void copyFragment(const FragmentArray& from, std::size_t source, FragmentArray& to,
+                  std::size_t target) {
+    std::memcpy(to.data.data() + target * to.stride(), from.data.data() + source * from.stride(),
+                from.stride());
+}
+
+void resizeLike(const FragmentArray& like, std::size_t fragments, FragmentArray& array) {
+    array.channels = like.channels;
+    array.type = like.type;
+    array.data.resize(fragments * like.stride());
+}
+
+}  // namespace
+
+void mergeDeepSamples(const LayeredImage& image, int y0, int y1, const DeepMergeSettings& settings,
+                      LayeredImage& out) {
+    const Matcher together(image, settings);
+    out.window = {image.window.x0, y0, image.window.x1, y1};
+    const std::size_t base = image.pixelIndex(image.window.x0, y0);
+    const auto width = static_cast<std::size_t>(image.window.width());
+    const auto height = static_cast<std::size_t>(y1 - y0);
+    out.offsets.assign(width * height + 1, 0);
+    parallelFor(height, [&](std::size_t row) {
+        for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
+            const std::size_t end = image.offsets[base + p + 1];
+            for (std::size_t f = image.offsets[base + p]; f < end; f = runEnd(together, f, end))
+                ++out.offsets[p + 1];
+        }
+    });
+    for (std::size_t p = 1; p < out.offsets.size(); ++p)
+        out.offsets[p] += out.offsets[p - 1];
+
+    const std::size_t fragments = out.offsets.back();
+    out.z.resize(fragments);
+    resizeLike(image.color, fragments, out.color);
+    out.extra.resize(image.extra.size());
+    for (std::size_t i = 0; i < image.extra.size(); ++i)
+        resizeLike(image.extra[i], fragments, out.extra[i]);
+    parallelFor(height, [&](std::size_t row) {
+        for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
+            const std::size_t end = image.offsets[base + p + 1];
+            std::size_t target = out.offsets[p];
+            for (std::size_t f = image.offsets[base + p]; f < end; ++target) {
+                const std::size_t next = runEnd(together, f, end);
+                out.z[target] = image.z[f];
+                copyFragment(image.color, f, out.color, target);
+                for (std::size_t i = 0; i < image.extra.size(); ++i)
+                    copyFragment(image.extra[i], f, out.extra[i], target);
+                if (next > f + 1) {
+                    std::array<float, 4> color = colorOf(image, f);
+                    for (++f; f < next; ++f)
+                        color = over(color, colorOf(image, f));
+                    storeColor(color, out.color, target);
+                }
+                f = next;
+            }
+        }
+    });
+}
+
+}  // namespace peeler

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far two pictures are apart, fragment by fragment and pixel by pixel.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/image/composite.h"
+#include "core/image/layered_image.h"
+
+namespace peeler {
+
+/// Absolute differences of values. Equal infinities, and NaN against NaN, are 0 apart; NaN against
+/// anything else is infinitely far.
+struct DifferenceStatistics {
+    std::uint64_t values = 0;
+    double largest = 0, sum = 0, sum_of_squares = 0;
+    int x = -1, y = -1;  ///< the first pixel with the largest difference; −1 if all are equal
+
+    void add(double a, double b, int at_x, int at_y);
+    /// `later` comes after this in the order of pixels.
+    void merge(const DifferenceStatistics& later);
+
+    double mean() const;
+    double rmse() const;
+    /// Peak signal-to-noise ratio in decibels for a peak of 1; +inf if nothing differs.
+    double psnr() const;
+};
+
+/// Fragments of one layer, or of all: k-th against k-th of each pixel.
+struct FragmentDifference {
+    std::uint64_t both = 0, only_a = 0, only_b = 0;  ///< fragments
+    DifferenceStatistics depth;                      ///< of those in both
+    DifferenceStatistics color;                      ///< premultiplied R, G, B, A, each one a value
+
+    void merge(const FragmentDifference& later);
+};
+
+struct LayeredDifference {
+    std::uint64_t pixels = 0;
+    std::uint64_t count_pixels = 0;   ///< pixels whose number of fragments differs
+    std::uint32_t largest_count = 0;  ///< the largest such difference
+    FragmentDifference all;
+    std::vector<FragmentDifference> layers;  ///< front to back
+    DifferenceStatistics composite;          ///< R, G, B, A over nothing
+
+    void merge(const LayeredDifference& later);
+};
+
+/// Adds two bands of the same width and height to `sum`; where they lie is told by `a`. If
+/// `largest` is not empty it holds a value for each pixel, to be overwritten: the largest
+/// difference of colour, or, where the numbers of fragments differ, minus that difference.
+/// The result does not depend on the number of threads.
+void addDifference(const LayeredImage& a, const LayeredImage& b, LayeredDifference& sum,
+                   std::span<float> largest = {});
+
+/// The same for flat pictures: R, G, B, A, each one a value.
+void addDifference(const CompositeImage& a, const CompositeImage& b, DifferenceStatistics& sum,
+                   std::span<float> largest = {});
+
+}  // namespace peeler

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one hand-over type: depth-sorted fragment lists of a rectangle of pixels.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/window.h"
+
+namespace peeler {
+
+/// How one component of a fragment is stored.
+enum class PixelType : std::uint8_t { kHalf, kFloat, kUint };
+
+inline constexpr std::size_t pixelTypeSize(PixelType type) {
+    return type == PixelType::kHalf ? 2 : 4;
+}
+
+/// A named quantity of every fragment: `components` values of `type`, interleaved, fragment after
+/// fragment. `channels` holds the EXR channel name of each component ("R","G","B","A" or "N.X", …).
+struct FragmentArray {
+    std::vector<std::string> channels;
+    PixelType type = PixelType::kHalf;
+    std::vector<std::byte> data;
+
+    std::size_t components() const { return channels.size(); }
+    std::size_t stride() const { return components() * pixelTypeSize(type); }
+    template <class T>
+    std::span<const T> as() const {
+        return {reinterpret_cast<const T*>(data.data()), data.size() / sizeof(T)};
+    }
+    template <class T>
+    std::span<T> as() {
+        return {reinterpret_cast<T*>(data.data()), data.size() / sizeof(T)};
+    }
+};
+
+/// Per-pixel fragment lists in CSR form: pixel p (row-major inside `window`) owns the fragments
+/// [offsets[p], offsets[p + 1]), front to back, coincident ones in draw order. It is at once a deep
+/// image, a layered depth image (layer k is the k-th entry of every pixel that has one) and a set
+/// of ray hits. A band of rows is a LayeredImage too.
+struct LayeredImage {
+    Window window;
+    std::vector<std::uint32_t> offsets;  ///< window.pixels() + 1 entries, offsets[0] = 0
+    std::vector<float> z;                ///< camera Z, positive in front, scene units
+    /// R,G,B,A; linear Rec. 709, premultiplied; half or float. Of hits nothing, or dDepth.X and
+    /// dDepth.Y (float): by how much buffer depth grows to the next pixel's ray, y up.
+    FragmentArray color;
+    std::vector<FragmentArray> extra;  ///< the other channels that were asked for
+
+    std::size_t fragments() const { return z.size(); }
+    std::size_t pixelIndex(int x, int y) const {
+        return static_cast<std::size_t>(y - window.y0) * static_cast<std::size_t>(window.width()) +
+               static_cast<std::size_t>(x - window.x0);
+    }
+    std::uint32_t count(std::size_t pixel) const { return offsets[pixel + 1] - offsets[pixel]; }
+};
+
+}  // namespace peeler

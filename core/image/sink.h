@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the count pass promises, and whoever takes the bands that follow.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/stage_times.h"
+#include "core/image/layered_image.h"
+#include "core/scene/id_names.h"
+#include "core/scene/view.h"
+
+namespace peeler {
+
+/// What is known of one layer before it is captured.
+struct LayerPlan {
+    Window data_window;        ///< bounding box of the pixels that have this layer
+    std::uint64_t pixels = 0;  ///< how many of them
+};
+
+/// The result of the count pass: everything a writer must know to open its file.
+struct Plan {
+    View view;
+    std::vector<LayerPlan> layers;        ///< front to back; as many as will be stored
+    std::uint64_t fragments_counted = 0;  ///< by the count pass, without any layer limit
+    std::uint64_t fragments_stored = 0;   ///< after the layer limit
+    std::uint64_t fragments_blended = 0;  ///< those beyond it, if a composite blends them
+    PixelType color_type = PixelType::kHalf;
+    std::size_t channel_bytes = 0;  ///< of a fragment, besides colour and Z
+    int samples = 1;  ///< sub-pixel positions; of several, what they merge into is counted
+
+    /// Whether every fragment is in its place.
+    bool complete() const { return fragments_counted == fragments_stored; }
+};
+
+/// Where a picture comes from: what the `peeler:` attributes say besides plan and view.
+struct Provenance {
+    std::string version{}, method{}, surfaces{};
+    std::string scene{};  ///< file name without folder
+    std::string scene_hash{}, settings_hash{};
+    /// Of everything that decides what is in the file, so that it can be left alone when it would
+    /// be made again; "" = it cannot be made again by one command.
+    std::string output_hash{};
+    std::string renderer{};    ///< GL_RENDERER
+    std::string deep_merge{};  ///< how samples of a deep image were merged, "" = not
+    std::string tile{};        ///< "2/7": the second of seven strips; "" = not one of several
+    int frame = 0;
+    double time = 0;               ///< seconds
+    double frames_per_second = 0;  ///< 0 = does not apply
+    IdNames ids{};                 ///< if fragments have ids
+};
+
+/// What a sink holds besides the band it is given; the capture leaves room for it under a budget.
+struct SinkMemory {
+    int rows = 0;                   ///< of fragments, kept from one band to the next
+    std::uint64_t bytes = 0;        ///< whatever the bands
+    std::uint64_t pixel_bytes = 0;  ///< of every pixel of those rows and of the band at hand
+    int bands = 0;                  ///< copies of the band at hand
+};
+
+/// Takes a picture band by band. Bands arrive top to bottom without gaps, each as wide as the crop,
+/// together covering it. A Sink that is destroyed before finish() leaves nothing behind.
+class Sink {
+  public:
+    virtual ~Sink() = default;
+    virtual void begin(const Plan& plan) = 0;
+    /// The band is the caller's again when write returns.
+    virtual void write(const LayeredImage& band) = 0;
+    virtual void finish() = 0;
+    /// Asked after begin().
+    virtual SinkMemory memory() const { return {}; }
+    /// Where its time went: "composite", "encode", "write".
+    virtual StageTimes times() const { return {}; }
+};
+
+}  // namespace peeler

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/scene/draw_list.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+#include "core/base/error.h"
+#include "core/scene/primitive_corners.h"
+#include "shaders/interface.glsl"
+
+namespace peeler {
+namespace {
+
+std::size_t verticesOf(const Primitive& p) {
+    return p.indices.empty() ? p.positions.size() : p.indices.size();
+}
+
+std::uint32_t flagsOf(const Primitive& p, bool mirrored) {
+    std::uint32_t flags = 0;
+    if (!p.normals.empty()) flags |= PEELER_HAS_NORMALS;
+    // Tangents without normals are to be ignored (glTF 2.0 §3.7.2.1).
+    if (!p.tangents.empty() && !p.normals.empty()) flags |= PEELER_HAS_TANGENTS;
+    if (!p.colors.empty()) flags |= PEELER_HAS_COLORS;
+    if (p.topology >= Topology::kTriangles) flags |= PEELER_IS_TRIANGLES;
+    if (mirrored) flags |= PEELER_MIRRORED;
+    return flags;
+}
+
+/// What alpha means for a draw. Returns false if it rejects every fragment.
+bool setAlpha(Draw& draw, const Primitive& p, const Material& m) {
+    draw.opaque = m.alpha_mode != AlphaMode::kBlend && !isTransmissive(m);
+    if (m.alpha_mode == AlphaMode::kOpaque) return true;
+    draw.textured_alpha = static_cast<bool>(m.base_color_texture);
+    draw.alpha_tested = draw.textured_alpha || !p.colors.empty();
+    const float alpha = m.base_color.a;
+    const bool passes = m.alpha_mode == AlphaMode::kMask ? alpha >= m.alpha_cutoff : alpha > 0;
+    return draw.alpha_tested || passes;
+}
+
+/// Whether two instances can be drawn at once: GL takes all instances of one primitive of the mesh
+/// before the next primitive, and where depths are equal some methods rely on fragments coming in
+/// the order of their keys.
+bool together(const Scene& scene, const MeshInstance& a, const MeshInstance& b) {
+    const auto& primitives = scene.meshes[static_cast<std::size_t>(a.mesh)].primitives;
+    return primitives.size() == 1 && a.node == b.node && a.mesh == b.mesh &&
+           a.mirrored == b.mirrored && a.deformed == b.deformed;
+}
+
+}  // namespace
+
+DrawList::DrawList(const Scene& scene, const SceneContents& contents) {
+    const std::vector<MeshInstance>& instances = contents.meshes;
+    for (std::size_t i = 0, end = 0; i < instances.size(); i = end) {
+        do
+            ++end;
+        while (end < instances.size() && together(scene, instances[i], instances[end]));
+        addGroup(scene, {instances.data() + i, end - i});
+    }
+}
+
+std::size_t DrawList::indexOf(const Geometry& geometry) {
+    const auto [entry, fresh] = geometry_index_.try_emplace(geometry, geometries_.size());
+    if (fresh) geometries_.push_back(geometry);
+    return entry->second;
+}
+
+void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instances) {
+    const MeshInstance& first = instances.front();
+    const auto& primitives = scene.meshes[static_cast<std::size_t>(first.mesh)].primitives;
+    Group group{static_cast<std::uint32_t>(next_key_), 0, next_surface_, worlds_.size(), {}};
+    std::uint64_t keys = 0;
+    std::size_t most_vertices = 0;
+    for (const Primitive& p : primitives) {
+        group.surfaces.push_back(static_cast<std::uint32_t>(keys));
+        keys += elementsOf(p);
+        most_vertices = std::max(most_vertices, verticesOf(p));
+    }
+    // Both factors are below 2^32: more vertices have just been refused, and more instances need
+    // more memory than there is.
+    next_key_ += keys * instances.size();
+    if (next_key_ > std::numeric_limits<std::uint32_t>::max() ||
+        most_vertices > std::numeric_limits<int>::max()) {
+        throw Error(ErrorKind::kInput, "the scene has more primitives than 32 bits can count",
+                    "/meshes/" + std::to_string(first.mesh), "render it in parts");
+    }
+    group.instance_keys = static_cast<std::uint32_t>(keys);
+
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+        const Primitive& p = primitives[i];
+        Draw draw;
+        draw.geometry = indexOf({first.mesh, i, first.deformed});
+        draw.topology = p.topology;
+        draw.indexed = !p.indices.empty();
+        draw.count = static_cast<int>(verticesOf(p));
+        draw.first_world = worlds_.size();
+        draw.instances = instances.size();
+        draw.material = static_cast<std::size_t>(p.material);
+        draw.node = first.node;
+        draw.mirrored = first.mirrored;
+        draw.first_primitive = group.first_key + group.surfaces[i];
+        draw.instance_keys = group.instance_keys;
+        draw.flags = flagsOf(p, first.mirrored);
+        if (setAlpha(draw, p, scene.materials[draw.material])) draws_.push_back(draw);
+    }
+    for (const MeshInstance& instance : instances)
+        worlds_.push_back(instance.world);
+    next_surface_ += static_cast<std::uint32_t>(primitives.size() * instances.size());
+    groups_.push_back(std::move(group));
+}
+
+const DrawList::Group& DrawList::groupOf(std::uint32_t key) const {
+    const auto after =
+        std::upper_bound(groups_.begin(), groups_.end(), key,
+                         [](std::uint32_t k, const Group& group) { return k < group.first_key; });
+    return *(after - 1);
+}
+
+KeyOrigin DrawList::originIn(const Group& group, std::uint32_t key) {
+    KeyOrigin origin;
+    origin.instance = group.first_instance + (key - group.first_key) / group.instance_keys;
+    origin.in_mesh = (key - group.first_key) % group.instance_keys;
+    // The last of those that begin there: primitives without elements begin there, too.
+    const auto next =
+        std::upper_bound(group.surfaces.begin(), group.surfaces.end(), origin.in_mesh);
+    origin.primitive = static_cast<std::size_t>(next - group.surfaces.begin()) - 1;
+    origin.element = origin.in_mesh - group.surfaces[origin.primitive];
+    return origin;
+}
+
+KeyOrigin DrawList::originOf(std::uint32_t key) const {
+    return originIn(groupOf(key), key);
+}
+
+std::uint32_t DrawList::surfaceOf(std::uint32_t key) const {
+    const Group& group = groupOf(key);
+    const KeyOrigin origin = originIn(group, key);
+    const std::size_t surface =
+        (origin.instance - group.first_instance) * group.surfaces.size() + origin.primitive;
+    return group.first_surface + static_cast<std::uint32_t>(surface);
+}
+
+}  // namespace peeler

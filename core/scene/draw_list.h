@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is drawn, in which order, and the keys of its primitives.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <map>
+#include <span>
+#include <tuple>
+#include <vector>
+
+#include "core/scene/scene.h"
+#include "core/scene/scene_contents.h"
+
+namespace peeler {
+
+/// The vertices of a primitive: those of the mesh, or as an instance has deformed them.
+struct Geometry {
+    int mesh = 0;
+    std::size_t primitive = 0;
+    int deformed = -1;  ///< index into SceneContents::deformed
+    bool operator<(const Geometry& other) const {
+        return std::tie(mesh, primitive, deformed) <
+               std::tie(other.mesh, other.primitive, other.deformed);
+    }
+};
+
+/// One primitive of a mesh, drawn at one or more places.
+struct Draw {
+    std::size_t geometry = 0;  ///< index into DrawList::geometries()
+    Topology topology = Topology::kTriangles;
+    bool indexed = false;
+    int count = 0;  ///< indices, or vertices if not indexed
+    std::size_t first_world = 0, instances = 1;
+    std::size_t material = 0;
+    int node = 0;
+    bool mirrored = false;              ///< front faces are clockwise
+    std::uint32_t first_primitive = 0;  ///< key of its first primitive in the first instance
+    std::uint32_t instance_keys = 0;    ///< from one instance's key to the next one's
+    std::uint32_t flags = 0;            ///< PEELER_HAS_NORMALS …
+    bool opaque = false;                ///< OPAQUE or MASK, and no light passes through
+    bool alpha_tested = false;          ///< some of its fragments may be rejected by alpha
+    bool textured_alpha = false;        ///< … and a texture decides
+};
+
+/// Where a key comes from.
+struct KeyOrigin {
+    std::size_t instance = 0;   ///< index into SceneContents::meshes
+    std::size_t primitive = 0;  ///< of the mesh
+    std::uint32_t element = 0;  ///< which of the points, lines or triangles of that primitive
+    std::uint32_t in_mesh = 0;  ///< which of those of the whole mesh, primitive after primitive
+};
+
+/// Depth-first over the nodes, then instance, then primitive of the mesh: a key counts the
+/// primitives that GL makes in this order, whether instances are drawn at once or one by one. Keys
+/// start at 1.
+class DrawList {
+  public:
+    /// Successive instances of a mesh of one primitive at the same node are drawn at once.
+    /// Throws Error (kInput) if the scene has 2^32 primitives or more.
+    DrawList(const Scene& scene, const SceneContents& contents);
+
+    const std::vector<Draw>& draws() const { return draws_; }
+    const std::vector<Geometry>& geometries() const { return geometries_; }
+    /// Where the instances of a draw are.
+    std::span<const glm::dmat4> worlds(const Draw& draw) const {
+        return {worlds_.data() + draw.first_world, draw.instances};
+    }
+    KeyOrigin originOf(std::uint32_t key) const;
+    /// A number for the primitive of a mesh at the place that a key belongs to; in draw order.
+    std::uint32_t surfaceOf(std::uint32_t key) const;
+
+  private:
+    /// The instances that are drawn at once: surface s of instance i has the keys
+    /// first_key + i · instance_keys + [surfaces[s], surfaces[s + 1]).
+    struct Group {
+        std::uint32_t first_key = 0, instance_keys = 0, first_surface = 0;
+        std::size_t first_instance = 0;  // index into SceneContents::meshes
+        std::vector<std::uint32_t> surfaces;
+    };
+    const Group& groupOf(std::uint32_t key) const;
+    static KeyOrigin originIn(const Group& group, std::uint32_t key);
+    void addGroup(const Scene& scene, std::span<const MeshInstance> instances);
+    std::size_t indexOf(const Geometry& geometry);
+
+    std::vector<Draw> draws_;
+    std::vector<Geometry> geometries_;
+    std::map<Geometry, std::size_t> geometry_index_;
+    std::vector<glm::dmat4> worlds_;
+    std::vector<Group> groups_;
+    std::uint64_t next_key_ = 1;  // 0 is the key of "no layer yet" in front-to-back peeling
+    std::uint32_t next_surface_ = 0;
+};
+
+}  // namespace peeler

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fitting a scene into a frame.
+#include "core/scene/framing.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace peeler::cmd {
+
+namespace {
+
+/// Share of the frame that a framed scene may fill.
+constexpr double kFill = 0.94;
+
+std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
+    std::array<glm::dvec3, 8> points;
+    for (int i = 0; i < 8; ++i) {
+        points[static_cast<std::size_t>(i)] = {i & 1 ? bounds.max.x : bounds.min.x,
+                                               i & 2 ? bounds.max.y : bounds.min.y,
+                                               i & 4 ? bounds.max.z : bounds.min.z};
+    }
+    return points;
+}
+
+}  // namespace
+
+glm::dvec3 pleasingForward(const glm::dvec3& up) {
+    const double azimuth = glm::radians(35.0), elevation = glm::radians(20.0);
+    const glm::dvec3 from{std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
+                          std::cos(azimuth) * std::cos(elevation)};
+    // The shortest rotation that takes +Y to `up` (Rodrigues; cos = −1 turns about X).
+    const glm::dvec3 axis = glm::cross(glm::dvec3(0, 1, 0), up);
+    const double cosine = up.y;
+    if (cosine < -1 + 1e-12) return {-from.x, from.y, from.z};
+    const glm::dvec3 turned =
+        from * cosine + glm::cross(axis, from) + axis * (glm::dot(axis, from) / (1 + cosine));
+    return -glm::normalize(turned);
+}
+
+double sceneSize(const Bounds& bounds) {
+    const double diagonal = glm::length(bounds.max - bounds.min);
+    if (diagonal > 0) return diagonal;
+    const glm::dvec3 place = glm::max(glm::abs(bounds.min), glm::abs(bounds.max));
+    // A single point: any size will do if eye and target stay apart in double precision.
+    return std::max(1.0, 1e-3 * std::max({place.x, place.y, place.z}));
+}
+
+glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::dvec3& forward,
+                      const glm::dvec3& up, const Projection& projection) {
+    const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
+    const glm::dvec3 above = glm::cross(right, forward);
+    // Flat and single-point scenes need no room sideways, but the eye must stay in front of them.
+    // The origin, too, stays in front: the camera looks at it, and it may lie outside the scene.
+    double distance = std::max(reach(-forward), 0.0) + 0.05 * size;
+    glm::dvec2 shift(0);
+    const std::array<std::pair<glm::dvec3, double>, 2> axes = {
+        {{right, projection.half_width}, {above, projection.half_height}}};
+    for (int i = 0; i < 2; ++i) {
+        const auto& [axis, half] = axes[static_cast<std::size_t>(i)];
+        // How far the scene stands out beyond each of two planes through the origin that are
+        // parallel to the frustum's sides (a perspective camera) or to the axis.
+        const double slope = projection.perspective ? kFill * half : 0;
+        const double positive = reach(axis - slope * forward);
+        const double negative = reach(-axis - slope * forward);
+        if (!centred) shift[i] = (positive - negative) / 2;
+        if (slope > 0)
+            distance =
+                std::max(distance, std::max(positive - shift[i], negative + shift[i]) / slope);
+    }
+    return right * shift.x + above * shift.y - forward * distance;
+}
+
+DepthRange depthRange(const Bounds& bounds, const glm::dmat4& camera_to_world) {
+    const glm::dvec3 forward = -glm::dvec3(camera_to_world[2]), eye(camera_to_world[3]);
+    DepthRange range{std::numeric_limits<double>::infinity(),
+                     -std::numeric_limits<double>::infinity()};
+    for (const glm::dvec3& corner : corners(bounds)) {
+        const double depth = glm::dot(corner - eye, forward);
+        range.nearest = std::min(range.nearest, depth);
+        range.farthest = std::max(range.farthest, depth);
+    }
+    return range;
+}
+
+}  // namespace peeler::cmd

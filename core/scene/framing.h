@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a camera stands and how it is turned: geometry without options or files.
+#pragma once
+
+#include <functional>
+#include <glm/glm.hpp>
+
+#include "core/scene/placement.h"
+#include "core/scene/scene_contents.h"
+#include "core/scene/view.h"
+
+namespace peeler::cmd {
+
+/// The world direction from which an unknown scene is looked at: from the front (+Z if `up` is +Y,
+/// glTF 2.0 §3.4; −Y if `up` is +Z, as modellers have it), a little from the right and from above.
+glm::dvec3 pleasingForward(const glm::dvec3& up);
+
+/// The largest extent of the bounds; a length that suits the place if they have none.
+double sceneSize(const Bounds& bounds);
+
+/// How far a scene reaches from an origin along a direction: the largest dot product.
+using Reach = std::function<double(const glm::dvec3& direction)>;
+
+/// The eye of a camera that looks along `forward`, relative to the origin of `reach`, so near that
+/// the scene just fits into the frame with a small margin. `centred` keeps the origin in the middle
+/// of the picture, otherwise the scene is. An orthographic frame has its size given; the eye is
+/// just placed in front. `size` is the scene's, for what has no extent.
+glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::dvec3& forward,
+                      const glm::dvec3& up, const Projection& projection);
+
+/// Depth along the viewing axis of the nearest and the farthest corner of the bounds.
+struct DepthRange {
+    double nearest = 0, farthest = 0;
+};
+DepthRange depthRange(const Bounds& bounds, const glm::dmat4& camera_to_world);
+
+}  // namespace peeler::cmd

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/scene/material.h"
+
+namespace peeler {
+
+std::array<MaterialTexture, kMaterialTextures> texturesOf(Material& m) {
+    MaterialTexture reflectance{&m.metallic_roughness_texture, false};
+    if (m.specular_glossiness) reflectance = {&m.specular_glossiness->texture, true};
+    return {{{&m.base_color_texture, true},
+             reflectance,
+             {&m.normal_texture, false},
+             {&m.occlusion_texture, false},
+             {&m.emissive_texture, true},
+             {&m.specular.texture, false},
+             {&m.specular.color_texture, true},
+             {&m.clearcoat.texture, false},
+             {&m.clearcoat.roughness_texture, false},
+             {&m.clearcoat.normal_texture, false},
+             {&m.sheen.color_texture, true},
+             {&m.sheen.roughness_texture, false},
+             {&m.anisotropy.texture, false},
+             {&m.iridescence.texture, false},
+             {&m.iridescence.thickness_texture, false},
+             {&m.transmission.texture, false},
+             {&m.transmission.thickness_texture, false}}};
+}
+
+float dielectricF0(float ior) {
+    if (ior == 0) return 1;
+    const float ratio = (ior - 1) / (ior + 1);
+    return ratio * ratio;
+}
+
+bool isTransmissive(const Material& material) {
+    return material.transmission.factor > 0;
+}
+
+}  // namespace peeler

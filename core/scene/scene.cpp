@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/scene/scene.h"
+
+namespace peeler {
+
+glm::dmat4 Trs::matrix() const {
+    glm::dmat4 result(1);
+    // Files round to a few digits; without normalising, a rotation would scale a little.
+    if (glm::length(rotation) > 0) result = glm::mat4_cast(glm::normalize(rotation));
+    for (int axis = 0; axis < 3; ++axis)
+        result[axis] *= scale[axis];
+    result[3] = glm::dvec4(translation, 1);
+    return result;
+}
+
+std::string nodeName(const Scene& scene, std::size_t node) {
+    const std::string& name = scene.nodes[node].name;
+    return name.empty() ? "node " + std::to_string(node) : name;
+}
+
+std::vector<int> rootsOf(const std::vector<Node>& nodes) {
+    std::vector<char> is_child(nodes.size(), 0);
+    for (const Node& node : nodes)
+        for (const int child : node.children)
+            is_child[static_cast<std::size_t>(child)] = 1;
+    std::vector<int> roots;
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+        if (!is_child[i]) roots.push_back(static_cast<int>(i));
+    return roots;
+}
+
+void chooseVariant(Scene& scene, std::size_t variant) {
+    for (Mesh& mesh : scene.meshes)
+        for (Primitive& primitive : mesh.primitives)
+            if (variant < primitive.variants.size() && primitive.variants[variant] >= 0)
+                primitive.material = primitive.variants[variant];
+}
+
+}  // namespace peeler

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+// Walks a scene's node forest: what it shows, and how large that is.
+#include "core/scene/scene_contents.h"
+
+#include <algorithm>
+#include <glm/gtc/matrix_transform.hpp>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace peeler {
+namespace {
+
+struct Visit {
+    int node = 0;
+    glm::dmat4 world{1};
+    bool visible = true;
+};
+
+/// Calls body(visit) for every node below `roots`, parents first, in the file's order.
+template <class Body>
+void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots, const Body& body) {
+    // A stack of our own: files nest as deep as they like. Last in, first out, so children are
+    // pushed in reverse to come out in the file's order.
+    std::vector<Visit> stack;
+    const auto push = [&](const std::vector<int>& nodes, const glm::dmat4& world, bool visible) {
+        for (auto node = nodes.rbegin(); node != nodes.rend(); ++node)
+            stack.push_back({*node, world, visible});
+    };
+    push(roots, glm::dmat4(1), true);
+    while (!stack.empty()) {
+        Visit visit = stack.back();
+        stack.pop_back();
+        const auto index = static_cast<std::size_t>(visit.node);
+        const Node& node = scene.nodes[index];
+        visit.world = visit.world * pose.locals[index];
+        visit.visible = visit.visible && node.visible;
+        body(visit);
+        push(node.children, visit.world, visit.visible);
+    }
+}
+
+/// The world matrices of all nodes: joints need not be in the scene that shows their mesh.
+std::vector<glm::dmat4> worldsOf(const Scene& scene, const Pose& pose) {
+    std::vector<glm::dmat4> worlds(scene.nodes.size(), glm::dmat4(1));
+    walk(scene, pose, rootsOf(scene.nodes),
+         [&](const Visit& visit) { worlds[static_cast<std::size_t>(visit.node)] = visit.world; });
+    return worlds;
+}
+
+bool isMirrored(const glm::dmat4& matrix) {
+    return glm::determinant(glm::dmat3(matrix)) < 0;
+}
+
+/// Lists instances and deforms their meshes.
+class ContentsBuilder {
+  public:
+    ContentsBuilder(const Scene& scene, const Pose& pose) : scene_(scene), pose_(pose) {}
+
+    void add(const Visit& visit) {
+        const Node& node = scene_.nodes[static_cast<std::size_t>(visit.node)];
+        if (node.camera >= 0)
+            result_.cameras.push_back({visit.node, node.camera, visit.world});  // never hidden
+        if (!visit.visible) return;
+        if (node.mesh >= 0) addMesh(node, visit);
+        if (node.light >= 0) result_.lights.push_back({visit.node, node.light, visit.world});
+    }
+
+    SceneContents take() { return std::move(result_); }
+
+  private:
+    void addMesh(const Node& node, const Visit& visit) {
+        MeshInstance instance{visit.node, node.mesh, visit.world, isMirrored(visit.world)};
+        if (node.skin >= 0) {
+            deform(node, &place(node, instance), instance);
+            result_.meshes.push_back(instance);
+            return;
+        }
+        deform(node, nullptr, instance);
+        if (!node.instances) {
+            result_.meshes.push_back(instance);
+            return;
+        }
+        for (const glm::dmat4& local : *node.instances) {
+            instance.world = visit.world * local;
+            instance.mirrored = isMirrored(instance.world);
+            result_.meshes.push_back(instance);
+        }
+    }
+
+    /// Puts a skinned mesh where its joints are. Deformed vertices are floats, so they are kept
+    /// relative to the first joint: far from the origin they would lose precision.
+    const JointMatrices& place(const Node& node, MeshInstance& instance) {
+        const Skin& skin = scene_.skins[static_cast<std::size_t>(node.skin)];
+        if (worlds_.empty()) worlds_ = worldsOf(scene_, pose_);
+        const auto worldOf = [&](std::size_t joint) -> const glm::dmat4& {
+            return worlds_[static_cast<std::size_t>(skin.joints[joint])];
+        };
+        const glm::dvec3 anchor(worldOf(0)[3]);
+        const glm::dmat4 to_anchor = glm::translate(glm::dmat4(1), -anchor);
+        const auto [entry, fresh] = skins_.try_emplace(node.skin);
+        JointMatrices& matrices = entry->second;
+        if (fresh)
+            for (std::size_t i = 0; i < skin.joints.size(); ++i)
+                matrices.joints.push_back(to_anchor * worldOf(i) * skin.inverse_bind[i]);
+        matrices.unskinned = to_anchor * instance.world;
+        instance.world = glm::translate(glm::dmat4(1), anchor);
+        // Joints may mirror a mesh as nodes do. If not all of them do, no answer is right.
+        const auto& primitives = scene_.meshes[static_cast<std::size_t>(node.mesh)].primitives;
+        instance.mirrored =
+            !primitives.empty() && isMirrored(skinMatrix(primitives.front(), matrices, 0));
+        return matrices;
+    }
+
+    void deform(const Node& node, const JointMatrices* joints, MeshInstance& instance) {
+        const Mesh& mesh = scene_.meshes[static_cast<std::size_t>(node.mesh)];
+        const bool morphs =
+            std::any_of(mesh.primitives.begin(), mesh.primitives.end(),
+                        [](const Primitive& primitive) { return !primitive.targets.empty(); });
+        if (!joints && !morphs) return;
+        const auto animated = pose_.weights.find(instance.node);
+        const std::vector<double>& weights = animated != pose_.weights.end() ? animated->second
+                                             : node.weights                  ? *node.weights
+                                                                             : mesh.weights;
+        instance.deformed = static_cast<int>(result_.deformed.size());
+        DeformedMesh& deformed = result_.deformed.emplace_back();
+        for (const Primitive& primitive : mesh.primitives)
+            deformed.push_back(peeler::deform(primitive, weights, joints));
+    }
+
+    const Scene& scene_;
+    const Pose& pose_;
+    std::vector<glm::dmat4> worlds_;      ///< of all nodes, once a skin has asked for them
+    std::map<int, JointMatrices> skins_;  ///< shared by the nodes of a skin
+    SceneContents result_;
+};
+
+/// Calls body(instance, positions) for every primitive.
+template <class Body>
+void forEachPrimitive(const Scene& scene, const SceneContents& contents, const Body& body) {
+    for (const MeshInstance& instance : contents.meshes) {
+        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+        for (std::size_t i = 0; i < mesh.primitives.size(); ++i)
+            body(instance, positionsOf(scene, contents, instance, i));
+    }
+}
+
+}  // namespace
+
+SceneContents contents(const Scene& scene, int scene_index, const Pose& pose) {
+    if (scene_index < 0 || static_cast<std::size_t>(scene_index) >= scene.scenes.size())
+        throw Error(ErrorKind::kUsage, "there is no scene " + std::to_string(scene_index), "",
+                    "the file has " + std::to_string(scene.scenes.size()));
+    ContentsBuilder builder(scene, pose);
+    walk(scene, pose, scene.scenes[static_cast<std::size_t>(scene_index)].roots,
+         [&](const Visit& visit) { builder.add(visit); });
+    return builder.take();
+}
+
+SceneContents contents(const Scene& scene, int scene_index) {
+    return contents(scene, scene_index, restPose(scene));
+}
+
+std::vector<std::uint32_t> instanceOrdinals(const SceneContents& contents) {
+    std::vector<std::uint32_t> ordinals;
+    for (const MeshInstance& instance : contents.meshes) {
+        const bool more =
+            !ordinals.empty() && contents.meshes[ordinals.size() - 1].node == instance.node;
+        ordinals.push_back(more ? ordinals.back() + 1 : 0);
+    }
+    return ordinals;
+}
+
+const std::vector<glm::vec3>& positionsOf(const Scene& scene, const SceneContents& contents,
+                                          const MeshInstance& instance, std::size_t primitive) {
+    if (instance.deformed >= 0)
+        return contents.deformed[static_cast<std::size_t>(instance.deformed)][primitive].positions;
+    return scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives[primitive].positions;
+}
+
+std::optional<Bounds> bounds(const Scene& scene, const SceneContents& contents) {
+    std::optional<Bounds> result;
+    forEachPrimitive(scene, contents, [&](const MeshInstance& instance, const auto& positions) {
+        for (const glm::vec3& position : positions) {
+            const glm::dvec3 point(instance.world * glm::dvec4(position, 1));
+            if (!result) result = Bounds{point, point};
+            result->min = glm::min(result->min, point);
+            result->max = glm::max(result->max, point);
+        }
+    });
+    return result;
+}
+
+double reach(const Scene& scene, const SceneContents& contents, const glm::dvec3& origin,
+             const glm::dvec3& direction) {
+    double farthest = -std::numeric_limits<double>::infinity();
+    forEachPrimitive(scene, contents, [&](const MeshInstance& instance, const auto& positions) {
+        // The direction is taken to the mesh instead of every vertex to the world.
+        const glm::dvec3 local = glm::transpose(glm::dmat3(instance.world)) * direction;
+        const double offset = glm::dot(glm::dvec3(instance.world[3]) - origin, direction);
+        for (const glm::vec3& position : positions)
+            farthest = std::max(farthest, glm::dot(local, glm::dvec3(position)) + offset);
+    });
+    return farthest;
+}
+
+}  // namespace peeler

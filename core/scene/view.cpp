@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/scene/view.h"
+
+#include <cmath>
+
+namespace peeler {
+
+glm::dmat4 Projection::matrix(double u0, double v0, double u1, double v1) const {
+    const double left = half_width * (2 * u0 - 1), right = half_width * (2 * u1 - 1);
+    const double top = half_height * (1 - 2 * v0), bottom = half_height * (1 - 2 * v1);
+    glm::dmat4 m(0);  // m[column][row]
+    m[0][0] = 2 / (right - left);
+    m[1][1] = 2 / (top - bottom);
+    if (perspective) {
+        m[2][0] = (right + left) / (right - left);
+        m[2][1] = (top + bottom) / (top - bottom);
+        m[2][3] = -1;
+        const bool infinite = std::isinf(far);
+        m[2][2] = infinite ? 0 : near / (far - near);
+        m[3][2] = infinite ? near : near * far / (far - near);
+    } else {
+        m[3][0] = -(right + left) / (right - left);
+        m[3][1] = -(top + bottom) / (top - bottom);
+        m[2][2] = 1 / (far - near);
+        m[3][2] = far / (far - near);
+        m[3][3] = 1;
+    }
+    return m;
+}
+
+namespace {
+
+/// Calls use(linear) with the function that makes camera Z of a depth: one function for many depths
+/// is a loop that compilers vectorise.
+template <class Use>
+auto withLinearZ(const Projection& projection, Use&& use) {
+    const double n = projection.near, f = projection.far;
+    if (!projection.perspective) return use([=](double depth) { return f - depth * (f - n); });
+    if (std::isinf(f)) return use([=](double depth) { return n / depth; });
+    return use([=](double depth) { return n * f / (depth * (f - n) + n); });
+}
+
+}  // namespace
+
+double Projection::linearZ(double depth) const {
+    return withLinearZ(*this, [&](auto&& linear) { return linear(depth); });
+}
+
+void Projection::toLinearZ(std::span<float> depths) const {
+    withLinearZ(*this, [&](auto&& linear) {
+        for (float& depth : depths)
+            depth = static_cast<float>(linear(static_cast<double>(depth)));
+    });
+}
+
+glm::dvec3 worldPosition(const View& view, double x, double y, double z) {
+    const Projection& projection = view.projection;
+    const double scale = projection.perspective ? z : 1;
+    const glm::dvec4 in_camera(projection.half_width * (2 * x / view.width - 1) * scale,
+                               projection.half_height * (1 - 2 * y / view.height) * scale, -z, 1);
+    return glm::dvec3(view.camera_to_world * in_camera);
+}
+
+}  // namespace peeler

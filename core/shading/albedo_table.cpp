@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// The integrands are those of shaders/lobes.glsl.
+#include "core/shading/albedo_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/base/parallel.h"
+
+namespace peeler {
+namespace {
+
+constexpr double kLeastCosine = 1e-4, kLeastAlpha = 0.002, kLeastSheenAlpha = 0.005;
+
+double vanDerCorput(int i) {
+    double sum = 0, digit = 0.5;
+    for (int n = i; n > 0; n /= 2, digit /= 2)
+        sum += digit * (n % 2);
+    return sum;
+}
+
+/// Smith's function of how much of the microfacets is hidden.
+double smith(double a2, double cosine) {
+    return 0.5 * (std::sqrt(1 + a2 * (1 - cosine * cosine) / (cosine * cosine)) - 1);
+}
+
+/// Samples of the normals that are visible (Heitz, "Sampling the GGX Distribution of Visible
+/// Normals", 2018): what remains to average is between 0 and 1. The view lies in the plane y = 0.
+glm::vec2 ggxAlbedo(double alpha, double n_dot_v) {
+    constexpr int kSamples = 256;
+    const double a2 = alpha * alpha;
+    const glm::dvec3 v(std::sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v);
+    const glm::dvec3 stretched = glm::normalize(glm::dvec3(alpha * v.x, 0, v.z));
+    const glm::dvec3 across(0, 1, 0), along = glm::cross(stretched, across);
+    double scale = 0, bias = 0;
+    for (int i = 0; i < kSamples; ++i) {
+        const double r = std::sqrt((i + 0.5) / kSamples),
+                     phi = 2 * std::numbers::pi * vanDerCorput(i);
+        const double t1 = r * std::cos(phi), s = 0.5 * (1 + stretched.z);
+        const double t2 = (1 - s) * std::sqrt(1 - t1 * t1) + s * r * std::sin(phi);
+        const glm::dvec3 facet =
+            t1 * across + t2 * along + std::sqrt(std::max(0.0, 1 - t1 * t1 - t2 * t2)) * stretched;
+        const glm::dvec3 h =
+            glm::normalize(glm::dvec3(alpha * facet.x, alpha * facet.y, std::max(1e-9, facet.z)));
+        const double v_dot_h = glm::dot(v, h), n_dot_l = 2 * v_dot_h * h.z - v.z;
+        if (n_dot_l <= 0 || v_dot_h <= 0) continue;
+        const double hidden = smith(a2, n_dot_v);
+        const double share = (1 + hidden) / (1 + hidden + smith(a2, n_dot_l));
+        const double fresnel = std::pow(1 - v_dot_h, 5);
+        scale += (1 - fresnel) * share;
+        bias += fresnel * share;
+    }
+    return {scale / kSamples, bias / kSamples};
+}
+
+double lambdaFit(double x, double alpha) {
+    const double t = (1 - alpha) * (1 - alpha);
+    const auto mixed = [t](double a, double b) { return a + t * (b - a); };
+    return mixed(21.5473, 25.3245) /
+               (1 + mixed(3.82987, 3.32435) * std::pow(x, mixed(0.19823, 0.16801))) +
+           mixed(-1.97760, -1.27393) * x + mixed(-4.32054, -4.85967);
+}
+
+double lambda(double cosine, double alpha) {
+    return std::exp(cosine < 0.5 ? lambdaFit(cosine, alpha)
+                                 : 2 * lambdaFit(0.5, alpha) - lambdaFit(1 - cosine, alpha));
+}
+
+/// The middles of equal solid angles.
+double sheenAlbedo(double alpha, double n_dot_v) {
+    constexpr int kCosines = 32, kAngles = 32;
+    const double v_sine = std::sqrt(1 - n_dot_v * n_dot_v), v_lambda = lambda(n_dot_v, alpha);
+    double sum = 0;
+    for (int i = 0; i < kCosines; ++i) {
+        const double n_dot_l = (i + 0.5) / kCosines, l_sine = std::sqrt(1 - n_dot_l * n_dot_l);
+        const double visibility =
+            std::min(1.0, 1 / ((1 + v_lambda + lambda(n_dot_l, alpha)) * 4 * n_dot_l * n_dot_v));
+        for (int j = 0; j < kAngles; ++j) {
+            const double phi = std::numbers::pi * (j + 0.5) / kAngles;
+            const double l_dot_v = l_sine * v_sine * std::cos(phi) + n_dot_l * n_dot_v;
+            const double n_dot_h = (n_dot_l + n_dot_v) / std::sqrt(2 + 2 * l_dot_v);
+            const double h_sine2 = std::max(0.0, 1 - n_dot_h * n_dot_h);
+            sum += n_dot_l * visibility * (2 + 1 / alpha) / (2 * std::numbers::pi) *
+                   std::pow(h_sine2, 0.5 / alpha);
+        }
+    }
+    return std::min(1.0, sum * 2 * std::numbers::pi / (kCosines * kAngles));
+}
+
+std::vector<glm::vec3> integrate(bool sheen) {
+    constexpr std::size_t kSide = kAlbedoTableSize;
+    std::vector<glm::vec3> table(kSide * kSide);
+    parallelFor(kSide, [&](std::size_t row) {
+        const double roughness = static_cast<double>(row) / (kSide - 1);
+        for (std::size_t column = 0; column < kSide; ++column) {
+            const double cosine = std::max(kLeastCosine, static_cast<double>(column) / (kSide - 1));
+            const glm::vec2 ggx = ggxAlbedo(std::max(roughness * roughness, kLeastAlpha), cosine);
+            const double fibres =
+                sheen ? sheenAlbedo(std::max(roughness * roughness, kLeastSheenAlpha), cosine) : 0;
+            table[row * kSide + column] = glm::vec3(ggx, fibres);
+        }
+    });
+    return table;
+}
+
+}  // namespace
+
+const std::vector<glm::vec3>& albedoTable(bool sheen) {
+    // It depends on nothing, and takes a tenth of a second.
+    if (sheen) {
+        static const auto with_sheen = integrate(true);
+        return with_sheen;
+    }
+    static const auto plain = integrate(false);
+    return plain;
+}
+
+}  // namespace peeler

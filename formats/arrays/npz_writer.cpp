@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+// .npy: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
+// ZIP64: APPNOTE.TXT, sections 4.3 and 4.5.3.
+#include "formats/arrays/npz_writer.h"
+
+#include <libdeflate.h>
+
+#include <cstring>
+#include <set>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::uint16_t kVersion = 45;  // ZIP64
+constexpr std::uint16_t kUtf8Names = 1U << 11U;
+constexpr std::uint16_t kDate = (1U << 5U) | 1U;  // 1980-01-01
+constexpr std::uint16_t kZip64Field = 1;
+constexpr std::uint32_t kSeeZip64 = 0xFFFFFFFFU;
+constexpr std::size_t kMaxEntries = 65535;
+
+/// Numbers of a ZIP header, one after the other, little endian.
+class HeaderFields {
+  public:
+    template <class T>
+    HeaderFields& add(T number) {
+        text_.append(reinterpret_cast<const char*>(&number), sizeof number);
+        return *this;
+    }
+    HeaderFields& add(const std::string& text) {
+        text_ += text;
+        return *this;
+    }
+    std::string take() { return std::move(text_); }
+
+  private:
+    std::string text_;
+};
+
+std::string npyHeader(const NpzArray& array) {
+    std::string shape;
+    for (const std::uint64_t n : array.shape)
+        shape += std::to_string(n) + ", ";
+    if (array.shape.size() > 1) shape.resize(shape.size() - 2);  // "(3,)" but "(3, 4)"
+    if (array.shape.size() == 1) shape.pop_back();
+    std::string text = "{'descr': '" + std::string(infoOf(array.type).numpy) +
+                       "', 'fortran_order': False, 'shape': (" + shape + "), }";
+    // Numbers begin at a multiple of 64 bytes.
+    constexpr std::size_t kAlignment = 64, kPreamble = 10;
+    const std::size_t end = kPreamble + text.size() + 1;
+    text.append((kAlignment - end % kAlignment) % kAlignment, ' ');
+    text += '\n';
+    return HeaderFields()
+        .add(std::string("\x93NUMPY\x01\x00", 8))
+        .add(static_cast<std::uint16_t>(text.size()))
+        .add(text)
+        .take();
+}
+
+}  // namespace
+
+std::uint64_t NpzArray::bytes() const {
+    std::uint64_t count = infoOf(type).size;
+    for (const std::uint64_t n : shape)
+        count *= n;
+    return count;
+}
+
+NpzWriter::NpzWriter(const std::string& path, std::vector<NpzArray> arrays) : file_(path) {
+    std::set<std::string> names;
+    for (NpzArray& array : arrays) {
+        if (!names.insert(array.name).second || names.size() > kMaxEntries) {
+            throw Error(ErrorKind::kInternal, "two arrays have one name, or there are too many",
+                        path + ": " + array.name);
+        }
+        Entry& entry = entries_.emplace_back();
+        entry.array = std::move(array);
+        entry.header = npyHeader(entry.array);
+        entry.crc = libdeflate_crc32(0, entry.header.data(), entry.header.size());
+        entry.offset = end_;
+        end_ += localHeader(entry).size() + entry.bytes();
+    }
+}
+
+void NpzWriter::append(std::size_t array, std::span<const std::byte> numbers) {
+    Entry& entry = entries_[array];
+    if (numbers.size() > entry.array.bytes() - entry.written) {
+        throw Error(ErrorKind::kInternal, "more numbers than the array holds",
+                    file_.path() + ": " + entry.array.name);
+    }
+    if (numbers.empty()) return;
+    file_.writeAt(entry.offset + localHeader(entry).size() + entry.header.size() + entry.written,
+                  numbers);
+    entry.written += numbers.size();
+    entry.crc = libdeflate_crc32(entry.crc, numbers.data(), numbers.size());
+}
+
+void NpzWriter::finish() {
+    for (const Entry& entry : entries_) {
+        if (entry.written != entry.array.bytes()) {
+            throw Error(ErrorKind::kInternal, "numbers are missing",
+                        file_.path() + ": " + entry.array.name);
+        }
+        // Only now, when the checksum is known.
+        file_.writeAt(entry.offset, asBytes(localHeader(entry) + entry.header));
+    }
+    file_.writeAt(end_, asBytes(directory(end_)));
+    file_.commit();
+}
+
+std::string NpzWriter::localHeader(const Entry& entry) const {
+    const std::string name = entry.fileName();
+    return HeaderFields()
+        .add(std::uint32_t{0x04034b50})
+        .add(kVersion)
+        .add(kUtf8Names)
+        .add(std::uint16_t{0})  // stored
+        .add(std::uint16_t{0})  // midnight
+        .add(kDate)
+        .add(entry.crc)
+        .add(kSeeZip64)
+        .add(kSeeZip64)
+        .add(static_cast<std::uint16_t>(name.size()))
+        .add(std::uint16_t{20})
+        .add(name)
+        .add(kZip64Field)
+        .add(std::uint16_t{16})
+        .add(entry.bytes())
+        .add(entry.bytes())
+        .take();
+}
+
+std::string NpzWriter::directory(std::uint64_t start) const {
+    HeaderFields fields;
+    for (const Entry& entry : entries_) {
+        const std::string name = entry.fileName();
+        fields.add(std::uint32_t{0x02014b50})
+            .add(kVersion)
+            .add(kVersion)
+            .add(kUtf8Names)
+            .add(std::uint16_t{0})
+            .add(std::uint16_t{0})
+            .add(kDate)
+            .add(entry.crc)
+            .add(kSeeZip64)
+            .add(kSeeZip64)
+            .add(static_cast<std::uint16_t>(name.size()))
+            .add(std::uint16_t{28})
+            .add(std::uint16_t{0})  // no comment
+            .add(std::uint16_t{0})  // disk
+            .add(std::uint16_t{0})  // attributes
+            .add(std::uint32_t{0})
+            .add(kSeeZip64)
+            .add(name)
+            .add(kZip64Field)
+            .add(std::uint16_t{24})
+            .add(entry.bytes())
+            .add(entry.bytes())
+            .add(entry.offset);
+    }
+    const std::string list = fields.take();
+    const std::uint64_t count = entries_.size();
+    return HeaderFields()
+        .add(list)
+        .add(std::uint32_t{0x06064b50})  // ZIP64 end of central directory
+        .add(std::uint64_t{44})
+        .add(kVersion)
+        .add(kVersion)
+        .add(std::uint32_t{0})
+        .add(std::uint32_t{0})
+        .add(count)
+        .add(count)
+        .add(static_cast<std::uint64_t>(list.size()))
+        .add(start)
+        .add(std::uint32_t{0x07064b50})  // where that is
+        .add(std::uint32_t{0})
+        .add(start + list.size())
+        .add(std::uint32_t{1})
+        .add(std::uint32_t{0x06054b50})  // end of central directory
+        .add(std::uint16_t{0})
+        .add(std::uint16_t{0})
+        .add(static_cast<std::uint16_t>(count))
+        .add(static_cast<std::uint16_t>(count))
+        .add(kSeeZip64)
+        .add(kSeeZip64)
+        .add(std::uint16_t{0})
+        .take();
+}
+
+}  // namespace peeler

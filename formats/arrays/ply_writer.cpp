@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/arrays/ply_writer.h"
+
+#include <limits>
+#include <string_view>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::size_t kCountDigits = std::numeric_limits<std::uint64_t>::digits10 + 1;
+
+void checkWord(const std::string& text, std::string_view forbidden, const std::string& path) {
+    if (!text.empty() && text.find_first_of(forbidden) == std::string::npos) return;
+    throw Error(ErrorKind::kInternal, "a PLY header cannot hold \"" + text + "\"", path);
+}
+
+}  // namespace
+
+PlyWriter::PlyWriter(const std::string& path, std::vector<PlyProperty> properties,
+                     std::vector<std::string> comments)
+    : file_(path), properties_(std::move(properties)), comments_(std::move(comments)) {
+    for (const PlyProperty& property : properties_) {
+        checkWord(property.name, " \t\r\n", path);
+        if (infoOf(property.type).ply.empty()) {
+            throw Error(ErrorKind::kInternal, "PLY has no type for " + property.name, path);
+        }
+        point_size_ += infoOf(property.type).size;
+    }
+    for (const std::string& comment : comments_)
+        checkWord(comment, "\r\n", path);
+    const std::string text = header();
+    file_.append(std::as_bytes(std::span(text)));
+}
+
+/// As long for any number of points: a comment fills the line up.
+std::string PlyWriter::header() const {
+    const std::string count = std::to_string(points_);
+    std::string text = "ply\nformat binary_little_endian 1.0\n";
+    for (const std::string& comment : comments_)
+        text += "comment " + comment + '\n';
+    text += "comment " + std::string(kCountDigits - count.size(), '.') + '\n';
+    text += "element vertex " + count + '\n';
+    for (const PlyProperty& property : properties_) {
+        text += "property " + std::string(infoOf(property.type).ply) + ' ' + property.name + '\n';
+    }
+    return text + "end_header\n";
+}
+
+void PlyWriter::append(std::span<const std::byte> points) {
+    if (point_size_ == 0 || points.size() % point_size_ != 0) {
+        throw Error(ErrorKind::kInternal, "these are not whole points", file_.path());
+    }
+    file_.append(points);
+    points_ += points.size() / point_size_;
+}
+
+void PlyWriter::finish() {
+    const std::string text = header();
+    file_.writeAt(0, std::as_bytes(std::span(text)));
+    file_.commit();
+}
+
+}  // namespace peeler

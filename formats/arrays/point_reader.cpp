@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/arrays/point_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "formats/gltf/gltf_files.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::uint64_t kMostFileBytes = std::uint64_t{8} << 30;
+
+/// One row.
+struct PointFormat {
+    std::string_view magic;
+    std::vector<glm::dvec3> (*read)(std::span<const std::uint8_t> file, const std::string& where);
+};
+
+constexpr PointFormat kFormats[] = {
+    {"ply", plyPoints},
+    {"PK\x03\x04", npzPoints},
+};
+
+bool isUsable(const glm::dvec3& point) {
+    constexpr double kMost = std::numeric_limits<float>::max();
+    return std::abs(point.x) <= kMost && std::abs(point.y) <= kMost && std::abs(point.z) <= kMost;
+}
+
+}  // namespace
+
+std::vector<glm::dvec3> readPoints(const std::filesystem::path& path) {
+    const std::vector<std::uint8_t> bytes = readRegularFile(path, kMostFileBytes);
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const auto* const format = std::ranges::find_if(
+        kFormats, [&](const PointFormat& row) { return text.starts_with(row.magic); });
+    if (format == std::end(kFormats))
+        throw Error(ErrorKind::kInput, "this is neither a PLY file nor a .npz", path.string(),
+                    "numpy.savez(path, points=...) makes one");
+    std::vector<glm::dvec3> points = format->read(bytes, path.string());
+    if (points.empty()) throw Error(ErrorKind::kInput, "there is no point in it", path.string());
+    const auto bad = std::ranges::find_if_not(points, isUsable);
+    if (bad != points.end())
+        throw Error(ErrorKind::kInput,
+                    "point " + std::to_string(bad - points.begin()) +
+                        " is infinite, not a number, or too far away",
+                    path.string(), "leave such points out (they count from 0)");
+    return points;
+}
+
+}  // namespace peeler

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// The file around the grid; OpenVDB itself is in modules/vdb_grid.cpp.
+#include "formats/arrays/vdb_writer.h"
+
+#include <array>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <ostream>
+#include <streambuf>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "formats/arrays/vdb_grid.h"
+#include "formats/file/module.h"
+
+namespace peeler {
+namespace {
+
+// Archive::writeHeader of OpenVDB 10: magic number (8 bytes), version of the format (4), of the
+// library (2 × 4), whether there are offsets (1), UUID as text.
+constexpr std::uint64_t kUuidAt = 21, kUuidSize = 36;
+
+/// 64-bit FNV-1a of the bytes of a file but those of its UUID.
+class ContentHash {
+  public:
+    explicit ContentHash(std::uint64_t basis) : hash_(basis) {}
+
+    void add(std::uint64_t position, std::span<const char> bytes) {
+        for (const char byte : bytes) {
+            if (position - kUuidAt >= kUuidSize) {  // wraps around before it
+                hash_ = (hash_ ^ static_cast<std::uint8_t>(byte)) * 0x100000001B3U;
+            }
+            ++position;
+        }
+    }
+    std::uint64_t value() const { return hash_; }
+
+  private:
+    std::uint64_t hash_;
+};
+
+/// What OpenVDB writes goes to the AtomicFile. Exceptions do not pass through streams: they wait in
+/// `failure`.
+class FileBuffer : public std::streambuf {
+  public:
+    explicit FileBuffer(AtomicFile& file) : file_(file) {}
+
+    /// Of all that was written.
+    std::string uuid() const {
+        std::array<char, 33> hex{};
+        std::snprintf(hex.data(), hex.size(), "%016llx%016llx",
+                      static_cast<unsigned long long>(high_.value()),
+                      static_cast<unsigned long long>(low_.value()));
+        std::string text(hex.data());
+        for (const std::size_t dash : std::array<std::size_t, 4>{8, 13, 18, 23})
+            text.insert(dash, 1, '-');
+        return text;
+    }
+
+    std::exception_ptr failure;
+
+  protected:
+    std::streamsize xsputn(const char* bytes, std::streamsize count) override {
+        if (failure) return 0;
+        try {
+            const std::span text(bytes, static_cast<std::size_t>(count));
+            high_.add(file_.size(), text);
+            low_.add(file_.size(), text);
+            file_.append(std::as_bytes(text));
+            return count;
+        } catch (...) {
+            failure = std::current_exception();
+            return 0;
+        }
+    }
+    int_type overflow(int_type letter) override {
+        const char byte = traits_type::to_char_type(letter);
+        return xsputn(&byte, 1) == 1 ? letter : traits_type::eof();
+    }
+    /// Where the end is; nothing else can be asked for.
+    pos_type seekoff(off_type offset, std::ios_base::seekdir from,
+                     std::ios_base::openmode) override {
+        if (offset != 0 || from == std::ios_base::beg) return pos_type(off_type(-1));
+        return static_cast<off_type>(file_.size());
+    }
+
+  private:
+    AtomicFile& file_;
+    ContentHash high_{0xCBF29CE484222325U}, low_{0x9AE16A3B2F90404FU};
+};
+
+}  // namespace
+
+void writeVdb(AtomicFile& file, const VdbVoxels& voxels, const std::string& creator) {
+    FileBuffer buffer(file);
+    try {
+        std::ostream stream(&buffer);
+        reinterpret_cast<VdbModuleFunction*>(moduleFunction(kVdbModule, kVdbModuleFunction))(
+            stream, voxels, creator, threadCount());
+        if (!stream && !buffer.failure) {
+            throw Error(ErrorKind::kOutput, "OpenVDB could not write the grid", file.path());
+        }
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorKind::kMemory, "no memory for the OpenVDB grid", file.path(),
+                    "ask for fewer voxels, or write .npz");
+    } catch (const Error&) {
+        throw;
+    } catch (const std::exception& e) {
+        if (!buffer.failure) {
+            throw Error(ErrorKind::kOutput, std::string("OpenVDB: ") + e.what(), file.path());
+        }
+    }
+    if (buffer.failure) std::rethrow_exception(buffer.failure);
+    const std::string uuid = buffer.uuid();
+    file.writeAt(kUuidAt, std::as_bytes(std::span(uuid)));
+}
+
+}  // namespace peeler

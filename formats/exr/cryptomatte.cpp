@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/exr/cryptomatte.h"
+
+#include <OpenEXR/ImfIDManifest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/image/fragment_channel.h"
+
+namespace peeler {
+namespace {
+
+struct Cover {
+    std::uint32_t hash;
+    float coverage;
+};
+
+/// Adds up what each name covers of a pixel; most first, equal ones by hash.
+class PixelCoverage {
+  public:
+    void add(std::uint32_t hash, float coverage) {
+        const auto same = [hash](const Cover& cover) { return cover.hash == hash; };
+        const auto found = std::find_if(covers_.begin(), covers_.end(), same);
+        if (found == covers_.end())
+            covers_.push_back({hash, coverage});
+        else
+            found->coverage += coverage;
+    }
+    const std::vector<Cover>& ranked() {
+        std::sort(covers_.begin(), covers_.end(), [](const Cover& a, const Cover& b) {
+            return a.coverage != b.coverage ? a.coverage > b.coverage : a.hash < b.hash;
+        });
+        return covers_;
+    }
+    void clear() { covers_.clear(); }
+
+  private:
+    std::vector<Cover> covers_;
+};
+
+}  // namespace
+
+std::uint32_t cryptomatteHash(const std::string& name) {
+    constexpr std::uint32_t kExponentBits = 23, kExponent = 255;
+    std::uint32_t hash = Imf::IDManifest::MurmurHash32(name);
+    const std::uint32_t exponent = hash >> kExponentBits & kExponent;
+    if (exponent == 0 || exponent == kExponent) hash ^= 1U << kExponentBits;
+    return hash;
+}
+
+std::string cryptomatteHex(std::uint32_t hash) {
+    std::array<char, 9> text{};
+    std::snprintf(text.data(), text.size(), "%08x", hash);
+    return text.data();
+}
+
+std::vector<CryptomatteLayer> cryptomatteLayers(const IdNames& names) {
+    return {{"CryptoObject", "id.object", names.objects},
+            {"CryptoMaterial", "id.material", names.materials}};
+}
+
+std::vector<std::pair<std::string, std::string>> cryptomatteAttributes(
+    const CryptomatteLayer& layer) {
+    constexpr std::size_t kKeyDigits = 7;
+    const std::string key =
+        "cryptomatte/" + cryptomatteHex(cryptomatteHash(layer.name)).substr(0, kKeyDigits) + "/";
+    nlohmann::json manifest = nlohmann::json::object();
+    for (const std::string& name : layer.names)
+        manifest[name] = cryptomatteHex(cryptomatteHash(name));
+    return {{key + "name", layer.name},
+            {key + "hash", "MurmurHash3_32"},
+            {key + "conversion", "uint32_to_float32"},
+            {key + "manifest",
+             manifest.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)}};
+}
+
+FragmentArray cryptomatteArray(const CryptomatteLayer& layer) {
+    FragmentArray array;
+    array.type = PixelType::kFloat;
+    constexpr std::size_t kRanksOfLevel = 2;
+    for (std::size_t level = 0; level < kCryptomatteRanks / kRanksOfLevel; ++level) {
+        for (const char* channel : {".R", ".G", ".B", ".A"})
+            array.channels.push_back(layer.name + "0" + std::to_string(level) + channel);
+    }
+    return array;
+}
+
+void appendCryptomatte(const LayeredImage& image, const CryptomatteLayer& layer,
+                       CompositeImage& composite) {
+    const FragmentChannel ids = findIds(image, layer.id_channel);
+    if (!ids) throw Error(ErrorKind::kInternal, "Cryptomatte needs ids", layer.id_channel);
+    std::vector<std::uint32_t> hashes;
+    for (const std::string& name : layer.names)
+        hashes.push_back(cryptomatteHash(name));
+
+    FragmentArray array = cryptomatteArray(layer);
+    const std::size_t pixels = image.window.pixels();
+    array.data.assign(pixels * array.stride(), std::byte{0});
+    const std::span<float> values = array.as<float>();
+    const auto width = static_cast<std::size_t>(image.window.width());
+    parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
+        PixelCoverage coverage;
+        for (std::size_t pixel = row * width; pixel < (row + 1) * width; ++pixel) {
+            coverage.clear();
+            float through = 1;
+            for (std::uint32_t f = image.offsets[pixel]; f < image.offsets[pixel + 1]; ++f) {
+                const std::uint32_t id = ids.id(f);
+                const float alpha = colorOf(image, f)[3];
+                if (id > 0 && id <= hashes.size() && through * alpha > 0)
+                    coverage.add(hashes[id - 1], through * alpha);
+                through *= 1 - alpha;
+            }
+            const std::vector<Cover>& ranked = coverage.ranked();
+            float* out = values.data() + pixel * array.components();
+            for (std::size_t i = 0; i < std::min(ranked.size(), kCryptomatteRanks); ++i) {
+                std::memcpy(out + 2 * i, &ranked[i].hash, sizeof(float));
+                out[2 * i + 1] = ranked[i].coverage;
+            }
+        }
+    });
+    composite.extra.push_back(std::move(array));
+}
+
+}  // namespace peeler

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which chunks a band completes.
+#include "formats/exr/exr_band_writer.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfStringAttribute.h>
+
+#include <algorithm>
+#include <atomic>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "formats/exr/exr_carried_rows.h"
+#include "formats/exr/exr_header.h"
+#include "formats/exr/exr_layout.h"
+#include "formats/exr/exr_rows.h"
+#include "formats/exr/id_manifest.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::size_t kFileBuffer = std::size_t{1} << 20;  ///< of an AtomicFile
+
+std::vector<ExrChannel> colorChannels(PixelType type, int color, int z) {
+    return {{"R", type, color, 0, 4},
+            {"G", type, color, 1, 4},
+            {"B", type, color, 2, 4},
+            {"A", type, color, 3, 4},
+            {"Z", PixelType::kFloat, z, 0, 1}};
+}
+
+/// Those of other arrays.
+void appendExrChannels(const std::vector<FragmentArray>& arrays,
+                       std::vector<ExrChannel>& channels) {
+    for (std::size_t i = 0; i < arrays.size(); ++i) {
+        const FragmentArray& array = arrays[i];
+        for (std::size_t c = 0; c < array.components(); ++c) {
+            channels.push_back(
+                {array.channels[c], array.type, static_cast<int>(i), c, array.components()});
+        }
+    }
+}
+
+void sortByName(std::vector<ExrChannel>& channels) {
+    const auto name = [](const ExrChannel& a, const ExrChannel& b) { return a.name < b.name; };
+    std::sort(channels.begin(), channels.end(), name);
+}
+
+std::size_t pixelBytes(const std::vector<ExrChannel>& channels) {
+    std::size_t bytes = 0;
+    for (const auto& channel : channels)
+        bytes += pixelTypeSize(channel.type);
+    return bytes;
+}
+
+}  // namespace
+
+ExrBandWriter::ExrBandWriter(const std::vector<std::string>& paths, std::vector<ExrPart> parts,
+                             Plan plan, Provenance provenance, ExrBandOptions options)
+    : plan_(std::move(plan)),
+      provenance_(std::move(provenance)),
+      options_(options),
+      parts_(std::move(parts)),
+      next_chunk_(parts_.size(), 0),
+      next_row_(plan_.view.crop.y0) {
+    for (const std::string& path : paths)
+        files_.push_back(std::make_unique<AtomicFile>(path));
+}
+
+ExrBandWriter::~ExrBandWriter() = default;
+
+void ExrBandWriter::write(const LayeredImage& band) {
+    if (exr_.empty()) open(band);
+    check(band);
+    if (composite_) {
+        const StageTimer timer(times_, "composite");
+        composite(band, band_composite_);
+        composite(carried_, carried_composite_);
+    }
+    next_row_ = band.window.y1;
+    fragments_seen_ += band.fragments();
+    const std::vector<Job> jobs = finishedChunks(next_row_);
+    for (std::size_t first = 0; first < jobs.size();) {
+        std::size_t end = first;
+        for (std::size_t bytes = 0; end < jobs.size() && bytes < kExrBytesInFlight; ++end)
+            bytes += rawBytes(jobs[end]);
+        run(std::span(jobs).subspan(first, end - first), band);
+        first = end;
+    }
+    carry(band);
+}
+
+SinkMemory ExrBandWriter::memory() const {
+    std::uint64_t values = 0;  // of the widest row of a part
+    for (const ExrPart& part : parts_) {
+        values = std::max(values, static_cast<std::uint64_t>(part.window.width()) *
+                                      static_cast<std::uint64_t>(part.layers.size()));
+    }
+    const std::uint64_t pixel =
+        4 * pixelTypeSize(plan_.color_type) + sizeof(float) + plan_.channel_bytes;
+    std::uint64_t composite = 0;  // besides colour and Z
+    if (options_.nearest_channels) composite += plan_.channel_bytes;
+    if (options_.cryptomatte) {
+        for (const CryptomatteLayer& layer : cryptomatteLayers({}))
+            composite += cryptomatteArray(layer).stride();
+    }
+    const auto rows = static_cast<std::uint64_t>(rowsPerChunk());
+    return {rowsPerChunk() - 1,
+            kExrCopiesInFlight * values * rows * (pixel + composite) +
+                (files_.size() - 1) * kFileBuffer,
+            composite};
+}
+
+void ExrBandWriter::finish() {
+    if (exr_.empty())
+        throw Error(ErrorKind::kInternal, "no band was written", files_.front()->path());
+    const StageTimer timer(times_, "write");
+    for (const auto& exr : exr_)
+        exr->finish();
+    commitAll(files_);
+}
+
+void ExrBandWriter::composite(const LayeredImage& image, CompositeImage& out) const {
+    compositeOver(image, options_.background, out);
+    out.extra.clear();
+    if (options_.nearest_channels) appendNearestChannels(image, out);
+    if (options_.composited) return;
+    for (const CryptomatteLayer& layer : cryptomatte_)
+        appendCryptomatte(image, layer, out);
+}
+
+void ExrBandWriter::open(const LayeredImage& first_band) {
+    carried_ = emptyImage(first_band, next_row_);
+    findChannels(first_band);
+    std::vector<std::vector<Imf::Header>> headers(files_.size());
+    bool layered = false;
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+        auto& of_file = headers[parts_[part].file];
+        place_.push_back(of_file.size());
+        of_file.push_back(header(part));
+        for (const int layer : parts_[part].layers) {
+            composite_ = composite_ || layer == ExrPart::kComposite;
+            layered = layered || layer != ExrPart::kComposite;
+        }
+    }
+    for (std::size_t file = 0; file < files_.size(); ++file)
+        exr_.push_back(std::make_unique<ExrFile>(*files_[file], std::move(headers[file])));
+    for (std::size_t part = 0; part < parts_.size(); ++part)
+        chunks_.push_back(exr_[parts_[part].file]->chunkCount(place_[part]));
+    // Layers are stored as they come; a composite is converted.
+    if (layered && first_band.color.type != plan_.color_type) {
+        throw Error(ErrorKind::kInternal, "a band's colours do not fit the plan",
+                    files_.front()->path());
+    }
+}
+
+/// Of each part, from what a layer and a composite have.
+void ExrBandWriter::findChannels(const LayeredImage& first_band) {
+    auto layer_channels = colorChannels(plan_.color_type, ExrChannel::kColor, ExrChannel::kZ);
+    appendExrChannels(first_band.extra, layer_channels);
+    auto composite_channels =
+        colorChannels(plan_.color_type, ExrChannel::kCompositeColor, ExrChannel::kCompositeZ);
+    std::vector<FragmentArray> arrays;
+    if (options_.nearest_channels) arrays = emptyImage(first_band, 0).extra;
+    if (options_.cryptomatte) cryptomatte_ = cryptomatteLayers(provenance_.ids);
+    for (const CryptomatteLayer& layer : cryptomatte_)
+        if (!options_.composited) arrays.push_back(cryptomatteArray(layer));
+    appendExrChannels(arrays, composite_channels);
+    for (const ExrPart& part : parts_) {
+        std::vector<ExrChannel>& channels = channels_.emplace_back();
+        for (const int layer : part.layers) {
+            const bool composite = layer == ExrPart::kComposite;
+            const std::string prefix =
+                composite || !part.prefixed ? "" : layerName(static_cast<std::size_t>(layer)) + ".";
+            for (ExrChannel channel : composite ? composite_channels : layer_channels) {
+                channel.name.insert(0, prefix);
+                channel.layer = layer;
+                channels.push_back(std::move(channel));
+            }
+        }
+        sortByName(channels);
+    }
+}
+
+Imf::Header ExrBandWriter::header(std::size_t part) const {
+    const ExrPart& shown = parts_[part];
+    Imf::Header header = exrHeader(plan_, provenance_, shown.window);
+    header.setName(shown.name);
+    header.compression() = options_.compression;
+    if (!options_.layout.empty())
+        header.insert("peeler:layout", Imf::StringAttribute(std::string(options_.layout)));
+    if (shown.layers.size() == 1 && shown.layers.front() != ExrPart::kComposite)
+        header.insert("peeler:layer", Imf::IntAttribute(shown.layers.front()));
+    if (shown.fragments != 0) {
+        header.insert("peeler:fragmentsStored",
+                      Imf::StringAttribute(std::to_string(shown.fragments)));
+    }
+    for (const ExrChannel& channel : channels_[part]) {
+        if (header.channels().findChannel(channel.name))
+            throw Error(ErrorKind::kInternal, "two channels of one name", channel.name);
+        header.channels().insert(channel.name, Imf::Channel(exrPixelType(channel.type)));
+    }
+    addIdManifest(header, provenance_.ids);
+    const auto& layers = shown.layers;
+    if (std::find(layers.begin(), layers.end(), ExrPart::kComposite) != layers.end()) {
+        for (const CryptomatteLayer& layer : cryptomatte_) {
+            for (const auto& [name, text] : cryptomatteAttributes(layer))
+                header.insert(name, Imf::StringAttribute(text));
+        }
+    }
+    return header;
+}
+
+void ExrBandWriter::check(const LayeredImage& band) const {
+    const Window& crop = plan_.view.crop;
+    const PixelType type = carried_.color.type;
+    bool good = band.window.x0 == crop.x0 && band.window.x1 == crop.x1 &&
+                band.window.y0 == next_row_ && band.window.y1 <= crop.y1 &&
+                band.offsets.size() == band.window.pixels() + 1 && band.offsets.front() == 0 &&
+                band.offsets.back() == band.fragments() && band.color.type == type &&
+                band.color.data.size() == band.fragments() * 4 * pixelTypeSize(type) &&
+                band.extra.size() == carried_.extra.size();
+    for (std::size_t i = 0; good && i < band.extra.size(); ++i) {
+        good = band.extra[i].channels == carried_.extra[i].channels &&
+               band.extra[i].type == carried_.extra[i].type &&
+               band.extra[i].data.size() == band.fragments() * band.extra[i].stride();
+    }
+    if (!good)
+        throw Error(ErrorKind::kInternal, "a band does not fit the plan", files_.front()->path());
+}
+
+std::vector<ExrBandWriter::Job> ExrBandWriter::finishedChunks(int end_row) {
+    std::vector<Job> jobs;
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+        const Window& window = parts_[part].window;
+        for (int& chunk = next_chunk_[part]; chunk < chunks_[part]; ++chunk) {
+            const int y0 = window.y0 + chunk * rowsPerChunk();
+            const int y1 = std::min(y0 + rowsPerChunk(), window.y1);
+            if (y1 > end_row) break;
+            jobs.push_back({part, chunk, y0, y1});
+        }
+    }
+    // By the row that completes the chunk: an order that knows nothing of bands.
+    std::sort(jobs.begin(), jobs.end(), [](const Job& a, const Job& b) {
+        return a.y1 != b.y1 ? a.y1 < b.y1 : a.part < b.part;
+    });
+    return jobs;
+}
+
+void ExrBandWriter::run(std::span<const Job> jobs, const LayeredImage& band) {
+    packed_.resize(std::max(packed_.size(), jobs.size()));
+    {
+        const StageTimer timer(times_, "encode");
+        encode(jobs, band);
+    }
+    const StageTimer timer(times_, "write");
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+        const std::size_t part = jobs[i].part;
+        exr_[parts_[part].file]->append(place_[part], jobs[i].chunk, packed_[i]);
+    }
+    boundBuffers();
+}
+
+/// Frees the buffers kept for reuse where they have become many: left alone, each would grow in
+/// time to the largest chunk.
+void ExrBandWriter::boundBuffers() {
+    std::size_t kept = packers_.bytesKept();
+    for (const auto& packed : packed_)
+        kept += packed.capacity();
+    if (kept <= kExrCopiesInFlight * kExrBytesInFlight) return;
+    packed_.clear();
+    packers_.clear();
+}
+
+void ExrBandWriter::encode(std::span<const Job> jobs, const LayeredImage& band) {
+    std::atomic<std::uint64_t> written{0};
+    parallelFor(jobs.size(), [&](std::size_t i) {
+        packers_.with([&](ExrChunkPacker& packer) {
+            written += gather(jobs[i], band, packer);
+            packer.pack(packed_[i]);
+        });
+    });
+    fragments_written_ += written;
+}
+
+std::size_t ExrBandWriter::rawBytes(const Job& job) const {
+    const ExrPart& part = parts_[job.part];
+    return static_cast<std::size_t>(part.window.width()) *
+           static_cast<std::size_t>(job.y1 - job.y0) * pixelBytes(channels_[job.part]);
+}
+
+std::uint64_t ExrBandWriter::gather(const Job& job, const LayeredImage& band,
+                                    ExrChunkPacker& packer) const {
+    const ExrPart& part = parts_[job.part];
+    const auto width = static_cast<std::size_t>(part.window.width());
+    const std::span<const ExrChannel> all = channels_[job.part];
+    std::byte* out = packer.raw(rawBytes(job)).data();
+    std::vector<std::uint32_t> row(width);
+    std::uint64_t found = 0;
+    for (int y = job.y0; y < job.y1; ++y) {
+        const bool is_carried = y < carried_.window.y1;
+        const LayeredImage& image = is_carried ? carried_ : band;
+        // Channels are sorted by name, so those of a layer stand together.
+        for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
+            const int layer = all[first].layer;
+            while (end < all.size() && all[end].layer == layer)
+                ++end;
+            const auto channels = all.subspan(first, end - first);
+            if (layer == ExrPart::kComposite) {
+                const CompositeImage& composite = is_carried ? carried_composite_ : band_composite_;
+                out = gatherExrComposite(composite, channels, image.pixelIndex(part.window.x0, y),
+                                         width, out);
+            } else {
+                found += findExrFragments(image, static_cast<std::uint32_t>(layer), part.window.x0,
+                                          y, row);
+                out = gatherExrLayer(image, channels, row, out);
+            }
+        }
+    }
+    return found;
+}
+
+void ExrBandWriter::carry(const LayeredImage& band) {
+    int needed = next_row_;
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+        if (next_chunk_[part] == chunks_[part]) continue;
+        needed = std::min(needed, parts_[part].window.y0 + next_chunk_[part] * rowsPerChunk());
+    }
+    carried_ = rowsFrom(needed, carried_, band);
+}
+
+}  // namespace peeler

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// From bands of any height to the chunks of every part of an OpenEXR file.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/image/composite.h"
+#include "core/image/sink.h"
+#include "formats/exr/cryptomatte.h"
+#include "formats/exr/exr_chunks.h"
+#include "formats/file/atomic_file.h"
+
+namespace peeler {
+
+inline constexpr int kDefaultZipLevel =
+    4;  ///< libdeflate's; higher ones gain little on float pixels
+
+/// What one part of a file shows.
+struct ExrPart {
+    static constexpr int kComposite = -1;
+    std::string name;
+    Window window;
+    /// Indices of fragments in every pixel's list, or kComposite.
+    std::vector<int> layers = {kComposite};
+    bool prefixed = false;  ///< a layer's channels are layer_000.R, …
+    std::size_t file = 0;   ///< which of the writer's files it is in
+    /// What the layer holds, if a reader that opens the part's file alone should know; 0 = no.
+    std::uint64_t fragments = 0;
+};
+
+/// Where a channel of a part comes from.
+struct ExrChannel {
+    enum Source : int { kCompositeColor = -4, kCompositeZ = -3, kZ = -2, kColor = -1 };
+    std::string name;
+    PixelType type = PixelType::kHalf;
+    int source = kColor;  ///< a Source, or the index among the extra arrays
+    std::size_t component = 0, components = 1;
+    int layer = ExrPart::kComposite;  ///< of the part's: whose fragments
+};
+
+struct ExrBandOptions {
+    std::array<float, 4> background{};  ///< premultiplied, behind the composite
+    int level = kDefaultZipLevel;
+    bool nearest_channels = false;  ///< the composite has the other channels of the first fragment
+    bool cryptomatte = false;       ///< the composite has ids' coverage; needs the channels id.*
+    /// Bands are a composite already, one entry a pixel: its channels, ids' coverage too, stay.
+    bool composited = false;
+    Imf::Compression compression = Imf::ZIP_COMPRESSION;  ///< or ZIPS, RLE or none
+    std::string_view layout = {};                         ///< for `peeler:layout`; "" = none
+};
+
+/// Streams bands into the parts of one file or several. The bytes of the file do not depend on how
+/// the picture is cut into bands or on the number of threads. Between bands it keeps the rows that
+/// unfinished chunks still need, at most
+/// 15. A pixel without the layer is 0 in every channel but Z, which is +inf.
+class ExrBandWriter {
+  public:
+    /// Creates the hidden files. Throws Error (kOutput).
+    ExrBandWriter(const std::vector<std::string>& paths, std::vector<ExrPart> parts, Plan plan,
+                  Provenance provenance, ExrBandOptions options);
+    ~ExrBandWriter();
+
+    /// Throws Error (kOutput) of the disk; (kInternal) if the band is not the next one, or is
+    /// malformed.
+    void write(const LayeredImage& band);
+    /// Several files get their final names only when all of them are whole. Throws Error
+    /// (kInternal) if rows are missing.
+    void finish();
+
+    /// The rows it keeps, and what a chunk of the widest part takes while it is packed.
+    SinkMemory memory() const;
+    const StageTimes& times() const { return times_; }
+    std::uint64_t fragmentsSeen() const { return fragments_seen_; }        ///< in all bands
+    std::uint64_t fragmentsWritten() const { return fragments_written_; }  ///< into parts of layers
+
+  private:
+    struct Job {
+        std::size_t part;
+        int chunk;
+        int y0, y1;  ///< rows, half open
+    };
+
+    void open(const LayeredImage& first_band);
+    void findChannels(const LayeredImage& first_band);
+    Imf::Header header(std::size_t part) const;
+    int rowsPerChunk() const { return exrRowsPerChunk(options_.compression); }
+    void check(const LayeredImage& band) const;
+    void composite(const LayeredImage& image, CompositeImage& out) const;
+    std::vector<Job> finishedChunks(int end_row);
+    void run(std::span<const Job> jobs, const LayeredImage& band);
+    void boundBuffers();
+    void encode(std::span<const Job> jobs, const LayeredImage& band);
+    std::size_t rawBytes(const Job& job) const;
+    std::uint64_t gather(const Job& job, const LayeredImage& band, ExrChunkPacker& packer) const;
+    void carry(const LayeredImage& band);
+
+    Plan plan_;
+    Provenance provenance_;
+    ExrBandOptions options_;
+    std::vector<ExrPart> parts_;
+    std::vector<CryptomatteLayer> cryptomatte_;
+    std::vector<std::unique_ptr<AtomicFile>> files_;
+    /// Of each file, from the first band on: it says which channels there are.
+    std::vector<std::unique_ptr<ExrFile>> exr_;
+    std::vector<std::size_t> place_;                 ///< of each part in its file
+    std::vector<std::vector<ExrChannel>> channels_;  ///< of each part
+    bool composite_ = false;                         ///< a part shows it
+    std::vector<int> chunks_, next_chunk_;           ///< of each part
+    int next_row_ = 0;
+    LayeredImage carried_;
+    CompositeImage carried_composite_, band_composite_;
+    std::vector<ByteBuffer> packed_;  ///< of the chunks in flight
+    ExrPackerPool packers_{options_.level, options_.compression};
+    std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;
+    StageTimes times_;
+};
+
+}  // namespace peeler

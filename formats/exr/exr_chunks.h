@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+// The container of a scan-line OpenEXR file, flat or deep: headers, offset tables, chunks in any
+// order.
+//
+// OpenEXR's own multi-part writer compresses part after part and wants them written that way; this
+// one takes finished chunks of any part in any order, so bands can stream through all parts at
+// once. Layout: https://openexr.com/en/latest/OpenEXRFileLayout.html
+#pragma once
+
+#include <OpenEXR/ImfCompression.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfPixelType.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/image/layered_image.h"
+#include "formats/file/atomic_file.h"
+#include "formats/file/byte_buffer.h"
+
+struct libdeflate_compressor;
+
+namespace peeler {
+
+inline constexpr int kExrRowsPerChunk = 16;  ///< of ZIP compression
+
+/// What writers have in flight at a time, before packing: this bounds the memory.
+inline constexpr std::size_t kExrBytesInFlight = 16U << 20;
+inline constexpr std::size_t kExrCopiesInFlight = 3;  ///< of those: raw, filtered, packed
+
+/// Rows that are compressed together: 16 for ZIP, else 1.
+inline int exrRowsPerChunk(Imf::Compression compression) {
+    return compression == Imf::ZIP_COMPRESSION ? kExrRowsPerChunk : 1;
+}
+
+/// OpenEXR's name for a type.
+Imf::PixelType exrPixelType(PixelType type);
+
+/// Compresses chunks: ZIP, ZIPS, RLE or not at all. Keeps its buffers; one for each thread.
+class ExrChunkPacker {
+  public:
+    /// `level` as libdeflate's: 1 fastest, 12 smallest. Throws Error (kMemory).
+    explicit ExrChunkPacker(int level, Imf::Compression compression = Imf::ZIP_COMPRESSION);
+    ~ExrChunkPacker();
+    ExrChunkPacker(const ExrChunkPacker&) = delete;
+    ExrChunkPacker& operator=(const ExrChunkPacker&) = delete;
+
+    /// The caller's room for the pixels of the next chunk, `bytes` of them, contents undefined.
+    std::span<std::byte> raw(std::size_t bytes);
+    /// Packs raw() into `out`: bytes apart, differences, then zlib or run lengths; or as it is
+    /// where that does not shrink it.
+    void pack(ByteBuffer& out);
+    std::size_t bytesKept() const { return raw_.capacity() + filtered_.capacity(); }
+
+  private:
+    void filter();
+
+    Imf::Compression compression_;
+    libdeflate_compressor* compressor_;
+    ByteBuffer raw_, filtered_;
+};
+
+/// Packers that are kept for whoever needs one next, on any thread.
+class ExrPackerPool {
+  public:
+    ExrPackerPool(int level, Imf::Compression compression)
+        : level_(level), compression_(compression) {}
+
+    /// Calls use(packer) with one that nobody else has.
+    template <class Use>
+    void with(Use&& use) {
+        std::unique_ptr<ExrChunkPacker> packer = take();
+        use(*packer);
+        const std::lock_guard lock(mutex_);
+        idle_.push_back(std::move(packer));
+    }
+    /// Of the packers that are idle.
+    std::size_t bytesKept() const;
+    void clear() { idle_.clear(); }
+
+  private:
+    std::unique_ptr<ExrChunkPacker> take();
+
+    int level_;
+    Imf::Compression compression_;
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<ExrChunkPacker>> idle_;
+};
+
+/// A packed row of deep samples.
+struct ExrDeepChunk {
+    ByteBuffer counts;         ///< for each pixel, how many samples it and those left have
+    ByteBuffer samples;        ///< channel after channel
+    std::size_t unpacked = 0;  ///< bytes of the samples before packing
+};
+
+/// Assembles the file. Single-part if there is one header, else multi-part. A part is deep if its
+/// header's type says so.
+class ExrFile {
+  public:
+    /// Writes magic number, headers (chunk counts are filled in) and room for the offset tables.
+    /// `headers` need names, types and channels; they share what OpenEXR wants shared. Throws Error
+    /// (kOutput), also if a chunk could pass the format's 2 GiB, or a header is invalid.
+    ExrFile(AtomicFile& file, std::vector<Imf::Header> headers);
+
+    int chunkCount(std::size_t part) const { return headers_[part].chunkCount(); }
+    /// Adds a packed chunk of a flat part; each exactly once.
+    void append(std::size_t part, int chunk, std::span<const std::byte> packed);
+    /// The same of a deep part. Throws Error (kOutput) if a row has more than OpenEXR's 2 GiB.
+    void append(std::size_t part, int chunk, const ExrDeepChunk& packed);
+    /// Replaces the value of an attribute of a part by one that takes as many bytes.
+    void setAttribute(std::size_t part, const char* name, const Imf::Attribute& value);
+    /// Fills in the offset tables and reads headers and tables back with OpenEXR.
+    /// Throws Error (kInternal) if a chunk is missing.
+    void finish();
+
+  private:
+    std::string headerBytes();
+    void beginChunk(std::size_t part, int chunk, std::string& start);
+    void writeTables();
+    void readBack();
+
+    AtomicFile& file_;
+    std::vector<Imf::Header> headers_;
+    std::vector<std::size_t> first_offset_;  ///< of each part, in offsets_
+    std::vector<std::uint64_t> offsets_;     ///< of all parts, as in the file; 0 = not written
+    std::uint64_t header_position_ = 0, table_position_ = 0;
+    bool headers_changed_ = false;
+};
+
+}  // namespace peeler

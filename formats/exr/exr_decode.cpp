@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every chunk of a flat part decoded, to know that it can be.
+#include <OpenEXR/openexr.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "formats/exr/exr_input.h"
+
+namespace peeler {
+namespace {
+
+/// Chunks are looked up in batches, so that a header cannot ask for much memory.
+constexpr std::size_t kBatch = 1024;
+constexpr std::uint64_t kMaxUnpacked = std::uint64_t{1} << 30;  ///< bytes of a chunk
+
+exr_result_t decodeChunk(exr_const_context_t context, int part, const exr_chunk_info_t& chunk) {
+    exr_decode_pipeline_t pipeline{};
+    exr_result_t result = exr_decoding_initialize(context, part, &chunk, &pipeline);
+    // Without a place for any channel the pixels are unpacked and dropped.
+    if (result == EXR_ERR_SUCCESS)
+        result = exr_decoding_choose_default_routines(context, part, &pipeline);
+    if (result == EXR_ERR_SUCCESS) result = exr_decoding_run(context, part, &pipeline);
+    exr_decoding_destroy(context, &pipeline);
+    return result;
+}
+
+/// Calls visit(level x, level y, columns of tiles, rows of tiles) for every level of a tiled part.
+template <class Visit>
+exr_result_t forEachLevel(exr_const_context_t context, int part, Visit&& visit) {
+    std::uint32_t width = 0, height = 0;
+    exr_tile_level_mode_t mode{};
+    exr_tile_round_mode_t rounding{};
+    int32_t levels_x = 0, levels_y = 0;
+    exr_result_t result = exr_get_tile_descriptor(context, part, &width, &height, &mode, &rounding);
+    if (result == EXR_ERR_SUCCESS)
+        result = exr_get_tile_levels(context, part, &levels_x, &levels_y);
+    for (int y = 0; y < levels_y && result == EXR_ERR_SUCCESS; ++y) {
+        for (int x = 0; x < levels_x && result == EXR_ERR_SUCCESS; ++x) {
+            if (mode != EXR_TILE_RIPMAP_LEVELS && x != y) continue;
+            int32_t level_width = 0, level_height = 0;
+            result = exr_get_level_sizes(context, part, x, y, &level_width, &level_height);
+            if (result != EXR_ERR_SUCCESS) break;
+            const auto tiles = [](int32_t pixels, std::uint32_t size) {
+                return static_cast<int>((static_cast<std::uint32_t>(pixels) + size - 1) / size);
+            };
+            visit(x, y, tiles(level_width, width), tiles(level_height, height));
+        }
+    }
+    return result;
+}
+
+}  // namespace
+
+void ExrInput::decodeAll(std::size_t part) const {
+    const ExrInputPart& info = parts_[part];
+    const int index = static_cast<int>(part);
+    std::vector<exr_chunk_info_t> batch;
+    const auto flush = [&] {
+        parallelFor(batch.size(), [&](std::size_t i) {
+            check(decodeChunk(context_, index, batch[i]), info.name);
+        });
+        batch.clear();
+    };
+    const auto add = [&](int result, const exr_chunk_info_t& chunk) {
+        check(result, info.name);
+        if (chunk.packed_size > bytes_ || chunk.unpacked_size > kMaxUnpacked) {
+            throw Error(ErrorKind::kInput, "a chunk has no plausible size",
+                        path_ + ": " + info.name);
+        }
+        batch.push_back(chunk);
+        if (batch.size() == kBatch) flush();
+    };
+    if (info.type == "scanlineimage") {
+        const int rows = rowsPerChunk(part);
+        for (int y = info.data_window.y0; y < info.data_window.y1; y += rows) {
+            exr_chunk_info_t chunk{};
+            add(exr_read_scanline_chunk_info(context_, index, y, &chunk), chunk);
+        }
+    } else if (info.type == "tiledimage") {
+        check(forEachLevel(context_, index,
+                           [&](int level_x, int level_y, int columns, int rows) {
+                               for (int tile = 0; tile < columns * rows; ++tile) {
+                                   exr_chunk_info_t chunk{};
+                                   const int result = exr_read_tile_chunk_info(
+                                       context_, index, tile % columns, tile / columns, level_x,
+                                       level_y, &chunk);
+                                   add(result, chunk);
+                               }
+                           }),
+              info.name);
+    } else {
+        throw Error(ErrorKind::kInternal, "the part is not flat", path_ + ": " + info.name);
+    }
+    flush();
+}
+
+}  // namespace peeler

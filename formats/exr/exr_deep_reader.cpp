@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: Apache-2.0
+// Counts, then samples scattered to their fragments, then order.
+#include "formats/exr/exr_deep_reader.h"
+
+#include <Imath/half.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/image/layer_windows.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::uint32_t kMostSamples = 1 << 16;  ///< in a pixel: as many layers as can be stored
+constexpr std::uint16_t kHalfOne = 0x3c00;
+constexpr std::array kColors = {"R", "G", "B", "A"};
+/// More at once gains nothing, and memory that is touched for the first time costs time.
+constexpr std::uint64_t kMostSampleBytes = std::uint64_t{64} << 20U;
+
+/// A sample at infinity is there, and must not look like none.
+float finiteDepth(float z) {
+    constexpr float kFarthest = std::numeric_limits<float>::max();
+    return z < std::numeric_limits<float>::infinity() ? z : kFarthest;
+}
+
+float floatAt(const std::byte* from, PixelType type) {
+    if (type == PixelType::kFloat) {
+        float value = 0;
+        std::memcpy(&value, from, sizeof value);
+        return value;
+    }
+    std::uint16_t bits = 0;
+    std::memcpy(&bits, from, sizeof bits);
+    return imath_half_to_float(bits);
+}
+
+/// Values in a row become one component of the fragments [begin, end).
+template <class T>
+void storeComponent(const std::byte* from, FragmentArray& array, std::size_t component,
+                    std::size_t begin, std::size_t end) {
+    const std::size_t step = array.components();
+    T* to = array.as<T>().data() + begin * step + component;
+    for (std::size_t f = begin; f < end; ++f, from += sizeof(T), to += step)
+        std::memcpy(to, from, sizeof(T));
+}
+
+void storeComponent(const std::byte* from, PixelType type, FragmentArray& color,
+                    std::size_t component, std::size_t begin, std::size_t end) {
+    if (color.type == type) {
+        if (type == PixelType::kHalf) {
+            storeComponent<std::uint16_t>(from, color, component, begin, end);
+        } else {
+            storeComponent<float>(from, color, component, begin, end);
+        }
+        return;
+    }
+    // Half in the file: another channel of it is float.
+    for (std::size_t f = begin; f < end; ++f, from += pixelTypeSize(type))
+        color.as<float>()[f * 4 + component] = floatAt(from, type);
+}
+
+/// Puts the fragments [begin, end) of an array into the order that `order` names.
+template <class T>
+void permute(T* values, std::size_t stride, const std::vector<std::uint32_t>& order,
+             std::vector<std::byte>& scratch) {
+    const std::size_t bytes = stride * sizeof(T);
+    scratch.resize(order.size() * bytes);
+    std::memcpy(scratch.data(), values, scratch.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+        std::memcpy(values + i * stride, scratch.data() + order[i] * bytes, bytes);
+}
+
+/// Sorts the fragments of each pixel by Z; those at the same Z keep their order.
+void sortFragments(LayeredImage& image) {
+    const auto width = static_cast<std::size_t>(image.window.width());
+    parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
+        std::vector<std::uint32_t> order;
+        std::vector<std::byte> scratch;
+        for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
+            float* z = image.z.data() + image.offsets[p];
+            if (std::is_sorted(z, z + image.count(p))) continue;
+            order.resize(image.count(p));
+            std::iota(order.begin(), order.end(), 0U);
+            std::stable_sort(order.begin(), order.end(),
+                             [&](std::uint32_t a, std::uint32_t b) { return z[a] < z[b]; });
+            permute(z, 1, order, scratch);
+            const auto reorder = [&](FragmentArray& array) {
+                permute(array.data.data() + image.offsets[p] * array.stride(), array.stride(),
+                        order, scratch);
+            };
+            reorder(image.color);
+            for (FragmentArray& array : image.extra)
+                reorder(array);
+        }
+    });
+}
+
+}  // namespace
+
+ExrDeepReader::ExrDeepReader(OpenedExr opened)
+    : input_(std::move(opened.files)), info_(std::move(opened.info)) {
+    const std::size_t main = findMainPart();
+    parts_.push_back({main, {}});
+    for (const std::size_t other : findOthers(main))
+        parts_.push_back({other, {}});
+    countSamples();
+    info_.deep.clear();
+    for (const Part& part : parts_)
+        info_.deep.push_back(part.index);
+    findChannels();
+}
+
+ExrDeepReader::~ExrDeepReader() = default;
+
+std::size_t ExrDeepReader::findMainPart() const {
+    for (const std::size_t part : info_.deep) {
+        const ExrInputChannel* depth = info_.parts[part].channel("Z");
+        if (depth && depth->type != PixelType::kUint) return part;
+    }
+    throw Error(ErrorKind::kInput, "no deep part has a channel Z of half or float", input_.path(),
+                "samples without a depth have no order");
+}
+
+/// The parts that speak of the same samples, as far as their headers tell.
+std::vector<std::size_t> ExrDeepReader::findOthers(std::size_t main) const {
+    std::vector<std::size_t> others;
+    std::set<std::string> known;
+    const auto isDepth = [](const std::string& name) { return name == "Z" || name == "ZBack"; };
+    for (const ExrInputChannel& channel : info_.parts[main].channels)
+        known.insert(channel.name);
+    for (const std::size_t index : info_.deep) {
+        if (index == main) continue;
+        const ExrInputPart& part = info_.parts[index];
+        bool joins = part.data_window == info_.parts[main].data_window && sameBlocks(main, index);
+        for (const ExrInputChannel& channel : part.channels)
+            joins = joins && (isDepth(channel.name) || !known.contains(channel.name));
+        if (!joins && info_.is_peeler) {
+            throw Error(ErrorKind::kInput, "the part does not fit the others", input_.where(index),
+                        "render it again");
+        }
+        if (!joins) continue;
+        for (const ExrInputChannel& channel : part.channels)
+            known.insert(channel.name);
+        others.push_back(index);
+    }
+    return others;
+}
+
+bool ExrDeepReader::sameBlocks(std::size_t a, std::size_t b) const {
+    return input_.deepBlocks(a) == input_.deepBlocks(b) &&
+           input_.deepBlockWindow(a, 0) == input_.deepBlockWindow(b, 0);
+}
+
+/// Reads the sample counts of a block, and which parts have others than the first.
+void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
+    const std::size_t main = parts_.front().index;
+    input_.readDeepBlock(main, block, true, out.main);
+    if (std::ranges::any_of(out.main.counts, [](std::uint32_t n) { return n > kMostSamples; })) {
+        throw Error(ErrorKind::kInput, "a pixel has more than 65536 samples", input_.where(main),
+                    "merge samples first");
+    }
+    out.different.clear();
+    for (const Part& part : parts_) {
+        if (part.index == main) continue;
+        input_.readDeepBlock(part.index, block, true, out.other);
+        if (out.other.counts != out.main.counts) out.different.push_back(part.index);
+    }
+}
+
+/// Fills in the plan; parts that have other counts are left out, or are an error in our own files.
+void ExrDeepReader::countSamples() {
+    const std::size_t main = parts_.front().index;
+    const Window& all = info_.parts[main].data_window;
+    LayerWindows windows;
+    std::vector<std::uint64_t> rows(static_cast<std::size_t>(all.height()), 0);
+    std::set<std::size_t> different;
+    const std::size_t blocks = input_.deepBlocks(main);
+    constexpr std::size_t kAtOnce = 256;
+    std::vector<CountedBlock> counted(std::min(blocks, kAtOnce));
+    for (std::size_t first = 0; first < blocks; first += kAtOnce) {
+        const std::size_t end = std::min(blocks, first + kAtOnce);
+        parallelFor(end - first, [&](std::size_t i) { count(first + i, counted[i]); });
+        for (std::size_t i = 0; i < end - first; ++i) {
+            const CountedBlock& block = counted[i];
+            different.insert(block.different.begin(), block.different.end());
+            const Window& window = block.main.window;
+            const std::uint32_t* counts = block.main.counts.data();
+            for (int y = window.y0; y < window.y1; ++y) {
+                for (int x = window.x0; x < window.x1; ++x) {
+                    windows.add(x, y, *counts);
+                    rows[static_cast<std::size_t>(y - all.y0)] += *counts++;
+                }
+            }
+        }
+    }
+    if (!different.empty() && info_.is_peeler) {
+        throw Error(ErrorKind::kInput, "the part has other samples than the first",
+                    input_.where(*different.begin()), "render it again");
+    }
+    std::erase_if(parts_, [&](const Part& part) { return different.contains(part.index); });
+
+    Plan& plan = info_.plan;
+    plan.layers = windows.layers();
+    plan.fragments_stored = windows.fragments();
+    if (!info_.is_peeler) plan.fragments_counted = plan.fragments_stored;
+    std::uint64_t sample = 0;
+    for (const Part& part : parts_) {
+        for (const ExrInputChannel& channel : info_.parts[part.index].channels)
+            sample += pixelTypeSize(channel.type);
+    }
+    most_row_bytes_ = 2 * sample * *std::max_element(rows.begin(), rows.end());
+}
+
+void ExrDeepReader::findChannels() {
+    const ExrInputPart& main = info_.parts[parts_.front().index];
+    info_.plan.color_type = PixelType::kHalf;
+    const bool grey = !main.channel("R") && !main.channel("G") && !main.channel("B");
+    const auto routeOf = [&](const std::string& name, bool first) -> Route {
+        const auto* color = std::find(std::begin(kColors), std::end(kColors), name);
+        if (first && color != std::end(kColors))
+            return {.target = Route::kColor,
+                    .component = static_cast<std::size_t>(color - std::begin(kColors))};
+        if (first && grey && name == "Y") return {.target = Route::kGrey};
+        if (name == "Z") return {.target = first ? Route::kZ : Route::kNowhere};
+        return {.target = !first && name == "ZBack" ? Route::kNowhere : 0};
+    };
+    std::vector<ExrInputChannel> others;
+    for (Part& part : parts_) {
+        const bool first = &part == &parts_.front();
+        for (const ExrInputChannel& channel : info_.parts[part.index].channels) {
+            Route route = routeOf(channel.name, first);
+            route.type = channel.type;
+            const bool colored = route.target == Route::kColor || route.target == Route::kGrey;
+            if (colored && channel.type == PixelType::kUint) {
+                throw Error(ErrorKind::kInput, "a colour is stored as integers",
+                            input_.where(part.index));
+            }
+            if (colored && channel.type == PixelType::kFloat)
+                info_.plan.color_type = PixelType::kFloat;
+            if (route.target >= 0) others.push_back(channel);
+            part.routes.push_back(route);
+        }
+    }
+    opaque_ = main.channel("A") == nullptr;
+    std::sort(others.begin(), others.end(),
+              [](const ExrInputChannel& a, const ExrInputChannel& b) { return a.name < b.name; });
+    extra_ = fragmentArrays(others);
+    for (Part& part : parts_) {
+        for (std::size_t c = 0; c < part.routes.size(); ++c) {
+            if (part.routes[c].target < 0) continue;
+            const std::string& name = info_.parts[part.index].channels[c].name;
+            for (std::size_t i = 0; i < extra_.size(); ++i) {
+                const auto& names = extra_[i].channels;
+                const auto found = std::find(names.begin(), names.end(), name);
+                if (found == names.end()) continue;
+                part.routes[c].target = static_cast<int>(i);
+                part.routes[c].component = static_cast<std::size_t>(found - names.begin());
+            }
+        }
+    }
+}
+
+std::vector<std::size_t> ExrDeepReader::blocksIn(const Window& window, std::size_t part) const {
+    std::vector<std::size_t> blocks;
+    for (std::size_t b = 0; b < input_.deepBlocks(part); ++b) {
+        if (!intersect(input_.deepBlockWindow(part, b), window).empty()) blocks.push_back(b);
+    }
+    return blocks;
+}
+
+void ExrDeepReader::readCounts(const Window& window, LayeredImage& out) const {
+    const std::size_t main = parts_.front().index;
+    const std::vector<std::size_t> blocks = blocksIn(window, main);
+    out.offsets.assign(window.pixels() + 1, 0);
+    parallelFor(blocks.size(), [&](std::size_t i) {
+        ExrDeepBlock block;
+        input_.readDeepBlock(main, blocks[i], true, block);
+        const Window shared = intersect(block.window, window);
+        const auto width = static_cast<std::size_t>(block.window.width());
+        for (int y = shared.y0; y < shared.y1; ++y) {
+            const auto row = static_cast<std::size_t>(y - block.window.y0) * width;
+            for (int x = shared.x0; x < shared.x1; ++x) {
+                out.offsets[out.pixelIndex(x, y) + 1] =
+                    block.counts[row + static_cast<std::size_t>(x - block.window.x0)];
+            }
+        }
+    });
+    countsToOffsets(out.offsets, input_.path());
+}
+
+void ExrDeepReader::readSamples(const Window& window, LayeredImage& out) const {
+    for (const Part& part : parts_) {
+        const std::vector<std::size_t> blocks = blocksIn(window, part.index);
+        parallelFor(blocks.size(), [&](std::size_t i) {
+            ExrDeepBlock block;
+            input_.readDeepBlock(part.index, blocks[i], false, block);
+            scatter(block, part, out);
+        });
+    }
+}
+
+/// Stores the values of a channel, which are those of the fragments [begin, end).
+void ExrDeepReader::store(const Route& route, const std::byte* from, std::size_t begin,
+                          std::size_t end, LayeredImage& out) {
+    if (route.target == Route::kZ) {
+        const std::size_t size = pixelTypeSize(route.type);
+        for (std::size_t f = begin; f < end; ++f, from += size)
+            out.z[f] = finiteDepth(floatAt(from, route.type));
+    } else if (route.target == Route::kColor) {
+        storeComponent(from, route.type, out.color, route.component, begin, end);
+    } else if (route.target == Route::kGrey) {
+        for (std::size_t c = 0; c < 3; ++c)
+            storeComponent(from, route.type, out.color, c, begin, end);
+    } else if (route.target >= 0) {
+        FragmentArray& array = out.extra[static_cast<std::size_t>(route.target)];
+        // Bits are copied as they are, so float and uint are alike.
+        if (array.type == PixelType::kHalf) {
+            storeComponent<std::uint16_t>(from, array, route.component, begin, end);
+        } else {
+            storeComponent<std::uint32_t>(from, array, route.component, begin, end);
+        }
+    }
+}
+
+/// Stores the samples of a block that lie in the window.
+void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, LayeredImage& out) const {
+    const auto width = static_cast<std::size_t>(block.window.width());
+    const Window wanted = intersect(block.window, out.window);
+    const std::byte* from = block.samples.data();
+    for (int y = block.window.y0; y < block.window.y1; ++y) {
+        const std::span counts(
+            block.counts.data() + static_cast<std::size_t>(y - block.window.y0) * width, width);
+        const bool wanted_row = y >= wanted.y0 && y < wanted.y1;
+        // The fragments of a row follow each other, here as in the file.
+        const auto left = static_cast<std::size_t>(wanted_row ? wanted.x0 - block.window.x0 : 0);
+        const auto columns = static_cast<std::size_t>(wanted_row ? wanted.width() : 0);
+        const std::size_t skipped = std::accumulate(
+            counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(left), std::size_t{0});
+        std::size_t samples = skipped, begin = 0, end = 0;
+        if (wanted_row) {
+            const std::uint32_t* offsets = out.offsets.data() + out.pixelIndex(wanted.x0, y);
+            begin = offsets[0];
+            end = offsets[columns];
+            for (std::size_t x = 0; x < columns; ++x) {
+                // The file may change while it is read; the memory must not be another's.
+                if (offsets[x + 1] - offsets[x] != counts[left + x]) {
+                    throw Error(ErrorKind::kInput, "the sample counts have changed",
+                                input_.where(part.index), "read it again");
+                }
+            }
+            samples += end - begin;
+        }
+        samples = std::accumulate(counts.begin() + static_cast<std::ptrdiff_t>(left + columns),
+                                  counts.end(), samples);
+        for (const Route& route : part.routes) {
+            const std::size_t size = pixelTypeSize(route.type);
+            store(route, from + skipped * size, begin, end, out);
+            from += samples * size;
+        }
+    }
+}
+
+void ExrDeepReader::read(const Window& window, LayeredImage& out) {
+    if (window.empty() || intersect(window, info_.plan.view.crop) != window) {
+        throw Error(ErrorKind::kInternal, "the window is empty or outside the picture",
+                    input_.path());
+    }
+    out.window = window;
+    readCounts(window, out);
+    const std::size_t fragments = out.offsets.back();
+    out.z.resize(fragments);
+    out.color = {{"R", "G", "B", "A"}, info_.plan.color_type, std::move(out.color.data)};
+    const ExrInputPart& main = info_.parts[parts_.front().index];
+    const auto missing = [&](const char* name) { return main.channel(name) == nullptr; };
+    if (std::ranges::any_of(kColors, missing)) out.color.data.clear();  // what is reused is not 0
+    out.color.data.resize(fragments * out.color.stride());
+    out.extra.resize(extra_.size());
+    for (std::size_t i = 0; i < extra_.size(); ++i) {
+        out.extra[i] = {extra_[i].channels, extra_[i].type, std::move(out.extra[i].data)};
+        out.extra[i].data.resize(fragments * extra_[i].stride());
+    }
+    if (opaque_) {
+        for (std::size_t f = 0; f < fragments; ++f) {
+            if (out.color.type == PixelType::kFloat) {
+                out.color.as<float>()[4 * f + 3] = 1;
+            } else {
+                out.color.as<std::uint16_t>()[4 * f + 3] = kHalfOne;
+            }
+        }
+    }
+    readSamples(window, out);
+    sortFragments(out);
+}
+
+void ExrDeepReader::readComposite(const Window&, CompositeImage&) {
+    throw Error(ErrorKind::kInput, "a deep image has no part \"composite\"", input_.path(),
+                "flatten it first");
+}
+
+int ExrDeepReader::rowsFor(std::uint64_t bytes) const {
+    const Window& crop = info_.plan.view.crop;
+    const std::uint64_t row =
+        most_row_bytes_ + static_cast<std::uint64_t>(crop.width()) * sizeof(std::uint32_t);
+    const auto rows = static_cast<std::uint64_t>(std::max(1, crop.height()));
+    return static_cast<int>(
+        std::clamp(std::min(bytes, kMostSampleBytes) / std::max<std::uint64_t>(1, row),
+                   std::uint64_t{1}, rows));
+}
+
+}  // namespace peeler

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// Deep images: every fragment of a pixel as a sample of an OpenEXR deep scan line.
+#pragma once
+
+#include <OpenEXR/ImfCompression.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/image/deep_merge.h"
+#include "core/image/sink.h"
+#include "formats/exr/exr_band_writer.h"
+#include "formats/exr/exr_chunks.h"
+
+namespace peeler {
+
+/// Provenance::deep_merge: "by-z z 0.1"; "" if samples are not merged.
+std::string deepMergeText(const DeepMergeSettings& merge);
+
+struct ExrDeepOptions {
+    DeepMergeSettings merge = {};
+    Imf::Compression compression = Imf::ZIPS_COMPRESSION;  ///< or none or RLE: no other is allowed
+    int level = kDefaultZipLevel;                          ///< of libdeflate, 1–12
+};
+
+/// Writes part `color` (R,G,B,A as they are captured, Z float, the other channels that are no
+/// integers) and, if there are integer channels, part `ids` (those and Z again), both deep scan
+/// lines: a reader that composites every channel of a part (OpenImageIO's flatten) meets no ids.
+/// Point samples, without ZBack, in list order: front to back. dataWindow is the bounding box of
+/// all fragments, the crop if there is none.
+///
+/// `deepImageState` is TIDY if no two samples of any pixel have the same Z, else SORTED; MESSY for
+/// what came from a file with ZBack. If samples were merged, `peeler:deepMerge` says how, and
+/// `peeler:fragmentsStored`, `peeler:layers` and `peeler:complete` speak of what is left; the first
+/// of them may begin with zeros. The same plan, provenance and pixels make the same bytes, however
+/// cut into bands.
+class ExrDeepWriter : public Sink {
+  public:
+    ExrDeepWriter(std::string path, Provenance provenance, ExrDeepOptions options = {});
+    ~ExrDeepWriter() override;
+
+    /// Throws Error (kOutput) if the file cannot be created.
+    void begin(const Plan& plan) override;
+    void write(const LayeredImage& band) override;
+    /// Throws Error (kInternal) if the bands had other fragments than the plan says.
+    void finish() override;
+    SinkMemory memory() const override;
+    StageTimes times() const override { return times_; }
+
+  private:
+    struct Part {
+        const char* name;
+        std::vector<ExrChannel> channels;  ///< sorted by name
+    };
+
+    void open(const LayeredImage& first_band);
+    void check(const LayeredImage& band) const;
+    int rowsInFlight(const LayeredImage& band, int y) const;
+    void writeRows(const LayeredImage& image, int y0, int y1);
+    void look(const LayeredImage& image, int y0, int y1);
+    void encode(const LayeredImage& image, int y0, std::size_t chunks);
+    void boundBuffers();
+    void describeSamples();
+
+    std::string path_;
+    Provenance provenance_;
+    ExrDeepOptions options_;
+    Plan plan_;
+    Window window_;
+    std::vector<Part> parts_;
+    std::unique_ptr<AtomicFile> file_;
+    std::unique_ptr<ExrFile> exr_;  ///< from the first band on: it says which channels there are
+    LayeredImage like_;             ///< without pixels: the arrays of every band
+    LayeredImage merged_;
+    int next_row_ = 0;
+    std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;
+    std::uint32_t most_samples_ = 0;  ///< in one pixel
+    bool coincident_ = false;         ///< two samples of a pixel have the same Z
+    std::vector<ExrDeepChunk> packed_;
+    ExrPackerPool packers_{options_.level, options_.compression};
+    StageTimes times_;
+};
+
+}  // namespace peeler

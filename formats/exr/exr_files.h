@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// The files that one layered picture is in: one, or of the layout "per-file" a set.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/exr/exr_input.h"
+
+namespace peeler {
+
+/// The file of one layer beside the one that is named: "out.exr" has "out.layer_007.exr".
+std::string exrLayerFile(const std::string& path, std::size_t layer);
+
+/// Whether `path` names the file of a layer beside `head`, however both are spelt.
+bool isExrLayerFile(const std::string& path, const std::string& head);
+
+/// All files that reading a picture touches: the named one and, if it is the head of a set, those
+/// of its layers, be they there or not. Only the named one if it cannot be read.
+std::vector<std::string> exrFilesOf(const std::string& path);
+
+/// An open picture as one list of parts. The file that is named comes first; if it is the head of
+/// a set (layout "per-file"), the files of its layers follow, front to back.
+class ExrFiles {
+  public:
+    /// Throws Error (kInput), also if a file of a set is missing or is of another render.
+    explicit ExrFiles(const std::string& path);
+
+    const std::string& path() const { return files_.front()->path(); }
+    std::uint64_t bytes() const;  ///< of all files
+    const std::vector<ExrInputPart>& parts() const { return parts_; }
+    /// The path of the file that a part is in, and the part's name: for messages.
+    std::string where(std::size_t part) const;
+
+    /// The members of ExrInput, by the place of a part in parts().
+    int rowsPerChunk(std::size_t part) const;
+    void readChunk(std::size_t part, int y, const Window& window,
+                   std::span<const ExrTarget> targets) const;
+    void checkChunks(std::size_t part) const;
+    std::size_t deepBlocks(std::size_t part) const;
+    Window deepBlockWindow(std::size_t part, std::size_t block) const;
+    void readDeepBlock(std::size_t part, std::size_t block, bool counts_only,
+                       ExrDeepBlock& out) const;
+
+  private:
+    struct Place {
+        std::size_t file, part;
+    };
+
+    void add(const std::string& path);
+    void addLayers();
+
+    std::vector<std::unique_ptr<ExrInput>> files_;
+    std::vector<ExrInputPart> parts_;
+    std::vector<Place> places_;  ///< of each part
+};
+
+}  // namespace peeler

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a View and a Provenance to OpenEXR attributes, and the camera back from JSON.
+#include "formats/exr/exr_header.h"
+
+#include <OpenEXR/ImfDoubleAttribute.h>
+#include <OpenEXR/ImfFloatAttribute.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+#include <OpenEXR/ImfStringAttribute.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <ctime>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "core/base/error.h"
+
+namespace peeler {
+namespace {
+
+/// GLM's column-major matrix for column vectors, stored column after column, is Imath's row-major
+/// matrix for row vectors, stored row after row.
+Imath::M44f rowVectorMatrix(const glm::dmat4& m) {
+    Imath::M44f out;
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 4; ++row)
+            out[column][row] = static_cast<float>(m[column][row]);
+    }
+    return out;
+}
+
+glm::dmat4 worldToCamera(const View& view) {
+    glm::dmat4 flip(1);  // OpenGL's right-handed camera space to OpenEXR's: z changes its sign
+    flip[2][2] = -1;
+    return flip * glm::inverse(view.camera_to_world);
+}
+
+/// Camera space (left-handed) to NDC, for column vectors.
+glm::dmat4 cameraToNdc(const Projection& projection) {
+    const double near = projection.near, far = projection.far;
+    const bool bounded = std::isfinite(far) && far > near;
+    glm::dmat4 m(0);
+    if (projection.perspective) {
+        // x/w = (x / (z·half_width) + 1) / 2, and likewise y, upside down; w = z.
+        const double scale = bounded ? far / (far - near) : 1;
+        m[0][0] = 0.5 / projection.half_width;
+        m[1][1] = -0.5 / projection.half_height;
+        m[2] = {0.5, 0.5, scale, 1};
+        m[3] = {0, 0, -scale * near, 0};
+    } else {
+        const double scale = bounded ? 1 / (far - near) : 1;
+        m[0][0] = 0.5 / projection.half_width;
+        m[1][1] = -0.5 / projection.half_height;
+        m[2][2] = scale;
+        m[3] = {0.5, 0.5, -scale * near, 1};
+    }
+    return m;
+}
+
+double degrees(double tangent_of_half) {
+    return 2 * std::atan(tangent_of_half) * 180 / std::numbers::pi;
+}
+
+float pixelAspectRatio(const View& view) {
+    if (!view.known) return 1;
+    const double ratio =
+        (view.projection.half_width / view.width) / (view.projection.half_height / view.height);
+    // Square pixels that rounding made 1.0000001 are square.
+    constexpr double kRounding = 1e-6;
+    return std::abs(ratio - 1) < kRounding ? 1.0F : static_cast<float>(ratio);
+}
+
+void addCamera(Imf::Header& header, const View& view) {
+    const Projection& projection = view.projection;
+    const glm::dmat4 world_to_camera = worldToCamera(view);
+    Imf::addWorldToCamera(header, rowVectorMatrix(world_to_camera));
+    Imf::addWorldToNDC(header, rowVectorMatrix(cameraToNdc(projection) * world_to_camera));
+
+    const auto add = [&](const char* name, double value) {
+        header.insert(name, Imf::FloatAttribute(static_cast<float>(value)));
+    };
+    add("near", projection.near);
+    add("far", projection.far);
+    if (projection.perspective) {
+        add("fieldOfViewHorizontal", degrees(projection.half_width));
+        add("fieldOfViewVertical", degrees(projection.half_height));
+    } else {
+        add("orthographicWidth", 2 * projection.half_width);
+        add("orthographicHeight", 2 * projection.half_height);
+    }
+}
+
+void addProvenance(Imf::Header& header, const Plan& plan, const Provenance& provenance) {
+    const auto text = [&](const char* name, const std::string& value) {
+        if (!value.empty()) header.insert(name, Imf::StringAttribute(value));
+    };
+    const auto number = [&](const char* name, int value) {
+        header.insert(name, Imf::IntAttribute(value));
+    };
+    text("software", "peeler " + provenance.version);
+    text("peeler:version", provenance.version);
+    text("peeler:method", provenance.method);
+    text("peeler:surfaces", provenance.surfaces);
+    text("peeler:scene", provenance.scene);
+    text("peeler:sceneHash", provenance.scene_hash);
+    text("peeler:settingsHash", provenance.settings_hash);
+    text("peeler:outputHash", provenance.output_hash);
+    text("peeler:renderer", provenance.renderer);
+    text("peeler:deepMerge", provenance.deep_merge);
+    text("peeler:tile", provenance.tile);
+    if (plan.view.known) {
+        text("peeler:camera", plan.view.camera_name);
+        text("peeler:depth", "camera z");
+        text("peeler:projection",
+             plan.view.projection.perspective ? "perspective" : "orthographic");
+        text("peeler:cameraJson", cameraJson(plan.view));
+    }
+    text("peeler:fragmentsCounted", std::to_string(plan.fragments_counted));
+    text("peeler:fragmentsStored", std::to_string(plan.fragments_stored));
+    if (plan.fragments_blended != 0)
+        text("peeler:fragmentsBlended", std::to_string(plan.fragments_blended));
+    if (plan.samples > 1) number("peeler:samples", plan.samples);
+    number("peeler:layers", static_cast<int>(plan.layers.size()));
+    number("peeler:complete", plan.complete() ? 1 : 0);
+    number("peeler:frame", provenance.frame);
+    header.insert("peeler:time", Imf::DoubleAttribute(provenance.time));
+    if (provenance.frames_per_second > 0) {
+        Imf::addFramesPerSecond(header, Imf::Rational(provenance.frames_per_second));
+    }
+}
+
+/// reproducible-builds.org/specs/source-date-epoch: the only date that does not change the bytes of
+/// a repeated run.
+void addDate(Imf::Header& header) {
+    const char* variable = std::getenv("SOURCE_DATE_EPOCH");
+    if (!variable || !*variable) return;
+    char* end = nullptr;
+    const auto seconds = static_cast<std::time_t>(std::strtoll(variable, &end, 10));
+    std::tm utc{};
+    std::array<char, 32> date{};
+    if (*end != '\0' || !gmtime_r(&seconds, &utc) ||
+        std::strftime(date.data(), date.size(), "%Y:%m:%d %H:%M:%S", &utc) == 0) {
+        throw Error(ErrorKind::kUsage, "SOURCE_DATE_EPOCH is not a number of seconds", variable,
+                    "unset it, or give seconds since 1970");
+    }
+    Imf::addCapDate(header, date.data());
+    Imf::addUtcOffset(header, 0);
+}
+
+}  // namespace
+
+Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Window& data_window) {
+    const View& view = plan.view;
+    Imf::Header header(
+        Imath::Box2i({0, 0}, {view.width - 1, view.height - 1}),
+        Imath::Box2i({data_window.x0, data_window.y0}, {data_window.x1 - 1, data_window.y1 - 1}),
+        pixelAspectRatio(view), Imath::V2f(0, 0),
+        view.known ? static_cast<float>(2 * view.projection.half_width) : 1, Imf::INCREASING_Y,
+        Imf::ZIP_COMPRESSION);
+    header.setType(Imf::SCANLINEIMAGE);
+    Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec. 709, D65
+    if (view.known) addCamera(header, view);
+    addProvenance(header, plan, provenance);
+    addDate(header);
+    return header;
+}
+
+std::string cameraJson(const View& view) {
+    const Projection& projection = view.projection;
+    nlohmann::json matrix = nlohmann::json::array();
+    for (int row = 0; row < 4; ++row) {
+        const glm::dmat4& m = view.camera_to_world;
+        matrix.push_back({m[0][row], m[1][row], m[2][row], m[3][row]});
+    }
+    nlohmann::json json = {
+        {"name", view.camera_name},
+        {"projection", projection.perspective ? "perspective" : "orthographic"},
+        {"near", projection.near},
+        {"far", projection.far},  // infinity is not a JSON number: the library writes null
+        {"halfWidth", projection.half_width},
+        {"halfHeight", projection.half_height},
+        {"width", view.width},
+        {"height", view.height},
+        {"crop", {view.crop.x0, view.crop.y0, view.crop.width(), view.crop.height()}},
+        {"cameraToWorld", matrix},
+    };
+    // A name that is not UTF-8 is no reason to lose the file.
+    return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+View viewFromJson(const std::string& text) {
+    try {
+        const nlohmann::json json = nlohmann::json::parse(text);
+        View view;
+        view.camera_name = json.at("name").get<std::string>();
+        Projection& projection = view.projection;
+        projection.perspective = json.at("projection").get<std::string>() == "perspective";
+        projection.near = json.at("near").get<double>();
+        const auto& far = json.at("far");
+        projection.far =
+            far.is_null() ? std::numeric_limits<double>::infinity() : far.get<double>();
+        projection.half_width = json.at("halfWidth").get<double>();
+        projection.half_height = json.at("halfHeight").get<double>();
+        view.width = json.at("width").get<int>();
+        view.height = json.at("height").get<int>();
+        const auto crop = json.at("crop").get<std::array<int, 4>>();
+        view.crop = {crop[0], crop[1], crop[0] + crop[2], crop[1] + crop[3]};
+        const auto rows = json.at("cameraToWorld").get<std::array<std::array<double, 4>, 4>>();
+        for (int row = 0; row < 4; ++row) {
+            for (int column = 0; column < 4; ++column) {
+                view.camera_to_world[column][row] =
+                    rows[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)];
+            }
+        }
+        return view;
+    } catch (const nlohmann::json::exception& e) {
+        throw Error(ErrorKind::kInput, std::string("the camera is not readable: ") + e.what(),
+                    "peeler:cameraJson");
+    }
+}
+
+}  // namespace peeler

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/exr/exr_info.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "formats/exr/exr_header.h"
+#include "formats/exr/exr_layout.h"
+#include "formats/exr/id_manifest.h"
+#include "formats/file/file_kind.h"
+
+namespace peeler {
+namespace {
+
+double rationalOf(const std::string& text) {
+    const auto slash = text.find('/');
+    if (slash == std::string::npos) return 0;
+    const auto below = numberIn<double>(text.substr(slash + 1));
+    return below > 0 ? numberIn<double>(text.substr(0, slash)) / below : 0;
+}
+
+Provenance provenanceOf(const ExrInputPart& part) {
+    Provenance p;
+    p.version = part.attribute("peeler:version");
+    p.method = part.attribute("peeler:method");
+    p.surfaces = part.attribute("peeler:surfaces");
+    p.scene = part.attribute("peeler:scene");
+    p.scene_hash = part.attribute("peeler:sceneHash");
+    p.settings_hash = part.attribute("peeler:settingsHash");
+    p.renderer = part.attribute("peeler:renderer");
+    p.deep_merge = part.attribute("peeler:deepMerge");
+    p.tile = part.attribute("peeler:tile");
+    p.frame = numberIn<int>(part.attribute("peeler:frame"));
+    p.time = numberIn<double>(part.attribute("peeler:time"));
+    p.frames_per_second = rationalOf(part.attribute("framesPerSecond"));
+    return p;
+}
+
+/// Camera and windows. What the JSON says must agree with the windows, which are what pixels are
+/// read by.
+View viewOf(const ExrInfo& info, const std::string& path) {
+    View view;
+    const ExrInputPart& first = info.parts.front();
+    const std::string camera = first.attribute("peeler:cameraJson");
+    if (!camera.empty()) view = viewFromJson(camera);
+    const Window& display = first.display_window;
+    if (display.x0 != 0 || display.y0 != 0 || display.empty()) {
+        throw Error(ErrorKind::kInput, "the display window does not begin at (0, 0)", path);
+    }
+    if (!camera.empty() && (view.width != display.width() || view.height != display.height())) {
+        throw Error(ErrorKind::kInput, "peeler:cameraJson is of another picture size", path);
+    }
+    view.width = display.width();
+    view.height = display.height();
+    view.known = !camera.empty();
+    Window all;
+    if (info.composite >= 0) all = info.parts[static_cast<std::size_t>(info.composite)].data_window;
+    for (const std::size_t layer : info.layers)
+        all = unite(all, info.parts[layer].data_window);
+    for (const std::size_t part : info.deep)
+        all = unite(all, info.parts[part].data_window);
+    if (all.empty()) all = first.data_window;
+    // Without a composite part the crop is known from the JSON alone.
+    const bool known = !camera.empty() && intersect(view.crop, all) == all &&
+                       intersect(view.crop, display) == view.crop;
+    if (!known) view.crop = all;
+    return view;
+}
+
+bool isFloat(const ExrInputPart& part, const std::string& prefix) {
+    for (const char* name : {"R", "G", "B", "A"}) {
+        const ExrInputChannel* channel = part.channel(prefix + name);
+        if (channel && channel->type != PixelType::kHalf) return true;
+    }
+    return false;
+}
+
+PixelType colorType(const ExrInfo& info) {
+    bool any = false;
+    for (std::size_t i = 0; i < info.layers.size(); ++i)
+        any = any || isFloat(info.parts[info.layers[i]], info.prefixes[i]);
+    if (!info.deep.empty()) any = any || isFloat(info.parts[info.deep.front()], "");
+    if (info.layers.empty() && info.composite >= 0)
+        any = any || isFloat(info.parts[static_cast<std::size_t>(info.composite)], "");
+    return any ? PixelType::kFloat : PixelType::kHalf;
+}
+
+/// Where a layer is.
+struct Place {
+    std::size_t part = 0;
+    std::string prefix;
+};
+using Layers = std::map<int, Place>;
+
+void addLayer(int number, const Place& place, const ExrFiles& files, Layers& layers) {
+    if (layers.emplace(number, place).second) return;
+    throw Error(ErrorKind::kInput, "two parts are the same layer", files.where(place.part));
+}
+
+/// Layers are parts with their name (plain, nuke, per-file), else the first part that has channels
+/// with their names (single-part).
+Layers findLayers(const ExrFiles& files) {
+    Layers layers;
+    const std::vector<ExrInputPart>& parts = files.parts();
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const std::string& name = parts[i].name;
+        const int number = name.find('.') == std::string::npos ? layerNumber(name) : -1;
+        if (number < 0) continue;
+        const bool prefixed = parts[i].channel(name + ".Z") != nullptr;
+        addLayer(number, {i, prefixed ? name + "." : ""}, files, layers);
+    }
+    for (std::size_t i = 0; i < parts.size() && layers.empty(); ++i) {
+        for (const ExrInputChannel& channel : parts[i].channels) {
+            const int number = layerNumber(channel.name);
+            const std::size_t dot = channel.name.find('.');
+            // Others name layers so that are no depth layers.
+            const bool depth = dot != std::string::npos && channel.name.substr(dot) == ".Z";
+            if (number < 0 || !depth || parts[i].deep()) continue;
+            layers.try_emplace(number, Place{i, channel.name.substr(0, dot + 1)});
+        }
+    }
+    return layers;
+}
+
+/// The part that shows all layers: one with its name, or, beside layers in the same part, that.
+int findComposite(const ExrFiles& files, const ExrInfo& info) {
+    const std::vector<ExrInputPart>& parts = files.parts();
+    const std::string layout = parts.front().attribute("peeler:layout");
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        for (const ExrLayout& row : exrLayouts()) {
+            const bool named = parts[i].name == row.composite_part;
+            const bool plain = row.composite_part == exrLayouts().front().composite_part;
+            if (named && (plain || layout == row.name)) return static_cast<int>(i);
+        }
+    }
+    if (info.layers.empty() || info.prefixes.front().empty()) return -1;
+    const std::size_t part = info.layers.front();
+    return parts[part].channel("R") && parts[part].channel("Z") ? static_cast<int>(part) : -1;
+}
+
+const std::string& imagePath(const std::string& path) {
+    if (fileKind(path) != FileKind::kGltf) return path;
+    throw Error(ErrorKind::kInput, "it is a scene, not an image", path,
+                "render it first: peeler render SCENE -o out.exr");
+}
+
+}  // namespace
+
+ExrInfo describe(const ExrFiles& files) {
+    ExrInfo info;
+    info.parts = files.parts();
+    info.bytes = files.bytes();
+    if (info.parts.empty()) throw Error(ErrorKind::kInput, "it has no parts", files.path());
+    for (auto& [number, place] : findLayers(files)) {
+        info.layers.push_back(place.part);
+        info.prefixes.push_back(place.prefix);
+    }
+    info.composite = findComposite(files, info);
+    for (std::size_t i = 0; i < info.parts.size() && info.layers.empty(); ++i) {
+        if (info.parts[i].deep()) info.deep.push_back(i);
+    }
+
+    const ExrInputPart& first = info.parts.front();
+    info.is_peeler = !first.attribute("peeler:version").empty();
+    info.provenance = provenanceOf(first);
+    for (const ExrInputPart& part : info.parts) {
+        if (part.id_manifest.empty() || !info.provenance.ids.empty()) continue;
+        info.provenance.ids = idNamesFromManifest(part.id_manifest);
+    }
+    if (info.composite >= 0) {
+        const ExrInputPart& part = info.parts[static_cast<std::size_t>(info.composite)];
+        info.has_cryptomatte = part.channel("CryptoObject00.R") != nullptr;
+    }
+    info.plan.view = viewOf(info, files.path());
+    info.plan.color_type = colorType(info);
+    info.plan.fragments_counted =
+        numberIn<std::uint64_t>(first.attribute("peeler:fragmentsCounted"));
+    info.plan.fragments_stored = numberIn<std::uint64_t>(first.attribute("peeler:fragmentsStored"));
+    info.plan.fragments_blended =
+        numberIn<std::uint64_t>(first.attribute("peeler:fragmentsBlended"));
+    info.plan.samples = std::max(1, numberIn<int>(first.attribute("peeler:samples")));
+    for (const std::size_t layer : info.layers) {
+        info.plan.layers.push_back({info.parts[layer].data_window, 0});
+    }
+    return info;
+}
+
+OpenedExr::OpenedExr(const std::string& path) : files(imagePath(path)), info(describe(files)) {}
+
+ExrInfo readExrInfo(const std::string& path) {
+    return describe(ExrFiles(path));
+}
+
+}  // namespace peeler

@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: Apache-2.0
+// OpenEXRCore behind a checked interface.
+//
+// The C library is used for reading, since it decodes chunks of one part on several threads and
+// keeps no buffers for a part between them, which with hundreds of parts the C++ classes do.
+#include "formats/exr/exr_input.h"
+
+#include <OpenEXR/openexr.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <system_error>
+
+#include "core/base/error.h"
+#include "formats/exr/exr_compression.h"
+
+namespace peeler {
+namespace {
+
+constexpr int kMaxSide = 1 << 17;  ///< pixels; larger than any GPU renders
+constexpr int kMaxCoordinate = 1 << 28;
+constexpr int kMaxParts = 1 << 16;
+constexpr int kMaxChannels = 1 << 16;  ///< of a part: all layers may be in one
+
+/// OpenEXRCore says the details of a failure to a callback, on the thread that made the call.
+thread_local std::string last_message;
+
+void keepMessage(exr_const_context_t, exr_result_t, const char* message) {
+    last_message = message ? message : "";
+}
+
+Window toWindow(const exr_attr_box2i_t& box) {
+    // Saturated, so that hostile corners do not overflow; such sizes are refused before this is
+    // used.
+    constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
+    return {std::max(box.min.x, -static_cast<int>(kMost)),
+            std::max(box.min.y, -static_cast<int>(kMost)),
+            static_cast<int>(std::min(std::int64_t{box.max.x} + 1, kMost)),
+            static_cast<int>(std::min(std::int64_t{box.max.y} + 1, kMost))};
+}
+
+PixelType toPixelType(int type) {
+    if (type == EXR_PIXEL_UINT) return PixelType::kUint;
+    return type == EXR_PIXEL_HALF ? PixelType::kHalf : PixelType::kFloat;
+}
+
+std::uint16_t fromPixelType(PixelType type) {
+    if (type == PixelType::kUint) return EXR_PIXEL_UINT;
+    return type == PixelType::kHalf ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT;
+}
+
+const char* typeName(exr_storage_t storage) {
+    switch (storage) {
+        case EXR_STORAGE_SCANLINE:
+            return "scanlineimage";
+        case EXR_STORAGE_TILED:
+            return "tiledimage";
+        case EXR_STORAGE_DEEP_SCANLINE:
+            return "deepscanline";
+        case EXR_STORAGE_DEEP_TILED:
+            return "deeptile";
+        default:
+            return "unknown";
+    }
+}
+
+const char* compressionName(exr_compression_t compression) {
+    constexpr std::array kNames = {"none",  "rle", "zips", "zip",  "piz",
+                                   "pxr24", "b44", "b44a", "dwaa", "dwab"};
+    const auto index = static_cast<std::size_t>(compression);
+    return index < kNames.size() ? kNames[index] : "unknown";
+}
+
+template <class T>
+std::string toText(T number) {
+    std::array<char, 32> text;
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
+    return {text.data(), end};
+}
+
+/// Nothing for types that are not read.
+std::string attributeText(const exr_attribute_t& attribute) {
+    switch (attribute.type) {
+        case EXR_ATTR_STRING:
+            return {attribute.string->str, static_cast<std::size_t>(attribute.string->length)};
+        case EXR_ATTR_INT:
+            return toText(attribute.i);
+        case EXR_ATTR_FLOAT:
+            return toText(attribute.f);
+        case EXR_ATTR_DOUBLE:
+            return toText(attribute.d);
+        case EXR_ATTR_RATIONAL:
+            return toText(attribute.rational->num) + "/" + toText(attribute.rational->denom);
+        default:
+            return {};
+    }
+}
+
+/// Whether kMostZlibRatio holds; other methods have no such bound.
+bool hasBoundedRatio(const std::string& compression) {
+    return compression == "none" || compression == "rle" || compression == "zips" ||
+           compression == "zip";
+}
+
+/// Frees the pipeline whatever happens.
+class DecodePipeline {
+  public:
+    explicit DecodePipeline(exr_const_context_t context) : context_(context) {}
+    ~DecodePipeline() { exr_decoding_destroy(context_, &pipeline); }
+    DecodePipeline(const DecodePipeline&) = delete;
+    DecodePipeline& operator=(const DecodePipeline&) = delete;
+
+    exr_decode_pipeline_t pipeline{};
+
+  private:
+    exr_const_context_t context_;
+};
+
+}  // namespace
+
+std::vector<FragmentArray> fragmentArrays(std::span<const ExrInputChannel> channels) {
+    std::vector<FragmentArray> arrays;
+    std::string group;
+    for (const ExrInputChannel& channel : channels) {
+        const std::string prefix = channel.name.substr(0, channel.name.rfind('.') + 1);
+        if (arrays.empty() || prefix.empty() || prefix != group ||
+            arrays.back().type != channel.type) {
+            arrays.push_back({{}, channel.type, {}});
+        }
+        group = prefix;
+        arrays.back().channels.push_back(channel.name);
+    }
+    return arrays;
+}
+
+const ExrInputChannel* ExrInputPart::channel(const std::string& wanted) const {
+    const auto found =
+        std::lower_bound(channels.begin(), channels.end(), wanted,
+                         [](const ExrInputChannel& channel, const std::string& text) {
+                             return channel.name < text;
+                         });
+    return found == channels.end() || found->name != wanted ? nullptr : &*found;
+}
+
+std::string ExrInputPart::attribute(const std::string& wanted) const {
+    const auto found = attributes.find(wanted);
+    return found == attributes.end() ? std::string() : found->second;
+}
+
+ExrInput::ExrInput(std::string path) : path_(std::move(path)) {
+    struct stat status {};
+    if (stat(path_.c_str(), &status) != 0) {
+        throw Error(ErrorKind::kInput, "cannot read: " + std::generic_category().message(errno),
+                    path_);
+    }
+    if (!S_ISREG(status.st_mode)) throw Error(ErrorKind::kInput, "it is not a regular file", path_);
+    bytes_ = static_cast<std::uint64_t>(status.st_size);
+
+    exr_context_initializer_t options = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    options.error_handler_fn = keepMessage;
+    options.max_image_width = kMaxSide;
+    options.max_image_height = kMaxSide;
+    options.max_tile_width = kMaxSide;
+    options.max_tile_height = kMaxSide;
+    check(exr_start_read(&context_, path_.c_str(), &options));
+    try {
+        readHeaders();
+        checkSizes();
+    } catch (...) {
+        exr_finish(&context_);
+        throw;
+    }
+}
+
+ExrInput::~ExrInput() {
+    exr_finish(&context_);
+}
+
+void ExrInput::readHeaders() {
+    int parts = 0;
+    check(exr_get_count(context_, &parts));
+    if (parts > kMaxParts) throw Error(ErrorKind::kInput, "it has too many parts", path_);
+    for (int i = 0; i < parts; ++i) {
+        ExrInputPart& part = parts_.emplace_back();
+        const char* name = nullptr;
+        if (exr_get_name(context_, i, &name) == EXR_ERR_SUCCESS && name) part.name = name;
+
+        exr_storage_t storage{};
+        check(exr_get_storage(context_, i, &storage), part.name);
+        part.type = typeName(storage);
+        exr_compression_t compression{};
+        check(exr_get_compression(context_, i, &compression), part.name);
+        part.compression = compressionName(compression);
+        exr_attr_box2i_t box{};
+        check(exr_get_data_window(context_, i, &box), part.name);
+        part.data_window = toWindow(box);
+        if (storage == EXR_STORAGE_TILED || storage == EXR_STORAGE_DEEP_TILED) {
+            std::uint32_t width = 0, height = 0;
+            exr_tile_level_mode_t levels{};
+            exr_tile_round_mode_t rounding{};
+            check(exr_get_tile_descriptor(context_, i, &width, &height, &levels, &rounding),
+                  part.name);
+            part.tile_width = static_cast<int>(width);
+            part.tile_height = static_cast<int>(height);
+        }
+        check(exr_get_display_window(context_, i, &box), part.name);
+        part.display_window = toWindow(box);
+
+        const exr_attr_chlist_t* channels = nullptr;
+        check(exr_get_channels(context_, i, &channels), part.name);
+        for (int c = 0; c < channels->num_channels; ++c) {
+            const exr_attr_chlist_entry_t& entry = channels->entries[c];
+            if (entry.x_sampling != 1 || entry.y_sampling != 1) {
+                throw Error(ErrorKind::kInput, "subsampled channels are not supported",
+                            path_ + ": " + part.name);
+            }
+            part.channels.push_back({entry.name.str, toPixelType(entry.pixel_type)});
+        }
+
+        int32_t attributes = 0;
+        check(exr_get_attribute_count(context_, i, &attributes), part.name);
+        for (int32_t a = 0; a < attributes; ++a) {
+            const exr_attribute_t* attribute = nullptr;
+            check(exr_get_attribute_by_index(context_, i, EXR_ATTR_LIST_FILE_ORDER, a, &attribute),
+                  part.name);
+            std::string text = attributeText(*attribute);
+            if (!text.empty()) part.attributes[attribute->name] = std::move(text);
+            if (attribute->type == EXR_ATTR_OPAQUE &&
+                std::string_view(attribute->type_name) == "idmanifest") {
+                const auto* bytes = static_cast<const std::byte*>(attribute->opaque->packed_data);
+                part.id_manifest.assign(bytes, bytes + attribute->opaque->size);
+            }
+        }
+    }
+}
+
+void ExrInput::checkSizes() const {
+    std::uint64_t most = 0;  // bytes that a file of this size can unpack to
+    for (const ExrInputPart& part : parts_) {
+        const Window& window = part.data_window;
+        const int far = std::max(
+            {std::abs(window.x0), std::abs(window.y0), std::abs(window.x1), std::abs(window.y1)});
+        if (far > kMaxCoordinate || window.width() > kMaxSide || window.height() > kMaxSide ||
+            window.empty() || part.channels.size() > kMaxChannels) {
+            throw Error(ErrorKind::kInput, "the size of a part is not plausible",
+                        path_ + ": " + part.name);
+        }
+        std::uint64_t pixel = part.deep() ? sizeof(std::uint32_t) : 0;  // at least its count
+        if (part.type == "scanlineimage" && hasBoundedRatio(part.compression)) {
+            for (const auto& channel : part.channels)
+                pixel += pixelTypeSize(channel.type);
+        }
+        most += window.pixels() * pixel;
+    }
+    if (most / kMostZlibRatio > bytes_) {
+        throw Error(ErrorKind::kInput, "the file is too small for the pixels it promises", path_,
+                    "it may be cut off; write it again");
+    }
+}
+
+int ExrInput::rowsPerChunk(std::size_t part) const {
+    int32_t rows = 0;
+    check(exr_get_scanlines_per_chunk(context_, static_cast<int>(part), &rows), parts_[part].name);
+    return std::max(1, rows);
+}
+
+void ExrInput::readChunk(std::size_t part, int y, const Window& window,
+                         std::span<const ExrTarget> targets) const {
+    const ExrInputPart& info = parts_[part];
+    const int index = static_cast<int>(part);
+    exr_chunk_info_t chunk{};
+    check(exr_read_scanline_chunk_info(context_, index, y, &chunk), info.name);
+    const Window rows =
+        intersect({window.x0, chunk.start_y, window.x1, chunk.start_y + chunk.height}, window);
+    if (chunk.packed_size > bytes_ || rows.empty()) {
+        throw Error(ErrorKind::kInput, "a chunk has no plausible size", path_ + ": " + info.name);
+    }
+    DecodePipeline decoder(context_);
+    exr_decode_pipeline_t& pipeline = decoder.pipeline;
+    check(exr_decoding_initialize(context_, index, &chunk, &pipeline), info.name);
+
+    // Decoded as planes of the whole chunk, from which the wanted rows and columns are copied.
+    const auto chunk_width = static_cast<std::size_t>(info.data_window.width());
+    const auto chunk_height = static_cast<std::size_t>(chunk.height);
+    std::vector<std::vector<std::byte>> planes(targets.size());
+    for (std::size_t t = 0; t < targets.size(); ++t) {
+        const std::size_t size = pixelTypeSize(targets[t].type);
+        planes[t].resize(chunk_width * chunk_height * size);
+        // The pipeline has the channels of the part, in the same order.
+        const ExrInputChannel* wanted = info.channel(targets[t].name);
+        const auto c = wanted ? wanted - info.channels.data() : pipeline.channel_count;
+        if (c < pipeline.channel_count && targets[t].name == pipeline.channels[c].channel_name) {
+            exr_coding_channel_info_t& channel = pipeline.channels[c];
+            channel.decode_to_ptr = reinterpret_cast<std::uint8_t*>(planes[t].data());
+            channel.user_data_type = fromPixelType(targets[t].type);
+            channel.user_bytes_per_element = static_cast<std::int16_t>(size);
+            channel.user_pixel_stride = static_cast<std::int32_t>(size);
+            channel.user_line_stride = static_cast<std::int32_t>(size * chunk_width);
+        }
+    }
+    check(exr_decoding_choose_default_routines(context_, index, &pipeline), info.name);
+    check(exr_decoding_run(context_, index, &pipeline), info.name);
+
+    for (std::size_t t = 0; t < targets.size(); ++t) {
+        const std::size_t size = pixelTypeSize(targets[t].type);
+        const auto left = static_cast<std::size_t>(rows.x0 - info.data_window.x0);
+        for (int row = rows.y0; row < rows.y1; ++row) {
+            const auto from = static_cast<std::size_t>(row - chunk.start_y) * chunk_width + left;
+            const auto to = static_cast<std::size_t>(row - window.y0) * targets[t].stride;
+            std::memcpy(targets[t].first + to, planes[t].data() + from * size,
+                        static_cast<std::size_t>(rows.width()) * size);
+        }
+    }
+}
+
+void ExrInput::checkChunks(std::size_t part) const {
+    const ExrInputPart& info = parts_[part];
+    const int rows = rowsPerChunk(part);
+    for (int y = info.data_window.y0; y < info.data_window.y1; y += rows) {
+        exr_chunk_info_t chunk{};
+        check(exr_read_scanline_chunk_info(context_, static_cast<int>(part), y, &chunk), info.name);
+        if (chunk.data_offset > bytes_ || chunk.packed_size > bytes_ - chunk.data_offset)
+            refuse("a chunk reaches beyond the end of the file", info);
+    }
+}
+
+void ExrInput::refuse(const std::string& what, const ExrInputPart& part) const {
+    throw Error(ErrorKind::kInput, what, part.name.empty() ? path_ : path_ + ": " + part.name,
+                "the file may be damaged or cut off; write it again");
+}
+
+void ExrInput::check(int result, const std::string& part) const {
+    if (result == EXR_ERR_SUCCESS) return;
+    const std::string message =
+        last_message.empty() ? exr_get_default_error_message(result) : last_message;
+    last_message.clear();
+    if (result == EXR_ERR_OUT_OF_MEMORY) throw Error(ErrorKind::kMemory, message, path_);
+    throw Error(ErrorKind::kInput, "OpenEXR cannot read it: " + message,
+                part.empty() ? path_ : path_ + ": " + part,
+                "the file may be damaged or cut off; write it again");
+}
+
+}  // namespace peeler

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// OpenEXR files as they are: parts, attributes as text, chunks of pixels.
+#pragma once
+
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/window.h"
+#include "core/image/layered_image.h"
+#include "formats/file/byte_buffer.h"
+
+struct _priv_exr_context_t;  // OpenEXRCore's; NOLINT(bugprone-reserved-identifier)
+
+namespace peeler {
+
+struct ExrInputChannel {
+    std::string name;
+    PixelType type = PixelType::kHalf;
+};
+
+/// The arrays for the channels of a fragment beside colour and Z: channels (sorted by name) that
+/// agree in type and in their names up to the last dot (N.X, N.Y, N.Z) are one array. Without data.
+std::vector<FragmentArray> fragmentArrays(std::span<const ExrInputChannel> channels);
+
+struct ExrInputPart {
+    std::string name;         ///< "" in a single-part file without one
+    std::string type;         ///< "scanlineimage", "tiledimage", "deepscanline" or "deeptile"
+    std::string compression;  ///< "none", "zip", …
+    int tile_width = 0, tile_height = 0;  ///< of tiled parts
+    Window data_window, display_window;
+    std::vector<ExrInputChannel> channels;  ///< sorted by name
+    std::map<std::string, std::string>
+        attributes;                        ///< those of type string, int, float, double, rational
+    std::vector<std::byte> id_manifest{};  ///< the attribute idManifest as it is stored
+
+    const ExrInputChannel* channel(const std::string& wanted) const;
+    /// The text of an attribute, "" if there is none.
+    std::string attribute(const std::string& wanted) const;
+    bool deep() const { return type == "deepscanline" || type == "deeptile"; }
+};
+
+/// The number that the text of an attribute begins with, 0 if with none.
+template <class T>
+T numberIn(const std::string& text) {
+    T number{};
+    std::from_chars(text.data(), text.data() + text.size(), number);
+    return number;
+}
+
+/// Where decoded values of a channel go: pixel (x, y) to first + (x − window.x0)·size + (y −
+/// window.y0)· stride, converted to `type`.
+struct ExrTarget {
+    std::string name;
+    PixelType type = PixelType::kFloat;
+    std::byte* first = nullptr;
+    std::size_t stride = 0;  ///< bytes from row to row
+};
+
+/// A block of a deep part: a row, or a tile of full resolution.
+struct ExrDeepBlock {
+    Window window;
+    std::vector<std::uint32_t> counts;  ///< samples of each pixel, row-major
+    /// Row after row, of each channel after channel (by name), of each pixel after pixel.
+    ByteBuffer samples;
+};
+
+/// An open file. Nothing in it is trusted: sizes are checked against limits and against the size of
+/// the file before anything is allocated by them.
+class ExrInput {
+  public:
+    /// Throws Error (kInput), `where` being the path.
+    explicit ExrInput(std::string path);
+    ~ExrInput();
+    ExrInput(const ExrInput&) = delete;
+    ExrInput& operator=(const ExrInput&) = delete;
+
+    const std::string& path() const { return path_; }
+    std::uint64_t bytes() const { return bytes_; }  ///< of the file
+    const std::vector<ExrInputPart>& parts() const { return parts_; }
+
+    /// Rows that are compressed together; chunks begin at the top of the data window.
+    int rowsPerChunk(std::size_t part) const;
+    /// Decodes the chunk that holds row `y` of a scan-line part and stores what lies in `window`
+    /// (inside the data window). Safe to call from several threads. Throws Error (kInput), `where`
+    /// being path and part.
+    void readChunk(std::size_t part, int y, const Window& window,
+                   std::span<const ExrTarget> targets) const;
+    /// Decodes every chunk of a part of scan lines or tiles, all levels, and keeps nothing. Throws
+    /// Error (kInput) at the first that is damaged.
+    void decodeAll(std::size_t part) const;
+
+    /// Throws Error (kInput) unless every chunk of a part of scan lines lies inside the file. Reads
+    /// where they are and decodes none.
+    void checkChunks(std::size_t part) const;
+
+    /// Blocks of a deep part, row-major.
+    std::size_t deepBlocks(std::size_t part) const;
+    /// The pixels of a block.
+    Window deepBlockWindow(std::size_t part, std::size_t block) const;
+    /// Reads how many samples the pixels of a block have, and the samples unless `counts_only`.
+    /// Reuses the storage of `out`. Safe to call from several threads. Throws Error (kInput),
+    /// `where` being path and part.
+    void readDeepBlock(std::size_t part, std::size_t block, bool counts_only,
+                       ExrDeepBlock& out) const;
+
+  private:
+    void readHeaders();
+    void checkSizes() const;
+    [[noreturn]] void refuse(const std::string& what, const ExrInputPart& part) const;
+    void check(int result, const std::string& part = {}) const;
+
+    std::string path_;
+    std::uint64_t bytes_ = 0;
+    _priv_exr_context_t* context_ = nullptr;
+    std::vector<ExrInputPart> parts_;
+};
+
+}  // namespace peeler

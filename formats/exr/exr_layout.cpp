@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/exr/exr_layout.h"
+
+#include <algorithm>
+#include <charconv>
+#include <system_error>
+
+#include "core/base/error.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::string_view kLayerPrefix = "layer_";
+
+// Nuke takes the names of layers from those of channels, and calls the picture that a viewer shows
+// "rgba"; so does OpenEXR's own rule for the names of channels in several parts
+// (openexr.com/en/latest/MultiViewOpenEXR.html).
+constexpr ExrLayout kLayouts[] = {
+    {"plain", "a part a layer, R,G,B,A,Z in each"},
+    {.name = "nuke",
+     .summary = "a part a layer, channels layer_000.R, …; the composite is rgba",
+     .prefixed = true,
+     .composite_part = "rgba"},
+    {.name = "single-part",
+     .summary = "one part: the composite as R,G,B,A,Z, the layers as layer_000.R, …",
+     .one_part = true,
+     .prefixed = true},
+    {.name = kPerFileLayout,
+     .summary = "OUT.exr holds the composite, OUT.layer_000.exr, … a layer each",
+     .one_file_a_layer = true},
+};
+
+}  // namespace
+
+std::span<const ExrLayout> exrLayouts() {
+    return kLayouts;
+}
+
+const ExrLayout& findExrLayout(std::string_view name) {
+    if (name.empty()) return kLayouts[0];
+    std::string names;
+    for (const ExrLayout& layout : kLayouts) {
+        if (layout.name == name) return layout;
+        names += (names.empty() ? "" : ", ") + std::string(layout.name);
+    }
+    throw Error(ErrorKind::kUsage, "there is no layout \"" + std::string(name) + "\"", "--layout",
+                "choose one of: " + names);
+}
+
+std::string layerName(std::size_t layer) {
+    constexpr std::size_t kDigits = 3;
+    const std::string number = std::to_string(layer);
+    return std::string(kLayerPrefix) +
+           std::string(kDigits - std::min(kDigits, number.size()), '0') + number;
+}
+
+int layerNumber(std::string_view name) {
+    name = name.substr(0, name.find('.'));
+    if (!name.starts_with(kLayerPrefix)) return -1;
+    int number = -1;
+    const char* end = name.data() + name.size();
+    const auto [stop, failure] = std::from_chars(name.data() + kLayerPrefix.size(), end, number);
+    return failure == std::errc() && stop == end ? number : -1;
+}
+
+}  // namespace peeler

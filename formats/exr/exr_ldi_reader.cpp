@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: Apache-2.0
+// Parts decoded into planes, planes gathered into fragment lists.
+#include "formats/exr/exr_ldi_reader.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <map>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "formats/exr/exr_layout.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::size_t kColorChannels = 4, kAlphaChannel = 3, kDepthChannel = 4, kFirstExtra = 5;
+
+}  // namespace
+
+/// The decoded channels of a part in the window that is read, planar; empty where the part lacks
+/// one.
+struct ExrLdiReader::Layer {
+    Window window;
+    std::vector<std::vector<std::byte>> planes;
+
+    /// A value of a channel; `size` is that of the channel's type.
+    const std::byte* at(std::size_t channel, std::size_t column, int y, std::size_t size) const {
+        const auto row = static_cast<std::size_t>(y - window.y0);
+        const auto pixel = row * static_cast<std::size_t>(window.width()) + column;
+        return planes[channel].data() + pixel * size;
+    }
+    const float* depths(int y) const {
+        return reinterpret_cast<const float*>(at(kDepthChannel, 0, y, sizeof(float)));
+    }
+};
+
+ExrLdiReader::ExrLdiReader(OpenedExr opened, bool composite)
+    : input_(std::move(opened.files)), info_(std::move(opened.info)), pixels_(composite) {
+    const std::string promised = info_.parts.front().attribute("peeler:layers");
+    const bool lone_layer = info_.parts.front().attribute("peeler:layout") == kPerFileLayout &&
+                            info_.layers.size() == 1 && info_.composite < 0;
+    if (pixels_) {
+        takeComposite();
+    } else if (info_.layers.empty() && promised != "0") {
+        if (info_.is_peeler) {
+            throw Error(ErrorKind::kInput,
+                        "it is not a layered depth image: no part is named layer_*", input_.path(),
+                        "render with --as ldi");
+        }
+        takeFlatPicture();
+    } else if (!promised.empty() && promised != std::to_string(info_.layers.size()) &&
+               !lone_layer) {
+        throw Error(
+            ErrorKind::kInput,
+            "it should have " + promised + " layers and has " + std::to_string(info_.layers.size()),
+            input_.path(), "render it again");
+    }
+    for (std::size_t i = 0; i < info_.layers.size(); ++i)
+        sources_.push_back({info_.layers[i], info_.prefixes[i]});
+    findChannels();
+    checkLayers();
+}
+
+ExrLdiReader::~ExrLdiReader() = default;
+
+/// How many layers it was made of is known, and nothing else of them.
+void ExrLdiReader::takeComposite() {
+    if (info_.composite < 0 || !info_.layers.empty()) {
+        throw Error(ErrorKind::kInput, "it is not a composite", input_.path(),
+                    "composites have one part, named composite");
+    }
+    const auto layers =
+        std::strtoul(info_.parts.front().attribute("peeler:layers").c_str(), nullptr, 10);
+    flat_ = true;
+    info_.plan.layers.resize(std::min<std::size_t>(layers, kMostLayers));
+    info_.layers = {static_cast<std::size_t>(info_.composite)};
+    info_.prefixes = {""};
+}
+
+void ExrLdiReader::takeFlatPicture() {
+    for (std::size_t i = 0; i < info_.parts.size() && !flat_; ++i) {
+        const ExrInputPart& part = info_.parts[i];
+        const bool colored = part.channel("R") && part.channel("G") && part.channel("B");
+        const ExrInputChannel* grey = part.channel("Y");
+        if (!colored && (!grey || grey->type == PixelType::kUint)) continue;
+        flat_ = true;
+        info_.layers = {i};
+        info_.prefixes = {""};
+        info_.composite = -1;
+        info_.plan.layers = {{part.data_window, 0}};
+        info_.plan.view.crop = part.data_window;
+        info_.plan.color_type = PixelType::kHalf;
+        for (const char* name : {"R", "G", "B", "A", "Y"}) {
+            const ExrInputChannel* channel = part.channel(name);
+            if (channel && channel->type != PixelType::kHalf)
+                info_.plan.color_type = PixelType::kFloat;
+        }
+    }
+    if (flat_) return;
+    throw Error(ErrorKind::kInput, "it has neither layers nor a picture: no part has R, G, B or Y",
+                input_.path(), "peeler info lists its parts");
+}
+
+void ExrLdiReader::checkLayers() const {
+    for (const Source& source : sources_) {
+        const ExrInputPart& part = info_.parts[source.part];
+        if (part.type != "scanlineimage") {
+            throw Error(ErrorKind::kInput,
+                        "a layer is of type " + part.type + ", not scanlineimage",
+                        input_.where(source.part), "oiiotool IN --scanline -o OUT changes tiles");
+        }
+        for (std::size_t c = 0; c < kFirstExtra; ++c) {
+            const ExrInputChannel* channel = part.channel(source.prefix + channels_[c].name);
+            if (channel ? channel->type != PixelType::kUint : flat_) continue;
+            throw Error(
+                ErrorKind::kInput,
+                "a layer has no channel " + source.prefix + channels_[c].name + " of half or float",
+                input_.where(source.part));
+        }
+    }
+}
+
+void ExrLdiReader::findChannels() {
+    for (const char* name : {"R", "G", "B", "A"})
+        channels_.push_back({name, info_.plan.color_type});
+    channels_.push_back({"Z", PixelType::kFloat});
+    if (sources_.empty()) return;
+    const Source& first = sources_.front();
+    std::vector<ExrInputChannel> others;
+    for (const ExrInputChannel& channel : info_.parts[first.part].channels) {
+        if (!channel.name.starts_with(first.prefix)) continue;
+        const ExrInputChannel bare{channel.name.substr(first.prefix.size()), channel.type};
+        const auto named = [&](const ExrInputChannel& c) { return c.name == bare.name; };
+        if (std::none_of(channels_.begin(), channels_.begin() + kFirstExtra, named))
+            others.push_back(bare);
+    }
+    extra_ = fragmentArrays(others);
+    channels_.insert(channels_.end(), others.begin(), others.end());
+}
+
+std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
+    const Window& window, std::span<const Source> sources,
+    std::span<const ExrInputChannel> channels) const {
+    struct Job {
+        std::size_t part;
+        int y;
+    };
+    std::vector<Layer> layers(sources.size());
+    // All layers that one part holds are unpacked at once.
+    std::map<std::size_t, std::vector<ExrTarget>> targets;
+    std::vector<Job> jobs;
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        const std::size_t index = sources[i].part;
+        const ExrInputPart& part = info_.parts[index];
+        Layer& layer = layers[i];
+        layer.window = intersect(window, part.data_window);
+        layer.planes.resize(channels.size());
+        if (layer.window.empty()) continue;
+        const auto [wanted, first] = targets.try_emplace(index);
+        for (std::size_t c = 0; c < channels.size(); ++c) {
+            const std::string name = sources[i].prefix + channels[c].name;
+            if (!part.channel(name)) continue;
+            const std::size_t size = pixelTypeSize(channels[c].type);
+            layer.planes[c].resize(layer.window.pixels() * size);
+            wanted->second.push_back({name, channels[c].type, layer.planes[c].data(),
+                                      static_cast<std::size_t>(layer.window.width()) * size});
+        }
+        if (!first) continue;
+        const int rows = input_.rowsPerChunk(index);
+        const int skipped = (layer.window.y0 - part.data_window.y0) / rows * rows;
+        for (int y = part.data_window.y0 + skipped; y < layer.window.y1; y += rows)
+            jobs.push_back({index, y});
+    }
+    parallelFor(jobs.size(), [&](std::size_t j) {
+        const Job& job = jobs[j];
+        input_.readChunk(job.part, job.y, intersect(window, info_.parts[job.part].data_window),
+                         targets.at(job.part));
+    });
+    return layers;
+}
+
+/// Alpha and Z where a flat picture has none, and three colours of one.
+void ExrLdiReader::completeFlatPicture(Layer& layer) const {
+    const std::size_t pixels = layer.window.pixels();
+    const std::size_t size = pixelTypeSize(info_.plan.color_type);
+    const bool half = info_.plan.color_type == PixelType::kHalf;
+    for (std::size_t c = 0; c < 3; ++c) {
+        if (!layer.planes[c].empty()) continue;
+        for (std::size_t e = kFirstExtra; e < channels_.size(); ++e) {
+            if (channels_[e].name == "Y" && channels_[e].type == info_.plan.color_type)
+                layer.planes[c] = layer.planes[e];
+        }
+        layer.planes[c].resize(pixels * size);
+    }
+    if (layer.planes[kAlphaChannel].empty()) {
+        constexpr std::uint16_t kOpaqueHalf = 0x3c00;
+        constexpr float kOpaque = 1;
+        layer.planes[kAlphaChannel].resize(pixels * size);
+        for (std::size_t p = 0; p < pixels; ++p) {
+            std::memcpy(layer.planes[kAlphaChannel].data() + p * size,
+                        half ? static_cast<const void*>(&kOpaqueHalf) : &kOpaque, size);
+        }
+    }
+    if (!layer.planes[kDepthChannel].empty()) return;
+    constexpr float kNothing = std::numeric_limits<float>::infinity(), kSomewhere = 0;
+    layer.planes[kDepthChannel].resize(pixels * sizeof(float));
+    for (std::size_t p = 0; p < pixels; ++p) {
+        bool empty = true;
+        for (std::size_t byte = p * size; byte < (p + 1) * size; ++byte) {
+            for (std::size_t c = 0; c < kColorChannels; ++c)
+                empty = empty && layer.planes[c][byte] == std::byte{0};
+        }
+        std::memcpy(layer.planes[kDepthChannel].data() + p * sizeof(float),
+                    empty ? &kNothing : &kSomewhere, sizeof(float));
+    }
+}
+
+void ExrLdiReader::read(const Window& window, LayeredImage& out) {
+    if (window.empty() || intersect(window, info_.plan.view.crop) != window) {
+        throw Error(ErrorKind::kInternal, "the window is empty or outside the picture",
+                    input_.path());
+    }
+    std::vector<Layer> layers = decode(window, sources_, channels_);
+    if (flat_) completeFlatPicture(layers.front());
+    const auto width = static_cast<std::size_t>(window.width());
+    const auto height = static_cast<std::size_t>(window.height());
+
+    // Calls visit(x, layer, column in the layer) for each fragment of a row, front to back in each
+    // pixel.
+    const auto forEachFragment = [&](int y, auto&& visit) {
+        for (const Layer& layer : layers) {
+            if (layer.window.empty() || y < layer.window.y0 || y >= layer.window.y1) continue;
+            const float* z = layer.depths(y);
+            const auto left = static_cast<std::size_t>(layer.window.x0 - window.x0);
+            const auto columns = static_cast<std::size_t>(layer.window.width());
+            for (std::size_t x = 0; x < columns; ++x) {
+                if (pixels_ || z[x] < std::numeric_limits<float>::infinity())
+                    visit(left + x, layer, x);
+            }
+        }
+    };
+
+    out.window = window;
+    out.offsets.assign(width * height + 1, 0);
+    parallelFor(height, [&](std::size_t row) {
+        std::uint32_t* counts = out.offsets.data() + 1 + row * width;
+        forEachFragment(window.y0 + static_cast<int>(row),
+                        [&](std::size_t x, const Layer&, std::size_t) { ++counts[x]; });
+    });
+    countsToOffsets(out.offsets, input_.path());
+    const std::size_t total = out.offsets.back();
+
+    out.z.resize(total);
+    out.color = {{"R", "G", "B", "A"}, info_.plan.color_type, std::move(out.color.data)};
+    out.color.data.resize(total * out.color.stride());
+    out.extra.resize(extra_.size());
+    for (std::size_t i = 0; i < extra_.size(); ++i) {
+        out.extra[i] = {extra_[i].channels, extra_[i].type, std::move(out.extra[i].data)};
+        out.extra[i].data.assign(total * extra_[i].stride(), std::byte{0});
+    }
+    parallelFor(height, [&](std::size_t row) {
+        const int y = window.y0 + static_cast<int>(row);
+        const std::uint32_t* offsets = out.offsets.data() + row * width;
+        std::vector<std::uint32_t> next(offsets, offsets + width);
+        const auto store = [y](FragmentArray& array, std::size_t fragment, std::size_t component,
+                               const Layer& layer, std::size_t channel, std::size_t column) {
+            if (layer.planes[channel].empty()) return;  // the layer lacks this channel
+            const std::size_t size = pixelTypeSize(array.type);
+            std::memcpy(array.data.data() + fragment * array.stride() + component * size,
+                        layer.at(channel, column, y, size), size);
+        };
+        forEachFragment(y, [&](std::size_t x, const Layer& layer, std::size_t column) {
+            const std::size_t fragment = next[x]++;
+            out.z[fragment] = layer.depths(y)[column];
+            for (std::size_t c = 0; c < kColorChannels; ++c) {
+                store(out.color, fragment, c, layer, c, column);
+            }
+            std::size_t channel = kFirstExtra;
+            for (FragmentArray& array : out.extra) {
+                for (std::size_t c = 0; c < array.components(); ++c, ++channel) {
+                    store(array, fragment, c, layer, channel, column);
+                }
+            }
+        });
+    });
+}
+
+void ExrLdiReader::readComposite(const Window& window, CompositeImage& out) {
+    if (info_.composite < 0) {
+        throw Error(ErrorKind::kInput, "it has no part \"composite\"", input_.path(),
+                    "flatten it, or render without --no-composite");
+    }
+    const auto part = static_cast<std::size_t>(info_.composite);
+    const ExrInputPart& composite = info_.parts[part];
+    if (window.empty() || intersect(window, composite.data_window) != window) {
+        throw Error(ErrorKind::kInternal, "the window is empty or outside the part", input_.path());
+    }
+    std::vector<ExrInputChannel> channels;
+    for (const char* name : {"R", "G", "B", "A", "Z"}) {
+        if (!composite.channel(name) || composite.type != "scanlineimage") {
+            throw Error(ErrorKind::kInput, std::string("the composite has no channel ") + name,
+                        input_.where(part));
+        }
+        channels.push_back({name, PixelType::kFloat});
+    }
+    const Source source{part, ""};
+    const Layer layer = std::move(decode(window, {&source, 1}, channels).front());
+    out.window = window;
+    out.rgba.resize(window.pixels());
+    out.z.resize(window.pixels());
+    for (std::size_t p = 0; p < out.z.size(); ++p) {
+        for (std::size_t c = 0; c < kColorChannels; ++c) {
+            std::memcpy(&out.rgba[p][c], layer.planes[c].data() + p * sizeof(float), sizeof(float));
+        }
+        std::memcpy(&out.z[p], layer.planes[kDepthChannel].data() + p * sizeof(float),
+                    sizeof(float));
+    }
+}
+
+int ExrLdiReader::rowsFor(std::uint64_t bytes) const {
+    std::uint64_t pixel = 0;
+    for (const auto& channel : channels_)
+        pixel += pixelTypeSize(channel.type);
+    // Planes and lists exist at once, hence twice; a layer's rows are as wide as its window.
+    std::uint64_t row =
+        static_cast<std::uint64_t>(info_.plan.view.crop.width()) * sizeof(std::uint32_t);
+    for (const Source& source : sources_)
+        row += 2 * pixel * static_cast<std::uint64_t>(info_.parts[source.part].data_window.width());
+    const auto rows = static_cast<std::uint64_t>(std::max(1, info_.plan.view.crop.height()));
+    constexpr std::uint64_t kChunk = 16;
+    return static_cast<int>(std::clamp(bytes / std::max<std::uint64_t>(1, row) / kChunk * kChunk,
+                                       std::min(kChunk, rows), rows));
+}
+
+}  // namespace peeler

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of a layered depth image.
+#include "formats/exr/exr_ldi_writer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/error.h"
+#include "formats/exr/exr_files.h"
+
+namespace peeler {
+
+ExrLdiWriter::ExrLdiWriter(std::string path, Provenance provenance, ExrLdiOptions options)
+    : path_(std::move(path)), provenance_(std::move(provenance)), options_(std::move(options)) {}
+
+ExrLdiWriter::~ExrLdiWriter() = default;
+
+void ExrLdiWriter::begin(const Plan& plan) {
+    const ExrLayout& layout = findExrLayout(options_.layout);
+    std::vector<std::string> paths = {path_};
+    for (std::size_t i = 0; layout.one_file_a_layer && i < plan.layers.size(); ++i)
+        paths.push_back(exrLayerFile(path_, i));
+    fragments_planned_ = plan.fragments_stored;
+    writer_ = std::make_unique<ExrBandWriter>(paths, partsOf(plan, layout), plan, provenance_,
+                                              ExrBandOptions{.level = options_.level,
+                                                             .cryptomatte = options_.cryptomatte,
+                                                             .compression = options_.compression,
+                                                             .layout = layout.name});
+}
+
+std::vector<ExrPart> ExrLdiWriter::partsOf(const Plan& plan, const ExrLayout& layout) const {
+    std::vector<ExrPart> parts;
+    if (options_.composite || plan.layers.empty() || layout.one_file_a_layer)
+        parts.push_back({.name = std::string(layout.composite_part), .window = plan.view.crop});
+    for (std::size_t i = 0; i < plan.layers.size(); ++i) {
+        const Window& window = plan.layers[i].data_window;
+        if (window.empty() || intersect(window, plan.view.crop) != window) {
+            throw Error(ErrorKind::kInternal, "a layer's window is empty or outside the crop",
+                        layerName(i));
+        }
+        const int layer = static_cast<int>(i);
+        if (layout.one_part && !parts.empty()) {
+            parts.front().layers.push_back(layer);
+            parts.front().window = unite(parts.front().window, window);
+            continue;
+        }
+        parts.push_back({.name = layerName(i), .window = window, .layers = {layer}});
+        if (layout.one_file_a_layer) {
+            parts.back().file = i + 1;
+            parts.back().fragments = plan.layers[i].pixels;
+        }
+    }
+    for (ExrPart& part : parts) {
+        part.prefixed = layout.prefixed;
+        if (layout.one_part && part.layers.front() != ExrPart::kComposite) part.name = "layers";
+    }
+    return parts;
+}
+
+void ExrLdiWriter::write(const LayeredImage& band) {
+    writer_->write(band);
+}
+
+void ExrLdiWriter::finish() {
+    if (writer_->fragmentsSeen() != fragments_planned_ ||
+        writer_->fragmentsWritten() != fragments_planned_) {
+        throw Error(ErrorKind::kInternal,
+                    "the plan has " + std::to_string(fragments_planned_) +
+                        " fragments, the bands " + std::to_string(writer_->fragmentsSeen()) +
+                        ", the layers " + std::to_string(writer_->fragmentsWritten()),
+                    path_, "please report this with the scene");
+    }
+    writer_->finish();
+    times_ = writer_->times();
+    writer_.reset();
+}
+
+}  // namespace peeler

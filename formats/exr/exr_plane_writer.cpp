@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Part after part, row after row.
+#include "formats/exr/exr_plane_writer.h"
+
+#include <OpenEXR/ImfChannelList.h>
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+#include "core/base/error.h"
+#include "formats/exr/exr_band_writer.h"
+#include "formats/exr/exr_chunks.h"
+#include "formats/exr/exr_header.h"
+#include "formats/file/atomic_file.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::size_t kNumberBytes = 4;
+
+Imf::Header planeHeader(const ExrPlanePart& part, const Provenance& provenance,
+                        const std::vector<ExrPlaneChannel>& channels) {
+    Imf::Header header = exrHeader(part.plan, provenance, part.plan.view.crop);
+    header.setName(part.name);
+    for (const ExrPlaneChannel& channel : channels)
+        header.channels().insert(channel.name, Imf::Channel(exrPixelType(channel.type)));
+    if (!part.layers_known) {
+        for (const char* name : {"peeler:layers", "peeler:complete", "peeler:fragmentsCounted",
+                                 "peeler:fragmentsStored"})
+            header.erase(name);
+    }
+    return header;
+}
+
+}  // namespace
+
+struct ExrPlaneWriter::File {
+    explicit File(const std::string& path) : atomic(path), packer(kDefaultZipLevel) {}
+
+    AtomicFile atomic;
+    std::unique_ptr<ExrFile> exr;  // after the file it writes to
+    ExrChunkPacker packer;
+    ByteBuffer packed;
+};
+
+ExrPlaneWriter::ExrPlaneWriter(const std::string& path, std::span<const ExrPlanePart> parts,
+                               const Provenance& provenance, std::vector<ExrPlaneChannel> channels)
+    : file_(std::make_unique<File>(path)), order_(channels.size()) {
+    // OpenEXR keeps channels by name.
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    std::ranges::sort(order_, {}, [&](std::size_t i) { return channels[i].name; });
+    std::vector<Imf::Header> headers;
+    for (const ExrPlanePart& part : parts) {
+        const Window& crop = part.plan.view.crop;
+        parts_.push_back(
+            {static_cast<std::size_t>(crop.width()), static_cast<std::size_t>(crop.height())});
+        headers.push_back(planeHeader(part, provenance, channels));
+    }
+    file_->exr = std::make_unique<ExrFile>(file_->atomic, std::move(headers));
+}
+
+ExrPlaneWriter::ExrPlaneWriter(const std::string& path, const Plan& plan,
+                               const Provenance& provenance, const std::string& part,
+                               const std::string& channel, PixelType type)
+    : ExrPlaneWriter(path, std::vector<ExrPlanePart>{{part, plan}}, provenance, {{channel, type}}) {
+}
+
+ExrPlaneWriter::~ExrPlaneWriter() = default;
+
+std::size_t ExrPlaneWriter::rowBytes() const {
+    return parts_[part_].width * order_.size() * kNumberBytes;
+}
+
+void ExrPlaneWriter::append(std::span<const std::byte> planes) {
+    if (planes.empty()) return;
+    const std::size_t rows = part_ < parts_.size() ? planes.size() / rowBytes() : 0;
+    if (rows == 0 || rows_seen_ + rows > parts_[part_].height) {
+        throw Error(ErrorKind::kInternal, "more rows than the picture has", file_->atomic.path());
+    }
+    const std::size_t width = parts_[part_].width * kNumberBytes;
+    for (std::size_t row = 0; row < rows; ++row) {
+        for (const std::size_t channel : order_) {
+            const auto numbers = planes.subspan((channel * rows + row) * width, width);
+            rows_.insert(rows_.end(), numbers.begin(), numbers.end());
+        }
+    }
+    rows_seen_ += rows;
+    const bool full = rows_seen_ == parts_[part_].height;
+    writeChunks(full);
+    if (full) nextPart();
+}
+
+void ExrPlaneWriter::nextPart() {
+    ++part_;
+    rows_seen_ = 0;
+    next_chunk_ = 0;
+}
+
+/// Writes the chunks that are complete, and with `last` the rest.
+void ExrPlaneWriter::writeChunks(bool last) {
+    const std::size_t chunk = kExrRowsPerChunk * rowBytes();
+    std::size_t written = 0;
+    while (written < rows_.size()) {
+        const std::size_t bytes = std::min(chunk, rows_.size() - written);
+        if (bytes < chunk && !last) break;
+        {
+            const StageTimer timer(times_, "encode");
+            std::memcpy(file_->packer.raw(bytes).data(), rows_.data() + written, bytes);
+            file_->packer.pack(file_->packed);
+        }
+        const StageTimer timer(times_, "write");
+        file_->exr->append(part_, next_chunk_++, file_->packed);
+        written += bytes;
+    }
+    rows_.erase(rows_.begin(), rows_.begin() + static_cast<std::ptrdiff_t>(written));
+}
+
+void ExrPlaneWriter::finish() {
+    const StageTimer timer(times_, "write");
+    file_->exr->finish();
+    file_->atomic.commit();
+}
+
+std::uint64_t ExrPlaneWriter::memory() const {
+    std::size_t widest = 0;
+    for (const Part& part : parts_)
+        widest = std::max(widest, part.width);
+    // The rows of a chunk: kept, raw, filtered and packed.
+    return 4 * widest * order_.size() * kNumberBytes * kExrRowsPerChunk;
+}
+
+}  // namespace peeler

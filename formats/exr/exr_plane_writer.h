@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Flat OpenEXR images of numbers: one or several a pixel, in one part or several.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/image/sink.h"
+
+namespace peeler {
+
+/// A picture of a file of numbers. Its dataWindow is the crop.
+struct ExrPlanePart {
+    std::string name;
+    Plan plan;
+    /// The plan tells the layers of the picture that the numbers come from, and not its view alone.
+    bool layers_known = true;
+};
+
+struct ExrPlaneChannel {
+    std::string name;
+    PixelType type = PixelType::kFloat;  ///< or kUint
+};
+
+/// Streams rows into a file whose parts all have the same channels, with the attributes of a
+/// layered file but `peeler:layer`.
+class ExrPlaneWriter {
+  public:
+    /// Creates the hidden file. Display windows must be of one size. Throws Error (kOutput).
+    ExrPlaneWriter(const std::string& path, std::span<const ExrPlanePart> parts,
+                   const Provenance& provenance, std::vector<ExrPlaneChannel> channels);
+    /// One part, one channel.
+    ExrPlaneWriter(const std::string& path, const Plan& plan, const Provenance& provenance,
+                   const std::string& part, const std::string& channel, PixelType type);
+    ~ExrPlaneWriter();
+
+    /// The next rows of the part at hand, top to bottom, 4 bytes a number: those rows of the first
+    /// channel, then of the second, and so on. A part that is full is followed by the next one.
+    void append(std::span<const std::byte> planes);
+    /// Throws Error (kInternal) if rows are missing.
+    void finish();
+
+    std::uint64_t memory() const;  ///< bytes kept besides what append() gets
+    const StageTimes& times() const { return times_; }
+
+  private:
+    struct File;
+    struct Part {
+        std::size_t width, height;
+    };
+    std::size_t rowBytes() const;
+    void writeChunks(bool last);
+    void nextPart();
+
+    std::unique_ptr<File> file_;
+    std::vector<Part> parts_;
+    std::vector<std::size_t> order_;  ///< of the channels in the file, as indices of ours
+    std::size_t part_ = 0;            ///< the one at hand
+    std::size_t rows_seen_ = 0;       ///< of it
+    std::vector<std::byte> rows_;     ///< of chunks that are not complete yet, as in the file
+    int next_chunk_ = 0;
+    StageTimes times_;
+};
+
+}  // namespace peeler

@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: Apache-2.0
+// Temporary name, checked writes, sync, rename.
+#include "formats/file/atomic_file.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cctype>
+#include <cerrno>
+#include <climits>
+#include <cstdio>
+#include <cstring>
+#include <ctime>
+#include <filesystem>
+#include <mutex>
+#include <set>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace peeler {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
+
+/// The paths that a signal handler must unlink: fixed storage, since it may not allocate.
+struct Slot {
+    enum State : int { kFree, kChanging, kLive };
+    std::atomic<int> state{kFree};
+    char path[PATH_MAX]{};
+};
+static_assert(std::atomic<int>::is_always_lock_free);
+constexpr std::size_t kSlots = 1024;       // a file a layer needs many
+constinit std::array<Slot, kSlots> slots;  // 4 MiB that cost nothing before they are used
+
+int occupySlot(const std::string& path) {
+    if (path.size() >= PATH_MAX) return -1;
+    for (std::size_t i = 0; i < kSlots; ++i) {
+        int expected = Slot::kFree;
+        if (!slots[i].state.compare_exchange_strong(expected, Slot::kChanging)) continue;
+        std::memcpy(slots[i].path, path.c_str(), path.size() + 1);
+        slots[i].state = Slot::kLive;
+        return static_cast<int>(i);
+    }
+    return -1;
+}
+
+void releaseSlot(int slot) noexcept {
+    if (slot >= 0) slots[static_cast<std::size_t>(slot)].state = Slot::kFree;
+}
+
+std::string hintFor(int error) {
+    switch (error) {
+        case ENOSPC:
+        case EDQUOT:
+            return "free some space, or write to another disk";
+        case ENOENT:
+            return "make the folder first";
+        case EACCES:
+        case EPERM:
+            return "check the permissions of the folder";
+        case EROFS:
+            return "the file system is read-only; write to another folder";
+        case ENOTDIR:
+            return "a part of the path is a file, not a folder";
+        case EFBIG:
+            return "the file system or a limit (ulimit -f) allows no file that large";
+        case ENAMETOOLONG:
+            return "choose a shorter name";
+        default:
+            return "check the disk";
+    }
+}
+
+std::string text(int error) {
+    return std::generic_category().message(error);
+}
+
+/// The folder that a path names a file in; "." where it names none.
+std::string folderOf(const std::string& path) {
+    const std::string folder = fs::path(path).parent_path().string();
+    return folder.empty() ? "." : folder;
+}
+
+constexpr std::string_view kMark = ".peeler-", kTemporary = ".tmp";
+
+/// Of this machine, in letters that file names may have.
+const std::string& hostName() {
+    static const std::string name = [] {
+        char text[65] = {};
+        gethostname(text, sizeof text - 1);
+        std::string host = text;
+        for (char& c : host)
+            if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+        return host.empty() ? std::string("unknown") : host;
+    }();
+    return name;
+}
+
+/// Locks a new file for as long as it is open, however the process ends. False if somebody else
+/// has locked or removed it; where files cannot be locked it is never cleaned up, either.
+bool lockIsMine(int descriptor) {
+    if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return errno != EWOULDBLOCK;
+    struct stat status {};
+    return fstat(descriptor, &status) != 0 || status.st_nlink > 0;
+}
+
+/// Whether the process that wrote a hidden file is gone: its lock is. Locks may not reach from one
+/// machine to another (NFS), so that a file of another one has to be a day old, too.
+bool isLeftover(int descriptor, std::string_view name) {
+    if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return false;
+    if (name.find(std::string(kMark) + hostName() + '-') != std::string_view::npos) return true;
+    constexpr std::time_t kDay = std::time_t{24} * 60 * 60;
+    struct stat status {};
+    return fstat(descriptor, &status) == 0 && status.st_mtime < std::time(nullptr) - kDay;
+}
+
+/// Removes what killed processes have left in a folder, once a process and folder.
+void removeLeftovers(const std::string& folder) {
+    static std::mutex mutex;
+    static std::set<std::string> seen;
+    {
+        const std::lock_guard lock(mutex);
+        if (!seen.insert(folder).second) return;
+    }
+    std::error_code failure;
+    for (fs::directory_iterator entry(folder, failure), end; !failure && entry != end;
+         entry.increment(failure)) {
+        const std::string name = entry->path().filename().string();
+        if (!name.starts_with('.') || name.find(kMark) == std::string::npos ||
+            !name.ends_with(kTemporary))
+            continue;
+        const int descriptor =
+            open(entry->path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+        if (descriptor < 0) continue;
+        if (isLeftover(descriptor, name)) unlink(entry->path().c_str());
+        close(descriptor);
+    }
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(path_) {
+    const fs::path name = fs::path(path_).filename();
+    std::error_code error;
+    const fs::file_status status = fs::status(path_, error);
+    if (name.empty() || fs::is_directory(status)) {
+        throw Error(ErrorKind::kOutput, "cannot write: it is a folder", path_,
+                    "name a file inside the folder");
+    }
+    if (fs::exists(status) && !fs::is_regular_file(status)) {
+        // Renaming onto a device or a pipe would replace it.
+        throw Error(ErrorKind::kOutput, "cannot write: it is not a regular file", path_,
+                    "name a regular file; the output is renamed into place");
+    }
+    if (fs::is_symlink(fs::symlink_status(path_, error))) {
+        const fs::path target = fs::weakly_canonical(path_, error);
+        if (!error) destination_ = target.string();
+    }
+
+    const std::string folder = folderOf(destination_);
+    // The hidden name is shorter, so that only the last step would fail.
+    const long most = pathconf(folder.c_str(), _PC_NAME_MAX);
+    if (most > 0 &&
+        fs::path(destination_).filename().string().size() > static_cast<std::size_t>(most))
+        fail("cannot write: " + text(ENAMETOOLONG), ENAMETOOLONG);
+    removeLeftovers(folder);
+    // The name stays below the usual 255 bytes whatever the user's name is.
+    const std::string base = fs::path(destination_).filename().string().substr(0, 150);
+    static std::atomic<unsigned> counter{0};
+    buffer_.reserve(kBufferBytes);
+    constexpr int kAttempts = 100;
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+        const std::string hidden = "." + base + std::string(kMark) + hostName() + "-" +
+                                   std::to_string(getpid()) + "-" + std::to_string(counter++) +
+                                   std::string(kTemporary);
+        temporary_path_ = (fs::path(destination_).parent_path() / hidden).string();
+        // Registered before it exists: a signal in between finds nothing to unlink, which is
+        // harmless.
+        slot_ = occupySlot(temporary_path_);
+        descriptor_ = open(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        // Whoever cleans up at this very moment may have been faster than the lock: then it is
+        // gone.
+        if (descriptor_ >= 0 && lockIsMine(descriptor_)) return;
+        const int cause = descriptor_ >= 0 ? EEXIST : errno;
+        if (descriptor_ >= 0) {
+            unlink(temporary_path_.c_str());
+            close(std::exchange(descriptor_, -1));
+        }
+        releaseSlot(slot_);
+        slot_ = -1;
+        if (cause != EEXIST) {
+            if (cause == ENOENT) fail("cannot write: the folder does not exist", ENOENT);
+            fail("cannot write: " + text(cause), cause);
+        }
+    }
+    fail("cannot write: no free temporary name", EEXIST);
+}
+
+AtomicFile::~AtomicFile() {
+    discard();
+}
+
+void AtomicFile::append(std::span<const std::byte> bytes) {
+    if (buffer_.size() + bytes.size() > kBufferBytes) flush();
+    if (bytes.size() > kBufferBytes) {
+        writeOut(size_, bytes);
+    } else {
+        buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+    }
+    size_ += bytes.size();
+}
+
+void AtomicFile::writeAt(std::uint64_t offset, std::span<const std::byte> bytes) {
+    flush();
+    writeOut(offset, bytes);
+    size_ = std::max(size_, offset + bytes.size());
+}
+
+std::size_t AtomicFile::readAt(std::uint64_t offset, std::span<std::byte> bytes) {
+    flush();
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+        const ssize_t n = pread(descriptor_, bytes.data() + done, bytes.size() - done,
+                                static_cast<off_t>(offset + done));
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) fail("cannot read back: " + text(errno), errno);
+        if (n == 0) break;
+        done += static_cast<std::size_t>(n);
+    }
+    return done;
+}
+
+void AtomicFile::flush() {
+    if (buffer_.empty()) return;
+    writeOut(size_ - buffer_.size(), buffer_);
+    buffer_.clear();
+}
+
+void AtomicFile::sync() {
+    flush();
+    if (fsync(descriptor_) != 0) fail("cannot write: " + text(errno), errno);
+}
+
+void AtomicFile::commit() {
+    sync();
+    // Network file systems report a full quota as late as when a descriptor is closed: another one,
+    // since the lock goes with the last, and without it the file is a leftover.
+    if (const int other = dup(descriptor_); other >= 0 && close(other) != 0)
+        fail("cannot write: " + text(errno), errno);
+    if (std::rename(temporary_path_.c_str(), destination_.c_str()) != 0) {
+        const int cause = errno;
+        fail("cannot rename the finished file: " + text(cause), cause);
+    }
+    close(std::exchange(descriptor_, -1));
+    releaseSlot(std::exchange(slot_, -1));
+    temporary_path_.clear();
+
+    const int folder = open(folderOf(destination_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder < 0) return;  // a folder that may be written to but not read: nothing to sync by
+    const int result = fsync(folder);
+    const int cause = errno;
+    close(folder);
+    // The file system cannot sync folders; the file itself is on disk.
+    const bool unable = cause == EINVAL || cause == ENOTSUP || cause == ENOSYS;
+    if (result != 0 && !unable) fail("cannot sync the folder: " + text(cause), cause);
+}
+
+void AtomicFile::writeOut(std::uint64_t offset, std::span<const std::byte> bytes) {
+    if (descriptor_ < 0) {
+        throw Error(ErrorKind::kInternal, "written to after it was committed", path_);
+    }
+    while (!bytes.empty()) {
+        const ssize_t n =
+            pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) fail("cannot write: " + text(errno), errno);
+        // A short write is no error yet: the next one says why (most often: no space).
+        // Begun now, sync() has less to wait for in the end. Where that cannot be, it waits.
+        sync_file_range(descriptor_, static_cast<off_t>(offset), n, SYNC_FILE_RANGE_WRITE);
+        offset += static_cast<std::uint64_t>(n);
+        bytes = bytes.subspan(static_cast<std::size_t>(n));
+    }
+}
+
+void AtomicFile::discard() noexcept {
+    if (descriptor_ >= 0) close(std::exchange(descriptor_, -1));
+    if (!temporary_path_.empty()) unlink(temporary_path_.c_str());
+    releaseSlot(std::exchange(slot_, -1));
+}
+
+void AtomicFile::fail(const std::string& what, int error) const {
+    throw Error(ErrorKind::kOutput, what, path_, hintFor(error));
+}
+
+void commitAll(std::span<const std::unique_ptr<AtomicFile>> files) {
+    if (files.size() == 1) return files.front()->commit();
+    for (const auto& file : files)
+        file->sync();
+    // The first last: it is the one that names the others.
+    for (std::size_t i = files.size(); i-- > 0;) {
+        try {
+            files[i]->commit();
+        } catch (...) {
+            // It may have its name already, where only the folder could not be synced.
+            const std::size_t first = files[i]->temporaryPath().empty() ? i : i + 1;
+            for (std::size_t done = first; done < files.size(); ++done)
+                unlink(files[done]->destination().c_str());
+            throw;
+        }
+    }
+}
+
+void removeTemporaryFiles() noexcept {
+    const int saved = errno;
+    for (const Slot& slot : slots) {
+        if (slot.state == Slot::kLive) unlink(slot.path);
+    }
+    errno = saved;
+}
+
+}  // namespace peeler

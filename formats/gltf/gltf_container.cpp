@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// Takes a .glb file apart.
+#include "formats/gltf/gltf_container.h"
+
+#include <cstring>
+
+#include "core/base/error.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::uint32_t kChunkJson = 0x4E4F534A, kChunkBinary = 0x004E4942;
+constexpr std::size_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
+
+std::uint32_t littleEndian32(std::span<const std::uint8_t> bytes, std::size_t offset) {
+    return static_cast<std::uint32_t>(bytes[offset]) |
+           static_cast<std::uint32_t>(bytes[offset + 1]) << 8U |
+           static_cast<std::uint32_t>(bytes[offset + 2]) << 16U |
+           static_cast<std::uint32_t>(bytes[offset + 3]) << 24U;
+}
+
+[[noreturn]] void failContainer(const std::string& what, const std::string& path,
+                                const char* hint = "copy or export the file again") {
+    throw Error(ErrorKind::kInput, what, path, hint);
+}
+
+[[noreturn]] void failTruncated(const char* part, std::uint64_t promised, std::uint64_t present,
+                                const std::string& path) {
+    failContainer("the file is truncated: the " + std::string(part) + " says " +
+                      std::to_string(promised) + " bytes, " + std::to_string(present) +
+                      " are there",
+                  path);
+}
+
+}  // namespace
+
+bool isGlb(std::span<const std::uint8_t> bytes) {
+    return bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
+}
+
+GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std::string& path,
+                                 std::vector<std::string>& warnings) {
+    if (!isGlb(bytes))
+        return {{reinterpret_cast<const char*>(bytes.data()), bytes.size()}, std::nullopt};
+
+    if (bytes.size() < kHeaderBytes) failTruncated("header", kHeaderBytes, bytes.size(), path);
+    const std::uint32_t version = littleEndian32(bytes, 4);
+    const std::uint32_t length = littleEndian32(bytes, 8);
+    if (version != 2)
+        failContainer(
+            "the file is binary glTF " + std::to_string(version) + ", only version 2 is read", path,
+            "convert it to glTF 2.0");
+    if (length > bytes.size()) failTruncated("header", length, bytes.size(), path);
+    if (length < bytes.size()) {
+        warnings.push_back("The file is longer than its header says; the rest is ignored.");
+        bytes = bytes.first(length);
+    }
+
+    GltfContainer result;
+    std::size_t offset = kHeaderBytes;
+    for (int chunk = 0; offset < bytes.size(); ++chunk) {
+        const std::size_t left = bytes.size() - offset;
+        if (left < kChunkHeaderBytes) failTruncated("chunk header", kChunkHeaderBytes, left, path);
+        const std::uint32_t chunk_length = littleEndian32(bytes, offset);
+        const std::uint32_t type = littleEndian32(bytes, offset + 4);
+        offset += kChunkHeaderBytes;
+        if (chunk_length > bytes.size() - offset)
+            failTruncated("chunk header", chunk_length, bytes.size() - offset, path);
+        const std::span<const std::uint8_t> data = bytes.subspan(offset, chunk_length);
+        if (chunk == 0 && type != kChunkJson) failContainer("the first chunk is not JSON", path);
+        if (chunk == 0) {
+            result.json = {reinterpret_cast<const char*>(data.data()), data.size()};
+        } else if (type == kChunkBinary && !result.binary) {
+            result.binary = data;
+        } else if (type == kChunkBinary || type == kChunkJson) {
+            warnings.push_back("The file has more chunks than glTF 2.0 allows; they are ignored.");
+        }
+        offset += chunk_length;
+    }
+    if (bytes.size() == kHeaderBytes) failContainer("the file has no JSON chunk", path);
+    return result;
+}
+
+}  // namespace peeler

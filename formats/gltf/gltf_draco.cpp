@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+// The Draco-compressed primitives of a glTF file (KHR_draco_mesh_compression).
+#include "formats/gltf/gltf_draco.h"
+
+#include <algorithm>
+#include <atomic>
+#include <map>
+#include <optional>
+#include <tuple>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "formats/gltf/draco_mesh.h"
+#include "formats/gltf/gltf_accessor.h"
+#include "formats/gltf/gltf_schema.h"
+
+namespace peeler {
+namespace {
+
+constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
+constexpr int kTriangles = 4, kTriangleStrip = 5;
+
+/// An attribute of a primitive: its name, the id in the Draco data, the accessor that describes it.
+struct Attribute {
+    std::string name;
+    std::uint32_t unique_id = 0;
+    int accessor = -1;
+    bool operator<(const Attribute& other) const {
+        return std::tie(name, unique_id, accessor) <
+               std::tie(other.name, other.unique_id, other.accessor);
+    }
+};
+
+/// What is decoded together; primitives with equal requests share the result.
+struct Request {
+    int buffer_view = -1;
+    std::vector<Attribute> attributes;
+    int indices = -1;   ///< accessor, −1 = none
+    int position = -1;  ///< accessor
+    int mode = kTriangles;
+    bool operator<(const Request& other) const {
+        return std::tie(buffer_view, attributes, indices, position, mode) <
+               std::tie(other.buffer_view, other.attributes, other.indices, other.position,
+                        other.mode);
+    }
+};
+
+struct DracoJob {
+    Request request;
+    std::string where;  ///< of the first primitive's extension object
+    DracoMesh mesh;
+    std::optional<Error> problem;
+    std::map<std::string, int> accessors;  ///< new ones, by attribute
+    int indices = -1;                      ///< a new accessor
+};
+
+class DracoReader {
+  public:
+    DracoReader(GltfDocument& document, const GltfOptions& options)
+        : document_(document), options_(options) {}
+
+    void read() {
+        listJobs();
+        if (jobs_.empty()) return;
+        checkSizes();
+        decodeAll();
+        for (DracoJob& job : jobs_)
+            if (!job.problem) addAccessors(job);
+        for (const auto& [primitive, job] : primitives_)
+            replace(*primitive, jobs_[job]);
+    }
+
+  private:
+    const tinygltf::Accessor& accessor(int index) const {
+        return document_.model.accessors[static_cast<std::size_t>(index)];
+    }
+
+    void listJobs() {
+        std::map<Request, std::size_t> known;
+        for (std::size_t i = 0; i < document_.model.meshes.size(); ++i) {
+            std::vector<tinygltf::Primitive>& primitives = document_.model.meshes[i].primitives;
+            for (std::size_t j = 0; j < primitives.size(); ++j) {
+                const auto extension = primitives[j].extensions.find(kDracoExtension);
+                // Without positions it is left out anyway.
+                if (extension == primitives[j].extensions.end() ||
+                    !primitives[j].attributes.contains("POSITION"))
+                    continue;
+                const std::string where =
+                    childPointer(childPointer("/meshes", i) + "/primitives", j);
+                Request request = requestOf(primitives[j], extension->second, where);
+                const auto [place, is_new] = known.try_emplace(request, jobs_.size());
+                if (is_new) {
+                    DracoJob& job = jobs_.emplace_back();
+                    job.request = std::move(request);
+                    job.where = where + "/extensions/" + kDracoExtension;
+                }
+                primitives_.emplace_back(&primitives[j], place->second);
+            }
+        }
+    }
+
+    static Request requestOf(const tinygltf::Primitive& primitive, const tinygltf::Value& extension,
+                             const std::string& where) {
+        if (primitive.mode != kTriangles && primitive.mode != kTriangleStrip)
+            throw Error(ErrorKind::kInput,
+                        "Draco compresses triangles and triangle strips only, the mode is " +
+                            std::to_string(primitive.mode),
+                        where + "/mode", "export the file again");
+        Request request;
+        request.buffer_view = extension.Get("bufferView").GetNumberAsInt();
+        request.indices = primitive.indices;
+        request.position = primitive.attributes.at("POSITION");
+        request.mode = primitive.mode;
+        const tinygltf::Value& ids = extension.Get("attributes");
+        // Those that the primitive does not have describe nothing that could be drawn.
+        for (const auto& [name, index] : primitive.attributes)
+            if (ids.Has(name))
+                request.attributes.push_back(
+                    {name, static_cast<std::uint32_t>(ids.Get(name).GetNumberAsInt()), index});
+        return request;
+    }
+
+    DracoLimits limitsOf(const Request& request) const {
+        const std::uint64_t points = accessor(request.position).count;
+        const std::uint64_t corners =
+            request.indices >= 0 ? accessor(request.indices).count : points;
+        const std::uint64_t strip = corners < 2 ? 0 : corners - 2;
+        const std::uint64_t faces = request.mode == kTriangles ? corners / 3 : strip;
+        // Encoders drop degenerate triangles, and do not always say how many vertices come out
+        // (Khronos' own 2CylinderEngine: 2012 in an accessor, 2019 in the data): what is there
+        // counts. There cannot be more vertices than corners.
+        return {faces, std::max(points, 3 * faces)};
+    }
+
+    void checkSizes() const {
+        std::uint64_t bytes = 0;
+        for (const DracoJob& job : jobs_) {
+            const DracoLimits limits = limitsOf(job.request);
+            std::uint64_t point_bytes = 0;
+            for (const Attribute& attribute : job.request.attributes) {
+                const tinygltf::Accessor& info = accessor(attribute.accessor);
+                point_bytes += static_cast<std::uint64_t>(tinygltf::GetComponentSizeInBytes(
+                                   static_cast<std::uint32_t>(info.componentType))) *
+                               static_cast<std::uint64_t>(tinygltf::GetNumComponentsInType(
+                                   static_cast<std::uint32_t>(info.type)));
+            }
+            // Counts are at most 2^53 (schema): in double, since the product could wrap.
+            const double needed =
+                12.0 * static_cast<double>(limits.faces) +
+                static_cast<double>(point_bytes) * static_cast<double>(limits.points);
+            if (needed <= static_cast<double>(options_.max_geometry_bytes - bytes)) {
+                bytes += static_cast<std::uint64_t>(needed);
+                continue;
+            }
+            throw Error(ErrorKind::kInput,
+                        "the decompressed geometry needs more than the limit of " +
+                            std::to_string(options_.max_geometry_bytes) + " bytes",
+                        job.where, "split the scene");
+        }
+    }
+
+    /// Throws the first problem, by job, that no fallback excuses. What comes after it is not
+    /// decoded any more: each of thousands of hostile primitives could take its time.
+    void decodeAll() {
+        const AccessorReader accessors(document_);
+        std::atomic<std::size_t> first_fatal = jobs_.size();
+        parallelFor(jobs_.size(), [&](std::size_t i) {
+            if (i > first_fatal) return;
+            decode(jobs_[i], accessors);
+            if (!isFatal(jobs_[i])) return;
+            for (std::size_t before = first_fatal;
+                 i < before && !first_fatal.compare_exchange_weak(before, i);) {
+            }
+        });
+        if (first_fatal < jobs_.size()) throw Error(*jobs_[first_fatal].problem);
+    }
+
+    bool isFatal(const DracoJob& job) const {
+        return job.problem && (options_.strict || job.problem->kind() != ErrorKind::kInput ||
+                               !hasFallback(job.request));
+    }
+
+    void decode(DracoJob& job, const AccessorReader& accessors) const {
+        try {
+            std::vector<DracoAttribute> attributes;
+            for (const Attribute& attribute : job.request.attributes)
+                attributes.push_back({attribute.unique_id,
+                                      accessor(attribute.accessor).componentType,
+                                      accessors.components(attribute.accessor)});
+            job.mesh = decodeDracoMesh(accessors.bufferView(job.request.buffer_view), attributes,
+                                       limitsOf(job.request));
+        } catch (const Error& error) {
+            job.problem = Error(error.kind(), error.what(),
+                                error.where().empty() ? job.where : error.where(), error.hint());
+        }
+    }
+
+    /// An accessor to bytes that the document keeps from now on.
+    int addAccessor(std::vector<std::uint8_t> bytes, tinygltf::Accessor info) {
+        document_.decoded_views.resize(document_.model.bufferViews.size());
+        tinygltf::BufferView view;
+        view.buffer = 0;
+        view.byteLength = bytes.size();
+        document_.model.bufferViews.push_back(view);
+        document_.decoded_views.emplace_back(document_.storage.emplace_back(std::move(bytes)));
+        info.bufferView = static_cast<int>(document_.model.bufferViews.size()) - 1;
+        info.byteOffset = 0;
+        info.sparse.isSparse = false;
+        document_.model.accessors.push_back(std::move(info));
+        return static_cast<int>(document_.model.accessors.size()) - 1;
+    }
+
+    void addAccessors(DracoJob& job) {
+        for (std::size_t i = 0; i < job.request.attributes.size(); ++i) {
+            tinygltf::Accessor info = accessor(job.request.attributes[i].accessor);
+            info.count = job.mesh.points;
+            job.accessors[job.request.attributes[i].name] =
+                addAccessor(std::move(job.mesh.attributes[i]), std::move(info));
+        }
+        tinygltf::Accessor info;
+        info.sparse = {};  // tinygltf leaves its numbers unset
+        info.componentType = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+        info.type = TINYGLTF_TYPE_SCALAR;
+        info.count = job.mesh.indices.size();
+        const auto* first = reinterpret_cast<const std::uint8_t*>(job.mesh.indices.data());
+        job.indices = addAccessor({first, first + job.mesh.indices.size() * sizeof(std::uint32_t)},
+                                  std::move(info));
+        job.mesh = {};
+    }
+
+    bool hasFallback(const Request& request) const {
+        const auto has_data = [&](int index) { return accessor(index).bufferView >= 0; };
+        for (const Attribute& attribute : request.attributes)
+            if (!has_data(attribute.accessor)) return false;
+        return has_data(request.position) && (request.indices < 0 || has_data(request.indices));
+    }
+
+    void replace(tinygltf::Primitive& primitive, const DracoJob& job) {
+        if (job.problem) {
+            std::string why = job.problem->what();
+            if (why.ends_with('.')) why.pop_back();  // libdraco's own words
+            document_.warn("The uncompressed data stands in for that of " + job.where + ": " + why +
+                           ".");
+            return;
+        }
+        for (const auto& [name, index] : job.accessors)
+            primitive.attributes[name] = index;
+        primitive.indices = job.indices;
+        primitive.mode = kTriangles;
+    }
+
+    GltfDocument& document_;
+    const GltfOptions& options_;
+    std::vector<DracoJob> jobs_;
+    std::vector<std::pair<tinygltf::Primitive*, std::size_t>> primitives_;  ///< and their jobs
+};
+
+}  // namespace
+
+void decodeDracoPrimitives(GltfDocument& document, const GltfOptions& options) {
+    DracoReader(document, options).read();
+}
+
+}  // namespace peeler

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of glTF extensions: what is supported, and what is lost where one is ignored.
+#include <algorithm>
+
+#include "formats/gltf/gltf_reader.h"
+
+namespace peeler {
+
+const std::vector<GltfExtension>& gltfExtensions() {
+    static const std::vector<GltfExtension> extensions = {
+        {"EXT_mesh_gpu_instancing", true, "a mesh at many places"},
+        {"EXT_meshopt_compression", true, "meshopt-compressed buffers"},
+        {"EXT_texture_avif", false, "the PNG or JPEG fallback is read"},
+        {"EXT_texture_webp", true, "WebP textures"},
+        {"KHR_animation_pointer", false, "only nodes and morph weights are animated"},
+        {"KHR_draco_mesh_compression", true, "Draco-compressed meshes"},
+        {"KHR_lights_punctual", true, "directional, point and spot lights"},
+        {"KHR_materials_anisotropy", true, "highlights stretched along a direction"},
+        {"KHR_materials_clearcoat", true, "a varnish with its own normals"},
+        {"KHR_materials_dispersion", false, "nothing refracts, so no light is split into colours"},
+        {"KHR_materials_emissive_strength", true, "emission brighter than 1"},
+        {"KHR_materials_ior", true, "index of refraction of dielectrics"},
+        {"KHR_materials_iridescence", true, "thin films"},
+        {"KHR_materials_pbrSpecularGlossiness", true,
+         "diffuse, specular and glossiness in place of metallic-roughness"},
+        {"KHR_materials_sheen", true, "the back-scattering of fibres"},
+        {"KHR_materials_specular", true, "strength and tint of reflections"},
+        {"KHR_materials_transmission", true,
+         "light that passes; alpha of the layer, without refraction"},
+        {"KHR_materials_unlit", true, "materials without lighting"},
+        {"KHR_materials_variants", true, "other materials for the same meshes, by --variant"},
+        {"KHR_materials_volume", true, "thickness tints transmitted light; without refraction"},
+        {"KHR_mesh_quantization", true, "vertex attributes stored as small integers"},
+        {"KHR_meshopt_compression", true, "meshopt-compressed buffers"},
+        {"KHR_node_visibility", true, "hidden nodes"},
+        {"KHR_texture_basisu", false, "the PNG or JPEG fallback is read"},
+        {"KHR_texture_transform", true, "offset, rotation and scale of texture coordinates"},
+        {"KHR_xmp", true, "metadata, which shows nothing"},
+        {"KHR_xmp_json_ld", true, "metadata, which shows nothing"},
+        {"MSFT_texture_dds", false, "the PNG or JPEG fallback is read"},
+    };
+    return extensions;
+}
+
+const std::vector<GltfExtension>& supportedGltfExtensions() {
+    static const auto supported = [] {
+        std::vector<GltfExtension> result;
+        std::copy_if(gltfExtensions().begin(), gltfExtensions().end(), std::back_inserter(result),
+                     [](const GltfExtension& extension) { return extension.supported; });
+        return result;
+    }();
+    return supported;
+}
+
+}  // namespace peeler

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+// glTF materials and the textures that they use.
+#include "formats/gltf/gltf_materials.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "formats/gltf/gltf_accessor.h"
+#include "formats/gltf/gltf_material_extensions.h"
+#include "formats/gltf/gltf_schema.h"
+#include "formats/gltf/texture_decoder.h"
+
+namespace peeler {
+namespace {
+
+/// Absent members keep what stands in `numbers`. The schema check has seen types and lengths.
+template <std::size_t n>
+void readNumbers(const tinygltf::Value& object, const char* name, std::array<double, n>& numbers) {
+    if (!object.Has(name)) return;
+    const tinygltf::Value& array = object.Get(name);
+    for (std::size_t i = 0; i < n && i < array.ArrayLen(); ++i)
+        numbers[i] = array.Get(static_cast<int>(i)).GetNumberAsDouble();
+}
+
+/// KHR_texture_transform: translation · rotation · scale. Angles count counter-clockwise as seen in
+/// the picture, whose v points down.
+glm::mat3 textureTransform(const tinygltf::Value& extension) {
+    std::array<double, 2> offset = {0, 0}, scale = {1, 1};
+    readNumbers(extension, "offset", offset);
+    readNumbers(extension, "scale", scale);
+    const double angle =
+        extension.Has("rotation") ? extension.Get("rotation").GetNumberAsDouble() : 0;
+    const double c = std::cos(angle), s = std::sin(angle);
+    return glm::mat3(glm::dmat3(c * scale[0], -s * scale[0], 0,  //
+                                s * scale[1], c * scale[1], 0,   //
+                                offset[0], offset[1], 1));
+}
+
+/// Extensions that give a texture an image in a format that is not decoded. Their fallback is the
+/// core source.
+constexpr const char* kUndecodedSources[] = {"KHR_texture_basisu", "MSFT_texture_dds",
+                                             "EXT_texture_avif"};
+
+Sampler toSampler(const tinygltf::Model& model, const tinygltf::Texture& texture) {
+    Sampler result;
+    if (texture.sampler < 0) return result;
+    const tinygltf::Sampler& source = model.samplers[static_cast<std::size_t>(texture.sampler)];
+    if (source.magFilter >= 0) result.mag_filter = source.magFilter;
+    if (source.minFilter >= 0) result.min_filter = source.minFilter;
+    result.wrap_s = source.wrapS;
+    result.wrap_t = source.wrapT;
+    return result;
+}
+
+class MaterialReader {
+  public:
+    MaterialReader(GltfDocument& document, const GltfOptions& options, Scene& scene)
+        : document_(document),
+          options_(options),
+          scene_(scene),
+          places_(document.images.size(), -1) {}
+
+    void read() {
+        const std::vector<tinygltf::Material>& sources = document_.model.materials;
+        for (std::size_t i = 0; i < sources.size(); ++i)
+            scene_.materials.push_back(material(sources[i], childPointer("/materials", i)));
+        scene_.materials.push_back({});
+        scene_.materials.back().name = "default";
+        decodeImages();
+    }
+
+  private:
+    Material material(const tinygltf::Material& source, const std::string& where) {
+        const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
+        Material out;
+        out.name = source.name;
+        for (int i = 0; i < 4; ++i)
+            out.base_color[i] = factor(pbr.baseColorFactor[static_cast<std::size_t>(i)], where);
+        out.metallic = factor(pbr.metallicFactor, where);
+        out.roughness = factor(pbr.roughnessFactor, where);
+        const std::string pbr_where = where + "/pbrMetallicRoughness";
+        out.base_color_texture = texture(pbr.baseColorTexture, pbr_where + "/baseColorTexture");
+        out.metallic_roughness_texture =
+            texture(pbr.metallicRoughnessTexture, pbr_where + "/metallicRoughnessTexture");
+        out.normal_texture = texture(source.normalTexture, where + "/normalTexture");
+        out.normal_scale = static_cast<float>(source.normalTexture.scale);
+        out.occlusion_texture = texture(source.occlusionTexture, where + "/occlusionTexture");
+        out.occlusion_strength = factor(source.occlusionTexture.strength, where);
+        out.emissive_texture = texture(source.emissiveTexture, where + "/emissiveTexture");
+        for (int i = 0; i < 3; ++i)
+            out.emissive[i] = factor(source.emissiveFactor[static_cast<std::size_t>(i)], where);
+        out.alpha_mode = source.alphaMode == "MASK"    ? AlphaMode::kMask
+                         : source.alphaMode == "BLEND" ? AlphaMode::kBlend
+                                                       : AlphaMode::kOpaque;
+        out.alpha_cutoff = static_cast<float>(source.alphaCutoff);
+        out.double_sided = source.doubleSided;
+        readMaterialExtensions(
+            source, where, options_, document_,
+            [this](const tinygltf::TextureInfo& info, const std::string& place) {
+                return texture(info, place);
+            },
+            out);
+        return out;
+    }
+
+    /// §5.19, §5.22: from 0 to 1. Others would make alpha, and so composites, meaningless.
+    float factor(double value, const std::string& where) {
+        if (value < 0 || value > 1)
+            document_.warn("The material " + where +
+                           " has factors outside 0 to 1; they are "
+                           "clamped.");
+        return static_cast<float>(std::clamp(value, 0.0, 1.0));
+    }
+
+    /// `Info` is one of tinygltf's three kinds of texture reference.
+    template <typename Info>
+    TextureRef texture(const Info& info, const std::string& where) {
+        TextureRef out;
+        if (info.index < 0) return out;
+        const tinygltf::Texture& source =
+            document_.model.textures[static_cast<std::size_t>(info.index)];
+        out.sampler = toSampler(document_.model, source);
+        out.texcoord = info.texCoord;
+        if (const auto* transform = findExtension(info.extensions, "KHR_texture_transform")) {
+            out.transform = textureTransform(*transform);
+            if (transform->Has("texCoord"))
+                out.texcoord = transform->Get("texCoord").GetNumberAsInt();
+        }
+        if (out.texcoord > 1) {
+            document_.warn("The texture reference " + where + " uses TEXCOORD_" +
+                           std::to_string(out.texcoord) +
+                           "; only 0 and 1 are supported, 0 is used.");
+            out.texcoord = 0;
+        }
+        out.image =
+            imageOf(source, childPointer("/textures", static_cast<std::size_t>(info.index)));
+        return out;
+    }
+
+    /// The image in a format that we decode, as its place in scene.images. An extension's goes
+    /// before the core one, which is then its fallback.
+    int imageOf(const tinygltf::Texture& source, const std::string& where) {
+        if (const auto* webp = findExtension(source.extensions, "EXT_texture_webp");
+            webp && webp->Has("source"))
+            return sceneImage(webp->Get("source").GetNumberAsInt(), source.source);
+        if (source.source >= 0) return sceneImage(source.source);
+        for (const char* name : kUndecodedSources)
+            if (findExtension(source.extensions, name))
+                throw Error(ErrorKind::kInput,
+                            "the texture has an image of " + std::string(name) +
+                                " only, which is not decoded",
+                            where + "/extensions/" + name, "add a PNG or JPEG fallback");
+        missing(where, "it has no image", "add a PNG or JPEG image");
+        return -1;
+    }
+
+    /// The place in scene.images, which holds used images only.
+    int sceneImage(int image, int fallback = -1) {
+        int& place = places_[static_cast<std::size_t>(image)];
+        if (place < 0) {
+            place = static_cast<int>(used_images_.size());
+            used_images_.push_back(image);
+            fallbacks_.push_back(-1);
+        }
+        if (fallback >= 0) fallbacks_[static_cast<std::size_t>(place)] = fallback;
+        return place;
+    }
+
+    void missing(const std::string& where, const std::string& why, const std::string& hint) {
+        if (options_.strict) throw Error(ErrorKind::kInput, why, where, hint);
+        document_.warn("The texture " + where + " is left out: " + why + ".");
+    }
+
+    std::span<const std::uint8_t> imageBytes(int image) {
+        const auto index = static_cast<std::size_t>(image);
+        const std::string where = childPointer("/images", index);
+        const GltfDocument::ImageSource& source = document_.images[index];
+        if (source.buffer_view >= 0)
+            return AccessorReader(document_).bufferView(source.buffer_view);
+        if (source.uri.empty())
+            throw Error(ErrorKind::kInput, "it has neither a uri nor a bufferView", where);
+        if (isDataUri(source.uri))
+            return document_.storage.emplace_back(decodeDataUri(source.uri, where + "/uri"));
+        return document_.keep(document_.folder.read(source.uri, where + "/uri"));
+    }
+
+    /// What became of a used image.
+    struct Decoded {
+        Image image;
+        std::optional<Error> problem;
+    };
+
+    /// Decodes the used images from `first` on.
+    void decodeFrom(std::size_t first) {
+        // Reading is in order, since the hash depends on it; decoding is where the time goes.
+        decoded_.resize(used_images_.size());
+        std::vector<std::span<const std::uint8_t>> bytes(used_images_.size());
+        for (std::size_t i = first; i < used_images_.size(); ++i) {
+            try {
+                bytes[i] = imageBytes(used_images_[i]);
+            } catch (const Error& problem) {
+                decoded_[i].problem = problem;
+            }
+        }
+        parallelFor(used_images_.size() - first, [&](std::size_t item) {
+            Decoded& out = decoded_[first + item];
+            if (out.problem) return;
+            const auto& source =
+                document_.images[static_cast<std::size_t>(used_images_[first + item])];
+            try {
+                out.image = decodeTexture(bytes[first + item],
+                                          source.name.empty() ? shortUri(source.uri) : source.name,
+                                          {options_.max_image_dimension, options_.max_image_bytes});
+            } catch (const Error& problem) {
+                out.problem = problem;
+            }
+        });
+    }
+
+    void decodeImages() {
+        decodeFrom(0);
+        // Only now is known which fallbacks are needed.
+        const std::size_t count = used_images_.size();
+        std::vector<int> stand_ins(count, -1);
+        for (std::size_t i = 0; i < count; ++i)
+            if (decoded_[i].problem && fallbacks_[i] >= 0 && !options_.strict)
+                stand_ins[i] = sceneImage(fallbacks_[i]);
+        decodeFrom(count);
+
+        std::vector<int> place(used_images_.size(), -1);
+        for (std::size_t i = 0; i < used_images_.size(); ++i) {
+            const std::optional<Error>& problem = decoded_[i].problem;
+            if (!problem) {
+                place[i] = static_cast<int>(scene_.images.size());
+                scene_.images.push_back(std::move(decoded_[i].image));
+                continue;
+            }
+            if (problem->kind() != ErrorKind::kInput) throw Error(*problem);
+            const std::string where =
+                childPointer("/images", static_cast<std::size_t>(used_images_[i]));
+            if (i >= count || stand_ins[i] < 0)
+                missing(where, problem->what(), problem->hint());
+            else
+                document_.warn("The fallback stands in for the image " + where + ": " +
+                               problem->what() + ".");
+        }
+        for (std::size_t i = 0; i < count; ++i)
+            if (stand_ins[i] >= 0) place[i] = place[static_cast<std::size_t>(stand_ins[i])];
+        for (Material& material : scene_.materials)
+            for (const MaterialTexture& texture : texturesOf(material))
+                if (*texture.ref)
+                    texture.ref->image = place[static_cast<std::size_t>(texture.ref->image)];
+    }
+
+    static std::string shortUri(const std::string& uri) { return isDataUri(uri) ? "" : uri; }
+
+    GltfDocument& document_;
+    const GltfOptions& options_;
+    Scene& scene_;
+    std::vector<int> used_images_;  ///< the document's numbers, in the order of first use
+    std::vector<int> fallbacks_;    ///< for each of those, the document's number, −1 = none
+    std::vector<Decoded> decoded_;  ///< likewise
+    std::vector<int> places_;       ///< for each of the document's images, where it stands there
+};
+
+}  // namespace
+
+void readGltfMaterials(GltfDocument& document, const GltfOptions& options, Scene& scene) {
+    MaterialReader(document, options, scene).read();
+}
+
+}  // namespace peeler

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+// glTF meshes to the scene's: vertex attributes, indices, topology.
+#include "formats/gltf/gltf_meshes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+
+#include "core/base/error.h"
+#include "formats/gltf/gltf_accessor.h"
+#include "formats/gltf/gltf_schema.h"
+#include "formats/gltf/gltf_variants.h"
+
+namespace peeler {
+namespace {
+
+constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123,
+              kFloat = 5126;
+
+// glTF 2.0 §3.7.2.1, and beyond it KHR_mesh_quantization. A file that uses the latter's types
+// without naming the extension is read all the same: there is one way only to understand it.
+const AccessorFormat kPosition = {{3},
+                                  {{kFloat},
+                                   {kByte},
+                                   {kByte, true},
+                                   {kUnsignedByte},
+                                   {kUnsignedByte, true},
+                                   {kShort},
+                                   {kShort, true},
+                                   {kUnsignedShort},
+                                   {kUnsignedShort, true}}};
+const AccessorFormat kNormal = {{3}, {{kFloat}, {kByte, true}, {kShort, true}}};
+const AccessorFormat kTangent = {{4}, {{kFloat}, {kByte, true}, {kShort, true}}};
+const AccessorFormat kTexcoord = {{2},
+                                  {{kFloat},
+                                   {kUnsignedByte, true},
+                                   {kUnsignedShort, true},
+                                   {kByte},
+                                   {kByte, true},
+                                   {kUnsignedByte},
+                                   {kShort},
+                                   {kShort, true},
+                                   {kUnsignedShort}}};
+const AccessorFormat kColor = {{3, 4}, {{kFloat}, {kUnsignedByte, true}, {kUnsignedShort, true}}};
+const AccessorFormat kJoints = {{4}, {{kUnsignedByte}, {kUnsignedShort}}};
+const AccessorFormat kWeights = {{4}, {{kFloat}, {kUnsignedByte, true}, {kUnsignedShort, true}}};
+const AccessorFormat kDisplacement = {{3},
+                                      {{kFloat}, {kByte}, {kByte, true}, {kShort}, {kShort, true}}};
+
+/// Calls body(array) for every array that has an element a vertex, or none.
+template <class SomePrimitive, class Body>
+void forEachVertexArray(SomePrimitive& primitive, const Body& body) {
+    body(primitive.positions);
+    body(primitive.normals);
+    body(primitive.tangents);
+    for (auto& texcoords : primitive.texcoords)
+        body(texcoords);
+    body(primitive.colors);
+    for (auto& set : primitive.joint_sets) {
+        body(set.joints);
+        body(set.weights);
+    }
+    for (auto& target : primitive.targets) {
+        body(target.positions);
+        body(target.normals);
+        body(target.tangents);
+    }
+}
+
+std::uint64_t primitiveBytes(const Primitive& primitive) {
+    std::uint64_t sum = primitive.indices.size() * sizeof(std::uint32_t);
+    forEachVertexArray(primitive,
+                       [&](const auto& values) { sum += values.size() * sizeof(values[0]); });
+    return sum;
+}
+
+class PrimitiveReader {
+  public:
+    PrimitiveReader(GltfDocument& document, const tinygltf::Primitive& source, std::string where)
+        : document_(document), accessors_(document), source_(source), where_(std::move(where)) {}
+
+    /// False if it draws nothing.
+    bool read(Primitive& out) {
+        const auto position = source_.attributes.find("POSITION");
+        if (position == source_.attributes.end()) {
+            document_.warn("The primitive " + where_ + " has no POSITION; it is left out.");
+            return false;
+        }
+        vertex_count_ = accessors_.count(position->second);
+        used_ = {0, vertex_count_};
+        out.topology = static_cast<Topology>(source_.mode);
+        if (source_.indices >= 0) {
+            out.indices = indices();
+            keepUsedVertices(out.indices);
+        }
+        out.source.first_vertex = used_.first;
+        out.source.vertices = vertex_count_;
+        out.positions = attribute<glm::vec3>("POSITION", kPosition);
+        out.normals = attribute<glm::vec3>("NORMAL", kNormal);
+        out.tangents = attribute<glm::vec4>("TANGENT", kTangent);
+        out.texcoords[0] = attribute<glm::vec2>("TEXCOORD_0", kTexcoord);
+        out.texcoords[1] = attribute<glm::vec2>("TEXCOORD_1", kTexcoord);
+        out.colors = colors();
+        readJoints(out);
+        for (std::size_t i = 0; i < source_.targets.size(); ++i)
+            out.targets.push_back(target(source_.targets[i], childPointer(where_ + "/targets", i)));
+        return dropIncomplete(out);
+    }
+
+  private:
+    using Attributes = std::map<std::string, int>;
+
+    /// The numbers of an attribute in `from`, whose JSON pointer is `where`; none if it is not
+    /// there.
+    std::vector<float> numbers(const Attributes& from, const std::string& where,
+                               const std::string& name, const AccessorFormat& format,
+                               int& components) {
+        const auto found = from.find(name);
+        if (found == from.end()) return {};
+        const std::string use = where + '/' + name;
+        if (accessors_.count(found->second) != vertex_count_)
+            failGltf("the attribute has " + std::to_string(accessors_.count(found->second)) +
+                         " elements, POSITION has " + std::to_string(vertex_count_),
+                     use);
+        components = accessors_.components(found->second);
+        std::vector<float> values = accessors_.floats(found->second, format, used_, use);
+        for (float& value : values) {
+            if (std::isfinite(value)) continue;
+            if (name == "POSITION")
+                throw Error(ErrorKind::kInput, "a vertex position is not a finite number", use,
+                            "export the file again");
+            value = 0;
+            document_.warn("The attribute " + use +
+                           " holds numbers that are not finite; zeros "
+                           "stand in for them.");
+        }
+        return values;
+    }
+
+    template <typename Vector>
+    std::vector<Vector> vectors(const Attributes& from, const std::string& where,
+                                const std::string& name, const AccessorFormat& format) {
+        int components = 0;
+        const std::vector<float> values = numbers(from, where, name, format, components);
+        static_assert(sizeof(Vector) == sizeof(float) * Vector::length());
+        std::vector<Vector> result(values.size() / Vector::length());
+        if (!values.empty())
+            std::memcpy(result.data(), values.data(), values.size() * sizeof(float));
+        return result;
+    }
+
+    template <typename Vector>
+    std::vector<Vector> attribute(const std::string& name, const AccessorFormat& format) {
+        return vectors<Vector>(source_.attributes, where_ + "/attributes", name, format);
+    }
+
+    std::vector<glm::vec4> colors() {
+        int components = 4;
+        const std::vector<float> values =
+            numbers(source_.attributes, where_ + "/attributes", "COLOR_0", kColor, components);
+        const auto width = static_cast<std::size_t>(components);
+        std::vector<glm::vec4> result(values.size() / width, glm::vec4(1));
+        for (std::size_t i = 0; i < values.size(); ++i)
+            result[i / width][static_cast<int>(i % width)] = values[i];
+        return result;
+    }
+
+    void readJoints(Primitive& out) {
+        for (int i = 0;; ++i) {
+            const std::string number = std::to_string(i);
+            const auto joints = attribute<glm::vec4>("JOINTS_" + number, kJoints);
+            JointSet set;
+            set.weights = attribute<glm::vec4>("WEIGHTS_" + number, kWeights);
+            if (joints.empty() && set.weights.empty()) return;
+            if (joints.size() != set.weights.size())
+                throw Error(ErrorKind::kInput,
+                            "there are joints without weights, or weights without joints",
+                            where_ + "/attributes", "JOINTS_n and WEIGHTS_n go together");
+            set.joints.assign(joints.begin(), joints.end());  // small integers, exact as floats
+            out.joint_sets.push_back(std::move(set));
+        }
+    }
+
+    MorphTarget target(const Attributes& from, const std::string& where) {
+        return {vectors<glm::vec3>(from, where, "POSITION", kDisplacement),
+                vectors<glm::vec3>(from, where, "NORMAL", kDisplacement),
+                vectors<glm::vec3>(from, where, "TANGENT", kDisplacement)};
+    }
+
+    std::vector<std::uint32_t> indices() const {
+        const std::string where = where_ + "/indices";
+        std::uint32_t restart = 0;
+        std::vector<std::uint32_t> result = accessors_.indices(source_.indices, where, restart);
+        for (std::size_t i = 0; i < result.size(); ++i) {
+            if (result[i] < vertex_count_ && result[i] != restart) continue;
+            failGltf("index " + std::to_string(i) + " is " + std::to_string(result[i]) +
+                         (result[i] == restart ? ", the primitive restart value, which glTF forbids"
+                                               : ", the primitive has " +
+                                                     std::to_string(vertex_count_) + " vertices"),
+                     where);
+        }
+        return result;
+    }
+
+    /// Exporters like to let all primitives share one large vertex array and index a stretch of it
+    /// each: without this, the array would be copied for every primitive.
+    void keepUsedVertices(std::vector<std::uint32_t>& indices) {
+        const auto [first, last] = std::minmax_element(indices.begin(), indices.end());
+        used_ = {*first, std::size_t{*last} - *first + 1};
+        if (used_.first == 0) return;
+        for (std::uint32_t& index : indices)
+            index -= static_cast<std::uint32_t>(used_.first);
+    }
+
+    /// §3.7.2.1: vertices that do not fill a last point, line or triangle are ignored.
+    bool dropIncomplete(Primitive& out) {
+        const std::size_t count = out.indices.empty() ? used_.count : out.indices.size();
+        std::size_t usable = count, least = 1;
+        switch (out.topology) {
+            case Topology::kPoints:
+                break;
+            case Topology::kLines:
+                usable = count / 2 * 2;
+                least = 2;
+                break;
+            case Topology::kLineLoop:
+            case Topology::kLineStrip:
+                least = 2;
+                break;
+            case Topology::kTriangles:
+                usable = count / 3 * 3;
+                least = 3;
+                break;
+            case Topology::kTriangleStrip:
+            case Topology::kTriangleFan:
+                least = 3;
+                break;
+        }
+        if (usable < least) {
+            document_.warn("The primitive " + where_ +
+                           " has too few vertices to draw anything; "
+                           "it is left out.");
+            return false;
+        }
+        if (usable == count) return true;
+        document_.warn("The primitive " + where_ +
+                       " has vertices left over that fill no line or "
+                       "triangle; they are ignored.");
+        if (!out.indices.empty()) {
+            out.indices.resize(usable);
+            return true;
+        }
+        forEachVertexArray(out, [&](auto& values) {
+            if (!values.empty()) values.resize(usable);
+        });
+        return true;
+    }
+
+    GltfDocument& document_;
+    AccessorReader accessors_;
+    const tinygltf::Primitive& source_;
+    std::string where_;
+    std::size_t vertex_count_ = 0;
+    ElementRange used_;  ///< of the vertices
+};
+
+}  // namespace
+
+std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& options,
+                                 int default_material) {
+    std::vector<Mesh> meshes;
+    std::uint64_t geometry_bytes = 0;
+    meshes.reserve(document.model.meshes.size());
+    for (std::size_t i = 0; i < document.model.meshes.size(); ++i) {
+        const tinygltf::Mesh& source = document.model.meshes[i];
+        Mesh& mesh = meshes.emplace_back();
+        mesh.name = source.name;
+        mesh.weights = source.weights;
+        for (std::size_t j = 0; j < source.primitives.size(); ++j) {
+            const tinygltf::Primitive& from = source.primitives[j];
+            const std::string where = childPointer(childPointer("/meshes", i) + "/primitives", j);
+            if (from.targets.size() != source.primitives.front().targets.size())
+                failGltf("the primitive has " + std::to_string(from.targets.size()) +
+                             " morph targets, the first one of the mesh has " +
+                             std::to_string(source.primitives.front().targets.size()),
+                         where + "/targets");
+            Primitive primitive;
+            primitive.material = from.material >= 0 ? from.material : default_material;
+            primitive.variants = variantMaterials(from, document.variants.size());
+            primitive.source.primitive = j;
+            if (!PrimitiveReader(document, from, where).read(primitive)) continue;
+            geometry_bytes += primitiveBytes(primitive);
+            if (geometry_bytes > options.max_geometry_bytes)
+                throw Error(ErrorKind::kInput,
+                            "the geometry needs more than the limit of " +
+                                std::to_string(options.max_geometry_bytes) + " bytes",
+                            where, "split the scene");
+            mesh.primitives.push_back(std::move(primitive));
+        }
+    }
+    return meshes;
+}
+
+}  // namespace peeler

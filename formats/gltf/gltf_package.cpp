@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+// Moves buffers and images into one binary chunk.
+#include "formats/gltf/gltf_package.h"
+
+#include <array>
+#include <limits>
+#include <map>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "formats/file/atomic_file.h"
+#include "formats/gltf/gltf_container.h"
+#include "formats/gltf/gltf_json.h"
+#include "formats/gltf/gltf_meshopt.h"
+#include "formats/gltf/gltf_schema.h"
+
+namespace peeler {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr std::uint64_t kMostContainerBytes = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint64_t kContainerAlignment = 4;  // of chunks, and of what an accessor can need
+
+std::uint64_t padded(std::uint64_t bytes) {
+    return (bytes + kContainerAlignment - 1) / kContainerAlignment * kContainerAlignment;
+}
+
+/// How the formats that images of glTF files come in begin.
+struct ImageMagic {
+    std::size_t offset;
+    std::string_view bytes;
+    const char* mime_type;
+};
+constexpr ImageMagic kImageMagic[] = {
+    {0, "\x89PNG", "image/png"},     {0, "\xFF\xD8\xFF", "image/jpeg"},
+    {8, "WEBP", "image/webp"},       {0, "\xABKTX 20", "image/ktx2"},
+    {0, "DDS ", "image/vnd-ms.dds"}, {4, "ftypavif", "image/avif"},
+};
+
+/// Null if it is none of them.
+const char* mimeTypeOf(std::span<const std::uint8_t> bytes) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    for (const ImageMagic& magic : kImageMagic)
+        if (text.size() > magic.offset && text.substr(magic.offset).starts_with(magic.bytes))
+            return magic.mime_type;
+    return nullptr;
+}
+
+/// The array of that name in the root object, made if it is not there.
+ordered_json& arrayIn(ordered_json& gltf, const char* name) {
+    ordered_json& array = gltf[name];
+    if (array.is_null()) array = ordered_json::array();
+    return array;
+}
+
+std::size_t appendElement(ordered_json& gltf, const char* name, ordered_json element) {
+    ordered_json& array = arrayIn(gltf, name);
+    array.push_back(std::move(element));
+    return array.size() - 1;
+}
+
+[[noreturn]] void failTooLarge(const std::string& path) {
+    throw Error(ErrorKind::kOutput, "the .glb would pass the 4 GiB that its format allows", path,
+                "bake parts of the scene into files of their own");
+}
+
+std::string word(std::uint64_t value) {
+    std::string bytes(4, '\0');
+    for (std::size_t i = 0; i < 4; ++i)
+        bytes[i] = static_cast<char>(value >> (8 * i) & 0xFFU);
+    return bytes;
+}
+
+}  // namespace
+
+GltfPackage::GltfPackage(const std::filesystem::path& path, const GltfOptions& options)
+    : path_(path.string()), folder_(path, options.max_file_bytes, options.allow_outside) {
+    const std::span<const std::uint8_t> bytes =
+        storage_.emplace_back(readRegularFile(path, options.max_file_bytes));
+    const GltfContainer container = splitGltfContainer(bytes, path_, warnings_);
+    warnings_.clear();  // the reader has said them
+    json checked = parseGltfJson(container.json, path_);
+    checkGltfSchema(checked);
+    json_ = parseOrderedGltfJson(container.json, path_);
+    takeBuffers(checked, container.binary);
+    takeImages();
+}
+
+std::uint64_t GltfPackage::append(std::span<const std::uint8_t> bytes) {
+    const std::uint64_t start = size_;
+    size_ += padded(bytes.size());
+    if (size_ > kMostContainerBytes) failTooLarge(path_);
+    parts_.push_back(bytes);
+    return start;
+}
+
+/// None for one that only marks the place of decompressed data.
+std::optional<std::span<const std::uint8_t>> GltfPackage::bufferBytes(
+    const json& buffer, std::size_t index, std::optional<std::span<const std::uint8_t>> binary) {
+    const std::string where = childPointer("/buffers", index);
+    const auto uri = buffer.find("uri");
+    if (uri == buffer.end() && (index != 0 || !binary || isMeshoptFallback(buffer))) return {};
+    std::span<const std::uint8_t> bytes;
+    if (uri == buffer.end()) {
+        bytes = *binary;
+    } else if (const auto text = uri->get<std::string>(); isDataUri(text)) {
+        bytes = storage_.emplace_back(decodeDataUri(text, where + "/uri"));
+    } else {
+        try {
+            bytes = storage_.emplace_back(folder_.read(text, where + "/uri"));
+        } catch (const Error&) {
+            if (isMeshoptFallback(buffer)) return {};  // readers get on without it
+            throw;
+        }
+    }
+    const auto length = buffer["byteLength"].get<std::uint64_t>();
+    if (length > bytes.size())
+        throw Error(ErrorKind::kInput, "the buffer is truncated", where,
+                    "copy or export the file again");
+    return bytes.first(length);
+}
+
+void GltfPackage::takeBuffers(const json& checked,
+                              std::optional<std::span<const std::uint8_t>> binary) {
+    ordered_json merged = ordered_json::object();
+    std::vector<ordered_json> placeholders;
+    const std::size_t count = checked.contains("buffers") ? checked["buffers"].size() : 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        ordered_json buffer = json_["buffers"][i];
+        buffer.erase("uri");
+        const std::optional<std::span<const std::uint8_t>> bytes =
+            bufferBytes(checked["buffers"][i], i, binary);
+        if (bytes) {
+            if (parts_.empty()) merged = buffer;
+            starts_.emplace_back(append(*bytes));
+            placeholders_.push_back(0);
+        } else {
+            placeholders.push_back(std::move(buffer));
+            starts_.emplace_back();
+            placeholders_.push_back(placeholders.size());
+        }
+    }
+    ordered_json& buffers = json_["buffers"] = ordered_json::array();
+    buffers.push_back(std::move(merged));  // gets its length when it is written
+    for (ordered_json& placeholder : placeholders)
+        buffers.push_back(std::move(placeholder));
+    const auto views = json_.find("bufferViews");
+    if (views == json_.end()) return;
+    for (ordered_json& view : *views) {
+        relocate(view);
+        const auto extensions = view.find("extensions");
+        if (extensions == view.end()) continue;
+        for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
+            if (extensions->contains(name)) relocate((*extensions)[name]);
+    }
+}
+
+/// `place` names a buffer and an offset in it.
+void GltfPackage::relocate(ordered_json& place) const {
+    const auto buffer = place["buffer"].get<std::size_t>();
+    if (!starts_[buffer]) {
+        place["buffer"] = placeholders_[buffer];
+        return;
+    }
+    place["buffer"] = 0;
+    if (*starts_[buffer] == 0) return;
+    place["byteOffset"] = *starts_[buffer] + place.value("byteOffset", std::uint64_t{0});
+}
+
+void GltfPackage::takeImages() {
+    const auto images = json_.find("images");
+    if (images == json_.end()) return;
+    struct Place {
+        std::size_t view;
+        const char* mime_type;
+    };
+    std::map<std::string, Place> known;  // files that several images name are read once
+    for (std::size_t i = 0; i < images->size(); ++i) {
+        ordered_json& image = (*images)[i];
+        if (!image.contains("uri")) continue;
+        const std::string where = childPointer("/images", i);
+        const auto uri = image["uri"].get<std::string>();
+        auto place = known.find(uri);
+        if (place == known.end()) {
+            std::vector<std::uint8_t> bytes;
+            try {
+                bytes = isDataUri(uri) ? decodeDataUri(uri, where) : folder_.read(uri, where);
+            } catch (const Error& problem) {
+                warnings_.push_back("The image " + where + " is not taken in: " + problem.what() +
+                                    ".");
+                continue;
+            }
+            const char* mime_type = mimeTypeOf(bytes);
+            if (!mime_type) {
+                if (!isDataUri(uri))  // else it travels with the JSON
+                    warnings_.push_back("The image " + where +
+                                        " is not taken in: it is in no format that glTF holds.");
+                continue;
+            }
+            place = known.emplace(uri, Place{addBufferView(std::move(bytes)), mime_type}).first;
+        }
+        image.erase("uri");
+        image["mimeType"] = place->second.mime_type;
+        image["bufferView"] = place->second.view;
+    }
+}
+
+std::size_t GltfPackage::addBufferView(std::vector<std::uint8_t> bytes, std::optional<int> target) {
+    const std::size_t length = bytes.size();
+    const std::uint64_t start = append(storage_.emplace_back(std::move(bytes)));
+    ordered_json view = {{"buffer", 0}, {"byteOffset", start}, {"byteLength", length}};
+    if (target) view["target"] = *target;
+    return appendElement(json_, "bufferViews", std::move(view));
+}
+
+std::size_t GltfPackage::addAccessor(std::vector<std::uint8_t> bytes, const NewAccessor& accessor) {
+    ordered_json result = {{"bufferView", addBufferView(std::move(bytes), 34962)},
+                           {"componentType", accessor.component_type}};
+    if (accessor.normalized) result["normalized"] = true;
+    result["count"] = accessor.count;
+    result["type"] = accessor.type;
+    return appendElement(json_, "accessors", std::move(result));
+}
+
+std::size_t GltfPackage::addImage(std::vector<std::uint8_t> bytes, const std::string& mime_type,
+                                  const std::string& name) {
+    ordered_json image = {{"name", name}, {"mimeType", mime_type}};
+    image["bufferView"] = addBufferView(std::move(bytes));
+    return appendElement(json_, "images", std::move(image));
+}
+
+void GltfPackage::write(const std::string& path) {
+    static constexpr std::array<std::byte, kContainerAlignment> kZeros{};
+    if (size_ == 0) append(storage_.emplace_back(kContainerAlignment));  // no buffer may be empty
+    json_["buffers"][0]["byteLength"] = size_;
+    std::string text = json_.dump();
+    text.resize(padded(text.size()), ' ');
+    constexpr std::uint64_t kHeaders = 12 + 8 + 8;
+    const std::uint64_t total = kHeaders + text.size() + size_;
+    if (total > kMostContainerBytes) failTooLarge(path);
+    AtomicFile file(path);
+    const auto put = [&](const std::string& bytes) {
+        file.append(std::as_bytes(std::span(bytes)));
+    };
+    put("glTF" + word(2) + word(total) + word(text.size()) + "JSON");
+    put(text);
+    put(word(size_) + std::string("BIN\0", 4));
+    for (const std::span<const std::uint8_t>& part : parts_) {
+        file.append(std::as_bytes(part));
+        file.append(std::span(kZeros).first(padded(part.size()) - part.size()));
+    }
+    file.commit();
+}
+
+}  // namespace peeler

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads glTF 2.0 (.gltf and .glb) into a Scene.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/scene/scene.h"
+
+namespace peeler {
+
+struct GltfOptions {
+    /// A texture that is missing or cannot be decoded is an error instead of a warning.
+    /// Nor are damaged compressed data and WebP images then excused by an uncompressed fallback.
+    bool strict = false;
+    /// URIs may lead out of the scene's folder: absolute paths, "..", symbolic links.
+    bool allow_outside = false;
+    /// False: KHR_materials_transmission and KHR_materials_volume are left unread, so that every
+    /// surface is what its alpha mode says.
+    bool transmission = true;
+    std::uint64_t max_file_bytes = std::uint64_t{2} << 30;  ///< of the scene and each file it names
+    std::uint64_t max_image_bytes = std::uint64_t{1} << 30;  ///< of each image, decoded to RGBA
+    /// Of all vertices and indices together, as the scene holds them: many primitives may share the
+    /// same bytes of a small file.
+    std::uint64_t max_geometry_bytes = std::uint64_t{16} << 30;
+    int max_image_dimension = 16384;  ///< width and height, pixels
+};
+
+/// Reads the scene; whether it is JSON or binary is told by the content. Every index, range and
+/// type is checked before use. What the file has but we do not evaluate (optional extensions)
+/// becomes one sentence each in Scene::warnings.
+/// Throws Error(kInput): `where` is the path if the file as a whole is bad, else a JSON pointer.
+Scene readGltf(const std::filesystem::path& path, const GltfOptions& options = {});
+
+/// A glTF extension that we know.
+struct GltfExtension {
+    const char* name;
+    bool supported;    ///< may stand in extensionsRequired
+    const char* note;  ///< supported: what it is; else: what is lost where it is ignored
+};
+
+/// The known extensions, by name.
+const std::vector<GltfExtension>& gltfExtensions();
+
+/// Those that may be required, by name.
+const std::vector<GltfExtension>& supportedGltfExtensions();
+
+}  // namespace peeler

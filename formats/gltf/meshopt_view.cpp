@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decodes one meshopt-compressed buffer view (EXT_meshopt_compression, KHR_meshopt_compression).
+#include "formats/gltf/meshopt_view.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string_view>
+
+#include "core/base/error.h"
+
+namespace peeler {
+namespace {
+
+[[noreturn]] void failMeshopt(const std::string& what,
+                              const char* hint = "compress the file again") {
+    throw Error(ErrorKind::kInput, what, "", hint);
+}
+
+constexpr std::uint64_t kGroup = 16;  // elements that the attribute codec treats together
+
+/// The extension's Appendix A, mode 0: blocks of at most 8 KiB and 256 elements; in each, for every
+/// byte of an element, two bits a group; then the tail with the first element.
+std::uint64_t leastAttributeBytes(std::uint64_t count, std::uint64_t stride) {
+    const std::uint64_t block = std::min<std::uint64_t>(8192 / stride / kGroup * kGroup, 256);
+    const auto headers = [&](std::uint64_t elements) {
+        return stride * (((elements + kGroup - 1) / kGroup + 3) / 4);
+    };
+    return 1 + count / block * headers(block) + headers(count % block) +
+           std::max<std::uint64_t>(stride, 32);
+}
+
+/// Mode 1: a byte for each triangle between the header and a table of 16.
+std::uint64_t leastTriangleBytes(std::uint64_t count, std::uint64_t) {
+    return 1 + count / 3 + 16;
+}
+
+/// Mode 2: a byte at least for each index between the header and four of padding.
+std::uint64_t leastIndexBytes(std::uint64_t count, std::uint64_t) {
+    return 1 + count + 4;
+}
+
+struct Mode {
+    const char* name;
+    std::uint8_t header;   ///< the first byte's high half, which tells the codec
+    std::uint8_t version;  ///< the newest one that the library decodes
+    std::uint64_t (*least_bytes)(std::uint64_t count, std::uint64_t stride);
+    /// 0 if the stream is sound.
+    int (*decode)(void* out, std::size_t count, std::size_t stride, const unsigned char* bytes,
+                  std::size_t size);
+};
+
+constexpr Mode kModes[] = {
+    {"ATTRIBUTES", 0xA0, 0, leastAttributeBytes, meshopt_decodeVertexBuffer},
+    {"TRIANGLES", 0xE0, 1, leastTriangleBytes, meshopt_decodeIndexBuffer},
+    {"INDICES", 0xD0, 1, leastIndexBytes, meshopt_decodeIndexSequence},
+};
+
+/// KHR_meshopt_compression, Appendix B, filter 4: YCo-Cg of K bits and an alpha whose highest bit
+/// tells K. Decoders of the library have it since version 0.25.
+template <typename Unsigned, typename Signed>
+void decodeColors(std::uint8_t* bytes, std::size_t count) {
+    constexpr int kMax = std::numeric_limits<Unsigned>::max();
+    for (std::size_t i = 0; i < count; ++i, bytes += 4 * sizeof(Unsigned)) {
+        Unsigned in[4];
+        std::memcpy(in, bytes, sizeof in);
+        int full = in[3];  // all of the K bits set
+        for (const int shift : {1, 2, 4, 8})
+            full |= full >> shift;
+        const int y = in[0], co = int{static_cast<Signed>(in[1])},
+                  cg = int{static_cast<Signed>(in[2])};
+        const int alpha = in[3] & (full >> 1);
+        const float scale = static_cast<float>(kMax) / static_cast<float>(std::max(full, 1));
+        const auto stored = [&](int value) {
+            const float rounded = std::round(static_cast<float>(value) * scale);
+            return static_cast<Unsigned>(std::clamp(rounded, 0.0F, static_cast<float>(kMax)));
+        };
+        const Unsigned out[4] = {stored(y + co - cg), stored(y + cg), stored(y - co - cg),
+                                 stored(alpha << 1 | (alpha & 1))};
+        std::memcpy(bytes, out, sizeof out);
+    }
+}
+
+void decodeColorFilter(void* bytes, std::size_t count, std::size_t stride) {
+    auto* first = static_cast<std::uint8_t*>(bytes);
+    if (stride == 4)
+        decodeColors<std::uint8_t, std::int8_t>(first, count);
+    else
+        decodeColors<std::uint16_t, std::int16_t>(first, count);
+}
+
+struct Filter {
+    const char* name;
+    bool any_stride;  ///< else those of the next two
+    bool four, eight;
+    void (*decode)(void* bytes, std::size_t count, std::size_t stride);
+};
+
+constexpr Filter kFilters[] = {
+    {"NONE", true, true, true, nullptr},
+    {"OCTAHEDRAL", false, true, true, meshopt_decodeFilterOct},
+    {"QUATERNION", false, false, true, meshopt_decodeFilterQuat},
+    {"EXPONENTIAL", true, true, true, meshopt_decodeFilterExp},
+    {"COLOR", false, true, true, decodeColorFilter},
+};
+
+template <typename Row, std::size_t n>
+const Row& rowOf(const Row (&rows)[n], const std::string& name, const char* kind) {
+    for (const Row& row : rows)
+        if (name == row.name) return row;
+    failMeshopt("the meshopt " + std::string(kind) + " \"" + name.substr(0, 40) + "\" is not known",
+                "decompress the file, e.g. with: gltf-transform copy in.glb out.glb");
+}
+
+void checkHeader(const Mode& mode, std::uint8_t first) {
+    if ((first & 0xF0) != mode.header)
+        failMeshopt("the data is no meshopt stream of mode " + std::string(mode.name));
+    if (const int version = first & 0x0F; version > mode.version)
+        failMeshopt("the data is of version " + std::to_string(version) +
+                        " of the codec, the installed libmeshoptimizer " +
+                        std::to_string(MESHOPTIMIZER_VERSION / 1000) + "." +
+                        std::to_string(MESHOPTIMIZER_VERSION / 10 % 100) + " decodes up to " +
+                        std::to_string(mode.version),
+                    "compress the file with EXT_meshopt_compression, which is version 0");
+}
+
+}  // namespace
+
+void checkMeshoptStream(const MeshoptStream& stream) {
+    const Mode& mode = rowOf(kModes, stream.mode, "mode");
+    const Filter& filter = rowOf(kFilters, stream.filter, "filter");
+    const std::uint64_t stride = stream.stride;
+    const bool attributes = mode.header == 0xA0;
+    const auto refuse = [&](const char* rule) {
+        failMeshopt("the stride of " + std::to_string(stride) + " bytes is none of mode " +
+                    stream.mode + " with filter " + stream.filter + ": " + rule);
+    };
+    if (attributes && (stride % 4 != 0 || stride == 0 || stride > 256))
+        refuse("it must be a multiple of 4 up to 256");
+    if (!attributes && stride != 2 && stride != 4) refuse("it must be 2 or 4");
+    if (!attributes && filter.decode)
+        failMeshopt("filter " + stream.filter + " cannot be used with mode " + stream.mode);
+    if (!filter.any_stride && !(filter.four && stride == 4) && !(filter.eight && stride == 8))
+        refuse(filter.four ? "it must be 4 or 8" : "it must be 8");
+    if (mode.header == 0xE0 && stream.count % 3 != 0)
+        failMeshopt("the count of " + std::to_string(stream.count) +
+                    " indices is no multiple of 3");
+    if (stream.bytes.empty()) failMeshopt("the compressed data is empty");
+    checkHeader(mode, stream.bytes[0]);
+    const std::uint64_t least = mode.least_bytes(stream.count, stride);
+    if (stream.bytes.size() < least)
+        failMeshopt(std::to_string(stream.count) + " elements of " + std::to_string(stride) +
+                    " bytes need at least " + std::to_string(least) + " compressed bytes, " +
+                    std::to_string(stream.bytes.size()) + " are there");
+}
+
+void decodeMeshoptStream(const MeshoptStream& stream, std::span<std::uint8_t> out) {
+    const Mode& mode = rowOf(kModes, stream.mode, "mode");
+    const Filter& filter = rowOf(kFilters, stream.filter, "filter");
+    const int result = mode.decode(out.data(), stream.count, stream.stride, stream.bytes.data(),
+                                   stream.bytes.size());
+    if (result != 0)
+        failMeshopt("the meshopt data is damaged (the decoder says " + std::to_string(result) +
+                    ")");
+    if (filter.decode) filter.decode(out.data(), stream.count, stream.stride);
+}
+
+}  // namespace peeler

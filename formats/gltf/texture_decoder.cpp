@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decodes the PNG, JPEG or WebP bytes of a texture.
+#include "formats/gltf/texture_decoder.h"
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+#include <string_view>
+#include <vector>
+
+#include "core/base/error.h"
+#include "formats/image/image_library.h"
+#include "formats/image/image_metadata.h"
+
+namespace peeler {
+namespace {
+
+[[noreturn]] void failTexture(const std::string& what,
+                              const char* hint = "save it again as PNG or JPEG") {
+    throw Error(ErrorKind::kInput, what, "", hint);
+}
+
+/// OpenImageIO's name of the format, told by the magic bytes; it would try any of its many readers
+/// itself, some of them fragile.
+const char* sniff(std::string_view text) {
+    if (text.substr(0, 8) == "\x89PNG\r\n\x1A\n") return "png";
+    if (text.substr(0, 3) == "\xFF\xD8\xFF") return "jpeg";
+    if (text.substr(0, 4) == "RIFF" && text.size() >= 12 && text.substr(8, 4) == "WEBP")
+        return "webp";
+    return nullptr;
+}
+
+void checkTextureSize(const StoredImage& stored, const TextureLimits& limits) {
+    if (stored.width < 1 || stored.height < 1 || stored.depth > 1 || stored.channels.empty())
+        failTexture("the image has no pixels");
+    const std::uint64_t bytes = std::uint64_t{4} * static_cast<std::uint64_t>(stored.width) *
+                                static_cast<std::uint64_t>(stored.height);
+    if (std::max(stored.width, stored.height) > limits.max_dimension || bytes > limits.max_bytes)
+        failTexture("the image of " + std::to_string(stored.width) + " x " +
+                        std::to_string(stored.height) + " pixels is larger than the limit of " +
+                        std::to_string(limits.max_dimension) + " pixels a side and " +
+                        std::to_string(limits.max_bytes) + " bytes",
+                    "scale it down");
+}
+
+/// In place, from the last pixel to the first: `rgba` holds the stored pixels at its beginning.
+void expandToRgba(std::vector<std::uint8_t>& rgba, std::size_t channels) {
+    for (std::size_t pixel = rgba.size() / 4; pixel-- > 0;) {
+        const std::uint8_t* from = rgba.data() + pixel * channels;
+        const bool grey = channels < 3;
+        const std::uint8_t r = from[0], g = grey ? r : from[1], b = grey ? r : from[2];
+        const std::uint8_t a = channels == 2   ? from[1]
+                               : channels == 4 ? from[3]
+                                               : std::uint8_t{255};
+        std::uint8_t* to = rgba.data() + pixel * 4;
+        to[0] = r;
+        to[1] = g;
+        to[2] = b;
+        to[3] = a;
+    }
+}
+
+}  // namespace
+
+Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name,
+                    const TextureLimits& limits) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const char* format = sniff(text);
+    if (!format) failTexture("the image is neither PNG nor JPEG nor WebP");
+    std::vector<std::uint8_t> reduced;
+    if (format == std::string_view("png")) bytes = reduced = withoutPngMetadata(bytes);
+    if (format == std::string_view("jpeg")) bytes = reduced = withoutJpegMetadata(bytes);
+    static std::once_flag limits_set;
+    std::call_once(limits_set, [] { limitDecodedSize(4096); });
+    try {
+        const auto decoder = imageDecoder(format, "texture." + std::string(format), bytes);
+        const StoredImage& stored = decoder->image();
+        checkTextureSize(stored, limits);
+
+        Image image;
+        image.name = name;
+        image.width = stored.width;
+        image.height = stored.height;
+        image.rgba.resize(std::size_t{4} * static_cast<std::size_t>(stored.width) *
+                          static_cast<std::size_t>(stored.height));
+        const std::size_t channels = std::min<std::size_t>(stored.channels.size(), 4);
+        decoder->read(0, static_cast<int>(channels), image.rgba.data());
+        expandToRgba(image.rgba, channels);
+        return image;
+    } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorKind::kMemory, "not enough memory to decode the image \"" + name + "\"");
+    } catch (const std::exception& problem) {
+        failTexture("the image cannot be decoded: " + std::string(problem.what()));
+    }
+}
+
+}  // namespace peeler

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Flat pictures as numbers to calculate with: PNG, JPEG, TIFF, Radiance, and OpenEXR without
+// layers.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/image/composite.h"
+
+namespace peeler {
+
+struct FlatImageLimits {
+    int max_side = 65536;                              ///< pixels
+    std::uint64_t max_bytes = std::uint64_t{4} << 30;  ///< decoded, 16 bytes a pixel
+};
+
+struct FlatImage {
+    CompositeImage image;  ///< linear Rec. 709, premultiplied; z is +inf
+    /// Display window's size, and whether the file tells where in it the image lies (EXR). If not,
+    /// the image's window begins at (0, 0) and is all there is.
+    int width = 0, height = 0;
+    bool placed = false;
+};
+
+/// Integer samples of PNG, JPEG and TIFF are taken for sRGB, floating-point ones for linear;
+/// profiles are not used. Grey becomes R = G = B, no alpha becomes 1. Of an OpenEXR file the first
+/// part is read, its channels R, G, B, A (or Y). Throws Error (kInput), (kMemory).
+FlatImage readFlatImage(const std::string& path, const FlatImageLimits& limits = {});
+
+/// What such a file says of itself (PNG's Description, Exif's ImageDescription); "" = nothing.
+/// Throws likewise.
+std::string imageDescription(const std::string& path);
+
+}  // namespace peeler

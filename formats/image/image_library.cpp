@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/image/image_library.h"
+
+#include <atomic>
+#include <mutex>
+#include <stdexcept>
+#include <string_view>
+
+#include "formats/file/module.h"
+#include "formats/image/jpeg_codec.h"
+#include "formats/image/png_codec.h"
+
+namespace peeler {
+namespace {
+
+std::mutex library_mutex;
+const ImageLibrary* loaded_library = nullptr;
+int wanted_threads = 0;               ///< 0 = nothing was said
+std::atomic<int> most_megabytes = 0;  ///< likewise
+
+/// What needs no module. A decoder that is not returned is one that does need it.
+struct BuiltIn {
+    std::string_view format;
+    std::unique_ptr<ImageDecoder> (*decoder)(const std::string&, std::span<const std::uint8_t>);
+    std::unique_ptr<ImageEncoder> (*encoder)();
+};
+constexpr BuiltIn kBuiltIn[] = {
+    {"png", pngDecoder, pngEncoder},
+    {"jpeg", jpegDecoder, nullptr},
+};
+
+void checkDecodedSize(const StoredImage& image) {
+    const std::uint64_t bytes = static_cast<std::uint64_t>(image.width) *
+                                static_cast<std::uint64_t>(image.height) * image.channels.size();
+    if (most_megabytes > 0 && bytes >> 20U >= static_cast<std::uint64_t>(most_megabytes))
+        throw std::runtime_error("an image of " + std::to_string(image.width) + " x " +
+                                 std::to_string(image.height) + " pixels is too large");
+}
+
+}  // namespace
+
+const ImageLibrary& imageLibrary() {
+    const std::lock_guard lock(library_mutex);
+    if (loaded_library) return *loaded_library;
+    void* const function = moduleFunction(kImageModule, kImageModuleFunction);
+    loaded_library = reinterpret_cast<ImageModuleFunction*>(function)();
+    if (wanted_threads > 0) loaded_library->setThreads(wanted_threads);
+    if (most_megabytes > 0) loaded_library->limitDecodedSize(most_megabytes);
+    return *loaded_library;
+}
+
+void setImageLibraryThreads(int threads) {
+    const std::lock_guard lock(library_mutex);
+    wanted_threads = threads;
+    if (loaded_library) loaded_library->setThreads(threads);
+}
+
+void limitDecodedSize(int megabytes) {
+    const std::lock_guard lock(library_mutex);
+    most_megabytes = megabytes;
+    if (loaded_library) loaded_library->limitDecodedSize(megabytes);
+}
+
+std::unique_ptr<ImageDecoder> imageDecoder(const std::string& format, const std::string& path,
+                                           std::span<const std::uint8_t> bytes) {
+    for (const BuiltIn& row : kBuiltIn) {
+        if (row.format != format) continue;
+        if (auto decoder = row.decoder(path, bytes)) {
+            checkDecodedSize(decoder->image());
+            return decoder;
+        }
+    }
+    return imageLibrary().decoder(format, path, bytes);
+}
+
+std::unique_ptr<ImageEncoder> imageEncoder(const std::string& format) {
+    for (const BuiltIn& row : kBuiltIn)
+        if (row.format == format && row.encoder) return row.encoder();
+    return imageLibrary().encoder(format);
+}
+
+}  // namespace peeler

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reduces PNG and JPEG files to what decoding their pixels needs.
+#include "formats/image/image_metadata.h"
+
+#include <libdeflate.h>
+
+#include <string>
+#include <string_view>
+
+#include "core/base/error.h"
+
+namespace peeler {
+namespace {
+
+[[noreturn]] void failToDecode(const std::string& what) {
+    throw Error(ErrorKind::kInput, "the image cannot be decoded: " + what, "",
+                "save it again as PNG or JPEG");
+}
+
+std::uint32_t bigEndian(std::span<const std::uint8_t> bytes, std::size_t offset, std::size_t size) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < size; ++i)
+        value = value << 8U | bytes[offset + i];
+    return value;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> withoutPngMetadata(std::span<const std::uint8_t> bytes) {
+    constexpr std::size_t kSignature = 8, kFrame = 12;  // length, type, checksum
+    if (bytes.size() < kSignature) failToDecode("the PNG is truncated");
+    std::vector<std::uint8_t> result(bytes.begin(), bytes.begin() + kSignature);
+    result.reserve(bytes.size());
+    bool has_pixels = false;
+    for (std::size_t offset = kSignature;;) {
+        if (bytes.size() - offset < kFrame) failToDecode("the PNG is truncated");
+        const std::size_t length = bigEndian(bytes, offset, 4);
+        if (length > bytes.size() - offset - kFrame) failToDecode("the PNG is truncated");
+        const std::span<const std::uint8_t> chunk = bytes.subspan(offset, length + kFrame);
+        const std::string_view type(reinterpret_cast<const char*>(chunk.data()) + 4, 4);
+        if (offset == kSignature && type != "IHDR")
+            failToDecode("the PNG does not begin with IHDR");
+        if (type == "IHDR" || type == "PLTE" || type == "tRNS" || type == "IDAT" ||
+            type == "IEND") {
+            if (libdeflate_crc32(0, chunk.data() + 4, length + 4) !=
+                bigEndian(chunk, length + 8, 4))
+                failToDecode("a checksum of the PNG is wrong");
+            result.insert(result.end(), chunk.begin(), chunk.end());
+        } else if ((chunk[4] & 0x20U) == 0) {  // §5.4: upper case = critical
+            failToDecode("the PNG has chunks of an unknown kind");
+        }
+        has_pixels = has_pixels || type == "IDAT";
+        if (type == "IEND" && !has_pixels) failToDecode("the PNG has no pixels");
+        if (type == "IEND") return result;
+        offset += chunk.size();
+    }
+}
+
+std::vector<std::uint8_t> withoutJpegMetadata(std::span<const std::uint8_t> bytes) {
+    constexpr std::uint8_t kStartOfScan = 0xDA, kComment = 0xFE, kApp1 = 0xE1, kApp14 = 0xEE,
+                           kApp15 = 0xEF;
+    if (bytes.size() < 4) failToDecode("the JPEG is truncated");
+    std::vector<std::uint8_t> result(bytes.begin(), bytes.begin() + 2);
+    result.reserve(bytes.size());
+    for (std::size_t offset = 2;;) {
+        // §B.1.1.2: any number of fill bytes may precede a marker.
+        while (offset + 1 < bytes.size() && bytes[offset] == 0xFF && bytes[offset + 1] == 0xFF)
+            ++offset;
+        if (bytes.size() - offset < 4) failToDecode("the JPEG is truncated");
+        if (bytes[offset] != 0xFF) failToDecode("the JPEG's markers are damaged");
+        const std::uint8_t marker = bytes[offset + 1];
+        const std::size_t length = bigEndian(bytes, offset + 2, 2) + 2;
+        if (length > bytes.size() - offset) failToDecode("the JPEG is truncated");
+        if (marker == kStartOfScan) {
+            result.insert(result.end(), bytes.begin() + static_cast<std::ptrdiff_t>(offset),
+                          bytes.end());
+            return result;
+        }
+        const bool metadata =
+            marker == kComment || (marker >= kApp1 && marker <= kApp15 && marker != kApp14);
+        if (!metadata) {
+            const std::span<const std::uint8_t> segment = bytes.subspan(offset, length);
+            result.insert(result.end(), segment.begin(), segment.end());
+        }
+        offset += length;
+    }
+}
+
+}  // namespace peeler

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+// libspng leaves the pixels as they are stored or expands them, and does nothing else to them.
+#include "formats/image/png_codec.h"
+
+#include <spng.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <deque>
+#include <iterator>
+#include <new>
+#include <stdexcept>
+#include <string_view>
+#include <vector>
+
+#include "formats/image/stored_samples.h"
+
+namespace peeler {
+namespace {
+
+void check(int result) {
+    if (result == SPNG_EMEM) throw std::bad_alloc();
+    if (result != SPNG_OK) throw std::runtime_error("PNG: " + std::string(spng_strerror(result)));
+}
+
+/// Of functions that go from row to row: false after the last one.
+bool more(int result) {
+    if (result == SPNG_EOI) return false;
+    check(result);
+    return true;
+}
+
+using Context = std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)>;
+
+Context newContext(int flags) {
+    Context context(spng_ctx_new(flags), spng_ctx_free);
+    if (!context) throw std::bad_alloc();
+    return context;
+}
+
+/// What the pixels of a kind of PNG become.
+struct Expansion {
+    std::uint8_t color_type;
+    bool sixteen_bits, transparency;
+    int format;  ///< libspng's
+    std::string_view channels;
+};
+constexpr Expansion kExpansions[] = {
+    {SPNG_COLOR_TYPE_GRAYSCALE, false, false, SPNG_FMT_G8, "Y"},
+    {SPNG_COLOR_TYPE_GRAYSCALE, false, true, SPNG_FMT_GA8, "YA"},
+    {SPNG_COLOR_TYPE_GRAYSCALE, true, false, SPNG_FMT_PNG, "Y"},
+    {SPNG_COLOR_TYPE_GRAYSCALE, true, true, SPNG_FMT_GA16, "YA"},
+    {SPNG_COLOR_TYPE_TRUECOLOR, false, false, SPNG_FMT_PNG, "RGB"},
+    {SPNG_COLOR_TYPE_TRUECOLOR, false, true, SPNG_FMT_RGBA8, "RGBA"},
+    {SPNG_COLOR_TYPE_TRUECOLOR, true, false, SPNG_FMT_PNG, "RGB"},
+    {SPNG_COLOR_TYPE_TRUECOLOR, true, true, SPNG_FMT_RGBA16, "RGBA"},
+    {SPNG_COLOR_TYPE_INDEXED, false, false, SPNG_FMT_RGB8, "RGB"},
+    {SPNG_COLOR_TYPE_INDEXED, false, true, SPNG_FMT_RGBA8, "RGBA"},
+    {SPNG_COLOR_TYPE_GRAYSCALE_ALPHA, false, false, SPNG_FMT_PNG, "YA"},
+    {SPNG_COLOR_TYPE_GRAYSCALE_ALPHA, true, false, SPNG_FMT_PNG, "YA"},
+    {SPNG_COLOR_TYPE_TRUECOLOR_ALPHA, false, false, SPNG_FMT_PNG, "RGBA"},
+    {SPNG_COLOR_TYPE_TRUECOLOR_ALPHA, true, false, SPNG_FMT_PNG, "RGBA"},
+};
+
+const Expansion& expansionOf(const spng_ihdr& header, bool transparency) {
+    const auto* const found = std::ranges::find_if(kExpansions, [&](const Expansion& row) {
+        return row.color_type == header.color_type &&
+               row.sixteen_bits == (header.bit_depth == 16) && row.transparency == transparency;
+    });
+    if (found == std::end(kExpansions)) throw std::runtime_error("PNG: colours of no known kind");
+    return *found;
+}
+
+bool sameLetters(std::string_view a, std::string_view b) {
+    return std::ranges::equal(
+        a, b, {}, [](char c) { return c | 0x20; }, [](char c) { return c | 0x20; });
+}
+
+/// The last text before the pixels that describes them.
+std::string descriptionIn(spng_ctx* png) {
+    std::uint32_t count = 0;
+    if (spng_get_text(png, nullptr, &count) != SPNG_OK) return {};
+    std::vector<spng_text> texts(count);
+    check(spng_get_text(png, texts.data(), &count));
+    std::string description;
+    for (const spng_text& text : texts)
+        if (sameLetters(text.keyword, "Description") ||
+            sameLetters(text.keyword, "ImageDescription"))
+            description.assign(text.text, text.length);
+    return description;
+}
+
+struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, Close>;
+
+class PngDecoder final : public ImageDecoder {
+  public:
+    PngDecoder(const std::string& path, std::span<const std::uint8_t> bytes) : bytes_(bytes) {
+        if (bytes_.empty()) file_.reset(std::fopen(path.c_str(), "rbe"));
+        if (bytes_.empty() && !file_)
+            throw std::runtime_error("could not open file \"" + path + "\"");
+        const Context png = opened();
+        check(spng_get_ihdr(png.get(), &header_));
+        // Reads on to the pixels, so it tells what is wrong with anything before them.
+        spng_trns transparency{};
+        const int result = spng_get_trns(png.get(), &transparency);
+        if (result != SPNG_ECHUNKAVAIL) check(result);
+        expansion_ = &expansionOf(header_, result == SPNG_OK);
+        image_.width = image_.full_width = static_cast<int>(header_.width);
+        image_.height = image_.full_height = static_cast<int>(header_.height);
+        for (const char channel : expansion_->channels)
+            image_.channels.emplace_back(1, channel);
+        image_.straight_alpha = true;
+        image_.description = descriptionIn(png.get());
+    }
+
+    const StoredImage& image() const override { return image_; }
+    void read(int begin, int end, float* samples) override { readAs(begin, end, samples); }
+    void read(int begin, int end, std::uint8_t* samples) override { readAs(begin, end, samples); }
+
+  private:
+    Context opened() const {
+        Context png = newContext(0);
+        // Texts may be zipped: a small file may hold large ones. (Pixels are not meant.)
+        constexpr std::size_t kMost = std::size_t{1} << 26U;
+        check(spng_set_chunk_limits(png.get(), kMost, kMost));
+        if (file_) {
+            std::rewind(file_.get());
+            check(spng_set_png_file(png.get(), file_.get()));
+        } else {
+            check(spng_set_png_buffer(png.get(), bytes_.data(), bytes_.size()));
+        }
+        return png;
+    }
+
+    template <class To>
+    void readAs(int begin, int end, To* samples) const {
+        if (expansion_->sixteen_bits)
+            readFrom<std::uint16_t>(begin, end, samples);
+        else
+            readFrom<std::uint8_t>(begin, end, samples);
+    }
+
+    template <class From, class To>
+    void readFrom(int begin, int end, To* samples) const {
+        const Context png = opened();
+        check(spng_decode_image(png.get(), nullptr, 0, expansion_->format,
+                                SPNG_DECODE_PROGRESSIVE | SPNG_DECODE_TRNS));
+        const std::size_t width = header_.width, channels = expansion_->channels.size();
+        const auto first = static_cast<std::size_t>(begin), last = static_cast<std::size_t>(end);
+        const auto convert = [&](const From* from, std::size_t row) {
+            convertSamples(from, width, channels, first, last,
+                           samples + row * width * (last - first));
+        };
+        // A row of an interlaced picture comes in parts: it is whole when all are.
+        const bool interlaced = header_.interlace_method != SPNG_INTERLACE_NONE;
+        std::vector<From> rows(width * channels * (interlaced ? header_.height : 1));
+        spng_row_info row{};
+        while (more(spng_get_row_info(png.get(), &row))) {
+            From* const at = rows.data() + (interlaced ? row.row_num * width * channels : 0);
+            more(spng_decode_row(png.get(), at, width * channels * sizeof(From)));
+            if (!interlaced) convert(at, row.row_num);
+        }
+        check(spng_decode_chunks(png.get()));  // the checksum of the pixels is among the rest
+        for (std::size_t y = 0; interlaced && y < header_.height; ++y)
+            convert(rows.data() + y * width * channels, y);
+    }
+
+    File file_;  // without bytes: no more of it is read than is asked for
+    std::span<const std::uint8_t> bytes_;
+    spng_ihdr header_{};
+    const Expansion* expansion_ = nullptr;
+    StoredImage image_;
+};
+
+class PngEncoder final : public ImageEncoder {
+  public:
+    bool keepsAlpha() const override { return true; }
+
+    void open(const ImageToEncode& image, EncodedFile& file) override {
+        constexpr std::uint8_t kColorTypes[] = {
+            SPNG_COLOR_TYPE_GRAYSCALE, SPNG_COLOR_TYPE_GRAYSCALE_ALPHA, SPNG_COLOR_TYPE_TRUECOLOR,
+            SPNG_COLOR_TYPE_TRUECOLOR_ALPHA};
+        file_ = &file;
+        row_bytes_ = static_cast<std::size_t>(image.width) *
+                     static_cast<std::size_t>(image.channels * image.bits / 8);
+        spng_ihdr header{};
+        header.width = static_cast<std::uint32_t>(image.width);
+        header.height = static_cast<std::uint32_t>(image.height);
+        header.bit_depth = static_cast<std::uint8_t>(image.bits);
+        header.color_type = kColorTypes[image.channels - 1];
+        spng_ctx* const png = png_.get();
+        check(spng_set_png_stream(png, write, this));
+        check(spng_set_ihdr(png, &header));
+        // Of all filters, strategies and levels the fastest whose files are no larger than those of
+        // libpng, which tries every filter for every row, at its level 6.
+        constexpr int kFiltered = 1;  // zlib's Z_FILTERED
+        check(spng_set_option(png, SPNG_FILTER_CHOICE, SPNG_FILTER_CHOICE_PAETH));
+        check(spng_set_option(png, SPNG_IMG_COMPRESSION_STRATEGY, kFiltered));
+        check(spng_set_option(png, SPNG_IMG_COMPRESSION_LEVEL, 6));
+        if (image.srgb) setSrgb();
+        addText("Software", image.software);
+        addText("Description", image.description);
+        if (!texts_.empty())
+            check(spng_set_text(png, texts_.data(), static_cast<std::uint32_t>(texts_.size())));
+        check(spng_encode_image(png, nullptr, 0, SPNG_FMT_PNG, SPNG_ENCODE_PROGRESSIVE));
+    }
+
+    void writeRows(int begin, int end, const void* samples) override {
+        const auto* row = static_cast<const std::byte*>(samples);
+        for (int y = begin; y < end; ++y, row += row_bytes_) {
+            more(spng_encode_row(png_.get(), row, row_bytes_));
+        }
+    }
+
+    void close() override { check(spng_encode_chunks(png_.get())); }
+
+  private:
+    /// §11.3.2.5 of the specification: with gAMA and cHRM for those who do not know sRGB.
+    void setSrgb() {
+        constexpr std::uint8_t kAbsoluteColorimetric = 3;
+        spng_chrm_int primaries{31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000};
+        check(spng_set_srgb(png_.get(), kAbsoluteColorimetric));
+        check(spng_set_gama_int(png_.get(), 45455));
+        check(spng_set_chrm_int(png_.get(), &primaries));
+    }
+
+    /// Nothing if it is empty.
+    void addText(std::string_view keyword, const std::string& text) {
+        if (text.empty()) return;
+        spng_text& added = texts_.emplace_back();
+        std::ranges::copy(keyword, added.keyword);
+        added.type = SPNG_TEXT;
+        added.text = contents_.emplace_back(text).data();
+        added.length = text.size();
+    }
+
+    static int write(spng_ctx* /*png*/, void* encoder, void* bytes, std::size_t count) {
+        PngEncoder& self = *static_cast<PngEncoder*>(encoder);
+        const std::size_t written =
+            self.file_->writeAt(self.offset_, {static_cast<const std::byte*>(bytes), count});
+        self.offset_ += written;
+        return written == count ? SPNG_OK : SPNG_IO_ERROR;
+    }
+
+    EncodedFile* file_ = nullptr;
+    std::uint64_t offset_ = 0;
+    std::size_t row_bytes_ = 0;
+    std::vector<spng_text> texts_;      // libspng copies neither these
+    std::deque<std::string> contents_;  // nor these, which do not move
+    Context png_ = newContext(SPNG_CTX_ENCODER);
+};
+
+}  // namespace
+
+std::unique_ptr<ImageDecoder> pngDecoder(const std::string& path,
+                                         std::span<const std::uint8_t> bytes) {
+    return std::make_unique<PngDecoder>(path, bytes);
+}
+
+std::unique_ptr<ImageEncoder> pngEncoder() {
+    return std::make_unique<PngEncoder>();
+}
+
+}  // namespace peeler

@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fragments in 16 bytes each, as differences that deflate well.
+#include "formats/page/html_view_writer.h"
+
+#include <libdeflate.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/base/srgb.h"
+#include "core/image/composite.h"
+#include "core/image/median_depth.h"
+#include "core/scene/pixel_rays.h"
+#include "core/views/surface_cells.h"
+#include "formats/file/atomic_file.h"
+#include "formats/file/output_hash.h"
+#include "formats/page/view_page.h"
+
+namespace peeler {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Rgba = std::array<float, 4>;
+
+constexpr std::size_t kPlanes = 16;     ///< bytes of a fragment before compression
+constexpr std::uint64_t kScratch = 80;  ///< bytes a fragment takes in finish()
+
+/// Fragments in the order of the page: layer after layer, row by row.
+struct LayerOrder {
+    struct Place {
+        std::uint32_t fragment, pixel;
+    };
+    std::vector<Place> places;
+    std::vector<std::uint64_t> ends;  ///< of each layer
+};
+
+LayerOrder orderByLayer(const LayeredImage& image, const PixelRays& rays) {
+    LayerOrder order;
+    const auto pixels = static_cast<std::uint32_t>(image.window.pixels());
+    std::uint32_t layers = 0;
+    for (std::uint32_t p = 0; p < pixels; ++p)
+        layers = std::max(layers, image.count(p));
+    order.places.reserve(image.fragments());
+    for (std::uint32_t layer = 0; layer < layers; ++layer) {
+        for (std::uint32_t p = 0; p < pixels; ++p) {
+            if (layer >= image.count(p)) continue;
+            const std::uint32_t fragment = image.offsets[p] + layer;
+            if (rays.isSeen(rays.planar(image.z[fragment]))) order.places.push_back({fragment, p});
+        }
+        order.ends.push_back(order.places.size());
+    }
+    return order;
+}
+
+/// What corner depths are stored as: log2 Z, so that near and far things are told apart alike, or Z
+/// of an orthographic camera, which may be 0.
+double depthMeasure(const PixelRays& rays, double planar) {
+    return rays.perspective() ? -std::log2(planar) : planar;
+}
+
+struct Range {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -std::numeric_limits<double>::infinity();
+    void add(double value) {
+        low = std::min(low, value);
+        high = std::max(high, value);
+    }
+    /// Never empty, so that one can divide by its length.
+    Range widened() const {
+        if (!(low <= high)) return {0, 1};
+        return {low, high > low ? high : low + std::max(1e-6, 1e-6 * std::abs(low))};
+    }
+};
+
+/// The page takes off these differences again; see unpack() there.
+class Packer {
+  public:
+    explicit Packer(std::size_t count) : count_(count), planes_(kPlanes * count) {}
+
+    void add(std::uint32_t pixel, const std::array<std::uint16_t, kCorners>& corners,
+             const std::array<std::uint8_t, 4>& color) {
+        plane_ = 0;
+        put(pixel - pixel_, 4);
+        pixel_ = pixel;
+        // Along a surface a corner is the one before's right corner, and the slope changes little.
+        const std::uint32_t rise = corners[kUpperRight] - std::uint32_t{corners[kUpperLeft]};
+        put(corners[kUpperLeft] - std::uint32_t{corners_[kUpperRight]}, 2);
+        put(corners[kLowerLeft] - std::uint32_t{corners_[kLowerRight]}, 2);
+        put(rise - rise_, 2);
+        put(corners[kLowerRight] - std::uint32_t{corners[kLowerLeft]} - rise, 2);
+        corners_ = corners;
+        rise_ = rise;
+        for (std::size_t c = 0; c < 4; ++c)
+            put(std::uint32_t{color[c]} - color_[c], 1);
+        color_ = color;
+        ++at_;
+    }
+
+    std::span<const std::uint8_t> bytes() const { return planes_; }
+
+  private:
+    void put(std::uint32_t value, int bytes) {
+        for (int i = 0; i < bytes; ++i)
+            planes_[plane_++ * count_ + at_] = static_cast<std::uint8_t>(value >> (8 * i));
+    }
+
+    std::size_t count_, at_ = 0, plane_ = 0;
+    std::vector<std::uint8_t> planes_;
+    std::uint32_t pixel_ = 0, rise_ = 0;
+    std::array<std::uint16_t, kCorners> corners_{};
+    std::array<std::uint8_t, 4> color_{};
+};
+
+std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
+    const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+        libdeflate_alloc_compressor(6), libdeflate_free_compressor);
+    std::vector<std::uint8_t> packed(
+        libdeflate_zlib_compress_bound(compressor.get(), bytes.size()));
+    packed.resize(libdeflate_zlib_compress(compressor.get(), bytes.data(), bytes.size(),
+                                           packed.data(), packed.size()));
+    return packed;
+}
+
+/// RFC 4648, section 4.
+std::string base64(std::span<const std::uint8_t> bytes) {
+    constexpr std::string_view kDigits =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    text.reserve((bytes.size() + 2) / 3 * 4);
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+        std::uint32_t group = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            group = group << 8 | (k < count ? bytes[i + k] : 0U);
+        for (std::size_t k = 0; k < 4; ++k)
+            text += k <= count ? kDigits[group >> (18 - 6 * k) & 63] : '=';
+    }
+    return text;
+}
+
+/// For a <script> element: nothing in it may look like a tag.
+std::string scriptText(const Json& value) {
+    std::string text;
+    for (const char c : value.dump(-1, ' ', true, Json::error_handler_t::replace)) {
+        if (c == '<')
+            text += "\\u003c";
+        else
+            text += c;
+    }
+    return text;
+}
+
+/// Premultiplied sRGB bytes of a premultiplied linear colour.
+std::array<std::uint8_t, 4> encodedColor(const Rgba& color, float exposure,
+                                         const ToneMap& tone_map) {
+    const float alpha = color[3] > 0 ? std::min(color[3], 1.0F) : 0;  // NaN is none
+    const float straight = alpha > 0 ? alpha : 1;  // light without coverage stays as it is
+    const auto mapped =
+        tone_map.map({color[0] / straight * exposure, color[1] / straight * exposure,
+                      color[2] / straight * exposure});
+    const auto byte = [](float value) {
+        return static_cast<std::uint8_t>(std::lround(255 * value));
+    };
+    std::array<std::uint8_t, 4> bytes{};
+    for (std::size_t c = 0; c < 3; ++c)
+        bytes[c] = byte(encodeSrgb(std::clamp(mapped[c], 0.0F, 1.0F) * straight));
+    bytes[3] = byte(alpha);
+    return bytes;
+}
+
+/// World +Y in the camera's space: what the page turns about. The picture's own upwards direction
+/// if the camera looks along it.
+glm::dvec3 turningAxis(const View& view) {
+    const glm::dvec3 up(view.camera_to_world[0].y, view.camera_to_world[1].y,
+                        view.camera_to_world[2].y);
+    return std::abs(up.z) < 0.999 ? glm::normalize(up) : glm::dvec3(0, 1, 0);
+}
+
+Json describeView(const View& view, const LayeredImage& image, const LayerOrder& order,
+                  const Range& codes) {
+    const PixelRays rays(view);
+    const double distance = medianDepth(image, view).value_or(1);
+    Range depths;
+    double radius = 0;
+    const auto width = static_cast<std::uint32_t>(image.window.width());
+    for (const auto& [fragment, pixel] : order.places) {
+        const double z = image.z[fragment];
+        depths.add(z);
+        const glm::dvec2 at(image.window.x0 + static_cast<int>(pixel % width),
+                            image.window.y0 + static_cast<int>(pixel / width));
+        const glm::dvec3 point = rays.point(at + view.sample, rays.planar(z));
+        radius = std::max(radius, glm::length(point + glm::dvec3(0, 0, distance)));
+    }
+    const Range shown = depths.widened();
+    const Projection& projection = view.projection;
+    const glm::dvec3 up = turningAxis(view);
+    return {{"width", view.width},
+            {"height", view.height},
+            {"window", {image.window.x0, image.window.y0, std::max(1U, width)}},
+            {"sample", {view.sample.x, view.sample.y}},
+            {"perspective", projection.perspective},
+            {"half", {projection.half_width, projection.half_height}},
+            {"up", {up.x, up.y, up.z}},
+            {"range", {codes.low, codes.high}},
+            {"depths", {shown.low, shown.high}},
+            {"distance", distance},
+            // Corners reach a little farther than samples.
+            {"radius", 1.05 * radius + 0.01 * std::abs(distance)},
+            {"layerEnds", order.ends}};
+}
+
+void appendArray(FragmentArray& to, const FragmentArray& from) {
+    to.channels = from.channels;
+    to.type = from.type;
+    to.data.insert(to.data.end(), from.data.begin(), from.data.end());
+}
+
+}  // namespace
+
+HtmlViewWriter::HtmlViewWriter(std::string path, Provenance provenance, HtmlViewOptions options)
+    : path_(std::move(path)),
+      provenance_(std::move(provenance)),
+      options_(std::move(options)),
+      tone_map_(&findToneMap(options_.image.tone_map)) {}
+
+void HtmlViewWriter::begin(const Plan& plan) {
+    if (plan.fragments_stored > options_.max_fragments) {
+        throw Error(ErrorKind::kUsage,
+                    "a page is to hold no more than " + std::to_string(options_.max_fragments) +
+                        " fragments, and there are " + std::to_string(plan.fragments_stored),
+                    path_,
+                    "keep fewer --layers, render a smaller --size, or raise "
+                    "peeler view --max-fragments (2 to 5 bytes of page each)");
+    }
+    plan_ = plan;
+    image_ = {};
+    image_.window = plan.view.crop;
+    image_.offsets.assign(1, 0);
+}
+
+void HtmlViewWriter::write(const LayeredImage& band) {
+    const std::uint32_t before = image_.offsets.back();
+    for (std::size_t p = 1; p < band.offsets.size(); ++p)
+        image_.offsets.push_back(before + band.offsets[p]);
+    image_.z.insert(image_.z.end(), band.z.begin(), band.z.end());
+    appendArray(image_.color, band.color);
+    image_.extra.resize(band.extra.size());
+    for (std::size_t i = 0; i < band.extra.size(); ++i)
+        appendArray(image_.extra[i], band.extra[i]);
+}
+
+SinkMemory HtmlViewWriter::memory() const {
+    return {.rows = plan_.view.crop.height(), .bytes = plan_.fragments_stored * kScratch};
+}
+
+void HtmlViewWriter::finish() {
+    const View& view = plan_.view;
+    std::string json, data;
+    {
+        const StageTimer timer(times_, "encode");
+        const PixelRays rays(view);
+        const LayerOrder order = orderByLayer(image_, rays);
+        const SurfaceCells cells = surfaceCells(image_, view);
+        Range codes;
+        for (const auto& place : order.places)
+            for (const float planar : cells.corners[place.fragment])
+                codes.add(depthMeasure(rays, planar));
+        codes = codes.widened();
+
+        const float exposure = std::exp2(options_.image.exposure);
+        Packer packer(order.places.size());
+        for (const auto& [fragment, pixel] : order.places) {
+            std::array<std::uint16_t, kCorners> corners{};
+            for (std::size_t c = 0; c < kCorners; ++c) {
+                const double share = (depthMeasure(rays, cells.corners[fragment][c]) - codes.low) /
+                                     (codes.high - codes.low);
+                corners[c] =
+                    static_cast<std::uint16_t>(std::lround(65535 * std::clamp(share, 0.0, 1.0)));
+            }
+            packer.add(pixel, corners,
+                       encodedColor(colorOf(image_, fragment), exposure, *tone_map_));
+        }
+        data = base64(deflated(packer.bytes()));
+
+        Json about = describeView(view, image_, order, codes);
+        about["title"] = provenance_.scene.empty() ? "A scene" : provenance_.scene;
+        Rgba background = options_.image.background;
+        if (background == Rgba{}) background.fill(linearFromSrgb(0.86F));
+        about["background"] = {background[0], background[1], background[2]};
+        json = scriptText(about);
+    }
+    const StageTimer timer(times_, "write");
+    AtomicFile file(path_);
+    std::string_view rest = viewPage();
+    const std::string hash = outputHashText(provenance_.output_hash);
+    const std::array<std::pair<std::string_view, std::string_view>, 3> fields = {
+        {{"{{hash}}", hash}, {"{{view}}", json}, {"{{fragments}}", data}}};
+    const auto append = [&](std::string_view text) { file.append(std::as_bytes(std::span(text))); };
+    for (const auto& [name, text] : fields) {
+        const std::size_t at = rest.find(name);
+        append(rest.substr(0, at));
+        append(text);
+        rest.remove_prefix(at + name.size());
+    }
+    append(rest);
+    file.commit();
+    image_ = {};
+}
+
+}  // namespace peeler

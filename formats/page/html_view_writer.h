@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Layers as a web page in which one can look around.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/image/layered_image.h"
+#include "core/image/sink.h"
+#include "formats/image/image_writer.h"
+
+namespace peeler {
+
+struct HtmlViewOptions {
+    ImageOptions image;  ///< exposure and tone map go over each fragment; a background that is all
+                         ///< zero is the page's own
+    std::uint64_t max_fragments = 4'000'000;
+};
+
+/// Writes one HTML file that needs nothing else: the cells of all fragments
+/// (core/views/surface_cells.h), packed, and a page that draws them with WebGL 2
+/// (formats/page/view_page.html). Colours are sRGB in 8 bits, premultiplied and clipped fragment by
+/// fragment; depths have 16 bits, of log2 Z for a perspective camera. Holds the picture until
+/// finish(), with about 80 bytes a fragment beside it.
+class HtmlViewWriter : public Sink {
+  public:
+    /// Throws Error (kUsage) if there is no such tone map.
+    HtmlViewWriter(std::string path, Provenance provenance, HtmlViewOptions options);
+
+    /// Throws Error (kUsage) if there are too many fragments.
+    void begin(const Plan& plan) override;
+    void write(const LayeredImage& band) override;
+    void finish() override;
+    SinkMemory memory() const override;
+    StageTimes times() const override { return times_; }
+
+  private:
+    std::string path_;
+    Provenance provenance_;
+    HtmlViewOptions options_;
+    const ToneMap* tone_map_ = nullptr;
+    Plan plan_;
+    LayeredImage image_;
+    StageTimes times_;
+};
+
+}  // namespace peeler
