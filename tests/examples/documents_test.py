@@ -101,11 +101,21 @@ class Documents(unittest.TestCase):
         pictures = sorted(path.name for path in (SOURCE / "examples" / "images").iterdir())
         self.assertEqual([name for name in pictures if f"images/{name})" not in shown], [])
 
+    def verbs(self):
+        found = re.findall(r"^  ([a-z]+) +[A-Z]", peeler("--help").stdout, re.M)
+        self.assertGreater(len(found), 10)
+        return found
+
+    def test_every_verb_is_told_of(self):
+        readme = (SOURCE / "README.md").read_text(encoding="utf-8")
+        table = (SOURCE / "cmd" / "README.md").read_text(encoding="utf-8")
+        told = [verb for verb in self.verbs() if re.search(rf"^\| `{verb}\b", table, re.M)]
+        self.assertEqual(told, self.verbs())
+        self.assertEqual([verb for verb in self.verbs() if f"peeler {verb}" not in readme], [])
+
     def test_options_are_the_programs(self):
-        verbs = re.findall(r"^  ([a-z]+) +[A-Z]", peeler("--help").stdout, re.M)
-        self.assertGreater(len(verbs), 10)
         known = set(FOREIGN)
-        for verb in verbs:
+        for verb in self.verbs():
             known.update(re.findall(r"--[a-z][a-z-]*", peeler(verb, "--help").stdout))
         guides = [*(SOURCE / "examples" / "guide").glob("*.md"), SOURCE / "README.md"]
         rooms = [SOURCE / name / "README.md" for name in ("core", "formats", "cmd")]
