@@ -341,7 +341,7 @@ constexpr const char* kExtractFooter =
 VerbAction declareExtract(VerbOptions& verb) {
     const auto options = std::make_shared<ExtractOptions>();
     const auto path = [](const std::string& text) { return fs::path(text); };
-    addValue(verb, "IN", "", options->input, path, "a layered image (.exr)").required();
+    addValue(verb, "IN", "", options->input, path, "a layered or deep image (.exr)").required();
     addOutputOptions(verb, options->output);
     verb.option("--output")
         .required(false)

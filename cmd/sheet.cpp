@@ -245,7 +245,7 @@ VerbAction declareSheet(VerbOptions& verb) {
     addValue(
         verb, "IN", "", options->request.input.file,
         [](const std::string& text) { return fs::path(text); },
-        "a layered depth image (.exr) or a glTF scene (.gltf, .glb)")
+        "a layered or deep image (.exr) or a glTF scene (.gltf, .glb)")
         .required();
     addOutputOptions(verb, options->output);
     verb.option("--output").description(kOutputHelp);

@@ -175,7 +175,7 @@ VerbAction declareView(VerbOptions& verb) {
     const auto options = std::make_shared<ViewOptions>();
     addValue(
         verb, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
-        "a layered depth image (.exr)")
+        "a layered or deep image (.exr)")
         .required();
     addViewCameraOptions(verb, options->camera);
     addOutputOptions(verb, options->output);

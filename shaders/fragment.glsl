@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a fragment is: where it lies, its key (depth, primitive), and whether it counts (architecture.md,
+// What a fragment is: where it lies, its key (depth, primitive), and whether it counts (core/README.md,
 // "What a fragment is"). Every pass of every method includes this, so that all agree.
 #include "interface.glsl"
 

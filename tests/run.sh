@@ -5,11 +5,11 @@
 #   sh tests/run.sh            the short run: every test, of large counts a sample
 #                              (PEELER_STYLE=unchecked leaves the style out: clang-format's release decides)
 #   sh tests/run.sh -L unit    arguments go to ctest; the style is not checked
-#   sh tests/run.sh all        everything there is, about an hour (README.md says what)
+#   sh tests/run.sh all        everything there is, about an hour (tests/README.md, "What only all runs")
 #   sh tests/run.sh coverage   the short run, and which lines of the product it reaches
 #   sh tests/run.sh mutations  breaks the product in twenty ways; the tests have to see each
-#   sh tests/run.sh bench      measures instead, side by side with other programs; about 20 minutes
-#                              on 2 cores; what else can be said: benchmarks/table.py
+#   sh tests/run.sh bench      measures instead, and writes tests/benchmarks/RESULTS.md; about an hour on
+#                              2 idle cores; what else can be said: tests/benchmarks/results.py
 set -eu
 cd "$(dirname "$0")/.."
 python="/usr/bin/python3 -B" # Debian's, which has Debian's packages
@@ -42,7 +42,7 @@ bench)
     sh examples/install_dependencies.sh build bench
     cmake --preset ci ${PEELER_CMAKE_ARGUMENTS:-} >&2
     cmake --build --preset ci -j "$(nproc)" --target benchmarks >&2
-    exec $python tests/benchmarks/table.py --build build/ci "$@"
+    exec $python tests/benchmarks/results.py --build build/ci "$@"
     ;;
 mutations)
     shift

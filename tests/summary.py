@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run of the tests came to: what was skipped and why, how long each stage took, the slowest
-tests, how many passed.
+"""What a run of the tests came to: what was skipped or left out and why, how long each stage took, the
+slowest tests, how many passed.
 
     python3 tests/summary.py RESULTS_FOLDER [STAGE=SECONDS ...]
 
@@ -16,7 +16,8 @@ SLOWEST = 10
 
 
 def read(folder):
-    """[(name, seconds, state, why)]; the state is passed, failed or skipped."""
+    """[(name, seconds, state, why)]; the state is passed, failed or skipped. What a test that passed has
+    left out by its own account is its why."""
     tests = []
     for case in xml.etree.ElementTree.parse(folder / "ctest.xml").getroot().iter("testcase"):
         name, seconds = case.get("name"), float(case.get("time") or 0)
@@ -26,8 +27,11 @@ def read(folder):
         results = folder / f"{name}.xml"
         if not results.exists():
             output = (case.findtext("system-out") or "").strip().splitlines()
-            why = [line for line in output if line.startswith("skipped: ")] or output[-1:]
-            tests.append((name, seconds, state, " ".join(why)))
+            word = "left out: " if state == "passed" else "skipped: "
+            why = [line.removeprefix(word) for line in output if line.startswith(word)]
+            if state != "passed":
+                why = why or output[-1:]
+            tests.append((name, seconds, state, "; ".join(why)))
             continue
         # A process that ended badly has not written its results, or not all of them.
         found = list(shard(results, name.rpartition(".")[0]))
@@ -58,8 +62,8 @@ def main():
     count = collections.Counter(state for _, _, state, _ in tests)
 
     for name, _, state, why in tests:
-        if state != "passed":
-            print(f"{state}: {name}{': ' if why else ''}{why}")
+        if state != "passed" or why:
+            print(f"{'left out' if state == 'passed' else state}: {name}{': ' if why else ''}{why}")
     print("\n  minutes  stage")
     stages = [argument.partition("=") for argument in sys.argv[2:]]
     for name, _, seconds in [*stages, ("in all", "=", sum(int(s[2]) for s in stages))]:

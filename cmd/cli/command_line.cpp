@@ -19,8 +19,9 @@ namespace {
 constexpr const char* kProgramFooter =
     "`peeler VERB --help` explains one verb.\n\n"
     "Exit codes: 0 done, 1 internal error (compare: beyond a threshold), 2 usage,\n"
-    "3 input unreadable or invalid, 4 output not written, 5 no usable GL device,\n"
-    "6 incomplete under --strict, 33 out of memory or over --memory, 128 + n ended by signal n.";
+    "3 input unreadable or invalid, 4 output not written, 5 no usable GL device, or it was\n"
+    "lost, 6 incomplete under --strict, 33 out of memory or over --memory, 128 + n ended by\n"
+    "signal n.";
 
 int dispatch(const std::vector<std::string>& arguments, Console& console) {
     ArgumentParser parser("Every layer of a glTF scene, headless.", kProgramFooter);

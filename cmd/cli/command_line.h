@@ -9,7 +9,8 @@
 
 namespace peeler::cmd {
 
-/// Runs `peeler ARGUMENTS…`. Returns the exit code (ErrorKind and cli.md); throws nothing.
+/// Runs `peeler ARGUMENTS…`. Returns the exit code (cmd/README.md, "Exit codes"); throws
+/// nothing.
 int runCommandLine(const std::vector<std::string>& arguments, Console& console);
 
 }  // namespace peeler::cmd

@@ -38,8 +38,8 @@ struct PictureResult {
 /// took.
 void describePicture(const Plan& plan, const Provenance& provenance, PictureResult& result);
 
-/// The keys of cli.md, in that order, in camelCase like the peeler: attributes; `frame` and `time`
-/// only of a sequence. Every stage is there, 0 where it did not happen.
+/// The keys of a picture (cmd/README.md, "JSON"), in that order; `frame` and `time` only of a
+/// sequence. Every stage is there, 0 where it did not happen.
 nlohmann::ordered_json toJson(const PictureResult& result);
 
 /// "out.exr: 24 layers, 7,123,456 fragments, 12.3 MB, 812 ms"

@@ -13,7 +13,7 @@
 
 namespace peeler {
 
-/// Which fragments are captured (architecture.md, "What a fragment is").
+/// Which fragments are captured (core/README.md, "What a fragment is").
 enum class Surfaces : std::uint8_t {
     kAll,         ///< every one; opaque surfaces hide nothing
     kVisible,     ///< none behind the nearest opaque one: OPAQUE or MASK, not transmissive

@@ -28,7 +28,8 @@ enum class Channel : std::uint8_t {
     kDistance
 };
 
-/// One row of the table; files.md and the EXR conventions give the names.
+/// One row of the table. Components are called as they are in files (formats/README.md,
+/// "Channels").
 struct ChannelInfo {
     Channel channel;
     std::string_view name;  ///< as on the command line

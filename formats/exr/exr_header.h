@@ -10,8 +10,8 @@
 
 namespace peeler {
 
-/// A scan-line, ZIP-compressed header with every attribute of files.md that is the same in all
-/// parts of a file; no channels, name or layer number yet.
+/// A scan-line, ZIP-compressed header with every attribute (formats/README.md, "Attributes") that
+/// is the same in all parts of a file; no channels, name or layer number yet.
 ///
 /// - displayWindow is the full picture, dataWindow is `data_window`.
 /// - worldToCamera and worldToNDC as ImfStandardAttributes.h defines them: row vectors (p' = p·M),

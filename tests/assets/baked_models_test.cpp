@@ -113,7 +113,8 @@ TEST(BakedModels, ShowTheSameGeometryWithColours) {
             }
         }
         EXPECT_GT(colored, 0U);
-        // Debian's tinygltf reads neither compression, of no file (files.md).
+        // Debian's tinygltf reads neither compression (formats/README.md, "Input that is not
+        // trusted").
         const std::string text = name;
         if (text.find("Meshopt") == std::string::npos && text.find("Draco") == std::string::npos)
             expectLoadsElsewhere(baked);

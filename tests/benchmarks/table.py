@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures peeler side by side with Embree, VTK, f3d, OpenEXR and OpenImageIO; prints one Markdown table.
 
-    sh tests/run.sh bench [--rows capture,writers] [--scenes spheres,lamp] [--sizes 1920x1080] [--runs 3] [--quick]
+    python3 tests/benchmarks/table.py [--rows capture,writers] [--scenes spheres,lamp] [--sizes 1920x1080]
+                                      [--runs 3] [--quick]
 
 Ours and theirs run in turn; ratios are of the medians, no run is left out. Milliseconds unless a row says
 otherwise. What is missing is skipped and said so. The rows stand in a JSON file, too, every run's number
@@ -13,45 +14,18 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import platform
 import statistics
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Dict, List
+from typing import List
 
 import scenes
 import table_rows
+from machine import ROOT, facts
 from perf_profile import profile
 from reasons import REASONS
-from side_by_side import HERE, Bench, Display, Row, run, say
-
-ROOT = HERE.parent.parent
-PACKAGES = {"Embree": "libembree-dev", "VTK": "python3-vtk9", "f3d": "f3d", "OpenEXR": "libopenexr-dev",
-            "OpenImageIO": "libopenimageio-dev"}
-
-
-def output(*command: str) -> str:
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=ROOT)
-    return done.stdout.strip()
-
-
-def machine() -> str:
-    model = next((line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
-                  if line.startswith("model name")), platform.processor())
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    return f"{model}, {len(os.sched_getaffinity(0))} cores used, {memory / 2**30:.0f} GiB of memory"
-
-
-def facts(bench: Bench) -> Dict[str, str]:
-    modified = ", modified" if output("git", "status", "--porcelain") else ""
-    devices = json.loads(run([bench.peeler, "devices", "--json"]).out)["devices"]
-    versions = [f"{name} {output('dpkg-query', '-W', '-f', '${Version}', package) or 'missing'}"
-                for name, package in PACKAGES.items()]
-    return {"commit": output("git", "rev-parse", "HEAD") + modified, "machine": machine(),
-            "renderer": next((d["renderer"] for d in devices if d["usable"]), "none"),
-            "versions": ", ".join(versions), "runs": str(bench.runs)}
+from side_by_side import Bench, Display, Row, say
 
 
 def number(value: float, unit: str) -> str:
@@ -89,7 +63,7 @@ def parsed() -> argparse.Namespace:
             return text.split(",")
         return parse
 
-    parser.add_argument("--build", type=Path, default=ROOT / "build" / "ci", help=argparse.SUPPRESS)
+    parser.add_argument("--build", type=Path, default=ROOT / "build" / "ci", help="the build folder (default: build/ci)")
     parser.add_argument("--rows", type=listed(list(table_rows.KINDS)), default=list(table_rows.KINDS),
                         help=f"kinds of rows: {', '.join(table_rows.KINDS)}")
     parser.add_argument("--scenes", type=listed(names), default=names, help=f"which: {', '.join(names)}")
@@ -146,8 +120,7 @@ def main() -> int:
         for name in table_rows.GENERATED:
             if name in options.scenes:
                 bench.scenes[name] = scenes.write(bench.scratch, name)
-        known = facts(bench)
-        print("\n".join(f"- {name}: {value}" for name, value in known.items()) + "\n", flush=True)
+        known = {**facts(bench.peeler), "runs": str(bench.runs)}
         needs_display = bench.has("Xvfb") and {"composite", "command"} & set(options.rows)
         display = Display() if needs_display else None
         bench.display = display.name if display else ""

@@ -83,7 +83,7 @@ TEST(Memory, ABudgetServesShadowMapsSamplesAndEveryMethodInTurn) {
     };
     const std::string out = scratch / "out.exr", page = scratch / "page.png";
     keeps("400M", {"render", "-o", out, "--size", "1600x1200", "--shadows"});
-    // Some budgets are exceeded by 1 % (README, limits); this one is not.
+    // Some budgets are exceeded slightly (examples/guide/limits.md, "Memory"); this one is not.
     keeps("390M", {"render", "-o", out, "--size", "1600x1200", "--samples", "4"});
     keeps("420M", {"render", "-o", out, "--size", "800x600", "--samples", "4", "--surfaces",
                    "visible", "--as", "composite", "--method", "dual"});

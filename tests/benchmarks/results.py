@@ -1,0 +1,233 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Measures everything that the documents tell numbers of, and writes it into tests/benchmarks/RESULTS.md.
+
+    sh tests/run.sh bench                              all of it, and the table of README.md
+    sh tests/run.sh bench stages files                 these sections; the others stay as they are
+    sh tests/run.sh bench side-by-side -- --quick      with more options of the section's command: printed, not written
+
+A section is a command that prints Markdown tables. It is written as soon as it is measured, with the commit and the
+machine that it was measured with.
+"""
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Dict, Iterator, List, NamedTuple, Tuple
+
+from machine import ROOT, facts
+from side_by_side import say
+
+RESULTS = ROOT / "tests/benchmarks/RESULTS.md"
+README = ROOT / "README.md"
+ASSETS = Path(os.environ.get("PEELER_ASSETS", ROOT.parent / "shared" / "assets"))
+ENGINE, GLASSES, PLANT, JELLYFISH = (f"examples/scenes/{name}.glb" for name in ("engine", "glasses", "plant", "jellyfish"))
+MODELS = "{assets}/gltf-sample-assets/"
+DUCK, HELMET = MODELS + "Duck/glTF-Binary/Duck.glb", MODELS + "DamagedHelmet/glTF-Binary/DamagedHelmet.glb"
+CYLINDERS, WALKER = MODELS + "2CylinderEngine/glTF/2CylinderEngine.gltf", MODELS + "CesiumMan/glTF-Binary/CesiumMan.glb"
+ALL_METHODS = "a-buffer,front-to-back,two-pass,back-to-front,dual,dual-max,weighted-average,weighted-sum,unsorted"
+
+HEAD = """# Measurements
+
+Written by `sh tests/run.sh bench`, never by hand: every number here was printed by the command above it. Each section
+says at which commit and on which machine; `sh tests/run.sh bench SECTION` measures one again.
+"""
+
+
+class Section(NamedTuple):
+    title: str
+    text: str
+    commands: Tuple[Tuple[str, ...], ...]  # scripts of this folder, or programs of the build folder
+
+
+SECTIONS: Dict[str, Section] = {
+    "side-by-side": Section(
+        "Side by side",
+        "peeler beside what people use, in turn; ratios are ours to theirs, of medians. What each row is: "
+        "[tests/README.md](../README.md#measured-side-by-side).",
+        (("table.py", "--build", "{build}"),)),
+    "stages": Section(
+        "Stages",
+        "Layered files by every exact method: milliseconds of each stage, of the run with the smallest total.",
+        (("stage_times.py", "{build}/peeler", ENGINE, GLASSES, HELMET, CYLINDERS, "--runs", "2"),)),
+    "composites": Section(
+        "Composites",
+        "The same of composites, by every method.",
+        (("stage_times.py", "{build}/peeler", ENGINE, "--runs", "2", "--methods", ALL_METHODS,
+          "--", "--as", "composite", "--surfaces", "visible"),)),
+    "files": Section(
+        "Files",
+        "Size, and milliseconds to encode and write, in every form, layout and compression.",
+        (("file_sizes.py", "{build}/peeler", GLASSES, ENGINE, PLANT, "--runs", "2"),)),
+    "views": Section(
+        "Views",
+        "PSNR of `peeler view` against a direct render from the same camera, so many degrees beside the file's, in linear "
+        "light; inf is identical. The layers were captured 1.5 times as wide, so that both see the same.",
+        (("views_from_layers.py", "{build}/peeler", ENGINE, PLANT, JELLYFISH, GLASSES),)),
+    "baking": Section(
+        "Baking",
+        "Ambient occlusion at vertices by peeler and by Embree along the same directions: seconds (of peeler with uploading, of "
+        "Embree with building its hierarchy), and the root mean square error against rays of Embree of each vertex's own. "
+        "`raised` is how much that reference itself changes if its rays start 1e-4 of the size higher.",
+        (("{build}/tests/bake_ao", CYLINDERS, HELMET, DUCK, "--resolution", "512"),
+         ("{build}/tests/bake_ao", CYLINDERS, HELMET, DUCK, "--resolution", "1024", "--directions", "1024"))),
+    "frames": Section(
+        "Frames",
+        "What a frame takes in one process for all, beside a process for each. The files are the same.",
+        (("frames_in_one_process.py", "{build}/peeler", JELLYFISH, ENGINE, "--", "--size", "640x360"),
+         ("frames_in_one_process.py", "{build}/peeler", JELLYFISH, WALKER, "--frames", "10", "--runs", "2",
+          "--", "--size", "1920x1080"))),
+    "budgets": Section(
+        "Budgets",
+        "The most that was resident in large pictures, and under budgets of memory.",
+        (("budgets.py", "{build}/peeler"),)),
+}
+
+
+class Number(NamedTuple):
+    """A row of the README's table: where it stands in the results."""
+
+    what: str
+    section: str
+    cells: Dict[str, str]  # of its row
+    rival: str  # where the column of theirs does not name it
+    ours: str = "ours"
+    theirs: str = "theirs"
+
+
+HD = "1920x1080"
+NUMBERS = (
+    Number("every fragment of 30 glass spheres, shaded; Embree: all hits, not shaded", "side-by-side",
+           {"what": "capture", "scene": "spheres", "size": HD}, ""),
+    Number("every fragment of the sample model GearboxAssy; likewise", "side-by-side",
+           {"what": "capture", "scene": "gearbox", "size": HD}, ""),
+    Number("exact composite of 30 glass spheres", "side-by-side",
+           {"what": "composite, exact", "scene": "spheres", "size": HD}, ""),
+    Number("exact composite of 100 larger spheres", "side-by-side",
+           {"what": "composite, exact", "scene": "large-spheres", "size": HD}, ""),
+    Number("GearboxAssy to a PNG, the whole command", "side-by-side",
+           {"what": "whole command to PNG", "scene": "gearbox", "size": HD}, ""),
+    Number("writing the layers of 30 spheres", "side-by-side",
+           {"what": "writing the layered file", "scene": "spheres", "size": HD, "theirs": "same windows"}, ""),
+    Number("flattening a deep file of 100 spheres", "side-by-side",
+           {"what": "flatten of a deep file", "scene": "large-spheres", "size": HD}, ""),
+    Number("occlusion at the vertices of 2CylinderEngine, 1,024 directions", "baking",
+           {"scene": "2CylinderEngine", "directions": "1024"}, "Embree", "peeler", "Embree"),
+)
+BEGIN = "<!-- numbers: `sh tests/run.sh bench` writes them from tests/benchmarks/RESULTS.md -->"
+END = "<!-- end of numbers -->"
+
+
+def command_text(command: Tuple[str, ...], build: str, assets: str) -> List[str]:
+    words = [word.format(build=build, assets=assets) for word in command]
+    return ["python3", f"tests/benchmarks/{words[0]}", *words[1:]] if words[0].endswith(".py") else words
+
+
+def measured(section: Section, build: Path, more: List[str]) -> str:
+    """What the section's commands print, each below itself."""
+    texts = []
+    for command in section.commands:
+        words = command_text(command, str(build), str(ASSETS))
+        words[:1] = [sys.executable, "-B"] if words[0] == "python3" else words[:1]
+        say(" ".join([*words, *more]))
+        done = subprocess.run([*words, *more], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
+        shown = " ".join([*command_text(command, "build/ci", "$PEELER_ASSETS"), *more])
+        texts.append(f"`{shown}`\n\n{done.stdout.strip()}\n")
+    return "\n".join(texts)
+
+
+def written(name: str, known: Dict[str, str], tables: str) -> str:
+    """A section as it stands in the file."""
+    section = SECTIONS[name]
+    told = "".join(f"- {key}: {value}\n" for key, value in known.items())
+    return f"## {section.title}\n\n{section.text}\n\n{told}\n{tables}"
+
+
+def split(text: str) -> Dict[str, str]:
+    """The sections of the file by name, in the order of the table."""
+    names = {section.title: name for name, section in SECTIONS.items()}
+    found = {names.get(part.splitlines()[0]): f"## {part.strip()}\n" for part in re.split(r"^## ", text, flags=re.M)[1:]}
+    return {name: found[name] for name in SECTIONS if name in found}
+
+
+def joined(sections: Dict[str, str]) -> str:
+    return HEAD + "".join("\n" + sections[name] for name in SECTIONS if name in sections)
+
+
+def rows(text: str) -> Iterator[Dict[str, str]]:
+    """Of all tables of a text, their cells by the columns' names (of two of one name the first)."""
+    columns: List[str] = []
+    for line in text.splitlines():
+        cells = [cell.strip() for cell in line.strip().strip("|").split("|")] if line.startswith("|") else []
+        if not cells:
+            columns = []
+        elif not columns:
+            columns = cells
+        elif not set(line) <= set("|-: "):
+            yield dict(reversed(list(zip(columns, cells))))
+
+
+def amount(text: str) -> float:
+    return float(text.split()[0].replace(",", ""))
+
+
+def number_row(number: Number, sections: Dict[str, str]) -> str:
+    for row in rows(sections.get(number.section, "")):
+        if not all(row.get(key) == cell or (key == number.theirs and cell in row.get(key, ""))
+                   for key, cell in number.cells.items()):
+            continue
+        ours, theirs = row[number.ours], row[number.theirs]
+        rival = f" ({number.rival})" if number.rival else ""
+        return f"| {number.what} | {ours} | {theirs}{rival} | {amount(ours) / amount(theirs):.2f} |"
+    raise LookupError(f"no row of {number.section} is that of {number.what}")
+
+
+def numbers_of(results: str) -> str:
+    """The README's table."""
+    sections = split(results)
+    lines = ["| at 1920 × 1080 | peeler | beside it | ratio |", "| --- | ---: | ---: | ---: |",
+             *(number_row(number, sections) for number in NUMBERS)]
+    told = dict(re.findall(r"^- (commit|machine|renderer): (.*)$", sections["side-by-side"], re.M))
+    return "\n".join([*lines, "", f"*{told['machine']}; {told['renderer']}; commit {told['commit'][:10]}.*"])
+
+
+def with_numbers(readme: str, results: str) -> str:
+    """The README with its table made anew."""
+    begin, end = readme.index(BEGIN) + len(BEGIN), readme.index(END)
+    return f"{readme[:begin]}\n\n{numbers_of(results)}\n\n{readme[end:]}"
+
+
+def main() -> int:
+    arguments, more = sys.argv[1:], []
+    if "--" in arguments:
+        at = arguments.index("--")
+        arguments, more = arguments[:at], arguments[at + 1:]
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--build", type=Path, default=ROOT / "build" / "ci", help=argparse.SUPPRESS)
+    parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"of {', '.join(SECTIONS)} (default: all)")
+    options = parser.parse_args(arguments)
+    unknown = sorted(set(options.sections) - set(SECTIONS))
+    if unknown:
+        parser.error(f"no section is called {', '.join(unknown)}; there are {', '.join(SECTIONS)}")
+    build = options.build.resolve()
+    known = facts(build / "peeler")
+    for name in options.sections or SECTIONS:
+        text = written(name, known, measured(SECTIONS[name], build, more))
+        if more:
+            print(text)
+            continue
+        sections = split(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
+        RESULTS.write_text(joined({**sections, name: text}), encoding="utf-8")
+        say(f"{name} is in {RESULTS}")
+    if not more:
+        readme = with_numbers(README.read_text(encoding="utf-8"), RESULTS.read_text(encoding="utf-8"))
+        README.write_text(readme, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
