@@ -25,7 +25,7 @@ for set in "$@"; do
     test) packages="$packages $test" ;;
     coverage) packages="$packages $coverage" ;;
     bench) packages="$packages $bench" ;;
-    *) echo "usage: $0 [build] [test] [bench]" >&2; exit 2 ;;
+    *) echo "usage: $0 [build] [test] [coverage] [bench]" >&2; exit 2 ;;
     esac
 done
 
