@@ -17,7 +17,6 @@
 
 #include "cmd/batch/batch_jobs.h"
 #include "cmd/batch/batch_report.h"
-#include "cmd/batch/batch_result.h"
 #include "cmd/cli/options.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/progress.h"

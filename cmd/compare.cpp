@@ -6,6 +6,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "cmd/cli/options.h"
@@ -13,13 +15,17 @@
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/compare/compare_result.h"
-#include "cmd/compare/compared_image.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/image/color_ramp.h"
+#include "core/image/composite.h"
+#include "core/image/layered_image.h"
+#include "formats/file/file_kind.h"
+#include "formats/image/flat_image.h"
 #include "formats/image/picture_file.h"
+#include "formats/layered_input.h"
 
 namespace peeler::cmd {
 
@@ -39,6 +45,113 @@ struct CompareOptions {
     int threads = 0;
     ReportFlags report;
 };
+
+/// One of the two files that are compared: layered or flat, read in bands.
+class ComparedImage {
+  public:
+    /// Throws Error (kInput) for what is no image.
+    explicit ComparedImage(const std::string& path);
+
+    const std::string& path() const { return path_; }
+    bool layered() const { return reader_ != nullptr; }
+    std::size_t layers() const { return layered() ? reader_->info().plan.layers.size() : 0; }
+    int width() const;  ///< of the display window
+    int height() const;
+    Window window() const;  ///< what has pixels
+    /// Whether the file tells where the pixels lie in the display window (OpenEXR).
+    bool placed() const { return layered() || flat_.placed; }
+
+    /// Rows that read() can deliver with about so many bytes.
+    int rowsFor(std::uint64_t bytes) const;
+    /// `rows` rows from `first` on, counted from the top of window(). Layered images only.
+    void read(int first, int rows, LayeredImage& out);
+    /// The same of the composite over nothing.
+    void read(int first, int rows, CompositeImage& out);
+
+  private:
+    std::string path_;
+    std::unique_ptr<LayeredInput> reader_;  ///< none for a flat image
+    FlatImage flat_;
+    LayeredImage band_;
+};
+
+std::string comparedWindowText(const Window& window) {
+    return std::to_string(window.width()) + " x " + std::to_string(window.height()) + " at (" +
+           std::to_string(window.x0) + ", " + std::to_string(window.y0) + ')';
+}
+
+std::string comparedSizeText(int width, int height) {
+    return std::to_string(width) + " x " + std::to_string(height);
+}
+
+ComparedImage::ComparedImage(const std::string& path) : path_(path) {
+    if (fileKind(path) == FileKind::kExr) {
+        if (OpenedExr opened(path); isLayered(opened.info))
+            reader_ = openLayered(std::move(opened));
+    }
+    if (!reader_) flat_ = readFlatImage(path);
+}
+
+int ComparedImage::width() const {
+    return layered() ? reader_->info().plan.view.width : flat_.width;
+}
+
+int ComparedImage::height() const {
+    return layered() ? reader_->info().plan.view.height : flat_.height;
+}
+
+Window ComparedImage::window() const {
+    return layered() ? reader_->info().plan.view.crop : flat_.image.window;
+}
+
+int ComparedImage::rowsFor(std::uint64_t bytes) const {
+    return layered() ? reader_->rowsFor(bytes) : window().height();
+}
+
+void ComparedImage::read(int first, int rows, LayeredImage& out) {
+    const Window& crop = reader_->info().plan.view.crop;
+    reader_->read({crop.x0, crop.y0 + first, crop.x1, crop.y0 + first + rows}, out);
+}
+
+void ComparedImage::read(int first, int rows, CompositeImage& out) {
+    if (layered()) {
+        read(first, rows, band_);
+        compositeOver(band_, {}, out);
+        return;
+    }
+    const Window all = window();
+    out.window = {all.x0, all.y0 + first, all.x1, all.y0 + first + rows};
+    const auto width = static_cast<std::size_t>(all.width());
+    const std::size_t begin = static_cast<std::size_t>(first) * width;
+    const std::size_t end = begin + out.window.pixels();
+    out.rgba.assign(flat_.image.rgba.data() + begin, flat_.image.rgba.data() + end);
+    out.z.assign(flat_.image.z.data() + begin, flat_.image.z.data() + end);
+}
+
+/// Throws Error (kUsage) unless the pixels of both can be laid on each other.
+void checkComparable(const ComparedImage& a, const ComparedImage& b) {
+    const Window wa = a.window(), wb = b.window();
+    const std::string where = a.path() + ", " + b.path();
+    if (a.placed() && b.placed()) {
+        if (a.width() != b.width() || a.height() != b.height()) {
+            throw Error(ErrorKind::kUsage, "the images differ in size", where,
+                        "they are " + comparedSizeText(a.width(), a.height()) + " and " +
+                            comparedSizeText(b.width(), b.height()) +
+                            " pixels; compare images of one size");
+        }
+        if (wa != wb) {
+            throw Error(ErrorKind::kUsage, "the images differ in their crops", where,
+                        "they hold " + comparedWindowText(wa) + " and " + comparedWindowText(wb) +
+                            "; compare images of one crop");
+        }
+    }
+    if (wa.width() != wb.width() || wa.height() != wb.height()) {
+        throw Error(ErrorKind::kUsage, "the images differ in size", where,
+                    "they hold " + comparedSizeText(wa.width(), wa.height()) + " and " +
+                        comparedSizeText(wb.width(), wb.height()) +
+                        " pixels; compare images of one size");
+    }
+}
 
 /// One comparison. run() lists its stages.
 class Compare {

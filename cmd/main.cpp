@@ -3,18 +3,49 @@
 #include <unistd.h>
 
 #include <clocale>
+#include <csignal>
 #include <iostream>
 #include <string>
 #include <vector>
 
 #include "cmd/cli/command_line.h"
 #include "cmd/cli/console.h"
-#include "cmd/cli/signals.h"
+#include "formats/file/atomic_file.h"
+
+namespace {
+
+extern "C" void endBySignal(int number) {
+    peeler::removeTemporaryFiles();
+    // Not exit(): destructors and the GL driver's atexit code are not safe to run from here.
+    _exit(128 + number);
+}
+
+void catchUnlessIgnored(int number) {
+    struct sigaction before {};
+    if (sigaction(number, nullptr, &before) == 0 && before.sa_handler == SIG_IGN) return;
+    struct sigaction action {};
+    action.sa_handler = endBySignal;
+    // A second signal must not interrupt the removal.
+    sigfillset(&action.sa_mask);
+    sigaction(number, &action, nullptr);
+}
+
+/// SIGINT, SIGTERM and SIGHUP remove the temporary files and end the process with 128 + n; one that
+/// was ignored when the process started stays ignored. SIGPIPE and SIGXFSZ are ignored: the failed
+/// write is reported where it happens, and a reader that leaves stderr does not stop a render.
+void installSignalActions() {
+    for (const int number : {SIGINT, SIGTERM, SIGHUP})
+        catchUnlessIgnored(number);
+    for (const int number : {SIGPIPE, SIGXFSZ})
+        std::signal(number, SIG_IGN);
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
     // Numbers are read and written the same everywhere, whatever a library asks of the locale.
     std::setlocale(LC_ALL, "C");
-    peeler::cmd::installSignalActions();
+    installSignalActions();
     peeler::cmd::Console console(std::cout, std::cerr, isatty(STDERR_FILENO) == 1);
     const std::vector<std::string> arguments(argv + (argc > 0 ? 1 : 0), argv + argc);
     return peeler::cmd::runCommandLine(arguments, console);

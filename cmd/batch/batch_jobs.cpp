@@ -9,11 +9,11 @@
 #include <sstream>
 #include <utility>
 
-#include "cmd/batch/parsed_verb.h"
 #include "cmd/cli/choices.h"
+#include "cmd/cli/command_line.h"
+#include "cmd/cli/options.h"
 #include "cmd/options/frames.h"
 #include "cmd/options/share.h"
-#include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "formats/file/hash_text.h"
 
@@ -136,6 +136,29 @@ const Verb& verbNamed(const std::string& name) {
     }
     refuseName("verb", name, names);
 }
+
+/// A verb's arguments, read as the command line reads them and not carried out.
+class ParsedVerb {
+  public:
+    /// Throws Error (kUsage) for arguments that the verb would refuse for their form, and for
+    /// --help: there is nothing to carry out. Files are not looked at.
+    ParsedVerb(const Verb& verb, const std::vector<std::string>& arguments)
+        : options_(parser_.addVerb(std::string(verb.name), std::string(verb.summary))),
+          action_(verb.declare(options_)) {
+        std::vector<std::string> all{std::string(verb.name)};
+        all.insert(all.end(), arguments.begin(), arguments.end());
+        if (parser_.parse(all) != Asked::kVerb)
+            throw Error(ErrorKind::kUsage, "there is nothing to do", "--help", "leave it out");
+    }
+
+    /// Which options the verb has, and what is given.
+    const VerbOptions& options() const { return options_; }
+
+  private:
+    ArgumentParser parser_;
+    VerbOptions options_;
+    VerbAction action_;  ///< owns where the values are stored
+};
 
 /// Options that name a file that is written; of a verb, or of all.
 struct WritingOption {

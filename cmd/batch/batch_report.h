@@ -1,13 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// The results of peeler batch on disk: a line a job, there when the job has ended.
+// The results of peeler batch: a line a job, on disk as soon as the job has ended.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "cmd/batch/batch_jobs.h"
+#include "cmd/machine/child_process.h"
+
 namespace peeler::cmd {
+
+/// The line of a job whose process has ended:
+///
+///     {"job": 1, "id": "front", "verb": "render", "hash": …, "exitCode": 0, "milliseconds": 812,
+///      "warnings": […], "result": what the verb's --json says}
+///
+/// or with an exit code that is not 0, 128 + n for signal n, and "error": {"what": …, "hint": …} in
+/// place of the result. `number` counts from 1.
+nlohmann::ordered_json resultLine(std::size_t number, const Job& job, const ChildProcess& process);
 
 /// A file of result lines that outlives the batch, however it ends. While jobs run their lines are
 /// added in the order in which they end; finish() puts them into the order of the jobs. Lines of

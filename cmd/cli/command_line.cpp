@@ -9,7 +9,6 @@
 
 #include "cmd/cli/errors.h"
 #include "cmd/cli/options.h"
-#include "cmd/verbs.h"
 #include "core/base/error.h"
 
 namespace peeler::cmd {

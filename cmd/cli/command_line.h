@@ -2,12 +2,30 @@
 // From arguments to a verb's action.
 #pragma once
 
+#include <functional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cmd/cli/console.h"
 
 namespace peeler::cmd {
+
+class VerbOptions;
+
+/// What a verb does once its options are read; the result is the exit code.
+using VerbAction = std::function<int(Console&)>;
+
+struct Verb {
+    std::string_view name;
+    std::string_view summary;  ///< one line for --help
+    /// Declares the verb's options; the action owns where they are stored.
+    VerbAction (*declare)(VerbOptions&);
+};
+
+/// Every verb, in the order of --help. The table is in cmd/verbs.cpp.
+std::span<const Verb> verbs();
 
 /// Runs `peeler ARGUMENTS…`. Returns the exit code (cmd/README.md, "Exit codes"); throws
 /// nothing.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of limits.
+// Control groups by /proc, and the tables of limits.
 #include "cmd/machine/limits.h"
 
 #include <algorithm>
@@ -7,15 +7,54 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <span>
+#include <sstream>
 #include <string_view>
+#include <utility>
 
 namespace peeler::cmd {
 
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Whether a list with commas has the word.
+bool lists(std::string_view list, std::string_view word) {
+    while (true) {
+        const std::size_t end = list.find(',');
+        if (list.substr(0, end) == word) return true;
+        if (end == std::string_view::npos) return false;
+        list.remove_prefix(end + 1);
+    }
+}
+
+/// mountinfo writes blanks and backslashes as \040 and \134.
+std::string unescaped(const std::string& text) {
+    std::string out;
+    const auto octal = [&](std::size_t at) {
+        return at < text.size() && text[at] >= '0' && text[at] <= '7';
+    };
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '\\' && octal(i + 1) && octal(i + 2) && octal(i + 3)) {
+            const int code =
+                (text[i + 1] - '0') * 64 + (text[i + 2] - '0') * 8 + (text[i + 3] - '0');
+            out += static_cast<char>(code);
+            i += 3;
+        } else {
+            out += text[i];
+        }
+    }
+    return out;
+}
+
+/// A group's path below what is mounted; "/" where the mount shows no such group.
+fs::path below(const std::string& top, const std::string& path) {
+    const fs::path relative = fs::path(path).lexically_normal().lexically_relative(top);
+    if (relative.empty() || relative == "." || *relative.begin() == "..") return "/";
+    return "/" / relative;
+}
 
 constexpr std::uint64_t kKibi = 1024, kMebi = kKibi * 1024;
 
@@ -110,30 +149,30 @@ constexpr LimitVariable kMemoryVariables[] = {
     {"CUE_MEMORY", kKibi, {}},
 };
 
-std::optional<std::uint64_t> numberOf(const Surroundings& surroundings, const char* name) {
-    const char* text = surroundings.variable(name);
+std::optional<std::uint64_t> numberOf(const LimitSources& sources, const char* name) {
+    const char* text = sources.variable(name);
     return text ? positive(text) : std::nullopt;
 }
 
-std::optional<std::uint64_t> countOf(const Surroundings& surroundings, const LimitVariable& row) {
+std::optional<std::uint64_t> countOf(const LimitSources& sources, const LimitVariable& row) {
     if (row.times.empty()) return 1;
     for (const char* name : row.times)
-        if (const auto count = numberOf(surroundings, name)) return count;
+        if (const auto count = numberOf(sources, name)) return count;
     return std::nullopt;
 }
 
-std::vector<Limit> limitsOf(const Surroundings& surroundings, std::span<const LimitFile> files,
+std::vector<Limit> limitsOf(const LimitSources& sources, std::span<const LimitFile> files,
                             std::span<const LimitVariable> variables) {
     std::vector<Limit> limits;
     for (const LimitFile& row : files) {
-        for (const Cgroup& group : surroundings.cgroups.of(row.controller)) {
+        for (const Cgroup& group : sources.cgroups.of(row.controller)) {
             if (const auto amount = row.read(group.folder, row.name))
                 limits.push_back({*amount, "the cgroup " + group.name + " (" + row.name + ")"});
         }
     }
     for (const LimitVariable& row : variables) {
-        const auto value = numberOf(surroundings, row.name);
-        const auto count = countOf(surroundings, row);
+        const auto value = numberOf(sources, row.name);
+        const auto count = countOf(sources, row);
         constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
         if (!value || !count || *value > kMost / row.unit / *count) continue;
         limits.push_back({*value * row.unit * *count, row.name});
@@ -143,18 +182,60 @@ std::vector<Limit> limitsOf(const Surroundings& surroundings, std::span<const Li
 
 }  // namespace
 
-const Surroundings& ownSurroundings() {
-    static const Surroundings own{
+Cgroups::Cgroups(fs::path root) : root_(std::move(root)) {
+    std::ifstream groups(root_ / "proc/self/cgroup"), mounts(root_ / "proc/self/mountinfo");
+    for (std::string line; std::getline(groups, line);)
+        if (auto membership = membershipIn(line)) memberships_.push_back(std::move(*membership));
+    for (std::string line; std::getline(mounts, line);)
+        if (auto mount = mountIn(line)) mounts_.push_back(std::move(*mount));
+}
+
+/// Number, controllers and path with colons between; the path may hold more of them.
+std::optional<Cgroups::Membership> Cgroups::membershipIn(const std::string& line) {
+    const std::size_t first = line.find(':');
+    if (first == std::string::npos) return std::nullopt;
+    const std::size_t second = line.find(':', first + 1);
+    if (second == std::string::npos) return std::nullopt;
+    return Membership{line.substr(first + 1, second - first - 1), line.substr(second + 1)};
+}
+
+/// Four fields, the mount point, its options, any number of others, "-", type, source and the
+/// options of the file system.
+std::optional<Cgroups::Mount> Cgroups::mountIn(const std::string& line) {
+    std::istringstream stream(line);
+    const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
+    const auto dash = std::find(words.begin(), words.end(), "-");
+    if (words.end() - dash < 4 || dash - words.begin() < 6) return std::nullopt;
+    const bool second = dash[1] == "cgroup2";
+    if (!second && dash[1] != "cgroup") return std::nullopt;
+    return Mount{second ? "" : dash[3], unescaped(words[3]), unescaped(words[4])};
+}
+
+std::vector<Cgroup> Cgroups::of(const std::string& controller) const {
+    const auto controlled = [&](const auto& row) { return lists(row.controllers, controller); };
+    const auto own = std::ranges::find_if(memberships_, controlled);
+    const auto mount = std::ranges::find_if(mounts_, controlled);
+    std::vector<Cgroup> groups;
+    if (own == memberships_.end() || mount == mounts_.end()) return groups;
+    const fs::path point = root_ / fs::path(mount->point).relative_path();
+    for (fs::path name = below(mount->top, own->name);; name = name.parent_path()) {
+        groups.push_back({name.string(), point / name.relative_path()});
+        if (name == name.root_path()) return groups;
+    }
+}
+
+const LimitSources& processLimitSources() {
+    static const LimitSources own{
         Cgroups("/"), [](const char* name) -> const char* { return std::getenv(name); }};
     return own;
 }
 
-std::vector<Limit> processorLimits(const Surroundings& surroundings) {
-    return limitsOf(surroundings, kProcessorFiles, kProcessorVariables);
+std::vector<Limit> processorLimits(const LimitSources& sources) {
+    return limitsOf(sources, kProcessorFiles, kProcessorVariables);
 }
 
-std::vector<Limit> memoryLimits(const Surroundings& surroundings) {
-    return limitsOf(surroundings, kMemoryFiles, kMemoryVariables);
+std::vector<Limit> memoryLimits(const LimitSources& sources) {
+    return limitsOf(sources, kMemoryFiles, kMemoryVariables);
 }
 
 std::optional<Limit> least(const std::vector<Limit>& limits) {

@@ -17,13 +17,13 @@ namespace peeler::cmd {
 Limit allowedThreads() {
     // First: it is named where another limit is the same.
     std::vector<Limit> limits{{static_cast<std::uint64_t>(affinityCount()), "CPU affinity"}};
-    for (const Limit& limit : processorLimits(ownSurroundings()))
+    for (const Limit& limit : processorLimits(processLimitSources()))
         limits.push_back(limit);
     return *least(limits);
 }
 
 std::optional<Limit> allowedMemory() {
-    return least(memoryLimits(ownSurroundings()));
+    return least(memoryLimits(processLimitSources()));
 }
 
 MemoryBudget budgetUnder(const Limit& limit) {

@@ -12,10 +12,16 @@
 #include "cmd/options/look_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/options/scene_options.h"
-#include "cmd/options/sequence_options.h"
 #include "core/capture/renderer.h"
 
 namespace peeler::cmd {
+
+/// How a run over many pictures meets what is there already, and what fails.
+struct SequenceOptions {
+    bool skip_existing = false;
+    bool keep_going = false;
+    bool dry_run = false;
+};
 
 struct RenderOptions {
     SceneOptions scene;

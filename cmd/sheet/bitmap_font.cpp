@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The classic 5x7 glyphs of character displays (public domain), printable ASCII.
-#include "cmd/sheet/bitmap_font.h"
-
 #include <cstdint>
+
+#include "cmd/sheet/sheet_layout.h"
 
 namespace peeler::cmd {
 

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "cmd/cli/parse.h"
-#include "cmd/sheet/bitmap_font.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/srgb.h"

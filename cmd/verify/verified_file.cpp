@@ -8,7 +8,6 @@
 #include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/layered_bands.h"
-#include "cmd/verify/verified_layers.h"
 #include "core/base/error.h"
 #include "core/image/layer_checks.h"
 #include "formats/exr/exr_layout.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/verify/verified_layers.h"
-
+// The parts of layers as they are stored.
 #include <algorithm>
 #include <bit>
 #include <cstring>
 #include <limits>
 #include <vector>
 
+#include "cmd/verify/verified_file.h"
 #include "formats/exr/exr_layout.h"
 
 namespace peeler::cmd {

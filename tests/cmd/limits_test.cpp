@@ -8,7 +8,6 @@
 #include <map>
 #include <string>
 
-#include "cmd/machine/cgroups.h"
 #include "cmd/machine/resources.h"
 #include "support/test_support.h"
 
@@ -33,14 +32,14 @@ class FakeMachine {
         variables_[name] = value;
         return *this;
     }
-    Surroundings surroundings() const {
+    LimitSources sources() const {
         return {Cgroups(scratch_.path()), [this](const char* name) -> const char* {
                     const auto entry = variables_.find(name);
                     return entry == variables_.end() ? nullptr : entry->second.c_str();
                 }};
     }
-    std::optional<Limit> memory() const { return least(memoryLimits(surroundings())); }
-    std::optional<Limit> processors() const { return least(processorLimits(surroundings())); }
+    std::optional<Limit> memory() const { return least(memoryLimits(sources())); }
+    std::optional<Limit> processors() const { return least(processorLimits(sources())); }
     const test::ScratchDir& folder() const { return scratch_; }
 
   private:
@@ -179,11 +178,11 @@ TEST(Limits, TheLeastOfAllCountsAndIsNamed) {
 TEST(Limits, MayChangeOfGroupsThatAreReadOnce) {
     FakeMachine machine;
     machine.mounts(kVersion2).groups("0::/a\n").file("sys/fs/cgroup/a/memory.max", "1073741824");
-    const Surroundings surroundings = machine.surroundings();
+    const LimitSources sources = machine.sources();
     machine.mounts("").groups("");
-    EXPECT_EQ(least(memoryLimits(surroundings))->amount, 1024 * kMebi);
+    EXPECT_EQ(least(memoryLimits(sources))->amount, 1024 * kMebi);
     machine.file("sys/fs/cgroup/a/memory.max", "536870912");
-    EXPECT_EQ(least(memoryLimits(surroundings))->amount, 512 * kMebi);
+    EXPECT_EQ(least(memoryLimits(sources))->amount, 512 * kMebi);
 }
 
 TEST(Limits, ABudgetIsSevenEighthsOfItsLimitAndNamesIt) {

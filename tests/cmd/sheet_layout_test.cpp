@@ -6,7 +6,6 @@
 
 #include <set>
 
-#include "cmd/sheet/bitmap_font.h"
 #include "core/base/error.h"
 
 namespace peeler::cmd {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/options/layer_files.h"
+#include "cmd/extract/layer_files.h"
 
 #include <algorithm>
 #include <set>
