@@ -10,7 +10,7 @@
 
 #include "cmd/bake/bake_options.h"
 #include "cmd/bake/bake_values.h"
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
@@ -39,7 +39,7 @@ struct BakeCommand {
     CaptureSettings capture;
     gl::ContextRequest device;
     int threads = 0;
-    ReportFlags report;
+    ReportOptions report;
 };
 
 constexpr int kTextureBits = 8;  // of an occlusion texture in a .glb: what every viewer takes

@@ -17,7 +17,7 @@
 
 #include "cmd/batch/batch_jobs.h"
 #include "cmd/batch/batch_report.h"
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
@@ -42,7 +42,7 @@ struct BatchOptions {
     bool dry_run = false;
     int threads = 0;
     MemoryBudget memory;
-    ReportFlags report;  ///< results are always JSON
+    ReportOptions report;  ///< results are always JSON
 };
 
 /// From the file of jobs to the last of their results. Nothing runs before all of it is checked.

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
@@ -43,7 +43,7 @@ struct CompareOptions {
     std::optional<fs::path> heatmap;
     std::optional<double> heatmap_max;
     int threads = 0;
-    ReportFlags report;
+    ReportOptions report;
 };
 
 /// One of the two files that are compared: layered or flat, read in bands.

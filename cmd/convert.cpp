@@ -5,7 +5,7 @@
 #include <memory>
 #include <utility>
 
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
@@ -28,7 +28,7 @@ struct ConvertOptions {
     fs::path input;
     int threads = 0;
     OutputFlags output;
-    ReportFlags report;
+    ReportOptions report;
 };
 
 /// One run. run() lists its stages.
@@ -116,6 +116,7 @@ void Convert::write() {
 }
 
 void Convert::tell() {
+    result_.inputs = {options_.input};
     result_.output = options_.output.path;
     describePicture(plan_, reader_->info().provenance, result_);
     describeFiles(options_.output.layers, options_.output.path, result_, console_);

@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
@@ -43,7 +43,7 @@ struct ExtractOptions {
     std::uint32_t max_layers = 0;
     bool double_points = false;
     int threads = 0;
-    ReportFlags report;
+    ReportOptions report;
 };
 
 struct Product {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <utility>
 
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
@@ -30,7 +30,7 @@ struct FlattenOptions {
     int threads = 0;
     bool fxaa = false;
     OutputFlags output;
-    ReportFlags report;
+    ReportOptions report;
 };
 
 /// One run. run() lists its stages.
@@ -117,6 +117,7 @@ void Flatten::composite() {
 }
 
 void Flatten::tell() {
+    result_.inputs = {options_.input};
     result_.output = options_.output.path;
     result_.bytes = fileBytes(options_.output.path);
     describePicture(plan_, reader_->info().provenance, result_);

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "cmd/info/info_kinds.h"
 #include "cmd/options/scene_options.h"
 #include "cmd/verbs.h"

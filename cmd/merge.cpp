@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
@@ -31,7 +31,7 @@ struct MergeOptions {
     bool allow_gaps = false;
     int threads = 0;
     OutputFlags output;
-    ReportFlags report;
+    ReportOptions report;
 };
 
 /// One run. run() lists its stages.
@@ -227,6 +227,7 @@ void Merge::write() {
 }
 
 void Merge::tell() {
+    result_.inputs = options_.inputs;
     result_.output = output_.path;
     describePicture(plan_, tiles_->info().provenance, result_);
     describeFiles(output_.layers, output_.path, result_, console_);

@@ -163,6 +163,7 @@ bool Render::make(Picture& picture, std::size_t index) {
 void Render::pose(Picture& picture, std::size_t index) {
     const StageTimer timer(picture.result.milliseconds, "load");
     picture.asked = request_.picture(index);
+    picture.result.inputs = {options_.scene.file};
     picture.result.output = picture.asked.output.path;
     picture.result.frame = picture.asked.frame;
     picture.result.time = picture.asked.time;

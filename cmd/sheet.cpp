@@ -7,7 +7,7 @@
 #include <set>
 #include <vector>
 
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
@@ -45,7 +45,7 @@ struct SheetOptions {
     int threads = 0;
     int columns = 0;  ///< 0 = near-square
     OutputFlags output;
-    ReportFlags report;
+    ReportOptions report;
     std::set<std::string> given;  ///< options for scenes that are on the command line
 };
 
@@ -160,30 +160,29 @@ void Sheet::writeSheet() {
 
 void Sheet::tell() {
     add(content_.result.milliseconds, times_);
+    content_.result.inputs = {options_.request.input.file};
     content_.result.output = options_.output.path;
     content_.result.bytes = fileBytes(options_.output.path);
     content_.result.peak_memory = peakMemory();
-    auto json = toJson(content_.result);
-    json["cells"] = nlohmann::ordered_json::array();
+    Json found = findingsOf(content_.result);
+    found["cells"] = Json::array();
     for (const SheetCell& cell : content_.cells) {
-        nlohmann::ordered_json entry = {{"label", cell.label}, {"detail", cell.detail}};
+        Json entry = {{"label", cell.label}, {"detail", cell.detail}};
         if (cell.has_error) {
             entry["max"] = cell.error.largest;
             entry["rmse"] = cell.error.rmse();
         }
         if (cell.passes != 0) entry["passes"] = cell.passes;
-        json["cells"].push_back(entry);
+        found["cells"].push_back(entry);
     }
-    json["cellsOmitted"] = content_.omitted;
+    found["cellsOmitted"] = content_.omitted;
     if (content_.omitted != 0) {
         console_.note(countText(content_.omitted, "cell") + " of " +
                       std::to_string(content_.omitted + content_.cells.size()) +
                       " left out; --cells " +
                       std::to_string(content_.omitted + content_.cells.size()) + " shows all");
     }
-    if (options_.report.file) writeReport(*options_.report.file, json);
-    console_.note(summary(content_.result));
-    if (options_.report.json) console_.result(jsonText(json));
+    tellResult(options_.report, toJson(content_.result, found), summary(content_.result), console_);
 }
 
 void addCellOptions(VerbOptions& verb, SheetOptions& options) {

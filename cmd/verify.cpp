@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
@@ -27,7 +27,7 @@ struct VerifyOptions {
     std::vector<fs::path> inputs;
     bool any_settings = false;
     int threads = 0;
-    ReportFlags report;
+    ReportOptions report;
 };
 
 bool isOurs(const VerifiedFile& file) {

@@ -11,8 +11,8 @@
 #include <optional>
 #include <string>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
-#include "cmd/cli/options.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
@@ -59,7 +59,7 @@ struct ViewOptions {
     int threads = 0;
     ViewCameraOptions camera;
     OutputFlags output;
-    ReportFlags report;
+    ReportOptions report;
 };
 
 glm::dvec2 parseAngles(std::string_view text) {
@@ -319,6 +319,7 @@ void ViewRun::reprojectInto(Sink& writer, const View& view) {
 }
 
 void ViewRun::tell() {
+    result_.inputs = {options_.input};
     result_.output = options_.output.path;
     result_.bytes = fileBytes(options_.output.path);
     result_.layers = plan_.layers.size();

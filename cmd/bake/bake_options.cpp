@@ -4,9 +4,10 @@
 
 #include <algorithm>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
-#include "cmd/cli/options.h"
 #include "cmd/cli/parse.h"
+#include "cmd/options/capture_options.h"
 #include "cmd/options/frames.h"
 #include "formats/file/file_extension.h"
 

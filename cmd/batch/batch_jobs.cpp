@@ -9,9 +9,9 @@
 #include <sstream>
 #include <utility>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/choices.h"
 #include "cmd/cli/command_line.h"
-#include "cmd/cli/options.h"
 #include "cmd/options/frames.h"
 #include "cmd/options/share.h"
 #include "core/base/error.h"

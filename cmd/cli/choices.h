@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The named choices of the command line, each a table, and what to say to a name that is in none.
+// Named choices of the command line: tables of them, and what to say to a name that is in none.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/capture/renderer.h"
 
 namespace peeler::cmd {
 
@@ -19,44 +18,6 @@ struct Choice {
     std::string_view name;
     T value;
     std::string_view summary;
-};
-
-/// How progress is told.
-enum class ProgressStyle { kAuto, kNone, kPlain, kAlf, kOpenJd, kJson };
-
-// The default of each comes first.
-inline constexpr Choice<Surfaces> kSurfaces[] = {
-    {"all", Surfaces::kAll, "every surface; opaque ones hide nothing"},
-    {"visible", Surfaces::kVisible, "none behind the nearest opaque one"},
-    {"transparent", Surfaces::kTransparent, "as visible, without the opaque ones"},
-};
-inline constexpr Choice<Tail> kTails[] = {
-    {"drop", Tail::kDrop, "left out"},
-    {"blend", Tail::kBlend, "blended behind them as a weighted average; composites only"},
-};
-inline constexpr Choice<Faces> kFaces[] = {
-    {"gltf", Faces::kGltf, "as each material's doubleSided says"},
-    {"front", Faces::kFront, "front faces only"},
-    {"back", Faces::kBack, "back faces only"},
-    {"both", Faces::kBoth, "both, whatever the material says"},
-};
-/// Rays have another default.
-inline constexpr Choice<Faces> kRayFaces[] = {kFaces[3], kFaces[0], kFaces[1], kFaces[2]};
-inline constexpr Choice<Shading> kShading[] = {
-    {"pbr", Shading::kPbr, "metallic-roughness under the scene's lights, or the built-in one"},
-    {"unlit", Shading::kUnlit, "base colour alone"},
-};
-inline constexpr Choice<PixelType> kPrecisions[] = {
-    {"half", PixelType::kHalf, "16-bit colour"},
-    {"float", PixelType::kFloat, "32-bit colour"},
-};
-inline constexpr Choice<ProgressStyle> kProgressStyles[] = {
-    {"auto", ProgressStyle::kAuto, "a bar on a terminal, else plain"},
-    {"none", ProgressStyle::kNone, "nothing"},
-    {"plain", ProgressStyle::kPlain, "a line now and then"},
-    {"alf", ProgressStyle::kAlf, "ALF_PROGRESS lines: Tractor, Afanasy"},
-    {"openjd", ProgressStyle::kOpenJd, "openjd_progress and openjd_status lines: Deadline Cloud"},
-    {"json", ProgressStyle::kJson, "JSON lines"},
 };
 
 template <class T>

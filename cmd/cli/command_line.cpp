@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
-#include "cmd/cli/options.h"
 #include "core/base/error.h"
 
 namespace peeler::cmd {

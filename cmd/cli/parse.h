@@ -12,7 +12,7 @@
 namespace peeler::cmd {
 
 /// All of these throw Error (kUsage) that says what is expected; `where` is the caller's to add
-/// (addValue in cmd/cli/options.h does).
+/// (addValue in cmd/cli/arguments.h does).
 
 /// A finite decimal number.
 double parseNumber(std::string_view text);

@@ -12,6 +12,19 @@
 
 namespace peeler::cmd {
 
+/// How progress is told.
+enum class ProgressStyle { kAuto, kNone, kPlain, kAlf, kOpenJd, kJson };
+
+/// The default comes first.
+inline constexpr Choice<ProgressStyle> kProgressStyles[] = {
+    {"auto", ProgressStyle::kAuto, "a bar on a terminal, else plain"},
+    {"none", ProgressStyle::kNone, "nothing"},
+    {"plain", ProgressStyle::kPlain, "a line now and then"},
+    {"alf", ProgressStyle::kAlf, "ALF_PROGRESS lines: Tractor, Afanasy"},
+    {"openjd", ProgressStyle::kOpenJd, "openjd_progress and openjd_status lines: Deadline Cloud"},
+    {"json", ProgressStyle::kJson, "JSON lines"},
+};
+
 /// What a report is of.
 struct Stage {
     Stage(std::string stage_name, double ends_at = 1) : name(std::move(stage_name)), end(ends_at) {}
@@ -27,9 +40,8 @@ inline constexpr double kCountEnd = 0.3;
 /// One stage's progress, from construction to destruction, on the console's stderr.
 /// - bar (auto on a terminal): redrawn at most 20 times a second, cleared at the end
 /// - plain: a line at most once for every 10 % and once a second, so a short stage says nothing
-/// - json: {"stage":…,"progress":0–1,"seconds":…}, the first (0), the last (1), between them at
-/// most
-///   10 a second
+/// - json: {"stage":…,"progress":0–1,"seconds":…}: the first (0), the last (1), and between them
+///   at most 10 a second
 /// - alf: "ALF_PROGRESS 42%", a line for every per cent (Pixar's Tractor; CGRU's Afanasy reads it)
 /// - openjd: "openjd_progress: 42.0" and "openjd_status: …" (Open Job Description, "How Jobs Are
 ///   Run", Stdout/Stderr Messages), at most 10 a second

@@ -8,6 +8,7 @@
 #include <span>
 #include <system_error>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/machine/resources.h"
 #include "core/base/error.h"
 #include "formats/file/atomic_file.h"
@@ -15,9 +16,78 @@
 namespace peeler::cmd {
 
 namespace {
+
+/// In the order in which a picture passes them; a verb's own stages come before the last.
 constexpr const char* kStages[] = {"load", "context",   "upload", "count", "capture",
-                                   "sort", "composite", "encode", "write", "total"};
+                                   "sort", "composite", "encode", "write"};
+constexpr const char* kTotal = "total";
+
+double spent(const StageTimes& times, const std::string& stage) {
+    const auto entry = times.find(stage);
+    return entry == times.end() ? 0 : entry->second;
+}
+
+Json stagesJson(const StageTimes& times) {
+    Json json;
+    const auto tell = [&](const std::string& stage) {
+        json[stage] = std::round(spent(times, stage) * 1e3) / 1e3;
+    };
+    for (const char* stage : kStages)
+        tell(stage);
+    for (const auto& [stage, milliseconds] : times)
+        if (stage != kTotal) tell(stage);
+    tell(kTotal);
+    return json;
+}
+
+/// What was read, and what stands on the disk now.
+Json filesJson(const RunResult& run) {
+    Json json;
+    if (run.inputs.size() == 1) {
+        json["input"] = run.inputs.front().string();
+    } else {
+        for (const std::filesystem::path& input : run.inputs)
+            json["inputs"].push_back(input.string());
+    }
+    json["output"] = run.output.empty() ? Json() : Json(run.output.string());
+    json["bytes"] = run.bytes;
+    if (!run.files) return json;
+    json["outputs"] = Json::array();
+    for (const WrittenFile& file : *run.files)
+        json["outputs"].push_back({{"path", file.path.string()}, {"bytes", file.bytes}});
+    return json;
+}
+
 }  // namespace
+
+ProgressStyle ReportOptions::shownProgress() const {
+    const bool for_people = progress == ProgressStyle::kAuto || progress == ProgressStyle::kPlain;
+    return quiet && for_people ? ProgressStyle::kNone : progress;
+}
+
+void addReportOptions(VerbOptions& verb, ReportOptions& options) {
+    constexpr const char* kGroup = "Messages";
+    verb.addFlag("--json", options.json, "print the result as JSON").group(kGroup);
+    addValue(
+        verb, "--report", "FILE", options.file,
+        [](const std::string& text) { return std::filesystem::path(text); },
+        "write the result as JSON to a file")
+        .group(kGroup);
+    addChoice<ProgressStyle>(verb, "--progress", options.progress, kProgressStyles,
+                             "progress style", "how progress is told on stderr:")
+        .group(kGroup);
+    verb.addFlag("-q,--quiet", options.quiet, "warnings and errors only").group(kGroup);
+}
+
+void RunResult::setFiles(const std::filesystem::path& name,
+                         const std::vector<std::filesystem::path>& all) {
+    output = name;
+    files.emplace();
+    for (const std::filesystem::path& path : all) {
+        files->push_back({path, fileBytes(path)});
+        bytes += files->back().bytes;
+    }
+}
 
 void describePicture(const Plan& plan, const Provenance& provenance, PictureResult& result) {
     result.width = plan.view.width;
@@ -28,18 +98,28 @@ void describePicture(const Plan& plan, const Provenance& provenance, PictureResu
     result.fragments_blended = plan.fragments_blended;
     result.samples = plan.samples;
     result.method = provenance.method;
+    result.settings_hash = provenance.settings_hash;
     result.renderer = provenance.renderer;
     result.peak_memory = peakMemory();
 }
 
-nlohmann::ordered_json toJson(const PictureResult& result) {
-    nlohmann::ordered_json json;
-    json["output"] = result.output.string();
+Json toJson(const RunResult& run, const Json& findings) {
+    Json json = filesJson(run);
+    json.update(findings);
+    json["settingsHash"] = run.settings_hash;
+    json["renderer"] = run.renderer;
+    json["backend"] = run.backend;
+    json["peakMemory"] = run.peak_memory;
+    json["milliseconds"] = stagesJson(run.milliseconds);
+    return json;
+}
+
+Json findingsOf(const PictureResult& result) {
+    Json json;
     if (result.frame) {
         json["frame"] = *result.frame;
         json["time"] = result.time;
     }
-    json["bytes"] = result.bytes;
     if (result.skipped) {
         json["skipped"] = true;
         return json;
@@ -55,16 +135,14 @@ nlohmann::ordered_json toJson(const PictureResult& result) {
     json["samples"] = result.samples;
     json["complete"] = result.fragments_counted == result.fragments_stored;
     json["method"] = result.method;
-    json["renderer"] = result.renderer;
-    json["backend"] = result.backend;
     json["passes"] = result.passes;
-    json["peakMemory"] = result.peak_memory;
-    auto& milliseconds = json["milliseconds"];
-    for (const char* stage : kStages) {
-        const auto entry = result.milliseconds.find(stage);
-        const double spent = entry == result.milliseconds.end() ? 0 : entry->second;
-        milliseconds[stage] = std::round(spent * 1e3) / 1e3;
-    }
+    return json;
+}
+
+Json toJson(const PictureResult& result) {
+    if (!result.skipped) return toJson(result, findingsOf(result));
+    Json json = filesJson(result);
+    json.update(findingsOf(result));
     return json;
 }
 
@@ -75,17 +153,30 @@ std::string summary(const PictureResult& result) {
     if (result.fragments_stored != result.fragments_counted) {
         text += " of " + groupedText(result.fragments_counted);
     }
-    const auto total = result.milliseconds.find("total");
-    const double spent = total == result.milliseconds.end() ? 0 : total->second;
-    return text + ", " + bytesText(result.bytes) + ", " +
-           groupedText(static_cast<std::uint64_t>(std::llround(spent))) + " ms";
+    return text + ", " + bytesText(result.bytes) + ", " + totalText(result.milliseconds);
 }
 
-std::string jsonText(const nlohmann::ordered_json& json) {
-    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
+std::string totalText(const StageTimes& milliseconds) {
+    return groupedText(static_cast<std::uint64_t>(std::llround(spent(milliseconds, kTotal)))) +
+           " ms";
 }
 
-void writeReport(const std::filesystem::path& path, const nlohmann::ordered_json& json) {
+void tellResult(const ReportOptions& options, const Json& json, const std::string& lines,
+                Console& console) {
+    if (options.file) writeReport(*options.file, json);
+    if (!lines.empty()) console.note(lines);
+    if (options.json) console.result(jsonText(json));
+}
+
+void tellResult(const ReportOptions& options, const PictureResult& result, Console& console) {
+    tellResult(options, toJson(result), summary(result), console);
+}
+
+std::string jsonText(const Json& json) {
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+void writeReport(const std::filesystem::path& path, const Json& json) {
     const std::string text = jsonText(json);
     AtomicFile file(path.string());
     file.append(std::as_bytes(std::span(text)));

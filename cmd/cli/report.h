@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a command says of its work: stage times, the JSON result, the summary line.
+// What a command says of its work: the options that ask for it, the JSON result, the summary line.
 #pragma once
 
 #include <cstdint>
@@ -7,50 +7,106 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "cmd/cli/console.h"
+#include "cmd/cli/progress.h"
 #include "core/base/stage_times.h"
 #include "core/image/sink.h"
 
 namespace peeler::cmd {
 
+class VerbOptions;
+
 /// What is told as JSON: keys stay in the order in which they are set.
 using Json = nlohmann::ordered_json;
 
-/// What became of one picture.
-struct PictureResult {
-    std::filesystem::path output;
-    std::optional<int> frame;  ///< of a sequence
-    double time = 0;           ///< of the frame, seconds
-    bool skipped = false;      ///< it was there already; of the rest only `bytes` is known
+/// Where a command tells its result and its progress.
+struct ReportOptions {
+    bool json = false;
+    bool quiet = false;
+    std::optional<std::filesystem::path> file;
+    ProgressStyle progress = ProgressStyle::kAuto;
+
+    ProgressStyle shownProgress() const;
+    void applyTo(Console& console) const { console.setQuiet(quiet); }
+};
+
+/// Declares --json, --report, --progress and --quiet.
+void addReportOptions(VerbOptions& verb, ReportOptions& options);
+
+/// A file that is there, and its size.
+struct WrittenFile {
+    std::filesystem::path path;
     std::uint64_t bytes = 0;
+};
+
+/// What every verb tells of a run that reads something and writes something made of it.
+struct RunResult {
+    std::vector<std::filesystem::path> inputs{};  ///< the scene, or images
+    std::filesystem::path output{};               ///< as it was asked for; "" = nothing was written
+    std::uint64_t bytes = 0;                      ///< of all files of that name together
+    /// Each of the files, for verbs that write several under one name, or under several.
+    std::optional<std::vector<WrittenFile>> files{};
+    std::string settings_hash{};    ///< peeler:settingsHash; "" = not known
+    std::string renderer{};         ///< GL_RENDERER; of an image's own, if a verb renders nothing
+    std::string backend{};          ///< "" = nothing was rendered
+    std::uint64_t peak_memory = 0;  ///< bytes
+    StageTimes milliseconds{};
+
+    /// Lists what was written under a name. Throws Error (kOutput) if one is not there.
+    void setFiles(const std::filesystem::path& name, const std::vector<std::filesystem::path>& all);
+};
+
+/// What became of one picture.
+struct PictureResult : RunResult {
+    std::optional<int> frame;   ///< of a sequence
+    double time = 0;            ///< of the frame, seconds
+    bool skipped = false;       ///< it was there already; of the rest only `bytes` is known
     int width = 0, height = 0;  ///< display window
     std::uint64_t layers = 0;
     std::uint64_t fragments_counted = 0, fragments_stored = 0;
     std::uint64_t fragments_blended = 0;  ///< of those not stored
     int samples = 1;                      ///< a pixel
-    std::string method, renderer, backend;
+    std::string method;
     int passes = 0;
-    std::uint64_t peak_memory = 0;  ///< bytes
-    StageTimes milliseconds;
 };
 
 /// Fills in size, layers and fragments of a picture, what it was made with, and the memory that it
 /// took.
 void describePicture(const Plan& plan, const Provenance& provenance, PictureResult& result);
 
-/// The keys of a picture (cmd/README.md, "JSON"), in that order; `frame` and `time` only of a
-/// sequence. Every stage is there, 0 where it did not happen.
-nlohmann::ordered_json toJson(const PictureResult& result);
+/// A run as JSON (cmd/README.md, "JSON"): `input` (`inputs` of several), `output` and `bytes`, then
+/// what the verb found, then `settingsHash`, `renderer`, `backend`, `peakMemory` and
+/// `milliseconds`. Every stage is there, 0 where it did not happen.
+Json toJson(const RunResult& run, const Json& findings);
+
+/// What is found of a picture, for toJson(); `frame` and `time` only of a sequence.
+Json findingsOf(const PictureResult& result);
+
+/// A picture as JSON; of one that was skipped nothing is known but its file.
+Json toJson(const PictureResult& result);
 
 /// "out.exr: 24 layers, 7,123,456 fragments, 12.3 MB, 812 ms"
 std::string summary(const PictureResult& result);
 
+/// Milliseconds from the beginning to the end, rounded and grouped: "812 ms".
+std::string totalText(const StageTimes& milliseconds);
+
+/// Tells a result as it was asked for: in the report's file, as lines on stderr and as JSON on
+/// stdout. Throws Error (kOutput).
+void tellResult(const ReportOptions& options, const Json& json, const std::string& lines,
+                Console& console);
+
+/// The same of a picture, with its summary.
+void tellResult(const ReportOptions& options, const PictureResult& result, Console& console);
+
 /// The text that --json prints and --report stores: indented, a newline at the end; bytes that are
 /// not UTF-8 (file names) replaced.
-std::string jsonText(const nlohmann::ordered_json& json);
+std::string jsonText(const Json& json);
 
 /// Stores a result under `path`, whole or not at all. Throws Error (kOutput).
-void writeReport(const std::filesystem::path& path, const nlohmann::ordered_json& json);
+void writeReport(const std::filesystem::path& path, const Json& json);
 
 /// The size of a file that is there for all we know. Throws Error (kOutput) if it is not.
 std::uint64_t fileBytes(const std::filesystem::path& file);

@@ -3,8 +3,8 @@
 
 #include <numeric>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/choices.h"
-#include "cmd/cli/options.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/frames.h"
 #include "core/base/error.h"

@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/choices.h"
-#include "cmd/cli/options.h"
 #include "cmd/options/light_camera.h"
 #include "core/base/error.h"
 #include "core/scene/framing.h"

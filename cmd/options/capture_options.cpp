@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/output_options.h"

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "cmd/cli/choices.h"
 #include "cmd/cli/console.h"
 #include "core/capture/capture_settings.h"
 #include "core/gl/context.h"
@@ -13,6 +14,33 @@
 namespace peeler::cmd {
 
 class VerbOptions;
+
+// The default of each comes first.
+inline constexpr Choice<Surfaces> kSurfaces[] = {
+    {"all", Surfaces::kAll, "every surface; opaque ones hide nothing"},
+    {"visible", Surfaces::kVisible, "none behind the nearest opaque one"},
+    {"transparent", Surfaces::kTransparent, "as visible, without the opaque ones"},
+};
+inline constexpr Choice<Tail> kTails[] = {
+    {"drop", Tail::kDrop, "left out"},
+    {"blend", Tail::kBlend, "blended behind them as a weighted average; composites only"},
+};
+inline constexpr Choice<Faces> kFaces[] = {
+    {"gltf", Faces::kGltf, "as each material's doubleSided says"},
+    {"front", Faces::kFront, "front faces only"},
+    {"back", Faces::kBack, "back faces only"},
+    {"both", Faces::kBoth, "both, whatever the material says"},
+};
+/// The same with the default that rays have.
+inline constexpr Choice<Faces> kRayFaces[] = {kFaces[3], kFaces[0], kFaces[1], kFaces[2]};
+inline constexpr Choice<Shading> kShading[] = {
+    {"pbr", Shading::kPbr, "metallic-roughness under the scene's lights, or the built-in one"},
+    {"unlit", Shading::kUnlit, "base colour alone"},
+};
+inline constexpr Choice<PixelType> kPrecisions[] = {
+    {"half", PixelType::kHalf, "16-bit colour"},
+    {"float", PixelType::kFloat, "32-bit colour"},
+};
 
 /// Declares --method, --layers, --occlusion-ratio, --tail, --samples, --surfaces, --faces,
 /// --shading and --precision.

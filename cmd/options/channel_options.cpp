@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/choices.h"
-#include "cmd/cli/options.h"
 #include "cmd/cli/report.h"
 #include "core/base/error.h"
 #include "formats/exr/cryptomatte.h"

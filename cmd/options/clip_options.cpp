@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "core/base/error.h"
 

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
-#include "cmd/cli/options.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/output_options.h"
 #include "core/base/error.h"

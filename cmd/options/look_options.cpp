@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/choices.h"
-#include "cmd/cli/options.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
 #include "core/base/error.h"

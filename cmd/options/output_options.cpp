@@ -3,13 +3,12 @@
 #include "cmd/options/output_options.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <system_error>
 #include <vector>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
-#include "cmd/cli/options.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/frames.h"
 #include "core/base/error.h"
@@ -225,24 +224,6 @@ bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output) {
            format.composite && !output.no_composite;
 }
 
-ProgressStyle ReportFlags::shownProgress() const {
-    const bool for_people = progress == ProgressStyle::kAuto || progress == ProgressStyle::kPlain;
-    return quiet && for_people ? ProgressStyle::kNone : progress;
-}
-
-void addReportOptions(VerbOptions& verb, ReportFlags& flags) {
-    verb.addFlag("--json", flags.json, "print the result as JSON").group("Messages");
-    addValue(
-        verb, "--report", "FILE", flags.file,
-        [](const std::string& text) { return fs::path(text); },
-        "write the result as JSON to a file")
-        .group("Messages");
-    addChoice<ProgressStyle>(verb, "--progress", flags.progress, kProgressStyles, "progress style",
-                             "how progress is told on stderr:")
-        .group("Messages");
-    verb.addFlag("-q,--quiet", flags.quiet, "warnings and errors only").group("Messages");
-}
-
 void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,
                     const std::string& what, const std::string& option) {
     for (const fs::path& other : others) {
@@ -253,8 +234,8 @@ void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,
     checkFolder(file);
 }
 
-void checkReport(const ReportFlags& flags, const std::vector<fs::path>& others) {
-    if (flags.file) checkExtraFile(*flags.file, others, "the report", "--report");
+void checkReport(const ReportOptions& options, const std::vector<fs::path>& others) {
+    if (options.file) checkExtraFile(*options.file, others, "the report", "--report");
 }
 
 void checkSceneFiles(const Scene& scene, const std::vector<fs::path>& outputs) {
@@ -274,13 +255,6 @@ void addThreadsOption(VerbOptions& verb, int& threads) {
         "processors to use (default: 0, as many as CPU affinity, the cgroup's quota, "
         "SLURM_CPUS_PER_TASK and CUE_THREADS allow)")
         .group("Machine");
-}
-
-void tellResult(const ReportFlags& flags, const PictureResult& result, Console& console) {
-    const auto json = toJson(result);
-    if (flags.file) writeReport(*flags.file, json);
-    console.note(summary(result));
-    if (flags.json) console.result(jsonText(json));
 }
 
 }  // namespace peeler::cmd

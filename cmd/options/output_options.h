@@ -69,19 +69,6 @@ OutputOptions outputOptions(const OutputFlags& flags, const Provenance& provenan
 /// composite is written. They are made anew of the ids.
 bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output);
 
-struct ReportFlags {
-    bool json = false;
-    bool quiet = false;
-    std::optional<std::filesystem::path> file;
-    ProgressStyle progress = ProgressStyle::kAuto;
-
-    ProgressStyle shownProgress() const;
-    void applyTo(Console& console) const { console.setQuiet(quiet); }
-};
-
-/// Declares --json, --report, --progress and --quiet.
-void addReportOptions(VerbOptions& verb, ReportFlags& flags);
-
 /// Throws like checkOutput if another file that a verb writes (`what`, by `option`) cannot be
 /// written, or would replace one of the others.
 void checkExtraFile(const std::filesystem::path& file,
@@ -89,14 +76,11 @@ void checkExtraFile(const std::filesystem::path& file,
                     const std::string& option);
 
 /// Throws like checkOutput if the report cannot be written, or would replace one of the others.
-void checkReport(const ReportFlags& flags, const std::vector<std::filesystem::path>& others);
+void checkReport(const ReportOptions& options, const std::vector<std::filesystem::path>& others);
 
 /// Throws Error (kUsage) if one of `outputs` (a report, too) is a file that the scene is made of:
 /// Scene::files, which are known only when it has been read. Nothing may have been written yet.
 void checkSceneFiles(const Scene& scene, const std::vector<std::filesystem::path>& outputs);
-
-/// The result as asked for: to the report file, as JSON on stdout, and as a line on stderr.
-void tellResult(const ReportFlags& flags, const PictureResult& result, Console& console);
 
 /// Declares --threads; 0 = allowedThreads() (cmd/machine/resources.h).
 void addThreadsOption(VerbOptions& verb, int& threads);

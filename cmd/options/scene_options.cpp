@@ -3,8 +3,8 @@
 
 #include <fnmatch.h>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/choices.h"
-#include "cmd/cli/options.h"
 #include "core/base/error.h"
 
 namespace peeler::cmd {

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "cmd/cli/choices.h"
+#include "cmd/options/capture_options.h"
 #include "core/capture/method.h"
 #include "formats/file/hash_text.h"
 

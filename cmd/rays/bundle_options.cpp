@@ -6,8 +6,8 @@
 #include <iterator>
 #include <sstream>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
-#include "cmd/cli/options.h"
 #include "cmd/cli/parse.h"
 #include "core/base/error.h"
 #include "core/rays/directions.h"

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/scene_options.h"
 #include "core/base/error.h"

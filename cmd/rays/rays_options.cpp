@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
-#include "cmd/cli/options.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/rays/hit_output.h"

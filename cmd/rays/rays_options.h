@@ -34,7 +34,7 @@ struct RaysOptions {
     gl::ContextRequest device;
     int threads = 0;
     OutputFlags output;
-    ReportFlags report;
+    ReportOptions report;
 
     bool writesFile() const { return !output.path.empty(); }
     bool writesPictures() const { return !maps.maps.empty(); }

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 #include "core/base/error.h"
 #include "core/capture/method.h"
 #include "formats/writers.h"

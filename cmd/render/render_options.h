@@ -38,7 +38,7 @@ struct RenderOptions {
     bool fxaa = false;
     OutputFlags output;
     SequenceOptions sequence;
-    ReportFlags report;
+    ReportOptions report;
 };
 
 /// Declares all of them. `options` must outlive the parse.

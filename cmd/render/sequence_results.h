@@ -17,7 +17,7 @@ namespace peeler::cmd {
 class SequenceResults {
   public:
     /// `sequence`: of frames; else there is one picture. Flags and console must outlive it.
-    SequenceResults(const ReportFlags& flags, bool sequence, Console& console)
+    SequenceResults(const ReportOptions& flags, bool sequence, Console& console)
         : flags_(flags), sequence_(sequence), console_(console) {}
 
     void add(const PictureResult& result);
@@ -32,7 +32,7 @@ class SequenceResults {
     void tell() const;
 
   private:
-    const ReportFlags& flags_;
+    const ReportOptions& flags_;
     bool sequence_;
     Console& console_;
     std::vector<PictureResult> finished_;

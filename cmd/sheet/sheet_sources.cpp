@@ -180,6 +180,7 @@ SheetContent sheetOfFile(const SheetRequest& request, ProgressStyle progress, Co
     result.layers = plan.layers.size();
     result.fragments_counted = plan.fragments_counted;
     result.method = reader->info().provenance.method;
+    result.settings_hash = reader->info().provenance.settings_hash;
     result.renderer = reader->info().provenance.renderer;
     add(result.milliseconds, cells.times());
     return content;

@@ -275,17 +275,18 @@ TEST(Progress, OpenJdIsToldWhyACommandFails) {
 
 TEST(Report, HasEveryKeyOfTheContract) {
     PictureResult result;
+    result.inputs = {"in.glb"};
     result.output = "out\xff.exr";  // not UTF-8
     result.fragments_counted = 10;
     result.fragments_stored = 9;
     result.milliseconds["load"] = 1.23456;
     const auto json = nlohmann::json::parse(jsonText(toJson(result)));
-    for (const char* key :
-         {"output", "bytes", "width", "height", "layers", "fragmentsCounted", "fragmentsStored",
-          "complete", "method", "renderer", "backend", "passes", "peakMemory", "milliseconds"}) {
+    for (const char* key : {"input", "output", "bytes", "width", "height", "layers",
+                            "fragmentsCounted", "fragmentsStored", "complete", "method", "passes",
+                            "settingsHash", "renderer", "backend", "peakMemory", "milliseconds"}) {
         EXPECT_TRUE(json.contains(key)) << key;
     }
-    EXPECT_EQ(json.size(), 17U);
+    EXPECT_EQ(json.size(), 19U);
     EXPECT_EQ(json["complete"], false);
     for (const char* stage : {"load", "context", "upload", "count", "capture", "sort", "composite",
                               "encode", "write", "total"}) {

@@ -57,6 +57,7 @@ TEST_F(Results, JsonHasEveryKey) {
     ASSERT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(bytesOf(report), result.out);
     const Json json = Json::parse(result.out);
+    EXPECT_EQ(json.at("input"), scene_.string());
     EXPECT_EQ(json.at("output"), image_.string());
     EXPECT_EQ(json.at("bytes"), fs::file_size(image_));
     EXPECT_EQ(json.at("width"), 96);
@@ -73,7 +74,8 @@ TEST_F(Results, JsonHasEveryKey) {
     EXPECT_EQ(json.at("fragmentsBlended"), 0);
     EXPECT_EQ(json.at("fragmentsLeftOut"), 0);
     EXPECT_EQ(json.at("samples"), 1);
-    EXPECT_EQ(json.size(), 17U);
+    EXPECT_EQ(json.at("settingsHash").get<std::string>().size(), 16U);
+    EXPECT_EQ(json.size(), 19U);
     const Json& stages = json.at("milliseconds");
     double sum = 0;
     for (const char* stage : {"load", "context", "upload", "count", "capture", "sort", "composite",

@@ -8,6 +8,7 @@
 
 #include "cmd/cli/choices.h"
 #include "cmd/cli/parse.h"
+#include "cmd/options/capture_options.h"
 #include "core/base/error.h"
 
 namespace peeler::cmd {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The options of verbs: how they are declared, and how arguments are read by them. CLI11 does the
-// work; it takes long to compile, so options.cpp alone includes it.
+// work; it takes long to compile, so arguments.cpp alone includes it.
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // CLI11 under options and arguments, and its errors as ours.
-#include "cmd/cli/options.h"
+#include "cmd/cli/arguments.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
