@@ -88,7 +88,7 @@ class Bake {
     const BakeCommand& options_;
     Console& console_;
     std::optional<OpenedScene> scene_;
-    SceneContents contents_;
+    std::optional<PosedScene> posed_;
     std::optional<VertexReceivers> vertices_;
     std::optional<TexelReceivers> texels_;  ///< if those are the target
     std::vector<fs::path> outputs_;         ///< one, or of .png one for each texture
@@ -129,19 +129,18 @@ void Bake::checkOptions() const {
 void Bake::open() {
     const StageTimer timer(times_, "load");
     scene_.emplace(options_.scene, options_.look, options_.animation, false, console_);
-    contents_ = scene_->at(options_.animation.time.value_or(0));
-    if (options_.bake.settings.quantity == BakeQuantity::kIrradiance)
-        checkBakedLight(scene(), contents_);
+    posed_ = scene_->at(options_.animation.time.value_or(0));
+    if (options_.bake.settings.quantity == BakeQuantity::kIrradiance) checkBakedLight(*posed_);
 }
 
 void Bake::placeReceivers() {
     const StageTimer timer(times_, "receivers");
-    vertices_.emplace(scene(), contents_);
+    vertices_.emplace(*posed_);
     if (vertices_->receivers().size() == 0)
         throw Error(ErrorKind::kInput, "the scene shows no triangles to bake for",
                     options_.scene.file.string(), "peeler info tells what is in it");
     if (options_.bake.chosenTarget() == BakeTarget::kVertices) return;
-    texels_.emplace(scene(), contents_, *vertices_, options_.bake.texels());
+    texels_.emplace(*posed_, *vertices_, options_.bake.texels());
     warnOfTexels();
 }
 
@@ -195,16 +194,15 @@ void Bake::gather() {
         context = openContext(options_.device, console_);
     }
     device_ = context->device();
-    Renderer renderer(*context, scene(), contents_);
+    Renderer renderer(*context, *posed_);
     BakeSettings settings = options_.bake.settings;
     settings.bounces = options_.bake.bounces.value_or(settings.bounces);
     CaptureSettings capture = options_.capture;
     capture.faces = options_.bake.faces;
-    const DrawList& list = renderer.drawList();
-    const SurfaceLookup lookup = texels_ ? texels_->lookup(list) : vertices_->lookup(list);
+    const SurfaceLookup lookup = texels_ ? texels_->lookup() : vertices_->lookup();
     ProgressReport progress(console_, options_.report.shownProgress(), "bake");
     const StageTimer timer(times_, "bake");
-    values_ = bake(renderer, scene(), contents_, receivers(), settings, capture, lookup,
+    values_ = bake(renderer, receivers(), settings, capture, lookup,
                    [&](double share) { progress.update(share); });
 }
 
@@ -234,7 +232,7 @@ void Bake::writeVertices() {
     GltfPackage package(options_.scene.file, options_.scene.gltf);
     showWhatWasBaked(package);
     addVertexValues(package, attributeOf(quantity),
-                    bakedPrimitives(scene(), contents_, *vertices_, values_, quantity, shown));
+                    bakedPrimitives(*posed_, *vertices_, values_, quantity, shown));
     if (options_.bake.values_alone) showVertexColorsAlone(package);
     writePackage(package);
 }

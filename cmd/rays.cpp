@@ -92,7 +92,7 @@ class Rays {
     void tell();
 
     const Solids& solids() {
-        if (!solids_) solids_ = std::make_unique<Solids>(scene_->scene(), contents_);
+        if (!solids_) solids_ = std::make_unique<Solids>(*posed_);
         return *solids_;
     }
 
@@ -100,11 +100,10 @@ class Rays {
     Console& console_;
     CaptureSettings capture_;
     std::optional<OpenedScene> scene_;
-    SceneContents contents_;
+    std::optional<PosedScene> posed_;
     std::vector<Bundle> bundles_;
     std::optional<AxisBundles> lattice_;  ///< of voxels
     std::unique_ptr<Solids> solids_;      ///< if something needs them
-    std::optional<DrawList> list_;
     std::vector<std::unique_ptr<RayOutput>> outputs_;
     const RayParity* parity_ = nullptr;  ///< one of them
     std::unique_ptr<gl::Context> context_;
@@ -172,19 +171,18 @@ void Rays::checkOutputs() const {
 void Rays::openScene() {
     const StageTimer timer(times_, "load");
     scene_.emplace(options_.scene, options_.look, options_.animation, false, console_);
-    contents_ = scene_->at(options_.animation.time.value_or(0));
-    list_.emplace(scene_->scene(), contents_);
+    posed_ = scene_->at(options_.animation.time.value_or(0));
 }
 
 void Rays::chooseBundles() {
-    const std::optional<Bounds> all = bounds(scene_->scene(), contents_);
+    const std::optional<Bounds> all = posed_->bounds();
     if (!all)
         throw Error(ErrorKind::kInput, "the scene shows nothing that a ray could hit",
                     options_.scene.file.string(), "peeler info tells what is in it");
     if (options_.bundles.usesCamera()) {
         CameraOptions camera = options_.bundles.camera;
         if (camera.size == Size{0, 0}) camera.size = CameraOptions{}.size;
-        bundles_ = {{"camera", scene_->view(contents_, camera)}};
+        bundles_ = {{"camera", scene_->view(*posed_, camera)}};
         return;
     }
     if (options_.voxels) {
@@ -229,9 +227,9 @@ std::unique_ptr<RayOutput> Rays::makeOutput() {
         RayMapOptions maps = rayMapOptions(options_.maps, scene_->scene());
         maps.provenance = provenance;
         const Solids* inside = needsSolids(maps.settings.maps) ? &solids() : nullptr;
-        return makeRayMapOutput(path, scene_->scene(), contents_, inside, maps);
+        return makeRayMapOutput(path, *posed_, inside, maps);
     }
-    const HitSources sources{scene_->scene(), contents_, *list_, provenance};
+    const HitSources sources{*posed_, provenance};
     if (options_.points) return makePointOutput(path, sources, readPoints(*options_.points));
     return makeHitOutput(path, sources, options_.double_points);
 }
@@ -241,7 +239,7 @@ void Rays::openRenderer() {
         const StageTimer timer(times_, "context");
         context_ = openContext(options_.device, console_);
     }
-    renderer_.emplace(*context_, scene_->scene(), contents_);
+    renderer_.emplace(*context_, *posed_);
 }
 
 /// Headers and arrays say how many hits follow, and come before them.

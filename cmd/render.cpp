@@ -172,7 +172,7 @@ void Render::pose(Picture& picture, std::size_t index) {
 void Render::capture(Picture& picture) {
     PictureRequest& asked = picture.asked;
     if (renderer_)
-        renderer_->setContents(std::move(asked.contents));
+        renderer_->setPose(*asked.posed);
     else
         openRenderer(picture);
     if (asked.next) renderer_->setNextFrame(std::move(*asked.next));
@@ -191,7 +191,7 @@ void Render::openRenderer(Picture& picture) {
         const StageTimer timer(picture.result.milliseconds, "context");
         context_ = openContext(options_.device, console_);
     }
-    renderer_.emplace(*context_, request_.scene(), std::move(picture.asked.contents));
+    renderer_.emplace(*context_, *picture.asked.posed);
 }
 
 void Render::closeRenderer() {

@@ -48,12 +48,11 @@ auto integers(int least, int most) {
 }
 
 /// Whether anything that is shown gives off light.
-bool showsEmission(const Scene& scene, const SceneContents& contents) {
-    return std::ranges::any_of(contents.meshes, [&](const MeshInstance& instance) {
-        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
-        return std::ranges::any_of(mesh.primitives, [&](const Primitive& primitive) {
+bool showsEmission(const PosedScene& posed) {
+    return std::ranges::any_of(posed.meshes(), [&](const MeshInstance& instance) {
+        return std::ranges::any_of(posed.primitives(instance), [&](const Primitive& primitive) {
             const Material& material =
-                scene.materials[static_cast<std::size_t>(primitive.material)];
+                posed.scene().materials[static_cast<std::size_t>(primitive.material)];
             return material.emissive != glm::vec3(0);
         });
     });
@@ -168,12 +167,12 @@ void checkBakeOptions(const BakeOptions& options, const LookOptions& look) {
                "leave it out, or add --quantity irradiance");
 }
 
-void checkBakedLight(const Scene& scene, const SceneContents& contents) {
-    if (scene.environment || showsEmission(scene, contents)) return;
+void checkBakedLight(const PosedScene& posed) {
+    if (posed.scene().environment || showsEmission(posed)) return;
     refuse("there is no light: no environment, and no emissive material", "--quantity irradiance",
-           contents.lights.empty() ? "add --environment FILE"
-                                   : "add --environment FILE; lights that are no surfaces, which "
-                                     "this scene has, are not baked");
+           posed.lights().empty() ? "add --environment FILE"
+                                  : "add --environment FILE; lights that are no surfaces, which "
+                                    "this scene has, are not baked");
 }
 
 }  // namespace peeler::cmd

@@ -10,7 +10,7 @@
 #include "core/bake/bake.h"
 #include "core/bake/texel_receivers.h"
 #include "core/capture/capture_settings.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {
 
@@ -54,7 +54,7 @@ void addBakeOptions(VerbOptions& verb, BakeOptions& options);
 void checkBakeOptions(const BakeOptions& options, const LookOptions& look);
 
 /// Throws Error (kUsage) if nothing gives off the light that irradiance is made of.
-void checkBakedLight(const Scene& scene, const SceneContents& contents);
+void checkBakedLight(const PosedScene& posed);
 
 /// Whether it makes surfaces darker, and is what a material's occlusion texture means.
 bool isOcclusion(BakeQuantity quantity);

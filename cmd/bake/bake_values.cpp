@@ -62,7 +62,7 @@ std::string attributeOf(BakeQuantity quantity) {
     return name;
 }
 
-std::vector<BakedPrimitive> bakedPrimitives(const Scene& scene, const SceneContents& contents,
+std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
                                             const VertexReceivers& vertices,
                                             std::span<const float> values, BakeQuantity quantity,
                                             const ShownValues& shown) {
@@ -76,9 +76,8 @@ std::vector<BakedPrimitive> bakedPrimitives(const Scene& scene, const SceneConte
     std::vector<const Primitive*> primitives;
     for (const VertexRange& range : vertices.ranges()) {
         if (range.count == 0) continue;
-        const MeshInstance& instance = contents.meshes[range.instance];
-        const auto mesh = static_cast<std::size_t>(instance.mesh);
-        const Primitive& primitive = scene.meshes[mesh].primitives[range.primitive];
+        const MeshInstance& instance = posed.meshes()[range.instance];
+        const Primitive& primitive = posed.primitives(instance)[range.primitive];
         const auto own = values.subspan(range.first * components, range.count * components);
         const auto [place, fresh] =
             places.try_emplace({instance.node, range.primitive}, Shows{result.size(), 0});

@@ -36,7 +36,7 @@ std::string attributeOf(BakeQuantity quantity);
 /// The values of every primitive of every node. COLOR_0 is what can be shown, linear; occlusion
 /// darkens the colour that is there. Instances that one node makes (EXT_mesh_gpu_instancing) get
 /// their mean.
-std::vector<BakedPrimitive> bakedPrimitives(const Scene& scene, const SceneContents& contents,
+std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
                                             const VertexReceivers& vertices,
                                             std::span<const float> values, BakeQuantity quantity,
                                             const ShownValues& shown);

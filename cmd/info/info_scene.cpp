@@ -15,7 +15,7 @@
 #include "cmd/options/camera_options.h"
 #include "core/scene/keyframes.h"
 #include "core/scene/lights.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "formats/file/hash_text.h"
 #include "formats/gltf/gltf_reader.h"
 
@@ -97,10 +97,10 @@ std::vector<ExtensionUse> extensionsOf(const Scene& scene) {
 /// All that is said of a scene beyond what the Scene itself holds.
 struct SceneFacts {
     Scene scene;
-    SceneContents shown;  ///< by the default scene
     Elements elements;
     std::optional<Bounds> box;
-    std::vector<std::string> cameras;
+    std::vector<CameraInstance> cameras;  ///< of the default scene, as the rest
+    std::vector<std::string> camera_names;
     std::vector<PlacedLight> lights;  ///< none of peeler's own
     std::vector<ExtensionUse> extensions;
     std::array<std::uint64_t, 3> materials{};
@@ -111,13 +111,14 @@ SceneFacts gather(const InfoOptions& options) {
     GltfOptions gltf;
     gltf.allow_outside = options.allow_outside;
     facts.scene = readGltf(options.file, gltf);
-    facts.shown = contents(facts.scene, facts.scene.default_scene);
-    for (const MeshInstance& instance : facts.shown.meshes) {
+    const PosedScene shown(facts.scene);
+    for (const MeshInstance& instance : shown.meshes()) {
         facts.elements += elementsOf(facts.scene.meshes[static_cast<std::size_t>(instance.mesh)]);
     }
-    facts.box = bounds(facts.scene, facts.shown);
-    facts.cameras = cameraNames(facts.scene, facts.shown);
-    if (!facts.shown.lights.empty()) facts.lights = placedLights(facts.scene, facts.shown);
+    facts.box = shown.bounds();
+    facts.cameras = shown.cameras();
+    facts.camera_names = cameraNames(shown);
+    if (!shown.lights().empty()) facts.lights = placedLights(shown);
     facts.extensions = extensionsOf(facts.scene);
     facts.materials = materialsByAlphaMode(facts.scene);
     return facts;
@@ -244,9 +245,8 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     json["cameras"] = Json::array();
     for (std::size_t i = 0; i < facts.cameras.size(); ++i) {
         Json camera;
-        camera["name"] = facts.cameras[i];
-        camera.update(
-            cameraJson(scene.cameras[static_cast<std::size_t>(facts.shown.cameras[i].camera)]));
+        camera["name"] = facts.camera_names[i];
+        camera.update(cameraJson(scene.cameras[static_cast<std::size_t>(facts.cameras[i].camera)]));
         json["cameras"].push_back(camera);
     }
     json["lights"] = Json::array();
@@ -347,8 +347,8 @@ std::string toText(const SceneFacts& facts, const InfoOptions& options) {
     }
     text += facts.cameras.empty() ? "cameras: none\n" : "cameras:\n";
     for (std::size_t i = 0; i < facts.cameras.size(); ++i) {
-        const auto camera = static_cast<std::size_t>(facts.shown.cameras[i].camera);
-        text += "  " + std::to_string(i) + "  " + printable(facts.cameras[i]) +
+        const auto camera = static_cast<std::size_t>(facts.cameras[i].camera);
+        text += "  " + std::to_string(i) + "  " + printable(facts.camera_names[i]) +
                 (scene.cameras[camera].perspective ? ", perspective\n" : ", orthographic\n");
     }
     text += facts.lights.empty() ? "lights: none\n" : "lights:\n";

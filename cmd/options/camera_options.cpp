@@ -69,8 +69,8 @@ View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::
 }
 
 /// One of the lights: at least what it lights, more where the size has another aspect ratio.
-View viewOfLight(const CameraOptions& options, const Scene& scene, const SceneContents& contents) {
-    View view = lightCamera(scene, contents, *options.camera);
+View viewOfLight(const CameraOptions& options, const PosedScene& posed) {
+    View view = lightCamera(posed, *options.camera);
     Projection& projection = view.projection;
     setSize(view, options.size, projection.half_width / projection.half_height);
     projection.half_height =
@@ -273,9 +273,10 @@ void checkCameraOptions(const CameraOptions& options) {
     }
 }
 
-std::vector<std::string> cameraNames(const Scene& scene, const SceneContents& contents) {
+std::vector<std::string> cameraNames(const PosedScene& posed) {
+    const Scene& scene = posed.scene();
     std::vector<std::string> names;
-    for (const CameraInstance& instance : contents.cameras) {
+    for (const CameraInstance& instance : posed.cameras()) {
         const std::string& own = scene.cameras[static_cast<std::size_t>(instance.camera)].name;
         const std::string& node = scene.nodes[static_cast<std::size_t>(instance.node)].name;
         if (!own.empty()) {
@@ -287,24 +288,23 @@ std::vector<std::string> cameraNames(const Scene& scene, const SceneContents& co
     return names;
 }
 
-View makeView(const Scene& scene, const SceneContents& contents, const Shape& shape,
-              const CameraOptions& options) {
+View makeView(const PosedScene& posed, const Shape& shape, const CameraOptions& options) {
     const Bounds box = shape.bounds();
     View view;
     if (options.camera && namesLight(*options.camera)) {
-        view = viewOfLight(options, scene, contents);
-    } else if (!options.buildsCamera() && !contents.cameras.empty()) {
-        const std::vector<std::string> names = cameraNames(scene, contents);
+        view = viewOfLight(options, posed);
+    } else if (!options.buildsCamera() && !posed.cameras().empty()) {
+        const std::vector<std::string> names = cameraNames(posed);
         std::size_t chosen = 0;
         if (options.camera) {
             std::vector<std::vector<std::string>> alternatives;
             for (std::size_t i = 0; i < names.size(); ++i) {
-                const auto node = static_cast<std::size_t>(contents.cameras[i].node);
-                alternatives.push_back({names[i], scene.nodes[node].name});
+                const auto node = static_cast<std::size_t>(posed.cameras()[i].node);
+                alternatives.push_back({names[i], posed.scene().nodes[node].name});
             }
             chosen = chooseFrom("camera", *options.camera, alternatives);
         }
-        view = sceneCamera(scene, contents.cameras[chosen], names[chosen], options.size);
+        view = sceneCamera(posed.scene(), posed.cameras()[chosen], names[chosen], options.size);
     } else {
         if (options.camera) chooseFrom("camera", *options.camera, {});
         view = builtCamera(options, shape);

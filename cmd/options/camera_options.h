@@ -9,7 +9,7 @@
 
 #include "cmd/cli/parse.h"
 #include "cmd/options/share.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/shape.h"
 #include "core/scene/view.h"
 
@@ -46,7 +46,7 @@ void checkCrop(const Window& crop, int width, int height);
 
 /// What a camera in its place is called: its own name, else its node's, else "camera N" by draw
 /// order.
-std::vector<std::string> cameraNames(const Scene& scene, const SceneContents& contents);
+std::vector<std::string> cameraNames(const PosedScene& posed);
 
 /// The view of the chosen, built or framed camera; `shape` is what it has to see. A scene's camera
 /// keeps its vertical field of view whatever the size's aspect ratio, near and far; a built one is
@@ -54,7 +54,6 @@ std::vector<std::string> cameraNames(const Scene& scene, const SceneContents& co
 /// target, which reversed Z makes free) and sees infinitely far, or past the scene if orthographic.
 /// Throws Error (kUsage) for an unknown camera, with the list, for a crop outside the picture, and
 /// for a camera that cannot be; (kInput) for one that the file gives no direction or no extent.
-View makeView(const Scene& scene, const SceneContents& contents, const Shape& shape,
-              const CameraOptions& options);
+View makeView(const PosedScene& posed, const Shape& shape, const CameraOptions& options);
 
 }  // namespace peeler::cmd

@@ -106,14 +106,14 @@ void checkClipOptions(const ClipOptions& options) {
                 "add --clip-box, --clip-plane or --clip-mesh");
 }
 
-ClipVolume clipVolume(const ClipOptions& options, const Scene& scene,
-                      const SceneContents& contents) {
+ClipVolume clipVolume(const ClipOptions& options, const PosedScene& posed) {
+    const Scene& scene = posed.scene();
     ClipVolume volume = options.volume;
     for (const std::string& name : options.meshes) {
         std::vector<int> below;
         collect(scene, chooseNode(scene, name), below);
         const bool bounds = std::any_of(
-            contents.meshes.begin(), contents.meshes.end(), [&](const MeshInstance& instance) {
+            posed.meshes().begin(), posed.meshes().end(), [&](const MeshInstance& instance) {
                 return std::find(below.begin(), below.end(), instance.node) != below.end() &&
                        hasTriangles(scene, instance.mesh);
             });

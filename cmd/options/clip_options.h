@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/scene/clip.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {
 
@@ -26,7 +26,6 @@ void checkClipOptions(const ClipOptions& options);
 
 /// The volume with the nodes that are shown under the named ones. Throws Error (kUsage) for a node
 /// that is not there, with the list, and for one without triangles.
-ClipVolume clipVolume(const ClipOptions& options, const Scene& scene,
-                      const SceneContents& contents);
+ClipVolume clipVolume(const ClipOptions& options, const PosedScene& posed);
 
 }  // namespace peeler::cmd

@@ -42,14 +42,14 @@ bool namesLight(const std::string& camera) {
     return camera.starts_with(kPrefix);
 }
 
-View lightCamera(const Scene& scene, const SceneContents& contents, const std::string& camera) {
-    const std::vector<PlacedLight> lights = placedLights(scene, contents);
+View lightCamera(const PosedScene& posed, const std::string& camera) {
+    const std::vector<PlacedLight> lights = placedLights(posed);
     const PlacedLight& light = chooseLight(lights, camera);
     if (light.light.type == LightType::kPoint) {
         throw Error(ErrorKind::kUsage, "a point light shines all around, so it has no view",
                     "--camera " + camera, "choose a directional or a spot light");
     }
-    const auto view = lightView(light, scene, contents);
+    const auto view = lightView(light, posed);
     if (!view) {
         throw Error(ErrorKind::kInput, "the scene has no vertices to fit the light's view to",
                     "--camera " + camera);

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
 
 namespace peeler::cmd {
@@ -16,6 +16,6 @@ bool namesLight(const std::string& camera);
 /// size not set. NAME is the light's, its node's, or an index in draw order; "key" is the built-in
 /// light of a scene without any. Throws Error (kUsage) for an unknown light, with the list, and for
 /// a point light; (kInput) if there is nothing to fit a view to.
-View lightCamera(const Scene& scene, const SceneContents& contents, const std::string& camera);
+View lightCamera(const PosedScene& posed, const std::string& camera);
 
 }  // namespace peeler::cmd

@@ -16,13 +16,13 @@ OpenedScene::OpenedScene(const SceneOptions& options, const LookOptions& look,
     if (!playing_.empty()) all_times_.emplace(scene_, index_, playing_);
 }
 
-SceneContents OpenedScene::at(double time) const {
-    if (playing_.empty()) return contents(scene_, index_);
-    return contents(scene_, index_, poseAt(scene_, playing_, time));
+PosedScene OpenedScene::at(double time) const {
+    if (playing_.empty()) return {scene_, index_};
+    return {scene_, index_, poseAt(scene_, playing_, time)};
 }
 
-View OpenedScene::view(const SceneContents& contents, const CameraOptions& camera) const {
-    return makeView(scene_, contents, all_times_ ? *all_times_ : Shape(scene_, contents), camera);
+View OpenedScene::view(const PosedScene& posed, const CameraOptions& camera) const {
+    return makeView(posed, all_times_ ? *all_times_ : Shape(posed), camera);
 }
 
 }  // namespace peeler::cmd

@@ -10,7 +10,7 @@
 #include "cmd/options/camera_options.h"
 #include "cmd/options/look_options.h"
 #include "cmd/options/scene_options.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {
 
@@ -25,10 +25,10 @@ class OpenedScene {
     int index() const { return index_; }                             ///< of the scene shown
     const std::vector<int>& animations() const { return playing_; }  ///< that move it
 
-    SceneContents at(double time) const;
+    PosedScene at(double time) const;
 
     /// The camera's view of what at() has given. A scene that moves is framed by all its times.
-    View view(const SceneContents& contents, const CameraOptions& camera) const;
+    View view(const PosedScene& posed, const CameraOptions& camera) const;
 
   private:
     Scene scene_;

@@ -9,7 +9,7 @@
 
 #include "cmd/options/camera_options.h"
 #include "core/rays/bundle.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {
 

@@ -16,7 +16,7 @@ namespace {
 class HitArrays final : public RayOutput {
   public:
     HitArrays(std::string path, const HitSources& sources)
-        : path_(std::move(path)), reader_(sources.scene, sources.contents, sources.list) {}
+        : path_(std::move(path)), reader_(sources.posed) {}
 
     std::vector<Channel> channels() const override { return hitChannels(); }
     bool needsHits() const override { return true; }

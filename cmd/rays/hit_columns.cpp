@@ -84,8 +84,8 @@ std::vector<Channel> hitChannels() {
     return {Channel::kNormal, Channel::kGeometricNormal, Channel::kFacing, Channel::kBarycentric};
 }
 
-HitReader::HitReader(const Scene& scene, const SceneContents& contents, const DrawList& list)
-    : scene_(scene), contents_(contents), list_(list), ordinals_(instanceOrdinals(contents)) {}
+HitReader::HitReader(PosedScene posed)
+    : posed_(std::move(posed)), ordinals_(posed_.instanceOrdinals()) {}
 
 void HitReader::read(const Bundle& bundle, std::size_t index, const LayeredImage& band,
                      const std::function<void(std::span<const Hit>)>& use) {
@@ -103,14 +103,14 @@ void HitReader::read(const Bundle& bundle, std::size_t index, const LayeredImage
         hit.t = z * scale;
         hit.position =
             worldPosition(bundle.view, x + bundle.view.sample.x, y + bundle.view.sample.y, z);
-        hit.origin = list_.originOf(number);
-        hit.instance = &contents_.meshes[hit.origin.instance];
-        hit.primitive = &scene_.meshes[static_cast<std::size_t>(hit.instance->mesh)]
-                             .primitives[hit.origin.primitive];
+        hit.origin = posed_.drawList().originOf(number);
+        hit.instance = &posed_.meshes()[hit.origin.instance];
+        hit.primitive = &posed_.primitive(hit.origin);
         // The last one is glTF's default material, which no file has.
         const auto material = static_cast<std::size_t>(hit.primitive->material);
-        hit.material = material + 1 < scene_.materials.size() ? static_cast<std::uint32_t>(material)
-                                                              : 0xFFFFFFFFU;
+        hit.material = material + 1 < posed_.scene().materials.size()
+                           ? static_cast<std::uint32_t>(material)
+                           : 0xFFFFFFFFU;
         hit.ordinal = ordinals_[hit.origin.instance];
         hit.facing = facing.value(f);
         // Channels have them on the side that the ray comes from.

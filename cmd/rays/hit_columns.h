@@ -14,9 +14,7 @@
 #include "core/image/channels.h"
 #include "core/image/layered_image.h"
 #include "core/rays/bundle.h"
-#include "core/scene/draw_list.h"
-#include "core/scene/scene.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "formats/arrays/number_type.h"
 
 namespace peeler::cmd {
@@ -55,17 +53,14 @@ std::vector<Channel> hitChannels();
 /// Looks up what the keys of hits stand for.
 class HitReader {
   public:
-    /// All must outlive it.
-    HitReader(const Scene& scene, const SceneContents& contents, const DrawList& list);
+    explicit HitReader(PosedScene posed);
 
     /// Calls use(hits) for all of a band, in order, some rows at a time, so that memory is bounded.
     void read(const Bundle& bundle, std::size_t index, const LayeredImage& band,
               const std::function<void(std::span<const Hit>)>& use);
 
   private:
-    const Scene& scene_;
-    const SceneContents& contents_;
-    const DrawList& list_;
+    PosedScene posed_;
     std::vector<std::uint32_t> ordinals_;
     std::vector<Hit> hits_;
 };

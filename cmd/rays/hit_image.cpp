@@ -18,7 +18,7 @@ class HitImage final : public RayOutput {
   public:
     HitImage(std::string path, const HitSources& sources)
         : path_(std::move(path)), provenance_(sources.provenance) {
-        provenance_.ids = idNames(sources.scene);
+        provenance_.ids = idNames(sources.posed.scene());
     }
 
     std::vector<Channel> channels() const override {

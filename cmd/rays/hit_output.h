@@ -16,9 +16,7 @@ namespace peeler::cmd {
 
 /// What hits are written with.
 struct HitSources {
-    const Scene& scene;
-    const SceneContents& contents;
-    const DrawList& list;
+    PosedScene posed;
     Provenance provenance;  ///< of an image's headers, and of a point cloud's comment
 };
 

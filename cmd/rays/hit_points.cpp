@@ -20,7 +20,7 @@ class HitPoints final : public RayOutput {
           comment_("hits in world space of " + printable(sources.provenance.scene) +
                    ", +Y up, by peeler " PEELER_VERSION),
           double_positions_(double_positions),
-          reader_(sources.scene, sources.contents, sources.list) {}
+          reader_(sources.posed) {}
 
     std::vector<Channel> channels() const override { return hitChannels(); }
 

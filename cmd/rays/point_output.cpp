@@ -18,11 +18,7 @@ constexpr std::uint32_t kInvalid = 0xFFFFFFFFU;
 class PointOutput final : public RayOutput {
   public:
     PointOutput(std::string path, const HitSources& sources, std::vector<glm::dvec3> points)
-        : path_(std::move(path)),
-          scene_(sources.scene),
-          contents_(sources.contents),
-          list_(sources.list),
-          points_(std::move(points)) {}
+        : path_(std::move(path)), posed_(sources.posed), points_(std::move(points)) {}
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) override {
         bundles_ = {bundles.begin(), bundles.end()};
@@ -45,7 +41,7 @@ class PointOutput final : public RayOutput {
     }
 
     void take(std::size_t bundle, const LayeredImage& band) override {
-        findPointHits(scene_, contents_, list_, bundles_[bundle], band, points_, found_);
+        findPointHits(posed_, bundles_[bundle], band, points_, found_);
         if (band.window.y1 != bundles_[bundle].view.crop.y1) return;
         write();
         beside_ +=
@@ -84,7 +80,7 @@ class PointOutput final : public RayOutput {
         for (const PointHits& hit : hits) {
             const NextHit& next = hit.*side;
             const bool is_hit = next.key != 0;
-            const KeyOrigin origin = is_hit ? list_.originOf(next.key) : KeyOrigin{};
+            const KeyOrigin origin = is_hit ? posed_.drawList().originOf(next.key) : KeyOrigin{};
             t_.push_back(static_cast<float>(next.distance));
             geometry_.push_back(is_hit ? static_cast<std::uint32_t>(origin.instance) : kInvalid);
             primitive_.push_back(is_hit ? origin.in_mesh : kInvalid);
@@ -97,9 +93,7 @@ class PointOutput final : public RayOutput {
     }
 
     std::string path_;
-    const Scene& scene_;
-    const SceneContents& contents_;
-    const DrawList& list_;
+    PosedScene posed_;
     std::vector<glm::dvec3> points_;
     std::vector<Bundle> bundles_;
     std::optional<NpzWriter> writer_;

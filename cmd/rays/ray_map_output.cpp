@@ -26,9 +26,9 @@ double rayArea(const View& view) {
 /// A part a bundle, a channel a map or a material.
 class RayMapFile : public RayMapOutput {
   public:
-    RayMapFile(std::string path, const Scene& scene, const SceneContents& contents,
-               const Solids* solids, const RayMapOptions& options)
-        : RayMapOutput(scene, contents, solids, options.settings),
+    RayMapFile(std::string path, const PosedScene& posed, const Solids* solids,
+               const RayMapOptions& options)
+        : RayMapOutput(posed, solids, options.settings),
           path_(std::move(path)),
           provenance_(options.provenance) {}
 
@@ -156,9 +156,8 @@ bool needsSolids(std::span<const RayMap> maps) {
     return std::ranges::any_of(maps, [](RayMap map) { return infoOf(map).solids; });
 }
 
-std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const Scene& scene,
-                                            const SceneContents& contents, const Solids* solids,
-                                            RayMapOptions options) {
+std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const PosedScene& posed,
+                                            const Solids* solids, RayMapOptions options) {
     std::vector<RayMap>& maps = options.settings.maps;
     checkSettings(options.settings);
     const bool picture = findOutputFormat(path, "composite").encoded;
@@ -171,12 +170,12 @@ std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const Scene
             maps.insert(paths + 1, RayMap::kTransmission);
         }
     }
-    if (picture) return makeRayMapPictures(path, scene, contents, solids, options);
+    if (picture) return makeRayMapPictures(path, posed, solids, options);
     if (options.range) {
         throw Error(ErrorKind::kUsage, "an EXR holds the numbers as they are", "--range",
                     "leave it out, or write .png, .jpg or .tif");
     }
-    return std::make_unique<RayMapFile>(path, scene, contents, solids, options);
+    return std::make_unique<RayMapFile>(path, posed, solids, options);
 }
 
 }  // namespace peeler::cmd

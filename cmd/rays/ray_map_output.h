@@ -34,9 +34,8 @@ struct RayMapStatistics {
 /// Evaluates the maps a few rows at a time; what becomes of them is up to those below.
 class RayMapOutput : public RayOutput {
   public:
-    RayMapOutput(const Scene& scene, const SceneContents& contents, const Solids* solids,
-                 const RayMapSettings& settings)
-        : maps_(scene, contents, solids, settings) {}
+    RayMapOutput(const PosedScene& posed, const Solids* solids, const RayMapSettings& settings)
+        : maps_(posed, solids, settings) {}
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override;
     void take(std::size_t bundle, const LayeredImage& band) override;
@@ -74,16 +73,14 @@ class RayMapOutput : public RayOutput {
 /// `solids` may be null if no map needs them (needsSolids()). Everything referred to must outlive
 /// the output. Pictures of bundles that are done stand under their names before finish(). Throws
 /// Error (kUsage) for maps that do not fit the format or lack what they need.
-std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const Scene& scene,
-                                            const SceneContents& contents, const Solids* solids,
-                                            RayMapOptions options);
+std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const PosedScene& posed,
+                                            const Solids* solids, RayMapOptions options);
 
 /// Whether one of the maps needs to know what is inside of what.
 bool needsSolids(std::span<const RayMap> maps);
 
 /// One file each; for makeRayMapOutput().
-std::unique_ptr<RayOutput> makeRayMapPictures(const std::string& path, const Scene& scene,
-                                              const SceneContents& contents, const Solids* solids,
-                                              const RayMapOptions& options);
+std::unique_ptr<RayOutput> makeRayMapPictures(const std::string& path, const PosedScene& posed,
+                                              const Solids* solids, const RayMapOptions& options);
 
 }  // namespace peeler::cmd

@@ -25,9 +25,9 @@ std::array<float, 3> film(float transmission) {
 
 class RayMapPictures : public RayMapOutput {
   public:
-    RayMapPictures(std::string path, const Scene& scene, const SceneContents& contents,
-                   const Solids* solids, const RayMapOptions& options)
-        : RayMapOutput(scene, contents, solids, options.settings),
+    RayMapPictures(std::string path, const PosedScene& posed, const Solids* solids,
+                   const RayMapOptions& options)
+        : RayMapOutput(posed, solids, options.settings),
           path_(std::move(path)),
           given_(options.range) {
         if (maps().channels().size() != 1) {
@@ -126,10 +126,9 @@ class RayMapPictures : public RayMapOutput {
 
 }  // namespace
 
-std::unique_ptr<RayOutput> makeRayMapPictures(const std::string& path, const Scene& scene,
-                                              const SceneContents& contents, const Solids* solids,
-                                              const RayMapOptions& options) {
-    return std::make_unique<RayMapPictures>(path, scene, contents, solids, options);
+std::unique_ptr<RayOutput> makeRayMapPictures(const std::string& path, const PosedScene& posed,
+                                              const Solids* solids, const RayMapOptions& options) {
+    return std::make_unique<RayMapPictures>(path, posed, solids, options);
 }
 
 }  // namespace peeler::cmd

@@ -99,14 +99,13 @@ PictureRequest RenderRequest::picture(std::size_t index) const {
     picture.frame = frame(index);
     picture.time = moment.time;
     picture.output = outputOf(index);
-    picture.contents = scene_->at(moment.time);
-    picture.view = scene_->view(picture.contents, options_.camera);
+    picture.posed = scene_->at(moment.time);
+    picture.view = scene_->view(*picture.posed, options_.camera);
     picture.capture = capture_;
-    picture.capture.clip = clipVolume(options_.clip, scene(), picture.contents);
+    picture.capture.clip = clipVolume(options_.clip, *picture.posed);
     if (options_.channels.wants(Channel::kMotion)) {
-        picture.next.emplace();
-        picture.next->contents = scene_->at(moment.next_time);
-        picture.next->view = scene_->view(picture.next->contents, options_.camera);
+        const PosedScene next = scene_->at(moment.next_time);
+        picture.next = NextFrame{next, scene_->view(next, options_.camera)};
     }
     picture.provenance = provenanceOf(index, picture);
     picture.provenance.output_hash =

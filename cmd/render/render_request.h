@@ -22,7 +22,7 @@ struct PictureRequest {
     std::optional<int> frame;  ///< of a sequence
     double time = 0;           ///< seconds
     OutputFlags output{};
-    SceneContents contents{};
+    std::optional<PosedScene> posed{};
     std::optional<NextFrame> next{};  ///< if motion is asked for
     View view{};
     CaptureSettings capture{};

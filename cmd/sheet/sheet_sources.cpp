@@ -51,7 +51,7 @@ class SceneSheet {
     Console& console_;
     CaptureSettings capture_;
     std::optional<OpenedScene> scene_;
-    SceneContents contents_;
+    std::optional<PosedScene> posed_;
     View view_;
     std::unique_ptr<gl::Context> context_;  // before what lives in it
     std::unique_ptr<Renderer> renderer_;
@@ -63,9 +63,9 @@ void SceneSheet::readScene() {
     const StageTimer timer(content_.result.milliseconds, "load");
     scene_.emplace(request_.input, request_.look, request_.animation, capture_.shadows, console_);
     checkSceneFiles(scene_->scene(), request_.outputs);
-    contents_ = scene_->at(request_.animation.time.value_or(0));
-    view_ = scene_->view(contents_, request_.camera);
-    capture_.clip = clipVolume(request_.clip, scene_->scene(), contents_);
+    posed_ = scene_->at(request_.animation.time.value_or(0));
+    view_ = scene_->view(*posed_, request_.camera);
+    capture_.clip = clipVolume(request_.clip, *posed_);
 }
 
 void SceneSheet::makeRenderer() {
@@ -73,7 +73,7 @@ void SceneSheet::makeRenderer() {
         const StageTimer timer(content_.result.milliseconds, "context");
         context_ = openContext(request_.device, console_);
     }
-    renderer_ = std::make_unique<Renderer>(*context_, scene_->scene(), contents_);
+    renderer_ = std::make_unique<Renderer>(*context_, *posed_);
     content_.result.renderer = context_->device().renderer;
     content_.result.backend = context_->device().backend;
 }

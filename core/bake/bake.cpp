@@ -145,18 +145,17 @@ void checkMemory(std::uint64_t bytes, std::size_t receivers, const MemoryBudget&
 
 }  // namespace
 
-std::vector<float> bake(Renderer& renderer, const Scene& scene, const SceneContents& contents,
-                        const Receivers& receivers, const BakeSettings& settings,
-                        const CaptureSettings& capture, const SurfaceLookup& lookup,
-                        const Progress& progress) {
+std::vector<float> bake(Renderer& renderer, const Receivers& receivers,
+                        const BakeSettings& settings, const CaptureSettings& capture,
+                        const SurfaceLookup& lookup, const Progress& progress) {
     const std::size_t components = componentsOf(settings.quantity);
-    const auto gathering = gatheringOf(settings, {scene, contents, renderer.drawList(), lookup});
+    const auto gathering = gatheringOf(settings, {renderer.posed(), lookup});
     // The values of this round, and of the one before.
     const std::size_t kept = gathering->rounds() > 1 ? 2 : 1;
     checkMemory(receivers.size() * (sizeof(Sum) + kept * components * sizeof(float)),
                 receivers.size(), capture.memory);
     std::vector<float> values(receivers.size() * components);
-    const std::optional<Bounds> all = bounds(scene, contents);
+    const std::optional<Bounds> all = renderer.posed().bounds();
     if (!all) return values;
     CaptureSettings hits = capture;
     hits.hits = Hits::kSloped;

@@ -72,8 +72,8 @@ class Irradiance final : public Gathering {
         : sources_(sources),
           bounces_(settings.bounces),
           max_distance_(static_cast<float>(settings.max_distance)) {
-        if (sources.scene.environment)
-            environment_.emplace(*sources.scene.environment, settings.directions);
+        const Scene& scene = sources.posed.scene();
+        if (scene.environment) environment_.emplace(*scene.environment, settings.directions);
     }
     int rounds() const override { return bounces_ + 1; }
     std::vector<Channel> channels() const override {
@@ -105,10 +105,10 @@ class Irradiance final : public Gathering {
   private:
     glm::vec3 radiance(const Look& look, std::uint32_t fragment, const glm::dvec3& position) const {
         const std::uint32_t key = keys_.id(fragment);
-        PlacedElement element = elementOf(sources_.scene, sources_.contents, sources_.list, key);
-        placeCorners(sources_.scene, sources_.contents, element);
-        const auto& material =
-            sources_.scene.materials[static_cast<std::size_t>(element.primitive->material)];
+        PlacedElement element = elementOf(sources_.posed, key);
+        placeCorners(sources_.posed, element);
+        const Material& material =
+            sources_.posed.scene().materials[static_cast<std::size_t>(element.primitive->material)];
         const bool front = glm::dot(element.normal(), glm::dvec3(look.direction)) <= 0;
         if (!front && !material.double_sided) return glm::vec3(0);
         const auto color = [&](std::size_t first) {

@@ -14,7 +14,6 @@
 #include "core/image/channels.h"
 #include "core/image/layered_image.h"
 #include "core/rays/bundle.h"
-#include "core/scene/draw_list.h"
 
 namespace peeler {
 
@@ -60,9 +59,7 @@ class Gathering {
 };
 
 struct GatheringSources {
-    const Scene& scene;
-    const SceneContents& contents;
-    const DrawList& list;
+    const PosedScene& posed;
     const SurfaceLookup& lookup;
 };
 

@@ -33,12 +33,11 @@ struct Chart {
 /// Places samples of triangles in the world.
 class Placement {
   public:
-    Placement(const Scene& scene, const SceneContents& contents, const VertexReceivers& vertices)
-        : scene_(scene), contents_(contents), vertices_(vertices) {}
+    Placement(const PosedScene& posed, const VertexReceivers& vertices)
+        : posed_(posed), vertices_(vertices) {}
 
     const Primitive& primitive(const VertexRange& range) const {
-        const auto mesh = static_cast<std::size_t>(contents_.meshes[range.instance].mesh);
-        return scene_.meshes[mesh].primitives[range.primitive];
+        return posed_.primitives(posed_.meshes()[range.instance])[range.primitive];
     }
 
     bool isDegenerate(const VertexRange& range, std::uint32_t element) const {
@@ -73,12 +72,11 @@ class Placement {
         const glm::dvec3 normal = glm::cross(p[corners.vertex[1]] - a, p[corners.vertex[2]] - a);
         const double length = glm::length(normal);
         if (!(length > 0)) return glm::vec3(0);
-        const double side = contents_.meshes[range.instance].mirrored ? -1 : 1;
+        const double side = posed_.meshes()[range.instance].mirrored ? -1 : 1;
         return glm::vec3(side / length * normal);
     }
 
-    const Scene& scene_;
-    const SceneContents& contents_;
+    const PosedScene& posed_;
     const VertexReceivers& vertices_;
 };
 
@@ -131,12 +129,13 @@ void rasterize(const Chart& chart, const Placement& placement, int size, TexelAt
 
 }  // namespace
 
-TexelReceivers::TexelReceivers(const Scene& scene, const SceneContents& contents,
-                               const VertexReceivers& vertices, const TexelSettings& settings)
-    : scene_(scene), contents_(contents), settings_(settings) {
-    const Placement placement(scene, contents, vertices);
+TexelReceivers::TexelReceivers(const PosedScene& posed, const VertexReceivers& vertices,
+                               const TexelSettings& settings)
+    : posed_(posed), settings_(settings) {
+    const std::size_t materials = posed.scene().materials.size();
+    const Placement placement(posed, vertices);
     const auto set = static_cast<std::size_t>(settings.uv_set);
-    std::vector<Chart> charts(scene.materials.size());
+    std::vector<Chart> charts(materials);
     for (std::size_t r = 0; r < vertices.ranges().size(); ++r) {
         const VertexRange& range = vertices.ranges()[r];
         if (range.count == 0) continue;
@@ -157,7 +156,7 @@ TexelReceivers::TexelReceivers(const Scene& scene, const SceneContents& contents
         std::ranges::count_if(charts, [](const Chart& chart) { return !chart.triangles.empty(); }));
     const auto side = static_cast<std::size_t>(settings.size);
     if (used * side * side > kMostTexels) failTooLarge();
-    atlas_of_material_.assign(scene.materials.size(), -1);
+    atlas_of_material_.assign(materials, -1);
     for (std::size_t material = 0; material < charts.size(); ++material) {
         if (charts[material].triangles.empty()) continue;
         atlas_of_material_[material] = static_cast<int>(atlases_.size());
@@ -171,12 +170,10 @@ TexelReceivers::TexelReceivers(const Scene& scene, const SceneContents& contents
                     "use --target vertices, or another --uv");
 }
 
-SurfaceLookup TexelReceivers::lookup(const DrawList& list) const {
-    return [this, &list](std::span<const float> values, std::uint32_t key,
-                         const glm::vec2& barycentric) {
-        const KeyOrigin origin = list.originOf(key);
-        const auto mesh = static_cast<std::size_t>(contents_.meshes[origin.instance].mesh);
-        const Primitive& primitive = scene_.meshes[mesh].primitives[origin.primitive];
+SurfaceLookup TexelReceivers::lookup() const {
+    return [this](std::span<const float> values, std::uint32_t key, const glm::vec2& barycentric) {
+        const KeyOrigin origin = posed_.drawList().originOf(key);
+        const Primitive& primitive = posed_.primitive(origin);
         const auto& uvs = primitive.texcoords[static_cast<std::size_t>(settings_.uv_set)];
         const int place = atlas_of_material_[static_cast<std::size_t>(primitive.material)];
         if (place < 0 || uvs.empty() || !isOfTriangles(primitive)) return glm::vec3(0);

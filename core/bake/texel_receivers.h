@@ -9,7 +9,6 @@
 
 #include "core/bake/bake.h"
 #include "core/bake/vertex_receivers.h"
-#include "core/scene/draw_list.h"
 
 namespace peeler {
 
@@ -40,9 +39,9 @@ class TexelReceivers {
     /// Throws Error (kInput) if no triangle has such UVs, or if they repeat a texture so often that
     /// more than 2^29 texels would have to be looked at, or if all textures together have more than
     /// 2^30 texels or kMostReceivers receivers. Rows are done in parallel; the result does
-    /// not depend on how. Scene and contents must outlive it.
-    TexelReceivers(const Scene& scene, const SceneContents& contents,
-                   const VertexReceivers& vertices, const TexelSettings& settings);
+    /// not depend on how.
+    TexelReceivers(const PosedScene& posed, const VertexReceivers& vertices,
+                   const TexelSettings& settings);
 
     const Receivers& receivers() const { return receivers_; }
     const std::vector<TexelAtlas>& atlases() const { return atlases_; }  ///< by material
@@ -50,8 +49,8 @@ class TexelReceivers {
     /// Primitives (as instances show them) of triangles without that UV set.
     std::uint64_t withoutUvs() const { return without_uvs_; }
 
-    /// The value of the texel that the point's UV lies in. `list` and this must outlive it.
-    SurfaceLookup lookup(const DrawList& list) const;
+    /// The value of the texel that the point's UV lies in. This must outlive it.
+    SurfaceLookup lookup() const;
 
     /// The pixels of an atlas, row by row, of the values of all receivers, `components` each: a
     /// texel's is the mean of its receivers'. One without takes over from the nearest one that has
@@ -61,8 +60,7 @@ class TexelReceivers {
                               std::size_t components, int padding) const;
 
   private:
-    const Scene& scene_;
-    const SceneContents& contents_;
+    PosedScene posed_;
     TexelSettings settings_;
     Receivers receivers_;
     std::vector<TexelAtlas> atlases_;

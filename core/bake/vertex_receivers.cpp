@@ -10,25 +10,14 @@
 #include "core/scene/primitive_corners.h"
 
 namespace peeler {
-namespace {
 
-const std::vector<glm::vec3>& normalsOf(const Primitive& primitive, const SceneContents& contents,
-                                        const MeshInstance& instance, std::size_t index) {
-    if (instance.deformed >= 0)
-        return contents.deformed[static_cast<std::size_t>(instance.deformed)][index].normals;
-    return primitive.normals;
-}
-
-}  // namespace
-
-VertexReceivers::VertexReceivers(const Scene& scene, const SceneContents& contents)
-    : scene_(scene), contents_(contents) {
+VertexReceivers::VertexReceivers(const PosedScene& posed) : posed_(posed) {
     std::size_t count = 0;
-    for (std::size_t i = 0; i < contents.meshes.size(); ++i) {
+    for (std::size_t i = 0; i < posed.meshes().size(); ++i) {
         first_range_.push_back(ranges_.size());
-        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(contents.meshes[i].mesh)];
-        for (std::size_t p = 0; p < mesh.primitives.size(); ++p) {
-            const Primitive& primitive = mesh.primitives[p];
+        const std::vector<Primitive>& primitives = posed.primitives(posed.meshes()[i]);
+        for (std::size_t p = 0; p < primitives.size(); ++p) {
+            const Primitive& primitive = primitives[p];
             const std::size_t vertices = isOfTriangles(primitive) ? primitive.positions.size() : 0;
             ranges_.push_back({i, p, count, vertices});
             count += vertices;
@@ -45,12 +34,11 @@ VertexReceivers::VertexReceivers(const Scene& scene, const SceneContents& conten
 }
 
 void VertexReceivers::fill(const VertexRange& range) {
-    const MeshInstance& instance = contents_.meshes[range.instance];
-    const Primitive& primitive =
-        scene_.meshes[static_cast<std::size_t>(instance.mesh)].primitives[range.primitive];
-    const auto& local = positionsOf(scene_, contents_, instance, range.primitive);
+    const MeshInstance& instance = posed_.meshes()[range.instance];
+    const Primitive& primitive = posed_.primitives(instance)[range.primitive];
+    const auto& local = posed_.positions(instance, range.primitive);
     if (range.count == 0) return;
-    const auto& normals = normalsOf(primitive, contents_, instance, range.primitive);
+    const auto& normals = posed_.normals(instance, range.primitive);
     std::vector<glm::dvec3> world(local.size()), sums(local.size(), glm::dvec3(0));
     std::vector<char> used(local.size(), 0);
     for (std::size_t i = 0; i < local.size(); ++i) {
@@ -76,15 +64,12 @@ void VertexReceivers::fill(const VertexRange& range) {
     }
 }
 
-SurfaceLookup VertexReceivers::lookup(const DrawList& list) const {
-    return [this, &list](std::span<const float> values, std::uint32_t key,
-                         const glm::vec2& barycentric) {
-        const KeyOrigin origin = list.originOf(key);
+SurfaceLookup VertexReceivers::lookup() const {
+    return [this](std::span<const float> values, std::uint32_t key, const glm::vec2& barycentric) {
+        const KeyOrigin origin = posed_.drawList().originOf(key);
         const VertexRange& from = range(origin.instance, origin.primitive);
         if (from.count == 0) return glm::vec3(0);
-        const auto mesh = static_cast<std::size_t>(contents_.meshes[origin.instance].mesh);
-        const Corners corners =
-            cornersOf(scene_.meshes[mesh].primitives[origin.primitive], origin.element);
+        const Corners corners = cornersOf(posed_.primitive(origin), origin.element);
         const float weights[] = {1 - barycentric.x - barycentric.y, barycentric.x, barycentric.y};
         glm::vec3 sum(0);
         for (std::size_t i = 0; i < 3; ++i) {

@@ -7,9 +7,7 @@
 #include <vector>
 
 #include "core/bake/bake.h"
-#include "core/scene/draw_list.h"
-#include "core/scene/scene.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler {
 
@@ -19,7 +17,7 @@ inline constexpr std::size_t kMostReceivers = std::size_t{1} << 29;
 /// The vertices of a primitive where an instance shows it: receivers first … first + count − 1, in
 /// the order of the vertices.
 struct VertexRange {
-    std::size_t instance = 0;   ///< index into SceneContents::meshes
+    std::size_t instance = 0;   ///< index into PosedScene::meshes()
     std::size_t primitive = 0;  ///< of the mesh
     std::size_t first = 0, count = 0;
 };
@@ -31,9 +29,9 @@ struct VertexRange {
 /// are shared. One that no triangle uses has normal 0.
 class VertexReceivers {
   public:
-    /// Throws Error (kInput) if there would be more than kMostReceivers. Scene and contents must
-    /// outlive it. Primitives are done in parallel; the result does not depend on how.
-    VertexReceivers(const Scene& scene, const SceneContents& contents);
+    /// Throws Error (kInput) if there would be more than kMostReceivers. Primitives are done in
+    /// parallel; the result does not depend on how.
+    explicit VertexReceivers(const PosedScene& posed);
 
     const Receivers& receivers() const { return receivers_; }
     /// By instance, then primitive; none is left out, but those not of triangles are empty.
@@ -43,14 +41,13 @@ class VertexReceivers {
     }
 
     /// Values between vertices: those of the corners of the primitive with this key, weighted
-    /// (`barycentric`: of the second and third corner). `list` and this must outlive it.
-    SurfaceLookup lookup(const DrawList& list) const;
+    /// (`barycentric`: of the second and third corner). This must outlive it.
+    SurfaceLookup lookup() const;
 
   private:
     void fill(const VertexRange& range);
 
-    const Scene& scene_;
-    const SceneContents& contents_;
+    PosedScene posed_;
     Receivers receivers_;
     std::vector<VertexRange> ranges_;
     std::vector<std::size_t> first_range_;  ///< of each instance

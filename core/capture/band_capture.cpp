@@ -40,13 +40,10 @@ std::uint32_t largestIn(const Window& band, const Window& area, Value&& value) {
 
 }  // namespace
 
-BandCapture::BandCapture(gl::Context& context, const Scene& scene, const SceneContents& contents,
-                         StageTimes& times)
+BandCapture::BandCapture(gl::Context& context, const PosedScene& posed, StageTimes& times)
     : context_(context),
       times_(times),
-      scene_(scene),
-      contents_(&contents),
-      gpu_scene_(timed(times, "upload", [&] { return GpuScene(context, scene, contents); })),
+      gpu_scene_(timed(times, "upload", [&] { return GpuScene(context, posed); })),
       rasterizer_(context, gpu_scene_),
       buffers_(context.functions()) {}
 
@@ -58,10 +55,9 @@ void BandCapture::setView(const View& view, const CaptureSettings& settings) {
     rasterizer_.setView(view, settings);
 }
 
-void BandCapture::setContents(const SceneContents& contents) {
+void BandCapture::setPose(const PosedScene& posed) {
     gl().Finish();
-    gpu_scene_.setContents(contents);
-    contents_ = &contents;
+    gpu_scene_.setPose(posed);
 }
 
 void BandCapture::free() {
@@ -303,7 +299,7 @@ void BandCapture::addChannels(const BandRequest& request, const CapturedFragment
     for (std::size_t i = 0; i < sources.size(); ++i)
         keys[i] = captured.primitive(sources[i]);
     const std::size_t floats = shadedComponents(settings_.channels) * first_.back();
-    FragmentSources from{scene_, *contents_, gpu_scene_.list(), view_, next_frame_, keys, sources};
+    FragmentSources from{gpu_scene_.posed(), view_, next_frame_, keys, sources};
     if (settings_.hits == Hits::kRefined)
         largest_correction_ = std::max(largest_correction_, refineHits(from, out, keys, sources));
     if (floats == 0) {

@@ -36,11 +36,10 @@ struct BandRequest {
 class BandCapture {
   public:
     /// Throws like GpuScene.
-    BandCapture(gl::Context& context, const Scene& scene, const SceneContents& contents,
-                StageTimes& times);
+    BandCapture(gl::Context& context, const PosedScene& posed, StageTimes& times);
 
-    /// Shows the scene at another moment, from the next setView() on. Must outlive its use.
-    void setContents(const SceneContents& contents);
+    /// Shows the same scene in another pose, from the next setView() on.
+    void setPose(const PosedScene& posed);
     /// What motion is measured against; must outlive its use. None: nothing moves.
     void setNextFrame(const NextFrame* next) { next_frame_ = next; }
 
@@ -65,11 +64,12 @@ class BandCapture {
     /// Composites a band on the fly. Returns and throws like layers().
     int composite(CompositeMethod& method, const BandRequest& request, CompositeImage& out);
 
-    const DrawList& list() const { return gpu_scene_.list(); }
     /// The largest change of Z that refining hits has made since the last setView().
     double largestCorrection() const { return largest_correction_; }
     /// Which surface a primitive's key belongs to (DrawList::surfaceOf).
-    std::uint32_t surfaceOf(std::uint32_t key) const { return gpu_scene_.list().surfaceOf(key); }
+    std::uint32_t surfaceOf(std::uint32_t key) const {
+        return gpu_scene_.posed().drawList().surfaceOf(key);
+    }
 
     /// What bands cost besides what the hand-over and sinks take: a fragment of layers(), or a
     /// pixel of composite().
@@ -117,8 +117,6 @@ class BandCapture {
 
     gl::Context& context_;
     StageTimes& times_;
-    const Scene& scene_;
-    const SceneContents* contents_;
     const NextFrame* next_frame_ = nullptr;
     GpuScene gpu_scene_;
     SceneRasterizer rasterizer_;

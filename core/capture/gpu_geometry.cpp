@@ -87,8 +87,8 @@ const Primitive& primitiveOf(const Scene& scene, int mesh, std::size_t primitive
     return scene.meshes[static_cast<std::size_t>(mesh)].primitives[primitive];
 }
 
-const DeformedVertices& deformedOf(const SceneContents& contents, const Geometry& geometry) {
-    return contents.deformed[static_cast<std::size_t>(geometry.deformed)][geometry.primitive];
+const DeformedVertices& deformedOf(const PosedScene& posed, const Geometry& geometry) {
+    return posed.deformed()[static_cast<std::size_t>(geometry.deformed)][geometry.primitive];
 }
 
 gl::VertexArray makeVertexArray(const gl::Functions& gl, const Primitive& p, GLuint buffer,
@@ -110,12 +110,13 @@ gl::VertexArray makeVertexArray(const gl::Functions& gl, const Primitive& p, GLu
 
 }  // namespace
 
-GpuGeometry::GpuGeometry(const gl::Functions& gl, const Scene& scene, const DrawList& list,
-                         const SceneContents& contents) {
+GpuGeometry::GpuGeometry(const gl::Functions& gl, const PosedScene& posed) {
+    const Scene& scene = posed.scene();
+    const std::vector<Geometry>& geometries = posed.drawList().geometries();
     // Where the arrays of every primitive go, then its indices; deformed ones share the rest.
     std::map<std::pair<int, std::size_t>, std::size_t> offsets;
     std::size_t fixed_bytes = sizeof kMissing, deformed_bytes = 0;
-    for (const Geometry& geometry : list.geometries()) {
+    for (const Geometry& geometry : geometries) {
         Slot& slot = slots_.emplace_back();
         const Primitive& p = primitiveOf(scene, geometry.mesh, geometry.primitive);
         const auto [entry, fresh] =
@@ -126,7 +127,7 @@ GpuGeometry::GpuGeometry(const gl::Functions& gl, const Scene& scene, const Draw
         slot.box.add(p.positions);
         if (geometry.deformed < 0) continue;
         slot.deformed_offset = deformed_bytes;
-        deformed_bytes += alignedBytes(movable(deformedOf(contents, geometry)));
+        deformed_bytes += alignedBytes(movable(deformedOf(posed, geometry)));
     }
 
     fixed_ = gl::Buffer(gl, fixed_bytes);
@@ -146,26 +147,26 @@ GpuGeometry::GpuGeometry(const gl::Functions& gl, const Scene& scene, const Draw
     if (deformed_bytes) deformed_ = gl::Buffer(gl, deformed_bytes);
 
     for (std::size_t i = 0; i < slots_.size(); ++i) {
-        const Geometry& geometry = list.geometries()[i];
+        const Geometry& geometry = geometries[i];
         const std::size_t offset = offsets.at({geometry.mesh, geometry.primitive});
         Slot& slot = slots_[i];
         slot.vertex_array = makeVertexArray(
             gl, primitiveOf(scene, geometry.mesh, geometry.primitive), fixed_.name(), offset);
         if (geometry.deformed >= 0)
-            point(gl, slot.vertex_array.name(), movable(deformedOf(contents, geometry)),
+            point(gl, slot.vertex_array.name(), movable(deformedOf(posed, geometry)),
                   deformed_.name(), slot.deformed_offset);
     }
-    setDeformed(list, contents);
+    setDeformed(posed);
 }
 
-void GpuGeometry::setDeformed(const DrawList& list, const SceneContents& contents) {
+void GpuGeometry::setDeformed(const PosedScene& posed) {
     if (!deformed_) return;
     const auto mapping = deformed_.overwrite(deformed_.size());
     auto* memory = mapping.as<std::byte>();
     for (std::size_t i = 0; i < slots_.size(); ++i) {
-        const Geometry& geometry = list.geometries()[i];
+        const Geometry& geometry = posed.drawList().geometries()[i];
         if (geometry.deformed < 0) continue;
-        const DeformedVertices& vertices = deformedOf(contents, geometry);
+        const DeformedVertices& vertices = deformedOf(posed, geometry);
         copy(movable(vertices), memory + slots_[i].deformed_offset);
         slots_[i].box = {};
         slots_[i].box.add(vertices.positions);

@@ -7,7 +7,7 @@
 
 #include "core/capture/screen_bounds.h"
 #include "core/gl/objects.h"
-#include "core/scene/draw_list.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler {
 
@@ -15,12 +15,11 @@ namespace peeler {
 class GpuGeometry {
   public:
     /// Throws Error (kMemory) if the driver has no room.
-    GpuGeometry(const gl::Functions& gl, const Scene& scene, const DrawList& list,
-                const SceneContents& contents);
+    GpuGeometry(const gl::Functions& gl, const PosedScene& posed);
 
-    /// Takes the deformed vertices of another moment; `list` has the same geometries as before. The
-    /// GPU must not be using them.
-    void setDeformed(const DrawList& list, const SceneContents& contents);
+    /// Takes the deformed vertices of another moment of the same scene. The GPU must not be using
+    /// them.
+    void setDeformed(const PosedScene& posed);
 
     GLuint vertexArray(const Draw& draw) const { return slots_[draw.geometry].vertex_array.name(); }
     /// Around its vertices, in mesh space.

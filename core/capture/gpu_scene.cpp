@@ -54,17 +54,15 @@ gl::SamplerObject makeSampler(const gl::Functions& gl, const Sampler& sampler) {
 
 }  // namespace
 
-GpuScene::GpuScene(const gl::Context& context, const Scene& scene, const SceneContents& contents)
-    : scene_(scene),
-      list_(scene, contents),
-      geometry_(context.functions(), scene, list_, contents) {
-    uploadMaterials(context, scene, contents);
+GpuScene::GpuScene(const gl::Context& context, const PosedScene& posed)
+    : posed_(posed), geometry_(context.functions(), posed) {
+    uploadMaterials(context);
     gl::checkErrors(context.functions(), "uploading the scene");
 }
 
-void GpuScene::setContents(const SceneContents& contents) {
-    list_ = DrawList(scene_, contents);
-    geometry_.setDeformed(list_, contents);
+void GpuScene::setPose(const PosedScene& posed) {
+    posed_ = posed;
+    geometry_.setDeformed(posed);
 }
 
 void GpuScene::bindMaterialRecord(std::size_t material) const {
@@ -72,12 +70,12 @@ void GpuScene::bindMaterialRecord(std::size_t material) const {
                                   sizeof(shader::MaterialRecord));
 }
 
-void GpuScene::uploadMaterials(const gl::Context& context, const Scene& scene,
-                               const SceneContents& contents) {
+void GpuScene::uploadMaterials(const gl::Context& context) {
+    const Scene& scene = posed_.scene();
     const gl::Functions& gl = context.functions();
     std::set<std::size_t> used;  // a file may hold many scenes; only what is drawn is uploaded
-    for (const auto& instance : contents.meshes)
-        for (const auto& p : scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives)
+    for (const MeshInstance& instance : posed_.meshes())
+        for (const Primitive& p : posed_.primitives(instance))
             used.insert(static_cast<std::size_t>(p.material));
 
     std::map<std::pair<int, bool>, GLuint> uploaded;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The uploaded scene and its draw list.
+// The uploaded scene.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -8,8 +8,7 @@
 #include "core/capture/gpu_geometry.h"
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
-#include "core/scene/draw_list.h"
-#include "core/scene/scene.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler {
 
@@ -24,28 +23,26 @@ struct GpuMaterial {
     glm::uvec4 flags{};     ///< of its record
 };
 
-/// Geometry, textures with mipmaps, material records, and the draw list.
+/// Geometry, textures with mipmaps, and material records.
 class GpuScene {
   public:
     /// Throws Error (kMemory) if the driver has no room, (kInput) if an image is larger than it
     /// takes or the scene has 2^32 primitives or more.
-    GpuScene(const gl::Context& context, const Scene& scene, const SceneContents& contents);
+    GpuScene(const gl::Context& context, const PosedScene& posed);
 
-    /// Shows the scene at another moment. The GPU must not be using it.
-    void setContents(const SceneContents& contents);
+    /// Shows the same scene in another pose. The GPU must not be using it.
+    void setPose(const PosedScene& posed);
 
-    const DrawList& list() const { return list_; }
+    const PosedScene& posed() const { return posed_; }
     const GpuGeometry& geometry() const { return geometry_; }
     const std::vector<GpuMaterial>& materials() const { return materials_; }
     /// Binds a material's record as PEELER_MATERIAL_BLOCK.
     void bindMaterialRecord(std::size_t material) const;
 
   private:
-    void uploadMaterials(const gl::Context& context, const Scene& scene,
-                         const SceneContents& contents);
+    void uploadMaterials(const gl::Context& context);
 
-    const Scene& scene_;
-    DrawList list_;
+    PosedScene posed_;
     GpuGeometry geometry_;
     gl::Buffer material_records_;
     std::vector<gl::Texture> textures_;

@@ -42,9 +42,8 @@ double refineHits(const FragmentSources& sources, LayeredImage& image,
             const glm::dvec3 direction = worldPosition(view, at.x, at.y, 1) - origin;
             hits.clear();
             for (std::uint32_t f = begin; f < end; ++f) {
-                PlacedElement element =
-                    elementOf(sources.scene, sources.contents, sources.list, keys[f]);
-                placeCorners(sources.scene, sources.contents, element);
+                PlacedElement element = elementOf(sources.posed, keys[f]);
+                placeCorners(sources.posed, element);
                 const auto weight = element.weightsAt(origin, direction);
                 const double before = static_cast<double>(image.z[f]);
                 double z = glm::dot(element.weighted(weight) - eye, axis);

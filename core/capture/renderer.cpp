@@ -23,32 +23,28 @@ std::uint64_t imageBytes(const LayeredImage& image) {
 
 }  // namespace
 
-Renderer::Renderer(gl::Context& context, const Scene& scene, SceneContents contents)
-    : state_(std::make_unique<State>(context, scene, std::move(contents))) {}
+Renderer::Renderer(gl::Context& context, PosedScene posed)
+    : state_(std::make_unique<State>(context, std::move(posed))) {}
 
 Renderer::~Renderer() = default;
 
-void Renderer::setContents(SceneContents contents) {
+void Renderer::setPose(PosedScene posed) {
     State& s = *state_;
-    const bool still = s.contents.deformed.empty() && s.contents.meshes == contents.meshes;
-    const bool lit_alike = still && s.contents.lights == contents.lights;
-    s.contents = std::move(contents);
-    if (!still) timed(s.times, "upload", [&] { s.band_capture.setContents(s.contents); });
+    const bool still = s.posed.deformed().empty() && s.posed.meshes() == posed.meshes();
+    const bool lit_alike = still && s.posed.lights() == posed.lights();
+    s.posed = std::move(posed);
+    if (!still) timed(s.times, "upload", [&] { s.band_capture.setPose(s.posed); });
     // Shadow maps are worth keeping where only the camera moves.
-    if (!lit_alike) s.lighting.contentsChanged();
+    if (!lit_alike) s.lighting.setPose(s.posed);
 }
 
 void Renderer::setNextFrame(NextFrame next) {
     state_->next_frame = std::move(next);
-    state_->band_capture.setNextFrame(&state_->next_frame);
+    state_->band_capture.setNextFrame(&*state_->next_frame);
 }
 
-const DrawList& Renderer::drawList() const {
-    return state_->band_capture.list();
-}
-
-const SceneContents& Renderer::contents() const {
-    return state_->contents;
+const PosedScene& Renderer::posed() const {
+    return state_->posed;
 }
 
 StageTimes Renderer::takeTimes() {

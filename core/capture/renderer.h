@@ -13,7 +13,7 @@
 #include "core/capture/surface_channels.h"
 #include "core/gl/context.h"
 #include "core/image/sink.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
 
 namespace peeler {
@@ -35,17 +35,17 @@ void checkSettings(const CaptureSettings& settings);
 /// Owns the uploaded scene. One Renderer serves any number of views.
 class Renderer {
   public:
-    /// Uploads what `contents` shows. Context and scene must outlive the Renderer.
+    /// Uploads the scene. The context must outlive the Renderer.
     /// Throws Error (kMemory) if the driver has no room, (kInput) if a texture is larger than it
     /// takes.
-    Renderer(gl::Context& context, const Scene& scene, SceneContents contents);
+    Renderer(gl::Context& context, PosedScene posed);
     ~Renderer();
     Renderer(const Renderer&) = delete;
     Renderer& operator=(const Renderer&) = delete;
 
-    /// Shows the same scene (of the file's `scenes`) at another moment from the next plan() on.
-    /// Only what has moved is uploaded anew.
-    void setContents(SceneContents contents);
+    /// Shows the same scene (of the file's `scenes`) in another pose from the next plan() on. Only
+    /// what has moved is uploaded anew.
+    void setPose(PosedScene posed);
 
     /// What motion is measured against in the captures to come.
     void setNextFrame(NextFrame next);
@@ -62,9 +62,8 @@ class Renderer {
     /// throw, and Error (kInternal) if any pixel's fragments differ in number from the count.
     CaptureReport capture(std::span<Sink* const> sinks, const Progress& progress = {});
 
-    /// What the keys of fragments stand for, until setContents().
-    const DrawList& drawList() const;
-    const SceneContents& contents() const;
+    /// What is captured, and what the keys of fragments stand for.
+    const PosedScene& posed() const;
 
     /// What the stages have taken since the last call.
     StageTimes takeTimes();

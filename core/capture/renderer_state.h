@@ -29,24 +29,21 @@ inline constexpr std::uint64_t kKeptBytes = 256ULL << 20;
 inline constexpr double kCountShare = 0.2, kMergeShare = 0.6;
 
 struct Renderer::State {
-    State(gl::Context& ctx, const Scene& whole, SceneContents shown)
+    State(gl::Context& ctx, PosedScene shown)
         : context(ctx),
-          scene(whole),
-          contents(std::move(shown)),
-          band_capture(ctx, scene, contents, times),
-          lighting(timedLighting(ctx, scene, contents, times)) {}
+          posed(std::move(shown)),
+          band_capture(ctx, posed, times),
+          lighting(timedLighting(ctx, posed, times)) {}
 
     /// Prefiltering an environment takes its time.
-    static Lighting timedLighting(gl::Context& ctx, const Scene& scene,
-                                  const SceneContents& contents, StageTimes& times) {
+    static Lighting timedLighting(gl::Context& ctx, const PosedScene& posed, StageTimes& times) {
         const StageTimer timer(times, "upload");
-        return {ctx.functions(), scene, contents};
+        return {ctx.functions(), posed};
     }
 
     gl::Context& context;
-    const Scene& scene;
-    SceneContents contents;
-    NextFrame next_frame;
+    PosedScene posed;
+    std::optional<NextFrame> next_frame;
     StageTimes times;
     BandCapture band_capture;
     Lighting lighting;

@@ -133,7 +133,7 @@ void SceneRasterizer::fillClip(shader::FrameRecord& record) const {
 }
 
 void SceneRasterizer::uploadDrawRecords() {
-    const DrawList& list = scene_.list();
+    const DrawList& list = scene_.posed().drawList();
     const auto& draws = list.draws();
     screen_bounds_.assign(draws.size(), {});
     if (draws.empty()) return;
@@ -256,7 +256,7 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     const gl::Program* current = nullptr;
     std::size_t material = static_cast<std::size_t>(-1);
     if (instance_records_) instance_records_.bindStorage(PEELER_INSTANCES);  // none: no draws
-    const auto& draws = scene_.list().draws();
+    const auto& draws = scene_.posed().drawList().draws();
     const Window scissor = inTile(area);
     for (std::size_t i = 0; i < draws.size(); ++i) {
         const Draw& draw = draws[i];

@@ -42,7 +42,7 @@ struct Band {
         : sources(s),
           now(s.view),
           next(s.next ? s.next->view : s.view),
-          ordinals(instanceOrdinals(s.contents)) {}
+          ordinals(s.posed.instanceOrdinals()) {}
 
     const FragmentSources& sources;
     PixelProjection now, next;
@@ -61,7 +61,7 @@ struct Fragment {
 
 void findPoint(const Band& band, Fragment& f) {
     const View& view = band.sources.view;
-    placeCorners(band.sources.scene, band.sources.contents, f.element);
+    placeCorners(band.sources.posed, f.element);
     const glm::dvec3 origin = worldPosition(view, f.at.x, f.at.y, 0);
     f.direction = worldPosition(view, f.at.x, f.at.y, 1) - origin;
     f.weight = f.element.weightsAt(origin, f.direction);
@@ -91,7 +91,7 @@ void motion(const Band& band, const Fragment& f, double* out) {
     glm::dvec2 before, after;
     if (!next || !band.now.project(f.element.weighted(f.weight), before)) return;
     PlacedElement moved = f.element;
-    placeCorners(band.sources.scene, next->contents, moved);
+    placeCorners(next->posed, moved);
     if (!band.next.project(moved.weighted(f.weight), after)) return;
     out[0] = after.x - before.x;
     out[1] = after.y - before.y;
@@ -173,8 +173,7 @@ class ChannelFiller {
         Fragment f;
         f.at = at;
         f.z = static_cast<double>(z);
-        f.element =
-            elementOf(sources.scene, sources.contents, sources.list, sources.keys[fragment]);
+        f.element = elementOf(sources.posed, sources.keys[fragment]);
         if (needs_point_) findPoint(band_, f);
         const float* shaded = shaded_components_ == 0
                                   ? nullptr

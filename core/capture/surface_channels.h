@@ -9,25 +9,20 @@
 
 #include "core/image/channels.h"
 #include "core/image/layered_image.h"
-#include "core/scene/draw_list.h"
-#include "core/scene/scene.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
 
 namespace peeler {
 
-/// The scene at the next frame and how it is seen then; of the same scene, so with the same
-/// instances.
+/// The same scene at the next frame, and how it is seen then.
 struct NextFrame {
-    SceneContents contents;
+    PosedScene posed;
     View view;
 };
 
 /// What the fragments of a band were made of.
 struct FragmentSources {
-    const Scene& scene;
-    const SceneContents& contents;
-    const DrawList& list;
+    const PosedScene& posed;
     const View& view;
     const NextFrame* next = nullptr;        ///< none: nothing moves
     std::span<const std::uint32_t> keys;    ///< of each fragment

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
 
 namespace peeler {

@@ -26,11 +26,8 @@ double largestComponent(const glm::dvec3& v) {
 /// What is next to one point, of the hits of one ray.
 class Search {
   public:
-    Search(const Scene& scene, const SceneContents& contents, const DrawList& list,
-           const Bundle& bundle, const glm::dvec3& point)
-        : scene_(scene),
-          contents_(contents),
-          list_(list),
+    Search(const PosedScene& posed, const Bundle& bundle, const glm::dvec3& point)
+        : posed_(posed),
           direction_(bundle.direction()),
           point_(point),
           farthest_(kSteepestPlane * bundle.size().x / bundle.view.width) {}
@@ -55,8 +52,8 @@ class Search {
   private:
     /// `later`: in the list than those that have been looked at.
     void look(std::uint32_t key, bool later) {
-        PlacedElement element = elementOf(scene_, contents_, list_, key);
-        placeCorners(scene_, contents_, element);
+        PlacedElement element = elementOf(posed_, key);
+        placeCorners(posed_, element);
         const glm::dvec3 hit = element.weighted(element.weightsAt(point_, direction_));
         double along = glm::dot(hit - point_, direction_);
         const glm::dvec3 normal = element.normal();
@@ -75,9 +72,7 @@ class Search {
             next = {distance, key};
     }
 
-    const Scene& scene_;
-    const SceneContents& contents_;
-    const DrawList& list_;
+    const PosedScene& posed_;
     const glm::dvec3 direction_, point_;
     const double farthest_;
     PointHits hits_;
@@ -97,8 +92,7 @@ std::optional<glm::ivec2> nearestRay(const Bundle& bundle, const glm::dvec3& poi
     return glm::ivec2(at);
 }
 
-void findPointHits(const Scene& scene, const SceneContents& contents, const DrawList& list,
-                   const Bundle& bundle, const LayeredImage& band,
+void findPointHits(const PosedScene& posed, const Bundle& bundle, const LayeredImage& band,
                    std::span<const glm::dvec3> points, std::span<PointHits> found) {
     const auto keys = band.extra.at(0).as<const std::uint32_t>();
     const glm::dvec3 origin = bundle.origin(), direction = bundle.direction();
@@ -111,7 +105,7 @@ void findPointHits(const Scene& scene, const SceneContents& contents, const Draw
             if (!ray || ray->y < band.window.y0 || ray->y >= band.window.y1) continue;
             const std::size_t pixel = band.pixelIndex(ray->x, ray->y);
             const std::size_t first = band.offsets[pixel], count = band.count(pixel);
-            Search search(scene, contents, list, bundle, points[i]);
+            Search search(posed, bundle, points[i]);
             found[i] = search.among(z.subspan(first, count), keys.subspan(first, count),
                                     glm::dot(points[i] - origin, direction));
         }

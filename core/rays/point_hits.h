@@ -10,9 +10,7 @@
 
 #include "core/image/layered_image.h"
 #include "core/rays/bundle.h"
-#include "core/scene/draw_list.h"
-#include "core/scene/scene.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler {
 
@@ -36,7 +34,7 @@ std::optional<glm::ivec2> nearestRay(const Bundle& bundle, const glm::dvec3& poi
 
 /// Finds the hits next to those points whose nearest ray is in the band; `found`, one for each
 /// point, keeps what it has for the others. The band is of a parallel bundle; its extra[0] are the
-/// keys (kKeyChannel) of `list`.
+/// keys (kKeyChannel).
 ///
 /// Rays do not go through the points. So a point's place in the list of the nearest ray is found by
 /// binary search, and the primitives around that place are followed to the point's own ray: a
@@ -44,8 +42,7 @@ std::optional<glm::ivec2> nearestRay(const Bundle& bundle, const glm::dvec3& poi
 /// it meets the primitive's plane, or the primitive's nearest point if that is far from there. What
 /// is thinner than the distance of rays can be missed. Points are done in parallel; the result does
 /// not depend on how.
-void findPointHits(const Scene& scene, const SceneContents& contents, const DrawList& list,
-                   const Bundle& bundle, const LayeredImage& band,
+void findPointHits(const PosedScene& posed, const Bundle& bundle, const LayeredImage& band,
                    std::span<const glm::dvec3> points, std::span<PointHits> found);
 
 }  // namespace peeler

@@ -132,12 +132,10 @@ std::string channelName(const std::string& name) {
 }
 
 /// The materials that solids of the scene have, in order.
-std::vector<std::size_t> materialsOf(const Scene& scene, const Solids& solids,
-                                     const SceneContents& contents) {
+std::vector<std::size_t> materialsOf(const Solids& solids, const PosedScene& posed) {
     std::set<std::size_t> found;
     for (const Solid& solid : solids.all()) {
-        const int mesh = contents.meshes[solid.instance].mesh;
-        const auto& primitives = scene.meshes[static_cast<std::size_t>(mesh)].primitives;
+        const auto& primitives = posed.primitives(posed.meshes()[solid.instance]);
         for (const std::size_t i : solid.primitives)
             found.insert(static_cast<std::size_t>(primitives[i].material));
     }
@@ -150,9 +148,9 @@ std::span<const RayMapInfo> rayMapTable() {
     return kMaps;
 }
 
-RayMaps::RayMaps(const Scene& scene, const SceneContents& contents, const Solids* solids,
-                 RayMapSettings settings)
+RayMaps::RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings settings)
     : solids_(solids), settings_(std::move(settings)) {
+    const Scene& scene = posed.scene();
     std::vector<RayMap> once;
     for (const RayMap map : settings_.maps)
         if (std::ranges::find(once, map) == once.end()) once.push_back(map);
@@ -166,7 +164,7 @@ RayMaps::RayMaps(const Scene& scene, const SceneContents& contents, const Solids
     if (needs_spans_ && solids_ == nullptr) {
         throw Error(ErrorKind::kInternal, "a map needs to know what is inside of what");
     }
-    if (needs_paths_) path_materials_ = materialsOf(scene, *solids_, contents);
+    if (needs_paths_) path_materials_ = materialsOf(*solids_, posed);
     path_of_.resize(scene.materials.size());
     for (std::size_t i = 0; i < path_materials_.size(); ++i)
         path_of_[path_materials_[i]] = i;

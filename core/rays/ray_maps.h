@@ -75,8 +75,7 @@ struct RayMapScratch {
 class RayMaps {
   public:
     /// `solids` may be null if no map needs them, and must outlive this.
-    RayMaps(const Scene& scene, const SceneContents& contents, const Solids* solids,
-            RayMapSettings settings);
+    RayMaps(const PosedScene& posed, const Solids* solids, RayMapSettings settings);
 
     /// In the order of the settings; kPathLength has one for each material that a solid of the
     /// scene has. Names are unique.

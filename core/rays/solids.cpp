@@ -15,13 +15,13 @@ using Edge = std::pair<std::uint32_t, std::uint32_t>;  // welded vertices, the l
 /// The vertices of all primitives of a mesh, those at one position as one.
 class WeldedMesh {
   public:
-    WeldedMesh(const Scene& scene, const SceneContents& contents, const MeshInstance& instance) {
-        const auto& primitives = scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives;
+    WeldedMesh(const PosedScene& posed, const MeshInstance& instance) {
+        const auto& primitives = posed.primitives(instance);
         std::vector<Place> places;
         for (std::size_t i = 0; i < primitives.size(); ++i) {
             first_.push_back(places.size());
             if (primitives[i].topology < Topology::kTriangles) continue;
-            for (const glm::vec3& p : positionsOf(scene, contents, instance, i))
+            for (const glm::vec3& p : posed.positions(instance, i))
                 places.push_back({bitsOf(p), static_cast<std::uint32_t>(places.size())});
         }
         std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
@@ -85,14 +85,13 @@ std::uint64_t addEdges(const Primitive& primitive, std::size_t index, const Weld
 
 }  // namespace
 
-const std::vector<Solids::Shell>& Solids::shellsOf(const Scene& scene,
-                                                   const SceneContents& contents,
+const std::vector<Solids::Shell>& Solids::shellsOf(const PosedScene& posed,
                                                    const MeshInstance& instance) {
     const auto [entry, fresh] = shells_.try_emplace({instance.mesh, instance.deformed});
     std::vector<Shell>& shells = entry->second;
     if (!fresh) return shells;
-    const auto& primitives = scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives;
-    const WeldedMesh mesh(scene, contents, instance);
+    const auto& primitives = posed.primitives(instance);
+    const WeldedMesh mesh(posed, instance);
     Shell rest;
     std::vector<Edge> open, edges;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
@@ -118,18 +117,17 @@ const std::vector<Solids::Shell>& Solids::shellsOf(const Scene& scene,
     return shells;
 }
 
-Solids::Solids(const Scene& scene, const SceneContents& contents) {
+Solids::Solids(const PosedScene& posed) {
     std::uint64_t key = 1;
-    for (std::size_t i = 0; i < contents.meshes.size(); ++i) {
-        const MeshInstance& instance = contents.meshes[i];
+    for (std::size_t i = 0; i < posed.meshes().size(); ++i) {
+        const MeshInstance& instance = posed.meshes()[i];
         const std::size_t first = surfaces_.size();
-        for (const Primitive& p :
-             scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives) {
+        for (const Primitive& p : posed.primitives(instance)) {
             first_keys_.push_back(static_cast<std::uint32_t>(key));
             surfaces_.push_back({kNone, static_cast<std::uint32_t>(p.material)});
             key += elementsOf(p);
         }
-        for (const Shell& shell : shellsOf(scene, contents, instance)) {
+        for (const Shell& shell : shellsOf(posed, instance)) {
             for (const std::size_t primitive : shell.primitives)
                 surfaces_[first + primitive].solid = static_cast<std::uint32_t>(solids_.size());
             solids_.push_back(

@@ -9,14 +9,13 @@
 #include <utility>
 #include <vector>
 
-#include "core/scene/scene.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler {
 
 /// A surface that is taken for the boundary of a body: what a ray enters it leaves again.
 struct Solid {
-    std::size_t instance = 0;  ///< index into SceneContents::meshes
+    std::size_t instance = 0;  ///< index into PosedScene::meshes()
     int node = 0;
     std::span<const std::size_t> primitives{};  ///< of the mesh
     std::uint64_t triangles = 0;                ///< with three different corners
@@ -35,9 +34,8 @@ class Solids {
   public:
     static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-    /// Scene and contents need not outlive it. While the topology of a mesh is found, it takes some
-    /// 30 bytes a triangle and 20 a vertex.
-    Solids(const Scene& scene, const SceneContents& contents);
+    /// While the topology of a mesh is found, it takes some 30 bytes a triangle and 20 a vertex.
+    explicit Solids(const PosedScene& posed);
     Solids(const Solids&) = delete;
     Solids& operator=(const Solids&) = delete;
 
@@ -60,8 +58,7 @@ class Solids {
     };
 
     const Surface& surfaceOf(std::uint32_t key) const;
-    const std::vector<Shell>& shellsOf(const Scene& scene, const SceneContents& contents,
-                                       const MeshInstance& instance);
+    const std::vector<Shell>& shellsOf(const PosedScene& posed, const MeshInstance& instance);
 
     std::vector<Solid> solids_;
     std::vector<std::uint32_t> first_keys_;  ///< of each surface, in draw order

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/base/error.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/primitive_corners.h"
 #include "shaders/interface.glsl"
 
@@ -49,13 +50,12 @@ bool together(const Scene& scene, const MeshInstance& a, const MeshInstance& b) 
 
 }  // namespace
 
-DrawList::DrawList(const Scene& scene, const SceneContents& contents) {
-    const std::vector<MeshInstance>& instances = contents.meshes;
+DrawList::DrawList(const Scene& scene, std::span<const MeshInstance> instances) {
     for (std::size_t i = 0, end = 0; i < instances.size(); i = end) {
         do
             ++end;
         while (end < instances.size() && together(scene, instances[i], instances[end]));
-        addGroup(scene, {instances.data() + i, end - i});
+        addGroup(scene, instances.subspan(i, end - i));
     }
 }
 

@@ -10,15 +10,16 @@
 #include <vector>
 
 #include "core/scene/scene.h"
-#include "core/scene/scene_contents.h"
 
 namespace peeler {
+
+struct MeshInstance;
 
 /// The vertices of a primitive: those of the mesh, or as an instance has deformed them.
 struct Geometry {
     int mesh = 0;
     std::size_t primitive = 0;
-    int deformed = -1;  ///< index into SceneContents::deformed
+    int deformed = -1;  ///< index into PosedScene::deformed()
     bool operator<(const Geometry& other) const {
         return std::tie(mesh, primitive, deformed) <
                std::tie(other.mesh, other.primitive, other.deformed);
@@ -45,7 +46,7 @@ struct Draw {
 
 /// Where a key comes from.
 struct KeyOrigin {
-    std::size_t instance = 0;   ///< index into SceneContents::meshes
+    std::size_t instance = 0;   ///< index into PosedScene::meshes()
     std::size_t primitive = 0;  ///< of the mesh
     std::uint32_t element = 0;  ///< which of the points, lines or triangles of that primitive
     std::uint32_t in_mesh = 0;  ///< which of those of the whole mesh, primitive after primitive
@@ -58,7 +59,7 @@ class DrawList {
   public:
     /// Successive instances of a mesh of one primitive at the same node are drawn at once.
     /// Throws Error (kInput) if the scene has 2^32 primitives or more.
-    DrawList(const Scene& scene, const SceneContents& contents);
+    DrawList(const Scene& scene, std::span<const MeshInstance> instances);
 
     const std::vector<Draw>& draws() const { return draws_; }
     const std::vector<Geometry>& geometries() const { return geometries_; }
@@ -75,7 +76,7 @@ class DrawList {
     /// first_key + i · instance_keys + [surfaces[s], surfaces[s + 1]).
     struct Group {
         std::uint32_t first_key = 0, instance_keys = 0, first_surface = 0;
-        std::size_t first_instance = 0;  // index into SceneContents::meshes
+        std::size_t first_instance = 0;  // index into PosedScene::meshes()
         std::vector<std::uint32_t> surfaces;
     };
     const Group& groupOf(std::uint32_t key) const;

@@ -6,7 +6,7 @@
 #include <glm/glm.hpp>
 
 #include "core/scene/placement.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
 
 namespace peeler::cmd {

@@ -35,8 +35,7 @@ void fitOrthographic(View& view, const Extent& right, const Extent& up, const Ex
 
 }  // namespace
 
-std::optional<View> lightView(const PlacedLight& light, const Scene& scene,
-                              const SceneContents& contents) {
+std::optional<View> lightView(const PlacedLight& light, const PosedScene& posed) {
     if (light.light.type == LightType::kPoint) return std::nullopt;
     View view;
     view.camera_name = "light:" + light.name;
@@ -44,8 +43,7 @@ std::optional<View> lightView(const PlacedLight& light, const Scene& scene,
     Extent extents[3];
     for (int axis = 0; axis < 3; ++axis) {
         const glm::dvec3 origin(light.to_world[3]), direction(light.to_world[axis]);
-        extents[axis] = {-reach(scene, contents, origin, -direction),
-                         reach(scene, contents, origin, direction)};
+        extents[axis] = {-posed.reach(origin, -direction), posed.reach(origin, direction)};
         if (!std::isfinite(extents[axis].half())) return std::nullopt;
     }
     if (light.light.type == LightType::kDirectional) {

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/scene/lights.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
 
 namespace peeler {
@@ -19,7 +19,6 @@ inline constexpr double kWidestCone = 1.4835298641951802;  // 85 degrees
 /// perspective, square, the outer cone inscribed; near 1e-5 of how far the scene reaches, no far
 /// plane. Width, height and crop are the caller's to set.
 /// Nothing for a point light, which shines all around, and for a scene without vertices.
-std::optional<View> lightView(const PlacedLight& light, const Scene& scene,
-                              const SceneContents& contents);
+std::optional<View> lightView(const PlacedLight& light, const PosedScene& posed);
 
 }  // namespace peeler

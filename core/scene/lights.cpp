@@ -38,9 +38,10 @@ PlacedLight keyLight() {
 
 }  // namespace
 
-std::vector<PlacedLight> placedLights(const Scene& scene, const SceneContents& contents) {
+std::vector<PlacedLight> placedLights(const PosedScene& posed) {
+    const Scene& scene = posed.scene();
     std::vector<PlacedLight> lights;
-    for (const LightInstance& instance : contents.lights) {
+    for (const LightInstance& instance : posed.lights()) {
         PlacedLight placed;
         placed.light = scene.lights[static_cast<std::size_t>(instance.light)];
         placed.node_name = scene.nodes[static_cast<std::size_t>(instance.node)].name;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler {
 
@@ -20,6 +20,6 @@ struct PlacedLight {
 /// The lights of the nodes, in draw order; the built-in key light (directional, named "key", above,
 /// left and in front) if there are none.
 /// Throws Error (kInput) if a node's matrix leaves a light no place or no direction.
-std::vector<PlacedLight> placedLights(const Scene& scene, const SceneContents& contents);
+std::vector<PlacedLight> placedLights(const PosedScene& posed);
 
 }  // namespace peeler

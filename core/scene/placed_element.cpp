@@ -48,19 +48,17 @@ std::array<double, 3> PlacedElement::weightsAt(const glm::dvec3& ray_origin,
     return {1, 0, 0};
 }
 
-PlacedElement elementOf(const Scene& scene, const SceneContents& contents, const DrawList& list,
-                        std::uint32_t key) {
+PlacedElement elementOf(const PosedScene& posed, std::uint32_t key) {
     PlacedElement element;
-    element.origin = list.originOf(key);
-    element.instance = &contents.meshes[element.origin.instance];
-    element.primitive = &scene.meshes[static_cast<std::size_t>(element.instance->mesh)]
-                             .primitives[element.origin.primitive];
+    element.origin = posed.drawList().originOf(key);
+    element.instance = &posed.meshes()[element.origin.instance];
+    element.primitive = &posed.primitive(element.origin);
     return element;
 }
 
-void placeCorners(const Scene& scene, const SceneContents& contents, PlacedElement& element) {
-    const MeshInstance& instance = contents.meshes[element.origin.instance];
-    const auto& positions = positionsOf(scene, contents, instance, element.origin.primitive);
+void placeCorners(const PosedScene& posed, PlacedElement& element) {
+    const MeshInstance& instance = posed.meshes()[element.origin.instance];
+    const auto& positions = posed.positions(instance, element.origin.primitive);
     element.corners = cornersOf(*element.primitive, element.origin.element);
     for (std::size_t i = 0; i < static_cast<std::size_t>(element.corners.count); ++i) {
         const glm::dvec3 local(positions[element.corners.vertex[i]]);

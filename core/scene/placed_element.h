@@ -7,10 +7,8 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 
-#include "core/scene/draw_list.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/primitive_corners.h"
-#include "core/scene/scene.h"
-#include "core/scene/scene_contents.h"
 
 namespace peeler {
 
@@ -36,11 +34,10 @@ struct PlacedElement {
 };
 
 /// Without its corners.
-PlacedElement elementOf(const Scene& scene, const SceneContents& contents, const DrawList& list,
-                        std::uint32_t key);
+PlacedElement elementOf(const PosedScene& posed, std::uint32_t key);
 
-/// Finds the corners, in double precision. Of another moment's contents of the same scene: where
-/// the same element is then.
-void placeCorners(const Scene& scene, const SceneContents& contents, PlacedElement& element);
+/// Finds the corners, in double precision; in another pose of the same scene, where the same
+/// element is then.
+void placeCorners(const PosedScene& posed, PlacedElement& element);
 
 }  // namespace peeler

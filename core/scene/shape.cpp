@@ -35,15 +35,14 @@ std::set<double> momentsOf(const Scene& scene, std::span<const int> animations) 
 
 }  // namespace
 
-Shape::Shape(const Scene& scene, const SceneContents& contents)
-    : scene_(&scene), contents_(&contents) {
-    if (const auto box = peeler::bounds(scene, contents)) boxes_.push_back(*box);
+Shape::Shape(const PosedScene& posed) : posed_(posed) {
+    if (const auto box = posed.bounds()) boxes_.push_back(*box);
 }
 
 Shape::Shape(const Scene& scene, int scene_index, std::span<const int> animations) {
     for (const double time : momentsOf(scene, animations)) {
-        const auto shown = contents(scene, scene_index, poseAt(scene, animations, time));
-        if (const auto box = peeler::bounds(scene, shown)) boxes_.push_back(*box);
+        const PosedScene posed(scene, scene_index, poseAt(scene, animations, time));
+        if (const auto box = posed.bounds()) boxes_.push_back(*box);
     }
 }
 
@@ -62,7 +61,7 @@ Bounds Shape::bounds() const {
 }
 
 double Shape::reach(const glm::dvec3& origin, const glm::dvec3& direction) const {
-    if (contents_) return peeler::reach(*scene_, *contents_, origin, direction);
+    if (posed_) return posed_->reach(origin, direction);
     double farthest = -std::numeric_limits<double>::infinity();
     for (const Bounds& box : boxes_) {
         glm::dvec3 corner;

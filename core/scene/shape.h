@@ -3,17 +3,18 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {
 
 class Shape {
   public:
-    /// Of one moment, by its vertices; both must outlive it.
-    Shape(const Scene& scene, const SceneContents& contents);
+    /// Of one moment, by its vertices.
+    explicit Shape(const PosedScene& posed);
 
     /// Of these animations from their first key to their last, by bounding boxes at keys (24 at
     /// most) and between them: the same for every frame, so that a camera which frames the scene
@@ -28,8 +29,7 @@ class Shape {
     double reach(const glm::dvec3& origin, const glm::dvec3& direction) const;
 
   private:
-    const Scene* scene_ = nullptr;
-    const SceneContents* contents_ = nullptr;  ///< none: the boxes count
+    std::optional<PosedScene> posed_;  ///< none: the boxes count
     std::vector<Bounds> boxes_;
 };
 

@@ -48,17 +48,17 @@ shader::LightRecord record(const PlacedLight& placed, const glm::dmat4& view_fro
 
 }  // namespace
 
-Lighting::Lighting(const gl::Functions& gl, const Scene& scene, const SceneContents& contents)
+Lighting::Lighting(const gl::Functions& gl, const PosedScene& posed)
     : gl_(gl),
-      scene_(scene),
-      contents_(contents),
-      lights_(placedLights(scene, contents)),
-      punctual_(!contents.lights.empty()),
-      environment_(gl, scene),
+      posed_(posed),
+      lights_(placedLights(posed)),
+      punctual_(!posed.lights().empty()),
+      environment_(gl, posed.scene()),
       records_(gl, sizeof(shader::LightCount) + lights_.size() * sizeof(shader::LightRecord)) {}
 
-void Lighting::contentsChanged() {
-    lights_ = placedLights(scene_, contents_);
+void Lighting::setPose(const PosedScene& posed) {
+    posed_ = posed;
+    lights_ = placedLights(posed);
     maps_ = {};
 }
 
@@ -68,7 +68,7 @@ void Lighting::castShadows(Renderer& renderer, const gl::Context& context,
     if (!settings.shadows || settings.shading == Shading::kUnlit) return;
     if (maps_.size() != settings.shadow_size || maps_.clip() != settings.clip) {
         maps_ = {};  // free first: never hold both
-        maps_ = ShadowMaps(renderer, context, lights_, scene_, contents_, settings);
+        maps_ = ShadowMaps(renderer, context, lights_, posed_, settings);
     }
     shadowed_ = maps_.texture() != 0;
 }

@@ -6,7 +6,7 @@
 
 #include "core/gl/objects.h"
 #include "core/scene/lights.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "core/shading/environment_textures.h"
 #include "core/shading/shadow_maps.h"
 
@@ -15,11 +15,10 @@ namespace peeler {
 /// A storage buffer with a record for every light, in the space of the camera.
 class Lighting {
   public:
-    /// `scene` and `contents` must outlive it.
-    Lighting(const gl::Functions& gl, const Scene& scene, const SceneContents& contents);
+    Lighting(const gl::Functions& gl, const PosedScene& posed);
 
-    /// Takes the lights from `contents`, which has changed, and forgets the shadow maps.
-    void contentsChanged();
+    /// Takes the lights of the same scene in another pose, and forgets the shadow maps.
+    void setPose(const PosedScene& posed);
 
     /// Makes the shadow maps that `settings` ask for unless they are there already; without, light
     /// goes through everything. `renderer` is used for that, and its last plan forgotten.
@@ -42,8 +41,7 @@ class Lighting {
 
   private:
     const gl::Functions& gl_;
-    const Scene& scene_;
-    const SceneContents& contents_;
+    PosedScene posed_;
     std::vector<PlacedLight> lights_;
     bool punctual_ = false, shadowed_ = false;
     EnvironmentTextures environment_;

@@ -63,12 +63,12 @@ void checkSize(const gl::Limits& limits, int size, int layers, const MemoryBudge
 }  // namespace
 
 ShadowMaps::ShadowMaps(Renderer& renderer, const gl::Context& context,
-                       const std::vector<PlacedLight>& lights, const Scene& scene,
-                       const SceneContents& contents, const CaptureSettings& settings)
+                       const std::vector<PlacedLight>& lights, const PosedScene& posed,
+                       const CaptureSettings& settings)
     : size_(settings.shadow_size), clip_(settings.clip), maps_(lights.size()) {
     int layers = 0;
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        auto view = lightView(lights[i], scene, contents);
+        auto view = lightView(lights[i], posed);
         if (!view) continue;
         view->width = view->height = size_;
         view->crop = {0, 0, size_, size_};

@@ -8,7 +8,7 @@
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
 #include "core/scene/lights.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
 
 namespace peeler {
@@ -35,8 +35,8 @@ class ShadowMaps {
     /// Throws Error (kUsage) if the device takes no textures of this size, (kInput) if it takes no
     /// array of so many, (kMemory) if they alone pass the budget, and what Renderer throws.
     ShadowMaps(Renderer& renderer, const gl::Context& context,
-               const std::vector<PlacedLight>& lights, const Scene& scene,
-               const SceneContents& contents, const CaptureSettings& settings);
+               const std::vector<PlacedLight>& lights, const PosedScene& posed,
+               const CaptureSettings& settings);
 
     /// Texels a side; 0 = there are none.
     int size() const { return size_; }

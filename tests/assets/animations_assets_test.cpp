@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/scene/keyframes.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"
 
@@ -94,8 +94,8 @@ TEST(SkinnedAssets, AreWhereTheFormulaPutsThem) {
         for (const double time : {0.0, 0.37, 1.1}) {
             const std::vector<int> playing(scene.animations.empty() ? 0 : 1, 0);
             const Pose pose = poseAt(scene, playing, time);
-            const SceneContents shown = contents(scene, scene.default_scene, pose);
-            for (const MeshInstance& instance : shown.meshes) {
+            const PosedScene shown(scene, scene.default_scene, pose);
+            for (const MeshInstance& instance : shown.meshes()) {
                 const Node& node = scene.nodes[static_cast<std::size_t>(instance.node)];
                 if (node.skin < 0) continue;
                 const Skin& skin = scene.skins[static_cast<std::size_t>(node.skin)];
@@ -106,7 +106,7 @@ TEST(SkinnedAssets, AreWhereTheFormulaPutsThem) {
                 for (std::size_t k = 0; k < mesh.primitives.size(); ++k) {
                     const Primitive& p = mesh.primitives[k];
                     if (p.joint_sets.empty()) continue;
-                    const auto& positions = positionsOf(scene, shown, instance, k);
+                    const auto& positions = shown.positions(instance, k);
                     for (std::size_t v = 0; v < positions.size(); ++v, ++vertices) {
                         const glm::dvec3 expected = skinned(p, joints, v);
                         const glm::dvec3 found(instance.world * glm::dvec4(positions[v], 1));

@@ -35,21 +35,21 @@ INSTANTIATE_TEST_SUITE_P(Models, BakeOracle, testing::ValuesIn(kModelsToBake), [
 TEST_P(BakeOracle, VerticesAreAsOccludedAsEmbreeHasIt) {
     PEELER_REQUIRE_ASSETS(assets);
     const Scene scene = readGltf(assets / "gltf-sample-assets" / GetParam().path);
-    const SceneContents shown = contents(scene, scene.default_scene);
-    const VertexReceivers vertices(scene, shown);
+    const PosedScene shown(scene);
+    const VertexReceivers vertices(shown);
     const Receivers& receivers = vertices.receivers();
-    const Bounds box = *bounds(scene, shown);
+    const Bounds box = *shown.bounds();
     const TriangleSoup soup = soupOf(scene);
     const OcclusionOracle oracle(soup, static_cast<float>(1e-4 * glm::length(box.max - box.min)));
     const auto reference = oracle.reference(receivers, 1024);
-    Renderer renderer(sharedContext(), scene, shown);
+    Renderer renderer(sharedContext(), shown);
     double before = 1;
     for (const int directions : {16, 64, 256}) {
         BakeSettings settings;
         settings.directions = directions;
         CaptureSettings capture;
         capture.faces = Faces::kBoth;
-        const auto values = bake(renderer, scene, shown, receivers, settings, capture, {}, {});
+        const auto values = bake(renderer, receivers, settings, capture, {}, {});
         const double error = rootMeanSquare(receivers, values, reference);
         std::printf("%d directions: RMSE %.4f\n", directions, error);
         EXPECT_LT(error, before);

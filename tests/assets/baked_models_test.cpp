@@ -46,14 +46,13 @@ fs::path modelFile(const fs::path& assets, const std::string& name) {
 /// The model with occlusion `value` at every vertex.
 void bakeConstant(const fs::path& model, float value, const fs::path& out) {
     const Scene scene = readGltf(model);
-    const SceneContents shown = contents(scene, scene.default_scene);
-    const VertexReceivers vertices(scene, shown);
+    const PosedScene shown(scene);
+    const VertexReceivers vertices(shown);
     const std::vector<float> values(vertices.receivers().size(), value);
     GltfPackage package(model, {});
-    addVertexValues(
-        package, "_AO",
-        cmd::bakedPrimitives(scene, shown, vertices, values, BakeQuantity::kAmbientOcclusion,
-                             {BakeQuantity::kAmbientOcclusion, {}}));
+    addVertexValues(package, "_AO",
+                    cmd::bakedPrimitives(shown, vertices, values, BakeQuantity::kAmbientOcclusion,
+                                         {BakeQuantity::kAmbientOcclusion, {}}));
     EXPECT_TRUE(package.warnings().empty());
     package.write(out.string());
 }
@@ -80,17 +79,14 @@ TEST(BakedModels, ShowTheSameGeometryWithColours) {
         EXPECT_EQ(after.warnings, before.warnings);
         EXPECT_EQ(after.animations.size(), before.animations.size());
         EXPECT_EQ(after.images.size(), before.images.size());
-        const SceneContents shown = contents(before, before.default_scene);
-        const SceneContents found = contents(after, after.default_scene);
-        ASSERT_EQ(found.meshes.size(), shown.meshes.size());
+        const PosedScene shown(before);
+        const PosedScene found(after);
+        ASSERT_EQ(found.meshes().size(), shown.meshes().size());
         std::size_t colored = 0;
-        for (std::size_t i = 0; i < shown.meshes.size(); ++i) {
-            EXPECT_EQ(found.meshes[i].world, shown.meshes[i].world);
-            const auto primitives = [i](const Scene& scene, const SceneContents& in) -> auto& {
-                return scene.meshes[static_cast<std::size_t>(in.meshes[i].mesh)].primitives;
-            };
-            const auto& old = primitives(before, shown);
-            const auto& now = primitives(after, found);
+        for (std::size_t i = 0; i < shown.meshes().size(); ++i) {
+            EXPECT_EQ(found.meshes()[i].world, shown.meshes()[i].world);
+            const auto& old = shown.primitives(shown.meshes()[i]);
+            const auto& now = found.primitives(found.meshes()[i]);
             ASSERT_EQ(now.size(), old.size());
             for (std::size_t p = 0; p < old.size(); ++p) {
                 EXPECT_EQ(now[p].positions, old[p].positions);

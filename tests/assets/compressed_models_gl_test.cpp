@@ -33,8 +33,8 @@ const Pair kPairs[] = {
 class CompressedLayers : public testing::TestWithParam<Pair> {};
 
 LayeredImage layersOf(const Scene& scene, const View& view) {
-    const SceneContents shown = contents(scene, scene.default_scene);
-    Renderer renderer(sharedContext(), scene, shown);
+    const PosedScene shown(scene);
+    Renderer renderer(sharedContext(), shown);
     const Captured captured = capture(renderer, view, {.color_type = PixelType::kFloat});
     EXPECT_TRUE(captured.plan.complete());
     return captured.image;
@@ -47,11 +47,11 @@ TEST_P(CompressedLayers, AreThoseOfThePlainModel) {
     const Scene variant = readGltf(folder / GetParam().variant);
     cmd::CameraOptions camera;
     camera.size = {320, 240};
-    const SceneContents shown = contents(plain, plain.default_scene);
+    const PosedScene shown(plain);
     // The same camera for both: framing follows the bounds, which differ by the quantisation.
-    const View view = cmd::makeView(plain, shown, cmd::Shape(plain, shown), camera);
+    const View view = cmd::makeView(shown, cmd::Shape(shown), camera);
     const LayeredImage a = layersOf(plain, view), b = layersOf(variant, view);
-    const Bounds box = *bounds(plain, shown);
+    const Bounds box = *shown.bounds();
     const glm::dvec3 size = box.max - box.min;
     const double step = std::max({size.x, size.y, size.z}) * std::ldexp(1.0, -GetParam().bits);
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"
 
@@ -26,13 +26,13 @@ struct Soup {
 
 Soup soupOf(const Scene& scene) {
     Soup soup;
-    const SceneContents shown = contents(scene, scene.default_scene);
-    for (const MeshInstance& instance : shown.meshes) {
+    const PosedScene shown(scene);
+    for (const MeshInstance& instance : shown.meshes()) {
         glm::dvec3 low(INFINITY), high(-INFINITY);
         const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
         for (std::size_t k = 0; k < mesh.primitives.size(); ++k) {
             const Primitive& primitive = mesh.primitives[k];
-            const auto& positions = positionsOf(scene, shown, instance, k);
+            const auto& positions = shown.positions(instance, k);
             EXPECT_EQ(primitive.topology, Topology::kTriangles);
             const auto corner = [&](std::size_t i) {
                 const std::size_t vertex =

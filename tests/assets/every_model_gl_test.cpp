@@ -57,9 +57,9 @@ std::size_t captureAll(const fs::path& path) {
     const Scene scene = readGltf(path, options);
     cmd::CameraOptions camera;
     camera.size = {80, 60};
-    const SceneContents shown = contents(scene, scene.default_scene);
-    const View view = cmd::makeView(scene, shown, cmd::Shape(scene, shown), camera);
-    Renderer renderer(sharedContext(), scene, shown);
+    const PosedScene shown(scene);
+    const View view = cmd::makeView(shown, cmd::Shape(shown), camera);
+    Renderer renderer(sharedContext(), shown);
     const Captured captured = capture(renderer, view, {});
     EXPECT_TRUE(captured.plan.complete());
     EXPECT_EQ(captured.plan.fragments_counted, captured.image.fragments());

@@ -7,7 +7,7 @@
 
 #include "assets/model_files.h"
 #include "core/base/error.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"
 
@@ -48,7 +48,7 @@ void expectSound(const Scene& scene) {
         ASSERT_EQ(image.rgba.size(), std::size_t{4} * static_cast<std::size_t>(image.width) *
                                          static_cast<std::size_t>(image.height));
     for (std::size_t i = 0; i < scene.scenes.size(); ++i)
-        bounds(scene, contents(scene, static_cast<int>(i)));
+        PosedScene(scene, static_cast<int>(i)).bounds();
 }
 
 void expectReadable(const fs::path& folder, std::size_t at_least) {

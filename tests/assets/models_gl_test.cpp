@@ -49,9 +49,9 @@ std::size_t compareMethods(const fs::path& path, const CaptureSettings& base) {
     cmd::CameraOptions camera;
     camera.size = {200, 150};
     const int index = scene.default_scene;
-    const SceneContents shown = contents(scene, index);
-    const View view = cmd::makeView(scene, shown, cmd::Shape(scene, shown), camera);
-    Renderer renderer(sharedContext(), scene, shown);
+    const PosedScene shown(scene, index);
+    const View view = cmd::makeView(shown, cmd::Shape(shown), camera);
+    Renderer renderer(sharedContext(), shown);
     const auto reference = capture(renderer, view, base);
     EXPECT_EQ(reference.plan.complete(), base.max_layers == 0);
     for (const auto& method : peelMethods()) {

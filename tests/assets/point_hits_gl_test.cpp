@@ -27,10 +27,10 @@ struct AgreeingShares {
 AgreeingShares agreement(const std::filesystem::path& file, int resolution, unsigned seed) {
     constexpr int kPoints = 4000, kDirections = 6;
     const Scene scene = readGltf(file);
-    const SceneContents shown = contents(scene, scene.default_scene);
-    const Bounds all = bounds(scene, shown).value();
+    const PosedScene shown(scene);
+    const Bounds all = shown.bounds().value();
     const double size = glm::distance(all.min, all.max);
-    Renderer renderer(sharedContext(), scene, shown);
+    Renderer renderer(sharedContext(), shown);
     const TriangleSoup soup = soupOf(scene);
     AllHits oracle(soup);
 
@@ -48,7 +48,7 @@ AgreeingShares agreement(const std::filesystem::path& file, int resolution, unsi
         const Bundle bundle = parallelBundle("b", all, all, direction, {resolution});
         const Captured traced = capture(renderer, bundle.view, settings);
         std::vector<PointHits> found(points.size());
-        findPointHits(scene, shown, renderer.drawList(), bundle, traced.image, points, found);
+        findPointHits(shown, bundle, traced.image, points, found);
         for (std::size_t i = 0; i < points.size(); ++i) {
             double before = kInfinity, after = kInfinity;
             for (const float t : oracle(points[i] - size * direction, direction, false)) {

@@ -77,7 +77,7 @@ void compare(const Scene& scene, Renderer& renderer, AllHits& oracle, const Tria
              const Bundle& bundle, Agreement& agreement) {
     const LayeredImage image = capture(renderer, bundle.view, allHits()).image;
     const auto keys = image.extra.front().as<const std::uint32_t>();
-    const Bounds box = *bounds(scene, contents(scene, scene.default_scene));
+    const Bounds box = *PosedScene(scene).bounds();
     const double size = glm::length(box.max - box.min);
     for (int j = 0; j < bundle.view.height; ++j) {
         for (int i = 0; i < bundle.view.width; ++i) {
@@ -112,9 +112,9 @@ void compare(const Scene& scene, Renderer& renderer, AllHits& oracle, const Tria
 
 void check(const std::string& name, const Scene& scene, const std::vector<glm::dvec3>& directions,
            int resolution) {
-    const SceneContents shown = contents(scene, scene.default_scene);
-    const Bounds box = *bounds(scene, shown);
-    Renderer renderer(sharedContext(), scene, shown);
+    const PosedScene shown(scene);
+    const Bounds box = *shown.bounds();
+    Renderer renderer(sharedContext(), shown);
     const TriangleSoup soup = soupOf(scene);
     AllHits oracle(soup);
     Agreement agreement;
@@ -198,9 +198,9 @@ TEST(RaysOracle, CoincidentMeshesHaveTwiceTheHits) {
         const int again = copy(copy, root);
         twice.scenes.front().roots.push_back(again);
     }
-    const SceneContents shown = contents(once, 0);
-    const Bounds box = *bounds(once, shown);
-    Renderer one(sharedContext(), once, shown), two(sharedContext(), twice, contents(twice, 0));
+    const PosedScene shown(once, 0);
+    const Bounds box = *shown.bounds();
+    Renderer one(sharedContext(), shown), two(sharedContext(), PosedScene(twice));
     for (const glm::dvec3& direction : sphereDirections(3)) {
         const Bundle bundle = parallelBundle("b", box, box, direction, {});
         const LayeredImage a = capture(one, bundle.view, allHits()).image;

@@ -81,10 +81,10 @@ double best(int runs, const std::function<void()>& work) {
 
 void measure(const std::string& path, const Options& options, gl::Context& context) {
     const Scene scene = readGltf(path);
-    const SceneContents shown = contents(scene, scene.default_scene);
-    const VertexReceivers vertices(scene, shown);
+    const PosedScene shown(scene);
+    const VertexReceivers vertices(shown);
     const Receivers& receivers = vertices.receivers();
-    const Bounds box = bounds(scene, shown).value_or(Bounds{});
+    const Bounds box = shown.bounds().value_or(Bounds{});
     const auto own_surface = static_cast<float>(1e-4 * glm::length(box.max - box.min));
     const TriangleSoup soup = soupOf(scene);
     const auto reference =
@@ -94,13 +94,13 @@ void measure(const std::string& path, const Options& options, gl::Context& conte
     for (const int count : options.directions) {
         std::vector<float> ours, theirs;
         const double our_time = best(options.runs, [&] {
-            Renderer renderer(context, scene, shown);
+            Renderer renderer(context, shown);
             BakeSettings settings;
             settings.directions = count;
             settings.resolution = options.resolution;
             CaptureSettings capture;
             capture.faces = Faces::kBoth;
-            ours = bake(renderer, scene, shown, receivers, settings, capture, {}, {});
+            ours = bake(renderer, receivers, settings, capture, {}, {});
         });
         const double their_time = best(options.runs, [&] {
             theirs = OcclusionOracle(soup, own_surface).along(receivers, sphereDirections(count));

@@ -63,7 +63,7 @@ Contender Measurement::captured(const std::string& name) {
 }
 
 Contender Measurement::traced() {
-    embree.emplace(scene.scene, scene.contents);
+    embree.emplace(scene.posed);
     packet = fastestPacket(*embree, scene.view);
     result["embree"] = {{"version", embree->version()},
                         {"triangles", embree->triangles()},
@@ -77,8 +77,7 @@ Contender Measurement::traced() {
 
 nlohmann::json measure(const Options& options) {
     Measurement m(options);
-    m.result["upload"] =
-        milliseconds([&] { m.renderer.emplace(*m.context, m.scene.scene, m.scene.contents); });
+    m.result["upload"] = milliseconds([&] { m.renderer.emplace(*m.context, m.scene.posed); });
     m.result["renderer"] = m.context->device().renderer;
     m.result["threads"] = threadCount();
     m.result["camera"] = cameraJson(m.scene.view);

@@ -217,8 +217,7 @@ struct EmbreeLayers::State {
     std::size_t triangles = 0;
 
     Surface& surfaceOf(const Scene& scene_file, const Material& material);
-    void add(const Scene& scene_file, const SceneContents& contents, const MeshInstance& instance,
-             std::size_t primitive);
+    void add(const PosedScene& posed, const MeshInstance& instance, std::size_t primitive);
 };
 
 Surface& EmbreeLayers::State::surfaceOf(const Scene& scene_file, const Material& material) {
@@ -235,12 +234,12 @@ Surface& EmbreeLayers::State::surfaceOf(const Scene& scene_file, const Material&
     return added;
 }
 
-void EmbreeLayers::State::add(const Scene& scene_file, const SceneContents& contents,
-                              const MeshInstance& instance, std::size_t primitive) {
-    const Mesh& mesh = scene_file.meshes[static_cast<std::size_t>(instance.mesh)];
-    const Primitive& p = mesh.primitives[primitive];
+void EmbreeLayers::State::add(const PosedScene& posed, const MeshInstance& instance,
+                              std::size_t primitive) {
+    const Scene& scene_file = posed.scene();
+    const Primitive& p = posed.primitives(instance)[primitive];
     const Material& material = scene_file.materials[static_cast<std::size_t>(p.material)];
-    const auto& positions = positionsOf(scene_file, contents, instance, primitive);
+    const auto& positions = posed.positions(instance, primitive);
     const auto& texcoords =
         p.texcoords[static_cast<std::size_t>(material.base_color_texture.texcoord)];
     Surface& surface = surfaceOf(scene_file, material);
@@ -263,12 +262,10 @@ void EmbreeLayers::State::add(const Scene& scene_file, const SceneContents& cont
     test::forEachTriangle(p.topology, count, triangle);
 }
 
-EmbreeLayers::EmbreeLayers(const Scene& scene, const SceneContents& contents)
-    : state_(std::make_unique<State>()) {
-    for (const MeshInstance& instance : contents.meshes) {
-        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
-        for (std::size_t i = 0; i < mesh.primitives.size(); ++i)
-            state_->add(scene, contents, instance, i);
+EmbreeLayers::EmbreeLayers(const PosedScene& posed) : state_(std::make_unique<State>()) {
+    for (const MeshInstance& instance : posed.meshes()) {
+        for (std::size_t i = 0; i < posed.primitives(instance).size(); ++i)
+            state_->add(posed, instance, i);
     }
     for (const auto& surface : state_->surfaces)
         surface->vertices.push_back(0);  // Embree reads 16 bytes of the last vertex

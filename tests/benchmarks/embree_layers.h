@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
 
 namespace peeler::benchmark {
@@ -20,7 +20,7 @@ enum class Packet : std::uint8_t { k1 = 1, k8 = 8, k16 = 16 };
 /// vertex colours), where the material says so.
 class EmbreeLayers {
   public:
-    EmbreeLayers(const Scene& scene, const SceneContents& contents);
+    explicit EmbreeLayers(const PosedScene& posed);
     ~EmbreeLayers();
     EmbreeLayers(const EmbreeLayers&) = delete;
     EmbreeLayers& operator=(const EmbreeLayers&) = delete;

@@ -24,10 +24,10 @@ std::vector<std::string> listOf(const std::string& text) {
     return items;
 }
 
-View viewOf(const Scene& scene, const SceneContents& contents, const Options& options) {
+View viewOf(const PosedScene& posed, const Options& options) {
     cmd::CameraOptions camera;
     camera.size = {options.width, options.height};
-    return cmd::makeView(scene, contents, cmd::Shape(scene, contents), camera);
+    return cmd::makeView(posed, cmd::Shape(posed), camera);
 }
 
 }  // namespace
@@ -57,8 +57,8 @@ Options parse(int count, char** arguments) {
 
 MeasuredScene::MeasuredScene(const Options& options)
     : scene(cmd::loadScene(options.scene, {}, {}, false)),
-      contents(peeler::contents(scene, scene.default_scene)),
-      view(viewOf(scene, contents, options)) {}
+      posed(scene),
+      view(viewOf(posed, options)) {}
 
 nlohmann::json cameraJson(const View& view) {
     const glm::dmat4& m = view.camera_to_world;

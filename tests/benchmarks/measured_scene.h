@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/capture/renderer.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
 
 namespace peeler::benchmark {
@@ -28,7 +28,7 @@ Options parse(int count, char** arguments);
 struct MeasuredScene {
     explicit MeasuredScene(const Options& options);
     Scene scene;
-    SceneContents contents;
+    PosedScene posed;
     View view;
 };
 

@@ -10,7 +10,7 @@
 #include <span>
 
 #include "core/base/error.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "formats/gltf/gltf_reader.h"
 
 namespace peeler::benchmark {
@@ -25,7 +25,7 @@ class PlainGlb {
             addMaterial(material);
         for (const Mesh& mesh : scene.meshes)
             addMesh(mesh);
-        for (const MeshInstance& instance : contents(scene, scene.default_scene).meshes) {
+        for (const MeshInstance& instance : PosedScene(scene).meshes()) {
             json matrix = json::array();
             for (int i = 0; i < 16; ++i)
                 matrix.push_back(instance.world[i / 4][i % 4]);

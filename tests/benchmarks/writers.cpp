@@ -68,7 +68,7 @@ struct Picture {
     explicit Picture(const Options& options) {
         const MeasuredScene scene(options);
         const auto context = gl::createContext({.backend = test::testBackend()});
-        Renderer renderer(*context, scene.scene, scene.contents);
+        Renderer renderer(*context, scene.posed);
         plan = renderer.plan(scene.view, {});
         KeepingSink sink;
         Sink* const sinks[] = {&sink};

@@ -49,8 +49,8 @@ void addCamera(Scene& scene, const Camera& camera, const glm::dmat4& place,
 
 View view(const Scene& scene, const CameraOptions& options = {}) {
     checkCameraOptions(options);
-    const SceneContents shown = contents(scene, 0);
-    return makeView(scene, shown, Shape(scene, shown), options);
+    const PosedScene shown(scene, 0);
+    return makeView(shown, Shape(shown), options);
 }
 
 std::optional<Error> failure(const Scene& scene, const CameraOptions& options) {
@@ -110,7 +110,7 @@ TEST(Framing, HoldsEveryCornerOfRandomScenes) {
             centre[i] = scale * (unit(random) - 0.5) * 10;
         }
         const Scene scene = boxScene({centre - extent, centre + extent});
-        const Bounds box = *bounds(scene, contents(scene, 0));  // as floats
+        const Bounds box = *PosedScene(scene, 0).bounds();  // as floats
         CameraOptions options;
         const auto side = [&] { return 1 + static_cast<int>(std::pow(unit(random), 4) * 65535); };
         options.size = {side(), side()};
@@ -144,7 +144,7 @@ TEST(Framing, BearsEmptyFlatAndSinglePointScenes) {
         const Scene scene = boxScene(box);
         const View v = view(scene);
         expectRigid(v.camera_to_world);
-        EXPECT_LT(share(v, *bounds(scene, contents(scene, 0))), 0.95);
+        EXPECT_LT(share(v, *PosedScene(scene, 0).bounds()), 0.95);
         EXPECT_GT(v.projection.near, 0);
     }
 }

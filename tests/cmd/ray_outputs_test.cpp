@@ -53,7 +53,7 @@ class RayOutputs : public testing::Test {
         output.finish();
     }
     std::unique_ptr<RayOutput> maps(const std::string& name, RayMapOptions options) const {
-        return makeRayMapOutput(path(name), scene_, contents_, &solids_, std::move(options));
+        return makeRayMapOutput(path(name), shown_, &solids_, std::move(options));
     }
     std::vector<std::string> files() const {
         std::vector<std::string> names;
@@ -65,8 +65,8 @@ class RayOutputs : public testing::Test {
 
     ScratchDir scratch_;
     Scene scene_ = bodies(2);
-    SceneContents contents_ = contents(scene_, 0);
-    Solids solids_{scene_, contents_};
+    PosedScene shown_{scene_};
+    Solids solids_{shown_};
     std::vector<Sphere> spheres_ = {{{0, 0, 0}, 1}, {{0.1, 0, 0}, 0.5}};
     Bounds box_{{-1.2, -1.1, -1}, {1.2, 1.1, 1}};
     std::vector<Bundle> bundles_ = {parallelBundle("side", box_, box_, {1, 0, 0}, {50}),
@@ -312,8 +312,8 @@ TEST_F(RayOutputs, ParityIsReported) {
     }
     // A lid is missing: the first body has a hole, and one ray finds it.
     scene_.meshes[0].primitives[0].positions.resize(9);
-    const SceneContents shown = contents(scene_, 0);
-    const Solids open(scene_, shown);
+    const PosedScene shown(scene_, 0);
+    const Solids open(shown);
     const auto hits = rayHits(bundles_[1], [n = 0](const auto&, const auto&) mutable {
         std::vector<Hit> found = {{1, 1}, {2, 1}, {3, 4}, {4, 4}};
         if (++n == 10) found.erase(found.begin());

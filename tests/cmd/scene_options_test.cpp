@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {
 namespace {
@@ -36,11 +36,11 @@ struct Shown {
 Shown shown(const SceneOptions& options) {
     Scene scene = house();
     selectNodes(scene, options);
-    const SceneContents all = contents(scene, 0);
+    const PosedScene all(scene, 0);
     Shown result;
-    for (const MeshInstance& instance : all.meshes)
+    for (const MeshInstance& instance : all.meshes())
         result.meshes.push_back(instance.mesh);
-    result.lights = all.lights.size();
+    result.lights = all.lights().size();
     return result;
 }
 

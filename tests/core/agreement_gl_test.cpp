@@ -128,8 +128,8 @@ TEST(Bands, LeaveRoomForWhatTheSinksHold) {
     } sink;
     SceneBuilder builder;
     builder.rectangle(1, 1, -2, builder.material({1, 1, 1, 0.5F}));
-    const SceneContents shown = contents(builder.scene(), 0);
-    Renderer renderer(sharedContext(), builder.scene(), shown);
+    const PosedScene shown(builder.scene(), 0);
+    Renderer renderer(sharedContext(), shown);
     CaptureSettings s;
     s.memory = residentBytes() + (512ULL << 20);
     renderer.plan(testView(64, 64), s);

@@ -33,12 +33,9 @@ BakeSettings settingsOf(BakeQuantity quantity, int directions = 512) {
 class Bakery {
   public:
     explicit Bakery(const Scene& scene)
-        : scene_(scene),
-          contents_(contents(scene, scene.default_scene)),
-          renderer_(sharedContext(), scene, contents_),
-          vertices_(scene, contents_) {}
+        : scene_(scene), shown_(scene), renderer_(sharedContext(), shown_), vertices_(shown_) {}
 
-    const SceneContents& shown() const { return contents_; }
+    const PosedScene& shown() const { return shown_; }
     const VertexReceivers& vertices() const { return vertices_; }
 
     std::vector<float> operator()(const Receivers& receivers, const BakeSettings& settings,
@@ -46,17 +43,16 @@ class Bakery {
         CaptureSettings capture;
         capture.faces = Faces::kBoth;
         capture.memory = memory;
-        return bake(renderer_, scene_, contents_, receivers, settings, capture, lookup, {});
+        return bake(renderer_, receivers, settings, capture, lookup, {});
     }
     /// At the vertices of all meshes.
     std::vector<float> atVertices(const BakeSettings& settings) {
-        const DrawList list(scene_, contents_);
-        return (*this)(vertices_.receivers(), settings, vertices_.lookup(list));
+        return (*this)(vertices_.receivers(), settings, vertices_.lookup());
     }
 
   private:
     const Scene& scene_;
-    SceneContents contents_;
+    PosedScene shown_;
     Renderer renderer_;
     VertexReceivers vertices_;
 };
@@ -375,7 +371,7 @@ TEST(Bake, VerticesAndTexelsAgree) {
     Bakery bakery(scene);
     TexelSettings texel_settings;
     texel_settings.size = 64;
-    const TexelReceivers texels(scene, bakery.shown(), bakery.vertices(), texel_settings);
+    const TexelReceivers texels(bakery.shown(), bakery.vertices(), texel_settings);
     const BakeSettings settings = settingsOf(BakeQuantity::kAmbientOcclusion, 256);
     const auto at_vertices = bakery.atVertices(settings);
     const auto at_texels =

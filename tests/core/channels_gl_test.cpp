@@ -10,7 +10,7 @@
 
 #include "core/capture/method.h"
 #include "core/image/channels.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "support/capture.h"
 
 namespace peeler::test {
@@ -159,8 +159,8 @@ TEST(Channels, MotionOfAMovingQuad) {
         View next_view = view;
         const glm::dvec3 camera_step(0.05, 0.02, 0.1);
         if (moving_camera) next_view.camera_to_world = glm::translate(glm::dmat4(1), camera_step);
-        Renderer renderer(sharedContext(), now, contents(now, 0));
-        renderer.setNextFrame({contents(later, 0), next_view});
+        Renderer renderer(sharedContext(), PosedScene(now, 0));
+        renderer.setNextFrame({PosedScene(later, 0), next_view});
         const auto result =
             capture(renderer, view, inFloat({Channel::kPosition, Channel::kMotion, Channel::kId}));
         const Reader position(result.image, Channel::kPosition),

@@ -7,6 +7,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "core/base/error.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler {
 namespace {
@@ -53,7 +54,8 @@ std::vector<Expected> draws(const DrawList& list) {
 
 TEST(DrawList, DrawsTheInstancesOfANodeAtOnce) {
     const Scene scene = rowOfStrips();
-    const DrawList list(scene, contents(scene, 0));
+    const PosedScene shown(scene);
+    const DrawList& list = shown.drawList();
     // A mirrored instance winds the other way, so it is drawn apart.
     EXPECT_EQ(draws(list),
               (std::vector<Expected>{{2, 1, false}, {1, 7, true}, {1, 10, false}, {1, 13, false}}));
@@ -65,7 +67,8 @@ TEST(DrawList, DrawsTheInstancesOfANodeAtOnce) {
 
 TEST(DrawList, DrawsMeshesOfSeveralPrimitivesPlaceByPlace) {
     const Scene scene = grove();
-    const DrawList list(scene, contents(scene, 0));
+    const PosedScene shown(scene);
+    const DrawList& list = shown.drawList();
     // GL would take the first primitive of all places before the second one of any.
     EXPECT_EQ(draws(list), (std::vector<Expected>{{1, 1, false},
                                                   {1, 4, false},
@@ -82,14 +85,16 @@ TEST(DrawList, DrawsMeshesOfSeveralPrimitivesPlaceByPlace) {
 
 TEST(DrawList, NumbersSurfacesInDrawOrder) {
     const Scene scene = grove();
-    const DrawList list(scene, contents(scene, 0));
+    const PosedScene shown(scene);
+    const DrawList& list = shown.drawList();
     std::vector<std::uint32_t> surfaces;
     for (std::uint32_t key = 1; key <= 25; ++key)
         surfaces.push_back(list.surfaceOf(key));
     EXPECT_EQ(surfaces, (std::vector<std::uint32_t>{0, 0, 0, 1, 1, 2, 2, 2, 3, 3, 4, 4, 4,
                                                     5, 5, 6, 6, 6, 7, 7, 8, 8, 8, 9, 9}));
     const Scene line = rowOfStrips();
-    const DrawList at_once(line, contents(line, 0));
+    const PosedScene line_shown(line);
+    const DrawList& at_once = line_shown.drawList();
     EXPECT_EQ(at_once.surfaceOf(3), 0U);
     EXPECT_EQ(at_once.surfaceOf(4), 1U);
     EXPECT_EQ(at_once.surfaceOf(15), 4U);
@@ -97,7 +102,8 @@ TEST(DrawList, NumbersSurfacesInDrawOrder) {
 
 TEST(DrawList, KnowsWhereKeysComeFrom) {
     const Scene scene = grove();  // strips of three triangles and pairs, at four places and one
-    const DrawList list(scene, contents(scene, 0));
+    const PosedScene shown(scene);
+    const DrawList& list = shown.drawList();
     for (std::uint32_t key = 1; key <= 25; ++key) {
         const std::uint32_t in_mesh = (key - 1) % 5;
         const KeyOrigin origin = list.originOf(key);
@@ -111,7 +117,8 @@ TEST(DrawList, KnowsWhereKeysComeFrom) {
 TEST(DrawList, GivesDeformedMeshesGeometriesOfTheirOwn) {
     Scene scene = rowOfStrips();
     scene.meshes[0].primitives[0].targets.resize(1);
-    const DrawList list(scene, contents(scene, 0));
+    const PosedScene shown(scene);
+    const DrawList& list = shown.drawList();
     EXPECT_EQ(list.geometries().size(), 2U);  // one for each node, whatever its instances
     EXPECT_EQ(list.draws()[0].instances, 2U);
 }
@@ -122,7 +129,8 @@ TEST(DrawList, LeavesOutWhatAlphaRejectsButNotItsKeys) {
     scene.materials[0].alpha_mode = AlphaMode::kBlend;
     scene.materials[0].base_color.a = 0;
     scene.meshes[0].primitives[1].material = 1;
-    const DrawList list(scene, contents(scene, 0));
+    const PosedScene shown(scene);
+    const DrawList& list = shown.drawList();
     ASSERT_EQ(list.draws().size(), 5U);
     EXPECT_EQ(list.draws()[0].first_primitive, 4U);
 }
@@ -131,7 +139,7 @@ TEST(DrawList, RefusesMorePrimitivesThanKeys) {
     Scene scene = grove();
     scene.meshes[0].primitives[1].positions.resize(300000);
     scene.nodes[0].instances->resize(50000, placeAt(0));
-    EXPECT_THROW(DrawList(scene, contents(scene, 0)), Error);
+    EXPECT_THROW(PosedScene(scene).drawList(), Error);
 }
 
 }  // namespace

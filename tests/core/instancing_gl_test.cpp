@@ -7,7 +7,7 @@
 #include <random>
 
 #include "core/capture/method.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "support/capture.h"
 
 namespace peeler::test {
@@ -166,16 +166,16 @@ TEST(Sequence, EveryFrameIsWhatItIsAlone) {
     const Scene scene = moving();
     const View view = testView(120, 90);
     const int playing[] = {0};
-    const auto at = [&](double time) { return contents(scene, 0, poseAt(scene, playing, time)); };
+    const auto at = [&](double time) { return PosedScene(scene, 0, poseAt(scene, playing, time)); };
     for (const bool shadows : {false, true}) {
         CaptureSettings settings;
         settings.shadows = shadows;
-        Renderer sequence(sharedContext(), scene, at(0.9));
+        Renderer sequence(sharedContext(), at(0.9));
         LayeredImage last;
         for (const double time : {0.0, 0.5, 1.0, 0.5}) {
-            sequence.setContents(at(time));
+            sequence.setPose(at(time));
             const Captured frame = capture(sequence, view, settings);
-            Renderer alone(sharedContext(), scene, at(time));
+            Renderer alone(sharedContext(), at(time));
             EXPECT_EQ(difference(frame.image, capture(alone, view, settings).image), "") << time;
             EXPECT_NE(difference(frame.image, last), "") << time;
             last = frame.image;
@@ -190,15 +190,15 @@ TEST(Sequence, ChangesWhereOnlyALightMoves) {
     scene.nodes[1].skin = -1;
     scene.animations[0].channels = {{2, 3, AnimatedProperty::kRotation}};
     const int playing[] = {0};
-    const auto at = [&](double time) { return contents(scene, 0, poseAt(scene, playing, time)); };
-    Renderer renderer(sharedContext(), scene, at(0));
+    const auto at = [&](double time) { return PosedScene(scene, 0, poseAt(scene, playing, time)); };
+    Renderer renderer(sharedContext(), at(0));
     const View view = testView(60, 45);
     const LayeredImage first = capture(renderer, view).image;
-    renderer.setContents(at(1));
+    renderer.setPose(at(1));
     const LayeredImage second = capture(renderer, view).image;
     EXPECT_EQ(first.z, second.z);
     EXPECT_NE(first.color.data, second.color.data);
-    Renderer alone(sharedContext(), scene, at(1));
+    Renderer alone(sharedContext(), at(1));
     EXPECT_EQ(difference(second, capture(alone, view).image), "");
 }
 

@@ -36,9 +36,9 @@ PlacedLight placedLight(LightType type, const glm::dvec3& at, const glm::dvec3& 
 
 TEST(LightView, OfADirectionalLightIsTight) {
     const Scene scene = cloud({100, -50, 20});
-    const SceneContents shown = contents(scene, 0);
+    const PosedScene shown(scene, 0);
     const auto view =
-        lightView(placedLight(LightType::kDirectional, {-3, 4, 5}, {1, -2, -0.5}), scene, shown);
+        lightView(placedLight(LightType::kDirectional, {-3, 4, 5}, {1, -2, -0.5}), shown);
     ASSERT_TRUE(view);
     EXPECT_EQ(view->camera_name, "light:lamp");
     EXPECT_FALSE(view->projection.perspective);
@@ -61,10 +61,10 @@ TEST(LightView, OfADirectionalLightIsTight) {
 
 TEST(LightView, OfASpotLightIsItsCone) {
     const Scene scene = cloud({0, 0, -5});
-    const SceneContents shown = contents(scene, 0);
+    const PosedScene shown(scene, 0);
     PlacedLight spot = placedLight(LightType::kSpot, {0, 0, 1}, {0, 0, -1});
     spot.light.outer_cone = 0.5;
-    const auto view = lightView(spot, scene, shown);
+    const auto view = lightView(spot, shown);
     ASSERT_TRUE(view);
     EXPECT_TRUE(view->projection.perspective);
     EXPECT_NEAR(view->projection.half_width, 1.01 * std::tan(0.5), 1e-12);
@@ -73,14 +73,14 @@ TEST(LightView, OfASpotLightIsItsCone) {
     EXPECT_TRUE(std::isinf(view->projection.far));
     EXPECT_EQ(view->camera_to_world, spot.to_world);
     spot.light.outer_cone = std::numbers::pi / 2;  // its tangent would be infinite
-    EXPECT_NEAR(lightView(spot, scene, shown)->projection.half_width,
+    EXPECT_NEAR(lightView(spot, shown)->projection.half_width,
                 1.01 * std::tan(85 * std::numbers::pi / 180), 1e-9);
 }
 
 TEST(LightView, OfWhatIsSeenEdgeOnHasAWidth) {
     const Scene scene = cloud({0, 0, -5});  // flat
-    const auto view = lightView(placedLight(LightType::kDirectional, {0, 0, 0}, {1, 0, 0}), scene,
-                                contents(scene, 0));
+    const auto view =
+        lightView(placedLight(LightType::kDirectional, {0, 0, 0}, {1, 0, 0}), PosedScene(scene));
     ASSERT_TRUE(view);
     EXPECT_GT(view->projection.half_width, 1e-5);
     EXPECT_LT(view->projection.half_width, 1e-3);
@@ -88,18 +88,18 @@ TEST(LightView, OfWhatIsSeenEdgeOnHasAWidth) {
 
 TEST(LightView, IsNoneWhereThereIsNone) {
     const Scene scene = cloud({0, 0, -5});
-    const SceneContents shown = contents(scene, 0);
-    EXPECT_FALSE(lightView(placedLight(LightType::kPoint, {0, 0, 0}, {0, 0, -1}), scene, shown));
+    const PosedScene shown(scene, 0);
+    EXPECT_FALSE(lightView(placedLight(LightType::kPoint, {0, 0, 0}, {0, 0, -1}), shown));
     Scene empty;
     empty.scenes.push_back({"", {}});
     const auto sun = placedLight(LightType::kDirectional, {0, 0, 0}, {0, 0, -1});
-    EXPECT_FALSE(lightView(sun, empty, contents(empty, 0)));
-    EXPECT_TRUE(lightView(sun, scene, shown));
+    EXPECT_FALSE(lightView(sun, PosedScene(empty)));
+    EXPECT_TRUE(lightView(sun, shown));
 }
 
 TEST(LightView, TheBuiltInLightStandsInForNone) {
     const Scene scene = cloud({0, 0, 0});
-    const auto lights = placedLights(scene, contents(scene, 0));
+    const auto lights = placedLights(PosedScene(scene, 0));
     ASSERT_EQ(lights.size(), 1U);
     EXPECT_EQ(lights[0].name, "key");
     // From above, left and in front.

@@ -215,9 +215,9 @@ TEST(Lights, ThatHaveNoDirectionAreRefused) {
     scene.nodes[0].light = 0;
     scene.nodes[0].local[2] = {0, 0, 0, 0};
     scene.scenes.push_back({"", {0}});
-    EXPECT_THROW(placedLights(scene, contents(scene, 0)), Error);
+    EXPECT_THROW(placedLights(PosedScene(scene, 0)), Error);
     scene.lights[0].type = LightType::kPoint;
-    EXPECT_EQ(placedLights(scene, contents(scene, 0)).size(), 1U);
+    EXPECT_EQ(placedLights(PosedScene(scene, 0)).size(), 1U);
 }
 
 }  // namespace

@@ -47,10 +47,10 @@ void renderManyFrames() {
     const Scene scene = readGltf(sourceDir() / "examples" / "scenes" / "jellyfish.glb");
     const int playing[] = {0};
     const auto at = [&](int frame) {
-        return contents(scene, 0, poseAt(scene, playing, frame / 24.0));
+        return PosedScene(scene, 0, poseAt(scene, playing, frame / 24.0));
     };
     const auto context = gl::createContext({.backend = testBackend()});
-    Renderer renderer(*context, scene, at(0));
+    Renderer renderer(*context, at(0));
     View view = testView(24, 14);
     view.camera_to_world[3] = {0, 1, 8, 1};
     CaptureSettings settings;
@@ -63,7 +63,7 @@ void renderManyFrames() {
         settings.channels.clear();
         if (frame % 10 == 1) settings.channels = {Channel::kNormal, Channel::kMotion};
         settings.memory = frame % 3 == 0 ? std::uint64_t{1} << 30 : 0;
-        renderer.setContents(at(frame));
+        renderer.setPose(at(frame));
         renderer.setNextFrame({at(frame + 1), view});
         const Plan plan = renderer.plan(view, settings);
         CollectSink sink;

@@ -19,21 +19,20 @@ namespace {
 /// A scene of triangles whose hits are found one by one, without any renderer.
 class Traced {
   public:
-    explicit Traced(Scene scene)
-        : scene_(std::move(scene)), contents_(contents(scene_, 0)), list_(scene_, contents_) {
+    explicit Traced(Scene scene) : scene_(std::move(scene)), shown_(scene_, 0) {
         std::uint32_t count = 0;
-        for (const MeshInstance& instance : contents_.meshes)
+        for (const MeshInstance& instance : shown_.meshes())
             for (const Primitive& p : scene_.meshes[std::size_t(instance.mesh)].primitives)
                 count += static_cast<std::uint32_t>(elementsOf(p));
         for (std::uint32_t key = 1; key <= count; ++key) {
-            PlacedElement element = elementOf(scene_, contents_, list_, key);
-            placeCorners(scene_, contents_, element);
+            PlacedElement element = elementOf(shown_, key);
+            placeCorners(shown_, element);
             elements_.push_back(element);
         }
     }
 
     Bundle bundle(const glm::dvec3& direction, int resolution) const {
-        const Bounds all = bounds(scene_, contents_).value();
+        const Bounds all = shown_.bounds().value();
         return parallelBundle("b", all, all, direction, {resolution});
     }
     LayeredImage hits(const Bundle& bundle) const {
@@ -53,7 +52,7 @@ class Traced {
     std::vector<PointHits> around(const Bundle& bundle, const LayeredImage& band,
                                   const std::vector<glm::dvec3>& points) const {
         std::vector<PointHits> found(points.size());
-        findPointHits(scene_, contents_, list_, bundle, band, points, found);
+        findPointHits(shown_, bundle, band, points, found);
         return found;
     }
     std::vector<PointHits> around(const Bundle& bundle,
@@ -63,8 +62,7 @@ class Traced {
 
   private:
     Scene scene_;
-    SceneContents contents_;
-    DrawList list_;
+    PosedScene shown_;
     std::vector<PlacedElement> elements_;
 };
 

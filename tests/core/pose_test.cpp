@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "core/scene/deformation.h"
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler {
 namespace {
@@ -110,29 +110,29 @@ struct Arm {
         scene.animations = {moving(2, AnimatedProperty::kRotation, {0, 0, 0, 1}, {0, 0, h, h})};
     }
 
-    SceneContents at(double time) const {
+    PosedScene at(double time) const {
         const int all[] = {0};
-        return contents(scene, 0, poseAt(scene, all, time));
+        return PosedScene(scene, 0, poseAt(scene, all, time));
     }
 };
 
-glm::dvec3 worldPosition(const Arm& arm, const SceneContents& shown, std::size_t vertex) {
-    const MeshInstance& instance = shown.meshes.at(0);
-    const glm::dvec3 position(positionsOf(arm.scene, shown, instance, 0).at(vertex));
+glm::dvec3 worldPosition(const Arm& arm, const PosedScene& shown, std::size_t vertex) {
+    const MeshInstance& instance = shown.meshes().at(0);
+    const glm::dvec3 position(shown.positions(instance, 0).at(vertex));
     return glm::dvec3(instance.world * glm::dvec4(position, 1));
 }
 
 TEST(Skin, AtRestShowsTheMeshWhereItsBonesAre) {
     const Arm arm;
-    const SceneContents shown = arm.at(0);
+    const PosedScene shown = arm.at(0);
     for (std::size_t i = 0; i <= 20; ++i)
         expectNear(worldPosition(arm, shown, i), {0.5, static_cast<double>(i) / 10, 0});
 }
 
 TEST(Skin, BendsByARightAngle) {
     const Arm arm;
-    const SceneContents shown = arm.at(1);
-    const DeformedVertices& bent = shown.deformed.at(0).at(0);
+    const PosedScene shown = arm.at(1);
+    const DeformedVertices& bent = shown.deformed().at(0).at(0);
     for (std::size_t i = 0; i < 10; ++i) {
         expectNear(worldPosition(arm, shown, i), {0.5, static_cast<double>(i) / 10, 0});
         expectNear(bent.normals[i], {1, 0, 0});
@@ -153,7 +153,7 @@ TEST(Skin, BendsByARightAngle) {
 TEST(Skin, KeepsItsPrecisionFarFromTheOrigin) {
     const glm::dvec3 far(1e7, -2e7, 3e7);  // a float would be wrong by 2
     const Arm arm(glm::translate(glm::dmat4(1), far));
-    const SceneContents shown = arm.at(1);
+    const PosedScene shown = arm.at(1);
     expectNear(worldPosition(arm, shown, 20), far + glm::dvec3(-1, 1.5, 0), 1e-5);
 }
 
@@ -162,11 +162,11 @@ TEST(Skin, TurnsNormalsWithTheInverseTransposeAndMirrors) {
     Arm arm(squashed);
     for (auto& normal : arm.scene.meshes[0].primitives[0].normals)
         normal = glm::normalize(glm::vec3(1, 1, 0));
-    const SceneContents shown = arm.at(0);
-    EXPECT_TRUE(shown.meshes[0].mirrored);
+    const PosedScene shown = arm.at(0);
+    EXPECT_TRUE(shown.meshes()[0].mirrored);
     expectNear(worldPosition(arm, shown, 3), {-0.25, 0.3, 0});
-    expectNear(shown.deformed[0][0].normals[3], glm::normalize(glm::dvec3(-2, 1, 0)));
-    EXPECT_FALSE(Arm().at(0).meshes[0].mirrored);
+    expectNear(shown.deformed()[0][0].normals[3], glm::normalize(glm::dvec3(-2, 1, 0)));
+    EXPECT_FALSE(Arm().at(0).meshes()[0].mirrored);
 }
 
 TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
@@ -174,15 +174,15 @@ TEST(Skin, IsMirroredByTheJointsThatMoveIt) {
     Arm arm;
     arm.scene.skins[0].inverse_bind[0] = glm::scale(glm::dmat4(1), glm::dvec3(-1, 1, 1));
     Primitive& strip = arm.scene.meshes[0].primitives[0];
-    EXPECT_TRUE(arm.at(0).meshes[0].mirrored);
+    EXPECT_TRUE(arm.at(0).meshes()[0].mirrored);
     for (auto& weights : strip.joint_sets[0].weights)
         weights = {0, 1, 0, 0};
-    EXPECT_FALSE(arm.at(0).meshes[0].mirrored);
+    EXPECT_FALSE(arm.at(0).meshes()[0].mirrored);
     // Without joints it is the node that counts.
     strip.joint_sets.clear();
-    EXPECT_FALSE(arm.at(0).meshes[0].mirrored);
+    EXPECT_FALSE(arm.at(0).meshes()[0].mirrored);
     arm.scene.nodes[0].local = glm::scale(glm::dmat4(1), glm::dvec3(1, 1, -1));
-    EXPECT_TRUE(arm.at(0).meshes[0].mirrored);
+    EXPECT_TRUE(arm.at(0).meshes()[0].mirrored);
 }
 
 TEST(Skin, TakesAllJointSetsAndScalesWeights) {
@@ -228,8 +228,8 @@ Scene morphing() {
 TEST(MorphTargets, AddTheirWeightedDisplacements) {
     Scene scene = morphing();
     scene.meshes[0].weights = {0.5, 0.25};
-    const SceneContents shown = contents(scene, 0);
-    const DeformedVertices& v = shown.deformed.at(0).at(0);
+    const PosedScene shown(scene, 0);
+    const DeformedVertices& v = shown.deformed().at(0).at(0);
     EXPECT_EQ(v.positions, (std::vector<glm::vec3>{{2, 0, 0.5F}, {1, 0, 1}, {0, 1, 2}}));
     EXPECT_EQ(v.normals[0], glm::vec3(0, 0.25F, 0.75F));
     EXPECT_EQ(v.normals[1], glm::vec3(0, 0, 1));
@@ -238,17 +238,17 @@ TEST(MorphTargets, AddTheirWeightedDisplacements) {
 
 TEST(MorphTargets, TakeWeightsOfTheAnimationBeforeTheNodesAndTheMeshs) {
     Scene scene = morphing();
-    const auto height = [&](const SceneContents& shown) {
-        return shown.deformed.at(0).at(0).positions[0].z;
+    const auto height = [&](const PosedScene& shown) {
+        return shown.deformed().at(0).at(0).positions[0].z;
     };
-    EXPECT_EQ(height(contents(scene, 0)), 0);  // none given: 0
+    EXPECT_EQ(height(PosedScene(scene, 0)), 0);  // none given: 0
     scene.meshes[0].weights = {0.5, 0};
-    EXPECT_EQ(height(contents(scene, 0)), 0.5F);
+    EXPECT_EQ(height(PosedScene(scene, 0)), 0.5F);
     scene.nodes[0].weights = {{0.25, 0}};
-    EXPECT_EQ(height(contents(scene, 0)), 0.25F);
+    EXPECT_EQ(height(PosedScene(scene, 0)), 0.25F);
     scene.animations = {moving(0, AnimatedProperty::kWeights, {0, 0}, {2, 0})};
     const int all[] = {0};
-    EXPECT_EQ(height(contents(scene, 0, poseAt(scene, all, 0.5))), 1);
+    EXPECT_EQ(height(PosedScene(scene, 0, poseAt(scene, all, 0.5))), 1);
 }
 
 TEST(MorphTargets, ActBeforeTheSkin) {
@@ -269,11 +269,11 @@ TEST(Visibility, HidesMeshesAndLightsBelowButNoCameras) {
     scene.nodes[0].visible = false;
     scene.scenes = {{"", {0, 2}}};
     scene.meshes.resize(1);
-    const SceneContents shown = contents(scene, 0);
-    ASSERT_EQ(shown.meshes.size(), 1U);
-    EXPECT_EQ(shown.meshes[0].node, 2);
-    EXPECT_EQ(shown.lights.size(), 1U);
-    EXPECT_EQ(shown.cameras.size(), 3U);
+    const PosedScene shown(scene, 0);
+    ASSERT_EQ(shown.meshes().size(), 1U);
+    EXPECT_EQ(shown.meshes()[0].node, 2);
+    EXPECT_EQ(shown.lights().size(), 1U);
+    EXPECT_EQ(shown.cameras().size(), 3U);
 }
 
 }  // namespace

@@ -21,9 +21,9 @@ class Maps {
   public:
     explicit Maps(Scene scene, RayMapSettings settings)
         : scene_(std::move(scene)),
-          contents_(contents(scene_, 0)),
-          solids_(scene_, contents_),
-          maps_(scene_, contents_, &solids_, std::move(settings)) {}
+          shown_(scene_, 0),
+          solids_(shown_),
+          maps_(shown_, &solids_, std::move(settings)) {}
 
     std::vector<float> operator()(const Hits& hits) {
         std::vector<float> t;
@@ -40,7 +40,7 @@ class Maps {
 
   private:
     Scene scene_;
-    SceneContents contents_;
+    PosedScene shown_;
     Solids solids_;
     RayMaps maps_;
     RayMapScratch scratch_;
@@ -50,7 +50,7 @@ using Values = std::vector<float>;
 
 TEST(RayMaps, FirstLastAndCountNeedNoSolids) {
     const Scene scene = bodies(1);
-    const RayMaps maps(scene, contents(scene, 0), nullptr,
+    const RayMaps maps(PosedScene(scene, 0), nullptr,
                        {{RayMap::kFirst, RayMap::kLast, RayMap::kFirst, RayMap::kCount}});
     ASSERT_EQ(maps.channels().size(), 3U);
     RayMapScratch scratch;
@@ -157,9 +157,9 @@ Bundle bundleOf(int width, int height, double w, double h) {
 
 TEST(RayMaps, NestedSpheresOfTwoMaterials) {
     const Scene scene = bodies(2);
-    const SceneContents shown = contents(scene, 0);
-    const Solids solids(scene, shown);
-    const RayMaps maps(scene, shown, &solids, {{RayMap::kThickness, RayMap::kPathLength}});
+    const PosedScene shown(scene, 0);
+    const Solids solids(shown);
+    const RayMaps maps(shown, &solids, {{RayMap::kThickness, RayMap::kPathLength}});
     const Bundle bundle = bundleOf(256, 256, 1, 1);
     const LayeredImage hits = sphereHits(bundle, {{{}, 1}, {{}, 0.5}});
     std::vector<float> planes;
@@ -191,9 +191,9 @@ TEST(RayMaps, NestedSpheresOfTwoMaterials) {
 
 TEST(RayMaps, LengthsAreAlongTheRaysOfAPinhole) {
     const Scene scene = bodies(1);
-    const SceneContents shown = contents(scene, 0);
-    const Solids solids(scene, shown);
-    const RayMaps maps(scene, shown, &solids, {{RayMap::kFirst, RayMap::kThickness}});
+    const PosedScene shown(scene, 0);
+    const Solids solids(shown);
+    const RayMaps maps(shown, &solids, {{RayMap::kFirst, RayMap::kThickness}});
     Bundle bundle = bundleOf(16, 8, 2, 1);
     bundle.view.projection.perspective = true;
     // Around the eye's surroundings: two shells, every ray alike.

@@ -51,7 +51,7 @@ struct Traced {
     Traced(Scene from, const glm::dvec3& direction, const RayGrid& grid,
            std::optional<Bounds> area = {}, Hits hits = Hits::kRefined)
         : scene(std::move(from)) {
-        const Bounds all = bounds(scene, shown).value();
+        const Bounds all = shown.bounds().value();
         bundle = parallelBundle("b", area.value_or(all), all, direction, grid);
         image = capture(renderer, bundle.view, raySettings(hits)).image;
     }
@@ -66,8 +66,8 @@ struct Traced {
     }
     /// A plane a channel.
     std::vector<std::vector<float>> maps(RayMapSettings settings) const {
-        const Solids solids(scene, shown);
-        const RayMaps maps(scene, shown, &solids, std::move(settings));
+        const Solids solids(shown);
+        const RayMaps maps(shown, &solids, std::move(settings));
         std::vector<float> planes;
         maps.evaluateRows(bundle, image, 0, bundle.view.height, planes);
         std::vector<std::vector<float>> result;
@@ -88,8 +88,8 @@ struct Traced {
     }
 
     Scene scene;
-    SceneContents shown = contents(scene, 0);
-    Renderer renderer{sharedContext(), scene, shown};
+    PosedScene shown{scene};
+    Renderer renderer{sharedContext(), shown};
     Bundle bundle;
     LayeredImage image;
 };
@@ -225,9 +225,8 @@ TEST(BundleRays, AreWhereTheHelpSaysTheyAre) {
         for (std::size_t f = traced.image.offsets[p]; f < traced.image.offsets[p + 1]; ++f) {
             const glm::dvec3 hit =
                 start + static_cast<double>(traced.image.z[f]) * bundle.direction();
-            PlacedElement element =
-                elementOf(traced.scene, traced.shown, traced.renderer.drawList(), keys[f]);
-            placeCorners(traced.scene, traced.shown, element);
+            PlacedElement element = elementOf(traced.shown, keys[f]);
+            placeCorners(traced.shown, element);
             const glm::dvec3 on = element.weighted(element.weightsAt(start, bundle.direction()));
             const double off = glm::distance(hit, on);
             farthest = std::max(farthest, off);

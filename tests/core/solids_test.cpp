@@ -78,7 +78,7 @@ std::vector<Found> found(const Solids& solids) {
 
 std::vector<Found> solidsOf(std::vector<Primitive> primitives) {
     const Scene scene = oneMesh(std::move(primitives));
-    return found(Solids(scene, contents(scene, 0)));
+    return found(Solids(PosedScene(scene, 0)));
 }
 
 using List = std::vector<Found>;
@@ -88,7 +88,7 @@ TEST(Solids, SidesOfDifferentMaterialsAreOneCube) {
     for (int i = 0; i < 6; ++i)
         sides.push_back(cubeSide(i));
     const Scene scene = oneMesh(sides);
-    const Solids solids(scene, contents(scene, 0));
+    const Solids solids(PosedScene(scene, 0));
     EXPECT_EQ(found(solids), (List{{{0, 1, 2, 3, 4, 5}, 12, 0}}));
     for (std::uint32_t key = 1; key <= 12; ++key) {
         EXPECT_EQ(solids.solidOf(key), 0U);
@@ -136,7 +136,7 @@ TEST(Solids, LinesAndPointsBelongToNone) {
     Primitive lines = tetrahedron();
     lines.topology = Topology::kLines;
     const Scene scene = oneMesh({lines, tetrahedron()});
-    const Solids solids(scene, contents(scene, 0));
+    const Solids solids(PosedScene(scene, 0));
     EXPECT_EQ(found(solids), (List{{{1}, 4, 0}}));
     EXPECT_EQ(solids.solidOf(6), Solids::kNone);
     EXPECT_EQ(solids.solidOf(7), 0U);
@@ -144,15 +144,15 @@ TEST(Solids, LinesAndPointsBelongToNone) {
 }
 
 TEST(Solids, ADeformedMeshHasItsOwnTopology) {
-    const Scene scene = oneMesh({tetrahedron()});
-    SceneContents shown = contents(scene, 0);
-    shown.deformed.resize(1);
-    shown.deformed[0].resize(1);
-    shown.deformed[0][0].positions = scene.meshes[0].primitives[0].positions;
-    shown.deformed[0][0].positions[0] += 1;  // a corner of one triangle
-    shown.meshes.push_back(shown.meshes[0]);
-    shown.meshes[1].deformed = 0;
-    EXPECT_EQ(found(Solids(scene, shown)), (List{{{0}, 4, 0}, {{0}, 4, 4}}));
+    Scene scene = oneMesh({tetrahedron()});
+    Primitive& primitive = scene.meshes[0].primitives[0];
+    MorphTarget& target = primitive.targets.emplace_back();
+    target.positions.resize(primitive.positions.size());
+    target.positions[0] += 1;  // a corner of one triangle
+    scene.nodes.push_back(scene.nodes[0]);
+    scene.nodes[1].weights = {1};
+    scene.scenes[0].roots = {0, 1};
+    EXPECT_EQ(found(Solids(PosedScene(scene))), (List{{{0}, 4, 0}, {{0}, 4, 4}}));
 }
 
 /// Every key leads where DrawList says, in a scene with all that makes keys irregular.
@@ -171,14 +171,14 @@ TEST(Solids, KeysAreThoseOfTheDrawList) {
                                 glm::dmat4(2)};
     scene.nodes[2].mesh = 0;
     scene.scenes[0].roots = {0, 1, 2};
-    const SceneContents shown = contents(scene, 0);
-    const DrawList list(scene, shown);
-    const Solids solids(scene, shown);
+    const PosedScene shown(scene, 0);
+    const DrawList& list = shown.drawList();
+    const Solids solids(shown);
     ASSERT_EQ(solids.all().size(), 3U + 3U + 3U);
     const std::uint32_t keys = 2 * (4 + 3 + 4 + 2) + 3 * 4;
     for (std::uint32_t key = 1; key <= keys; ++key) {
         const KeyOrigin origin = list.originOf(key);
-        const MeshInstance& instance = shown.meshes[origin.instance];
+        const MeshInstance& instance = shown.meshes()[origin.instance];
         const Primitive& primitive =
             scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives[origin.primitive];
         EXPECT_EQ(solids.materialOf(key), static_cast<std::size_t>(primitive.material));

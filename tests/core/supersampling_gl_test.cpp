@@ -111,8 +111,8 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
         const Scene scene = readGltf(entry.path());
         cmd::CameraOptions camera;
         camera.size = {240, 135};
-        const SceneContents contained = contents(scene, 0);
-        const View view = cmd::makeView(scene, contained, cmd::Shape(scene, contained), camera);
+        const PosedScene contained(scene, 0);
+        const View view = cmd::makeView(contained, cmd::Shape(contained), camera);
         const CompositeImage composite = flat(capture(scene, view, samplesAPixel(4, true)).image);
         CaptureSettings stored = samplesAPixel(4, false);
         stored.color_type = PixelType::kHalf;
@@ -138,8 +138,8 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
 TEST(Supersampling, MethodsAndBandsAgree) {
     const View view = testView(160, 120);
     for (const auto& [name, scene] : hardScenes()) {
-        const SceneContents shown = contents(scene, 0);
-        Renderer renderer(sharedContext(), scene, shown);
+        const PosedScene shown(scene, 0);
+        Renderer renderer(sharedContext(), shown);
         const auto layers = capture(renderer, view, samplesAPixel(3, false));
         const auto composite = flat(capture(renderer, view, samplesAPixel(3, true)).image);
         for (const auto& method : peelMethods()) {

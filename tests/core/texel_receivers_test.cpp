@@ -28,12 +28,12 @@ Primitive quad(float u0 = 0, float v0 = 0, float u1 = 1, float v1 = 1) {
 struct PlacedTexels {
     PlacedTexels(Scene from, const TexelSettings& settings)
         : scene(std::move(from)),
-          shown(contents(scene, 0)),
-          vertices(scene, shown),
-          texels(scene, shown, vertices, settings) {}
+          shown(scene, 0),
+          vertices(shown),
+          texels(shown, vertices, settings) {}
 
     Scene scene;
-    SceneContents shown;
+    PosedScene shown;
     VertexReceivers vertices;
     TexelReceivers texels;
     const Receivers& receivers = texels.receivers();
@@ -149,8 +149,7 @@ TEST(TexelReceivers, RefuseMoreTexturesThanFit) {
 
 TEST(TexelReceivers, GiveTheTexelUnderAHit) {
     const PlacedTexels placed(oneMesh({quad(0, 0, 1, 1)}), {4, 0});
-    const DrawList list(placed.scene, placed.shown);
-    const SurfaceLookup lookup = placed.texels.lookup(list);
+    const SurfaceLookup lookup = placed.texels.lookup();
     std::vector<float> values;
     for (std::size_t i = 0; i < placed.receivers.size(); ++i) {
         const glm::vec3 p(placed.receivers.positions[i]);

@@ -178,8 +178,8 @@ Scene glassScene() {
 
 TEST(Transmission, IsTheSameInEveryMethod) {
     const Scene scene = glassScene();
-    const SceneContents shown = contents(scene, 0);
-    Renderer renderer(sharedContext(), scene, shown);
+    const PosedScene shown(scene, 0);
+    Renderer renderer(sharedContext(), shown);
     const View view = testView(100, 75);
     for (const Surfaces surfaces : {Surfaces::kAll, Surfaces::kVisible}) {
         CaptureSettings s;

@@ -22,10 +22,10 @@ Primitive triangle() {
 
 struct PlacedVertices {
     explicit PlacedVertices(Scene from)
-        : scene(std::move(from)), shown(contents(scene, 0)), vertices(scene, shown) {}
+        : scene(std::move(from)), shown(scene, 0), vertices(shown) {}
 
     Scene scene;
-    SceneContents shown;
+    PosedScene shown;
     VertexReceivers vertices;
     const Receivers& receivers = vertices.receivers();
 };
@@ -116,8 +116,7 @@ TEST(VertexReceivers, InterpolateTheCornersOfAKey) {
     strip.positions.push_back({1, 1, 0});
     scene.meshes[0].primitives = {triangle(), strip};
     const PlacedVertices placed(scene);
-    const DrawList list(placed.scene, placed.shown);
-    const SurfaceLookup lookup = placed.vertices.lookup(list);
+    const SurfaceLookup lookup = placed.vertices.lookup();
     std::vector<float> values;  // of each: (its number, 10 times that, 1)
     for (int i = 0; i < 7; ++i)
         values.insert(values.end(), {static_cast<float>(i), 10.0F * static_cast<float>(i), 1});

@@ -37,8 +37,8 @@ class Voxels : public testing::Test {
     }
 
     Scene scene_ = bodies(2);
-    SceneContents contents_ = contents(scene_, 0);
-    Solids solids_{scene_, contents_};
+    PosedScene shown_{scene_};
+    Solids solids_{shown_};
 };
 
 TEST_F(Voxels, CellsOfSpheresAreThoseWhoseCentresAreInside) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "formats/gltf_builder.h"
 
 namespace peeler::test {
@@ -45,7 +45,7 @@ TEST(GltfLights, AreReadWithTheirDefaults) {
     EXPECT_NEAR(scene.lights[3].outer_cone, 0.7853981633974483, 1e-15);
     EXPECT_EQ(scene.nodes[0].light, -1);
     EXPECT_EQ(scene.nodes[1].light, 0);
-    EXPECT_EQ(contents(scene, 0).lights.size(), 1U);
+    EXPECT_EQ(PosedScene(scene, 0).lights().size(), 1U);
 }
 
 TEST(GltfLights, OfUnknownTypeAreOff) {

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "formats/gltf_builder.h"
 
 namespace peeler::test {
@@ -51,7 +51,7 @@ TEST(GltfNodes, NestTenThousandLevels) {
                                                       : Json::object());
     const Scene scene = load(builder);
     EXPECT_EQ(scene.scenes.at(0).roots, std::vector<int>{0});
-    EXPECT_TRUE(contents(scene, 0).meshes.empty());
+    EXPECT_TRUE(PosedScene(scene, 0).meshes().empty());
     // One more, in front of the first.
     builder.gltf["nodes"].push_back({{"children", {0}}});
     EXPECT_NE(std::string(errorOf(builder).what()).find("deeper than 10000"), std::string::npos);

@@ -135,8 +135,8 @@ void inOwnThread(const std::function<void()>& test) {
 
 Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings,
                  gl::Context& context) {
-    const SceneContents shown = contents(scene, scene.default_scene);
-    Renderer renderer(context, scene, shown);
+    const PosedScene shown(scene);
+    Renderer renderer(context, shown);
     return capture(renderer, view, settings);
 }
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 #include "support/embree.h"
 #include "support/triangles.h"
 
@@ -26,13 +26,13 @@ struct TriangleSoup {
 /// The world-space triangles of a scene, strips and fans taken apart.
 inline TriangleSoup soupOf(const Scene& scene) {
     TriangleSoup soup;
-    const SceneContents shown = contents(scene, scene.default_scene);
-    for (const MeshInstance& instance : shown.meshes) {
+    const PosedScene shown(scene);
+    for (const MeshInstance& instance : shown.meshes()) {
         const bool mirrored = instance.mirrored;
         const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
         for (std::size_t j = 0; j < mesh.primitives.size(); ++j) {
             const Primitive& p = mesh.primitives[j];
-            const auto& positions = positionsOf(scene, shown, instance, j);
+            const auto& positions = shown.positions(instance, j);
             const Material& m = scene.materials[static_cast<std::size_t>(p.material)];
             const std::size_t count = p.indices.empty() ? p.positions.size() : p.indices.size();
             const auto corner = [&](std::size_t i) {

@@ -53,9 +53,9 @@ struct OddRays {
 /// Over `directions` bundles; prints what it has found.
 inline OddRays countOddRays(const std::string& name, const Scene& scene, int directions,
                             int resolution, bool with_embree) {
-    const SceneContents shown = contents(scene, scene.default_scene);
-    const Bounds all = bounds(scene, shown).value();
-    Renderer renderer(sharedContext(), scene, shown);
+    const PosedScene shown(scene);
+    const Bounds all = shown.bounds().value();
+    Renderer renderer(sharedContext(), shown);
     const TriangleSoup soup = soupOf(scene);
     const AllHits fast(soup, RTC_SCENE_FLAG_NONE), robust(soup);
     OddRays found;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Walks a scene's node forest: what it shows, and how large that is.
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 
 #include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
@@ -54,39 +54,40 @@ bool isMirrored(const glm::dmat4& matrix) {
     return glm::determinant(glm::dmat3(matrix)) < 0;
 }
 
+}  // namespace
+
 /// Lists instances and deforms their meshes.
-class ContentsBuilder {
+class PosedScene::Builder {
   public:
-    ContentsBuilder(const Scene& scene, const Pose& pose) : scene_(scene), pose_(pose) {}
+    Builder(const Scene& scene, const Pose& pose, Shown& shown)
+        : scene_(scene), pose_(pose), shown_(shown) {}
 
     void add(const Visit& visit) {
         const Node& node = scene_.nodes[static_cast<std::size_t>(visit.node)];
         if (node.camera >= 0)
-            result_.cameras.push_back({visit.node, node.camera, visit.world});  // never hidden
+            shown_.cameras.push_back({visit.node, node.camera, visit.world});  // never hidden
         if (!visit.visible) return;
         if (node.mesh >= 0) addMesh(node, visit);
-        if (node.light >= 0) result_.lights.push_back({visit.node, node.light, visit.world});
+        if (node.light >= 0) shown_.lights.push_back({visit.node, node.light, visit.world});
     }
-
-    SceneContents take() { return std::move(result_); }
 
   private:
     void addMesh(const Node& node, const Visit& visit) {
         MeshInstance instance{visit.node, node.mesh, visit.world, isMirrored(visit.world)};
         if (node.skin >= 0) {
             deform(node, &place(node, instance), instance);
-            result_.meshes.push_back(instance);
+            shown_.meshes.push_back(instance);
             return;
         }
         deform(node, nullptr, instance);
         if (!node.instances) {
-            result_.meshes.push_back(instance);
+            shown_.meshes.push_back(instance);
             return;
         }
         for (const glm::dmat4& local : *node.instances) {
             instance.world = visit.world * local;
             instance.mirrored = isMirrored(instance.world);
-            result_.meshes.push_back(instance);
+            shown_.meshes.push_back(instance);
         }
     }
 
@@ -124,8 +125,8 @@ class ContentsBuilder {
         const std::vector<double>& weights = animated != pose_.weights.end() ? animated->second
                                              : node.weights                  ? *node.weights
                                                                              : mesh.weights;
-        instance.deformed = static_cast<int>(result_.deformed.size());
-        DeformedMesh& deformed = result_.deformed.emplace_back();
+        instance.deformed = static_cast<int>(shown_.deformed.size());
+        DeformedMesh& deformed = shown_.deformed.emplace_back();
         for (const Primitive& primitive : mesh.primitives)
             deformed.push_back(peeler::deform(primitive, weights, joints));
     }
@@ -134,75 +135,75 @@ class ContentsBuilder {
     const Pose& pose_;
     std::vector<glm::dmat4> worlds_;      ///< of all nodes, once a skin has asked for them
     std::map<int, JointMatrices> skins_;  ///< shared by the nodes of a skin
-    SceneContents result_;
+    Shown& shown_;
 };
 
-/// Calls body(instance, positions) for every primitive.
-template <class Body>
-void forEachPrimitive(const Scene& scene, const SceneContents& contents, const Body& body) {
-    for (const MeshInstance& instance : contents.meshes) {
-        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
-        for (std::size_t i = 0; i < mesh.primitives.size(); ++i)
-            body(instance, positionsOf(scene, contents, instance, i));
-    }
-}
-
-}  // namespace
-
-SceneContents contents(const Scene& scene, int scene_index, const Pose& pose) {
-    if (scene_index < 0 || static_cast<std::size_t>(scene_index) >= scene.scenes.size())
-        throw Error(ErrorKind::kUsage, "there is no scene " + std::to_string(scene_index), "",
+PosedScene::PosedScene(const Scene& scene, int index, const Pose& pose)
+    : shown_(std::make_shared<Shown>(scene)) {
+    if (index < 0 || static_cast<std::size_t>(index) >= scene.scenes.size())
+        throw Error(ErrorKind::kUsage, "there is no scene " + std::to_string(index), "",
                     "the file has " + std::to_string(scene.scenes.size()));
-    ContentsBuilder builder(scene, pose);
-    walk(scene, pose, scene.scenes[static_cast<std::size_t>(scene_index)].roots,
+    Builder builder(scene, pose, *shown_);
+    walk(scene, pose, scene.scenes[static_cast<std::size_t>(index)].roots,
          [&](const Visit& visit) { builder.add(visit); });
-    return builder.take();
 }
 
-SceneContents contents(const Scene& scene, int scene_index) {
-    return contents(scene, scene_index, restPose(scene));
+PosedScene::PosedScene(const Scene& scene, int index) : PosedScene(scene, index, restPose(scene)) {}
+
+const DrawList& PosedScene::drawList() const {
+    std::call_once(shown_->listed,
+                   [this] { shown_->draw_list.emplace(shown_->scene, shown_->meshes); });
+    return *shown_->draw_list;
 }
 
-std::vector<std::uint32_t> instanceOrdinals(const SceneContents& contents) {
+const std::vector<glm::vec3>& PosedScene::positions(const MeshInstance& instance,
+                                                    std::size_t primitive) const {
+    if (instance.deformed >= 0)
+        return deformed()[static_cast<std::size_t>(instance.deformed)][primitive].positions;
+    return primitives(instance)[primitive].positions;
+}
+
+const std::vector<glm::vec3>& PosedScene::normals(const MeshInstance& instance,
+                                                  std::size_t primitive) const {
+    if (instance.deformed >= 0)
+        return deformed()[static_cast<std::size_t>(instance.deformed)][primitive].normals;
+    return primitives(instance)[primitive].normals;
+}
+
+std::vector<std::uint32_t> PosedScene::instanceOrdinals() const {
     std::vector<std::uint32_t> ordinals;
-    for (const MeshInstance& instance : contents.meshes) {
-        const bool more =
-            !ordinals.empty() && contents.meshes[ordinals.size() - 1].node == instance.node;
+    for (const MeshInstance& instance : meshes()) {
+        const bool more = !ordinals.empty() && meshes()[ordinals.size() - 1].node == instance.node;
         ordinals.push_back(more ? ordinals.back() + 1 : 0);
     }
     return ordinals;
 }
 
-const std::vector<glm::vec3>& positionsOf(const Scene& scene, const SceneContents& contents,
-                                          const MeshInstance& instance, std::size_t primitive) {
-    if (instance.deformed >= 0)
-        return contents.deformed[static_cast<std::size_t>(instance.deformed)][primitive].positions;
-    return scene.meshes[static_cast<std::size_t>(instance.mesh)].primitives[primitive].positions;
-}
-
-std::optional<Bounds> bounds(const Scene& scene, const SceneContents& contents) {
+std::optional<Bounds> PosedScene::bounds() const {
     std::optional<Bounds> result;
-    forEachPrimitive(scene, contents, [&](const MeshInstance& instance, const auto& positions) {
-        for (const glm::vec3& position : positions) {
-            const glm::dvec3 point(instance.world * glm::dvec4(position, 1));
-            if (!result) result = Bounds{point, point};
-            result->min = glm::min(result->min, point);
-            result->max = glm::max(result->max, point);
+    for (const MeshInstance& instance : meshes()) {
+        for (std::size_t i = 0; i < primitives(instance).size(); ++i) {
+            for (const glm::vec3& position : positions(instance, i)) {
+                const glm::dvec3 point(instance.world * glm::dvec4(position, 1));
+                if (!result) result = Bounds{point, point};
+                result->min = glm::min(result->min, point);
+                result->max = glm::max(result->max, point);
+            }
         }
-    });
+    }
     return result;
 }
 
-double reach(const Scene& scene, const SceneContents& contents, const glm::dvec3& origin,
-             const glm::dvec3& direction) {
+double PosedScene::reach(const glm::dvec3& origin, const glm::dvec3& direction) const {
     double farthest = -std::numeric_limits<double>::infinity();
-    forEachPrimitive(scene, contents, [&](const MeshInstance& instance, const auto& positions) {
+    for (const MeshInstance& instance : meshes()) {
         // The direction is taken to the mesh instead of every vertex to the world.
         const glm::dvec3 local = glm::transpose(glm::dmat3(instance.world)) * direction;
         const double offset = glm::dot(glm::dvec3(instance.world[3]) - origin, direction);
-        for (const glm::vec3& position : positions)
-            farthest = std::max(farthest, glm::dot(local, glm::dvec3(position)) + offset);
-    });
+        for (std::size_t i = 0; i < primitives(instance).size(); ++i)
+            for (const glm::vec3& position : positions(instance, i))
+                farthest = std::max(farthest, glm::dot(local, glm::dvec3(position)) + offset);
+    }
     return farthest;
 }
 

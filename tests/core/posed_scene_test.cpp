@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Walking the node forest: order, world matrices, bounds, depth.
-#include "core/scene/scene_contents.h"
+#include "core/scene/posed_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -30,46 +30,46 @@ Mesh meshOf(std::vector<glm::vec3> positions) {
     return mesh;
 }
 
-TEST(SceneContents, ListsDepthFirstInTheFilesOrder) {
+TEST(PosedScene, ListsDepthFirstInTheFilesOrder) {
     Scene scene;
     scene.meshes.resize(5);
     scene.scenes = {{"", {4, 0}}};
     scene.nodes = {node(glm::dmat4(1), {1, 3}, 0), node(glm::dmat4(1), {2}, 1),
                    node(glm::dmat4(1), {}, 2), node(glm::dmat4(1), {}, 3),
                    node(glm::dmat4(1), {}, 4)};
-    const SceneContents shown = contents(scene, 0);
+    const PosedScene shown(scene, 0);
     std::vector<int> order;
-    for (const MeshInstance& instance : shown.meshes)
+    for (const MeshInstance& instance : shown.meshes())
         order.push_back(instance.mesh);
     EXPECT_EQ(order, (std::vector<int>{4, 0, 1, 2, 3}));
-    EXPECT_EQ(shown.meshes[0].node, 4);
+    EXPECT_EQ(shown.meshes()[0].node, 4);
 }
 
-TEST(SceneContents, MultipliesParentTimesChild) {
+TEST(PosedScene, MultipliesParentTimesChild) {
     Scene scene;
     scene.meshes.resize(5);
     scene.scenes = {{"", {0}}};
     const glm::dmat4 doubled = glm::scale(glm::dmat4(1), glm::dvec3(2));
     scene.nodes = {node(doubled, {1}), node(translation(1, 2, 3), {}, 0, 0)};
-    const SceneContents shown = contents(scene, 0);
-    ASSERT_EQ(shown.meshes.size(), 1U);
-    EXPECT_EQ(glm::dvec3(shown.meshes[0].world[3]), glm::dvec3(2, 4, 6));
-    ASSERT_EQ(shown.cameras.size(), 1U);
-    EXPECT_EQ(shown.cameras[0].world, doubled * translation(1, 2, 3));
+    const PosedScene shown(scene, 0);
+    ASSERT_EQ(shown.meshes().size(), 1U);
+    EXPECT_EQ(glm::dvec3(shown.meshes()[0].world[3]), glm::dvec3(2, 4, 6));
+    ASSERT_EQ(shown.cameras().size(), 1U);
+    EXPECT_EQ(shown.cameras()[0].world, doubled * translation(1, 2, 3));
 }
 
-TEST(SceneContents, ShowsOnlyTheSceneAskedFor) {
+TEST(PosedScene, ShowsOnlyTheSceneAskedFor) {
     Scene scene;
     scene.meshes.resize(5);
     scene.scenes = {{"", {0}}, {"", {1}}, {"", {}}};
     scene.nodes = {node(glm::dmat4(1), {}, 0), node(glm::dmat4(1), {}, 1)};
-    EXPECT_EQ(contents(scene, 1).meshes.at(0).mesh, 1);
-    EXPECT_TRUE(contents(scene, 2).meshes.empty());
-    EXPECT_THROW(contents(scene, 3), Error);
-    EXPECT_THROW(contents(scene, -1), Error);
+    EXPECT_EQ(PosedScene(scene, 1).meshes().at(0).mesh, 1);
+    EXPECT_TRUE(PosedScene(scene, 2).meshes().empty());
+    EXPECT_THROW(PosedScene(scene, 3), Error);
+    EXPECT_THROW(PosedScene(scene, -1), Error);
 }
 
-TEST(SceneContents, TakesChainsOfAnyDepth) {
+TEST(PosedScene, TakesChainsOfAnyDepth) {
     Scene scene;
     scene.meshes.resize(5);
     const int depth = 300000;
@@ -78,9 +78,9 @@ TEST(SceneContents, TakesChainsOfAnyDepth) {
         scene.nodes.push_back(node(translation(1, 0, 0),
                                    i + 1 < depth ? std::vector{i + 1} : std::vector<int>{},
                                    i + 1 < depth ? -1 : 0));
-    const SceneContents shown = contents(scene, 0);
-    ASSERT_EQ(shown.meshes.size(), 1U);
-    EXPECT_EQ(shown.meshes[0].world[3].x, depth);
+    const PosedScene shown(scene, 0);
+    ASSERT_EQ(shown.meshes().size(), 1U);
+    EXPECT_EQ(shown.meshes()[0].world[3].x, depth);
 }
 
 TEST(SceneBounds, EncloseEveryInstanceInWorldSpace) {
@@ -90,7 +90,7 @@ TEST(SceneBounds, EncloseEveryInstanceInWorldSpace) {
     scene.nodes = {
         node(translation(10, 0, 0), {}, 0),
         node(glm::rotate(glm::dmat4(1), glm::radians(180.0), glm::dvec3(0, 0, 1)), {}, 0)};
-    const auto box = bounds(scene, contents(scene, 0));
+    const auto box = PosedScene(scene, 0).bounds();
     ASSERT_TRUE(box);
     EXPECT_NEAR(box->min.x, -1, 1e-12);
     EXPECT_NEAR(box->min.y, -2, 1e-12);
@@ -103,7 +103,7 @@ TEST(SceneBounds, AreNothingWithoutVertices) {
     scene.scenes = {{"", {0}}};
     scene.meshes = {meshOf({})};
     scene.nodes = {node(glm::dmat4(1), {}, 0)};
-    EXPECT_FALSE(bounds(scene, contents(scene, 0)));
+    EXPECT_FALSE(PosedScene(scene, 0).bounds());
 }
 
 }  // namespace

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a scene shows at a moment: meshes, cameras and lights in their places, and what is drawn.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "core/scene/deformation.h"
+#include "core/scene/draw_list.h"
+#include "core/scene/pose.h"
+#include "core/scene/scene.h"
+
+namespace peeler {
+
+/// A mesh in its place. `world` is the product of the node matrices from the root (and of the
+/// instance's, EXT_mesh_gpu_instancing). A skinned mesh is in world space but for a translation.
+struct MeshInstance {
+    int node = 0;
+    int mesh = 0;
+    glm::dmat4 world{1};
+    bool mirrored = false;  ///< front faces are clockwise
+    int deformed = -1;      ///< index into PosedScene::deformed(), −1 = the mesh as it is
+    bool operator==(const MeshInstance&) const = default;
+};
+
+struct CameraInstance {
+    int node = 0;
+    int camera = 0;
+    glm::dmat4 world{1};
+};
+
+struct LightInstance {
+    int node = 0;
+    int light = 0;
+    glm::dmat4 world{1};
+    bool operator==(const LightInstance&) const = default;
+};
+
+using DeformedMesh = std::vector<DeformedVertices>;  ///< of each primitive
+
+/// Axis-aligned bounds in world space.
+struct Bounds {
+    glm::dvec3 min{0}, max{0};
+};
+
+/// What one of the scenes of a file shows in a pose, depth first: the draw order. At all times of a
+/// scene the same instances are there, in the same order. Copies are cheap: they share what they
+/// hold, which never changes.
+class PosedScene {
+  public:
+    /// `index` counts Scene::scenes; `scene` must outlive this and all copies. Throws Error
+    /// (kUsage) if there is no such scene.
+    PosedScene(const Scene& scene, int index, const Pose& pose);
+    /// At rest.
+    PosedScene(const Scene& scene, int index);
+    /// The file's default scene at rest.
+    explicit PosedScene(const Scene& scene) : PosedScene(scene, scene.default_scene) {}
+
+    const Scene& scene() const { return shown_->scene; }
+    const std::vector<MeshInstance>& meshes() const { return shown_->meshes; }
+    const std::vector<CameraInstance>& cameras() const { return shown_->cameras; }
+    const std::vector<LightInstance>& lights() const { return shown_->lights; }
+    /// Of meshes with morph targets or a skin.
+    const std::vector<DeformedMesh>& deformed() const { return shown_->deformed; }
+
+    /// What is drawn, and the keys of its primitives; made when it is first asked for. May be
+    /// called from several threads. Throws Error (kInput) if the scene has 2^32 primitives or more.
+    const DrawList& drawList() const;
+
+    const std::vector<Primitive>& primitives(const MeshInstance& instance) const {
+        return scene().meshes[static_cast<std::size_t>(instance.mesh)].primitives;
+    }
+    const Primitive& primitive(const KeyOrigin& origin) const {
+        return primitives(meshes()[origin.instance])[origin.primitive];
+    }
+    /// The positions and normals of a primitive of an instance, in the space that its `world`
+    /// starts from.
+    const std::vector<glm::vec3>& positions(const MeshInstance& instance,
+                                            std::size_t primitive) const;
+    const std::vector<glm::vec3>& normals(const MeshInstance& instance,
+                                          std::size_t primitive) const;
+
+    /// Of every instance, which it is among those of its node.
+    std::vector<std::uint32_t> instanceOrdinals() const;
+
+    /// Nothing if there is no vertex.
+    std::optional<Bounds> bounds() const;
+
+    /// How far the vertices reach along a world direction: the largest dot(direction, p − origin).
+    /// −inf if there is no vertex. Tighter than the bounds when looking at them askew.
+    double reach(const glm::dvec3& origin, const glm::dvec3& direction) const;
+
+  private:
+    struct Shown {
+        explicit Shown(const Scene& whole) : scene(whole) {}
+
+        const Scene& scene;
+        std::vector<MeshInstance> meshes;
+        std::vector<CameraInstance> cameras;
+        std::vector<LightInstance> lights;
+        std::vector<DeformedMesh> deformed;
+        std::once_flag listed;
+        std::optional<DrawList> draw_list;
+    };
+    class Builder;
+
+    std::shared_ptr<Shown> shown_;
+};
+
+}  // namespace peeler
