@@ -110,7 +110,7 @@ void Convert::write() {
         outputHashFrom(reader_->info(), plan_.view, options_.output.path.string(), output);
     const auto writer = makeSink(options_.output.path.string(), output);
     writer->begin(plan_);
-    forEachBand("convert", [&](const LayeredImage& band) { writer->write(band); });
+    forEachBand("convert", [&](LayeredImage& band) { writer->write(std::move(band)); });
     writer->finish();
     add(result_.milliseconds, writer->times());
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <span>
 #include <vector>
 
 #include "cmd/cli/arguments.h"
@@ -255,19 +256,21 @@ void Extract::extract() {
     addProducts();
     for (Product& product : products_)
         product.sink->begin(chosen_);
-    LayeredImage chosen;
+    LayeredImage copy;
     // Everything in the first reading but for the layers that are too many for it.
     for (bool first = true; first || (layers_ && layers_->left()); first = false) {
         if (layers_) layers_->begin(whole_);
-        forEachBand("extract", [&](const LayeredImage& band) {
+        forEachBand("extract", [&](LayeredImage& band) {
             if (layers_) layers_->write(band);
             if (!first || products_.empty()) return;
-            chosen = band;
-            if (!findChannel(chosen, "layer")) addLayerIndices(chosen);
-            keepLayers(chosen, selection_);
-            fragments_ += chosen.fragments();
-            for (Product& product : products_)
-                product.sink->write(chosen);
+            if (!findChannel(band, "layer")) addLayerIndices(band);
+            keepLayers(band, selection_);
+            fragments_ += band.fragments();
+            for (Product& product : std::span(products_).first(products_.size() - 1)) {
+                copy = band;
+                product.sink->write(std::move(copy));
+            }
+            products_.back().sink->write(std::move(band));
         });
         if (layers_) layers_->finish(times_);
         if (!first) continue;

@@ -111,7 +111,7 @@ void Flatten::composite() {
     auto writer = makeSink(options_.output.path.string(), output);
     if (options_.fxaa) writer = std::make_unique<FxaaFilter>(std::move(writer), output.background);
     writer->begin(plan_);
-    forEachBand("flatten", [&](const LayeredImage& band) { writer->write(band); });
+    forEachBand("flatten", [&](LayeredImage& band) { writer->write(std::move(band)); });
     writer->finish();
     add(result_.milliseconds, writer->times());
 }

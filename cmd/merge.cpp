@@ -212,9 +212,9 @@ void Merge::write() {
     auto writer = makeSink(output_.path.string(), output);
     writer->begin(plan_);
     std::uint64_t fragments = 0;
-    forEachBand("merge", [&](const LayeredImage& band) {
+    forEachBand("merge", [&](LayeredImage& band) {
         fragments += band.fragments();
-        writer->write(band);
+        writer->write(std::move(band));
     });
     if (!composites() && fragments != plan_.fragments_stored) {
         throw Error(ErrorKind::kInput,

@@ -43,7 +43,7 @@ class BundleSink final : public Sink {
         : outputs_(outputs), bundle_(bundle) {}
 
     void begin(const Plan&) override {}
-    void write(const LayeredImage& band) override {
+    void write(LayeredImage&& band) override {
         for (const auto& output : outputs_)
             output->take(bundle_, band);
     }
@@ -266,9 +266,8 @@ void Rays::trace() {
             hits_found_ += plan.fragments_counted;
         }
         BundleSink sink(outputs_, i);
-        Sink* const sinks[] = {&sink};
         const CaptureReport report = renderer_->capture(
-            sinks, [&](double share) { progress.update((static_cast<double>(i) + share) / all); });
+            sink, [&](double share) { progress.update((static_cast<double>(i) + share) / all); });
         largest_correction_ = std::max(largest_correction_, report.largest_correction);
     }
     if (hits_.size() == 1) hits_found_ = hits_.front();

@@ -180,8 +180,7 @@ void Render::capture(Picture& picture) {
     picture.result.backend = context_->device().backend;
     plan(picture);
     makeWriter(picture);
-    Sink* const sinks[] = {picture.writer.get()};
-    picture.result.passes = renderer_->capture(sinks, progressOf(picture)).passes;
+    picture.result.passes = renderer_->capture(*picture.writer, progressOf(picture)).passes;
     add(picture.result.milliseconds, renderer_->takeTimes());
     picture.writer->finish();
 }

@@ -294,7 +294,7 @@ void ViewRun::render() {
     const auto writer = makeSink(options_.output.path.string(), output);
     writer->begin(plan);
     if (page_)
-        writer->write(image_);
+        writer->write(std::move(image_));
     else
         reprojectInto(*writer, plan.view);
     writer->finish();
@@ -307,10 +307,11 @@ void ViewRun::reprojectInto(Sink& writer, const View& view) {
     ProgressReport progress(console_, options_.report.shownProgress(), "view");
     {
         const StageTimer timer(result_.milliseconds, "capture");
-        reproject(image_, plan_.view, view, [&](const LayeredImage& band) {
-            writer.write(band);
-            progress.update(static_cast<double>(band.window.y1 - view.crop.y0) /
-                            view.crop.height());
+        reproject(image_, plan_.view, view, [&](LayeredImage&& band) {
+            const double share =
+                static_cast<double>(band.window.y1 - view.crop.y0) / view.crop.height();
+            writer.write(std::move(band));
+            progress.update(share);
         });
     }
     // Bands were written in between.

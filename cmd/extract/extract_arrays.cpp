@@ -98,7 +98,7 @@ void FragmentArrays::writeCamera() {
     }
 }
 
-void FragmentArrays::write(const LayeredImage& band) {
+void FragmentArrays::write(LayeredImage&& band) {
     if (!writer_) open(band);
     splits_.clear();
     for (std::size_t p = 1; p < band.offsets.size(); ++p)

@@ -24,10 +24,9 @@ void CountMap::begin(const Plan& plan) {
     }
     picture_ = format.make(path_, output_);
     picture_->begin(plan);
-    colors_.color = {{"R", "G", "B", "A"}, PixelType::kFloat, {}};
 }
 
-void CountMap::write(const LayeredImage& band) {
+void CountMap::write(LayeredImage&& band) {
     const std::size_t pixels = band.window.pixels();
     counts_.resize(pixels);
     for (std::size_t p = 0; p < pixels; ++p) {
@@ -40,6 +39,8 @@ void CountMap::write(const LayeredImage& band) {
     }
     // An opaque fragment in every pixel: what the writers of pictures take.
     colors_.window = band.window;
+    colors_.color.channels = {"R", "G", "B", "A"};
+    colors_.color.type = PixelType::kFloat;
     colors_.offsets.resize(pixels + 1);
     colors_.z.assign(pixels, 0.0F);
     colors_.color.data.resize(pixels * colors_.color.stride());
@@ -50,7 +51,7 @@ void CountMap::write(const LayeredImage& band) {
         out[4 * p + 3] = 1;
         colors_.offsets[p + 1] = static_cast<std::uint32_t>(p + 1);
     }
-    picture_->write(colors_);
+    picture_->write(std::move(colors_));
 }
 
 void CountMap::finish() {

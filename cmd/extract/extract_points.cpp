@@ -68,7 +68,7 @@ void PointCloud::open(const LayeredImage& band) {
     writer_.emplace(path_, std::move(properties), std::vector<std::string>{options_.comment});
 }
 
-void PointCloud::write(const LayeredImage& band) {
+void PointCloud::write(LayeredImage&& band) {
     if (!writer_) open(band);
     std::vector<FragmentChannel> normal, numbers;
     for (const std::string& name : normal_)

@@ -23,7 +23,7 @@ class CountMap : public Sink {
     CountMap(std::string path, OutputOptions output);
 
     void begin(const Plan& plan) override;
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     void finish() override;
     StageTimes times() const override;
 
@@ -53,7 +53,7 @@ class PointCloud : public Sink {
     PointCloud(std::string path, PointCloudOptions options);
 
     void begin(const Plan& plan) override;
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     void finish() override;
 
   private:
@@ -76,7 +76,7 @@ class FragmentArrays : public Sink {
         : path_(std::move(path)), camera_known_(camera_known) {}
 
     void begin(const Plan& plan) override { plan_ = plan; }
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     void finish() override;
 
   private:

@@ -60,7 +60,7 @@ void LayerFiles::begin(const Plan& whole) {
 void LayerFiles::write(const LayeredImage& band) {
     for (auto& [layer, sink] : open_) {
         singleLayer(band, static_cast<std::uint32_t>(layer), layer_);
-        sink->write(layer_);
+        sink->write(std::move(layer_));
     }
 }
 

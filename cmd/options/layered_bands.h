@@ -15,7 +15,7 @@ namespace peeler::cmd {
 /// What a band may take: enough for wide chunks of many layers, little beside what a render takes.
 inline constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 
-/// Reads the picture top to bottom and hands each band to `take`.
+/// Reads the picture top to bottom and hands each band to `take`, which may hand it on to a sink.
 template <class Take>
 void forEachBand(LayeredInput& reader, std::uint64_t band_bytes, Take&& take) {
     const Window& crop = reader.info().plan.view.crop;
@@ -41,8 +41,9 @@ void forEachBand(LayeredInput& reader, std::uint32_t max_layers, StageTimes& tim
             reader.read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
             if (max_layers != 0) keepNearest(band, max_layers);
         }
+        const double share = static_cast<double>(band.window.y1 - crop.y0) / crop.height();
         take(band);
-        progress.update(static_cast<double>(band.window.y1 - crop.y0) / crop.height());
+        progress.update(share);
     }
 }
 

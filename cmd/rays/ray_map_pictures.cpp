@@ -99,6 +99,8 @@ class RayMapPictures : public RayMapOutput {
         const auto ramp = map_ == RayMap::kTransmission ? film : inferno;
         const auto [low, high] = range;
         colors_.window = rows;
+        colors_.color.channels = {"R", "G", "B", "A"};
+        colors_.color.type = PixelType::kFloat;
         colors_.offsets.resize(values.size() + 1);
         colors_.z.assign(values.size(), 0.0F);
         colors_.color.data.resize(values.size() * colors_.color.stride());
@@ -111,7 +113,7 @@ class RayMapPictures : public RayMapOutput {
             out[4 * i + 3] = known ? 1.0F : 0.0F;
             colors_.offsets[i + 1] = static_cast<std::uint32_t>(i + 1);
         }
-        picture_->write(colors_);
+        picture_->write(std::move(colors_));
     }
 
     std::string path_;

@@ -74,7 +74,7 @@ SinkMemory SheetCells::memory() const {
     return {.rows = 0, .bytes = pending_.size() * cell * sizeof(Pixel)};
 }
 
-void SheetCells::write(const LayeredImage& band) {
+void SheetCells::write(LayeredImage&& band) {
     const StageTimer timer(times_, "composite");
     findRange(band);
     compositeOver(band, {}, exact_);

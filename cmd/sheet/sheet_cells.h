@@ -53,7 +53,7 @@ class SheetCells : public Sink {
     explicit SheetCells(const SheetSettings& settings) : settings_(settings) {}
 
     void begin(const Plan& plan) override;
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     void finish() override;
     SinkMemory memory() const override;
     StageTimes times() const override { return times_; }

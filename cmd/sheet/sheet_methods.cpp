@@ -25,17 +25,20 @@ void CompositeKeeper::begin(const Plan& plan) {
     composite_.rgba.clear();
     composite_.rgba.reserve(plan.view.crop.pixels());
     composite_.z.clear();
+    next_.begin(plan);
 }
 
-void CompositeKeeper::write(const LayeredImage& band) {
-    const StageTimer timer(times_, "composite");
+void CompositeKeeper::write(LayeredImage&& band) {
     compositeOver(band, {}, band_);
     composite_.rgba.insert(composite_.rgba.end(), band_.rgba.begin(), band_.rgba.end());
     composite_.z.insert(composite_.z.end(), band_.z.begin(), band_.z.end());
+    next_.write(std::move(band));
 }
 
 SinkMemory CompositeKeeper::memory() const {
-    return {.rows = 0, .bytes = composite_.window.pixels() * 5 * sizeof(float)};
+    SinkMemory memory = next_.memory();
+    memory.bytes += composite_.window.pixels() * 5 * sizeof(float);
+    return memory;
 }
 
 void CompositeCell::begin(const Plan& plan) {
@@ -45,7 +48,7 @@ void CompositeCell::begin(const Plan& plan) {
     cell_.picture.window = {0, 0, width, height};
 }
 
-void CompositeCell::write(const LayeredImage& band) {
+void CompositeCell::write(LayeredImage&& band) {
     const StageTimer timer(times_, "composite");
     compositeOver(band, {}, band_);
     addRows(band_, *filter_);
@@ -62,19 +65,13 @@ void CompositeCell::finish() {
 }
 
 SheetCell captureMethod(Renderer& renderer, const View& view, CaptureSettings settings,
-                        const MethodInfo& method, CompositeCell& cell, Sink* more,
+                        const MethodInfo& method, CompositeCell& cell, Sink& sink,
                         const Progress& progress) {
     settings.method = method.name;
     settings.composite = true;
-    const Plan plan = renderer.plan(view, settings);
-    std::vector<Sink*> sinks;
-    if (more) sinks.push_back(more);
-    sinks.push_back(&cell);
-    for (Sink* sink : sinks)
-        sink->begin(plan);
-    const int passes = renderer.capture(sinks, progress).passes;
-    for (Sink* sink : sinks)
-        sink->finish();
+    sink.begin(renderer.plan(view, settings));
+    const int passes = renderer.capture(sink, progress).passes;
+    sink.finish();
     SheetCell result = std::move(cell.cell());
     result.passes = passes;
     result.label = std::string(method.name) + ", " + std::to_string(passes) +

@@ -11,20 +11,22 @@
 
 namespace peeler::cmd {
 
-/// Keeps the composite of all bands at full size, 20 bytes a pixel.
+/// Keeps the composite of all bands that pass through it at full size, 20 bytes a pixel.
 class CompositeKeeper : public Sink {
   public:
-    void begin(const Plan& plan) override;
-    void write(const LayeredImage& band) override;
-    void finish() override {}
-    SinkMemory memory() const override;
-    StageTimes times() const override { return times_; }
+    /// Both must outlive it.
+    CompositeKeeper(CompositeImage& composite, Sink& next) : composite_(composite), next_(next) {}
 
-    const CompositeImage& composite() const { return composite_; }
+    void begin(const Plan& plan) override;
+    void write(LayeredImage&& band) override;
+    void finish() override { next_.finish(); }
+    SinkMemory memory() const override;
+    StageTimes times() const override { return next_.times(); }
 
   private:
-    CompositeImage composite_, band_;
-    StageTimes times_;
+    CompositeImage& composite_;
+    Sink& next_;
+    CompositeImage band_;
 };
 
 /// Makes one cell of composited bands, with their difference from the exact composite.
@@ -35,7 +37,7 @@ class CompositeCell : public Sink {
         : cell_width_(cell_width), exact_(exact) {}
 
     void begin(const Plan& plan) override;
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     void finish() override;
     StageTimes times() const override { return times_; }
 
@@ -51,10 +53,10 @@ class CompositeCell : public Sink {
     StageTimes times_;
 };
 
-/// Captures the composite of one method and hands it to the cell, and to `more` if there is one.
+/// Captures the composite of one method and hands it to `sink`, which is the cell or ends in it.
 /// The labels tell its name, its geometry passes and its error.
 SheetCell captureMethod(Renderer& renderer, const View& view, CaptureSettings settings,
-                        const MethodInfo& method, CompositeCell& cell, Sink* more,
+                        const MethodInfo& method, CompositeCell& cell, Sink& sink,
                         const Progress& progress);
 
 }  // namespace peeler::cmd

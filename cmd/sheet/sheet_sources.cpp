@@ -44,7 +44,7 @@ class SceneSheet {
     void showLayers();
     bool showsUnsorted() const;
     void tellPlan(const Plan& plan, int passes);
-    SheetCell capture(const MethodInfo& method, Sink* more);
+    SheetCell capture(const MethodInfo& method, bool exact);
 
     const SheetRequest& request_;
     ProgressStyle progress_;
@@ -55,7 +55,7 @@ class SceneSheet {
     View view_;
     std::unique_ptr<gl::Context> context_;  // before what lives in it
     std::unique_ptr<Renderer> renderer_;
-    CompositeKeeper exact_;
+    CompositeImage exact_;
     SheetContent content_;
 };
 
@@ -100,21 +100,19 @@ void SceneSheet::showLayers() {
     if (unsorted) --settings.most_cells;
     SheetCells cells(settings);
     const Plan plan = renderer_->plan(view_, capture_);
-    std::vector<Sink*> sinks{&cells};
-    if (unsorted) sinks.push_back(&exact_);
-    for (Sink* sink : sinks)
-        sink->begin(plan);
+    CompositeKeeper keeper(exact_, cells);
+    Sink& sink = unsorted ? static_cast<Sink&>(keeper) : cells;
+    sink.begin(plan);
     {
         ProgressReport progress(console_, progress_, {"render", unsorted ? 0.6 : 1});
         tellPlan(plan,
-                 renderer_->capture(sinks, [&](double share) { progress.update(share); }).passes);
+                 renderer_->capture(sink, [&](double share) { progress.update(share); }).passes);
     }
-    for (Sink* sink : sinks)
-        sink->finish();
+    sink.finish();
     content_.cells = std::move(cells.cells());
     content_.omitted = cells.omitted();
     if (unsorted) {
-        SheetCell cell = capture(*findPeelMethod("unsorted"), nullptr);
+        SheetCell cell = capture(*findPeelMethod("unsorted"), false);
         cell.label = "unsorted";
         content_.cells.insert(content_.cells.begin() + 1, std::move(cell));
     }
@@ -127,7 +125,7 @@ void SceneSheet::compareMethods() {
     content_.omitted = methods.size() - std::min(methods.size(), most);
     for (const MethodInfo& method : methods.first(methods.size() - content_.omitted)) {
         const bool first = &method == &methods.front();
-        content_.cells.push_back(capture(method, first ? &exact_ : nullptr));
+        content_.cells.push_back(capture(method, first));
         if (!first) continue;
         CaptureSettings settings = capture_;
         settings.method = method.name;
@@ -136,9 +134,12 @@ void SceneSheet::compareMethods() {
     }
 }
 
-SheetCell SceneSheet::capture(const MethodInfo& method, Sink* more) {
+/// The cell of a method; of the exact one, whose composite is kept, or with the difference from it.
+SheetCell SceneSheet::capture(const MethodInfo& method, bool exact) {
     const CompositeImage nothing;
-    CompositeCell cell(request_.cells.cell_width, more ? nothing : exact_.composite());
+    CompositeCell cell(request_.cells.cell_width, exact ? nothing : exact_);
+    CompositeKeeper keeper(exact_, cell);
+    Sink& sink = exact ? static_cast<Sink&>(keeper) : cell;
     CaptureSettings settings = capture_;
     // Differences of methods, not of how colours are rounded.
     if (request_.methods == SheetMethods::kAll) settings.color_type = PixelType::kFloat;
@@ -148,7 +149,7 @@ SheetCell SceneSheet::capture(const MethodInfo& method, Sink* more) {
     const auto all = static_cast<double>(peelMethods().size() - content_.omitted);
     ProgressReport progress(console_, progress_,
                             {std::string(method.name), last ? 1 : cells / all});
-    SheetCell result = captureMethod(*renderer_, view_, settings, method, cell, more,
+    SheetCell result = captureMethod(*renderer_, view_, settings, method, cell, sink,
                                      [&](double share) { progress.update(share); });
     add(content_.result.milliseconds, cell.times());
     return result;
@@ -170,9 +171,9 @@ SheetContent sheetOfFile(const SheetRequest& request, ProgressStyle progress, Co
     SheetCells cells(request.cells);
     cells.begin(plan);
     ProgressReport report(console, progress, "sheet");
-    forEachBand(*reader, limit, result.milliseconds, report, [&](const LayeredImage& band) {
+    forEachBand(*reader, limit, result.milliseconds, report, [&](LayeredImage& band) {
         result.fragments_stored += band.fragments();
-        cells.write(band);
+        cells.write(std::move(band));
     });
     cells.finish();
     content.cells = std::move(cells.cells());

@@ -88,7 +88,7 @@ class ReceiverSink final : public Sink {
 
     void begin(const Plan&) override {}
     void finish() override {}
-    void write(const LayeredImage& band) override {
+    void write(LayeredImage&& band) override {
         gathering_.beginBand(band);
         const RayLattice lattice(bundle_);
         const glm::vec3 direction(bundle_.direction());
@@ -176,8 +176,7 @@ std::vector<float> bake(Renderer& renderer, const Receivers& receivers,
                                                  gridOf(settings, static_cast<int>(i)));
             renderer.plan(bundle.view, hits);
             ReceiverSink sink(bundle, receivers, *gathering, sums);
-            Sink* const sinks[] = {&sink};
-            renderer.capture(sinks);
+            renderer.capture(sink);
             if (progress) progress(++done / steps);
         }
         for (std::size_t r = 0; r < receivers.size(); ++r)

@@ -177,7 +177,7 @@ void Renderer::State::mergeViews() {
     std::uint64_t kept = 0;
     bool keeps = true;
     std::vector<std::uint32_t> row(width);
-    for (const Window& band : bands({})) {
+    for (const Window& band : bands(nullptr)) {
         captureMerged(band, image);
         for (int y = band.y0; y < band.y1; ++y) {
             for (std::size_t x = 0; x < width; ++x)
@@ -303,7 +303,7 @@ void Renderer::State::render(const Window& band, LayeredImage& out) {
     toSingleLayer(composite, out);
 }
 
-CaptureReport Renderer::capture(std::span<Sink* const> sinks, const Progress& progress) {
+CaptureReport Renderer::capture(Sink& sink, const Progress& progress) {
     State& s = *state_;
     s.report = {};
     std::uint64_t stored = 0;
@@ -311,12 +311,9 @@ CaptureReport Renderer::capture(std::span<Sink* const> sinks, const Progress& pr
     const Window& crop = s.plan.view.crop;
     const auto take = [&](LayeredImage& image) {
         stored += image.fragments();
-        for (Sink* sink : sinks)
-            sink->write(image);
-        if (progress) {
-            const double share = static_cast<double>(image.window.y1 - crop.y0) / crop.height();
-            progress(s.plan_share + (1 - s.plan_share) * share);
-        }
+        const double share = static_cast<double>(image.window.y1 - crop.y0) / crop.height();
+        sink.write(std::move(image));
+        if (progress) progress(s.plan_share + (1 - s.plan_share) * share);
         passes = std::max(passes, s.report.passes);
         s.report.passes = 0;
         ++s.report.bands;
@@ -329,7 +326,7 @@ CaptureReport Renderer::capture(std::span<Sink* const> sinks, const Progress& pr
             take(image);
         }
     } else {
-        for (const Window& band : s.bands(sinks)) {
+        for (const Window& band : s.bands(&sink)) {
             s.render(band, s.image);
             take(s.image);
         }

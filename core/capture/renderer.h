@@ -56,11 +56,11 @@ class Renderer {
     /// and Error (kMemory) if one row does not fit the budget, (kDevice) if the context is lost.
     Plan plan(const View& view, const CaptureSettings& settings, const Progress& progress = {});
 
-    /// Captures what the last plan() promised and hands each band to every sink, in order; once per
-    /// plan(). With CaptureSettings::composite a band has one fragment in every pixel that has any:
-    /// the composite. begin() and finish() of the sinks are the caller's. Throws what the sinks
-    /// throw, and Error (kInternal) if any pixel's fragments differ in number from the count.
-    CaptureReport capture(std::span<Sink* const> sinks, const Progress& progress = {});
+    /// Captures what the last plan() promised and hands each band to the sink; once per plan().
+    /// With CaptureSettings::composite a band has one fragment in every pixel that has any: the
+    /// composite. begin() and finish() of the sink are the caller's. Throws what the sink throws,
+    /// and Error (kInternal) if any pixel's fragments differ in number from the count.
+    CaptureReport capture(Sink& sink, const Progress& progress = {});
 
     /// What is captured, and what the keys of fragments stand for.
     const PosedScene& posed() const;

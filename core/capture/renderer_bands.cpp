@@ -80,33 +80,31 @@ std::uint64_t Renderer::State::rowFragments(int y) const {
                             : samples->rowFragments(y);
 }
 
-/// What the sinks hold besides a band, and of it.
-void Renderer::State::addSinks(std::span<Sink* const> sinks, BandCosts& with_sinks) const {
+/// What the sink holds besides a band, and of it.
+void Renderer::State::addSink(const Sink& sink, BandCosts& with_sink) const {
     const std::uint64_t fragment = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
-    const auto width = static_cast<std::uint64_t>(plan.view.crop.width());
-    for (const Sink* sink : sinks) {
-        const SinkMemory memory = sink->memory();
-        const std::uint64_t pixels = static_cast<std::uint64_t>(memory.rows) * width;
-        std::uint64_t fragments = samples->mostFragments(memory.rows);
-        if (limit) fragments = std::min(fragments, pixels * limit);
-        if (settings.composite) fragments = pixels;
-        const std::uint64_t rows =
-            fragments * fragment + pixels * (kPixelBytes + memory.pixel_bytes);
-        // Twice: those of the last band and of this one.
-        with_sinks.fixed_bytes += 2 * rows + memory.bytes;
-        with_sinks.pixel_bytes += memory.pixel_bytes;
-        const auto copies = static_cast<std::uint64_t>(memory.bands);
-        with_sinks.fragment_bytes += copies * fragment;
-        with_sinks.pixel_bytes += copies * sizeof(std::uint32_t);
-    }
+    const SinkMemory memory = sink.memory();
+    const std::uint64_t pixels = static_cast<std::uint64_t>(memory.rows) *
+                                 static_cast<std::uint64_t>(plan.view.crop.width());
+    std::uint64_t fragments = samples->mostFragments(memory.rows);
+    if (limit) fragments = std::min(fragments, pixels * limit);
+    if (settings.composite) fragments = pixels;
+    const std::uint64_t rows = fragments * fragment + pixels * (kPixelBytes + memory.pixel_bytes);
+    // Twice: those of the last band and of this one.
+    with_sink.fixed_bytes += 2 * rows + memory.bytes;
+    with_sink.pixel_bytes += memory.pixel_bytes;
+    const auto kept = static_cast<std::uint64_t>(memory.bands);
+    with_sink.fragment_bytes += kept * fragment;
+    with_sink.pixel_bytes += kept * sizeof(std::uint32_t);
 }
 
-std::vector<Window> Renderer::State::bands(std::span<Sink* const> sinks) {
+/// What the picture is cut into; without a sink what is merged while planning.
+std::vector<Window> Renderer::State::bands(const Sink* sink) {
     freeBands();
-    BandCosts with_sinks = costs();
-    addSinks(sinks, with_sinks);
-    return cutBands(plan.view.crop, bandLimits(settings.memory, residentBytes(), with_sinks),
-                    [&](int y) { return rowFragments(y) + clipFragments(with_sinks, y); });
+    BandCosts with_sink = costs();
+    if (sink) addSink(*sink, with_sink);
+    return cutBands(plan.view.crop, bandLimits(settings.memory, residentBytes(), with_sink),
+                    [&](int y) { return rowFragments(y) + clipFragments(with_sink, y); });
 }
 
 }  // namespace peeler

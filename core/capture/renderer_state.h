@@ -76,8 +76,8 @@ struct Renderer::State {
     BandCosts costs() const;
     std::uint64_t clipFragments(const BandCosts& costs, int y) const;
     std::uint64_t rowFragments(int y) const;
-    void addSinks(std::span<Sink* const> sinks, BandCosts& costs) const;
-    std::vector<Window> bands(std::span<Sink* const> sinks);
+    void addSink(const Sink& sink, BandCosts& costs) const;
+    std::vector<Window> bands(const Sink* sink);
 
     void chooseMethod();
     void chooseViews(const View& view);

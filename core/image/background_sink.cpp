@@ -54,10 +54,10 @@ void BackgroundSink::give(std::function<void()> task) {
     changed_.notify_all();
 }
 
-void BackgroundSink::write(const LayeredImage& band) {
+void BackgroundSink::write(LayeredImage&& band) {
     wait();
-    band_ = band;
-    give([this] { sink_->write(band_); });
+    std::swap(band_, band);
+    give([this] { sink_->write(std::move(band_)); });
 }
 
 void BackgroundSink::finish() {

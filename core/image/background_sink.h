@@ -14,10 +14,10 @@
 
 namespace peeler {
 
-/// Hands bands on to another sink from a thread of its own: write() copies the band once the one
-/// before is written, finish() returns at once, and wait() tells how it ended. Where no thread can
-/// be had everything is done by the caller. What the other sink throws is thrown by the next
-/// write(), or by wait().
+/// Hands bands on to another sink from a thread of its own: write() takes the band once the one
+/// before is written and gives the storage of that one back, finish() returns at once, and wait()
+/// tells how it ended. Where no thread can be had everything is done by the caller. What the other
+/// sink throws is thrown by the next write(), or by wait().
 class BackgroundSink final : public Sink {
   public:
     explicit BackgroundSink(std::unique_ptr<Sink> sink);
@@ -25,7 +25,7 @@ class BackgroundSink final : public Sink {
     ~BackgroundSink() override;
 
     void begin(const Plan& plan) override { sink_->begin(plan); }
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     void finish() override;
     /// Until everything is written and finished.
     void wait();

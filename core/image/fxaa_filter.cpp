@@ -54,7 +54,7 @@ void FxaaFilter::begin(const Plan& plan) {
     kept_.z.reserve(pixels);
 }
 
-void FxaaFilter::write(const LayeredImage& band) {
+void FxaaFilter::write(LayeredImage&& band) {
     {
         const StageTimer timer(times_, "composite");
         compositeOver(band, {}, composite_);
@@ -82,7 +82,7 @@ void FxaaFilter::passOn() {
             applyFxaa(kept_, background_, next_row_, row, filtered_);
             toSingleLayer(filtered_, layer_);
         }
-        next_->write(layer_);
+        next_->write(std::move(layer_));
         next_row_ = row;
     }
 }

@@ -20,7 +20,7 @@ class FxaaFilter : public Sink {
     FxaaFilter(std::unique_ptr<Sink> next, const std::array<float, 4>& background);
 
     void begin(const Plan& plan) override;
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     void finish() override;
     SinkMemory memory() const override;
     /// Its own are part of "composite".

@@ -56,7 +56,7 @@ struct SinkMemory {
     int rows = 0;                   ///< of fragments, kept from one band to the next
     std::uint64_t bytes = 0;        ///< whatever the bands
     std::uint64_t pixel_bytes = 0;  ///< of every pixel of those rows and of the band at hand
-    int bands = 0;                  ///< copies of the band at hand
+    int bands = 0;                  ///< that it keeps while the next one is made
 };
 
 /// Takes a picture band by band. Bands arrive top to bottom without gaps, each as wide as the crop,
@@ -65,8 +65,9 @@ class Sink {
   public:
     virtual ~Sink() = default;
     virtual void begin(const Plan& plan) = 0;
-    /// The band is the caller's again when write returns.
-    virtual void write(const LayeredImage& band) = 0;
+    /// The band is the sink's to keep or to change. What it leaves there is storage that the caller
+    /// may fill again: the band itself, or what it kept of an earlier one.
+    virtual void write(LayeredImage&& band) = 0;
     virtual void finish() = 0;
     /// Asked after begin().
     virtual SinkMemory memory() const { return {}; }

@@ -19,7 +19,7 @@ class MapSink final : public Sink {
         : gl_(gl), texture_(texture), layer_(layer) {}
 
     void begin(const Plan& plan) override { projection_ = plan.view.projection; }
-    void write(const LayeredImage& band) override {
+    void write(LayeredImage&& band) override {
         texels_.resize(band.window.pixels());
         midpoints(band, projection_, texels_);
         gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
@@ -89,9 +89,8 @@ ShadowMaps::ShadowMaps(Renderer& renderer, const gl::Context& context,
     for (const Map& map : maps_) {
         if (map.layer < 0) continue;
         MapSink sink(gl, texture_.name(), map.layer);
-        Sink* const sinks[] = {&sink};
         sink.begin(renderer.plan(map.view, casters));
-        renderer.capture(sinks);
+        renderer.capture(sink);
         sink.finish();
     }
     gl::checkErrors(gl, "making shadow maps");

@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
@@ -75,14 +76,14 @@ class Reprojection {
         sortIntoStrips();
     }
 
-    void run(const std::function<void(const LayeredImage& band)>& take) const {
+    void run(const std::function<void(LayeredImage&& band)>& take) const {
         LayeredImage band;
         for (std::size_t first = 0; first < strips_; first += kBandStrips) {
             const std::size_t count = std::min<std::size_t>(kBandStrips, strips_ - first);
             std::vector<LayeredImage> parts(count);
             parallelFor(count, [&](std::size_t i) { render(first + i, parts[i]); });
             join(parts, band);
-            take(band);
+            take(std::move(band));
         }
     }
 
@@ -365,7 +366,7 @@ void Reprojection::join(const std::vector<LayeredImage>& parts, LayeredImage& ba
 }  // namespace
 
 void reproject(const LayeredImage& image, const View& from, const View& to,
-               const std::function<void(const LayeredImage& band)>& take) {
+               const std::function<void(LayeredImage&& band)>& take) {
     Reprojection(image, from, to).run(take);
 }
 

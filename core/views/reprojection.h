@@ -20,11 +20,11 @@ namespace peeler {
 ///
 /// `image` holds the fragments of a window of `from`. `take` gets the fragments of `to.crop` band
 /// by band, top to bottom: R, G, B, A in 32-bit float and Z of `to`, without other channels; what
-/// lies behind an opaque fragment is left out. Fragments nearer than `to`'s near plane or beyond
-/// its far plane are not seen. The result does not depend on the number of threads. Memory: about
-/// 50 bytes a fragment beside `image`, and a band.
-/// Throws Error (kMemory) if a band has over 2^32 fragments.
+/// lies behind an opaque fragment is left out. It is handed over like a band to Sink::write().
+/// Fragments nearer than `to`'s near plane or beyond its far plane are not seen. The result does
+/// not depend on the number of threads. Memory: about 50 bytes a fragment beside `image`, and a
+/// band. Throws Error (kMemory) if a band has over 2^32 fragments.
 void reproject(const LayeredImage& image, const View& from, const View& to,
-               const std::function<void(const LayeredImage& band)>& take);
+               const std::function<void(LayeredImage&& band)>& take);
 
 }  // namespace peeler

@@ -18,7 +18,7 @@ void ExrCompositeWriter::begin(const Plan& plan) {
                                               provenance_, options_);
 }
 
-void ExrCompositeWriter::write(const LayeredImage& band) {
+void ExrCompositeWriter::write(LayeredImage&& band) {
     writer_->write(band);
 }
 

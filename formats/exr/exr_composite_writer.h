@@ -20,7 +20,7 @@ class ExrCompositeWriter : public Sink {
 
     /// Throws Error (kOutput) if the file cannot be created.
     void begin(const Plan& plan) override;
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     void finish() override;
     SinkMemory memory() const override { return writer_->memory(); }
     StageTimes times() const override { return times_; }

@@ -63,7 +63,7 @@ void ExrDeepWriter::begin(const Plan& plan) {
     file_ = std::make_unique<AtomicFile>(path_);
 }
 
-void ExrDeepWriter::write(const LayeredImage& band) {
+void ExrDeepWriter::write(LayeredImage&& band) {
     if (!exr_) open(band);
     check(band);
     fragments_seen_ += band.fragments();

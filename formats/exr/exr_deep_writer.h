@@ -43,7 +43,7 @@ class ExrDeepWriter : public Sink {
 
     /// Throws Error (kOutput) if the file cannot be created.
     void begin(const Plan& plan) override;
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     /// Throws Error (kInternal) if the bands had other fragments than the plan says.
     void finish() override;
     SinkMemory memory() const override;

@@ -57,7 +57,7 @@ std::vector<ExrPart> ExrLdiWriter::partsOf(const Plan& plan, const ExrLayout& la
     return parts;
 }
 
-void ExrLdiWriter::write(const LayeredImage& band) {
+void ExrLdiWriter::write(LayeredImage&& band) {
     writer_->write(band);
 }
 

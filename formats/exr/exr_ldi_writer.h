@@ -34,7 +34,7 @@ class ExrLdiWriter : public Sink {
 
     /// Throws Error (kOutput) if the file cannot be created.
     void begin(const Plan& plan) override;
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     /// Throws Error (kInternal) if the bands had other fragments than the plan says.
     void finish() override;
     SinkMemory memory() const override { return writer_->memory(); }

@@ -20,7 +20,7 @@ void ExrMidpointWriter::begin(const Plan& plan) {
                                               PixelType::kFloat);
 }
 
-void ExrMidpointWriter::write(const LayeredImage& band) {
+void ExrMidpointWriter::write(LayeredImage&& band) {
     {
         const StageTimer timer(times_, "composite");
         midpoints_.resize(band.window.pixels());

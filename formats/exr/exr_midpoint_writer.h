@@ -22,7 +22,7 @@ class ExrMidpointWriter : public Sink {
 
     /// Throws Error (kOutput) if the file cannot be created.
     void begin(const Plan& plan) override;
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     /// Throws Error (kInternal) if rows are missing.
     void finish() override;
     SinkMemory memory() const override;

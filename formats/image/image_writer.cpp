@@ -254,7 +254,7 @@ void ImageWriter::begin(const Plan& plan) {
     output.image = image;
 }
 
-void ImageWriter::write(const LayeredImage& band) {
+void ImageWriter::write(LayeredImage&& band) {
     {
         const StageTimer timer(times_, "composite");
         compositeOver(band, options_.background, composite_);

@@ -47,7 +47,7 @@ class ImageWriter : public Sink {
 
     /// Throws Error (kOutput) if the file cannot be created or the format cannot hold the picture.
     void begin(const Plan& plan) override;
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     void finish() override;
     StageTimes times() const override { return times_; }
 

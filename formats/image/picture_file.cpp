@@ -25,10 +25,11 @@ void writePicture(const std::string& path, const CompositeImage& picture,
     sink->begin(plan);
     constexpr int kRowsAtOnce = 256;
     LayeredImage band;
-    band.color = {{"R", "G", "B", "A"}, PixelType::kFloat, {}};
     for (int y = 0; y < height; y += kRowsAtOnce) {
         band.window = {0, y, plan.view.width, std::min(y + kRowsAtOnce, height)};
         const std::size_t pixels = band.window.pixels();
+        band.color.channels = {"R", "G", "B", "A"};
+        band.color.type = PixelType::kFloat;
         band.offsets.resize(pixels + 1);
         std::iota(band.offsets.begin(), band.offsets.end(), 0U);
         band.z.assign(pixels, 1);
@@ -36,7 +37,7 @@ void writePicture(const std::string& path, const CompositeImage& picture,
         std::memcpy(band.color.data.data(),
                     picture.rgba.data() + static_cast<std::size_t>(y) * width,
                     band.color.data.size());
-        sink->write(band);
+        sink->write(std::move(band));
     }
     sink->finish();
 }

@@ -249,7 +249,7 @@ void HtmlViewWriter::begin(const Plan& plan) {
     image_.offsets.assign(1, 0);
 }
 
-void HtmlViewWriter::write(const LayeredImage& band) {
+void HtmlViewWriter::write(LayeredImage&& band) {
     const std::uint32_t before = image_.offsets.back();
     for (std::size_t p = 1; p < band.offsets.size(); ++p)
         image_.offsets.push_back(before + band.offsets[p]);

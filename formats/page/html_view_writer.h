@@ -29,7 +29,7 @@ class HtmlViewWriter : public Sink {
 
     /// Throws Error (kUsage) if there are too many fragments.
     void begin(const Plan& plan) override;
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     void finish() override;
     SinkMemory memory() const override;
     StageTimes times() const override { return times_; }

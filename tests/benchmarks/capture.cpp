@@ -54,8 +54,7 @@ Contender Measurement::captured(const std::string& name) {
     return {name, [this, name, settings] {
                 const Plan plan = renderer->plan(scene.view, settings);
                 CountingSink sink;
-                Sink* const sinks[] = {&sink};
-                renderer->capture(sinks);
+                renderer->capture(sink);
                 result["layers"] = plan.layers.size();
                 if (!settings.composite) result["fragments"] = sink.fragments;
                 result["stages"][name] = renderer->takeTimes();

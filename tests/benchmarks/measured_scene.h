@@ -39,7 +39,7 @@ nlohmann::json cameraJson(const View& view);
 class CountingSink final : public Sink {
   public:
     void begin(const Plan&) override {}
-    void write(const LayeredImage& band) override { fragments += band.fragments(); }
+    void write(LayeredImage&& band) override { fragments += band.fragments(); }
     void finish() override {}
     std::uint64_t fragments = 0;
 };

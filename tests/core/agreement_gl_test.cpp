@@ -133,11 +133,10 @@ TEST(Bands, LeaveRoomForWhatTheSinksHold) {
     CaptureSettings s;
     s.memory = residentBytes() + (512ULL << 20);
     renderer.plan(testView(64, 64), s);
-    Sink* sinks[] = {&sink};
-    EXPECT_NO_THROW(renderer.capture(sinks));
+    EXPECT_NO_THROW(renderer.capture(sink));
     sink.bytes = 512ULL << 20;
     try {
-        renderer.capture(sinks);
+        renderer.capture(sink);
         FAIL();
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kMemory);

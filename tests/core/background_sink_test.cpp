@@ -27,7 +27,7 @@ class LoggingSink final : public Sink {
     explicit LoggingSink(Log& log) : log_(log) {}
     ~LoggingSink() override { log_.calls.emplace_back("end"); }
     void begin(const Plan&) override { log_.calls.emplace_back("begin"); }
-    void write(const LayeredImage& band) override {
+    void write(LayeredImage&& band) override {
         if (log_.fails_at == static_cast<int>(log_.depths.size()))
             throw std::runtime_error("disk full");
         log_.writer = std::this_thread::get_id();
@@ -62,8 +62,8 @@ TEST(BackgroundSink, HandsEverythingOnInOrder) {
         LayeredImage image;
         for (const float z : {1.0F, 2.0F, 3.0F}) {
             image = onePixelBand(z);
-            sink.write(image);
-            image.z.front() = -1;  // it is the caller's again
+            sink.write(std::move(image));
+            if (!image.z.empty()) image.z.front() = -1;  // storage of the band before
         }
         sink.finish();
         sink.wait();

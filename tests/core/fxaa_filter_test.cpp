@@ -20,7 +20,7 @@ class Canvas : public Sink {
         crop = plan.view.crop;
         image = {{crop.x0, crop.y0, crop.x1, crop.y0}, {}, {}};
     }
-    void write(const LayeredImage& band) override {
+    void write(LayeredImage&& band) override {
         EXPECT_EQ(band.window.y0, image.window.y1);
         EXPECT_EQ(band.window.x0, crop.x0);
         EXPECT_EQ(band.window.x1, crop.x1);
@@ -45,7 +45,7 @@ class Borrowed : public Sink {
   public:
     explicit Borrowed(Sink& sink) : sink_(sink) {}
     void begin(const Plan& plan) override { sink_.begin(plan); }
-    void write(const LayeredImage& band) override { sink_.write(band); }
+    void write(LayeredImage&& band) override { sink_.write(std::move(band)); }
     void finish() override { sink_.finish(); }
     SinkMemory memory() const override { return sink_.memory(); }
     StageTimes times() const override { return sink_.times(); }

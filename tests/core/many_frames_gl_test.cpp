@@ -67,8 +67,7 @@ void renderManyFrames() {
         renderer.setNextFrame({at(frame + 1), view});
         const Plan plan = renderer.plan(view, settings);
         CollectSink sink;
-        Sink* const sinks[] = {&sink};
-        renderer.capture(sinks);
+        renderer.capture(sink);
         ASSERT_GT(plan.fragments_stored, 0U);
         ASSERT_EQ(sink.image.fragments(), plan.fragments_stored);
         if (frame == 10) after_ten = objects();

@@ -343,9 +343,8 @@ TEST(Shadows, MapsServeEveryViewOfTheScene) {
     for (const int size : {200, 200, 100}) {
         view.camera_to_world[3].x += 0.25;
         CollectSink collect;
-        Sink* sinks[] = {&collect};
         renderer.plan(view, withShadows(size));
-        renderer.capture(sinks);
+        renderer.capture(collect);
         EXPECT_EQ(difference(collect.image, capture(scene, view, withShadows(size)).image), "");
     }
 }
@@ -360,9 +359,8 @@ TEST(Shadows, MapsAreMadeAnewForAnotherClipVolume) {
         s.clip.half_spaces = {{{0, 0, -1}, -offset}};
         s.clip.keep_inside = false;
         CollectSink collect;
-        Sink* sinks[] = {&collect};
         renderer.plan(view, s);
-        renderer.capture(sinks);
+        renderer.capture(collect);
         EXPECT_EQ(difference(collect.image, capture(scene, view, s).image), "") << offset;
     }
 }

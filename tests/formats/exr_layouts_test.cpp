@@ -60,7 +60,7 @@ void convert(const fs::path& from, Sink& to) {
     to.begin(plan);
     for (int y = crop.y0; y < crop.y1; y += 9) {
         reader->read({crop.x0, y, crop.x1, std::min(y + 9, crop.y1)}, band);
-        to.write(band);
+        to.write(std::move(band));
     }
     to.finish();
 }
@@ -226,7 +226,7 @@ TEST_F(ExrLayouts, ASetThatCannotBeFinishedLeavesNothing) {
         options.layout = kPerFileLayout;
         ExrLdiWriter writer(path, shortProvenance(), options);
         writer.begin(picture.plan);
-        writer.write(picture.image);
+        writer.write(LayeredImage(picture.image));
         // In the way of the last layer's file, so that others have their names already.
         fs::create_directory(scratch / "out.layer_000.exr");
         std::ofstream(scratch / "out.layer_000.exr" / "full") << "x";

@@ -60,7 +60,7 @@ TEST(IdManifest, IsInEveryPartWithIdsAndReadByOpenExr) {
     {
         ExrLdiWriter writer(path, provenance, {.cryptomatte = true});
         writer.begin(picture.plan);
-        writer.write(image);
+        writer.write(LayeredImage(image));
         writer.finish();
     }
     Imf::MultiPartInputFile file(path.c_str());

@@ -105,10 +105,10 @@ View testView(int width, int height) {
     return view;
 }
 
-void CollectSink::write(const LayeredImage& band) {
+void CollectSink::write(LayeredImage&& band) {
     bands.push_back(band.window);
     if (image.offsets.empty()) {
-        image = band;
+        image = std::move(band);
         return;
     }
     image.window = unite(image.window, band.window);
@@ -144,8 +144,7 @@ Captured capture(Renderer& renderer, const View& view, const CaptureSettings& se
     Captured result;
     result.plan = renderer.plan(view, settings);
     CollectSink collect;
-    Sink* sinks[] = {&collect};
-    result.report = renderer.capture(sinks);
+    result.report = renderer.capture(collect);
     result.image = std::move(collect.image);
     result.bands = std::move(collect.bands);
     return result;

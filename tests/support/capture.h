@@ -51,7 +51,7 @@ View testView(int width, int height);
 class CollectSink : public Sink {
   public:
     void begin(const Plan&) override {}
-    void write(const LayeredImage& band) override;
+    void write(LayeredImage&& band) override;
     void finish() override {}
     LayeredImage image;
     std::vector<Window> bands;
