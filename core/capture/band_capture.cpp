@@ -40,19 +40,19 @@ std::uint32_t largestIn(const Window& band, const Window& area, Value&& value) {
 
 }  // namespace
 
-BandCapture::BandCapture(gl::Context& context, const PosedScene& posed, StageTimes& times)
+BandCapture::BandCapture(gl::Context& context, const PosedScene& posed, const Shot& shot,
+                         StageTimes& times)
     : context_(context),
+      shot_(shot),
       times_(times),
       gpu_scene_(timed(times, "upload", [&] { return GpuScene(context, posed); })),
-      rasterizer_(context, gpu_scene_),
+      rasterizer_(context, gpu_scene_, shot),
       buffers_(context.functions()) {}
 
-void BandCapture::setView(const View& view, const CaptureSettings& settings) {
-    view_ = view;
-    settings_ = settings;
+void BandCapture::begin() {
     clip_band_ = {};
     largest_correction_ = 0;
-    rasterizer_.setView(view, settings);
+    rasterizer_.begin();
 }
 
 void BandCapture::setPose(const PosedScene& posed) {
@@ -68,8 +68,8 @@ void BandCapture::free() {
 }
 
 std::uint64_t BandCapture::fragmentBytes() const {
-    return BandBuffers::fragmentWords(settings_.colorBytes()) * sizeof(std::uint32_t) +
-           shadedComponents(settings_.channels) * sizeof(float);
+    return BandBuffers::fragmentWords(shot_.settings.colorBytes()) * sizeof(std::uint32_t) +
+           shadedComponents(shot_.settings.channels) * sizeof(float);
 }
 
 std::uint64_t BandCapture::pixelBytes() const {
@@ -78,7 +78,7 @@ std::uint64_t BandCapture::pixelBytes() const {
 
 std::uint64_t BandCapture::tilePixels() const {
     std::uint64_t largest = 0;
-    for (const Window& tile : rasterizer_.tilesOf(view_.crop))
+    for (const Window& tile : rasterizer_.tilesOf(shot_.view.crop))
         largest = std::max(largest, tile.pixels());
     return largest;
 }
@@ -123,7 +123,7 @@ void BandCapture::countClip(const Window& band, std::vector<std::uint32_t>& coun
 }
 
 void BandCapture::prepareClip(const Window& band) {
-    if (settings_.clip.nodes.empty() || band == clip_band_) return;
+    if (shot_.settings.clip.nodes.empty() || band == clip_band_) return;
     std::vector<std::uint32_t> first;
     countClip(band, first);
     const std::size_t pixels = band.pixels();
@@ -173,26 +173,28 @@ void BandCapture::checkSlots(const std::uint32_t* slots, const Window& band,
                                   std::to_string(band.y0 + static_cast<int>(p / width));
         const std::uint32_t begin = first.empty() ? 0 : first[p];
         throw Error(ErrorKind::kInternal,
-                    "method " + settings_.method + " captured " + std::to_string(slots[p] - begin) +
-                        " fragments where " + std::to_string(end[p] - begin) + " were counted",
+                    "method " + shot_.settings.method + " captured " +
+                        std::to_string(slots[p] - begin) + " fragments where " +
+                        std::to_string(end[p] - begin) + " were counted",
                     "pixel " + pixel, "please report this with the scene and the GL renderer");
     }
 }
 
 int BandCapture::layers(LayerMethod& method, const BandRequest& request, LayeredImage& out) {
     int passes = fillLists(method, request, request.layers);
-    if (shadedComponents(settings_.channels) > 0)
+    if (shadedComponents(shot_.settings.channels) > 0)
         passes += captureChannels(request.band, first_.back());
     const StageTimer timer(times_, "sort");
     const auto stored = readFragments();
     out.window = request.band;
-    out.color.type = settings_.hits == Hits::kSloped ? PixelType::kFloat : settings_.color_type;
-    out.color.channels = colorChannels(settings_.hits);
+    out.color.type =
+        shot_.settings.hits == Hits::kSloped ? PixelType::kFloat : shot_.settings.color_type;
+    out.color.channels = colorChannels(shot_.settings.hits);
     out.extra.clear();
     const bool keyed = needsKeys(request);
     std::vector<std::uint32_t> sources;
     const CapturedFragments captured = capturedIn(stored);
-    gather(captured, view_.projection, request.layers, out, keyed ? &sources : nullptr);
+    gather(captured, shot_.view.projection, request.layers, out, keyed ? &sources : nullptr);
     if (keyed) addChannels(request, captured, sources, out);
     return passes;
 }
@@ -202,23 +204,24 @@ int BandCapture::composite(LayerMethod& method, const BandRequest& request, Comp
     const StageTimer timer(times_, "composite");
     const auto stored = readFragments();
     out.window = request.band;
-    gatherComposite(capturedIn(stored), view_.projection, request.layers, settings_.tail,
-                    settings_.color_type, out);
+    gatherComposite(capturedIn(stored), shot_.view.projection, request.layers, shot_.settings.tail,
+                    shot_.settings.color_type, out);
     return passes;
 }
 
 bool BandCapture::needsKeys(const BandRequest& request) const {
-    return request.keys || settings_.hits != Hits::kNone || !settings_.channels.empty();
+    return request.keys || shot_.settings.hits != Hits::kNone || !shot_.settings.channels.empty();
 }
 
 gl::Buffer::Mapping BandCapture::readFragments() {
-    return buffers_.fragments().read(
-        first_.back() * BandBuffers::fragmentWords(settings_.colorBytes()) * sizeof(std::uint32_t));
+    return buffers_.fragments().read(first_.back() *
+                                     BandBuffers::fragmentWords(shot_.settings.colorBytes()) *
+                                     sizeof(std::uint32_t));
 }
 
 CapturedFragments BandCapture::capturedIn(const gl::Buffer::Mapping& stored) const {
     return {first_, stored.as<const std::uint32_t>(),
-            BandBuffers::fragmentWords(settings_.colorBytes())};
+            BandBuffers::fragmentWords(shot_.settings.colorBytes())};
 }
 
 int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers) {
@@ -233,7 +236,7 @@ int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std:
     const std::size_t fragments = first_[pixels];
     const bool target = method.takesSlotTarget() && SlotTarget::supported(context_);
     prepareClip(band);
-    buffers_.reserveFragments(fragments * BandBuffers::fragmentWords(settings_.colorBytes()));
+    buffers_.reserveFragments(fragments * BandBuffers::fragmentWords(shot_.settings.colorBytes()));
     if (!target) setSlots({first_.data(), pixels});
     buffers_.bindForLayers();
     rasterizer_.setBand(band);
@@ -270,7 +273,7 @@ void BandCapture::setSlots(std::span<const std::uint32_t> slots) {
 
 int BandCapture::captureChannels(const Window& band, std::size_t fragments) {
     const StageTimer timer(times_, "capture");
-    const std::size_t components = shadedComponents(settings_.channels);
+    const std::size_t components = shadedComponents(shot_.settings.channels);
     buffers_.clearForChannels(std::max<std::size_t>(fragments, 1) * components);
     setSlots(std::span(first_).subspan(1));
     buffers_.bindForLayers();
@@ -298,18 +301,18 @@ void BandCapture::addChannels(const BandRequest& request, const CapturedFragment
     const std::span<std::uint32_t> keys = array.as<std::uint32_t>();
     for (std::size_t i = 0; i < sources.size(); ++i)
         keys[i] = captured.primitive(sources[i]);
-    const std::size_t floats = shadedComponents(settings_.channels) * first_.back();
-    FragmentSources from{gpu_scene_.posed(), view_, next_frame_, keys, sources};
-    if (settings_.hits == Hits::kRefined)
+    const std::size_t floats = shadedComponents(shot_.settings.channels) * first_.back();
+    FragmentSources from{gpu_scene_.posed(), shot_.view, next_frame_, keys, sources};
+    if (shot_.settings.hits == Hits::kRefined)
         largest_correction_ = std::max(largest_correction_, refineHits(from, out, keys, sources));
     if (floats == 0) {
-        appendChannels(from, settings_.channels, out);
+        appendChannels(from, shot_.settings.channels, out);
     } else {
         const auto values = buffers_.channels().read(floats * sizeof(float));
         from.values = values.as<const float>();
-        appendChannels(from, settings_.channels, out);
+        appendChannels(from, shot_.settings.channels, out);
     }
-    if (request.keys || settings_.hits != Hits::kNone)
+    if (request.keys || shot_.settings.hits != Hits::kNone)
         out.extra.insert(out.extra.begin(), std::move(array));
 }
 
@@ -370,7 +373,7 @@ void BandCapture::readComposite(const BandRequest& request, CompositeImage& out)
     for (std::size_t p = 0; p < pixels; ++p) {
         if (request.counts[p] == 0) continue;
         out.rgba[p] = color[p];
-        const double z = view_.projection.linearZ(static_cast<double>(depth[p]));
+        const double z = shot_.view.projection.linearZ(static_cast<double>(depth[p]));
         out.z[p] = static_cast<float>(z);
     }
 }

@@ -36,16 +36,16 @@ struct BandRequest {
 class BandCapture {
   public:
     /// Throws like GpuScene.
-    BandCapture(gl::Context& context, const PosedScene& posed, StageTimes& times);
+    /// The shot and the times must outlive it.
+    BandCapture(gl::Context& context, const PosedScene& posed, const Shot& shot, StageTimes& times);
 
-    /// Shows the same scene in another pose, from the next setView() on.
+    /// Shows the same scene in another pose, from the next begin() on.
     void setPose(const PosedScene& posed);
     /// What motion is measured against; must outlive its use. None: nothing moves.
     void setNextFrame(const NextFrame* next) { next_frame_ = next; }
 
-    void setView(const View& view, const CaptureSettings& settings);
-    /// What shines on the scene; must outlive its use. To be set before the view.
-    void setLighting(const Lighting& lighting) { rasterizer_.setLighting(lighting); }
+    /// Takes the shot as it is now.
+    void begin();
 
     /// The fragments of every pixel of the band. Overwrites `counts`.
     void count(const Window& band, std::vector<std::uint32_t>& counts);
@@ -64,7 +64,7 @@ class BandCapture {
     /// Composites a band on the fly. Returns and throws like layers().
     int composite(CompositeMethod& method, const BandRequest& request, CompositeImage& out);
 
-    /// The largest change of Z that refining hits has made since the last setView().
+    /// The largest change of Z that refining hits has made since the last begin().
     double largestCorrection() const { return largest_correction_; }
     /// Which surface a primitive's key belongs to (DrawList::surfaceOf).
     std::uint32_t surfaceOf(std::uint32_t key) const {
@@ -105,7 +105,7 @@ class BandCapture {
     /// leaves in `first_` where they are. Returns the geometry passes.
     int fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers);
     bool needsKeys(const BandRequest& request) const;
-    bool blendsTail() const { return settings_.tail == Tail::kBlend; }
+    bool blendsTail() const { return shot_.settings.tail == Tail::kBlend; }
     gl::Buffer::Mapping readFragments();
     CapturedFragments capturedIn(const gl::Buffer::Mapping& stored) const;
     void setSlots(std::span<const std::uint32_t> slots);
@@ -116,14 +116,13 @@ class BandCapture {
     void readComposite(const BandRequest& request, CompositeImage& out);
 
     gl::Context& context_;
+    const Shot& shot_;
     StageTimes& times_;
     const NextFrame* next_frame_ = nullptr;
     GpuScene gpu_scene_;
     SceneRasterizer rasterizer_;
     BandBuffers buffers_;
     SlotTarget slot_target_;
-    View view_;
-    CaptureSettings settings_;
     std::vector<std::uint32_t> first_;  ///< of the band being captured, pixels + 1 entries
     std::vector<std::uint32_t> ends_;   ///< where the capture has left its slots
     Window clip_band_;                  ///< whose boundary the buffers hold

@@ -8,8 +8,10 @@
 
 #include "core/base/memory_budget.h"
 #include "core/image/channels.h"
+#include "core/image/composite.h"
 #include "core/image/layered_image.h"
 #include "core/scene/clip.h"
+#include "core/scene/view.h"
 
 namespace peeler {
 
@@ -29,12 +31,6 @@ enum class Faces : std::uint8_t {
 };
 
 enum class Shading : std::uint8_t { kPbr, kUnlit };
-
-/// What becomes of fragments behind the layers that a limit keeps.
-enum class Tail : std::uint8_t {
-    kDrop,
-    kBlend  ///< composites: blended behind them as a weighted average
-};
 
 /// Rays instead of a picture: fragments have no colour, and their keys (kKeyChannel) are the first
 /// extra array. Lines and points, which have no area, are not hit.
@@ -73,6 +69,15 @@ struct CaptureSettings {
         if (hits == Hits::kNone) return 4 * pixelTypeSize(color_type);
         return hits == Hits::kSloped ? 2 * sizeof(float) : 0;
     }
+};
+
+class Lighting;
+
+/// What is being captured: how the scene is seen, what of it counts, and what shines on it.
+struct Shot {
+    View view;
+    CaptureSettings settings;
+    const Lighting* lighting = nullptr;  ///< none: nothing shines
 };
 
 }  // namespace peeler

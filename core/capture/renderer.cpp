@@ -35,7 +35,10 @@ void Renderer::setPose(PosedScene posed) {
     s.posed = std::move(posed);
     if (!still) timed(s.times, "upload", [&] { s.band_capture.setPose(s.posed); });
     // Shadow maps are worth keeping where only the camera moves.
-    if (!lit_alike) s.lighting.setPose(s.posed);
+    if (lit_alike) return;
+    s.lighting.setShadows(nullptr);
+    s.shadows.reset();
+    s.lighting.setPose(s.posed);
 }
 
 void Renderer::setNextFrame(NextFrame next) {
@@ -81,35 +84,42 @@ void checkSettings(const CaptureSettings& settings) {
     }
 }
 
-void Renderer::State::chooseMethod() {
-    checkSettings(settings);
-    method = findPeelMethod(settings.method);
-    layer_method = method->exact() ? method->layers() : nullptr;
-    composite_method = settings.composite && method->composite ? method->composite() : nullptr;
+/// Hands the lights the shadow maps that the settings ask for, which are captured unless they are
+/// there already.
+void Renderer::State::castShadows(Renderer& renderer, const CaptureSettings& asked) {
+    lighting.setShadows(nullptr);
+    if (!asked.shadows || asked.shading == Shading::kUnlit) return;
+    if (!shadows || shadows->size != asked.shadow_size || shadows->clip != asked.clip) {
+        shadows.reset();  // free first: never hold both
+        shadows = captureShadowMaps(renderer, context, lighting.lights(), asked);
+    }
+    lighting.setShadows(&*shadows);
 }
 
-void Renderer::State::chooseViews(const View& view) {
-    views.clear();
-    if (settings.samples == 1) views.push_back(view);  // at its own sample
-    if (settings.samples > 1) {
-        for (const glm::dvec2& position : samplePositions(settings.samples)) {
-            views.push_back(view);
-            views.back().sample = position;
-        }
-    }
-    band_capture.setView(views.front(), settings);
+void Renderer::State::chooseMethod() {
+    checkSettings(shot.settings);
+    method = findPeelMethod(shot.settings.method);
+    layer_method = method->exact() ? method->layers() : nullptr;
+    composite_method = shot.settings.composite && method->composite ? method->composite() : nullptr;
+}
+
+/// Captures at one of the sample positions from now on.
+void Renderer::State::showSample(std::size_t i) {
+    shot.view = plan.view;
+    shot.view.sample = positions[i];
+    band_capture.begin();
 }
 
 /// Clip meshes have lists of their own in every band, which have to fit, too.
 void Renderer::State::countClip() {
     clip_rows.clear();
-    if (settings.clip.nodes.empty()) return;
+    if (shot.settings.clip.nodes.empty()) return;
     const Window& crop = plan.view.crop;
     const auto width = static_cast<std::ptrdiff_t>(crop.width());
     clip_rows.resize(static_cast<std::size_t>(crop.height()));
-    const BandLimits limits = bandLimits(settings.memory, residentBytes(), costs());
-    for (const View& view : views) {
-        band_capture.setView(view, settings);
+    const BandLimits limits = bandLimits(shot.settings.memory, residentBytes(), costs());
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        showSample(i);
         for (const Window& band : cutBands(crop, limits, [](int) { return 0; })) {
             band_capture.countClip(band, counts);
             for (int y = band.y0; y < band.y1; ++y) {
@@ -135,18 +145,18 @@ void Renderer::State::countViews() {
     merged_bands.clear();
     freeBands();
     countClip();
-    if (views.size() == 1 && fitsKept(crop.pixels() * sizeof(std::uint32_t)))
+    if (positions.size() == 1 && fitsKept(crop.pixels() * sizeof(std::uint32_t)))
         kept_counts.resize(crop.pixels());
 
     BandCosts counting = costs();
     counting.pixel_bytes = 2 * sizeof(std::uint32_t);
     if (!clip_rows.empty()) counting.pixel_bytes += 3 * sizeof(std::uint32_t);
-    const BandLimits limits = bandLimits(settings.memory, residentBytes(), counting);
+    const BandLimits limits = bandLimits(shot.settings.memory, residentBytes(), counting);
     const double counted = mergesLayers() ? kCountShare : 1;
     std::uint64_t rows = 0;
-    const std::uint64_t all_rows = views.size() * static_cast<std::uint64_t>(crop.height());
-    for (const View& view : views) {
-        band_capture.setView(view, settings);
+    const std::uint64_t all_rows = positions.size() * static_cast<std::uint64_t>(crop.height());
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        showSample(i);
         // No fragments are stored while counting.
         for (const Window& band :
              cutBands(crop, limits, [&](int y) { return clipFragments(counting, y); })) {
@@ -198,12 +208,12 @@ void Renderer::State::mergeViews() {
 /// --layers and --occlusion-ratio: the first layer that touches fewer pixels than the ratio is the
 /// last one, as if a pass had found it out.
 void Renderer::State::limitLayers() {
-    limit = settings.max_layers;
-    if (!(settings.occlusion_ratio > 0)) return;
+    limit = shot.settings.max_layers;
+    if (!(shot.settings.occlusion_ratio > 0)) return;
     const auto layers = (merged ? *merged : *samples).layers();
-    const std::uint64_t views_counted = merged ? 1 : views.size();
-    const double enough =
-        settings.occlusion_ratio * static_cast<double>(plan.view.crop.pixels() * views_counted);
+    const std::uint64_t views_counted = merged ? 1 : positions.size();
+    const double enough = shot.settings.occlusion_ratio *
+                          static_cast<double>(plan.view.crop.pixels() * views_counted);
     const auto few = std::find_if(layers.begin(), layers.end(), [&](const LayerPlan& layer) {
         return static_cast<double>(layer.pixels) < enough;
     });
@@ -214,29 +224,30 @@ void Renderer::State::limitLayers() {
 
 void Renderer::State::fillPlan() {
     const DepthComplexity& complexity = merged ? *merged : *samples;
-    plan.color_type = settings.color_type;
-    plan.channel_bytes = channelBytes(settings.channels, settings.color_type);
-    if (settings.hits != Hits::kNone) plan.channel_bytes += sizeof(std::uint32_t);
-    plan.samples = settings.samples;
+    plan.color_type = shot.settings.color_type;
+    plan.channel_bytes = channelBytes(shot.settings.channels, shot.settings.color_type);
+    if (shot.settings.hits != Hits::kNone) plan.channel_bytes += sizeof(std::uint32_t);
+    plan.samples = shot.settings.samples;
     plan.layers = complexity.layers(method->exact() ? limit : 0);
     plan.fragments_counted = complexity.counted();
     plan.fragments_stored = 0;
     for (const LayerPlan& layer : plan.layers)
         plan.fragments_stored += layer.pixels;
-    if (settings.composite && settings.tail == Tail::kBlend)
+    if (shot.settings.composite && shot.settings.tail == Tail::kBlend)
         plan.fragments_blended = plan.fragments_counted - plan.fragments_stored;
 }
 
 Plan Renderer::plan(const View& view, const CaptureSettings& settings, const Progress& progress) {
     State& s = *state_;
-    s.lighting.castShadows(*this, s.context, settings);  // plans and captures, too
-    s.settings = settings;
+    s.castShadows(*this, settings);  // plans and captures, too
+    s.shot.settings = settings;
     s.plan = {};
     s.plan.view = view;
     s.lighting.setView(view.camera_to_world);
-    s.band_capture.setLighting(s.lighting);
     s.chooseMethod();
-    s.chooseViews(view);
+    s.positions = samplePositions(settings.samples);
+    if (settings.samples == 1) s.positions = {view.sample};
+    s.showSample(0);
     s.progress = progress;
     s.plan_share = !progress ? 0 : s.mergesLayers() ? kMergeShare : kCountShare;
     s.countViews();
@@ -272,20 +283,20 @@ void Renderer::State::compositeView(const Window& band, CompositeImage& out) {
 }
 
 void Renderer::State::captureMerged(const Window& band, LayeredImage& out) {
-    std::vector<LayeredImage> images(views.size());
-    for (std::size_t i = 0; i < views.size(); ++i) {
-        band_capture.setView(views[i], settings);
+    std::vector<LayeredImage> images(positions.size());
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        showSample(i);
         captureLayers(band, 0, images[i]);
     }
     const StageTimer timer(times, "sort");
     mergeSamples(
         images, [&](std::uint32_t primitive) { return band_capture.surfaceOf(primitive); },
-        settings.color_type, out);
+        shot.settings.color_type, out);
 }
 
 /// What the sinks get of a band.
 void Renderer::State::render(const Window& band, LayeredImage& out) {
-    if (!settings.composite) {
+    if (!shot.settings.composite) {
         if (mergesLayers())
             captureMerged(band, out);
         else
@@ -294,10 +305,11 @@ void Renderer::State::render(const Window& band, LayeredImage& out) {
         return;
     }
     CompositeImage sample;
-    for (std::size_t i = 0; i < views.size(); ++i) {
-        if (views.size() > 1) band_capture.setView(views[i], settings);
-        compositeView(band, views.size() > 1 ? sample : composite);
-        if (views.size() > 1) addToMean(sample, static_cast<int>(i), settings.samples, composite);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        if (positions.size() > 1) showSample(i);
+        compositeView(band, positions.size() > 1 ? sample : composite);
+        if (positions.size() > 1)
+            addToMean(sample, static_cast<int>(i), shot.settings.samples, composite);
     }
     const StageTimer timer(times, "composite");
     toSingleLayer(composite, out);
@@ -333,7 +345,7 @@ CaptureReport Renderer::capture(Sink& sink, const Progress& progress) {
     }
     s.report.passes = passes;
     s.report.largest_correction = s.band_capture.largestCorrection();
-    if (!s.settings.composite && stored != s.plan.fragments_stored) {
+    if (!s.shot.settings.composite && stored != s.plan.fragments_stored) {
         throw Error(ErrorKind::kInternal, std::to_string(stored) + " fragments were captured and " +
                                               std::to_string(s.plan.fragments_stored) + " planned");
     }

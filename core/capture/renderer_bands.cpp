@@ -17,7 +17,7 @@ constexpr std::uint64_t kPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(flo
 /// budget: as resident memory and as what the next bands take. Where there is room for both, the
 /// buffers serve again.
 void Renderer::State::freeBands() {
-    if (isRoomy(settings.memory, residentBytes(), costs())) return;
+    if (isRoomy(shot.settings.memory, residentBytes(), costs())) return;
     band_capture.free();
     image = {};
     composite = {};
@@ -27,13 +27,13 @@ void Renderer::State::freeBands() {
 }
 
 BandCosts Renderer::State::costs() const {
-    const PixelType type = settings.color_type;
-    const std::uint64_t color = settings.colorBytes();
+    const PixelType type = shot.settings.color_type;
+    const std::uint64_t color = shot.settings.colorBytes();
     const std::uint64_t tile = band_capture.tilePixels();
     const bool float_color = type == PixelType::kFloat;
     BandCosts costs;
     // Large enough by default that geometry is not drawn many times, small enough to stay warm.
-    costs.band_bytes = settings.band_bytes;
+    costs.band_bytes = shot.settings.band_bytes;
     costs.pixel_bytes = kPixelBytes;
     if (!clip_rows.empty()) costs.pixel_bytes += 3 * sizeof(std::uint32_t);
     costs.fixed_bytes = band_capture.tileBytes();
@@ -44,21 +44,21 @@ BandCosts Renderer::State::costs() const {
         costs.largest_array_bytes = 4 * sizeof(float);
     } else {
         costs.fixed_bytes += layer_method->tileBytes(tile, float_color);
-        const std::uint64_t channels = channelBytes(settings.channels, type);
+        const std::uint64_t channels = channelBytes(shot.settings.channels, type);
         costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color + channels;
         // Keys and where fragments were captured.
-        if (channels > 0 || settings.hits != Hits::kNone)
+        if (channels > 0 || shot.settings.hits != Hits::kNone)
             costs.fragment_bytes += 2 * sizeof(std::uint32_t);
         costs.largest_array_bytes =
             std::max<std::uint64_t>(BandBuffers::fragmentWords(color) * sizeof(std::uint32_t),
-                                    shadedComponents(settings.channels) * sizeof(float));
+                                    shadedComponents(shot.settings.channels) * sizeof(float));
         // All samples are held until they are merged, with their primitives and while sorting.
         if (mergesLayers()) {
             costs.fragment_bytes += color + channels + 16 * sizeof(float);
-            costs.pixel_bytes += (views.size() + 1) * sizeof(std::uint32_t);
+            costs.pixel_bytes += (positions.size() + 1) * sizeof(std::uint32_t);
         }
         // A sample's composite, and what is handed over.
-        if (settings.composite)
+        if (shot.settings.composite)
             costs.pixel_bytes += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float));
     }
     costs.storage_block_bytes =
@@ -82,13 +82,13 @@ std::uint64_t Renderer::State::rowFragments(int y) const {
 
 /// What the sink holds besides a band, and of it.
 void Renderer::State::addSink(const Sink& sink, BandCosts& with_sink) const {
-    const std::uint64_t fragment = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
+    const std::uint64_t fragment = sizeof(float) + shot.settings.colorBytes() + plan.channel_bytes;
     const SinkMemory memory = sink.memory();
     const std::uint64_t pixels = static_cast<std::uint64_t>(memory.rows) *
                                  static_cast<std::uint64_t>(plan.view.crop.width());
     std::uint64_t fragments = samples->mostFragments(memory.rows);
     if (limit) fragments = std::min(fragments, pixels * limit);
-    if (settings.composite) fragments = pixels;
+    if (shot.settings.composite) fragments = pixels;
     const std::uint64_t rows = fragments * fragment + pixels * (kPixelBytes + memory.pixel_bytes);
     // Twice: those of the last band and of this one.
     with_sink.fixed_bytes += 2 * rows + memory.bytes;
@@ -103,7 +103,7 @@ std::vector<Window> Renderer::State::bands(const Sink* sink) {
     freeBands();
     BandCosts with_sink = costs();
     if (sink) addSink(*sink, with_sink);
-    return cutBands(plan.view.crop, bandLimits(settings.memory, residentBytes(), with_sink),
+    return cutBands(plan.view.crop, bandLimits(shot.settings.memory, residentBytes(), with_sink),
                     [&](int y) { return rowFragments(y) + clipFragments(with_sink, y); });
 }
 

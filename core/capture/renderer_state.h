@@ -28,12 +28,22 @@ inline constexpr std::uint64_t kKeptBytes = 256ULL << 20;
 // writing, or with several samples the whole capture once.
 inline constexpr double kCountShare = 0.2, kMergeShare = 0.6;
 
+/// Captures what directional and spot lights see through `renderer`, whose last plan is forgotten.
+/// `settings` say how large the maps are and how much memory there is. Throws Error (kUsage) if the
+/// device takes no textures of this size, (kInput) if it takes no array of so many, (kMemory) if
+/// they alone pass the budget, and what Renderer throws.
+ShadowMaps captureShadowMaps(Renderer& renderer, const gl::Context& context,
+                             const std::vector<PlacedLight>& lights,
+                             const CaptureSettings& settings);
+
 struct Renderer::State {
     State(gl::Context& ctx, PosedScene shown)
         : context(ctx),
           posed(std::move(shown)),
-          band_capture(ctx, posed, times),
-          lighting(timedLighting(ctx, posed, times)) {}
+          band_capture(ctx, posed, shot, times),
+          lighting(timedLighting(ctx, posed, times)) {
+        shot.lighting = &lighting;
+    }
 
     /// Prefiltering an environment takes its time.
     static Lighting timedLighting(gl::Context& ctx, const PosedScene& posed, StageTimes& times) {
@@ -45,16 +55,17 @@ struct Renderer::State {
     PosedScene posed;
     std::optional<NextFrame> next_frame;
     StageTimes times;
+    Shot shot;  // of the last plan
     BandCapture band_capture;
     Lighting lighting;
+    std::optional<ShadowMaps> shadows;  // of the pose, once something was lit that has them
 
-    CaptureSettings settings;
     const MethodInfo* method = nullptr;
     std::unique_ptr<LayerMethod> layer_method;
     std::unique_ptr<CompositeMethod> composite_method;  // used if there is one
     Plan plan;
     std::uint32_t limit = 0;                 // nearest layers to keep; 0 = all
-    std::vector<View> views;                 // one a sample
+    std::vector<glm::dvec2> positions;       // in a pixel, of the samples: a view each
     std::optional<DepthComplexity> samples;  // of all views together
     std::optional<DepthComplexity> merged;   // of the layers they merge into
     std::vector<std::uint64_t> clip_rows;    // surfaces of clip meshes a row, of the worst view
@@ -68,9 +79,10 @@ struct Renderer::State {
     double plan_share = 0;   // of a picture's work, as it is told
     int merging_passes = 0;  // that several views took, over a band
 
-    bool mergesLayers() const { return views.size() > 1 && !settings.composite; }
+    bool mergesLayers() const { return positions.size() > 1 && !shot.settings.composite; }
     bool fitsKept(std::uint64_t bytes) const {
-        return bytes <= (settings.memory != 0 ? settings.memory / kKeptShare : kKeptBytes);
+        return bytes <=
+               (shot.settings.memory != 0 ? shot.settings.memory / kKeptShare : kKeptBytes);
     }
     void freeBands();
     BandCosts costs() const;
@@ -79,8 +91,9 @@ struct Renderer::State {
     void addSink(const Sink& sink, BandCosts& costs) const;
     std::vector<Window> bands(const Sink* sink);
 
+    void castShadows(Renderer& renderer, const CaptureSettings& asked);
     void chooseMethod();
-    void chooseViews(const View& view);
+    void showSample(std::size_t i);
     void countClip();
     void countViews();
     void mergeViews();

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/gl/program.h"
+#include "core/shading/lighting.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {
@@ -41,11 +42,13 @@ shader::Placement placementOf(const glm::dmat4& clip_from_model,
 
 }  // namespace
 
-SceneRasterizer::SceneRasterizer(const gl::Context& context, const GpuScene& scene)
+SceneRasterizer::SceneRasterizer(const gl::Context& context, const GpuScene& scene,
+                                 const Shot& shot)
     : context_(context),
       scene_(scene),
+      shot_(shot),
       frame_record_(context.functions(), sizeof(shader::FrameRecord)),
-      shaders_(context.functions(), scene) {
+      shaders_(context.functions(), scene, shot) {
     const auto& gl = functions();
     GLuint name = 0;
     gl.CreateSamplers(1, &name);
@@ -56,23 +59,15 @@ SceneRasterizer::SceneRasterizer(const gl::Context& context, const GpuScene& sce
     no_vertices_ = gl::VertexArray(gl, name);
 }
 
-void SceneRasterizer::setView(const View& view, const CaptureSettings& settings) {
-    view_ = view;
-    settings_ = settings;
-    shaders_.setView(view, settings);
-    boundary_nodes_ = settings.clip.nodes;
+void SceneRasterizer::begin() {
+    boundary_nodes_ = shot_.settings.clip.nodes;
     std::sort(boundary_nodes_.begin(), boundary_nodes_.end());
     tile_ = band_ = {};
 }
 
-void SceneRasterizer::setLighting(const Lighting& lighting) {
-    lighting_ = &lighting;
-    shaders_.setLighting(lighting);
-}
-
 std::vector<Window> SceneRasterizer::tilesOf(const Window& area) const {
     std::vector<Window> tiles;
-    const Window picture{0, 0, view_.width, view_.height};
+    const Window picture{0, 0, shot_.view.width, shot_.view.height};
     for (int y = area.y0 / kTileSize * kTileSize; y < area.y1; y += kTileSize)
         for (int x = area.x0 / kTileSize * kTileSize; x < area.x1; x += kTileSize)
             tiles.push_back(intersect({x, y, x + kTileSize, y + kTileSize}, picture));
@@ -91,7 +86,7 @@ void SceneRasterizer::setTile(const Window& tile) {
 void SceneRasterizer::setBand(const Window& band, std::uint32_t layers) {
     if (band == band_ && layers == layers_) return;
     // The boundary of a clip mesh is known in one band at a time.
-    if (band != band_ && !settings_.clip.nodes.empty()) bound_missing_ = bounded();
+    if (band != band_ && !shot_.settings.clip.nodes.empty()) bound_missing_ = bounded();
     band_ = band;
     layers_ = layers;
     frame_dirty_ = true;
@@ -113,21 +108,22 @@ void SceneRasterizer::freeBound() {
 }
 
 glm::dmat4 SceneRasterizer::clipFromView() const {
-    const double width = view_.width, height = view_.height;
+    const double width = shot_.view.width, height = shot_.view.height;
     // GL samples at pixel centres: the picture is shifted until the wanted place is there.
-    const glm::dvec2 shift = view_.sample - glm::dvec2(0.5);
-    return view_.projection.matrix((tile_.x0 + shift.x) / width, (tile_.y0 + shift.y) / height,
-                                   (tile_.x1 + shift.x) / width, (tile_.y1 + shift.y) / height);
+    const glm::dvec2 shift = shot_.view.sample - glm::dvec2(0.5);
+    return shot_.view.projection.matrix((tile_.x0 + shift.x) / width, (tile_.y0 + shift.y) / height,
+                                        (tile_.x1 + shift.x) / width,
+                                        (tile_.y1 + shift.y) / height);
 }
 
 void SceneRasterizer::fillClip(shader::FrameRecord& record) const {
-    const ClipVolume& clip = settings_.clip;
+    const ClipVolume& clip = shot_.settings.clip;
     const auto count = static_cast<int>(clip.half_spaces.size());
     record.clip = {count, clip.keep_inside ? 1 : 0, clip.nodes.empty() ? 0 : 1, 0};
     for (int i = 0; i < count; ++i) {
         // A plane transforms like a row vector, (n, −offset) · world_from_view.
         const ClipVolume::HalfSpace& half = clip.half_spaces[static_cast<std::size_t>(i)];
-        const glm::dvec4 plane = glm::dvec4(half.normal, -half.offset) * view_.camera_to_world;
+        const glm::dvec4 plane = glm::dvec4(half.normal, -half.offset) * shot_.view.camera_to_world;
         record.half_spaces[i] = glm::vec4(plane.x, plane.y, plane.z, -plane.w);
     }
 }
@@ -147,7 +143,7 @@ void SceneRasterizer::uploadDrawRecords() {
     auto* const placements = instance_memory.as<shader::Placement>();
     std::uint32_t next_instance = 0;
     const glm::dmat4 clip_from_view = clipFromView();
-    const glm::dmat4 view_from_world = glm::inverse(view_.camera_to_world);
+    const glm::dmat4 view_from_world = glm::inverse(shot_.view.camera_to_world);
     for (std::size_t i = 0; i < draws.size(); ++i) {
         const Draw& draw = draws[i];
         shader::DrawRecord record{};
@@ -175,7 +171,7 @@ void SceneRasterizer::bindFrame() {
     if (frame_dirty_) {
         functions().Finish();
         shader::FrameRecord record{};
-        record.world_from_view = glm::mat4(glm::dmat4(glm::dmat3(view_.camera_to_world)));
+        record.world_from_view = glm::mat4(glm::dmat4(glm::dmat3(shot_.view.camera_to_world)));
         record.tile = {tile_.x0, tile_.y0, tile_.width(), tile_.height()};
         record.band = {band_.x0, band_.y0, band_.width(), 0};
         record.limits = {layers_, 0, 0, 0};
@@ -186,7 +182,7 @@ void SceneRasterizer::bindFrame() {
         frame_dirty_ = false;
     }
     frame_record_.bindUniform(PEELER_FRAME_BLOCK, 0, sizeof(shader::FrameRecord));
-    if (lighting_) lighting_->bind();
+    if (shot_.lighting) shot_.lighting->bind();
     // Without it an integer texture is incomplete: filters are linear unless told.
     for (GLuint unit = PEELER_MATERIAL_UNITS; unit <= PEELER_SHADOW_UNIT; ++unit)
         functions().BindSampler(unit, nearest_.name());
@@ -204,15 +200,16 @@ gl::PassState SceneRasterizer::passState(GLuint framebuffer, const Window& area)
 }
 
 bool SceneRasterizer::shown(const GeometryPass& pass, const Draw& draw) const {
-    if (settings_.hits != Hits::kNone && (draw.flags & PEELER_IS_TRIANGLES) == 0) return false;
+    if (shot_.settings.hits != Hits::kNone && (draw.flags & PEELER_IS_TRIANGLES) == 0) return false;
     // The pass that finds the bound is the one for which opaque surfaces are always there.
-    const bool hidden = pass.bounded && settings_.surfaces == Surfaces::kTransparent && draw.opaque;
+    const bool hidden =
+        pass.bounded && shot_.settings.surfaces == Surfaces::kTransparent && draw.opaque;
     const bool boundary =
         std::binary_search(boundary_nodes_.begin(), boundary_nodes_.end(), draw.node);
     if (boundary && (draw.flags & PEELER_IS_TRIANGLES) == 0) return false;
     if (boundary || pass.draws == Draws::kClipMeshes)
         return boundary && pass.draws == Draws::kClipMeshes;
-    if (hidden || (settings_.opaque_only && !draw.opaque)) return false;
+    if (hidden || (shot_.settings.opaque_only && !draw.opaque)) return false;
     return pass.draws == Draws::kAll || (pass.draws == Draws::kOpaque) == draw.opaque;
 }
 
@@ -245,7 +242,7 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     if (pass.bounded && bound_missing_) renderOpaqueBound();
     gl::PassState state = passState(pass.framebuffer, area);
     state.depth_test = pass.depth_test;
-    state.depth_clamp = pass.draws == Draws::kClipMeshes || settings_.depth_clamp;
+    state.depth_clamp = pass.draws == Draws::kClipMeshes || shot_.settings.depth_clamp;
     state.blend = pass.blend;
     gl::apply(gl, state);
     bindFrame();
@@ -275,7 +272,7 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
                 gl.BindSampler(unit, gpu.bindings[unit].sampler);
             }
         }
-        const Faces faces = pass.draws == Draws::kClipMeshes ? Faces::kBoth : settings_.faces;
+        const Faces faces = pass.draws == Draws::kClipMeshes ? Faces::kBoth : shot_.settings.faces;
         const Culling cull = culling(faces, scene_.materials()[material].double_sided);
         if (cull.front || cull.back) {
             gl.Enable(GL_CULL_FACE);
@@ -303,7 +300,7 @@ void SceneRasterizer::submit(const Draw& draw) const {
 
 void SceneRasterizer::renderOpaqueBound() {
     const auto& gl = functions();
-    const Window area = settings_.clip.nodes.empty() ? tile_ : intersect(tile_, band_);
+    const Window area = shot_.settings.clip.nodes.empty() ? tile_ : intersect(tile_, band_);
     const Window size{0, 0, tile_.width(), tile_.height()};
     if (!bound_framebuffer_ || size != bound_size_) {
         freeBound();

@@ -12,8 +12,6 @@
 #include "core/capture/shader_variants.h"
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
-#include "core/scene/view.h"
-#include "core/shading/lighting.h"
 
 namespace peeler {
 
@@ -29,12 +27,11 @@ class SceneRasterizer {
   public:
     static constexpr int kTileSize = 4096;
 
-    SceneRasterizer(const gl::Context& context, const GpuScene& scene);
+    /// All must outlive it.
+    SceneRasterizer(const gl::Context& context, const GpuScene& scene, const Shot& shot);
 
-    void setView(const View& view, const CaptureSettings& settings);
-    /// What shines on the scene from now on; must stay until it is set anew. Its view is the
-    /// caller's to set.
-    void setLighting(const Lighting& lighting);
+    /// Takes the shot as it is now. The view of its lighting is the caller's to set.
+    void begin();
     /// The tiles of the view that touch `area`, row by row.
     std::vector<Window> tilesOf(const Window& area) const;
     /// Makes `tile` (one of tilesOf) the target. With --surfaces visible or transparent the next
@@ -55,9 +52,9 @@ class SceneRasterizer {
     /// The tile's viewport and `area` as scissor.
     gl::PassState passState(GLuint framebuffer, const Window& area) const;
     /// Whether opaque surfaces hide what is behind them.
-    bool bounded() const { return settings_.surfaces != Surfaces::kAll; }
-    Hits hits() const { return settings_.hits; }
-    bool floatColor() const { return settings_.color_type == PixelType::kFloat; }
+    bool bounded() const { return shot_.settings.surfaces != Surfaces::kAll; }
+    Hits hits() const { return shot_.settings.hits; }
+    bool floatColor() const { return shot_.settings.color_type == PixelType::kFloat; }
     const gl::Functions& functions() const { return context_.functions(); }
     /// Bytes of textures a tile needs for the opaque bound.
     std::uint64_t boundBytes(std::uint64_t tile_pixels) const;
@@ -81,11 +78,9 @@ class SceneRasterizer {
 
     const gl::Context& context_;
     const GpuScene& scene_;
+    const Shot& shot_;
     gl::Buffer frame_record_, draw_records_, instance_records_;
     ShaderVariants shaders_;
-    const Lighting* lighting_ = nullptr;
-    View view_;
-    CaptureSettings settings_;
     std::vector<Window> screen_bounds_;  // of the draws, in the tile, y up
     std::vector<int> boundary_nodes_;    // of the clip volume, sorted
     Window tile_, band_;

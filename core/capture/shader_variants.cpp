@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/image/channels.h"
+#include "core/shading/lighting.h"
 #include "core/shading/material_record.h"
 #include "shaders/interface.glsl"
 
@@ -53,18 +54,10 @@ std::string_view storedAs(const CaptureSettings& settings) {
 
 }  // namespace
 
-void ShaderVariants::setView(const View& view, const CaptureSettings& settings) {
-    // They are made for these.
-    if (settings.channels != settings_.channels || storedAs(settings) != storedAs(settings_))
-        variants_.clear();
-    settings_ = settings;
-    perspective_ = view.projection.perspective;
-}
-
 const gl::Program& ShaderVariants::program(const std::vector<std::string_view>& files,
                                            std::string_view definitions) {
     std::string key(definitions);
-    key.append(" ").append(storedAs(settings_));
+    key.append(" ").append(storedAs(shot_.settings));
     std::istringstream words(key);
     const std::vector<std::string> list{std::istream_iterator<std::string>(words), {}};
     for (const auto& file : files)
@@ -84,10 +77,12 @@ const gl::Program& ShaderVariants::variant(const GeometryPass& pass, const Draw&
 
 unsigned ShaderVariants::lightBits() const {
     unsigned bits = 0;
-    if (lighting_ && lighting_->punctual()) bits |= kPunctual;
-    if (lighting_ && lighting_->shadowed()) bits |= kShadowed;
-    if (lighting_ && lighting_->environment()) bits |= kEnvironment;
-    if (!perspective_) bits |= kOrthographic;
+    if (const Lighting* lighting = shot_.lighting) {
+        if (lighting->punctual()) bits |= kPunctual;
+        if (lighting->shadowed()) bits |= kShadowed;
+        if (lighting->environment()) bits |= kEnvironment;
+    }
+    if (!shot_.view.projection.perspective) bits |= kOrthographic;
     return bits;
 }
 
@@ -97,13 +92,17 @@ ShaderVariants::Variant ShaderVariants::variantOf(const GeometryPass& pass,
     constexpr std::uint32_t kBaseColor = PEELER_FIRST_TEXTURE_BIT << PEELER_BASE_COLOR_UNIT;
     constexpr std::uint32_t kAll = ~std::uint32_t{0};
     const GpuMaterial& material = scene_.materials()[draw.material];
+    const CaptureSettings& settings = shot_.settings;
     Variant v;
+    v.stored = storedAs(settings);
     std::uint32_t looks_at = 0;  // which of the material's flags
     if (pass.describes) {
         v.bits = kVaryings | material.features * kFirstFeature;
         looks_at = kAll;
+        for (const Channel channel : settings.channels)
+            v.channels |= 1U << static_cast<unsigned>(channel);
     } else if (pass.shades) {
-        const bool unlit = settings_.shading == Shading::kUnlit || material.unlit;
+        const bool unlit = settings.shading == Shading::kUnlit || material.unlit;
         const unsigned features = material.features & (unlit ? alphaFeatures() : ~0U);
         v.bits = kVaryings | (unlit ? kUnlit : lightBits()) | features * kFirstFeature;
         // An unlit surface shows its base colour alone.
@@ -122,8 +121,8 @@ ShaderVariants::Variant ShaderVariants::variantOf(const GeometryPass& pass,
     else if (looks_at != 0)
         v.draw_flags = draw.flags & PEELER_HAS_COLORS;
 
-    if (pass.bounded && settings_.surfaces != Surfaces::kAll) v.bits |= kBounded;
-    if (settings_.clip.active() && pass.draws != Draws::kClipMeshes) v.bits |= kClipped;
+    if (pass.bounded && settings.surfaces != Surfaces::kAll) v.bits |= kBounded;
+    if (settings.clip.active() && pass.draws != Draws::kClipMeshes) v.bits |= kClipped;
     if (draw.instances > 1) v.bits |= kInstanced;
     return v;
 }
@@ -134,7 +133,7 @@ std::string ShaderVariants::definitionsOf(const GeometryPass& pass, const Varian
         definitions.append(" ").append(definition);
     };
     if (pass.describes) {
-        for (const Channel channel : settings_.channels)
+        for (const Channel channel : shot_.settings.channels)
             add(infoOf(channel).definition);
     }
     for (const auto& [bit, definition] : kDefinitions)

@@ -14,8 +14,6 @@
 #include "core/capture/passes.h"
 #include "core/gl/functions.h"
 #include "core/gl/program.h"
-#include "core/scene/view.h"
-#include "core/shading/lighting.h"
 
 namespace peeler {
 
@@ -24,12 +22,9 @@ namespace peeler {
 /// eyes of a pass share a program; programs are compiled when they are first asked for, and stay.
 class ShaderVariants {
   public:
-    /// Both must outlive it.
-    ShaderVariants(const gl::Functions& gl, const GpuScene& scene) : gl_(gl), scene_(scene) {}
-
-    void setView(const View& view, const CaptureSettings& settings);
-    /// Must stay until it is set anew. Before the first, nothing shines.
-    void setLighting(const Lighting& lighting) { lighting_ = &lighting; }
+    /// All must outlive it; the programs are for the shot as it is when they are asked for.
+    ShaderVariants(const gl::Functions& gl, const GpuScene& scene, const Shot& shot)
+        : gl_(gl), scene_(scene), shot_(shot) {}
 
     /// The program that draws `draw` in a geometry pass. Throws like gl::Program.
     const gl::Program& variant(const GeometryPass& pass, const Draw& draw);
@@ -45,11 +40,9 @@ class ShaderVariants {
         unsigned bits = 0;
         std::uint32_t material_flags = 0, draw_flags = 0;
         std::uint32_t transformed = 0, second_uv = 0;  // textures, by unit
-        bool operator<(const Variant& other) const {
-            return std::tie(bits, material_flags, draw_flags, transformed, second_uv) <
-                   std::tie(other.bits, other.material_flags, other.draw_flags, other.transformed,
-                            other.second_uv);
-        }
+        std::uint32_t channels = 0;                    // that the pass describes, a bit each
+        std::string_view stored;                       // how fragments are
+        auto operator<=>(const Variant&) const = default;
     };
 
     Variant variantOf(const GeometryPass& pass, const Draw& draw) const;
@@ -59,9 +52,7 @@ class ShaderVariants {
 
     const gl::Functions& gl_;
     const GpuScene& scene_;
-    const Lighting* lighting_ = nullptr;
-    CaptureSettings settings_;
-    bool perspective_ = true;
+    const Shot& shot_;
     /// By definitions and files.
     std::map<std::string, gl::Program> programs_;
     /// By fragment shader and definitions of the pass: found without putting texts together.

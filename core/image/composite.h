@@ -8,10 +8,15 @@
 #include <span>
 #include <vector>
 
-#include "core/capture/capture_settings.h"
 #include "core/image/layered_image.h"
 
 namespace peeler {
+
+/// What becomes of fragments behind the layers that a limit keeps.
+enum class Tail : std::uint8_t {
+    kDrop,
+    kBlend  ///< composites: blended behind them as a weighted average
+};
 
 /// A flattened band: premultiplied linear RGBA in 32-bit float, and the camera Z of each pixel's
 /// first fragment (+inf where there is none). Row-major inside `window`.

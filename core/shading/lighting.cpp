@@ -50,33 +50,15 @@ shader::LightRecord record(const PlacedLight& placed, const glm::dmat4& view_fro
 
 Lighting::Lighting(const gl::Functions& gl, const PosedScene& posed)
     : gl_(gl),
-      posed_(posed),
       lights_(placedLights(posed)),
       punctual_(!posed.lights().empty()),
       environment_(gl, posed.scene()),
       records_(gl, sizeof(shader::LightCount) + lights_.size() * sizeof(shader::LightRecord)) {}
 
-void Lighting::setPose(const PosedScene& posed) {
-    posed_ = posed;
-    lights_ = placedLights(posed);
-    maps_ = {};
-}
-
-void Lighting::castShadows(Renderer& renderer, const gl::Context& context,
-                           const CaptureSettings& settings) {
-    shadowed_ = false;
-    if (!settings.shadows || settings.shading == Shading::kUnlit) return;
-    if (maps_.size() != settings.shadow_size || maps_.clip() != settings.clip) {
-        maps_ = {};  // free first: never hold both
-        maps_ = ShadowMaps(renderer, context, lights_, posed_, settings);
-    }
-    shadowed_ = maps_.texture() != 0;
-}
-
 void Lighting::bind() const {
     records_.bindStorage(PEELER_LIGHTS);
     environment_.bind();
-    if (shadowed_) gl_.BindTextureUnit(PEELER_SHADOW_UNIT, maps_.texture());
+    if (shadowed()) gl_.BindTextureUnit(PEELER_SHADOW_UNIT, shadows_->texture.name());
 }
 
 void Lighting::setView(const glm::dmat4& camera_to_world) {
@@ -87,7 +69,8 @@ void Lighting::setView(const glm::dmat4& camera_to_world) {
     std::memcpy(memory, &count, sizeof count);
     for (std::size_t i = 0; i < lights_.size(); ++i) {
         auto r = record(lights_[i], view_from_world);
-        if (shadowed_ && maps_.of(i).layer >= 0) addMap(maps_.of(i), camera_to_world, r);
+        if (shadowed() && shadows_->maps[i].layer >= 0)
+            addMap(shadows_->maps[i], camera_to_world, r);
         std::memcpy(memory + sizeof count + i * sizeof r, &r, sizeof r);
     }
 }

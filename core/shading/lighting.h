@@ -5,25 +5,43 @@
 #include <vector>
 
 #include "core/gl/objects.h"
+#include "core/scene/clip.h"
 #include "core/scene/lights.h"
 #include "core/scene/posed_scene.h"
+#include "core/scene/view.h"
 #include "core/shading/environment_textures.h"
-#include "core/shading/shadow_maps.h"
 
 namespace peeler {
+
+/// For every directional and spot light a map of the depth midway between the two surfaces nearest
+/// to it (core/image/midpoint.h; the use of depth peeling that Everitt names, "Interactive
+/// Order-Independent Transparency", 2001, section 4). What is farther than that is in shadow. A lit
+/// surface lies in front of the midpoint by half its distance from the next, so nothing needs a
+/// bias. OPAQUE and MASK surfaces cast shadows, with both faces; those of BLEND materials and those
+/// that transmit light do not. Point lights cast none.
+struct ShadowMaps {
+    struct Map {
+        int layer = -1;  ///< of the texture array; −1 = the light casts no shadows
+        View view;
+    };
+
+    int size = 0;           ///< texels a side
+    ClipVolume clip;        ///< what casts shadows was clipped to it
+    std::vector<Map> maps;  ///< of each light
+    gl::Texture texture;    ///< an array of R32F layers, rows top to bottom; none if nothing casts
+};
 
 /// A storage buffer with a record for every light, in the space of the camera.
 class Lighting {
   public:
     Lighting(const gl::Functions& gl, const PosedScene& posed);
 
-    /// Takes the lights of the same scene in another pose, and forgets the shadow maps.
-    void setPose(const PosedScene& posed);
+    /// Takes the lights of the same scene in another pose.
+    void setPose(const PosedScene& posed) { lights_ = placedLights(posed); }
 
-    /// Makes the shadow maps that `settings` ask for unless they are there already; without, light
-    /// goes through everything. `renderer` is used for that, and its last plan forgotten.
-    void castShadows(Renderer& renderer, const gl::Context& context,
-                     const CaptureSettings& settings);
+    /// The shadows that the lights cast from the next setView() on; must outlive their use. None:
+    /// light goes through everything.
+    void setShadows(const ShadowMaps* shadows) { shadows_ = shadows; }
 
     const std::vector<PlacedLight>& lights() const { return lights_; }
     /// The scene has lights of its own; the built-in key light is off then, and the built-in
@@ -32,7 +50,7 @@ class Lighting {
     /// The scene has an environment of its own, in place of everything built-in.
     bool environment() const { return environment_.present(); }
     /// Some of the lights cast shadows.
-    bool shadowed() const { return shadowed_; }
+    bool shadowed() const { return shadows_ && shadows_->texture; }
 
     /// Uploads the records, shadow maps included. The GPU must not be using them.
     void setView(const glm::dmat4& camera_to_world);
@@ -41,11 +59,10 @@ class Lighting {
 
   private:
     const gl::Functions& gl_;
-    PosedScene posed_;
     std::vector<PlacedLight> lights_;
-    bool punctual_ = false, shadowed_ = false;
+    bool punctual_ = false;
     EnvironmentTextures environment_;
-    ShadowMaps maps_;
+    const ShadowMaps* shadows_ = nullptr;
     gl::Buffer records_;
 };
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/shading/shadow_maps.h"
-
+// Midpoint shadow maps: what the lights see, captured with the renderer's own layers.
 #include <string>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/capture/renderer.h"
+#include "core/capture/renderer_state.h"
 #include "core/image/midpoint.h"
 #include "core/scene/light_view.h"
 
@@ -62,38 +61,40 @@ void checkSize(const gl::Limits& limits, int size, int layers, const MemoryBudge
 
 }  // namespace
 
-ShadowMaps::ShadowMaps(Renderer& renderer, const gl::Context& context,
-                       const std::vector<PlacedLight>& lights, const PosedScene& posed,
-                       const CaptureSettings& settings)
-    : size_(settings.shadow_size), clip_(settings.clip), maps_(lights.size()) {
+ShadowMaps captureShadowMaps(Renderer& renderer, const gl::Context& context,
+                             const std::vector<PlacedLight>& lights,
+                             const CaptureSettings& settings) {
+    ShadowMaps shadows{settings.shadow_size, settings.clip, {}, {}};
+    shadows.maps.resize(lights.size());
     int layers = 0;
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        auto view = lightView(lights[i], posed);
+        auto view = lightView(lights[i], renderer.posed());
         if (!view) continue;
-        view->width = view->height = size_;
-        view->crop = {0, 0, size_, size_};
-        maps_[i] = {layers++, std::move(*view)};
+        view->width = view->height = shadows.size;
+        view->crop = {0, 0, shadows.size, shadows.size};
+        shadows.maps[i] = {layers++, std::move(*view)};
     }
-    checkSize(context.device().limits, size_, layers, settings.memory);
-    if (layers == 0) return;
+    checkSize(context.device().limits, shadows.size, layers, settings.memory);
+    if (layers == 0) return shadows;
     const auto& gl = context.functions();
-    texture_ = gl::makeTexture2DArray(gl, GL_R32F, size_, size_, layers);
+    shadows.texture = gl::makeTexture2DArray(gl, GL_R32F, shadows.size, shadows.size, layers);
 
-    CaptureSettings casters;
-    casters.opaque_only = true;
-    casters.faces = Faces::kBoth;
-    casters.shading = Shading::kUnlit;
-    casters.clip = settings.clip;
-    casters.memory = settings.memory;
-    casters.band_bytes = settings.band_bytes;
-    for (const Map& map : maps_) {
+    CaptureSettings opaque;
+    opaque.opaque_only = true;
+    opaque.faces = Faces::kBoth;
+    opaque.shading = Shading::kUnlit;
+    opaque.clip = settings.clip;
+    opaque.memory = settings.memory;
+    opaque.band_bytes = settings.band_bytes;
+    for (const ShadowMaps::Map& map : shadows.maps) {
         if (map.layer < 0) continue;
-        MapSink sink(gl, texture_.name(), map.layer);
-        sink.begin(renderer.plan(map.view, casters));
+        MapSink sink(gl, shadows.texture.name(), map.layer);
+        sink.begin(renderer.plan(map.view, opaque));
         renderer.capture(sink);
         sink.finish();
     }
     gl::checkErrors(gl, "making shadow maps");
+    return shadows;
 }
 
 }  // namespace peeler
