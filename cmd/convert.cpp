@@ -13,7 +13,7 @@
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
-#include "core/image/layer_windows.h"
+#include "core/image/layers.h"
 #include "formats/file/output_hash.h"
 #include "formats/layered_input.h"
 #include "formats/writers.h"
@@ -94,10 +94,10 @@ void Convert::forEachBand(const Stage& stage, Take&& take) {
 /// other headers promise windows that may be wider than what they hold.
 void Convert::count() {
     if (!reader_->info().deep.empty()) return;
-    LayerWindows windows;
-    forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { windows.add(band); });
-    plan_.layers = windows.layers();
-    plan_.fragments_stored = windows.fragments();
+    DepthComplexity complexity(plan_.view.crop);
+    forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });
+    plan_.layers = complexity.layers();
+    plan_.fragments_stored = complexity.counted();
     if (!reader_->info().is_peeler) plan_.fragments_counted = plan_.fragments_stored;
 }
 

@@ -21,9 +21,8 @@
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
-#include "core/image/depth_complexity.h"
 #include "core/image/fragment_channel.h"
-#include "core/image/select_layers.h"
+#include "core/image/layers.h"
 #include "formats/file/file_extension.h"
 #include "formats/layered_input.h"
 

@@ -15,7 +15,7 @@
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
-#include "core/image/layer_windows.h"
+#include "core/image/layers.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/file/output_hash.h"
 #include "formats/writers.h"
@@ -168,10 +168,10 @@ void Merge::plan() {
 
 /// Where tiles overlap, only their union tells.
 void Merge::countLayers() {
-    LayerWindows windows;
-    forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { windows.add(band); });
-    plan_.layers = windows.layers();
-    plan_.fragments_stored = windows.fragments();
+    DepthComplexity complexity(plan_.view.crop);
+    forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });
+    plan_.layers = complexity.layers();
+    plan_.fragments_stored = complexity.counted();
 }
 
 template <class Take>

@@ -21,8 +21,8 @@
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
+#include "core/image/layers.h"
 #include "core/image/median_depth.h"
-#include "core/image/nearest.h"
 #include "core/scene/placement.h"
 #include "core/views/reprojection.h"
 #include "formats/file/output_hash.h"
@@ -264,7 +264,7 @@ void ViewRun::load() {
     }
     reader_->read(plan_.view.crop, image_);
     if (options_.max_layers != 0) {
-        keepNearest(image_, options_.max_layers);
+        keepLayers(image_, {.nearest = options_.max_layers});
         plan_.layers.resize(std::min<std::size_t>(plan_.layers.size(), options_.max_layers));
     }
     plan_.fragments_stored = image_.fragments();

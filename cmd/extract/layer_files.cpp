@@ -6,7 +6,7 @@
 
 #include "cmd/options/frames.h"
 #include "core/base/error.h"
-#include "core/image/select_layers.h"
+#include "core/image/layers.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

@@ -7,7 +7,7 @@
 
 #include "cmd/cli/progress.h"
 #include "core/base/stage_times.h"
-#include "core/image/nearest.h"
+#include "core/image/layers.h"
 #include "formats/layered_input.h"
 
 namespace peeler::cmd {
@@ -39,7 +39,7 @@ void forEachBand(LayeredInput& reader, std::uint32_t max_layers, StageTimes& tim
         {
             const StageTimer timer(times, "load");
             reader.read({crop.x0, y, crop.x1, std::min(y + rows, crop.y1)}, band);
-            if (max_layers != 0) keepNearest(band, max_layers);
+            keepLayers(band, {.nearest = max_layers});
         }
         const double share = static_cast<double>(band.window.y1 - crop.y0) / crop.height();
         take(band);

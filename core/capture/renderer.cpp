@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/capture/renderer_state.h"
 #include "core/capture/supersampling.h"
-#include "core/image/nearest.h"
+#include "core/image/layers.h"
 
 namespace peeler {
 namespace {
@@ -165,7 +165,7 @@ void Renderer::State::countViews() {
             const auto first = static_cast<std::size_t>(band.y0 - crop.y0) * width;
             for (int y = band.y0; y < band.y1; ++y) {
                 const auto row = static_cast<std::size_t>(y - band.y0) * width;
-                samples->addRow(y, {counts.data() + row, width});
+                samples->addRow(crop.x0, y, {counts.data() + row, width});
             }
             if (!kept_counts.empty())
                 std::copy(counts.begin(), counts.end(),
@@ -183,17 +183,11 @@ void Renderer::State::mergeViews() {
     merging_passes = report.passes = 0;
     if (!mergesLayers()) return;
     merged.emplace(plan.view.crop);
-    const auto width = static_cast<std::size_t>(plan.view.crop.width());
     std::uint64_t kept = 0;
     bool keeps = true;
-    std::vector<std::uint32_t> row(width);
     for (const Window& band : bands(nullptr)) {
         captureMerged(band, image);
-        for (int y = band.y0; y < band.y1; ++y) {
-            for (std::size_t x = 0; x < width; ++x)
-                row[x] = image.count(static_cast<std::size_t>(y - band.y0) * width + x);
-            merged->addRow(y, row);
-        }
+        merged->addBand(image);
         merging_passes = std::max(merging_passes, report.passes);
         report.passes = 0;
         kept += imageBytes(image);
@@ -297,12 +291,9 @@ void Renderer::State::captureMerged(const Window& band, LayeredImage& out) {
 /// What the sinks get of a band.
 void Renderer::State::render(const Window& band, LayeredImage& out) {
     if (!shot.settings.composite) {
-        if (mergesLayers())
-            captureMerged(band, out);
-        else
-            captureLayers(band, limit, out);
-        if (mergesLayers() && limit) keepNearest(out, limit);
-        return;
+        if (!mergesLayers()) return captureLayers(band, limit, out);
+        captureMerged(band, out);
+        return keepLayers(out, {.nearest = limit});
     }
     CompositeImage sample;
     for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -334,7 +325,7 @@ CaptureReport Renderer::capture(Sink& sink, const Progress& progress) {
         passes = s.merging_passes;
         s.freeBands();
         for (LayeredImage& image : s.merged_bands) {
-            if (s.limit) keepNearest(image, s.limit);
+            keepLayers(image, {.nearest = s.limit});
             take(image);
         }
     } else {

@@ -14,7 +14,7 @@
 #include "core/capture/method.h"
 #include "core/capture/renderer.h"
 #include "core/image/composite.h"
-#include "core/image/depth_complexity.h"
+#include "core/image/layers.h"
 #include "core/shading/lighting.h"
 
 namespace peeler {

@@ -14,7 +14,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/image/layer_windows.h"
+#include "core/image/layers.h"
 
 namespace peeler {
 namespace {
@@ -179,8 +179,7 @@ void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
 void ExrDeepReader::countSamples() {
     const std::size_t main = parts_.front().index;
     const Window& all = info_.parts[main].data_window;
-    LayerWindows windows;
-    std::vector<std::uint64_t> rows(static_cast<std::size_t>(all.height()), 0);
+    DepthComplexity complexity(all);
     std::set<std::size_t> different;
     const std::size_t blocks = input_.deepBlocks(main);
     constexpr std::size_t kAtOnce = 256;
@@ -192,13 +191,10 @@ void ExrDeepReader::countSamples() {
             const CountedBlock& block = counted[i];
             different.insert(block.different.begin(), block.different.end());
             const Window& window = block.main.window;
+            const auto width = static_cast<std::size_t>(window.width());
             const std::uint32_t* counts = block.main.counts.data();
-            for (int y = window.y0; y < window.y1; ++y) {
-                for (int x = window.x0; x < window.x1; ++x) {
-                    windows.add(x, y, *counts);
-                    rows[static_cast<std::size_t>(y - all.y0)] += *counts++;
-                }
-            }
+            for (int y = window.y0; y < window.y1; ++y, counts += width)
+                complexity.addRow(window.x0, y, {counts, width});
         }
     }
     if (!different.empty() && info_.is_peeler) {
@@ -208,15 +204,15 @@ void ExrDeepReader::countSamples() {
     std::erase_if(parts_, [&](const Part& part) { return different.contains(part.index); });
 
     Plan& plan = info_.plan;
-    plan.layers = windows.layers();
-    plan.fragments_stored = windows.fragments();
+    plan.layers = complexity.layers();
+    plan.fragments_stored = complexity.counted();
     if (!info_.is_peeler) plan.fragments_counted = plan.fragments_stored;
     std::uint64_t sample = 0;
     for (const Part& part : parts_) {
         for (const ExrInputChannel& channel : info_.parts[part.index].channels)
             sample += pixelTypeSize(channel.type);
     }
-    most_row_bytes_ = 2 * sample * *std::max_element(rows.begin(), rows.end());
+    most_row_bytes_ = 2 * sample * complexity.mostFragments(1);
 }
 
 void ExrDeepReader::findChannels() {

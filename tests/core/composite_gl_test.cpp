@@ -10,7 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/capture/method.h"
-#include "core/image/nearest.h"
+#include "core/image/layers.h"
 #include "support/capture.h"
 #include "support/flat.h"
 #include "support/hard_scenes.h"
@@ -257,7 +257,7 @@ TEST(OcclusionRatio, EndsWithTheFirstLayerOnFewerPixels) {
             layers =
                 std::min<std::uint32_t>(layers, static_cast<std::uint32_t>(all.plan.layers.size()));
             LayeredImage expected = all.image;
-            keepNearest(expected, layers);
+            keepLayers(expected, {.nearest = layers});
             for (const auto& method : methodNames(true)) {
                 CaptureSettings settings;
                 settings.method = method;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/image/depth_complexity.h"
+#include "core/image/layers.h"
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,10 @@ TEST(DepthComplexity, AgreesWithBruteForceOnRandomCounts) {
         for (int y = crop.y0; y < crop.y1; ++y) {
             const std::uint32_t* row =
                 counts.data() + static_cast<std::size_t>(y - crop.y0) * width;
-            complexity.addRow(y, {row, width});
+            // In two parts, the right one first.
+            const std::size_t left = random() % (width + 1);
+            complexity.addRow(crop.x0 + static_cast<int>(left), y, {row + left, width - left});
+            complexity.addRow(crop.x0, y, {row, left});
             std::uint64_t row_total = 0;
             for (int x = crop.x0; x < crop.x1; ++x) {
                 const std::uint32_t count = row[x - crop.x0];

@@ -10,7 +10,7 @@
 
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
-#include "core/image/nearest.h"
+#include "core/image/layers.h"
 #include "support/fragment_lists.h"
 
 namespace peeler::test {
@@ -133,7 +133,7 @@ TEST(Reprojection, WhatWasHiddenComesOutFromBehind) {
     });
     const View to = movedView(from, {4 * 0.04, 0, 0});
     const LayeredImage seen = seenFrom(image, from, to);
-    keepNearest(image, 1);
+    keepLayers(image, {.nearest = 1});
     const LayeredImage first_layer = seenFrom(image, from, to);
     int holes = 0;
     for (int y = 0; y < 24; ++y) {

@@ -2,7 +2,7 @@
 // Tiles of synthetic pictures.
 #pragma once
 
-#include "core/image/depth_complexity.h"
+#include "core/image/layers.h"
 #include "formats/synthetic_image.h"
 
 namespace peeler::test {

@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "core/base/error.h"
-#include "core/image/layer_windows.h"
+#include "core/image/layers.h"
 #include "formats/exr/exr_composite_writer.h"
 #include "formats/exr/exr_deep_writer.h"
 #include "formats/exr/exr_files.h"
@@ -54,9 +54,9 @@ void convert(const fs::path& from, Sink& to) {
     LayeredImage band;
     Plan plan = reader->info().plan;
     reader->read(crop, band);
-    LayerWindows windows;
-    windows.add(band);
-    plan.layers = windows.layers();
+    DepthComplexity complexity(crop);
+    complexity.addBand(band);
+    plan.layers = complexity.layers();
     to.begin(plan);
     for (int y = crop.y0; y < crop.y1; y += 9) {
         reader->read({crop.x0, y, crop.x1, std::min(y + 9, crop.y1)}, band);

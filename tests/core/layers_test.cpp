@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/image/select_layers.h"
+#include "core/image/layers.h"
 
 #include <gtest/gtest.h>
 
@@ -42,7 +42,9 @@ TEST(SelectLayers, KeepsWhatIsChosen) {
     const LayeredImage whole = layeredPicture();
     const LayerSelection selections[] = {
         {},
+        {.nearest = 1},
         {.nearest = 2},
+        {.nearest = 99},
         {.nearest = 0, .listed = {false, true, false, true}},
         {.nearest = 2, .listed = {false, true, false, true}},
         {.nearest = 0, .listed = {false, false, false, false, false, false, false, false, true}}};
