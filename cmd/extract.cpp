@@ -21,7 +21,7 @@
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
-#include "core/image/fragment_channel.h"
+#include "core/image/layered_image.h"
 #include "core/image/layers.h"
 #include "formats/file/file_extension.h"
 #include "formats/layered_input.h"

@@ -122,7 +122,7 @@ void Rays::checkOptions() {
     capture_ = options_.capture;
     // Of what is next to points, t is found from the primitive anyway.
     const bool refine = options_.refine && !options_.points;
-    capture_.hits = refine ? Hits::kRefined : Hits::kRaw;
+    capture_.hit_mode = refine ? HitMode::kRefined : HitMode::kRaw;
     capture_.color_type = PixelType::kFloat;  // normals, too
     // A camera sees from near to far; other rays have no ends.
     capture_.depth_clamp = !options_.bundles.usesCamera();
@@ -291,7 +291,7 @@ void Rays::tell() {
     json["bundles"] = bundles_.size();
     json["rays"] = rays;
     json["hits"] = hits_found_;
-    json["largestCorrection"] = capture_.hits == Hits::kRaw
+    json["largestCorrection"] = capture_.hit_mode == HitMode::kRaw
                                     ? nlohmann::ordered_json()
                                     : nlohmann::ordered_json(largest_correction_);
     for (const auto& output : outputs_)

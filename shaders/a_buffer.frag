@@ -2,7 +2,7 @@
 // Counted A-buffer: every fragment goes to the next free slot of its pixel's list (Carpenter 1984; the
 // exact allocation from a count pass after Vasilakis & Fudos' S-buffer 2012).
 #include "shade.glsl"
-#include "fragments.glsl"
+#include "stored_fragments.glsl"
 #include "slots.glsl"
 
 void main() {

@@ -2,7 +2,7 @@
 // What else is asked of fragments that have been captured (core/image/channels.h), whatever the method: every fragment looks
 // for its place in its pixel's list by its primitive, of which a pixel has no second one. Vectors are in world space.
 #include "normal.glsl"
-#include "fragments.glsl"
+#include "stored_fragments.glsl"
 
 layout(location = 0) uniform ivec4 argument;  // x: floats a fragment
 

@@ -3,7 +3,7 @@
 // between set the range of the next. Peeled fragments are appended to their pixel's list, all that coincide at
 // once; so none is lost, and the lists are sorted afterwards.
 #include "shade.glsl"
-#include "fragments.glsl"
+#include "stored_fragments.glsl"
 #include "slots.glsl"
 
 layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D previous_range;

@@ -4,7 +4,7 @@
 function(peeler_embed_shaders out folder)
     file(GLOB shaders CONFIGURE_DEPENDS ${folder}/*.glsl ${folder}/*.vert ${folder}/*.frag ${folder}/*.comp)
     set(generated ${CMAKE_CURRENT_BINARY_DIR}/shader_sources.cpp)
-    set(text "// Generated from shaders/ by embed.cmake.\n#include \"core/gl/shader_sources.h\"\n")
+    set(text "// Generated from shaders/ by embed.cmake.\n#include \"core/gl/program.h\"\n")
     string(APPEND text "namespace peeler::gl {\nnamespace {\nconst ShaderSource kSources[] = {\n")
     foreach(shader IN LISTS shaders)
         get_filename_component(name ${shader} NAME)

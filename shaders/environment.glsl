@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light from all around. Directions are in world space.
 //
-// With ENVIRONMENT an image, prefiltered by core/environment_maps. Otherwise the built-in studio: a pale floor, a
+// With ENVIRONMENT an image, prefiltered by core/shading/environment_maps. Otherwise the built-in studio: a pale floor, a
 // bright horizon, a blue-grey dome and one large soft box around the key light, fixed in world space (+Y up).
 
 #if defined(ENVIRONMENT) || defined(SHEEN)

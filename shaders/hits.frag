@@ -5,7 +5,7 @@
 #else
 #include "fragment.glsl"
 #endif
-#include "fragments.glsl"
+#include "stored_fragments.glsl"
 #include "slots.glsl"
 
 #ifdef SLOPES

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Appends a peeled layer, held in textures of a raster tile, to the lists of a band.
 #include "interface.glsl"
-#include "fragments.glsl"
+#include "stored_fragments.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
 

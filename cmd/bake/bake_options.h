@@ -8,7 +8,7 @@
 #include "cmd/cli/choices.h"
 #include "cmd/options/look_options.h"
 #include "core/bake/bake.h"
-#include "core/bake/texel_receivers.h"
+#include "core/bake/receivers.h"
 #include "core/capture/capture_settings.h"
 #include "core/scene/posed_scene.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/bake/vertex_receivers.h"
+#include "core/bake/receivers.h"
 #include "formats/gltf/baked_gltf.h"
 #include "formats/image/texture_files.h"
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "cmd/cli/errors.h"
+#include "core/base/color.h"
 #include "core/base/error.h"
-#include "core/base/srgb.h"
 
 namespace peeler::cmd {
 

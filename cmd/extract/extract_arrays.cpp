@@ -8,7 +8,7 @@
 #include <span>
 
 #include "cmd/extract/extract_sinks.h"
-#include "core/image/fragment_channel.h"
+#include "core/image/layered_image.h"
 
 namespace peeler::cmd {
 

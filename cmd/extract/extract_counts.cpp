@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "cmd/extract/extract_sinks.h"
-#include "core/image/color_ramp.h"
+#include "core/base/color.h"
 
 namespace peeler::cmd {
 

@@ -8,7 +8,7 @@
 #include "cmd/extract/extract_sinks.h"
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
-#include "core/image/fragment_channel.h"
+#include "core/image/layered_image.h"
 #include "formats/image/image_writer.h"
 
 namespace peeler::cmd {

@@ -13,7 +13,7 @@
 #include "cmd/info/info_kinds.h"
 #include "cmd/options/layered_bands.h"
 #include "core/image/layers.h"
-#include "core/image/point_statistics.h"
+#include "core/image/statistics.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/layered_input.h"
 

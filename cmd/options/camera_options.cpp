@@ -79,8 +79,8 @@ View viewOfLight(const CameraOptions& options, const PosedScene& posed) {
 }
 
 /// A camera from numbers, or none at all: what is not given is found by framing the scene.
-View builtCamera(const CameraOptions& options, const Shape& shape) {
-    const Bounds bounds = shape.bounds();
+View builtCamera(const CameraOptions& options, const SceneExtent& extent) {
+    const Bounds bounds = extent.bounds();
     View view;
     setSize(view, options.size, 16.0 / 9);
     Projection& projection = view.projection;
@@ -99,7 +99,7 @@ View builtCamera(const CameraOptions& options, const Shape& shape) {
         const glm::dvec3 forward = pleasingForward(up);
         const double size = sceneSize(bounds);
         const auto reached = [&](const glm::dvec3& direction) {
-            const double far = shape.reach(target, direction);
+            const double far = extent.reach(target, direction);
             return std::isfinite(far) ? far : 0.5 * size * glm::length(direction);  // empty
         };
         const bool centred = options.target.has_value();
@@ -288,8 +288,8 @@ std::vector<std::string> cameraNames(const PosedScene& posed) {
     return names;
 }
 
-View makeView(const PosedScene& posed, const Shape& shape, const CameraOptions& options) {
-    const Bounds box = shape.bounds();
+View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraOptions& options) {
+    const Bounds box = extent.bounds();
     View view;
     if (options.camera && namesLight(*options.camera)) {
         view = viewOfLight(options, posed);
@@ -307,7 +307,7 @@ View makeView(const PosedScene& posed, const Shape& shape, const CameraOptions& 
         view = sceneCamera(posed.scene(), posed.cameras()[chosen], names[chosen], options.size);
     } else {
         if (options.camera) chooseFrom("camera", *options.camera, {});
-        view = builtCamera(options, shape);
+        view = builtCamera(options, extent);
     }
     view.projection.half_width = view.projection.half_height * aspectOf(view);
     setDepthRange(view, options, box);

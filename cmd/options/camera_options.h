@@ -9,8 +9,8 @@
 
 #include "cmd/cli/parse.h"
 #include "cmd/options/share.h"
+#include "core/scene/framing.h"
 #include "core/scene/posed_scene.h"
-#include "core/scene/shape.h"
 #include "core/scene/view.h"
 
 namespace peeler::cmd {
@@ -48,12 +48,12 @@ void checkCrop(const Window& crop, int width, int height);
 /// order.
 std::vector<std::string> cameraNames(const PosedScene& posed);
 
-/// The view of the chosen, built or framed camera; `shape` is what it has to see. A scene's camera
+/// The view of the chosen, built or framed camera; `extent` is what it has to see. A scene's camera
 /// keeps its vertical field of view whatever the size's aspect ratio, near and far; a built one is
 /// near enough to clip nothing it could show (1e-4 of the scene's size or of the distance to the
 /// target, which reversed Z makes free) and sees infinitely far, or past the scene if orthographic.
 /// Throws Error (kUsage) for an unknown camera, with the list, for a crop outside the picture, and
 /// for a camera that cannot be; (kInput) for one that the file gives no direction or no extent.
-View makeView(const PosedScene& posed, const Shape& shape, const CameraOptions& options);
+View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraOptions& options);
 
 }  // namespace peeler::cmd

@@ -8,7 +8,7 @@
 
 #include "cmd/options/output_options.h"
 #include "core/image/channels.h"
-#include "core/scene/id_names.h"
+#include "core/scene/scene.h"
 
 namespace peeler::cmd {
 

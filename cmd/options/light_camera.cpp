@@ -6,7 +6,6 @@
 
 #include "cmd/cli/choices.h"
 #include "core/base/error.h"
-#include "core/scene/light_view.h"
 #include "core/scene/lights.h"
 
 namespace peeler::cmd {

@@ -22,7 +22,7 @@ PosedScene OpenedScene::at(double time) const {
 }
 
 View OpenedScene::view(const PosedScene& posed, const CameraOptions& camera) const {
-    return makeView(posed, all_times_ ? *all_times_ : Shape(posed), camera);
+    return makeView(posed, all_times_ ? *all_times_ : SceneExtent(posed), camera);
 }
 
 }  // namespace peeler::cmd

@@ -34,7 +34,7 @@ class OpenedScene {
     Scene scene_;
     int index_ = 0;
     std::vector<int> playing_;
-    std::optional<Shape> all_times_;  ///< of a scene that moves
+    std::optional<SceneExtent> all_times_;  ///< of a scene that moves
 };
 
 }  // namespace peeler::cmd

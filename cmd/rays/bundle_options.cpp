@@ -10,7 +10,7 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "core/base/error.h"
-#include "core/rays/directions.h"
+#include "core/rays/bundle.h"
 #include "formats/gltf/gltf_files.h"
 
 namespace peeler::cmd {

@@ -6,7 +6,7 @@
 
 #include "core/base/parallel.h"
 #include "core/capture/supersampling.h"
-#include "core/image/fragment_channel.h"
+#include "core/image/layered_image.h"
 
 namespace peeler::cmd {
 

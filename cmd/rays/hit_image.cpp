@@ -7,7 +7,7 @@
 
 #include "cmd/rays/hit_output.h"
 #include "core/capture/supersampling.h"
-#include "core/rays/common_display.h"
+#include "core/rays/bundle.h"
 #include "formats/exr/exr_hits_writer.h"
 
 namespace peeler::cmd {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
-#include "core/rays/common_display.h"
+#include "core/rays/bundle.h"
 #include "formats/exr/exr_plane_writer.h"
 #include "formats/writers.h"
 

@@ -5,9 +5,8 @@
 
 #include "cmd/options/frames.h"
 #include "cmd/rays/ray_map_output.h"
+#include "core/base/color.h"
 #include "core/base/error.h"
-#include "core/base/srgb.h"
-#include "core/image/color_ramp.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

@@ -7,7 +7,7 @@
 
 #include "cmd/cli/console.h"
 #include "cmd/rays/ray_output.h"
-#include "core/rays/parity.h"
+#include "core/rays/solids.h"
 
 namespace peeler::cmd {
 

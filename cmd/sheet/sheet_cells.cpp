@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "cmd/cli/report.h"
+#include "core/base/color.h"
 #include "core/base/parallel.h"
-#include "core/base/srgb.h"
 
 namespace peeler::cmd {
 

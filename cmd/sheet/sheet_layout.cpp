@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "cmd/cli/parse.h"
+#include "core/base/color.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/base/srgb.h"
 #include "formats/image/image_writer.h"
 
 namespace peeler::cmd {

@@ -6,12 +6,11 @@
 #include <numbers>
 #include <optional>
 
-#include "core/bake/gathering.h"
+#include "core/bake/integrators.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/capture/bands.h"
 #include "core/rays/bundle.h"
-#include "core/rays/directions.h"
 
 namespace peeler {
 namespace {
@@ -82,18 +81,18 @@ class RayLattice {
 /// The bands of a bundle, and the receivers whose rays they have.
 class ReceiverSink final : public Sink {
   public:
-    ReceiverSink(const Bundle& bundle, const Receivers& receivers, Gathering& gathering,
+    ReceiverSink(const Bundle& bundle, const Receivers& receivers, Integrator& integrator,
                  std::vector<Sum>& sums)
-        : bundle_(bundle), receivers_(receivers), gathering_(gathering), sums_(sums) {}
+        : bundle_(bundle), receivers_(receivers), integrator_(integrator), sums_(sums) {}
 
     void begin(const Plan&) override {}
     void finish() override {}
     void write(LayeredImage&& band) override {
-        gathering_.beginBand(band);
+        integrator_.beginBand(band);
         const RayLattice lattice(bundle_);
         const glm::vec3 direction(bundle_.direction());
         const Look ahead{bundle_, band, true, direction}, back{bundle_, band, false, -direction};
-        const float side = gathering_.looksInside() ? -1.0F : 1.0F;
+        const float side = integrator_.looksInside() ? -1.0F : 1.0F;
         const std::size_t groups = (receivers_.size() + kReceiversAtOnce - 1) / kReceiversAtOnce;
         parallelFor(groups, [&](std::size_t group) {
             const std::size_t end = std::min(receivers_.size(), (group + 1) * kReceiversAtOnce);
@@ -104,8 +103,8 @@ class ReceiverSink final : public Sink {
                 const RayLattice::Place place = lattice.placeOf(position);
                 if (place.y < band.window.y0 || place.y >= band.window.y1) continue;
                 const Look& look = cosine > 0 ? ahead : back;
-                gathering_.add(look, lattice.next(look, place), position, std::abs(cosine),
-                               sums_[r]);
+                integrator_.add(look, lattice.next(look, place), position, std::abs(cosine),
+                                sums_[r]);
             }
         });
     }
@@ -113,7 +112,7 @@ class ReceiverSink final : public Sink {
   private:
     const Bundle& bundle_;
     const Receivers& receivers_;
-    Gathering& gathering_;
+    Integrator& integrator_;
     std::vector<Sum>& sums_;
 };
 
@@ -149,38 +148,38 @@ std::vector<float> bake(Renderer& renderer, const Receivers& receivers,
                         const BakeSettings& settings, const CaptureSettings& capture,
                         const SurfaceLookup& lookup, const Progress& progress) {
     const std::size_t components = componentsOf(settings.quantity);
-    const auto gathering = gatheringOf(settings, {renderer.posed(), lookup});
+    const auto integrator = makeIntegrator(settings, {renderer.posed(), lookup});
     // The values of this round, and of the one before.
-    const std::size_t kept = gathering->rounds() > 1 ? 2 : 1;
+    const std::size_t kept = integrator->rounds() > 1 ? 2 : 1;
     checkMemory(receivers.size() * (sizeof(Sum) + kept * components * sizeof(float)),
                 receivers.size(), capture.memory);
     std::vector<float> values(receivers.size() * components);
     const std::optional<Bounds> all = renderer.posed().bounds();
     if (!all) return values;
     CaptureSettings hits = capture;
-    hits.hits = Hits::kSloped;
+    hits.hit_mode = HitMode::kSloped;
     hits.depth_clamp = true;
     hits.color_type = PixelType::kFloat;
-    hits.channels = gathering->channels();
+    hits.channels = integrator->channels();
     const auto directions = hemisphereDirections(std::max(1, settings.directions / 2));
-    const auto steps = static_cast<double>(directions.size()) * gathering->rounds();
+    const auto steps = static_cast<double>(directions.size()) * integrator->rounds();
     double done = 0;
     std::vector<Sum> sums(receivers.size());
     std::vector<float> gathered;
-    for (int round = 0; round < gathering->rounds(); ++round) {
+    for (int round = 0; round < integrator->rounds(); ++round) {
         if (round > 0) gathered = values;
-        gathering->beginRound(gathered);
+        integrator->beginRound(gathered);
         sums.assign(receivers.size(), {});
         for (std::size_t i = 0; i < directions.size(); ++i) {
             const Bundle bundle = parallelBundle("bundle", *all, *all, directions[i],
                                                  gridOf(settings, static_cast<int>(i)));
             renderer.plan(bundle.view, hits);
-            ReceiverSink sink(bundle, receivers, *gathering, sums);
+            ReceiverSink sink(bundle, receivers, *integrator, sums);
             renderer.capture(sink);
             if (progress) progress(++done / steps);
         }
         for (std::size_t r = 0; r < receivers.size(); ++r)
-            gathering->finish(sums[r], values.data() + r * components);
+            integrator->finish(sums[r], values.data() + r * components);
     }
     return values;
 }

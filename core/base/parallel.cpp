@@ -2,8 +2,9 @@
 // A persistent pool of threads behind parallelFor.
 #include "core/base/parallel.h"
 
+#include <pthread.h>
 #include <sched.h>
-
+#include <signal.h>
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
@@ -15,9 +16,32 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/worker_thread.h"
-
 namespace peeler {
+namespace {
+
+/// A new thread inherits the mask of the one that starts it.
+class SignalsBlocked {
+  public:
+    SignalsBlocked() {
+        sigset_t all;
+        sigfillset(&all);
+        pthread_sigmask(SIG_SETMASK, &all, &before_);
+    }
+    ~SignalsBlocked() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+    SignalsBlocked(const SignalsBlocked&) = delete;
+    SignalsBlocked& operator=(const SignalsBlocked&) = delete;
+
+  private:
+    sigset_t before_;
+};
+
+}  // namespace
+
+std::thread startWorker(std::function<void()> work) {
+    const SignalsBlocked blocked;
+    return std::thread(std::move(work));
+}
+
 namespace {
 
 thread_local bool inside_loop = false;

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over independent items on a fixed set of threads.
+// Loops over independent items on a fixed set of threads, and threads that leave signals to the
+// main thread.
 #pragma once
 
 #include <cstddef>
 #include <functional>
+#include <thread>
 
 namespace peeler {
+
+/// Runs `work` on a thread of its own that takes no signals: it could hold any lock when their
+/// handler runs. Throws std::system_error if a process limit allows no more threads.
+std::thread startWorker(std::function<void()> work);
 
 /// How many processors the process may run on, at least 1.
 int affinityCount();

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// The storage buffers a band's fragments are captured into, or its composite.
+// What a band's fragments are captured into: storage buffers, and slots as a render target.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
+#include "core/base/window.h"
+#include "core/gl/context.h"
 #include "core/gl/objects.h"
 #include "core/image/layered_image.h"
 
 namespace peeler {
 
 /// For layers: per pixel a slot; per fragment its key and what is stored of it, side by side
-/// (shaders/fragments.glsl). For a composite: per pixel a slot, a count, a depth, two stamps and a
+/// (shaders/stored_fragments.glsl). For a composite: per pixel a slot, a count, a depth, two stamps and a
 /// colour in 32-bit float. Grown on demand and reused from band to band: fresh memory costs more
 /// than rasterising into it.
 class BandBuffers {
@@ -67,6 +70,39 @@ class BandBuffers {
     gl::Buffer slots_, fragments_, channels_;       // of layers
     gl::Buffer depths_, stamps_, colors_, counts_;  // of a composite, and the slots
     gl::Buffer clip_first_, clip_depths_;
+};
+
+/// Where a driver's fragment shaders can read what they are about to overwrite
+/// (GL_EXT_shader_framebuffer_fetch), a pixel's slot needs no atomic counter in a storage buffer;
+/// on llvmpipe those are the most expensive instruction there is. Values go in and out row by row,
+/// y down, like all arrays of a band.
+class SlotTarget {
+  public:
+    static bool supported(const gl::Context& context);
+    /// Bytes for a raster tile of so many pixels.
+    static std::uint64_t bytes(std::uint64_t tile_pixels) {
+        return tile_pixels * sizeof(std::uint32_t);
+    }
+
+    void free();
+
+    /// Sets the slots of `area`, of which `values` has those of `band` around it; empty: 0.
+    /// Allocates for the tile first, if it must.
+    void write(const gl::Functions& gl, const Window& tile, const Window& area, const Window& band,
+               std::span<const std::uint32_t> values);
+    /// Reads the slots of `area` into those of `band`. Waits for the GPU.
+    void read(const gl::Functions& gl, const Window& tile, const Window& area, const Window& band,
+              std::span<std::uint32_t> values);
+
+    GLuint framebuffer() const { return framebuffer_.name(); }
+
+  private:
+    void reserve(const gl::Functions& gl, int tile_width, int tile_height);
+
+    gl::Texture texture_;
+    gl::Framebuffer framebuffer_;
+    int width_ = 0, height_ = 0;
+    std::vector<std::uint32_t> rows_;  ///< of an area, y up
 };
 
 }  // namespace peeler

@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "core/base/error.h"
-#include "core/capture/refine.h"
 #include "core/capture/supersampling.h"
+#include "core/capture/surface_channels.h"
 
 namespace peeler {
 namespace {
@@ -19,9 +19,9 @@ std::uint32_t limitOf(const BandRequest& request) {
     return request.layers ? request.layers : kNoLimit;
 }
 
-std::vector<std::string> colorChannels(Hits hits) {
-    if (hits == Hits::kNone) return {"R", "G", "B", "A"};
-    if (hits == Hits::kSloped) return {"dDepth.X", "dDepth.Y"};
+std::vector<std::string> colorChannels(HitMode hit_mode) {
+    if (hit_mode == HitMode::kNone) return {"R", "G", "B", "A"};
+    if (hit_mode == HitMode::kSloped) return {"dDepth.X", "dDepth.Y"};
     return {};
 }
 
@@ -188,13 +188,13 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
     const auto stored = readFragments();
     out.window = request.band;
     out.color.type =
-        shot_.settings.hits == Hits::kSloped ? PixelType::kFloat : shot_.settings.color_type;
-    out.color.channels = colorChannels(shot_.settings.hits);
+        shot_.settings.hit_mode == HitMode::kSloped ? PixelType::kFloat : shot_.settings.color_type;
+    out.color.channels = colorChannels(shot_.settings.hit_mode);
     out.extra.clear();
     const bool keyed = needsKeys(request);
     std::vector<std::uint32_t> sources;
     const CapturedFragments captured = capturedIn(stored);
-    gather(captured, shot_.view.projection, request.layers, out, keyed ? &sources : nullptr);
+    depthSort(captured, shot_.view.projection, request.layers, out, keyed ? &sources : nullptr);
     if (keyed) addChannels(request, captured, sources, out);
     return passes;
 }
@@ -204,13 +204,14 @@ int BandCapture::composite(LayerMethod& method, const BandRequest& request, Comp
     const StageTimer timer(times_, "composite");
     const auto stored = readFragments();
     out.window = request.band;
-    gatherComposite(capturedIn(stored), shot_.view.projection, request.layers, shot_.settings.tail,
-                    shot_.settings.color_type, out);
+    depthSortComposite(capturedIn(stored), shot_.view.projection, request.layers,
+                       shot_.settings.tail, shot_.settings.color_type, out);
     return passes;
 }
 
 bool BandCapture::needsKeys(const BandRequest& request) const {
-    return request.keys || shot_.settings.hits != Hits::kNone || !shot_.settings.channels.empty();
+    return request.keys || shot_.settings.hit_mode != HitMode::kNone ||
+           !shot_.settings.channels.empty();
 }
 
 gl::Buffer::Mapping BandCapture::readFragments() {
@@ -303,7 +304,7 @@ void BandCapture::addChannels(const BandRequest& request, const CapturedFragment
         keys[i] = captured.primitive(sources[i]);
     const std::size_t floats = shadedComponents(shot_.settings.channels) * first_.back();
     FragmentSources from{gpu_scene_.posed(), shot_.view, next_frame_, keys, sources};
-    if (shot_.settings.hits == Hits::kRefined)
+    if (shot_.settings.hit_mode == HitMode::kRefined)
         largest_correction_ = std::max(largest_correction_, refineHits(from, out, keys, sources));
     if (floats == 0) {
         appendChannels(from, shot_.settings.channels, out);
@@ -312,7 +313,7 @@ void BandCapture::addChannels(const BandRequest& request, const CapturedFragment
         from.values = values.as<const float>();
         appendChannels(from, shot_.settings.channels, out);
     }
-    if (request.keys || shot_.settings.hits != Hits::kNone)
+    if (request.keys || shot_.settings.hit_mode != HitMode::kNone)
         out.extra.insert(out.extra.begin(), std::move(array));
 }
 

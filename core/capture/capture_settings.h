@@ -34,7 +34,7 @@ enum class Shading : std::uint8_t { kPbr, kUnlit };
 
 /// Rays instead of a picture: fragments have no colour, and their keys (kKeyChannel) are the first
 /// extra array. Lines and points, which have no area, are not hit.
-enum class Hits : std::uint8_t {
+enum class HitMode : std::uint8_t {
     kNone,     ///< a picture
     kRefined,  ///< Z is found anew in double precision from the primitive, and sorted by
     kRaw,      ///< as the rasteriser has them
@@ -51,7 +51,7 @@ struct CaptureSettings {
     bool opaque_only = false;  ///< nothing that is BLEND or transmits light
     ClipVolume clip{};         ///< fragments on the wrong side do not count
     PixelType color_type = PixelType::kHalf;  ///< or kFloat
-    Hits hits = Hits::kNone;
+    HitMode hit_mode = HitMode::kNone;
     bool depth_clamp = false;  ///< nothing is cut off before the near or behind the far plane
     std::vector<Channel>
         channels{};                ///< of every fragment, in the order of the table; not composites
@@ -66,8 +66,8 @@ struct CaptureSettings {
 
     /// Bytes of what a fragment has in the place of its colour.
     std::size_t colorBytes() const {
-        if (hits == Hits::kNone) return 4 * pixelTypeSize(color_type);
-        return hits == Hits::kSloped ? 2 * sizeof(float) : 0;
+        if (hit_mode == HitMode::kNone) return 4 * pixelTypeSize(color_type);
+        return hit_mode == HitMode::kSloped ? 2 * sizeof(float) : 0;
     }
 };
 

@@ -1,16 +1,60 @@
 // SPDX-License-Identifier: Apache-2.0
-// The uploaded scene.
+// The uploaded scene: its geometry, its materials, and where on the screen it can appear.
 #pragma once
 
 #include <glm/glm.hpp>
+#include <limits>
+#include <span>
 #include <vector>
 
-#include "core/capture/gpu_geometry.h"
+#include "core/base/window.h"
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
 #include "core/scene/posed_scene.h"
 
 namespace peeler {
+
+/// The smallest axis-parallel box around some points; none yet: inside out.
+struct Box {
+    glm::vec3 min{std::numeric_limits<float>::infinity()};
+    glm::vec3 max{-std::numeric_limits<float>::infinity()};
+
+    bool empty() const { return !(min.x <= max.x); }
+    void add(std::span<const glm::vec3> points);
+};
+
+/// The pixels, y up, of a viewport of this size on which a GPU can put anything of the box: no
+/// pixel less, whatever it rounds in single precision, though often some more. All of them where
+/// the box reaches behind the eye.
+Window screenBounds(const Box& box, const glm::dmat4& clip_from_model, int width, int height);
+
+/// One buffer for what never changes, one for deformed vertices, a vertex array object a geometry.
+class GpuGeometry {
+  public:
+    /// Throws Error (kMemory) if the driver has no room.
+    GpuGeometry(const gl::Functions& gl, const PosedScene& posed);
+
+    /// Takes the deformed vertices of another moment of the same scene. The GPU must not be using
+    /// them.
+    void setDeformed(const PosedScene& posed);
+
+    GLuint vertexArray(const Draw& draw) const { return slots_[draw.geometry].vertex_array.name(); }
+    /// Around its vertices, in mesh space.
+    const Box& box(const Draw& draw) const { return slots_[draw.geometry].box; }
+    /// Bytes into the element buffer.
+    std::size_t indexOffset(const Draw& draw) const { return slots_[draw.geometry].index_offset; }
+
+  private:
+    struct Slot {
+        gl::VertexArray vertex_array;
+        std::size_t index_offset = 0;
+        std::size_t deformed_offset = 0;
+        Box box{};
+    };
+
+    std::vector<Slot> slots_;  ///< of each geometry
+    gl::Buffer fixed_, deformed_;
+};
 
 /// A material's record and the textures it binds, by unit (PEELER_BASE_COLOR_UNIT …).
 struct GpuMaterial {

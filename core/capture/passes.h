@@ -44,7 +44,7 @@ struct GeometryPass {
 };
 
 /// A pass without geometry: the fragment shader runs once for every pixel.
-struct CoverPass {
+struct FullScreenPass {
     std::string_view fragment_shader = "";
     std::string_view definitions = "";
     GLuint framebuffer = 0;

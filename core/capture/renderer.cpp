@@ -73,8 +73,9 @@ void checkSettings(const CaptureSettings& settings) {
         throw Error(ErrorKind::kUsage, "layers are stored as they are found, never blended",
                     "--tail blend", "add --as composite or write a .png, or leave --tail out");
     }
-    if (settings.hits != Hits::kNone && (!method->layers()->takesAll() || settings.composite ||
-                                         settings.samples > 1 || settings.max_layers != 0)) {
+    if (settings.hit_mode != HitMode::kNone &&
+        (!method->layers()->takesAll() || settings.composite || settings.samples > 1 ||
+         settings.max_layers != 0)) {
         throw Error(ErrorKind::kInternal, "all hits of rays are found at once, and as they are",
                     where);
     }
@@ -132,7 +133,7 @@ void Renderer::State::countClip() {
 }
 
 /// A stage of the planning that goes from one share of it to another.
-void Renderer::State::tellPlanned(double from, double to, double share) const {
+void Renderer::State::reportPlanned(double from, double to, double share) const {
     if (progress) progress(plan_share * (from + (to - from) * share));
 }
 
@@ -171,7 +172,7 @@ void Renderer::State::countViews() {
                 std::copy(counts.begin(), counts.end(),
                           kept_counts.begin() + static_cast<std::ptrdiff_t>(first));
             rows += static_cast<std::uint64_t>(band.height());
-            tellPlanned(0, counted, static_cast<double>(rows) / static_cast<double>(all_rows));
+            reportPlanned(0, counted, static_cast<double>(rows) / static_cast<double>(all_rows));
         }
     }
 }
@@ -193,8 +194,8 @@ void Renderer::State::mergeViews() {
         kept += imageBytes(image);
         keeps = keeps && fitsKept(kept);
         if (keeps) merged_bands.push_back(image);
-        tellPlanned(kCountShare, 1,
-                    static_cast<double>(band.y1 - plan.view.crop.y0) / plan.view.crop.height());
+        reportPlanned(kCountShare, 1,
+                      static_cast<double>(band.y1 - plan.view.crop.y0) / plan.view.crop.height());
     }
     if (!keeps) merged_bands.clear();
 }
@@ -220,7 +221,7 @@ void Renderer::State::fillPlan() {
     const DepthComplexity& complexity = merged ? *merged : *samples;
     plan.color_type = shot.settings.color_type;
     plan.channel_bytes = channelBytes(shot.settings.channels, shot.settings.color_type);
-    if (shot.settings.hits != Hits::kNone) plan.channel_bytes += sizeof(std::uint32_t);
+    if (shot.settings.hit_mode != HitMode::kNone) plan.channel_bytes += sizeof(std::uint32_t);
     plan.samples = shot.settings.samples;
     plan.layers = complexity.layers(method->exact() ? limit : 0);
     plan.fragments_counted = complexity.counted();

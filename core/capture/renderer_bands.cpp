@@ -47,7 +47,7 @@ BandCosts Renderer::State::costs() const {
         const std::uint64_t channels = channelBytes(shot.settings.channels, type);
         costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color + channels;
         // Keys and where fragments were captured.
-        if (channels > 0 || shot.settings.hits != Hits::kNone)
+        if (channels > 0 || shot.settings.hit_mode != HitMode::kNone)
             costs.fragment_bytes += 2 * sizeof(std::uint32_t);
         costs.largest_array_bytes =
             std::max<std::uint64_t>(BandBuffers::fragmentWords(color) * sizeof(std::uint32_t),

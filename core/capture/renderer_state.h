@@ -99,7 +99,7 @@ struct Renderer::State {
     void mergeViews();
     void limitLayers();
     void fillPlan();
-    void tellPlanned(double from, double to, double share) const;
+    void reportPlanned(double from, double to, double share) const;
 
     std::span<const std::uint32_t> countsOf(const Window& band);
     void captureLayers(const Window& band, std::uint32_t most, LayeredImage& out);

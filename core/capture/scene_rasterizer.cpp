@@ -200,7 +200,8 @@ gl::PassState SceneRasterizer::passState(GLuint framebuffer, const Window& area)
 }
 
 bool SceneRasterizer::shown(const GeometryPass& pass, const Draw& draw) const {
-    if (shot_.settings.hits != Hits::kNone && (draw.flags & PEELER_IS_TRIANGLES) == 0) return false;
+    if (shot_.settings.hit_mode != HitMode::kNone && (draw.flags & PEELER_IS_TRIANGLES) == 0)
+        return false;
     // The pass that finds the bound is the one for which opaque surfaces are always there.
     const bool hidden =
         pass.bounded && shot_.settings.surfaces == Surfaces::kTransparent && draw.opaque;
@@ -213,7 +214,7 @@ bool SceneRasterizer::shown(const GeometryPass& pass, const Draw& draw) const {
     return pass.draws == Draws::kAll || (pass.draws == Draws::kOpaque) == draw.opaque;
 }
 
-void SceneRasterizer::cover(const CoverPass& pass, const Window& area) {
+void SceneRasterizer::drawFullScreen(const FullScreenPass& pass, const Window& area) {
     const auto& gl = functions();
     gl::PassState state = passState(pass.framebuffer, area);
     state.depth_test = pass.depth_test;
@@ -221,7 +222,8 @@ void SceneRasterizer::cover(const CoverPass& pass, const Window& area) {
     gl::apply(gl, state);
     gl.Disable(GL_CULL_FACE);
     bindFrame();
-    use(shaders_.program({"cover.vert", pass.fragment_shader}, pass.definitions), pass.argument);
+    use(shaders_.program({"full_screen.vert", pass.fragment_shader}, pass.definitions),
+        pass.argument);
     gl.BindVertexArray(no_vertices_.name());
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
 }

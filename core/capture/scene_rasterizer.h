@@ -44,7 +44,7 @@ class SceneRasterizer {
     /// Draws the scene into `area` (picture coordinates, inside the tile).
     void draw(const GeometryPass& pass, const Window& area);
     /// Runs a fragment shader over `area`.
-    void cover(const CoverPass& pass, const Window& area);
+    void drawFullScreen(const FullScreenPass& pass, const Window& area);
     /// Runs a compute shader over `area`, which is also its argument.
     void compute(std::string_view shader, std::string_view definitions, const Window& area);
 
@@ -53,7 +53,7 @@ class SceneRasterizer {
     gl::PassState passState(GLuint framebuffer, const Window& area) const;
     /// Whether opaque surfaces hide what is behind them.
     bool bounded() const { return shot_.settings.surfaces != Surfaces::kAll; }
-    Hits hits() const { return shot_.settings.hits; }
+    HitMode hitMode() const { return shot_.settings.hit_mode; }
     bool floatColor() const { return shot_.settings.color_type == PixelType::kFloat; }
     const gl::Functions& functions() const { return context_.functions(); }
     /// Bytes of textures a tile needs for the opaque bound.

@@ -7,7 +7,7 @@
 
 #include "core/image/channels.h"
 #include "core/shading/lighting.h"
-#include "core/shading/material_record.h"
+#include "core/shading/materials.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {
@@ -45,10 +45,10 @@ unsigned alphaFeatures() {
     return bits;
 }
 
-/// See fragments.glsl.
+/// See stored_fragments.glsl.
 std::string_view storedAs(const CaptureSettings& settings) {
-    if (settings.hits == Hits::kSloped) return "SLOPES";
-    if (settings.hits != Hits::kNone) return "KEYS_ONLY";
+    if (settings.hit_mode == HitMode::kSloped) return "SLOPES";
+    if (settings.hit_mode != HitMode::kNone) return "KEYS_ONLY";
     return settings.color_type == PixelType::kFloat ? "COLOR_FLOAT" : "";
 }
 

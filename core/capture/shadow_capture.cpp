@@ -5,8 +5,8 @@
 
 #include "core/base/error.h"
 #include "core/capture/renderer_state.h"
-#include "core/image/midpoint.h"
-#include "core/scene/light_view.h"
+#include "core/image/statistics.h"
+#include "core/scene/lights.h"
 
 namespace peeler {
 namespace {

@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/capture/surface_channels.h"
 
-// Without the lookup table Imath's conversions are all in the header: core links no OpenEXR.
 #define IMATH_HALF_NO_LOOKUP_TABLE
 #include <Imath/half.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <vector>
 
 #include "core/base/parallel.h"
-#include "core/scene/pixel_rays.h"
-#include "core/scene/placed_element.h"
+#include "core/scene/elements.h"
+#include "core/scene/view.h"
 
 namespace peeler {
 namespace {
@@ -53,7 +52,7 @@ struct Band {
 struct Fragment {
     glm::dvec2 at{0};  // in the picture
     double z = 0;
-    PlacedElement element;
+    WorldElement element;
     // The rest, and the element's corners, only if a channel asks for it.
     glm::dvec3 direction{0};         // of the pixel's ray; not of unit length
     std::array<double, 3> weight{};  // of the corners
@@ -90,7 +89,7 @@ void motion(const Band& band, const Fragment& f, double* out) {
     const NextFrame* next = band.sources.next;
     glm::dvec2 before, after;
     if (!next || !band.now.project(f.element.weighted(f.weight), before)) return;
-    PlacedElement moved = f.element;
+    WorldElement moved = f.element;
     placeCorners(next->posed, moved);
     if (!band.next.project(moved.weighted(f.weight), after)) return;
     out[0] = after.x - before.x;
@@ -98,7 +97,7 @@ void motion(const Band& band, const Fragment& f, double* out) {
 }
 
 void identity(const Band& band, const Fragment& f, double* out) {
-    const PlacedElement& element = f.element;
+    const WorldElement& element = f.element;
     out[0] = element.instance->node + 1.0;
     out[1] = element.primitive->material + 1.0;
     out[2] = element.origin.in_mesh + 1.0;
@@ -224,6 +223,59 @@ void appendChannels(const FragmentSources& sources, std::span<const Channel> cha
                 filler.fill(f, at + sources.view.sample, image.z[f]);
         }
     });
+}
+
+namespace {
+
+struct RefinedHit {
+    double z;
+    std::uint32_t key, shaded;
+};
+
+bool precedes(const RefinedHit& a, const RefinedHit& b) {
+    return a.z < b.z || (a.z == b.z && a.key < b.key);
+}
+
+}  // namespace
+
+double refineHits(const FragmentSources& sources, LayeredImage& image,
+                  std::span<std::uint32_t> keys, std::span<std::uint32_t> shaded) {
+    const View& view = sources.view;
+    const glm::dvec3 eye(view.camera_to_world[3]), axis(-view.camera_to_world[2]);
+    const auto width = static_cast<std::size_t>(image.window.width());
+    const auto height = static_cast<std::size_t>(image.window.height());
+    std::vector<double> largest(height);
+    parallelFor(height, [&](std::size_t row) {
+        thread_local std::vector<RefinedHit> hits;
+        for (std::size_t x = 0; x < width; ++x) {
+            const std::size_t pixel = row * width + x;
+            const std::uint32_t begin = image.offsets[pixel], end = image.offsets[pixel + 1];
+            if (begin == end) continue;
+            const glm::dvec2 at = glm::dvec2(image.window.x0 + static_cast<double>(x),
+                                             image.window.y0 + static_cast<double>(row)) +
+                                  view.sample;
+            const glm::dvec3 origin = worldPosition(view, at.x, at.y, 0);
+            const glm::dvec3 direction = worldPosition(view, at.x, at.y, 1) - origin;
+            hits.clear();
+            for (std::uint32_t f = begin; f < end; ++f) {
+                WorldElement element = elementOf(sources.posed, keys[f]);
+                placeCorners(sources.posed, element);
+                const auto weight = element.weightsAt(origin, direction);
+                const double before = static_cast<double>(image.z[f]);
+                double z = glm::dot(element.weighted(weight) - eye, axis);
+                if (!std::isfinite(z)) z = before;
+                largest[row] = std::max(largest[row], std::abs(z - before));
+                hits.push_back({z, keys[f], shaded[f]});
+            }
+            std::sort(hits.begin(), hits.end(), precedes);
+            for (std::uint32_t f = begin; f < end; ++f) {
+                image.z[f] = static_cast<float>(hits[f - begin].z);
+                keys[f] = hits[f - begin].key;
+                shaded[f] = hits[f - begin].shaded;
+            }
+        }
+    });
+    return height == 0 ? 0 : *std::max_element(largest.begin(), largest.end());
 }
 
 }  // namespace peeler

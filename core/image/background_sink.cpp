@@ -4,7 +4,7 @@
 #include <system_error>
 #include <utility>
 
-#include "core/base/worker_thread.h"
+#include "core/base/parallel.h"
 
 namespace peeler {
 

@@ -15,23 +15,23 @@ void addScaled(BoxFilter::Pixel& sum, const BoxFilter::Pixel& value, float facto
 
 BoxFilter::BoxFilter(int source_width, int source_height, int width, int height)
     : width_(static_cast<std::size_t>(width)),
-      columns_(shares(source_width, width)),
-      rows_(shares(source_height, height)),
+      columns_(splits(source_width, width)),
+      rows_(splits(source_height, height)),
       pixels_(width_ * static_cast<std::size_t>(height)),
       narrow_(width_) {}
 
-std::vector<BoxFilter::Share> BoxFilter::shares(int source, int result) {
-    std::vector<Share> all(static_cast<std::size_t>(source));
+std::vector<BoxFilter::Split> BoxFilter::splits(int source, int result) {
+    std::vector<Split> all(static_cast<std::size_t>(source));
     const double scale = static_cast<double>(result) / source;
     for (int i = 0; i < source; ++i) {
-        Share& share = all[static_cast<std::size_t>(i)];
+        Split& split = all[static_cast<std::size_t>(i)];
         const double begin = i * scale, end = (i + 1) * scale;
-        share.first =
+        split.first =
             std::min(static_cast<std::size_t>(begin), static_cast<std::size_t>(result - 1));
-        const double edge = static_cast<double>(share.first) + 1;
+        const double edge = static_cast<double>(split.first) + 1;
         const bool crosses = end > edge && edge < result;
-        share.in_first = static_cast<float>((crosses ? edge : end) - begin);
-        share.in_next = crosses ? static_cast<float>(end - edge) : 0;
+        split.in_first = static_cast<float>((crosses ? edge : end) - begin);
+        split.in_next = crosses ? static_cast<float>(end - edge) : 0;
     }
     return all;
 }
@@ -39,14 +39,14 @@ std::vector<BoxFilter::Share> BoxFilter::shares(int source, int result) {
 void BoxFilter::addRow(std::span<const Pixel> row) {
     std::fill(narrow_.begin(), narrow_.end(), Pixel{});
     for (std::size_t x = 0; x < columns_.size(); ++x) {
-        const Share& share = columns_[x];
-        addScaled(narrow_[share.first], row[x], share.in_first);
-        if (share.in_next > 0) addScaled(narrow_[share.first + 1], row[x], share.in_next);
+        const Split& split = columns_[x];
+        addScaled(narrow_[split.first], row[x], split.in_first);
+        if (split.in_next > 0) addScaled(narrow_[split.first + 1], row[x], split.in_next);
     }
     add(rows_[next_row_++]);
 }
 
-void BoxFilter::add(const Share& row) {
+void BoxFilter::add(const Split& row) {
     Pixel* first = pixels_.data() + row.first * width_;
     for (std::size_t x = 0; x < width_; ++x)
         addScaled(first[x], narrow_[x], row.in_first);

@@ -24,16 +24,16 @@ class BoxFilter {
     const std::vector<Pixel>& pixels() const { return pixels_; }
 
   private:
-    /// A source index's share in two neighbours of the result.
-    struct Share {
+    /// How a source index is divided between two neighbours of the result.
+    struct Split {
         std::size_t first = 0;
         float in_first = 0, in_next = 0;
     };
-    static std::vector<Share> shares(int source, int result);
-    void add(const Share& row);
+    static std::vector<Split> splits(int source, int result);
+    void add(const Split& row);
 
     std::size_t width_;
-    std::vector<Share> columns_, rows_;
+    std::vector<Split> columns_, rows_;
     std::vector<Pixel> pixels_;
     std::vector<Pixel> narrow_;  ///< the row being added, as wide as the result
     std::size_t next_row_ = 0;

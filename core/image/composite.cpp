@@ -188,14 +188,14 @@ void appendNearestChannels(const LayeredImage& image, CompositeImage& out) {
 void toSingleLayer(const CompositeImage& composite, LayeredImage& out) {
     const auto width = static_cast<std::size_t>(composite.window.width());
     const auto height = static_cast<std::size_t>(composite.window.height());
-    const auto isThere = [&](std::size_t p) {
+    const auto hasFragment = [&](std::size_t p) {
         return composite.z[p] < std::numeric_limits<float>::infinity();
     };
     out.window = composite.window;
     out.offsets.resize(width * height + 1);
     out.offsets[0] = 0;
     for (std::size_t p = 0; p < width * height; ++p)
-        out.offsets[p + 1] = out.offsets[p] + (isThere(p) ? 1 : 0);
+        out.offsets[p + 1] = out.offsets[p] + (hasFragment(p) ? 1 : 0);
     out.color = {{"R", "G", "B", "A"}, PixelType::kFloat, std::move(out.color.data)};
     out.color.data.resize(out.offsets.back() * sizeof(Color));
     out.extra.clear();
@@ -203,7 +203,7 @@ void toSingleLayer(const CompositeImage& composite, LayeredImage& out) {
     auto* colors = out.color.as<Color>().data();
     parallelFor(height, [&](std::size_t row) {
         for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
-            if (!isThere(p)) continue;
+            if (!hasFragment(p)) continue;
             out.z[out.offsets[p]] = composite.z[p];
             colors[out.offsets[p]] = composite.rgba[p];
         }

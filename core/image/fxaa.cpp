@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums are grouped so that mirroring and transposing a picture leaves every rounding as it was.
-//
-// This file is compiled with -ffp-contract=off, like core/image/composite.cpp: the same bits on
-// every machine.
 #include "core/image/fxaa.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/base/parallel.h"
@@ -67,8 +64,8 @@ class Luma {
 };
 
 /// Luma of a pixel, its four neighbours and its four corners.
-struct Surroundings {
-    Surroundings(const Luma& luma, Pixel p)
+struct Neighbourhood {
+    Neighbourhood(const Luma& luma, Pixel p)
         : m(luma[p]),
           n(luma[p + Pixel{0, -1}]),
           s(luma[p + Pixel{0, 1}]),
@@ -179,10 +176,10 @@ class Filter {
         : picture_(picture), dark_(picture, background), light_(overWhite(background)) {}
 
     Filtered operator()(Pixel p) const {
-        const Surroundings around(dark_, p);
+        const Neighbourhood around(dark_, p);
         if (!light_) return filter(dark_, around, p);
         // What has the luma of one background stands out from the other.
-        const Surroundings other(*light_, p);
+        const Neighbourhood other(*light_, p);
         return other.range > around.range ? filter(*light_, other, p) : filter(dark_, around, p);
     }
 
@@ -195,7 +192,7 @@ class Filter {
         return Luma(picture_, background);
     }
 
-    Filtered filter(const Luma& luma, const Surroundings& around, Pixel p) const {
+    Filtered filter(const Luma& luma, const Neighbourhood& around, Pixel p) const {
         if (!around.visible) return pixelOf(picture_, p);
         const float rows = around.acrossRows(), columns = around.acrossColumns();
         const float least = around.subpixelShift();
@@ -241,6 +238,104 @@ void applyFxaa(const CompositeImage& picture, const Color& background, int y0, i
             out.z[row * width + column] = pixel.z;
         }
     });
+}
+
+namespace {
+
+// Large enough to keep many threads busy, here and where the slice is encoded.
+constexpr std::uint64_t kSliceBytes = 32U << 20;
+constexpr int kLeastSlice = 16, kMostSlice = 256;  // rows
+
+constexpr std::uint64_t kCompositeBytes = sizeof(float) * (4 + 1);              // a pixel
+constexpr std::uint64_t kKeptPixelBytes = kCompositeBytes + 2 * sizeof(float);  // and its two lumas
+constexpr std::uint64_t kFilteredBytes = 2 * kCompositeBytes + sizeof(std::uint32_t);  // as a layer
+
+void appendRows(const CompositeImage& from, int y0, int y1, CompositeImage& to) {
+    const auto width = static_cast<std::ptrdiff_t>(from.window.width());
+    const auto first = (y0 - from.window.y0) * width, last = (y1 - from.window.y0) * width;
+    to.rgba.insert(to.rgba.end(), from.rgba.begin() + first, from.rgba.begin() + last);
+    to.z.insert(to.z.end(), from.z.begin() + first, from.z.begin() + last);
+    to.window.y1 += y1 - y0;
+}
+
+void dropRowsAbove(int y, CompositeImage& image) {
+    if (y <= image.window.y0) return;
+    const auto pixels = static_cast<std::ptrdiff_t>(y - image.window.y0) * image.window.width();
+    image.rgba.erase(image.rgba.begin(), image.rgba.begin() + pixels);
+    image.z.erase(image.z.begin(), image.z.begin() + pixels);
+    image.window.y0 = y;
+}
+
+}  // namespace
+
+FxaaFilter::FxaaFilter(std::unique_ptr<Sink> next, const std::array<float, 4>& background)
+    : next_(std::move(next)), background_(background) {}
+
+void FxaaFilter::begin(const Plan& plan) {
+    next_->begin(plan);
+    crop_ = plan.view.crop;
+    const auto row_bytes =
+        static_cast<std::uint64_t>(std::max(1, crop_.width())) * (kKeptPixelBytes + kFilteredBytes);
+    slice_rows_ = static_cast<int>(
+        std::clamp<std::uint64_t>(kSliceBytes / row_bytes, kLeastSlice, kMostSlice));
+    next_row_ = crop_.y0;
+    kept_ = {{crop_.x0, crop_.y0, crop_.x1, crop_.y0}, {}, {}};
+    const auto pixels = static_cast<std::size_t>(crop_.width()) *
+                        static_cast<std::size_t>(2 * kFxaaReach + slice_rows_);
+    kept_.rgba.reserve(pixels);
+    kept_.z.reserve(pixels);
+}
+
+void FxaaFilter::write(LayeredImage&& band) {
+    {
+        const StageTimer timer(times_, "composite");
+        compositeOver(band, {}, composite_);
+    }
+    for (int y = band.window.y0; y < band.window.y1; y += slice_rows_) {
+        keep(y, std::min(y + slice_rows_, band.window.y1));
+        passOn();
+    }
+}
+
+void FxaaFilter::keep(int y0, int y1) {
+    const StageTimer timer(times_, "composite");
+    dropRowsAbove(next_row_ - kFxaaReach, kept_);
+    appendRows(composite_, y0, y1, kept_);
+}
+
+/// Hands on the rows that have all others they need.
+void FxaaFilter::passOn() {
+    const int kept = kept_.window.y1;
+    const int end = kept == crop_.y1 ? kept : kept - kFxaaReach;
+    while (next_row_ < end) {
+        const int row = std::min(next_row_ + slice_rows_, end);
+        {
+            const StageTimer timer(times_, "composite");
+            applyFxaa(kept_, background_, next_row_, row, filtered_);
+            toSingleLayer(filtered_, layer_);
+        }
+        next_->write(std::move(layer_));
+        next_row_ = row;
+    }
+}
+
+void FxaaFilter::finish() {
+    next_->finish();
+}
+
+SinkMemory FxaaFilter::memory() const {
+    SinkMemory memory = next_->memory();
+    const auto width = static_cast<std::uint64_t>(crop_.width());
+    const auto slice = static_cast<std::uint64_t>(slice_rows_);
+    constexpr std::uint64_t kOverlap = std::uint64_t{2} * kFxaaReach;
+    memory.bytes += width * ((kOverlap + slice) * kKeptPixelBytes + slice * kFilteredBytes);
+    return memory;
+}
+
+StageTimes FxaaFilter::times() const {
+    StageTimes times = next_->times();
+    add(times, times_);
+    return times;
 }
 
 }  // namespace peeler

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/window.h"
@@ -58,5 +59,31 @@ struct LayeredImage {
     }
     std::uint32_t count(std::size_t pixel) const { return offsets[pixel + 1] - offsets[pixel]; }
 };
+
+/// One component of one of `LayeredImage::extra`. Refers to the image, which must outlive it.
+class FragmentChannel {
+  public:
+    FragmentChannel() = default;
+    FragmentChannel(const FragmentArray& array, std::size_t component)
+        : array_(&array), component_(component) {}
+
+    explicit operator bool() const { return array_ != nullptr; }
+    PixelType type() const { return array_->type; }
+    /// The stored bytes of a fragment's value, pixelTypeSize(type()) of them.
+    const std::byte* data(std::size_t fragment) const;
+    /// The value of a channel of type uint.
+    std::uint32_t id(std::size_t fragment) const;
+    /// The value, uint rounded to float.
+    float value(std::size_t fragment) const;
+
+  private:
+    const FragmentArray* array_ = nullptr;
+    std::size_t component_ = 0;
+};
+
+/// False if the image has no such channel.
+FragmentChannel findChannel(const LayeredImage& image, std::string_view name);
+/// The same of a channel of type uint; false also if it is of another.
+FragmentChannel findIds(const LayeredImage& image, std::string_view name);
 
 }  // namespace peeler

@@ -8,7 +8,7 @@
 
 #include "core/base/stage_times.h"
 #include "core/image/layered_image.h"
-#include "core/scene/id_names.h"
+#include "core/scene/scene.h"
 #include "core/scene/view.h"
 
 namespace peeler {

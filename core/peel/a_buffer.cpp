@@ -19,7 +19,7 @@ class ABuffer final : public LayerMethod {
         const Window& tile = rasterizer.tile();
         const auto none = gl::makeEmptyFramebuffer(gl, tile.width(), tile.height());
         GeometryPass pass{.fragment_shader = "a_buffer.frag", .shades = true};
-        if (rasterizer.hits() != Hits::kNone) pass = {.fragment_shader = "hits.frag"};
+        if (rasterizer.hitMode() != HitMode::kNone) pass = {.fragment_shader = "hits.frag"};
         if (area.slot_framebuffer) pass.definitions = area.keys ? kFetchedSlots : kSlotsAsKeys;
         pass.framebuffer = area.slot_framebuffer ? area.slot_framebuffer : none.name();
         rasterizer.draw(pass, area.window);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Back-to-front depth peeling (Everitt 2001 with the tests turned round): the farthest layer first.
 #include "core/peel/composite_targets.h"
-#include "core/peel/layer_targets.h"
-#include "core/peel/peeled_layers.h"
 
 namespace peeler {
 namespace {

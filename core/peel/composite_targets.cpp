@@ -123,10 +123,10 @@ int CompositeTargets::addOpaque(SceneRasterizer& rasterizer, const Window& area)
 void CompositeTargets::blendOverBack(SceneRasterizer& rasterizer, const Window& area,
                                      GLuint texture) {
     rasterizer.functions().BindTextureUnit(PEELER_FRONT_UNIT, texture);
-    rasterizer.cover({.fragment_shader = "blend_texture.frag",
-                      .framebuffer = framebuffer(rasterizer, kBack),
-                      .blend = blending(kBack)},
-                     area);
+    rasterizer.drawFullScreen({.fragment_shader = "blend_texture.frag",
+                               .framebuffer = framebuffer(rasterizer, kBack),
+                               .blend = blending(kBack)},
+                              area);
 }
 
 void CompositeTargets::resolve(SceneRasterizer& rasterizer, const Window& area,

@@ -8,7 +8,6 @@
 #include "core/capture/method.h"
 #include "core/capture/scene_rasterizer.h"
 #include "core/peel/composite_targets.h"
-#include "core/peel/layer_targets.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {
@@ -158,18 +157,18 @@ int DualComposite::finishShort(SceneRasterizer& rasterizer, const CompositeArea&
     CompositeArea again = area;
     again.layers = area.layersMissing();
     if (again.layers == 0) return 0;
-    rasterizer.cover({.fragment_shader = "reopen_pixels.frag",
-                      .definitions = hasTail() ? "TAIL" : "",
-                      .framebuffer = targets_.framebuffer(rasterizer, parts_)},
-                     area.window);
+    rasterizer.drawFullScreen({.fragment_shader = "reopen_pixels.frag",
+                               .definitions = hasTail() ? "TAIL" : "",
+                               .framebuffer = targets_.framebuffer(rasterizer, parts_)},
+                              area.window);
     // The next pass writes the slots that this one reads.
     rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     layers_.beginFinished(rasterizer, area.window);
-    rasterizer.cover({.fragment_shader = "reopen_pixels.frag",
-                      .definitions = "KEY",
-                      .framebuffer = layers_.framebuffer(1, LayerTargets::kKey),
-                      .depth_test = gl::DepthTest::kReplace},
-                     area.window);
+    rasterizer.drawFullScreen({.fragment_shader = "reopen_pixels.frag",
+                               .definitions = "KEY",
+                               .framebuffer = layers_.framebuffer(1, LayerTargets::kKey),
+                               .depth_test = gl::DepthTest::kReplace},
+                              area.window);
     rasterizer.functions().MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
     return compositeNearestFirst(rasterizer, again, layers_, targets_);
 }

@@ -4,8 +4,6 @@
 // other. Everitt's occlusion query after each pass, which tells when nothing is left, is not
 // needed: the count pass has told before.
 #include "core/peel/composite_targets.h"
-#include "core/peel/layer_targets.h"
-#include "core/peel/peeled_layers.h"
 
 namespace peeler {
 namespace {

@@ -109,12 +109,12 @@ void LayerTargets::store(SceneRasterizer& rasterizer, const Window& area, int i)
 }
 
 void LayerTargets::blend(SceneRasterizer& rasterizer, const Window& area, int i,
-                         CoverPass pass) const {
+                         FullScreenPass pass) const {
     const auto& gl = rasterizer.functions();
     bindForReading(gl, i);
     gl.BindTextureUnit(PEELER_PREVIOUS_COLOR_UNIT, color_.name());
     pass.fragment_shader = "blend_layer.frag";
-    rasterizer.cover(pass, area);
+    rasterizer.drawFullScreen(pass, area);
     gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 }
 

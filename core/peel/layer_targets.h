@@ -7,6 +7,7 @@
 #include <functional>
 #include <string_view>
 
+#include "core/capture/method.h"
 #include "core/capture/scene_rasterizer.h"
 #include "core/gl/objects.h"
 
@@ -68,7 +69,7 @@ class LayerTargets {
     /// `area` that has one.
     void store(SceneRasterizer& rasterizer, const Window& area, int i) const;
     /// Runs blend_layer.frag on the layer of side `i`. The pass needs everything but its shader.
-    void blend(SceneRasterizer& rasterizer, const Window& area, int i, CoverPass pass) const;
+    void blend(SceneRasterizer& rasterizer, const Window& area, int i, FullScreenPass pass) const;
 
   private:
     void allocate(const SceneRasterizer& rasterizer);
@@ -84,6 +85,30 @@ class LayerTargets {
     gl::Texture color_;
     gl::Framebuffer color_only_;
     Window size_;
+};
+
+/// Layers peeled one after the other from either end, and stored.
+class PeeledLayers final : public LayerMethod {
+  public:
+    explicit PeeledLayers(const PeelDirection& direction) : direction_(direction) {}
+
+    // From behind, a layer's index from the front is known only when all have been peeled, so the
+    // lists are put in order afterwards.
+    bool takesAll() const override { return !direction_.nearest_first; }
+
+    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
+        return LayerTargets::bytes(tile_pixels, float_color);
+    }
+
+    int capture(SceneRasterizer& rasterizer, const LayerArea& area) override {
+        layers_.begin(rasterizer, area.window, direction_);
+        return layers_.peel(rasterizer, area.window, area.layers, direction_,
+                            [&](int, int side) { layers_.store(rasterizer, area.window, side); });
+    }
+
+  private:
+    const PeelDirection& direction_;
+    LayerTargets layers_;
 };
 
 }  // namespace peeler

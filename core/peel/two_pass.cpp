@@ -6,7 +6,6 @@
 
 #include "core/capture/method.h"
 #include "core/peel/composite_targets.h"
-#include "core/peel/layer_targets.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {

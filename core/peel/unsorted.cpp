@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Plain "over" blending in draw order: what a renderer shows that does not care, and the thing
 // everyone complains about.
-#include "core/peel/unordered.h"
+#include "core/peel/composite_targets.h"
 
 namespace peeler {
 

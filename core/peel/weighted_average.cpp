@@ -2,7 +2,7 @@
 // Weighted average (Bavoil & Myers, "Order Independent Transparency with Dual Depth Peeling",
 // NVIDIA 2008, section 4): every fragment of a pixel is given the pixel's average colour and
 // opacity, so that their order does not matter.
-#include "core/peel/unordered.h"
+#include "core/peel/composite_targets.h"
 
 namespace peeler {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Weighted sum (Meshkin, "Sort-Independent Alpha Blending", GDC 2007): C = ΣA·C + C_bg·(1 − ΣA).
 // The sum of opacities may exceed 1.
-#include "core/peel/unordered.h"
+#include "core/peel/composite_targets.h"
 
 namespace peeler {
 

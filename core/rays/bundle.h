@@ -12,6 +12,13 @@
 
 namespace peeler {
 
+/// Unit vectors over the whole sphere, each for the same solid angle: the spherical Fibonacci
+/// lattice (Swinbank & Purser 2006; Keinert et al., "Spherical Fibonacci Mapping", 2015).
+std::vector<glm::dvec3> sphereDirections(int count);
+
+/// Likewise over the half around +Y.
+std::vector<glm::dvec3> hemisphereDirections(int count);
+
 /// How dense the rays of a bundle are: so many along its longer side, or so far apart.
 struct RayGrid {
     int resolution = 1024;
@@ -60,5 +67,11 @@ struct AxisBundles {
     glm::ivec3 cells{0};          ///< along x, y, z
 };
 AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& grid);
+
+/// The views of the bundles with the same rays, but with display windows that are all of one size,
+/// as OpenEXR wants it of the parts of a file: the crop of a smaller one lies in the middle. Half a
+/// pixel that is left over moves the camera of a parallel bundle. Throws Error (kUsage) for pinhole
+/// bundles that would need that.
+std::vector<View> withCommonDisplay(std::span<const Bundle> bundles);
 
 }  // namespace peeler

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
-#include "core/scene/placed_element.h"
+#include "core/scene/elements.h"
 
 namespace peeler {
 namespace {
@@ -52,7 +52,7 @@ class Search {
   private:
     /// `later`: in the list than those that have been looked at.
     void look(std::uint32_t key, bool later) {
-        PlacedElement element = elementOf(posed_, key);
+        WorldElement element = elementOf(posed_, key);
         placeCorners(posed_, element);
         const glm::dvec3 hit = element.weighted(element.weightsAt(point_, direction_));
         double along = glm::dot(hit - point_, direction_);

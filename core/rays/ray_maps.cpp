@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/scene/id_names.h"
+#include "core/scene/scene.h"
 
 namespace peeler {
 namespace {

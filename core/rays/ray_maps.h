@@ -11,7 +11,7 @@
 
 #include "core/image/layered_image.h"
 #include "core/rays/bundle.h"
-#include "core/rays/solid_spans.h"
+#include "core/rays/solids.h"
 
 namespace peeler {
 

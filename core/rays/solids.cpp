@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <tuple>
 
-#include "core/scene/primitive_corners.h"
+#include "core/base/parallel.h"
+#include "core/scene/elements.h"
 
 namespace peeler {
 namespace {
@@ -140,6 +142,86 @@ const Solids::Surface& Solids::surfaceOf(std::uint32_t key) const {
     // The last of those that begin there: primitives without elements begin there, too.
     const auto after = std::upper_bound(first_keys_.begin(), first_keys_.end(), key);
     return surfaces_[static_cast<std::size_t>(after - first_keys_.begin()) - 1];
+}
+
+void SolidSpans::find(std::span<const float> t, std::span<const std::uint32_t> keys,
+                      const Solids& solids) {
+    order_.clear();
+    spans_.clear();
+    hits_.clear();
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        const std::uint32_t solid = solids.solidOf(keys[i]);
+        if (solid != Solids::kNone) order_.push_back({solid, static_cast<std::uint32_t>(i)});
+    }
+    std::sort(order_.begin(), order_.end(), [](const Hit& a, const Hit& b) {
+        return std::tie(a.solid, a.index) < std::tie(b.solid, b.index);
+    });
+    for (std::size_t i = 0, end = 0; i < order_.size(); i = end) {
+        const std::uint32_t solid = order_[i].solid;
+        while (end < order_.size() && order_[end].solid == solid)
+            ++end;
+        hits_.push_back({solid, static_cast<std::uint32_t>(end - i)});
+        for (std::size_t k = i; k + 1 < end; k += 2) {
+            const std::uint32_t in = order_[k].index, out = order_[k + 1].index;
+            if (t[out] > t[in]) spans_.push_back({{t[in], t[out]}, solid, keys[in], in});
+        }
+    }
+    std::sort(spans_.begin(), spans_.end(), [](const SolidSpan& a, const SolidSpan& b) {
+        return std::tie(a.begin, b.end, a.hit) < std::tie(b.begin, a.end, b.hit);
+    });
+}
+
+namespace {
+
+/// What some rows of a band add.
+struct Share {
+    std::map<std::uint32_t, SolidParity> solids;
+    std::uint64_t odd_rays = 0;
+};
+
+void addRay(std::span<const SolidHits> hits, const OddRay& ray, Share& share) {
+    bool odd = false;
+    for (const SolidHits& solid : hits) {
+        SolidParity& parity = share.solids[solid.solid];
+        ++parity.rays;
+        if (!solid.odd()) continue;
+        odd = true;
+        ++parity.odd;
+        if (parity.first.size() < Parity::kKept) parity.first.push_back(ray);
+    }
+    if (odd) ++share.odd_rays;
+}
+
+}  // namespace
+
+void Parity::add(std::size_t bundle, const LayeredImage& band) {
+    constexpr int kRows = 16;
+    const Window& window = band.window;
+    const std::span<const std::uint32_t> keys = band.extra[0].as<std::uint32_t>();
+    std::vector<Share> shares(static_cast<std::size_t>((window.height() + kRows - 1) / kRows));
+    parallelFor(shares.size(), [&](std::size_t i) {
+        SolidSpans spans;
+        const int y0 = window.y0 + static_cast<int>(i) * kRows;
+        for (int y = y0; y < std::min(y0 + kRows, window.y1); ++y) {
+            for (int x = window.x0; x < window.x1; ++x) {
+                const std::size_t pixel = band.pixelIndex(x, y);
+                const std::size_t begin = band.offsets[pixel], hits = band.count(pixel);
+                if (hits == 0) continue;
+                spans.find({band.z.data() + begin, hits}, keys.subspan(begin, hits), solids_);
+                addRay(spans.hits(), {bundle, x, y}, shares[i]);
+            }
+        }
+    });
+    for (const Share& share : shares) {
+        odd_rays_ += share.odd_rays;
+        for (const auto& [solid, more] : share.solids) {
+            SolidParity& parity = found_[solid];
+            parity.rays += more.rays;
+            parity.odd += more.odd;
+            for (const OddRay& ray : more.first)
+                if (parity.first.size() < kKept) parity.first.push_back(ray);
+        }
+    }
 }
 
 }  // namespace peeler

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which closed surface a hit belongs to.
+// Which closed surface a hit belongs to, where a ray is inside of one, and whether rays leave what
+// they enter.
 #pragma once
 
 #include <cstddef>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/image/layered_image.h"
 #include "core/scene/posed_scene.h"
 
 namespace peeler {
@@ -64,6 +66,101 @@ class Solids {
     std::vector<std::uint32_t> first_keys_;  ///< of each surface, in draw order
     std::vector<Surface> surfaces_;
     std::map<std::pair<int, int>, std::vector<Shell>> shells_;  ///< by mesh and deformation
+};
+
+/// A stretch of a ray, in t.
+struct Stretch {
+    double begin = 0, end = 0;
+
+    double length() const { return end - begin; }
+    bool operator==(const Stretch&) const = default;
+};
+
+/// A stretch inside one solid.
+struct SolidSpan : Stretch {
+    std::uint32_t solid = 0;  ///< index into Solids::all()
+    std::uint32_t key = 0;    ///< of the hit that entered it
+    std::uint32_t hit = 0;    ///< which of the ray's
+};
+
+/// How often a ray hits a solid.
+struct SolidHits {
+    std::uint32_t solid = 0, hits = 0;
+
+    bool odd() const { return hits % 2 == 1; }
+};
+
+/// What the hits of a ray say of solids, by parity: the ray is inside of a solid from its 1st hit
+/// to its 2nd, from its 3rd to its 4th, and so on; an odd last one opens nothing. Keeps its storage
+/// from ray to ray: one for each thread.
+class SolidSpans {
+  public:
+    /// `t` does not fall; `keys` as DrawList counts them, coincident hits in draw order.
+    void find(std::span<const float> t, std::span<const std::uint32_t> keys, const Solids& solids);
+
+    /// Those that have a length, by where they begin. Of several that begin together the longest is
+    /// first, as if the others were inside of it.
+    std::span<const SolidSpan> all() const { return spans_; }
+    /// Of every solid that is hit; by index.
+    std::span<const SolidHits> hits() const { return hits_; }
+
+  private:
+    struct Hit {
+        std::uint32_t solid, index;
+    };
+    std::vector<Hit> order_;
+    std::vector<SolidSpan> spans_;
+    std::vector<SolidHits> hits_;
+};
+
+/// The stretches inside at least one of the solids that `keep(span)` is true for, in order,
+/// without gaps of no length between them. `out` is overwritten.
+template <class Keep>
+void uniteSpans(std::span<const SolidSpan> spans, Keep&& keep, std::vector<Stretch>& out) {
+    out.clear();
+    for (const SolidSpan& span : spans) {
+        if (!keep(span)) continue;
+        if (out.empty() || span.begin > out.back().end) {
+            out.push_back(span);
+        } else if (span.end > out.back().end) {
+            out.back().end = span.end;
+        }
+    }
+}
+
+/// A ray that hits a solid an odd number of times.
+struct OddRay {
+    std::size_t bundle = 0;
+    int x = 0, y = 0;  ///< pixel of the bundle's picture
+    bool operator==(const OddRay&) const = default;
+};
+
+struct SolidParity {
+    std::uint64_t rays = 0;     ///< that hit it
+    std::uint64_t odd = 0;      ///< of those
+    std::vector<OddRay> first;  ///< the first Parity::kKept of the odd ones
+};
+
+/// Counts, over bundles, the rays that hit each solid, and those that hit it an odd number of
+/// times: through a closed surface there are none.
+class Parity {
+  public:
+    static constexpr std::size_t kKept = 8;
+
+    explicit Parity(const Solids& solids) : solids_(solids) {}
+
+    /// Bands of bundles in order. extra[0] are the keys.
+    void add(std::size_t bundle, const LayeredImage& band);
+
+    /// By index of the solid; those that no ray has hit are missing.
+    const std::map<std::uint32_t, SolidParity>& solids() const { return found_; }
+    std::uint64_t oddRays() const { return odd_rays_; }  ///< odd with any solid
+    bool holds() const { return odd_rays_ == 0; }
+
+  private:
+    const Solids& solids_;
+    std::map<std::uint32_t, SolidParity> found_;
+    std::uint64_t odd_rays_ = 0;
 };
 
 }  // namespace peeler

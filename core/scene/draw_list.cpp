@@ -6,8 +6,8 @@
 #include <map>
 
 #include "core/base/error.h"
+#include "core/scene/elements.h"
 #include "core/scene/posed_scene.h"
-#include "core/scene/primitive_corners.h"
 #include "shaders/interface.glsl"
 
 namespace peeler {

@@ -1,15 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a camera stands and how it is turned: geometry without options or files.
+// What a camera has to see, and where it stands for that: geometry without options or files.
 #pragma once
 
 #include <functional>
 #include <glm/glm.hpp>
+#include <optional>
+#include <span>
+#include <vector>
 
-#include "core/scene/placement.h"
 #include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
 
-namespace peeler::cmd {
+namespace peeler {
+
+/// How far a scene reaches, at one moment or at all of them.
+class SceneExtent {
+  public:
+    /// Of one moment, by its vertices.
+    explicit SceneExtent(const PosedScene& posed);
+
+    /// Of these animations from their first key to their last, by bounding boxes at keys (24 at
+    /// most) and between them: the same for every frame, so that a camera which frames the scene
+    /// stands still.
+    SceneExtent(const Scene& scene, int scene_index, std::span<const int> animations);
+
+    /// A unit cube at the origin if there is nothing. Throws Error (kInput) if it is not finite.
+    Bounds bounds() const;
+
+    /// How far it reaches from `origin` along a direction, the largest dot product; −inf if there
+    /// is nothing.
+    double reach(const glm::dvec3& origin, const glm::dvec3& direction) const;
+
+  private:
+    std::optional<PosedScene> posed_;  ///< none: the boxes count
+    std::vector<Bounds> boxes_;
+};
 
 /// The world direction from which an unknown scene is looked at: from the front (+Z if `up` is +Y,
 /// glTF 2.0 §3.4; −Y if `up` is +Z, as modellers have it), a little from the right and from above.
@@ -34,4 +59,4 @@ struct DepthRange {
 };
 DepthRange depthRange(const Bounds& bounds, const glm::dmat4& camera_to_world);
 
-}  // namespace peeler::cmd
+}  // namespace peeler

@@ -2,7 +2,6 @@
 #include "core/scene/scene.h"
 
 namespace peeler {
-
 glm::dmat4 Trs::matrix() const {
     glm::dmat4 result(1);
     // Files round to a few digits; without normalising, a rotation would scale a little.
@@ -34,6 +33,21 @@ void chooseVariant(Scene& scene, std::size_t variant) {
         for (Primitive& primitive : mesh.primitives)
             if (variant < primitive.variants.size() && primitive.variants[variant] >= 0)
                 primitive.material = primitive.variants[variant];
+}
+
+IdNames idNames(const Scene& scene) {
+    IdNames names;
+    for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
+        names.objects.push_back(nodeName(scene, i));
+    }
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        const std::string& name = scene.materials[i].name;
+        const bool is_default = i + 1 == scene.materials.size();
+        names.materials.push_back(!name.empty() ? name
+                                  : is_default  ? "default material"
+                                                : "material " + std::to_string(i));
+    }
+    return names;
 }
 
 }  // namespace peeler

@@ -1,15 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// A camera and the picture it takes.
+// A camera and the picture it takes: where it stands, and which ray goes through which pixel.
 #pragma once
 
+#include <cmath>
 #include <glm/glm.hpp>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "core/base/window.h"
 
 namespace peeler {
+
+/// Camera to world of a camera or light at `eye` that looks along `forward` with `up` upwards in
+/// the picture. Nothing if the two are parallel or one of them has no length.
+std::optional<glm::dmat4> lookAlong(const glm::dvec3& eye, const glm::dvec3& forward,
+                                    const glm::dvec3& up);
+
+/// Rotation and translation of a node's matrix, which may also scale, mirror and shear. The viewing
+/// axis (−Z) keeps its direction and +Y its side of it; the picture is never mirrored.
+/// Nothing if the matrix leaves no direction to look along.
+std::optional<glm::dmat4> rigid(const glm::dmat4& world);
 
 /// The frustum or box of a camera that looks along −Z of its own space (glTF's convention).
 /// `half_width` and `half_height` are measured at distance 1 for a perspective camera (tan of half
@@ -46,5 +58,58 @@ struct View {
 /// pixels from the upper left corner of the display window, y down, so that the centre of pixel
 /// (i, j) is (i + 0.5, j + 0.5). For a pixel's sample add `view.sample` instead.
 glm::dvec3 worldPosition(const View& view, double x, double y, double z);
+
+/// A view's pixels against points in its camera's own space (it looks along −Z, +Y up). Pixel
+/// coordinates are continuous, y down: (0, 0) is the display window's upper left corner, and pixel
+/// (x, y) has its sample at (x, y) + View::sample.
+///
+/// Depth along the axis (Z, positive in front) also goes by its *planar* measure: 1/Z of a
+/// perspective camera, Z of an orthographic one. On a plane in space it is a linear function of the
+/// pixel coordinates.
+class PixelRays {
+  public:
+    explicit PixelRays(const View& view)
+        : perspective_(view.projection.perspective),
+          size_(view.width, view.height),
+          half_(view.projection.half_width, view.projection.half_height) {}
+
+    bool perspective() const { return perspective_; }
+
+    double planar(double z) const { return perspective_ ? 1 / z : z; }
+    /// Whether a planar depth is one of a point that the camera can see.
+    bool isSeen(double planar) const {
+        return perspective_ ? planar > 0 && planar < kFarthest : std::abs(planar) < kFarthest;
+    }
+
+    glm::dvec3 point(const glm::dvec2& pixel, double planar) const {
+        const glm::dvec2 at = (2.0 * pixel / size_ - 1.0) * half_;
+        return perspective_ ? glm::dvec3(at.x, -at.y, -1) / planar
+                            : glm::dvec3(at.x, -at.y, -planar);
+    }
+
+    /// The pixel coordinates of a point; of a perspective camera one in front of it.
+    glm::dvec2 pixel(const glm::dvec3& point) const {
+        glm::dvec2 at(point.x, -point.y);
+        if (perspective_) at /= -point.z;
+        return (at / half_ + 1.0) * 0.5 * size_;
+    }
+
+    /// How much a pixel's area in space shrinks on the picture with depth: weights of projective
+    /// interpolation (1/Z, or 1 for an orthographic camera).
+    double weight(double z) const { return perspective_ ? 1 / z : 1; }
+
+    /// How much planar depth changes from a pixel to the next on a surface that is turned by 45°
+    /// from facing the camera, at this planar depth.
+    glm::dvec2 unitStep(double planar) const {
+        const glm::dvec2 spacing = 2.0 * half_ / size_;
+        return perspective_ ? spacing * planar : spacing;
+    }
+
+  private:
+    static constexpr double kFarthest = 1e30;
+
+    bool perspective_;
+    glm::dvec2 size_, half_;
+};
 
 }  // namespace peeler

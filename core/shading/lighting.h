@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lights of a scene as the shaders see them.
+// The lights of a scene, its environment and its shadows as the shaders see them.
 #pragma once
 
 #include <vector>
@@ -8,10 +8,27 @@
 #include "core/scene/clip.h"
 #include "core/scene/lights.h"
 #include "core/scene/posed_scene.h"
+#include "core/scene/scene.h"
 #include "core/scene/view.h"
-#include "core/shading/environment_textures.h"
 
 namespace peeler {
+
+class EnvironmentTextures {
+  public:
+    /// Prefilters the scene's environment, if it has one, and computes the table if that or a
+    /// material needs it. Throws Error (kMemory) if the driver has no room.
+    EnvironmentTextures(const gl::Functions& gl, const Scene& scene);
+
+    /// The scene has an environment of its own.
+    bool present() const { return static_cast<bool>(radiance_); }
+    /// As PEELER_ENVIRONMENT_UNIT, PEELER_IRRADIANCE_UNIT and PEELER_ALBEDO_UNIT.
+    void bind() const;
+
+  private:
+    const gl::Functions& gl_;
+    gl::Texture radiance_, irradiance_, albedo_;
+    gl::SamplerObject linear_;
+};
 
 /// For every directional and spot light a map of the depth midway between the two surfaces nearest
 /// to it (core/image/midpoint.h; the use of depth peeling that Everitt names, "Interactive

@@ -16,7 +16,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
-#include "core/scene/pixel_rays.h"
+#include "core/scene/view.h"
 #include "core/views/surface_cells.h"
 
 namespace peeler {

@@ -2,11 +2,172 @@
 #include "core/views/surface_cells.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <string_view>
 
 #include "core/base/parallel.h"
-#include "core/scene/pixel_rays.h"
+#include "core/image/layered_image.h"
+#include "core/scene/view.h"
 
 namespace peeler {
+namespace {
+
+/// Steps, in pixel spacings: the tangent of the angle between surface and picture.
+constexpr double kSteepestStep = 20, kGentleStep = 3;
+/// A steep step and its neighbour on the same surface differ by no more than this share of it.
+constexpr double kBend = 0.8;
+/// What leaving a fragment without a partner costs, in squared steps: a pair is worth as much as
+/// two.
+constexpr double kGap = kSteepestStep * kSteepestStep / 2;
+/// Fragments of a pixel that are considered; what is behind them has no links.
+constexpr std::size_t kMostFragments = 128;
+
+constexpr Side opposite(Side side) {
+    return static_cast<Side>((side + 2) % kSides);
+}
+
+class Linker {
+  public:
+    Linker(const LayeredImage& image, const View& view) : image_(image), rays_(view) {
+        links_.resize(image.fragments());
+        planar_.resize(image.fragments());
+        for (const char* name : {"id.object", "id.instance"})
+            if (const FragmentChannel ids = findIds(image, name)) ids_.push_back(ids);
+    }
+
+    SurfaceLinks run() {
+        const auto width = static_cast<std::size_t>(image_.window.width());
+        const auto height = static_cast<std::size_t>(image_.window.height());
+        parallelFor(height, [&](std::size_t y) {
+            const std::size_t begin = image_.offsets[y * width];
+            const std::size_t end = image_.offsets[(y + 1) * width];
+            for (std::size_t f = begin; f < end; ++f) {
+                links_[f].fill(kNoFragment);
+                planar_[f] = rays_.planar(image_.z[f]);
+            }
+        });
+        // A row writes its own fragments' sides and the upper side of those in the row below.
+        parallelFor(height, [&](std::size_t y) {
+            Table table;
+            for (std::size_t x = 0; x < width; ++x) {
+                const std::size_t pixel = y * width + x;
+                if (x + 1 < width) align(pixel, pixel + 1, kRight, table);
+                if (y + 1 < height) align(pixel, pixel + width, kDown, table);
+            }
+        });
+        SurfaceLinks kept(links_.size());
+        parallelFor(height, [&](std::size_t y) {
+            for (std::size_t f = image_.offsets[y * width]; f < image_.offsets[(y + 1) * width];
+                 ++f) {
+                for (const Side side : {kLeft, kUp, kRight, kDown})
+                    kept[f][side] = holds(f, side) ? links_[f][side] : kNoFragment;
+            }
+        });
+        return kept;
+    }
+
+  private:
+    enum Choice : std::uint8_t { kPair, kSkipFrom, kSkipTo };
+    struct Table {
+        std::vector<double> cost;
+        std::vector<Choice> choice;
+    };
+    struct List {
+        std::size_t first, count;
+    };
+
+    List list(std::size_t pixel) const {
+        return {image_.offsets[pixel], std::min<std::size_t>(image_.count(pixel), kMostFragments)};
+    }
+
+    /// The step between two fragments in pixel spacings, signed.
+    double slope(std::size_t from, std::size_t to, Side side) const {
+        const double unit = rays_.unitStep(std::min(planar_[from], planar_[to]))[side % 2];
+        return (planar_[to] - planar_[from]) / std::abs(unit);
+    }
+
+    double cost(std::size_t from, std::size_t to, Side side) const {
+        if (!rays_.isSeen(planar_[from]) || !rays_.isSeen(planar_[to]) || !sameObject(from, to))
+            return std::numeric_limits<double>::infinity();
+        const double step = slope(from, to, side);
+        return step * step;
+    }
+
+    bool sameObject(std::size_t a, std::size_t b) const {
+        return std::all_of(ids_.begin(), ids_.end(),
+                           [&](const FragmentChannel& ids) { return ids.id(a) == ids.id(b); });
+    }
+
+    void link(std::uint32_t from, std::uint32_t to, Side side) {
+        links_[from][side] = to;
+        links_[to][opposite(side)] = from;
+    }
+
+    /// The order-preserving assignment of two lists with the least sum of squared steps, found by
+    /// dynamic programming (as sequences are aligned). Squares, because two parallel surfaces
+    /// closer to each other than their step are as near to the wrong one's next fragment as to
+    /// their own in plain sums, and nearer in greedy ones.
+    void align(std::size_t pixel, std::size_t next, Side side, Table& table) {
+        const List from = list(pixel), to = list(next);
+        if (from.count == 0 || to.count == 0) return;
+        const std::size_t width = to.count + 1;
+        table.cost.assign((from.count + 1) * width, 0);
+        table.choice.assign((from.count + 1) * width, kSkipFrom);
+        for (std::size_t j = 1; j <= to.count; ++j) {
+            table.cost[j] = static_cast<double>(j) * kGap;
+            table.choice[j] = kSkipTo;
+        }
+        for (std::size_t i = 1; i <= from.count; ++i) {
+            table.cost[i * width] = static_cast<double>(i) * kGap;
+            for (std::size_t j = 1; j <= to.count; ++j) {
+                const std::size_t at = i * width + j;
+                double best = table.cost[at - width] + kGap;
+                const double other = table.cost[at - 1] + kGap;
+                if (other < best) best = other, table.choice[at] = kSkipTo;
+                const double paired =
+                    table.cost[at - width - 1] + cost(from.first + i - 1, to.first + j - 1, side);
+                if (paired <= best) best = paired, table.choice[at] = kPair;
+                table.cost[at] = best;
+            }
+        }
+        for (std::size_t i = from.count, j = to.count; i > 0 || j > 0;) {
+            const Choice choice = table.choice[i * width + j];
+            if (choice == kPair)
+                link(static_cast<std::uint32_t>(from.first + i - 1),
+                     static_cast<std::uint32_t>(to.first + j - 1), side);
+            i -= choice != kSkipTo;
+            j -= choice != kSkipFrom;
+        }
+    }
+
+    /// Whether a link is kept. Both ends come to the same answer.
+    bool holds(std::size_t fragment, Side side) const {
+        const std::uint32_t next = links_[fragment][side];
+        if (next == kNoFragment) return false;
+        const double step = slope(fragment, next, side);
+        if (std::abs(step) <= kGentleStep) return true;
+        const std::uint32_t before = links_[fragment][opposite(side)];
+        const std::uint32_t after = links_[next][side];
+        const double most = kBend * std::abs(step);
+        return (before != kNoFragment && std::abs(step - slope(before, fragment, side)) <= most) ||
+               (after != kNoFragment && std::abs(step - slope(next, after, side)) <= most);
+    }
+
+    const LayeredImage& image_;
+    PixelRays rays_;
+    SurfaceLinks links_;
+    std::vector<double> planar_;
+    std::vector<FragmentChannel> ids_;
+};
+
+}  // namespace
+
+SurfaceLinks linkSurfaces(const LayeredImage& image, const View& view) {
+    return Linker(image, view).run();
+}
+
 namespace {
 
 /// Of a perspective camera a corner is no nearer or farther than its fragments by more than this

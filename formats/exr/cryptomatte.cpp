@@ -11,7 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/image/fragment_channel.h"
+#include "core/image/layered_image.h"
 
 namespace peeler {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
-#include "core/scene/id_names.h"
+#include "core/scene/scene.h"
 
 namespace peeler {
 

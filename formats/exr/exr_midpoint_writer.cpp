@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-#include "core/image/midpoint.h"
+#include "core/image/statistics.h"
 
 namespace peeler {
 

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <limits>
 
-#include "core/views/surface_links.h"
+#include "core/views/surface_cells.h"
 
 namespace peeler {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <span>
 
-#include "core/scene/id_names.h"
+#include "core/scene/scene.h"
 
 namespace peeler {
 

@@ -10,9 +10,9 @@
 #include <memory>
 #include <vector>
 
+#include "core/base/color.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/base/srgb.h"
 #include "formats/file/file_kind.h"
 #include "formats/image/image_library.h"
 #include "formats/image/image_metadata.h"

@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/color.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/base/srgb.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/output_hash.h"
 #include "formats/image/image_library.h"

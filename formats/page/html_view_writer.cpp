@@ -16,12 +16,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/color.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/base/srgb.h"
 #include "core/image/composite.h"
-#include "core/image/median_depth.h"
-#include "core/scene/pixel_rays.h"
+#include "core/image/statistics.h"
+#include "core/scene/view.h"
 #include "core/views/surface_cells.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/output_hash.h"

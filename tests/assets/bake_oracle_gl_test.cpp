@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "core/bake/bake.h"
-#include "core/bake/vertex_receivers.h"
+#include "core/bake/receivers.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/occlusion_oracle.h"

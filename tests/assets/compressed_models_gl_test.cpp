@@ -49,7 +49,7 @@ TEST_P(CompressedLayers, AreThoseOfThePlainModel) {
     camera.size = {320, 240};
     const PosedScene shown(plain);
     // The same camera for both: framing follows the bounds, which differ by the quantisation.
-    const View view = cmd::makeView(shown, cmd::Shape(shown), camera);
+    const View view = cmd::makeView(shown, SceneExtent(shown), camera);
     const LayeredImage a = layersOf(plain, view), b = layersOf(variant, view);
     const Bounds box = *shown.bounds();
     const glm::dvec3 size = box.max - box.min;

@@ -58,7 +58,7 @@ std::size_t captureAll(const fs::path& path) {
     cmd::CameraOptions camera;
     camera.size = {80, 60};
     const PosedScene shown(scene);
-    const View view = cmd::makeView(shown, cmd::Shape(shown), camera);
+    const View view = cmd::makeView(shown, SceneExtent(shown), camera);
     Renderer renderer(sharedContext(), shown);
     const Captured captured = capture(renderer, view, {});
     EXPECT_TRUE(captured.plan.complete());

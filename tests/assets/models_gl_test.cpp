@@ -50,7 +50,7 @@ std::size_t compareMethods(const fs::path& path, const CaptureSettings& base) {
     camera.size = {200, 150};
     const int index = scene.default_scene;
     const PosedScene shown(scene, index);
-    const View view = cmd::makeView(shown, cmd::Shape(shown), camera);
+    const View view = cmd::makeView(shown, SceneExtent(shown), camera);
     Renderer renderer(sharedContext(), shown);
     const auto reference = capture(renderer, view, base);
     EXPECT_EQ(reference.plan.complete(), base.max_layers == 0);

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "core/capture/supersampling.h"
-#include "core/rays/directions.h"
+#include "core/rays/bundle.h"
 #include "core/rays/point_hits.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
@@ -41,7 +41,7 @@ AgreeingShares agreement(const std::filesystem::path& file, int resolution, unsi
         points.push_back(all.min + glm::dvec3(unit(random), unit(random), unit(random)) *
                                        (all.max - all.min));
     CaptureSettings settings;
-    settings.hits = Hits::kRaw;
+    settings.hit_mode = HitMode::kRaw;
     settings.faces = Faces::kBoth;
     std::size_t compared = 0, coarse = 0, fine = 0, with_hit = 0;
     for (const glm::dvec3& direction : sphereDirections(kDirections)) {

@@ -10,7 +10,6 @@
 #include <random>
 
 #include "core/rays/bundle.h"
-#include "core/rays/directions.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/edge_distance.h"
@@ -22,7 +21,7 @@ namespace {
 
 CaptureSettings allHits() {
     CaptureSettings settings;
-    settings.hits = Hits::kRefined;
+    settings.hit_mode = HitMode::kRefined;
     settings.faces = Faces::kBoth;
     return settings;
 }

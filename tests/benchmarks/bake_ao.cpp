@@ -23,10 +23,10 @@
 #include <vector>
 
 #include "core/bake/bake.h"
-#include "core/bake/vertex_receivers.h"
+#include "core/bake/receivers.h"
 #include "core/base/error.h"
 #include "core/gl/context.h"
-#include "core/rays/directions.h"
+#include "core/rays/bundle.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/occlusion_oracle.h"
 #include "support/test_support.h"

@@ -27,7 +27,7 @@ std::vector<std::string> listOf(const std::string& text) {
 View viewOf(const PosedScene& posed, const Options& options) {
     cmd::CameraOptions camera;
     camera.size = {options.width, options.height};
-    return cmd::makeView(posed, cmd::Shape(posed), camera);
+    return cmd::makeView(posed, SceneExtent(posed), camera);
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ void addCamera(Scene& scene, const Camera& camera, const glm::dmat4& place,
 View view(const Scene& scene, const CameraOptions& options = {}) {
     checkCameraOptions(options);
     const PosedScene shown(scene, 0);
-    return makeView(shown, Shape(shown), options);
+    return makeView(shown, SceneExtent(shown), options);
 }
 
 std::optional<Error> failure(const Scene& scene, const CameraOptions& options) {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/srgb.h"
+#include "core/base/color.h"
 #include "formats/exr/exr_ldi_writer.h"
 #include "formats/image/flat_image.h"
 #include "formats/image/picture_file.h"

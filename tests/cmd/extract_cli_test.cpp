@@ -9,7 +9,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/base/srgb.h"
+#include "core/base/color.h"
 #include "formats/cut_window.h"
 #include "formats/exr/exr_ldi_reader.h"
 #include "formats/exr/exr_ldi_writer.h"

@@ -16,7 +16,7 @@
 #include "cmd/rays/ray_parity.h"
 #include "cmd/rays/voxel_output.h"
 #include "core/base/error.h"
-#include "core/rays/common_display.h"
+#include "core/rays/bundle.h"
 #include "formats/exr/exr_header.h"
 #include "formats/image/flat_image.h"
 #include "formats/image/image_writer.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cmd/tiny_gltf.h"
-#include "core/base/srgb.h"
+#include "core/base/color.h"
 #include "core/capture/method.h"
 #include "formats/image/flat_image.h"
 #include "support/test_support.h"

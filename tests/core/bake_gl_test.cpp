@@ -9,8 +9,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <vector>
 
-#include "core/bake/texel_receivers.h"
-#include "core/bake/vertex_receivers.h"
+#include "core/bake/receivers.h"
 #include "core/base/error.h"
 #include "core/capture/bands.h"
 #include "support/capture.h"

@@ -7,8 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/srgb.h"
-#include "core/image/color_ramp.h"
+#include "core/base/color.h"
 #include "formats/synthetic_image.h"
 #include "support/numbers.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The filter between a renderer and a writer: bands, threads, memory.
-#include "core/image/fxaa_filter.h"
+#include "core/image/fxaa.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 #include <random>
 
 #include "core/base/parallel.h"
-#include "core/image/fxaa.h"
 
 namespace peeler {
 namespace {

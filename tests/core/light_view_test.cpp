@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a light sees.
-#include "core/scene/light_view.h"
+#include "core/scene/lights.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "core/scene/placement.h"
+#include "core/scene/view.h"
 
 namespace peeler::test {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/scene/lights.h"
-#include "core/scene/placement.h"
+#include "core/scene/view.h"
 #include "support/capture.h"
 #include "support/lights.h"
 

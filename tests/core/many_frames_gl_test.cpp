@@ -9,7 +9,7 @@
 
 #include "core/capture/renderer.h"
 #include "core/gl/functions.h"
-#include "core/scene/pose.h"
+#include "core/scene/animation.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/test_support.h"

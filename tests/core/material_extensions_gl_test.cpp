@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "core/scene/placement.h"
+#include "core/scene/view.h"
 #include "support/capture.h"
 #include "support/numbers.h"
 

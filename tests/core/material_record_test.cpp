@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What of a material reaches the shaders.
-#include "core/shading/material_record.h"
+#include "core/shading/materials.h"
 
 #include <gtest/gtest.h>
 

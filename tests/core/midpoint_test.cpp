@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The depth between the two nearest surfaces.
-#include "core/image/midpoint.h"
+#include "core/image/statistics.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/shading/mipmaps.h"
+#include "core/shading/materials.h"
 
 #include <gtest/gtest.h>
 

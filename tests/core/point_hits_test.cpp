@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/scene/placed_element.h"
+#include "core/scene/elements.h"
 #include "support/capture.h"
 #include "support/closed_meshes.h"
 #include "support/numbers.h"
@@ -25,7 +25,7 @@ class Traced {
             for (const Primitive& p : scene_.meshes[std::size_t(instance.mesh)].primitives)
                 count += static_cast<std::uint32_t>(elementsOf(p));
         for (std::uint32_t key = 1; key <= count; ++key) {
-            PlacedElement element = elementOf(shown_, key);
+            WorldElement element = elementOf(shown_, key);
             placeCorners(shown_, element);
             elements_.push_back(element);
         }
@@ -63,7 +63,7 @@ class Traced {
   private:
     Scene scene_;
     PosedScene shown_;
-    std::vector<PlacedElement> elements_;
+    std::vector<WorldElement> elements_;
 };
 
 /// Large triangles across Z, all rays through each; the n-th has the key n + 1.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/image/point_statistics.h"
+#include "core/image/statistics.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nodes in time, and what skins and morph targets make of vertices.
-#include "core/scene/pose.h"
+#include "core/scene/animation.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
-#include "core/scene/deformation.h"
 #include "core/scene/posed_scene.h"
 
 namespace peeler {

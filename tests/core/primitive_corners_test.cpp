@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Corners of points, lines and triangles of every topology.
-#include "core/scene/primitive_corners.h"
+#include "core/scene/elements.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 
 #include "core/capture/supersampling.h"
 #include "core/rays/ray_maps.h"
-#include "core/scene/placed_element.h"
+#include "core/scene/elements.h"
 #include "support/closed_meshes.h"
 #include "support/numbers.h"
 #include "support/odd_rays.h"
@@ -49,11 +49,11 @@ TEST(ClosedMeshes, AHoleIsSeen) {
 /// A scene and the hits of a bundle.
 struct Traced {
     Traced(Scene from, const glm::dvec3& direction, const RayGrid& grid,
-           std::optional<Bounds> area = {}, Hits hits = Hits::kRefined)
+           std::optional<Bounds> area = {}, HitMode hit_mode = HitMode::kRefined)
         : scene(std::move(from)) {
         const Bounds all = shown.bounds().value();
         bundle = parallelBundle("b", area.value_or(all), all, direction, grid);
-        image = capture(renderer, bundle.view, raySettings(hits)).image;
+        image = capture(renderer, bundle.view, raySettings(hit_mode)).image;
     }
 
     glm::dvec3 start(std::size_t pixel) const {
@@ -225,7 +225,7 @@ TEST(BundleRays, AreWhereTheHelpSaysTheyAre) {
         for (std::size_t f = traced.image.offsets[p]; f < traced.image.offsets[p + 1]; ++f) {
             const glm::dvec3 hit =
                 start + static_cast<double>(traced.image.z[f]) * bundle.direction();
-            PlacedElement element = elementOf(traced.shown, keys[f]);
+            WorldElement element = elementOf(traced.shown, keys[f]);
             placeCorners(traced.shown, element);
             const glm::dvec3 on = element.weighted(element.weightsAt(start, bundle.direction()));
             const double off = glm::distance(hit, on);

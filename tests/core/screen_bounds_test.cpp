@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/capture/screen_bounds.h"
+#include "core/capture/gpu_scene.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/capture/method.h"
 #include "core/image/composite.h"
-#include "core/scene/placement.h"
+#include "core/scene/view.h"
 #include "support/capture.h"
 #include "support/lights.h"
 #include "support/test_support.h"

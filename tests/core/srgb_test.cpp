@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The transfer function at its known points, and that both ways undo each other.
-#include "core/base/srgb.h"
+#include "core/base/color.h"
 
 #include <gtest/gtest.h>
 

@@ -112,7 +112,7 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
         cmd::CameraOptions camera;
         camera.size = {240, 135};
         const PosedScene contained(scene, 0);
-        const View view = cmd::makeView(contained, cmd::Shape(contained), camera);
+        const View view = cmd::makeView(contained, SceneExtent(contained), camera);
         const CompositeImage composite = flat(capture(scene, view, samplesAPixel(4, true)).image);
         CaptureSettings stored = samplesAPixel(4, false);
         stored.color_type = PixelType::kHalf;

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "core/capture/gather.h"
+#include "core/capture/depth_sort.h"
 
 namespace peeler {
 namespace {

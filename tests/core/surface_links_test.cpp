@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which fragments are one surface, where the answer is known.
-#include "core/views/surface_links.h"
+#include "core/views/surface_cells.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/views/surface_cells.h"
 #include "support/fragment_lists.h"
 
 namespace peeler::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Receivers at texels: which, where, shared ones, borders, values between and beyond them.
-#include "core/bake/texel_receivers.h"
+#include "core/bake/receivers.h"
 
 #include <gtest/gtest.h>
 

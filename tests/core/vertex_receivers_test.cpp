@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Receivers at vertices: where, with which normals, and values between them.
-#include "core/bake/vertex_receivers.h"
+#include "core/bake/receivers.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 
 #include <numbers>
 
-#include "core/rays/parity.h"
+#include "core/rays/solids.h"
 #include "support/ray_hits.h"
 
 namespace peeler::test {

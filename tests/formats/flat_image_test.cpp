@@ -7,8 +7,8 @@
 
 #include <fstream>
 
+#include "core/base/color.h"
 #include "core/base/error.h"
-#include "core/base/srgb.h"
 #include "formats/image/picture_file.h"
 #include "support/test_support.h"
 

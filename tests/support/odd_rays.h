@@ -8,15 +8,14 @@
 
 #include "core/base/parallel.h"
 #include "core/rays/bundle.h"
-#include "core/rays/directions.h"
 #include "support/capture.h"
 #include "support/embree_oracle.h"
 
 namespace peeler::test {
 
-inline CaptureSettings raySettings(Hits hits) {
+inline CaptureSettings raySettings(HitMode hit_mode) {
     CaptureSettings settings;
-    settings.hits = hits;
+    settings.hit_mode = hit_mode;
     settings.faces = Faces::kBoth;
     return settings;
 }
@@ -63,11 +62,11 @@ inline OddRays countOddRays(const std::string& name, const Scene& scene, int dir
     int number = 0;
     for (const glm::dvec3& direction : sphereDirections(directions)) {
         const Bundle bundle = parallelBundle("b", all, all, direction, {resolution});
-        const Captured refined = capture(renderer, bundle.view, raySettings(Hits::kRefined));
+        const Captured refined = capture(renderer, bundle.view, raySettings(HitMode::kRefined));
         found.rays += bundle.rays();
         found.hits += refined.image.fragments();
         found.refined += oddRays(refined.image);
-        found.raw += oddRays(capture(renderer, bundle.view, raySettings(Hits::kRaw)).image);
+        found.raw += oddRays(capture(renderer, bundle.view, raySettings(HitMode::kRaw)).image);
         if (!with_embree || number++ % 4 != 0) continue;
         compared += bundle.rays();
         found.embree_fast += oddRays(fast, bundle);

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/capture/depth_sort.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <vector>
+
+#include "core/base/parallel.h"
+
+namespace peeler {
+namespace {
+
+/// Sorts the lists of pixels that follow one another. Neighbours mostly see the same surfaces in
+/// the same order: each list begins with the order of the one before it, and an insertion sort has
+/// next to nothing left to do. Where it has a lot, a general sort takes over.
+class ListSorter {
+  public:
+    /// The order of the fragments, nearest first; until the next call. Depths are not negative.
+    const std::uint32_t* sort(const std::uint32_t* words, std::size_t stride, std::size_t count) {
+        if (order_.size() != count) {
+            order_.resize(count);
+            std::iota(order_.begin(), order_.end(), 0U);
+            keys_.resize(count);
+        }
+        std::size_t moves_left = kMoves * count;
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::uint32_t fragment = order_[i];
+            const std::uint64_t key = keyOf(words + fragment * stride);
+            std::size_t at = i;
+            for (; at > 0 && keys_[at - 1] > key; --at) {
+                keys_[at] = keys_[at - 1];
+                order_[at] = order_[at - 1];
+            }
+            keys_[at] = key;
+            order_[at] = fragment;
+            if (i - at > moves_left) {
+                sortAnew(words, stride);
+                break;
+            }
+            moves_left -= i - at;
+        }
+        return order_.data();
+    }
+
+  private:
+    static constexpr std::size_t kMoves = 12;  ///< a fragment; more cost more than a general sort
+
+    /// Grows from the nearest to the farthest, among equal depths in draw order. Floats that are
+    /// not negative order like their bits.
+    static std::uint64_t keyOf(const std::uint32_t* fragment) {
+        return std::uint64_t{~fragment[0]} << 32 | fragment[1];
+    }
+
+    void sortAnew(const std::uint32_t* words, std::size_t stride) {
+        std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
+            return keyOf(words + a * stride) < keyOf(words + b * stride);
+        });
+    }
+
+    std::vector<std::uint32_t> order_;
+    std::vector<std::uint64_t> keys_;
+};
+
+/// resize() for contents that will be overwritten: never holds the old and the new storage at once.
+template <class T>
+void resizeAnew(std::vector<T>& values, std::size_t size) {
+    if (values.capacity() < size) {
+        values = {};
+        values.reserve(size);
+    }
+    values.resize(size);
+}
+
+/// What becomes of the pixels of a row.
+struct SortedRow {
+    std::size_t first_pixel, pixels;  ///< as captured
+    std::size_t to_pixel;             ///< the first one's place in `out`
+    LayeredImage& out;
+    std::uint32_t* sources;  ///< of all fragments of `out`, or null
+};
+
+template <std::size_t kColorWords>
+void sortRow(const CapturedFragments& captured, const SortedRow& row, ListSorter& sorter) {
+    constexpr std::size_t kStride = 2 + kColorWords;
+    LayeredImage& out = row.out;
+    auto* const colors = reinterpret_cast<std::uint32_t*>(out.color.data.data());
+    const std::uint32_t* const offsets = out.offsets.data() + row.to_pixel;
+    for (std::size_t p = 0; p < row.pixels; ++p) {
+        const std::uint32_t begin = captured.first[row.first_pixel + p];
+        const std::uint32_t count = captured.first[row.first_pixel + p + 1] - begin;
+        if (count == 0) continue;
+        const std::uint32_t* const words = captured.words + begin * kStride;
+        const std::uint32_t* const order = sorter.sort(words, kStride, count);
+        const std::uint32_t to = offsets[p], kept = offsets[p + 1] - to;
+        for (std::uint32_t k = 0; k < kept; ++k) {
+            const std::uint32_t* const fragment = words + order[k] * kStride;
+            std::memcpy(&out.z[to + k], fragment, sizeof(float));
+            if (kColorWords > 0) {
+                std::memcpy(colors + (to + k) * kColorWords, fragment + 2,
+                            kColorWords * sizeof(std::uint32_t));
+            }
+            if (row.sources) row.sources[to + k] = begin + order[k];
+        }
+    }
+}
+
+using SortRow = void (*)(const CapturedFragments&, const SortedRow&, ListSorter&);
+
+SortRow rowSorterOf(std::size_t stride) {
+    if (stride == 2) return sortRow<0>;
+    return stride == 4 ? sortRow<2> : sortRow<4>;
+}
+
+/// Makes room in `out` for the nearest `max_layers` (0 = all) fragments of the pixels from `first`
+/// on.
+void layOut(const CapturedFragments& captured, std::size_t first, std::size_t pixels,
+            std::uint32_t max_layers, LayeredImage& out) {
+    resizeAnew(out.offsets, pixels + 1);
+    out.offsets[0] = 0;
+    for (std::size_t p = 0; p < pixels; ++p) {
+        std::uint32_t kept = captured.first[first + p + 1] - captured.first[first + p];
+        if (max_layers) kept = std::min(kept, max_layers);
+        out.offsets[p + 1] = out.offsets[p] + kept;
+    }
+    resizeAnew(out.z, out.offsets[pixels]);
+    resizeAnew(out.color.data, out.offsets[pixels] * out.color.stride());
+}
+
+}  // namespace
+
+void depthSort(const CapturedFragments& captured, const Projection& projection,
+               std::uint32_t max_layers, LayeredImage& out, std::vector<std::uint32_t>* sources) {
+    layOut(captured, 0, out.window.pixels(), max_layers, out);
+    if (sources) resizeAnew(*sources, out.fragments());
+
+    const SortRow sort_row = rowSorterOf(captured.stride);
+    const auto width = static_cast<std::size_t>(out.window.width());
+    const auto rows = static_cast<std::size_t>(out.window.height());
+    parallelFor(rows, [&](std::size_t row) {
+        thread_local ListSorter sorter;
+        const std::size_t first = row * width;
+        sort_row(captured, {first, width, first, out, sources ? sources->data() : nullptr}, sorter);
+        const std::uint32_t begin = out.offsets[first], end = out.offsets[first + width];
+        projection.toLinearZ({out.z.data() + begin, end - begin});
+    });
+}
+
+void depthSortComposite(const CapturedFragments& captured, const Projection& projection,
+                        std::uint32_t layers, Tail tail, PixelType color, CompositeImage& out) {
+    resizeAnew(out.rgba, out.window.pixels());
+    resizeAnew(out.z, out.window.pixels());
+    const std::uint32_t needed = tail == Tail::kBlend ? 0 : layers;
+    const SortRow sort_row = rowSorterOf(captured.stride);
+    const auto width = static_cast<std::size_t>(out.window.width());
+    parallelFor(static_cast<std::size_t>(out.window.height()), [&](std::size_t row) {
+        thread_local ListSorter sorter;
+        thread_local LayeredImage lists;
+        const std::size_t first = row * width;
+        lists.color.type = color;
+        lists.color.channels = {"R", "G", "B", "A"};
+        layOut(captured, first, width, needed, lists);
+        sort_row(captured, {first, width, 0, lists, nullptr}, sorter);
+        projection.toLinearZ(lists.z);
+        compositeNearest(lists, layers, tail, {out.rgba.data() + first, width},
+                         {out.z.data() + first, width});
+    });
+}
+
+}  // namespace peeler
