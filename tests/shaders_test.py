@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""shaders/README.md lists every shader file, and in one table every macro that shaders look at, with who sets it."""
+
+import fnmatch
+import pathlib
+import re
+import tempfile
+import unittest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[1]
+SUFFIXES = (".glsl", ".vert", ".frag", ".comp")
+COMMENT = re.compile(r"//[^\n]*")
+CONDITION = re.compile(r"^ *#(?:ifdef|ifndef|if|elif)\b(.*)$", re.MULTILINE)
+DEFINITION = re.compile(r"^ *#define (\w+)", re.MULTILINE)
+UPPER_CASE = re.compile(r"\b[A-Z][A-Z0-9_]{2,}\b")
+NAME = re.compile(r"`([\w*]+)`")
+FILE = re.compile(r"`([\w/]+\.\w+)`")
+
+
+def shaders(source):
+    """{name: text without comments}"""
+    return {
+        path.name: COMMENT.sub("", path.read_text(encoding="utf-8"))
+        for path in sorted((source / "shaders").iterdir())
+        if path.suffix in SUFFIXES
+    }
+
+
+def macros(source):
+    """What the preprocessor looks at: conditions, definitions, and whatever is written in capitals only."""
+    found = set()
+    for text in shaders(source).values():
+        for condition in CONDITION.findall(text):
+            found.update(re.findall(r"\b(?!defined\b)[A-Za-z_]\w*", condition))
+        found.update(DEFINITION.findall(text))
+        found.update(UPPER_CASE.findall(text))
+    return found - {"__cplusplus"}
+
+
+def rows(source):
+    """{macro or pattern: (who sets it, meaning)}"""
+    readme = (source / "shaders/README.md").read_text(encoding="utf-8")
+    found = {}
+    for line in readme.partition("## Macros")[2].splitlines():
+        if line.startswith("| `"):
+            names, _, setter, meaning = (cell.strip() for cell in line.strip("|").split("|"))
+            found.update({name: (setter, meaning) for name in NAME.findall(names)})
+    return found
+
+
+def unlisted(source):
+    patterns = rows(source)
+    return sorted(
+        macro for macro in macros(source) if not any(fnmatch.fnmatchcase(macro, p) for p in patterns)
+    )
+
+
+def unused(source):
+    found = macros(source) | {"INCLUDED_x"}  # of those, shaders see nothing
+    return sorted(p for p in rows(source) if not fnmatch.filter(found, p))
+
+
+def not_set(source):
+    """Macros that a file does not mention of which the table says that it sets them."""
+    errors = []
+    for pattern, (setters, _) in rows(source).items():
+        for path in FILE.findall(setters):
+            word = re.compile(r"\b" + re.escape(pattern).replace(r"\*", r"\w*") + r"\b")
+            if not word.search((source / path).read_text(encoding="utf-8")):
+                errors.append(f"{pattern}: {path}")
+    return errors
+
+
+class Readme(unittest.TestCase):
+    def test_every_file_is_listed(self):
+        table = (SOURCE / "shaders/README.md").read_text(encoding="utf-8").partition("## Macros")[0]
+        listed = re.findall(r"^\| `([\w.]+)` \|", table, re.MULTILINE)
+        self.assertEqual(sorted(listed), sorted(shaders(SOURCE)))
+
+    def test_every_macro_is_listed(self):
+        self.assertEqual(unlisted(SOURCE), [])
+
+    def test_no_row_is_stale(self):
+        self.assertEqual(unused(SOURCE), [])
+
+    def test_macros_are_set_where_the_table_says(self):
+        self.assertEqual(not_set(SOURCE), [])
+
+    def test_every_row_says_who_and_what(self):
+        for macro, (setter, meaning) in rows(SOURCE).items():
+            self.assertTrue(setter and meaning.endswith("."), macro)
+
+
+class Planted(unittest.TestCase):
+    """What the tests above are there for is seen."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.source = pathlib.Path(folder.name)
+        (self.source / "shaders").mkdir()
+        self.write("shaders/a.frag", "#ifdef ROUGH\nint x = PEELER_A;\n#endif\n")
+        self.write("set.cpp", '"ROUGH" PEELER_A')
+        self.write(
+            "shaders/README.md",
+            "## Macros\n| `ROUGH` | | `set.cpp` | Rough. |\n| `PEELER_*` | | `set.cpp` | A. |\n",
+        )
+
+    def write(self, path, text):
+        (self.source / path).write_text(text, encoding="utf-8")
+
+    def test_unlisted(self):
+        self.assertEqual(unlisted(self.source), [])
+        self.write("shaders/b.frag", "#if defined(SMOOTH) // ROUGHER\n#endif\n")
+        self.assertEqual(unlisted(self.source), ["SMOOTH"])
+
+    def test_unused(self):
+        self.assertEqual(unused(self.source), [])
+        self.write("shaders/a.frag", "int x = PEELER_A;  // ROUGH\n")
+        self.assertEqual(unused(self.source), ["ROUGH"])
+
+    def test_not_set(self):
+        self.assertEqual(not_set(self.source), [])
+        self.write("set.cpp", "PEELER_A")
+        self.assertEqual(not_set(self.source), ["ROUGH: set.cpp"])
+
+
+if __name__ == "__main__":
+    unittest.main()
