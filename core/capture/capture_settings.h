@@ -53,8 +53,8 @@ struct CaptureSettings {
     PixelType color_type = PixelType::kHalf;  ///< or kFloat
     HitMode hit_mode = HitMode::kNone;
     bool depth_clamp = false;  ///< nothing is cut off before the near or behind the far plane
-    std::vector<Channel>
-        channels{};                ///< of every fragment, in the order of the table; not composites
+    /// Of every fragment, in the order of the table; not of composites.
+    std::vector<Channel> channels{};
     std::uint32_t max_layers = 0;  ///< nearest layers to keep; 0 = all
     double occlusion_ratio = 0;  ///< the first layer on fewer than this share of the pixels is last
     Tail tail = Tail::kDrop;

@@ -18,8 +18,8 @@
 namespace peeler {
 namespace {
 
-constexpr double kPixelMargin =
-    2;  // pixels: lines and points have a width, coordinates are snapped
+/// Lines and points have a width, and coordinates are snapped.
+constexpr double kPixelMargin = 2;
 
 /// What a clip coordinate may be off: four products of matrix entries and coordinates, each rounded
 /// to float, and summed.

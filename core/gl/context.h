@@ -73,9 +73,9 @@ struct ContextRequest {
 };
 
 /// Makes a context current on this thread. A GPU that CUDA_VISIBLE_DEVICES hides is not used,
-/// whoever asks for it. `failed_attempts` (may be null) receives one sentence
-/// for each device that was tried before the one that worked. Throws Error (kDevice) that lists
-/// every attempt, or what there is where the device is not; (kUsage) for an unknown backend.
+/// whoever asks for it. `failed_attempts` (may be null) receives one sentence for each device that
+/// was tried before the one that worked. Throws Error (kDevice) that lists every attempt, or what
+/// there is where the device is not; (kUsage) for an unknown backend.
 std::unique_ptr<Context> createContext(const ContextRequest& request,
                                        std::vector<std::string>* failed_attempts = nullptr);
 

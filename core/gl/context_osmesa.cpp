@@ -70,8 +70,8 @@ class OsmesaContextHolder final : public Context {
     Functions& mutableFunctions() { return *functions_; }
 
   private:
-    static constexpr int kSize =
-        4;  // OSMesa wants a colour buffer; we render to our own framebuffers
+    /// OSMesa wants a colour buffer; we render to framebuffers of our own.
+    static constexpr int kSize = 4;
     OSMesaContext context_;
     std::array<std::uint32_t, static_cast<std::size_t>(kSize) * kSize> buffer_{};
 };

@@ -64,8 +64,8 @@ int compositeNearestFirst(SceneRasterizer& rasterizer, const CompositeArea& area
                           LayerTargets& layers, CompositeTargets& targets);
 
 /// What methods share that composite all fragments at once, in no order: the nearest opaque
-/// surface, if only the visible is shown; then one geometry pass of all
-/// fragments, or of those in front of it; then a formula.
+/// surface, if only the visible is shown; then one geometry pass of all fragments, or of those in
+/// front of it; then a formula.
 class Unordered final : public CompositeMethod {
   public:
     using Pass = int (CompositeTargets::*)(SceneRasterizer&, const Window&);

@@ -66,8 +66,8 @@ struct PrimitiveSource {
 struct Primitive {
     Topology topology = Topology::kTriangles;
     int material = 0;  ///< index into Scene::materials, always valid
-    std::vector<int>
-        variants;  ///< by index into Scene::variants: the material then, −1 = `material`
+    /// By index into Scene::variants: the material then; −1 = `material`.
+    std::vector<int> variants;
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
     std::vector<glm::vec4> tangents;  ///< w = handedness ±1
