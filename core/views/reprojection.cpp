@@ -350,6 +350,7 @@ void Reprojection::join(const std::vector<LayeredImage>& parts, LayeredImage& ba
     band.window = unite(parts.front().window, parts.back().window);
     band.color.channels = parts.front().color.channels;
     band.color.type = parts.front().color.type;
+    band.extra.clear();
     band.offsets.assign(1, 0);
     band.z.clear();
     band.color.data.clear();
