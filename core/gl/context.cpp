@@ -144,7 +144,7 @@ std::vector<BackendCandidate> requested(const ContextRequest& request) {
         list += "\n" + shortText(device);
         if (request.device.matches(device)) rows.push_back(std::move(row));
     }
-    const bool ambiguous = !request.device.any() && rows.size() > 1;
+    const bool ambiguous = request.device.given() && rows.size() > 1;
     if (!rows.empty() && !ambiguous) return rows;
     throw Error(ErrorKind::kDevice,
                 ambiguous ? std::to_string(rows.size()) + " devices have a UUID that starts so"

@@ -15,9 +15,9 @@ struct DeviceChoice {
     std::optional<int> cuda{};   ///< Device::cuda
     std::string uuid{};  ///< hexadecimal digits that Device::uuid starts with, in lower case
 
-    bool any() const { return !index && !cuda && uuid.empty(); }
+    bool given() const { return index || cuda || !uuid.empty(); }
     bool matches(const Device& device) const;
-    /// As it is given: "3", "cuda:1", "uuid:8932f937"; "" for any.
+    /// As it is given: "3", "cuda:1", "uuid:8932f937"; "" if none is given.
     std::string text() const;
 };
 

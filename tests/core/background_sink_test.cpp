@@ -16,6 +16,7 @@ namespace {
 struct Log {
     std::vector<std::string> calls;
     std::vector<float> depths;
+    std::vector<const float*> storage;
     std::thread::id writer;
     std::promise<void> hold;  ///< finish() waits for it, if asked to
     bool holds = false;
@@ -33,6 +34,7 @@ class LoggingSink final : public Sink {
         log_.writer = std::this_thread::get_id();
         log_.calls.emplace_back("write");
         log_.depths.push_back(band.z.front());
+        log_.storage.push_back(band.z.data());
     }
     void finish() override {
         if (log_.holds) log_.hold.get_future().wait();
@@ -72,6 +74,21 @@ TEST(BackgroundSink, HandsEverythingOnInOrder) {
               (std::vector<std::string>{"begin", "write", "write", "write", "finish", "end"}));
     EXPECT_EQ(log.depths, (std::vector<float>{1, 2, 3}));
     EXPECT_NE(log.writer, std::this_thread::get_id());
+}
+
+TEST(BackgroundSink, TakesBandsAndGivesStorageBackWithoutCopies) {
+    Log log;
+    BackgroundSink sink(std::make_unique<LoggingSink>(log));
+    sink.begin({});
+    LayeredImage image = onePixelBand(1);
+    const float* const first = image.z.data();
+    sink.write(std::move(image));
+    image = onePixelBand(2);
+    const float* const second = image.z.data();
+    sink.write(std::move(image));
+    EXPECT_EQ(image.z.data(), first);
+    sink.wait();
+    EXPECT_EQ(log.storage, (std::vector<const float*>{first, second}));
 }
 
 TEST(BackgroundSink, FinishDoesNotWait) {

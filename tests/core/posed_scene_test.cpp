@@ -69,6 +69,18 @@ TEST(PosedScene, ShowsOnlyTheSceneAskedFor) {
     EXPECT_THROW(PosedScene(scene, -1), Error);
 }
 
+TEST(PosedScene, CopiesShareWhatTheyHold) {
+    Scene scene;
+    scene.meshes = {meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})};
+    scene.materials.resize(1);
+    scene.nodes = {node(translation(1, 2, 3), {}, 0)};
+    scene.scenes = {{"", {0}}};
+    const PosedScene shown(scene), copy = shown;
+    EXPECT_EQ(&copy.drawList(), &shown.drawList());
+    EXPECT_EQ(copy.drawList().draws().size(), 1U);
+    EXPECT_EQ(&copy.meshes(), &shown.meshes());
+}
+
 TEST(PosedScene, TakesChainsOfAnyDepth) {
     Scene scene;
     scene.meshes.resize(5);
