@@ -10,6 +10,8 @@
 #   sh tests/run.sh mutations  breaks the product in twenty ways; the tests have to see each
 #   sh tests/run.sh bench      measures instead, and writes tests/benchmarks/RESULTS.md; about an hour on
 #                              2 idle cores; what else can be said: tests/benchmarks/results.py
+#   sh tests/run.sh compare BEFORE [FILTER]   the same command lines with another peeler and with the
+#                              one built here; every difference is told (compare_programs.py)
 set -eu
 cd "$(dirname "$0")/.."
 python="/usr/bin/python3 -B" # Debian's, which has Debian's packages
@@ -43,6 +45,13 @@ bench)
     cmake --preset ci ${PEELER_CMAKE_ARGUMENTS:-} >&2
     cmake --build --preset ci -j "$(nproc)" --target benchmarks >&2
     exec $python tests/benchmarks/results.py --build build/ci "$@"
+    ;;
+compare)
+    shift
+    sh examples/install_dependencies.sh build test
+    cmake --preset ci ${PEELER_CMAKE_ARGUMENTS:-} >&2
+    cmake --build --preset ci -j "$(nproc)" --target peeler >&2
+    exec $python tests/compare_programs.py "${1:?which peeler to compare with}" build/ci/peeler ${2:+"$2"}
     ;;
 mutations)
     shift

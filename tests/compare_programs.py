@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Carries out the same command lines with two programs and tells every difference.
+
+    python3 -B tests/compare_programs.py BEFORE AFTER [FILTER]
+    python3 -B tests/compare_programs.py --list [FILTER]
+
+BEFORE and AFTER are peelers, each with its lib/ beside it. compare_programs/command_lines.txt has the command lines,
+in paragraphs: each begins with a folder that is empty but for links to the scenes, and its lines may read what
+those before them wrote. FILTER is a regular expression; paragraphs with a line that matches it are carried out.
+Paragraphs that need the asset folder ($PEELER_ASSETS, or ../shared/assets beside the repository) are skipped
+where it is absent, and that is said.
+
+Of every line the exit code, stdout, stderr and the files that it wrote, changed or removed have to be the same to the
+byte. Only what a program cannot repeat is left out: times, the most memory that was resident, progress told by the
+clock, and where the program and its folder lie. JSON is compared as values by their keys, in whatever order; keys
+that have another name on purpose stand in UNIFIED. Exits with 1 if anything differs."""
+
+import argparse
+import collections
+import concurrent.futures
+import contextlib
+import decimal
+import functools
+import itertools
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import time
+
+SOURCE = pathlib.Path(__file__).resolve().parents[1]
+INPUTS = SOURCE / "tests" / "compare_programs"
+ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets").resolve()
+LINKS = {"scenes": SOURCE / "examples" / "scenes", "inputs": INPUTS, "assets": ASSETS}
+LIMIT = 300  # seconds a command line may take, on a machine with other work
+
+VERB = re.compile(r"\bpeeler ?([a-z]*)")
+
+# JSON keys that were renamed on purpose: (verb, key before, key after), a key being the way to a value, such as
+# "cells.label". An object's key stands for all that is below it, None for what only one of the programs has.
+UNIFIED = ()
+
+# JSON keys whose values no run repeats, nor those below them.
+VOLATILE = {"milliseconds", "peakMemory", "seconds"}
+
+# What no run repeats in text, times and resident memory, and what stands there instead.
+MEASURED = (
+    (re.compile(r"\b[\d,]+ ms\b"), "# ms"),
+    (re.compile(r'"seconds":[\d.]+'), '"seconds":#'),
+    (re.compile(r"\d+M (are needed besides the bands.*\n.*give at least) \d+M"), r"#M \1 #M"),
+)
+
+# Lines that are told when some time has passed, and so now and then: all shares but the first and the last.
+NOW_AND_THEN = re.compile(
+    r"^(peeler: [a-z ]+ \d+ %"
+    r"|openjd_progress: (?!0\.0$|100\.0$).*"
+    r'|\{"stage":.*"progress":(?!0\.0,|1\.0,).*)\n',
+    re.MULTILINE,
+)
+
+
+def paragraphs(pattern):
+    """[(title, lines)] of those paragraphs that have a line which the pattern matches."""
+    found = []
+    for text in (INPUTS / "command_lines.txt").read_text(encoding="utf-8").split("\n\n")[1:]:
+        title, *lines = text.strip().splitlines()
+        if any(re.search(pattern, line) for line in lines):
+            found.append((title.removeprefix("# "), lines))
+    return found
+
+
+class Program:
+    """One of the two, and the folders in which it works."""
+
+    def __init__(self, path, root):
+        self.path = pathlib.Path(path).resolve(strict=True)
+        self.root = root
+        self.folder = root
+        self.seen = {}
+        (root / "bin").mkdir(parents=True)
+        (root / "bin" / "peeler").symlink_to(self.path)
+
+    def begin(self, number):
+        """Goes to a new folder."""
+        self.folder = self.root / f"{number:02d}"
+        self.folder.mkdir()
+        self.seen = {}
+        for name, target in LINKS.items():
+            if target.is_dir():
+                (self.folder / name).symlink_to(target)
+
+    def run(self, line):
+        """{what: value} of a line: its exit code, its streams, and every file that is not as it was before."""
+        environment = {
+            "PATH": f"{self.root}/bin:{os.environ['PATH']}",
+            "HOME": os.environ.get("HOME", "/"),
+            "LC_ALL": "C.UTF-8",
+            "LP_NUM_THREADS": "1",  # Mesa's: the other program needs the other processors.
+        }
+        try:
+            done = subprocess.run(
+                ["sh", "-c", line], cwd=self.folder, env=environment, stdin=subprocess.DEVNULL,
+                capture_output=True, timeout=LIMIT, check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return {"exit code": f"none within {LIMIT} s"}
+        outcome = {"stdout": done.stdout, "stderr": done.stderr, **self.changed()}
+        outcome = {what: self.comparable(content) for what, content in outcome.items()}
+        return {"exit code": done.returncode, **outcome}
+
+    def changed(self):
+        """{name: content} of the files that are new or others than they were; of those that are gone None."""
+        now = {}
+        for folder, _, names in os.walk(self.folder):
+            for path in (pathlib.Path(folder, name) for name in names):
+                status = path.lstat()
+                now[path.relative_to(self.folder)] = (status.st_ino, status.st_mtime_ns, status.st_size)
+        names = sorted(name for name in self.seen | now if self.seen.get(name) != now.get(name))
+        self.seen = now
+        return {str(name): (self.folder / name).read_bytes() if name in now else None for name in names}
+
+    def comparable(self, content):
+        """JSON as values by key, other text without what no run repeats, and anything else as it is."""
+        try:
+            text = content.decode()
+        except (AttributeError, UnicodeDecodeError):
+            return content
+        for path, name in ((self.folder, "FOLDER"), (self.root / "bin", "BIN"), (self.path, "BIN/peeler")):
+            text = text.replace(str(path), name)
+        text = NOW_AND_THEN.sub("", text)
+        values = json_values(text)
+        if values is not None:
+            return values
+        for pattern, instead in MEASURED:
+            text = pattern.sub(instead, text)
+        return text
+
+
+def json_values(text):
+    """{key: [(place in the lists on the way, value), ...]} of JSON, or of JSON line by line; None of other text."""
+    # Decimals keep the digits as they are written.
+    parse = functools.partial(json.loads, parse_float=decimal.Decimal, parse_int=decimal.Decimal)
+    if not text.startswith(("{", "[")):
+        return None
+    try:
+        found = parse(text)
+    except ValueError:
+        try:
+            found = [parse(line) for line in text.splitlines()]
+        except ValueError:
+            return None
+    values = collections.defaultdict(list)
+
+    def take(value, key, place):
+        if isinstance(value, dict) and value:
+            for name, below in value.items():
+                take(below, f"{key}.{name}" if key else name, place)
+        elif isinstance(value, list) and value:
+            for index, below in enumerate(value):
+                take(below, key, (*place, index))
+        else:
+            values[key].append((place, "#" if VOLATILE & set(key.split(".")) else value))
+
+    take(found, "", ())
+    return dict(values)
+
+
+def unify(verb, before, after):
+    """Both with the keys that they have after; what only one of them has is left out."""
+    for of, old, new in UNIFIED:
+        if of != verb:
+            continue
+        for key in [key for key in before if old and f"{key}.".startswith(f"{old}.")]:
+            values = before.pop(key)
+            if new:
+                before[new + key.removeprefix(old)] = values
+        if not old:
+            after = {key: values for key, values in after.items() if not f"{key}.".startswith(f"{new}.")}
+    return before, after
+
+
+def difference(verb, before, after):
+    """What differs, in a few words; nothing if nothing does."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        before, after = unify(verb, before, after)
+        keys = [key for key in before | after if before.get(key) != after.get(key)]
+        if not keys:
+            return ""
+        more = f" (and {', '.join(keys[1:])})" if len(keys) > 1 else ""
+        return f"{keys[0]}: {words(before.get(keys[0]))}, now {words(after.get(keys[0]))}{more}"
+    if before == after:
+        return ""
+    if isinstance(before, str) and isinstance(after, str):
+        lines = itertools.zip_longest(before.splitlines(True), after.splitlines(True))
+        number, (old, new) = next(item for item in enumerate(lines, 1) if item[1][0] != item[1][1])
+        return f"line {number}: {words(old)}, now {words(new)}"
+    if isinstance(before, bytes) and isinstance(after, bytes):
+        pairs = enumerate(itertools.zip_longest(before, after))
+        place = next(place for place, (old, new) in pairs if old != new)
+        return f"differs from byte {place:,} on, {len(before):,} bytes, now {len(after):,}"
+    return f"{words(before)}, now {words(after)}"
+
+
+def words(value):
+    """A value as a line shows it."""
+    if value is None or isinstance(value, dict):
+        return "nothing" if value is None else "JSON"
+    text = ", ".join(str(one) for _, one in value) if isinstance(value, list) else repr(value)
+    return text if len(text) <= 120 else f"{text[:117]}..."
+
+
+def differences(line, programs, pool):
+    """[what differs] in a line, and the exit code of the first program."""
+    before, after = pool.map(lambda program: program.run(line), programs)
+    verb = VERB.search(line)
+    found = []
+    for what in before | after:
+        if what not in before or what not in after:
+            found.append(f"{what}: only {'before' if what in before else 'now'}")
+        elif text := difference(verb and verb[1], before[what], after[what]):
+            found.append(f"{what}: {text}")
+    return found, before["exit code"]
+
+
+def compare(chosen, programs):
+    """Prints what differs and how far it is. True if anything does."""
+    ends, different, skipped = collections.Counter(), 0, 0
+    with concurrent.futures.ThreadPoolExecutor(len(programs)) as pool:
+        for number, (title, lines) in enumerate(chosen):
+            if any(" assets/" in line for line in lines) and not ASSETS.is_dir():
+                print(f"skipped: {title}, {len(lines)} command lines: there is no folder {ASSETS}")
+                skipped += len(lines)
+                continue
+            start = time.monotonic()
+            for program in programs:
+                program.begin(number)
+            for line in lines:
+                found, end = differences(line, programs, pool)
+                if end != 0 and not VERB.search(line):
+                    found.append(f"what others need has failed with {end}")
+                for text in found:
+                    print(f"DIFFERS: {line}: {text}", flush=True)
+                different += bool(found)
+                if VERB.search(line):
+                    ends[end] += 1
+            print(f"{title}: {len(lines)} lines, {time.monotonic() - start:.0f} s", flush=True)
+
+    print("exit codes:", ", ".join(f"{end}: {ends[end]} times" for end in sorted(ends, key=str)))
+    for verb, old, new in UNIFIED:
+        print(f"unified: peeler {verb}: {old or 'nothing'} is now {new or 'left out'}")
+    told = f", {skipped} skipped" if skipped else ""
+    print(f"{ends.total()} command lines{told}, {different} differ")
+    return different > 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("programs", nargs="*", metavar="BEFORE AFTER [FILTER]")
+    parser.add_argument("--list", action="store_true", help="print the command lines")
+    parser.add_argument("--keep", metavar="FOLDER", type=pathlib.Path, help="where the files go, and stay")
+    options = parser.parse_args()
+    positional = 0 if options.list else 2
+    if not positional <= len(options.programs) <= positional + 1:
+        parser.error("two programs are needed, and no more than a filter beside them")
+    chosen = paragraphs(options.programs[positional] if len(options.programs) > positional else "")
+    if options.list:
+        for title, lines in chosen:
+            print(f"# {title}", *lines, "", sep="\n")
+        return 0
+
+    scratch = contextlib.nullcontext(options.keep) if options.keep else tempfile.TemporaryDirectory()
+    with scratch as folder:
+        root = pathlib.Path(folder).resolve()
+        names = zip(("before", "after"), options.programs)
+        return compare(chosen, [Program(path, root / name) for name, path in names])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
