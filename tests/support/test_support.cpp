@@ -59,6 +59,16 @@ bool contains(const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
 }
 
+namespace {
+
+/// Linux counts to what a child had resident at most what its parent ever had, as both share their
+/// memory until the child is another program. From here on that is what the parent has now.
+void forgetPeakMemory() {
+    std::ofstream("/proc/self/clear_refs") << 5;
+}
+
+}  // namespace
+
 StartedCommand::StartedCommand(const std::vector<std::string>& command,
                                const std::vector<std::string>& environment,
                                const fs::path& directory) {
@@ -87,6 +97,7 @@ StartedCommand::StartedCommand(const std::vector<std::string>& command,
     posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT, 0600);
     posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT, 0600);
     if (!directory.empty()) posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
+    forgetPeakMemory();
     const int failed = posix_spawnp(&pid_, argv[0], &actions, nullptr, argv.data(), envp.data());
     posix_spawn_file_actions_destroy(&actions);
     if (failed) throw std::runtime_error("cannot start " + command.front());
