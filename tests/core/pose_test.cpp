@@ -115,7 +115,7 @@ struct Arm {
     }
 };
 
-glm::dvec3 worldPosition(const Arm& arm, const PosedScene& shown, std::size_t vertex) {
+glm::dvec3 worldPosition(const PosedScene& shown, std::size_t vertex) {
     const MeshInstance& instance = shown.meshes().at(0);
     const glm::dvec3 position(shown.positions(instance, 0).at(vertex));
     return glm::dvec3(instance.world * glm::dvec4(position, 1));
@@ -125,7 +125,7 @@ TEST(Skin, AtRestShowsTheMeshWhereItsBonesAre) {
     const Arm arm;
     const PosedScene shown = arm.at(0);
     for (std::size_t i = 0; i <= 20; ++i)
-        expectNear(worldPosition(arm, shown, i), {0.5, static_cast<double>(i) / 10, 0});
+        expectNear(worldPosition(shown, i), {0.5, static_cast<double>(i) / 10, 0});
 }
 
 TEST(Skin, BendsByARightAngle) {
@@ -133,19 +133,19 @@ TEST(Skin, BendsByARightAngle) {
     const PosedScene shown = arm.at(1);
     const DeformedVertices& bent = shown.deformed().at(0).at(0);
     for (std::size_t i = 0; i < 10; ++i) {
-        expectNear(worldPosition(arm, shown, i), {0.5, static_cast<double>(i) / 10, 0});
+        expectNear(worldPosition(shown, i), {0.5, static_cast<double>(i) / 10, 0});
         expectNear(bent.normals[i], {1, 0, 0});
         expectNear(bent.tangents[i], {0, 1, 0});
     }
     // (0.5, 1 + a) turns about (0, 1): a along −X, 0.5 up.
     for (std::size_t i = 11; i <= 20; ++i) {
         const double along = static_cast<double>(i) / 10 - 1;
-        expectNear(worldPosition(arm, shown, i), {-along, 1.5, 0});
+        expectNear(worldPosition(shown, i), {-along, 1.5, 0});
         expectNear(bent.normals[i], {0, 1, 0});
         expectNear(bent.tangents[i], {-1, 0, 0});
     }
     // Half of each bone: the mean of (0.5, 1) and (0, 1.5).
-    expectNear(worldPosition(arm, shown, 10), {0.25, 1.25, 0});
+    expectNear(worldPosition(shown, 10), {0.25, 1.25, 0});
     expectNear(bent.normals[10], {std::sqrt(0.5), std::sqrt(0.5), 0});
 }
 
@@ -153,7 +153,7 @@ TEST(Skin, KeepsItsPrecisionFarFromTheOrigin) {
     const glm::dvec3 far(1e7, -2e7, 3e7);  // a float would be wrong by 2
     const Arm arm(glm::translate(glm::dmat4(1), far));
     const PosedScene shown = arm.at(1);
-    expectNear(worldPosition(arm, shown, 20), far + glm::dvec3(-1, 1.5, 0), 1e-5);
+    expectNear(worldPosition(shown, 20), far + glm::dvec3(-1, 1.5, 0), 1e-5);
 }
 
 TEST(Skin, TurnsNormalsWithTheInverseTransposeAndMirrors) {
@@ -163,7 +163,7 @@ TEST(Skin, TurnsNormalsWithTheInverseTransposeAndMirrors) {
         normal = glm::normalize(glm::vec3(1, 1, 0));
     const PosedScene shown = arm.at(0);
     EXPECT_TRUE(shown.meshes()[0].mirrored);
-    expectNear(worldPosition(arm, shown, 3), {-0.25, 0.3, 0});
+    expectNear(worldPosition(shown, 3), {-0.25, 0.3, 0});
     expectNear(shown.deformed()[0][0].normals[3], glm::normalize(glm::dvec3(-2, 1, 0)));
     EXPECT_FALSE(Arm().at(0).meshes()[0].mirrored);
 }
@@ -198,14 +198,14 @@ TEST(Skin, TakesAllJointSetsAndScalesWeights) {
     strip.joint_sets.push_back(second);
     const Arm plain;
     for (const std::size_t i : {3U, 10U, 17U})
-        expectNear(worldPosition(arm, arm.at(0.7), i), worldPosition(plain, plain.at(0.7), i));
+        expectNear(worldPosition(arm.at(0.7), i), worldPosition(plain, plain.at(0.7), i));
 }
 
 TEST(Skin, MovesPrimitivesWithoutJointsWithTheirNode) {
     Arm arm;
     arm.scene.meshes[0].primitives[0].joint_sets.clear();
     arm.scene.nodes[0].local = glm::translate(glm::dmat4(1), glm::dvec3(0, 0, 9));
-    expectNear(worldPosition(arm, arm.at(1), 20), {0.5, 2, 9});
+    expectNear(worldPosition(arm.at(1), 20), {0.5, 2, 9});
 }
 
 Scene morphing() {
@@ -256,7 +256,7 @@ TEST(MorphTargets, ActBeforeTheSkin) {
     strip.targets = {{std::vector<glm::vec3>(strip.positions.size(), {0.5F, 0, 0}), {}, {}}};
     arm.scene.meshes[0].weights = {1};
     // (1, 2) instead of (0.5, 2), then the right angle about (0, 1).
-    expectNear(worldPosition(arm, arm.at(1), 20), {-1, 2, 0});
+    expectNear(worldPosition(arm.at(1), 20), {-1, 2, 0});
 }
 
 TEST(Visibility, HidesMeshesAndLightsBelowButNoCameras) {
