@@ -198,7 +198,7 @@ TEST(Skin, TakesAllJointSetsAndScalesWeights) {
     strip.joint_sets.push_back(second);
     const Arm plain;
     for (const std::size_t i : {3U, 10U, 17U})
-        expectNear(worldPosition(arm.at(0.7), i), worldPosition(plain, plain.at(0.7), i));
+        expectNear(worldPosition(arm.at(0.7), i), worldPosition(plain.at(0.7), i));
 }
 
 TEST(Skin, MovesPrimitivesWithoutJointsWithTheirNode) {
