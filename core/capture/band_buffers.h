@@ -15,9 +15,9 @@
 namespace peeler {
 
 /// For layers: per pixel a slot; per fragment its key and what is stored of it, side by side
-/// (shaders/stored_fragments.glsl). For a composite: per pixel a slot, a count, a depth, two stamps and a
-/// colour in 32-bit float. Grown on demand and reused from band to band: fresh memory costs more
-/// than rasterising into it.
+/// (shaders/stored_fragments.glsl). For a composite: per pixel a slot, a count, a depth, two stamps
+/// and a colour in 32-bit float. Grown on demand and reused from band to band: fresh memory costs
+/// more than rasterising into it.
 class BandBuffers {
   public:
     explicit BandBuffers(const gl::Functions& gl) : gl_(gl) {}
