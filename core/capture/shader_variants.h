@@ -42,7 +42,12 @@ class ShaderVariants {
         std::uint32_t transformed = 0, second_uv = 0;  // textures, by unit
         std::uint32_t channels = 0;                    // that the pass describes, a bit each
         std::string_view stored;                       // how fragments are
-        auto operator<=>(const Variant&) const = default;
+        bool operator<(const Variant& other) const {
+            return std::tie(bits, material_flags, draw_flags, transformed, second_uv, channels,
+                            stored) < std::tie(other.bits, other.material_flags, other.draw_flags,
+                                               other.transformed, other.second_uv, other.channels,
+                                               other.stored);
+        }
     };
 
     Variant variantOf(const GeometryPass& pass, const Draw& draw) const;
