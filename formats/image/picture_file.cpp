@@ -24,8 +24,8 @@ void writePicture(const std::string& path, const CompositeImage& picture,
     plan.fragments_counted = plan.fragments_stored = picture.window.pixels();
     sink->begin(plan);
     constexpr int kRowsAtOnce = 256;
-    LayeredImage band;
     for (int y = 0; y < height; y += kRowsAtOnce) {
+        LayeredImage band;
         band.window = {0, y, plan.view.width, std::min(y + kRowsAtOnce, height)};
         const std::size_t pixels = band.window.pixels();
         band.color.channels = {"R", "G", "B", "A"};
