@@ -26,6 +26,7 @@ import json
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -93,23 +94,26 @@ class Program:
                 (self.folder / name).symlink_to(target)
 
     def run(self, line):
-        """{what: value} of a line: its exit code, its streams, and every file that is not as it was before."""
+        """{what: value} of a line: its exit code (None if it has not ended within LIMIT), its streams, and every file
+        that is not as it was before."""
         environment = {
             "PATH": f"{self.root}/bin:{os.environ['PATH']}",
             "HOME": os.environ.get("HOME", "/"),
             "LC_ALL": "C.UTF-8",
             "LP_NUM_THREADS": "1",  # Mesa's: the other program needs the other processors.
         }
-        try:
-            done = subprocess.run(
-                ["sh", "-c", line], cwd=self.folder, env=environment, stdin=subprocess.DEVNULL,
-                capture_output=True, timeout=LIMIT, check=False,
-            )
-        except subprocess.TimeoutExpired:
-            return {"exit code": f"none within {LIMIT} s"}
-        outcome = {"stdout": done.stdout, "stderr": done.stderr, **self.changed()}
+        with subprocess.Popen(
+            ["sh", "-c", line], cwd=self.folder, env=environment, stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+        ) as process:
+            try:
+                out, err = process.communicate(timeout=LIMIT)
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)  # with what sh has started
+                return {"exit code": None}
+        outcome = {"stdout": out, "stderr": err, **self.changed()}
         outcome = {what: self.comparable(content) for what, content in outcome.items()}
-        return {"exit code": done.returncode, **outcome}
+        return {"exit code": process.returncode, **outcome}
 
     def changed(self):
         """{name: content} of the files that are new or others than they were; of those that are gone None."""
@@ -239,7 +243,9 @@ def compare(chosen, programs):
                 program.begin(number)
             for line in lines:
                 found, end = differences(line, programs, pool)
-                if end != 0 and not VERB.search(line):
+                if end is None:
+                    found.append(f"it has not ended within {LIMIT} s")
+                elif end != 0 and not VERB.search(line):
                     found.append(f"what others need has failed with {end}")
                 for text in found:
                     print(f"DIFFERS: {line}: {text}", flush=True)
