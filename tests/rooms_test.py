@@ -1,0 +1,302 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Includes go the way that the tables of rooms in core, formats and cmd say, headers are few, long files say why."""
+
+import pathlib
+import re
+import tempfile
+import unittest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[1]
+LIBRARIES = ("core", "formats", "cmd")  # each may include itself and those before it
+FROM_THE_ROOT = ("core/", "formats/", "cmd/", "shaders/")
+CODE = (".h", ".cpp")
+SHADERS = (".glsl", ".vert", ".frag", ".comp")
+MOST_HEADERS = 165
+LONGEST_FILE = 450
+REASON = "Longer than others because "
+
+ROW = re.compile(r"^\| `((?:core|formats|cmd)(?:/\w+)?)` \|", re.MULTILINE)
+INCLUDE = re.compile(r'^ *# *include "([^"]+)"')
+HEAD = re.compile(r"(?:[ \t]*(?://[^\n]*|#[^\n]*)?\n)*")  # comments and includes, before any code
+
+
+def files(source, folders, suffixes):
+    return sorted(p for f in folders for p in (source / f).rglob("*") if p.suffix in suffixes)
+
+
+def rooms(source):
+    """The rooms of the three tables, in the order in which they may include each other."""
+    found = []
+    for library in LIBRARIES:
+        text = (source / library / "README.md").read_text(encoding="utf-8")
+        found += ROW.findall(text.partition("## Rooms")[2].partition("\n## ")[0])
+    return found
+
+
+def room_of(path):
+    return path.rpartition("/")[0]
+
+
+def includes(source):
+    """[(file, line, included file)] of what the product includes of itself"""
+    found = []
+    for path in files(source, LIBRARIES, CODE):
+        name = path.relative_to(source).as_posix()
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            included = INCLUDE.match(line)
+            if included and included[1].partition("/")[0] in LIBRARIES:
+                found.append((name, number, included[1]))
+    return found
+
+
+def not_from_the_root(source):
+    """Includes of our own files by a shorter path, which the checks below would not see."""
+    errors = []
+    for path in files(source, LIBRARIES, CODE):
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            included = INCLUDE.match(line)
+            if included and not included[1].startswith(FROM_THE_ROOT):
+                name = path.relative_to(source).as_posix()
+                errors.append(f"{name}:{number}: \"{included[1]}\" is no path from the root")
+    return errors
+
+
+def tables_and_folders(source):
+    """Rooms of a table that hold no code, and folders with code that are no rooms."""
+    told = rooms(source)
+    there = {
+        path.parent.relative_to(source).as_posix() for path in files(source, LIBRARIES, CODE)
+    }
+    errors = [f"{room}: stands twice in the table" for room in set(told) if told.count(room) > 1]
+    errors += [f"{room}: in the table, but there is no such room" for room in set(told) - there]
+    for room in there - set(told):
+        errors.append(f"{room}: not in the table of {room.partition('/')[0]}/README.md")
+    return sorted(errors)
+
+
+def back_arrows(order, arrows, verbs=()):
+    """What the order of rooms does not allow. VERBS: rooms that do not include each other."""
+    errors = []
+    for name, line, included in arrows:
+        room, other = room_of(name), room_of(included)
+        arrow = f"{name}:{line}: {room} -> {other} ({included})"
+        if room not in order or other not in order:
+            errors.append(f"{arrow}: no such room")
+        elif order.index(other) > order.index(room):
+            errors.append(f"{arrow} points back: {other} stands below {room}")
+        elif room != other and room in verbs and other in verbs:
+            errors.append(f"{arrow}: rooms of verbs do not include each other")
+    return errors
+
+
+def cycle(graph):
+    """A cycle of {node: nodes} as a list that ends where it begins, or nothing."""
+    done = set()
+    for start in sorted(graph):
+        path, stack = [], [(start, None)]
+        while stack:
+            node, rest = stack.pop()
+            if rest is None:
+                if node in path:
+                    return path[path.index(node) :] + [node]
+                if node in done:
+                    continue
+                path.append(node)
+                rest = sorted(graph.get(node, ()))
+            if rest:
+                stack += [(node, rest[1:]), (rest[0], None)]
+            else:
+                done.add(node)
+                path.pop()
+    return []
+
+
+def cycles(arrows):
+    """A cycle of files and one of rooms, if there are any, with the includes that close it."""
+    errors = []
+    for what, end in (("files", lambda name: name), ("rooms", room_of)):
+        graph, places = {}, {}
+        for name, line, included in arrows:
+            if what == "files" or end(name) != end(included):
+                graph.setdefault(end(name), set()).add(end(included))
+                places.setdefault((end(name), end(included)), f"{name}:{line}")
+        path = cycle(graph)
+        if path:
+            steps = [f"{a} -> {b} ({places[a, b]})" for a, b in zip(path, path[1:])]
+            errors.append(f"a cycle of {what}: " + ", ".join(steps))
+    return errors
+
+
+def verb_rooms(source):
+    """A verb's room is called as the verb: cmd/rays for cmd/rays.cpp."""
+    return [room for room in rooms(source) if (source / f"{room}.cpp").is_file()]
+
+
+def too_long(source):
+    """Long files whose head does not say why they are."""
+    errors = []
+    for path in files(source, (*LIBRARIES, "shaders"), CODE + SHADERS):
+        text = path.read_text(encoding="utf-8")
+        if text.count("\n") > LONGEST_FILE and REASON not in HEAD.match(text)[0]:
+            name = path.relative_to(source).as_posix()
+            errors.append(f"{name}: {text.count(chr(10))} lines, and no \"{REASON}...\" in its head")
+    return errors
+
+
+class Rooms(unittest.TestCase):
+    def assertNone(self, errors):
+        if errors:
+            self.fail("\n" + "\n".join(errors))
+
+    def test_every_room_is_in_its_table(self):
+        self.assertNone(tables_and_folders(SOURCE))
+
+    def test_includes_are_paths_from_the_root(self):
+        self.assertNone(not_from_the_root(SOURCE))
+
+    def test_no_arrow_points_back(self):
+        arrows = includes(SOURCE)
+        self.assertGreater(len(arrows), 500)
+        self.assertNone(back_arrows(rooms(SOURCE), arrows, verb_rooms(SOURCE)))
+
+    def test_there_is_no_cycle(self):
+        self.assertNone(cycles(includes(SOURCE)))
+
+    def test_headers_are_few(self):
+        count = len(files(SOURCE, LIBRARIES, (".h",)))
+        self.assertLessEqual(count, MOST_HEADERS, "headers: what one unit uses joins it")
+
+    def test_long_files_say_why(self):
+        self.assertNone(too_long(SOURCE))
+
+
+class PlantedIncludes(unittest.TestCase):
+    """The checks of includes can fail."""
+
+    ORDER = ["core/base", "core/gl", "formats/exr", "formats", "cmd/cli", "cmd/bake", "cmd/rays", "cmd"]
+    ARROWS = [
+        ("core/gl/context.h", 3, "core/base/error.h"),
+        ("core/gl/context.h", 4, "core/gl/objects.h"),
+        ("formats/exr/files.cpp", 3, "core/gl/context.h"),
+        ("cmd/rays/hits.cpp", 5, "cmd/cli/parse.h"),
+        ("cmd/rays.cpp", 5, "cmd/rays/hits.h"),
+    ]
+
+    def arrows(self, *planted):
+        return back_arrows(self.ORDER, self.ARROWS + list(planted), ["cmd/bake", "cmd/rays"])
+
+    def test_what_is_allowed(self):
+        self.assertEqual(self.arrows(), [])
+        self.assertEqual(cycles(self.ARROWS), [])
+
+    def test_an_arrow_to_a_room_below(self):
+        self.assertEqual(
+            self.arrows(("core/base/error.h", 7, "core/gl/context.h")),
+            [
+                "core/base/error.h:7: core/base -> core/gl (core/gl/context.h)"
+                " points back: core/gl stands below core/base"
+            ],
+        )
+
+    def test_an_arrow_to_a_library_below(self):
+        for name, included in (
+            ("core/gl/context.h", "formats/writers.h"),
+            ("core/gl/context.h", "cmd/cli/parse.h"),
+            ("formats/writers.h", "cmd/cli/parse.h"),
+        ):
+            (error,) = self.arrows((name, 7, included))
+            self.assertIn(f"{name}:7: {room_of(name)} -> {room_of(included)} ({included})", error)
+
+    def test_an_arrow_between_rooms_of_verbs(self):
+        (error,) = self.arrows(("cmd/rays/hits.cpp", 7, "cmd/bake/values.h"))
+        self.assertIn("cmd/rays/hits.cpp:7: cmd/rays -> cmd/bake (cmd/bake/values.h)", error)
+
+    def test_an_arrow_out_of_every_room(self):
+        (error,) = self.arrows(("cmd/main.cpp", 7, "cmd/attic/old.h"))
+        self.assertIn("cmd/main.cpp:7: cmd -> cmd/attic (cmd/attic/old.h): no such room", error)
+
+    def test_a_cycle_of_files(self):
+        planted = [
+            ("core/gl/objects.h", 8, "core/gl/program.h"),
+            ("core/gl/program.h", 9, "core/gl/context.h"),
+        ]
+        self.assertEqual(
+            cycles(self.ARROWS + planted),
+            [
+                "a cycle of files: core/gl/context.h -> core/gl/objects.h (core/gl/context.h:4),"
+                " core/gl/objects.h -> core/gl/program.h (core/gl/objects.h:8),"
+                " core/gl/program.h -> core/gl/context.h (core/gl/program.h:9)"
+            ],
+        )
+        (itself,) = cycles([("core/gl/context.h", 2, "core/gl/context.h")])
+        self.assertIn("core/gl/context.h -> core/gl/context.h (core/gl/context.h:2)", itself)
+
+    def test_a_cycle_of_rooms(self):
+        self.assertEqual(
+            cycles(self.ARROWS + [("core/base/parallel.h", 6, "core/gl/functions.h")]),
+            [
+                "a cycle of rooms: core/base -> core/gl (core/base/parallel.h:6),"
+                " core/gl -> core/base (core/gl/context.h:3)"
+            ],
+        )
+
+
+class PlantedFiles(unittest.TestCase):
+    """The checks of folders, tables and lengths can fail."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.source = pathlib.Path(folder.name)
+        for library in LIBRARIES:
+            self.write(f"{library}/README.md", f"## Rooms\n| `{library}/a` | |\n## More\n| `core/b` | |\n")
+            self.write(f"{library}/a/a.h", '#pragma once\n#include "core/a/a.h"\n')
+
+    def write(self, path, text):
+        (self.source / path).parent.mkdir(parents=True, exist_ok=True)
+        (self.source / path).write_text(text, encoding="utf-8")
+
+    def test_tables(self):
+        self.assertEqual(rooms(self.source), ["core/a", "formats/a", "cmd/a"])
+        self.assertEqual(tables_and_folders(self.source), [])
+        self.write("core/README.md", "## Rooms\n| `core/c` | C. |\n")
+        self.assertEqual(
+            tables_and_folders(self.source),
+            [
+                "core/a: not in the table of core/README.md",
+                "core/c: in the table, but there is no such room",
+            ],
+        )
+
+    def test_includes(self):
+        self.assertIn(("cmd/a/a.h", 2, "core/a/a.h"), includes(self.source))
+        self.assertEqual(not_from_the_root(self.source), [])
+        self.write("cmd/a/b.cpp", '\n#include "a.h"\n#include "../a/a.h"\n')
+        self.assertEqual(
+            not_from_the_root(self.source),
+            [
+                'cmd/a/b.cpp:2: "a.h" is no path from the root',
+                'cmd/a/b.cpp:3: "../a/a.h" is no path from the root',
+            ],
+        )
+
+    def test_rooms_of_verbs(self):
+        self.assertEqual(verb_rooms(self.source), [])
+        self.write("cmd/a.cpp", "")
+        self.assertEqual(verb_rooms(self.source), ["cmd/a"])
+
+    def test_lengths(self):
+        code = "int x;\n" * LONGEST_FILE
+        self.write("shaders/a.frag", code)
+        self.assertEqual(too_long(self.source), [])
+        for path in ("shaders/a.frag", "core/a/a.cpp"):
+            self.write(path, code + f"// {REASON}it is.\n")
+        self.assertEqual(len(too_long(self.source)), 2)
+        self.assertIn("core/a/a.cpp: 451 lines", too_long(self.source)[0])
+        self.write("shaders/a.frag", f"// {REASON}it is.\n" + code)
+        self.write("core/a/a.cpp", f"// SPDX\n#include <x>\n\n// {REASON}it is.\n" + code)
+        self.assertEqual(too_long(self.source), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
