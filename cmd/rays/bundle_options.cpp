@@ -11,7 +11,7 @@
 #include "cmd/cli/parse.h"
 #include "core/base/error.h"
 #include "core/rays/bundle.h"
-#include "formats/gltf/gltf_files.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler::cmd {
 

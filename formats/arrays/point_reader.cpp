@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
-#include "formats/gltf/gltf_files.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decodes one Draco-compressed mesh.
-#include "formats/gltf/draco_mesh.h"
+#include "formats/gltf/gltf_decoders.h"
 
 #include <draco/compression/decode.h>
 #include <draco/compression/point_cloud/point_cloud_decoder.h>

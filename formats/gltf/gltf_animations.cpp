@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The animations of a glTF file (glTF 2.0 §3.11).
-#include "formats/gltf/gltf_animations.h"
+#include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What glTF 2.0 demands beyond types and indices: versions, extensions, the node forest, cameras.
-#include "formats/gltf/gltf_checks.h"
+#include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

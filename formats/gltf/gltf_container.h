@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes a .glb file apart.
+// Takes a .glb file apart, and parses the JSON of it or of a .gltf file.
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,5 +25,11 @@ bool isGlb(std::span<const std::uint8_t> bytes);
 /// if the container is damaged or of another version; oddities that do no harm become warnings.
 GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std::string& path,
                                  std::vector<std::string>& warnings);
+
+/// Parses it, a byte order mark aside. Throws Error(kInput) with `path` as `where` if it is no JSON
+/// object, damaged, or nested deeper than any exporter writes.
+nlohmann::json parseGltfJson(std::string_view text, const std::string& path);
+/// The same, members in the order in which they stand there.
+nlohmann::ordered_json parseOrderedGltfJson(std::string_view text, const std::string& path);
 
 }  // namespace peeler

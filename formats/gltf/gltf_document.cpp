@@ -9,14 +9,10 @@
 
 #include "core/base/error.h"
 #include "formats/file/content_hash.h"
-#include "formats/gltf/gltf_checks.h"
+#include "formats/file/regular_file.h"
 #include "formats/gltf/gltf_container.h"
-#include "formats/gltf/gltf_draco.h"
-#include "formats/gltf/gltf_json.h"
-#include "formats/gltf/gltf_lights.h"
-#include "formats/gltf/gltf_meshopt.h"
+#include "formats/gltf/gltf_parts.h"
 #include "formats/gltf/gltf_schema.h"
-#include "formats/gltf/gltf_variants.h"
 
 namespace peeler {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The Draco-compressed primitives of a glTF file (KHR_draco_mesh_compression).
-#include "formats/gltf/gltf_draco.h"
+#include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
 #include <atomic>
@@ -10,8 +10,8 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "formats/gltf/draco_mesh.h"
 #include "formats/gltf/gltf_accessor.h"
+#include "formats/gltf/gltf_decoders.h"
 #include "formats/gltf/gltf_schema.h"
 
 namespace peeler {

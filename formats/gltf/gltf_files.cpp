@@ -1,47 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only place where a glTF makes us open a file: inside its own folder, regular files, capped.
+// The files that a glTF may name: inside its own folder, regular files, capped.
 #include "formats/gltf/gltf_files.h"
-
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cerrno>
-#include <cstring>
 #include <system_error>
 
 #include "core/base/error.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A POSIX file descriptor that is closed with the object.
-class Descriptor {
-  public:
-    explicit Descriptor(int fd) : fd_(fd) {}
-    ~Descriptor() {
-        if (fd_ >= 0) ::close(fd_);
-    }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    int get() const { return fd_; }
-
-  private:
-    int fd_;
-};
-
-[[noreturn]] void failToOpen(const fs::path& path, int error) {
-    if (error == ENOENT || error == ENOTDIR)
-        throw Error(ErrorKind::kInput, "the file does not exist", path.string(),
-                    "check the spelling and the folder");
-    throw Error(ErrorKind::kInput, "the file cannot be read: " + std::string(std::strerror(error)),
-                path.string(), error == EACCES ? "check its permissions" : "");
-}
 
 int hexDigit(char c) {
     if (c >= '0' && c <= '9') return c - '0';
@@ -117,38 +89,6 @@ std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string&
 }
 
 }  // namespace
-
-std::vector<std::uint8_t> readRegularFile(const fs::path& path, std::uint64_t max_bytes) {
-    // O_NONBLOCK: opening a pipe that nobody writes to must not wait. The kind is asked of the open
-    // file, not of the name, which could be changed in between.
-    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
-    if (file.get() < 0) failToOpen(path, errno);
-    struct stat status = {};
-    if (::fstat(file.get(), &status) != 0) failToOpen(path, errno);
-    if (S_ISDIR(status.st_mode))
-        throw Error(ErrorKind::kInput, "this is a folder, not a file", path.string(),
-                    "name the .gltf or .glb file in it");
-    if (!S_ISREG(status.st_mode))
-        throw Error(ErrorKind::kInput, "this is not a regular file", path.string(),
-                    "pipes and devices are not read; copy the data to a file");
-    const auto size = static_cast<std::uint64_t>(status.st_size);
-    if (size > max_bytes)
-        throw Error(ErrorKind::kInput,
-                    "the file has " + std::to_string(size) + " bytes, the limit is " +
-                        std::to_string(max_bytes),
-                    path.string(), "split the file or raise the limit");
-    std::vector<std::uint8_t> bytes(size);
-    std::size_t done = 0;
-    while (done < bytes.size()) {
-        const ssize_t got = ::read(file.get(), bytes.data() + done, bytes.size() - done);
-        if (got < 0 && errno == EINTR) continue;
-        if (got < 0) failToOpen(path, errno);
-        if (got == 0) break;  // it shrank meanwhile
-        done += static_cast<std::size_t>(got);
-    }
-    bytes.resize(done);
-    return bytes;
-}
 
 bool isDataUri(std::string_view uri) {
     return startsWithIgnoringCase(uri, "data:");

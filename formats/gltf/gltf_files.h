@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only place where a glTF makes us open a file: inside its own folder, regular files, capped.
+// The files that a glTF may name: inside its own folder, regular files, capped.
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,6 @@
 #include <vector>
 
 namespace peeler {
-
-/// The bytes of a regular file (through symbolic links). Throws Error(kInput) with the path as
-/// `where` if there is none, it is something else (a folder, a pipe, a device), it is larger than
-/// `max_bytes`, or it cannot be read.
-std::vector<std::uint8_t> readRegularFile(const std::filesystem::path& path,
-                                          std::uint64_t max_bytes);
 
 /// Is this a `data:` URI?
 bool isDataUri(std::string_view uri);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The lights of a glTF file (KHR_lights_punctual).
-#include "formats/gltf/gltf_lights.h"
+#include "formats/gltf/gltf_parts.h"
 
 #include <nlohmann/json.hpp>
 #include <numbers>

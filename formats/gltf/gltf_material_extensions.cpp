@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/gltf/gltf_material_extensions.h"
+#include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // glTF materials and the textures that they use.
-#include "formats/gltf/gltf_materials.h"
+#include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,9 +9,8 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "formats/gltf/gltf_accessor.h"
-#include "formats/gltf/gltf_material_extensions.h"
+#include "formats/gltf/gltf_decoders.h"
 #include "formats/gltf/gltf_schema.h"
-#include "formats/gltf/texture_decoder.h"
 
 namespace peeler {
 namespace {

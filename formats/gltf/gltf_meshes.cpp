@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // glTF meshes to the scene's: vertex attributes, indices, topology.
-#include "formats/gltf/gltf_meshes.h"
+#include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,6 @@
 #include "core/base/error.h"
 #include "formats/gltf/gltf_accessor.h"
 #include "formats/gltf/gltf_schema.h"
-#include "formats/gltf/gltf_variants.h"
 
 namespace peeler {
 namespace {

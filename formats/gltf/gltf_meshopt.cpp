@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The meshopt-compressed buffer views of a glTF file.
-#include "formats/gltf/gltf_meshopt.h"
+#include "formats/gltf/gltf_parts.h"
 
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "formats/gltf/gltf_decoders.h"
 #include "formats/gltf/gltf_schema.h"
-#include "formats/gltf/meshopt_view.h"
 
 namespace peeler {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The nodes of a glTF file (glTF 2.0 §3.5), their skins (§3.7.3) and instances
 // (EXT_mesh_gpu_instancing).
-#include "formats/gltf/gltf_nodes.h"
+#include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
 #include <cmath>

@@ -9,9 +9,9 @@
 
 #include "core/base/error.h"
 #include "formats/file/atomic_file.h"
+#include "formats/file/regular_file.h"
 #include "formats/gltf/gltf_container.h"
-#include "formats/gltf/gltf_json.h"
-#include "formats/gltf/gltf_meshopt.h"
+#include "formats/gltf/gltf_parts.h"
 #include "formats/gltf/gltf_schema.h"
 
 namespace peeler {

@@ -5,11 +5,8 @@
 #include <algorithm>
 
 #include "core/base/error.h"
-#include "formats/gltf/gltf_animations.h"
 #include "formats/gltf/gltf_document.h"
-#include "formats/gltf/gltf_materials.h"
-#include "formats/gltf/gltf_meshes.h"
-#include "formats/gltf/gltf_nodes.h"
+#include "formats/gltf/gltf_parts.h"
 #include "formats/gltf/gltf_schema.h"
 
 namespace peeler {

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "formats/gltf/gltf_schema_rows.h"
 
 namespace peeler {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/gltf/gltf_schema_rows.h"
+#include "formats/gltf/gltf_schema.h"
 
 namespace peeler {
 namespace {

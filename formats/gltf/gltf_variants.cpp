@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/gltf/gltf_variants.h"
+#include "formats/gltf/gltf_parts.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decodes one meshopt-compressed buffer view (EXT_meshopt_compression, KHR_meshopt_compression).
-#include "formats/gltf/meshopt_view.h"
+#include "formats/gltf/gltf_decoders.h"
 
 #include <meshoptimizer.h>
 

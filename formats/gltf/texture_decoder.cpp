@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decodes the PNG, JPEG or WebP bytes of a texture.
-#include "formats/gltf/texture_decoder.h"
+#include "formats/gltf/gltf_decoders.h"
 
 #include <algorithm>
 #include <memory>

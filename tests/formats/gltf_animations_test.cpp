@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Animations of glTF files: samplers, channels, and what is wrong with some.
-#include "formats/gltf/gltf_animations.h"
+#include "formats/gltf/gltf_parts.h"
 
 #include <gtest/gtest.h>
 

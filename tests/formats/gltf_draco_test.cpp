@@ -9,7 +9,7 @@
 #include <cmath>
 #include <random>
 
-#include "formats/gltf/draco_mesh.h"
+#include "formats/gltf/gltf_decoders.h"
 #include "formats/gltf_builder.h"
 
 namespace peeler::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nodes, skins, instances and visibility of glTF files.
-#include "formats/gltf/gltf_nodes.h"
+#include "formats/gltf/gltf_parts.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // meshopt streams: every mode and filter against what went in, the extension's rules, damage.
-#include "formats/gltf/meshopt_view.h"
+#include "formats/gltf/gltf_decoders.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every kind of PNG becomes the RGBA that its numbers mean; JPEG and WebP open; damage is refused.
-#include "formats/gltf/texture_decoder.h"
+#include "formats/gltf/gltf_decoders.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>

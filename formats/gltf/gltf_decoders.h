@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decoders of what a glTF file has compressed in it: meshes (Draco), buffer views (meshopt) and
+// textures. They know nothing of glTF's JSON, may be called from several threads, and throw
+// Error(kInput) with an empty `where`.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/scene/scene.h"
+
+namespace peeler {
+
+// draco_mesh.cpp.
+
+/// An attribute as a glTF accessor describes it.
+struct DracoAttribute {
+    std::uint32_t unique_id = 0;  ///< in the compressed data
+    int component_type = 5126;    ///< glTF's number, 5120 BYTE … 5126 FLOAT
+    int components = 1;
+};
+
+/// What may come out at most; more is refused, before memory is allocated for it where the data
+/// says it in advance.
+struct DracoLimits {
+    std::uint64_t faces = 0, points = 0;
+    int cpu_seconds = 10;  ///< a million triangles take about one
+};
+
+struct DracoMesh {
+    std::vector<std::uint32_t> indices;  ///< three a triangle, all below `points`
+    std::size_t points = 0;
+    /// In the order they were asked for: points · components numbers, tightly packed.
+    std::vector<std::vector<std::uint8_t>> attributes;
+};
+
+/// Decodes a triangle mesh (sequential or Edgebreaker; a strip is decoded to its triangles too).
+/// libdraco 1.5.5 reads 2^31 bits of orientations where one byte of a few thousand vertices is
+/// wrong, so it runs in a process of its own, which may take `cpu_seconds` and memory in proportion
+/// to what is promised.
+DracoMesh decodeDracoMesh(std::span<const std::uint8_t> bytes,
+                          std::span<const DracoAttribute> attributes, const DracoLimits& limits);
+
+// meshopt_view.cpp: EXT_meshopt_compression and KHR_meshopt_compression.
+
+/// What the extension object says of a compressed stream, in its own words.
+struct MeshoptStream {
+    std::span<const std::uint8_t> bytes;  ///< the compressed ones
+    std::string mode;                     ///< ATTRIBUTES, TRIANGLES, INDICES
+    std::string filter = "NONE";          ///< NONE, OCTAHEDRAL, QUATERNION, EXPONENTIAL, COLOR
+    std::uint64_t stride = 0;             ///< bytes of an element
+    std::uint64_t count = 0;              ///< elements
+};
+
+/// Checks the rules of the extension ("for the extension object to be valid …") and that so many
+/// elements can be in so few bytes: the formats spend at least a 64th of what they decode to (and a
+/// byte for each triangle or index), so that a promise is judged before memory is allocated for it.
+void checkMeshoptStream(const MeshoptStream& stream);
+
+/// Decodes a stream that has passed the check into `out`, which has count · stride bytes.
+void decodeMeshoptStream(const MeshoptStream& stream, std::span<std::uint8_t> out);
+
+// texture_decoder.cpp: PNG, JPEG and WebP.
+
+struct TextureLimits {
+    int max_dimension = 16384;                         ///< width and height, pixels
+    std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< decoded, 4 bytes a pixel
+};
+
+/// The picture as 8-bit RGBA with straight alpha, numbers as stored (no colour conversion, no
+/// orientation). Grey becomes R = G = B, no alpha becomes 255, 16 bits are rounded to 8. The format
+/// is told by the first bytes; nothing but PNG, JPEG and WebP is handed to a decoder.
+Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name,
+                    const TextureLimits& limits = {});
+
+}  // namespace peeler

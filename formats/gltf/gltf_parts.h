@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// What reading a glTF file is made of: what loadGltfDocument() carries out to fill a document, and
+// then what readGltf() carries out to make a scene of it, both in this order, each in a file of its
+// own. All throw Error(kInput) with a JSON pointer as `where`.
+#pragma once
+
+#include <tiny_gltf.h>
+
+#include <cstddef>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/scene/scene.h"
+#include "formats/gltf/gltf_document.h"
+#include "formats/gltf/gltf_reader.h"
+
+namespace peeler {
+
+// gltf_checks.cpp: what glTF 2.0 demands beyond types and indices.
+
+/// The file must be a glTF 2.x that 2.0 readers may read. `path` is for errors about the whole
+/// file.
+void checkGltfVersion(const nlohmann::json& gltf, const std::string& path);
+
+/// Everything in extensionsRequired must be supported.
+void checkRequiredExtensions(const nlohmann::json& gltf);
+
+/// Nodes form a forest, scenes list roots, far planes lie behind near planes, the field of view is
+/// one. Indices must have been checked (checkGltfSchema).
+void checkGltfModel(const tinygltf::Model& model);
+
+// gltf_lights.cpp: KHR_lights_punctual.
+
+/// Fills `lights` and `node_lights` of the document from JSON that has passed checkGltfSchema().
+/// A light of unknown type is left out with a warning, as the extension's schema has it. Throws for
+/// what the schema's table cannot say: negative colours and intensities, cones that are inside out
+/// or wider than a half space, a spot light without `spot`.
+void readGltfLights(const nlohmann::json& gltf, GltfDocument& document);
+
+// gltf_variants.cpp: KHR_materials_variants, other materials for the same meshes.
+
+/// The names of the variants of a file that has passed checkGltfSchema(), in its order.
+std::vector<std::string> readVariantNames(const nlohmann::json& gltf);
+
+/// For each of `count` variants the material of this primitive, −1 where it names none; empty if it
+/// names none at all. If two mappings name the same variant, the first counts.
+std::vector<int> variantMaterials(const tinygltf::Primitive& primitive, std::size_t count);
+
+// gltf_meshopt.cpp: buffer views of EXT_meshopt_compression and KHR_meshopt_compression.
+
+/// Does the buffer say that it is only a place for decompressed data? Then it is not loaded, even
+/// if it has a URI, unless the compressed data turns out to be damaged.
+bool isMeshoptFallback(const nlohmann::json& buffer);
+
+/// A buffer view that could not be decoded, and why; `error` points to its extension object.
+struct MeshoptProblem {
+    std::size_t view;
+    Error error;
+};
+
+/// Decodes all compressed ones of `buffer_views` (which have passed checkGltfSchema) into
+/// `decoded_views` of the document, in parallel. All sizes together are checked against
+/// max_geometry_bytes before anything is allocated. The result lists the failures by view.
+std::vector<MeshoptProblem> decodeMeshoptViews(const nlohmann::json& buffer_views,
+                                               GltfDocument& document, const GltfOptions& options);
+
+// gltf_draco.cpp: primitives of KHR_draco_mesh_compression.
+
+/// Decodes all of them, in parallel, and lets their attributes and indices name new accessors with
+/// the decoded numbers, so that whoever reads a primitive afterwards need not know. Primitives that
+/// share data are decoded once. The compressed data goes before an uncompressed fallback, as the
+/// extension asks of those who support it ("must process KHR_draco_mesh_compression first"); the
+/// fallback is read, with a warning, where the compressed data is damaged and options.strict is
+/// off. Decoded indices are of triangles even where the primitive was a strip. What would come out
+/// is checked against the accessors' counts and max_geometry_bytes before anything is decoded.
+/// Errors point to the extension object.
+void decodeDracoPrimitives(GltfDocument& document, const GltfOptions& options);
+
+// gltf_materials.cpp: materials and the textures that they use.
+
+/// Fills scene.materials (the file's in order, then glTF's default material) and scene.images
+/// (those that a material uses, each once). An image that cannot be had is a warning and the
+/// material goes without it; under options.strict it throws Error(kInput) with the image's JSON
+/// pointer.
+void readGltfMaterials(GltfDocument& document, const GltfOptions& options, Scene& scene);
+
+// gltf_material_extensions.cpp: the KHR_materials extensions of a material.
+
+/// Turns a texture reference of the file into the scene's; `where` is its JSON pointer.
+using ReadTexture = std::function<TextureRef(const tinygltf::TextureInfo&, const std::string&)>;
+
+/// A member of an object, or null. The schema check has seen its type.
+const tinygltf::Value* findMember(const tinygltf::Value& object, const char* name);
+const tinygltf::Value* findExtension(const tinygltf::ExtensionMap& extensions, const char* name);
+
+/// Adds what the material's extensions say. Numbers outside the range of their extension are
+/// clamped with a warning. Of an unlit material nothing is read that changes what it looks
+/// like: KHR_materials_unlit goes with no such other. `where` is the material's JSON pointer.
+void readMaterialExtensions(const tinygltf::Material& source, const std::string& where,
+                            const GltfOptions& options, GltfDocument& document,
+                            const ReadTexture& read_texture, Material& material);
+
+// gltf_meshes.cpp: vertex attributes, indices, topology.
+
+/// All meshes of the document, in order. Primitives without a material get `default_material`.
+/// Primitives that draw nothing are left out with a warning.
+std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& options,
+                                 int default_material);
+
+// gltf_nodes.cpp: nodes, their skins and instances.
+
+/// Fills `nodes` and `skins` of the scene, whose meshes are there already. Throws for joints that a
+/// skin does not have, and for inverse bind matrices and instance attributes of the wrong number or
+/// format.
+void readGltfNodes(GltfDocument& document, const GltfOptions& options, Scene& scene);
+
+// gltf_animations.cpp.
+
+/// All animations of the document, for nodes and meshes that `scene` has already. Channels that
+/// move nothing known to us are left out with a warning. Throws for times that are not finite or
+/// fall, for values whose number or format does not fit the times or the property, and for more
+/// keys than the geometry limit has bytes for (many samplers may share the same bytes of a small
+/// file).
+std::vector<Animation> readGltfAnimations(GltfDocument& document, const GltfOptions& options,
+                                          const Scene& scene);
+
+}  // namespace peeler
