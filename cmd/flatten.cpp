@@ -13,7 +13,7 @@
 #include "cmd/options/layered_bands.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
-#include "core/image/fxaa.h"
+#include "core/image/filters.h"
 #include "formats/file/output_hash.h"
 #include "formats/layered_input.h"
 #include "formats/writers.h"

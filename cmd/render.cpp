@@ -18,7 +18,7 @@
 #include "core/capture/bands.h"
 #include "core/gl/context.h"
 #include "core/image/background_sink.h"
-#include "core/image/fxaa.h"
+#include "core/image/filters.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

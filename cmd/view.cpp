@@ -24,7 +24,7 @@
 #include "core/image/layers.h"
 #include "core/image/statistics.h"
 #include "core/scene/view.h"
-#include "core/views/reprojection.h"
+#include "core/views/surface_cells.h"
 #include "formats/file/output_hash.h"
 #include "formats/layered_input.h"
 #include "formats/writers.h"

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/image/deep_merge.h"
+#include "core/image/merge.h"
 #include "core/image/sink.h"
 
 namespace peeler {

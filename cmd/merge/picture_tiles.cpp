@@ -7,7 +7,7 @@
 
 #include "cmd/options/share.h"
 #include "core/base/error.h"
-#include "core/image/tiles.h"
+#include "core/image/merge.h"
 
 namespace peeler::cmd {
 

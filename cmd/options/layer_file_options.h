@@ -10,7 +10,7 @@
 
 #include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
-#include "core/image/deep_merge.h"
+#include "core/image/merge.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

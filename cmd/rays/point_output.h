@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "cmd/rays/hit_output.h"
-#include "core/rays/point_hits.h"
+#include "core/rays/bundle.h"
 
 namespace peeler::cmd {
 

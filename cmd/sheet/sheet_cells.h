@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/image/box_filter.h"
 #include "core/image/composite.h"
 #include "core/image/difference.h"
+#include "core/image/filters.h"
 #include "core/image/sink.h"
 
 namespace peeler::cmd {

@@ -9,7 +9,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/options/layered_bands.h"
 #include "core/base/error.h"
-#include "core/image/layer_checks.h"
+#include "core/image/statistics.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/layered_input.h"
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/image/layer_checks.h"
 #include "core/image/sink.h"
+#include "core/image/statistics.h"
 #include "formats/exr/exr_info.h"
 
 namespace peeler::cmd {

@@ -53,15 +53,15 @@ class RayLattice {
         return place;
     }
 
-    /// The next fragment along the look. Those of the nearest ray are followed, as planes, to the
+    /// The next fragment along the hits. Those of the nearest ray are followed, as planes, to the
     /// receiver's own.
-    Seen next(const Look& look, const Place& place) const {
-        const LayeredImage& band = look.band;
+    VisibleHit next(const DirectedHits& hits, const Place& place) const {
+        const LayeredImage& band = hits.band;
         const std::size_t pixel = band.pixelIndex(place.x, place.y);
         const auto slopes = band.color.as<const glm::vec2>();
         const glm::vec2 step = place.offset * z_step_;
-        const float sign = look.forward ? 1.0F : -1.0F;
-        Seen seen;
+        const float sign = hits.forward ? 1.0F : -1.0F;
+        VisibleHit seen;
         for (std::uint32_t f = band.offsets[pixel]; f < band.offsets[pixel + 1]; ++f) {
             const float z = band.z[f] + glm::dot(slopes[f], step);
             const float distance = sign * (z - place.t);
@@ -91,7 +91,7 @@ class ReceiverSink final : public Sink {
         integrator_.beginBand(band);
         const RayLattice lattice(bundle_);
         const glm::vec3 direction(bundle_.direction());
-        const Look ahead{bundle_, band, true, direction}, back{bundle_, band, false, -direction};
+        const DirectedHits ahead{band, true, direction}, back{band, false, -direction};
         const float side = integrator_.looksInside() ? -1.0F : 1.0F;
         const std::size_t groups = (receivers_.size() + kReceiversAtOnce - 1) / kReceiversAtOnce;
         parallelFor(groups, [&](std::size_t group) {
@@ -102,8 +102,8 @@ class ReceiverSink final : public Sink {
                 const glm::dvec3& position = receivers_.positions[r];
                 const RayLattice::Place place = lattice.placeOf(position);
                 if (place.y < band.window.y0 || place.y >= band.window.y1) continue;
-                const Look& look = cosine > 0 ? ahead : back;
-                integrator_.add(look, lattice.next(look, place), position, std::abs(cosine),
+                const DirectedHits& hits = cosine > 0 ? ahead : back;
+                integrator_.add(hits, lattice.next(hits, place), position, std::abs(cosine),
                                 sums_[r]);
             }
         });

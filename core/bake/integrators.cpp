@@ -19,11 +19,11 @@ class Occlusion final : public Integrator {
     /// `sky`: of all directions only those upward bring light.
     Occlusion(double max_distance, bool sky)
         : max_distance_(static_cast<float>(max_distance)), sky_(sky) {}
-    void add(const Look& look, const Seen& seen, const glm::dvec3&, float cosine,
+    void add(const DirectedHits& hits, const VisibleHit& seen, const glm::dvec3&, float cosine,
              Sum& sum) const override {
         sum.weight += cosine;
         if (seen.distance > max_distance_ || !seen.fragment)
-            if (!sky_ || look.direction.y > 0) sum.value.x += cosine;
+            if (!sky_ || hits.direction.y > 0) sum.value.x += cosine;
     }
 
   private:
@@ -34,9 +34,9 @@ class Occlusion final : public Integrator {
 class BentNormal final : public Integrator {
   public:
     explicit BentNormal(double max_distance) : max_distance_(static_cast<float>(max_distance)) {}
-    void add(const Look& look, const Seen& seen, const glm::dvec3&, float cosine,
+    void add(const DirectedHits& hits, const VisibleHit& seen, const glm::dvec3&, float cosine,
              Sum& sum) const override {
-        if (seen.distance > max_distance_ || !seen.fragment) sum.value += cosine * look.direction;
+        if (seen.distance > max_distance_ || !seen.fragment) sum.value += cosine * hits.direction;
     }
     void finish(const Sum& sum, float* out) const override {
         const float length = glm::length(sum.value);
@@ -52,7 +52,7 @@ class Thickness final : public Integrator {
   public:
     explicit Thickness(double max_distance) : max_distance_(static_cast<float>(max_distance)) {}
     bool looksInside() const override { return true; }
-    void add(const Look&, const Seen& seen, const glm::dvec3&, float cosine,
+    void add(const DirectedHits&, const VisibleHit& seen, const glm::dvec3&, float cosine,
              Sum& sum) const override {
         const float distance = std::min(seen.distance, max_distance_);
         if (!std::isfinite(distance)) return;  // an open surface has no other side there
@@ -88,13 +88,13 @@ class Irradiance final : public Integrator {
         for (std::size_t i = 0; i < colors_.size(); ++i)
             colors_[i] = findChannel(band, kNames[i]);
     }
-    void add(const Look& look, const Seen& seen, const glm::dvec3& position, float cosine,
-             Sum& sum) const override {
+    void add(const DirectedHits& hits, const VisibleHit& seen, const glm::dvec3& position,
+             float cosine, Sum& sum) const override {
         sum.weight += cosine;
         if (seen.fragment && seen.distance <= max_distance_)
-            sum.value += cosine * radiance(look, *seen.fragment, position);
+            sum.value += cosine * radiance(hits, *seen.fragment, position);
         else if (environment_)
-            sum.value += cosine * environment_->radiance(look.direction);
+            sum.value += cosine * environment_->radiance(hits.direction);
     }
     void finish(const Sum& sum, float* out) const override {
         const glm::vec3 mean = sum.weight > 0 ? sum.value / sum.weight : glm::vec3(0);
@@ -103,13 +103,14 @@ class Irradiance final : public Integrator {
     }
 
   private:
-    glm::vec3 radiance(const Look& look, std::uint32_t fragment, const glm::dvec3& position) const {
+    glm::vec3 radiance(const DirectedHits& hits, std::uint32_t fragment,
+                       const glm::dvec3& position) const {
         const std::uint32_t key = keys_.id(fragment);
         WorldElement element = elementOf(sources_.posed, key);
         placeCorners(sources_.posed, element);
         const Material& material =
             sources_.posed.scene().materials[static_cast<std::size_t>(element.primitive->material)];
-        const bool front = glm::dot(element.normal(), glm::dvec3(look.direction)) <= 0;
+        const bool front = glm::dot(element.normal(), glm::dvec3(hits.direction)) <= 0;
         if (!front && !material.double_sided) return glm::vec3(0);
         const auto color = [&](std::size_t first) {
             return glm::vec3(colors_[first].value(fragment), colors_[first + 1].value(fragment),
@@ -117,7 +118,7 @@ class Irradiance final : public Integrator {
         };
         const glm::vec3 emitted = color(3);
         if (gathered_.empty()) return emitted;
-        const auto weight = element.weightsAt(position, glm::dvec3(look.direction));
+        const auto weight = element.weightsAt(position, glm::dvec3(hits.direction));
         const glm::vec3 arriving = sources_.lookup(gathered_, key, glm::vec2(weight[1], weight[2]));
         const float share = (1 - metallic_.value(fragment)) * std::numbers::inv_pi_v<float>;
         return emitted + share * color(0) * arriving;

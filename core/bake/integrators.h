@@ -13,25 +13,25 @@
 #include "core/bake/bake.h"
 #include "core/image/channels.h"
 #include "core/image/layered_image.h"
-#include "core/rays/bundle.h"
 
 namespace peeler {
 
-/// A direction that receivers look along, and the hits that a band of its bundle has.
-struct Look {
-    const Bundle& bundle;
+/// The hits in a band of a bundle, as receivers see them along the bundle's direction or against
+/// it.
+struct DirectedHits {
     const LayeredImage& band;
-    bool forward = true;     // along the bundle's direction, else against it
-    glm::vec3 direction{0};  // unit, away from the receiver
+    bool forward = true;     ///< along the bundle's direction, else against it
+    glm::vec3 direction{0};  ///< unit, world space, away from the receiver
 };
 
-/// What a receiver sees along a look: the fragment, and how far it is.
-struct Seen {
+/// What a receiver sees first in a direction: a fragment of the band, and how far it is in scene
+/// units; none and infinity if there is nothing.
+struct VisibleHit {
     std::optional<std::uint32_t> fragment;
     float distance = std::numeric_limits<float>::infinity();
 };
 
-/// Sums of weighted values of a receiver.
+/// The sum of a receiver's weighted values, and of their weights.
 struct Sum {
     glm::vec3 value{0};
     float weight = 0;
@@ -46,13 +46,16 @@ class Integrator {
     virtual std::vector<Channel> channels() const { return {}; }
     /// Times that all bundles are traced.
     virtual int rounds() const { return 1; }
-    /// Before a round, with what the ones before have gathered.
+    /// Before a round, with the values of every receiver after the round before; empty before the
+    /// first.
     virtual void beginRound(std::span<const float>) {}
-    /// Before the bands of a look.
+    /// Before the hits of a band are added.
     virtual void beginBand(const LayeredImage&) {}
-    virtual void add(const Look& look, const Seen& seen, const glm::dvec3& position, float cosine,
-                     Sum& sum) const = 0;
-    /// Writes componentsOf() numbers.
+    /// Adds what a receiver at `position` (world space) sees; `cosine` is that of the direction to
+    /// its normal, above 0.
+    virtual void add(const DirectedHits& hits, const VisibleHit& seen, const glm::dvec3& position,
+                     float cosine, Sum& sum) const = 0;
+    /// Writes the receiver's value, componentsOf() numbers, to `out`.
     virtual void finish(const Sum& sum, float* out) const {
         *out = sum.weight > 0 ? sum.value.x / sum.weight : 0;
     }

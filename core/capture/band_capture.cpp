@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "core/base/error.h"
+#include "core/capture/captured_fragments.h"
 #include "core/capture/supersampling.h"
-#include "core/capture/surface_channels.h"
 
 namespace peeler {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "core/base/stage_times.h"
 #include "core/capture/capture_settings.h"
-#include "core/capture/surface_channels.h"
+#include "core/capture/captured_fragments.h"
 #include "core/gl/context.h"
 #include "core/image/sink.h"
 #include "core/scene/posed_scene.h"

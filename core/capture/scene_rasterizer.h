@@ -9,7 +9,6 @@
 #include "core/capture/capture_settings.h"
 #include "core/capture/gpu_scene.h"
 #include "core/capture/passes.h"
-#include "core/capture/shader_variants.h"
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/capture/shader_variants.h"
+#include "core/capture/passes.h"
 
 #include <iterator>
 #include <sstream>

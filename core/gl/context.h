@@ -8,8 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "core/gl/device_choice.h"
-
 namespace peeler::gl {
 
 struct Functions;
@@ -41,6 +39,22 @@ struct Device {
     Limits limits;
     std::string problem;  ///< why it cannot be used, one sentence; empty if it can
 };
+
+/// One device of several. At most one of the three; none = the first device that works.
+struct DeviceChoice {
+    std::optional<int> index{};  ///< Device::index
+    std::optional<int> cuda{};   ///< Device::cuda
+    std::string uuid{};  ///< hexadecimal digits that Device::uuid starts with, in lower case
+
+    bool given() const { return index || cuda || !uuid.empty(); }
+    bool matches(const Device& device) const;
+    /// As it is given: "3", "cuda:1", "uuid:8932f937"; "" if none is given.
+    std::string text() const;
+};
+
+/// "3", "cuda:1", "uuid:GPU-8932f937-d72c", with or without "GPU-" and dashes. Throws Error
+/// (kUsage) that says what is expected.
+DeviceChoice parseDeviceChoice(const std::string& text);
 
 /// A current context. Belongs to the thread that made it.
 class Context {

@@ -10,7 +10,6 @@
 #include <string_view>
 
 #include "core/gl/backend.h"
-#include "core/gl/cuda_devices.h"
 #include "core/gl/functions.h"
 
 namespace peeler::gl {

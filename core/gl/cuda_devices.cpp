@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/gl/cuda_devices.h"
+#include "core/gl/backend.h"
 
 #include <algorithm>
 #include <charconv>

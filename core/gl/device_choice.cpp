@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/gl/device_choice.h"
+#include "core/gl/context.h"
 
 #include <charconv>
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/gl/context.h"
-#include "core/gl/cuda_devices.h"
+#include "core/gl/backend.h"
 
 namespace peeler::gl {
 namespace {

@@ -114,8 +114,8 @@ struct NearestLayers {
     std::size_t limit;
     Tail tail;
 
-    NearestLayers(std::uint32_t layers, Tail behind)
-        : limit(layers ? layers : std::numeric_limits<std::size_t>::max()), tail(behind) {}
+    NearestLayers(std::uint32_t layers, Tail tail_mode)
+        : limit(layers ? layers : std::numeric_limits<std::size_t>::max()), tail(tail_mode) {}
 
     template <class T>
     Color operator()(const T* colors, std::size_t count) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs of samples found, counted, composited.
-#include "core/image/deep_merge.h"
+#include "core/image/merge.h"
 
 #include <algorithm>
 #include <array>

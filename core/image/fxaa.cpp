@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/image/fxaa.h"
+#include "core/image/filters.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,11 +40,12 @@ class Luma {
     Luma(const CompositeImage& picture, const Color& background) : window_(picture.window) {
         values_.resize(picture.rgba.size());
         const auto width = static_cast<std::size_t>(window_.width());
-        const float behind = linear(background);
+        const float background_luma = linear(background);
         parallelFor(static_cast<std::size_t>(window_.height()), [&](std::size_t row) {
             for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
                 const Color& color = picture.rgba[p];
-                values_[p] = std::sqrt(std::max(0.0F, linear(color) + (1.0F - color[3]) * behind));
+                values_[p] =
+                    std::sqrt(std::max(0.0F, linear(color) + (1.0F - color[3]) * background_luma));
             }
         });
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/image/layer_checks.h"
+#include "core/image/statistics.h"
 
 // Without the lookup table Imath's conversions are all in the header: core links no OpenEXR.
 #define IMATH_HALF_NO_LOOKUP_TABLE

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/image/tiles.h"
+#include "core/image/merge.h"
 
 #include <algorithm>
 #include <cstring>

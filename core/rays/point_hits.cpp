@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/rays/point_hits.h"
+#include "core/rays/bundle.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,21 +37,22 @@ class Search {
         int beyond = 0;
         for (std::size_t i = place; i > 0; --i) {
             if (beyond > kBeyond && z[i - 1] != z[i]) break;  // all that coincide, or none
-            look(keys[i - 1], false);
+            consider(keys[i - 1], false);
             if (hits_.before.key != 0) ++beyond;
         }
         beyond = 0;
         for (std::size_t i = place; i < z.size(); ++i) {
             if (beyond > kBeyond && z[i] != z[i - 1]) break;
-            look(keys[i], true);
+            consider(keys[i], true);
             if (hits_.after.key != 0) ++beyond;
         }
         return hits_;
     }
 
   private:
-    /// `later`: in the list than those that have been looked at.
-    void look(std::uint32_t key, bool later) {
+    /// Takes the hit for the next one if it is. `later`: it comes in the list after those that have
+    /// been considered.
+    void consider(std::uint32_t key, bool later) {
         WorldElement element = elementOf(posed_, key);
         placeCorners(posed_, element);
         const glm::dvec3 hit = element.weighted(element.weightsAt(point_, direction_));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/scene/animation.h"
+#include "core/scene/posed_scene.h"
 
 #include <algorithm>
 

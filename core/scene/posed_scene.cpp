@@ -12,6 +12,14 @@
 #include "core/base/parallel.h"
 
 namespace peeler {
+
+/// The joints of a skin at a moment, each the product of where it is and its inverse bind matrix.
+/// PosedScene::Builder holds some, so it has a name that is the same in every unit.
+struct JointMatrices {
+    std::vector<glm::dmat4> joints;
+    glm::dmat4 unskinned{1};  ///< for primitives without joints, which follow their node
+};
+
 namespace {
 
 constexpr std::size_t kBlock = 4096;  // vertices a thread takes at a time
@@ -36,6 +44,22 @@ void displace(std::vector<Vector>& values, const std::vector<glm::vec3>& displac
     });
 }
 
+/// What moves a vertex: the weighted mean of its joints.
+glm::dmat4 skinMatrix(const Primitive& primitive, const JointMatrices& skin, std::size_t vertex) {
+    if (primitive.joint_sets.empty()) return skin.unskinned;
+    glm::dmat4 sum(0);
+    double total = 0;
+    for (const JointSet& set : primitive.joint_sets) {
+        for (int i = 0; i < 4; ++i) {
+            const double weight = double{set.weights[vertex][i]};
+            if (weight == 0) continue;
+            sum += weight * skin.joints[set.joints[vertex][i]];
+            total += weight;
+        }
+    }
+    return total != 0 ? sum / total : skin.joints.front();
+}
+
 void applySkin(const Primitive& primitive, const JointMatrices& skin, DeformedVertices& vertices) {
     forBlocks(vertices.positions.size(), [&](std::size_t i, std::size_t end) {
         for (; i < end; ++i) {
@@ -56,31 +80,12 @@ void applySkin(const Primitive& primitive, const JointMatrices& skin, DeformedVe
     });
 }
 
-}  // namespace
-
-glm::dmat3 normalMatrix(const glm::dmat3& m) {
-    const glm::dmat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]),
-                               glm::cross(m[0], m[1]));
-    return glm::determinant(m) < 0 ? -cofactors : cofactors;
-}
-
-glm::dmat4 skinMatrix(const Primitive& primitive, const JointMatrices& skin, std::size_t vertex) {
-    if (primitive.joint_sets.empty()) return skin.unskinned;
-    glm::dmat4 sum(0);
-    double total = 0;
-    for (const JointSet& set : primitive.joint_sets) {
-        for (int i = 0; i < 4; ++i) {
-            const double weight = double{set.weights[vertex][i]};
-            if (weight == 0) continue;
-            sum += weight * skin.joints[set.joints[vertex][i]];
-            total += weight;
-        }
-    }
-    return total != 0 ? sum / total : skin.joints.front();
-}
-
-DeformedVertices deform(const Primitive& primitive, std::span<const double> weights,
-                        const JointMatrices* skin) {
+/// Morph targets (glTF 2.0 §3.7.2.2; missing weights are 0) and, if `skin` is given, joints
+/// (§3.7.3.3: linear blend skinning with all joint sets, weights scaled to add up to 1, where they
+/// are all 0 the first joint). Normals turn with the inverse transpose. Vertices are done in
+/// parallel; the result does not depend on how.
+DeformedVertices deformedVertices(const Primitive& primitive, std::span<const double> weights,
+                                  const JointMatrices* skin) {
     DeformedVertices result{primitive.positions, primitive.normals, primitive.tangents};
     for (std::size_t i = 0; i < std::min(primitive.targets.size(), weights.size()); ++i) {
         if (weights[i] == 0) continue;
@@ -91,6 +96,14 @@ DeformedVertices deform(const Primitive& primitive, std::span<const double> weig
     }
     if (skin) applySkin(primitive, *skin, result);
     return result;
+}
+
+}  // namespace
+
+glm::dmat3 normalMatrix(const glm::dmat3& m) {
+    const glm::dmat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]),
+                               glm::cross(m[0], m[1]));
+    return glm::determinant(m) < 0 ? -cofactors : cofactors;
 }
 
 namespace {
@@ -210,7 +223,7 @@ class PosedScene::Builder {
         instance.deformed = static_cast<int>(shown_.deformed.size());
         DeformedMesh& deformed = shown_.deformed.emplace_back();
         for (const Primitive& primitive : mesh.primitives)
-            deformed.push_back(peeler::deform(primitive, weights, joints));
+            deformed.push_back(deformedVertices(primitive, weights, joints));
     }
 
     const Scene& scene_;

@@ -1,31 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene shows at a moment: meshes, cameras and lights in their places, and what is drawn.
+// Where the nodes of a scene are at a moment, and what it shows then: meshes, cameras and lights in
+// their places, and what is drawn.
 #pragma once
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "core/scene/animation.h"
 #include "core/scene/draw_list.h"
 #include "core/scene/scene.h"
 
 namespace peeler {
 
-/// What takes the place of a primitive's own arrays; as many elements, and empty where those are.
+// animation.cpp.
+
+/// Evaluates keyframes (glTF 2.0 §3.11, appendix C) at a time that is rounded to a float, as theirs
+/// are: exactly the key's value at its time, the first or the last one before and after them.
+/// `value` has the width of one value. Of quaternions (x, y, z, w: `rotation`) kLinear is a
+/// spherical interpolation along the shorter arc.
+void sampleKeyframes(const Keyframes& keyframes, double time, bool rotation,
+                     std::span<double> value);
+
+/// When the last key of the animation is, in seconds; 0 if it has none.
+double durationOf(const Animation& animation);
+
+/// Where every node of a scene is at a moment, and how its meshes are morphed.
+struct Pose {
+    std::vector<glm::dmat4> locals;              ///< of every node, relative to its parent
+    std::map<int, std::vector<double>> weights;  ///< of nodes whose morph weights are animated
+};
+
+/// As the file places its nodes.
+Pose restPose(const Scene& scene);
+
+/// At a time in seconds, as these animations (indices into Scene::animations) have it; where two
+/// change the same property, the later one counts. What they leave alone is at rest.
+Pose poseAt(const Scene& scene, std::span<const int> animations, double time);
+
+// posed_scene.cpp.
+
+/// The vertices of a primitive after its morph targets and joints, in place of its own arrays: as
+/// many elements, and empty where those are.
 struct DeformedVertices {
     std::vector<glm::vec3> positions, normals;
     std::vector<glm::vec4> tangents;
-};
-
-/// The joints of a skin at a moment, each the product of where it is and its inverse bind matrix.
-struct JointMatrices {
-    std::vector<glm::dmat4> joints;
-    glm::dmat4 unskinned{1};  ///< for primitives without joints, which follow their node
 };
 
 /// `v` scaled to unit length; 0 if it has no length.
@@ -38,16 +61,6 @@ glm::vec<3, T> unitOrZero(const glm::vec<3, T>& v) {
 /// What turns normals where `m` takes positions: its inverse transpose, up to a positive factor; of
 /// a singular matrix, too.
 glm::dmat3 normalMatrix(const glm::dmat3& m);
-
-/// What moves a vertex: the weighted mean of its joints.
-glm::dmat4 skinMatrix(const Primitive& primitive, const JointMatrices& skin, std::size_t vertex);
-
-/// The vertices of a primitive after its morph targets (glTF 2.0 §3.7.2.2; missing weights are 0)
-/// and, if `skin` is given, its joints (§3.7.3.3: linear blend skinning with all joint sets,
-/// weights scaled to add up to 1, where they are all 0 the first joint). Normals turn with the
-/// inverse transpose. Vertices are done in parallel; the result does not depend on how.
-DeformedVertices deform(const Primitive& primitive, std::span<const double> weights,
-                        const JointMatrices* skin);
 
 /// A mesh in its place. `world` is the product of the node matrices from the root (and of the
 /// instance's, EXT_mesh_gpu_instancing). A skinned mesh is in world space but for a translation.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An environment prefiltered for surfaces of every roughness: what shaders look up instead of
-// integrating.
+// What shaders look up instead of integrating: an environment prefiltered for surfaces of every
+// roughness, and how much a lobe reflects in all.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -43,5 +43,16 @@ class EnvironmentSamples {
 /// The same numbers whatever the number of threads. A white environment gives exactly white maps,
 /// up to rounding.
 EnvironmentMaps prefilter(const Environment& environment);
+
+/// Entries a side of the albedo table: row r for roughness r / (size − 1), column c for a cosine of
+/// c / (size − 1).
+inline constexpr int kAlbedoTableSize = 64;
+
+/// x, y: directional albedo of GGX (height-correlated Smith) as scale and bias of F0 (Karis, "Real
+/// Shading in Unreal Engine 4", 2013); together at most 1. z: that of sheen (Estevez & Kulla,
+/// "Production Friendly Microfacet Sheen BRDF", 2017), at most 1; 0 unless `sheen`, since it takes
+/// long. Prefiltered light is multiplied with it. Calculated once, with the same numbers on any
+/// number of threads.
+const std::vector<glm::vec3>& albedoTable(bool sheen);
 
 }  // namespace peeler

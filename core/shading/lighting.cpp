@@ -6,7 +6,6 @@
 #include <cstring>
 #include <span>
 
-#include "core/shading/albedo_table.h"
 #include "core/shading/environment_maps.h"
 #include "shaders/interface.glsl"
 

@@ -13,10 +13,13 @@
 
 namespace peeler {
 
+/// What surfaces reflect of a scene's own environment, as textures: two cube maps (prefilter()) and
+/// the albedo table. A scene without an environment has neither cube map, since the shaders work
+/// out the built-in one themselves; it has the table if one of its materials has a sheen.
 class EnvironmentTextures {
   public:
-    /// Prefilters the scene's environment, if it has one, and computes the table if that or a
-    /// material needs it. Throws Error (kMemory) if the driver has no room.
+    /// Prefilters the environment and computes the table, each if it is needed. Throws Error
+    /// (kMemory) if the driver has no room.
     EnvironmentTextures(const gl::Functions& gl, const Scene& scene);
 
     /// The scene has an environment of its own.
@@ -31,11 +34,11 @@ class EnvironmentTextures {
 };
 
 /// For every directional and spot light a map of the depth midway between the two surfaces nearest
-/// to it (core/image/midpoint.h; the use of depth peeling that Everitt names, "Interactive
-/// Order-Independent Transparency", 2001, section 4). What is farther than that is in shadow. A lit
-/// surface lies in front of the midpoint by half its distance from the next, so nothing needs a
-/// bias. OPAQUE and MASK surfaces cast shadows, with both faces; those of BLEND materials and those
-/// that transmit light do not. Point lights cast none.
+/// to it (midpoints() of core/image/statistics.h; the use of depth peeling that Everitt names,
+/// "Interactive Order-Independent Transparency", 2001, section 4). What is farther than that is in
+/// shadow. A lit surface lies in front of the midpoint by half its distance from the next, so
+/// nothing needs a bias. OPAQUE and MASK surfaces cast shadows, with both faces; those of BLEND
+/// materials and those that transmit light do not. Point lights cast none.
 struct ShadowMaps {
     struct Map {
         int layer = -1;  ///< of the texture array; −1 = the light casts no shadows

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image/deep_merge.h"
+#include "core/image/merge.h"
 #include "core/image/sink.h"
 #include "formats/exr/exr_band_writer.h"
 #include "formats/exr/exr_chunks.h"

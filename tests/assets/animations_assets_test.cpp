@@ -8,7 +8,6 @@
 #include <set>
 
 #include "core/base/error.h"
-#include "core/scene/animation.h"
 #include "core/scene/posed_scene.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"

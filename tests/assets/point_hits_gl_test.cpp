@@ -8,7 +8,6 @@
 
 #include "core/capture/supersampling.h"
 #include "core/rays/bundle.h"
-#include "core/rays/point_hits.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/embree_oracle.h"

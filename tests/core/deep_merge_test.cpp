@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Merged samples: which ones, and that the pixel looks as before.
-#include "core/image/deep_merge.h"
+#include "core/image/merge.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/capture/depth_sort.h"
+#include "core/capture/captured_fragments.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Interpolation of keyframes against the formulas of glTF 2.0, appendix C.
-#include "core/scene/animation.h"
+#include "core/scene/posed_scene.h"
 
 #include <gtest/gtest.h>
 

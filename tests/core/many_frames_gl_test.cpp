@@ -9,7 +9,7 @@
 
 #include "core/capture/renderer.h"
 #include "core/gl/functions.h"
-#include "core/scene/animation.h"
+#include "core/scene/posed_scene.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/test_support.h"

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nodes in time, and what skins and morph targets make of vertices.
-#include "core/scene/animation.h"
+#include "core/scene/posed_scene.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
-
-#include "core/scene/posed_scene.h"
 
 namespace peeler {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "core/capture/depth_sort.h"
+#include "core/capture/captured_fragments.h"
 
 namespace peeler {
 namespace {
