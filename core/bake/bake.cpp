@@ -15,9 +15,9 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kReceiversAtOnce = 4096;
-// Nearer hits are taken for the receiver's own surface, as a share of the distance of rays: between
-// rays a surface is known as a plane, which a curved one leaves by less than this.
+constexpr std::size_t kReceiversAtOnce = 4096;  // that a thread takes
+// Hits nearer than this share of the distance of rays are taken for the receiver's own surface:
+// between rays a surface is known as a plane, which a curved one leaves by less.
 constexpr double kOwnSurface = 0.2;
 
 /// Where receivers are among the rays of a bundle.
@@ -78,7 +78,7 @@ class RayLattice {
     glm::vec2 z_step_{0};  // from depth a ray (y up) to Z a ray (y down)
 };
 
-/// The bands of a bundle, and the receivers whose rays they have.
+/// Takes the bands of a bundle and lets the receivers whose rays they have see them.
 class ReceiverSink final : public Sink {
   public:
     ReceiverSink(const Bundle& bundle, const Receivers& receivers, Integrator& integrator,
@@ -130,7 +130,7 @@ RayGrid gridOf(const BakeSettings& settings, int bundle) {
     return grid;
 }
 
-/// What the receivers need besides the bundles has to leave room for those. Said before it is
+/// What the receivers need has to leave room for the bundles. Throws Error (kMemory) before it is
 /// allocated.
 void checkMemory(std::uint64_t bytes, std::size_t receivers, const MemoryBudget& budget) {
     const std::uint64_t needed = residentBytes() + bytes;

@@ -23,6 +23,7 @@ struct Receivers {
     std::size_t size() const { return positions.size(); }
 };
 
+/// What is baked, and how many floats a receiver gets.
 enum class BakeQuantity : std::uint8_t {
     kAmbientOcclusion,  ///< 1: cosine-weighted share of the hemisphere that is not occluded
     kBentNormal,        ///< 3: unit, the mean unoccluded direction, world space
@@ -30,7 +31,7 @@ enum class BakeQuantity : std::uint8_t {
     kThickness,         ///< 1: mean distance to the other side, scene units
     kIrradiance  ///< 3: light that arrives, W/m² per W/(m² sr) of what the sources give off
 };
-/// Floats a receiver.
+/// How many floats a receiver's value has.
 std::size_t componentsOf(BakeQuantity quantity);
 
 struct BakeSettings {

@@ -16,7 +16,7 @@ namespace {
 
 class Occlusion final : public Integrator {
   public:
-    /// `sky`: of all directions only those upward bring light.
+    /// `sky`: light comes only from the directions that go upward.
     Occlusion(double max_distance, bool sky)
         : max_distance_(static_cast<float>(max_distance)), sky_(sky) {}
     void add(const DirectedHits& hits, const VisibleHit& seen, const glm::dvec3&, float cosine,
@@ -133,7 +133,7 @@ class Irradiance final : public Integrator {
     std::array<FragmentChannel, 6> colors_;
 };
 
-/// One row of the table.
+/// One row of the table of quantities.
 struct Quantity {
     std::size_t components;
     std::unique_ptr<Integrator> (*make)(const BakeSettings& settings,

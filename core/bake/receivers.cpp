@@ -85,7 +85,7 @@ SurfaceLookup VertexReceivers::lookup() const {
 
 namespace {
 
-// Of all textures: their indices take 4 GiB.
+// The most texels of all textures together: their indices take 4 GiB.
 constexpr std::size_t kMostTexels = std::size_t{1} << 30;
 
 /// The triangles that one material shows, in draw order.

@@ -12,7 +12,7 @@
 
 namespace peeler {
 
-/// What positions and normals take 12 GiB for.
+/// The most receivers: their positions and normals take 18 GiB.
 inline constexpr std::size_t kMostReceivers = std::size_t{1} << 29;
 
 /// The vertices of a primitive where an instance shows it: receivers first … first + count − 1, in
@@ -26,8 +26,8 @@ struct VertexRange {
 /// A receiver for every vertex of every primitive of triangles that the scene shows, deformed as it
 /// is at the moment. Its normal is the vertex's own; where a primitive has none (glTF 2.0 §3.7.2.1:
 /// its surface is flat then) or it has no length, the mean of the vertex's triangles, weighted by
-/// their areas, on the front. Vertices are not welded: only those that triangles share by index
-/// are shared. One that no triangle uses has normal 0.
+/// their areas, on the front. Vertices are not welded: only those that triangles share by index are
+/// shared. One that no triangle uses has normal 0.
 class VertexReceivers {
   public:
     /// Throws Error (kInput) if there would be more than kMostReceivers. Primitives are done in
@@ -85,8 +85,8 @@ class TexelReceivers {
   public:
     /// Throws Error (kInput) if no triangle has such UVs, or if they repeat a texture so often that
     /// more than 2^29 texels would have to be looked at, or if all textures together have more than
-    /// 2^30 texels or kMostReceivers receivers. Rows are done in parallel; the result does
-    /// not depend on how.
+    /// 2^30 texels or kMostReceivers receivers. Rows are done in parallel; the result does not
+    /// depend on how.
     TexelReceivers(const PosedScene& posed, const VertexReceivers& vertices,
                    const TexelSettings& settings);
 

@@ -11,9 +11,9 @@
 namespace peeler {
 namespace {
 
-// Half the diagonal of a texel, and a little, lest rounding leave one out.
+// Half the diagonal of a texel and a little more, lest rounding leave a triangle out.
 constexpr double kReach = 0.7072;
-constexpr double kMostLookedAt = 536870912;  // 2^29
+constexpr double kMostLookedAt = 536870912;  // 2^29 texels
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) {
     return a.x * b.y - a.y * b.x;

@@ -27,7 +27,7 @@ struct MemoryBudget {
     std::string source;
 };
 
-/// In mebibytes, rounded up, as --memory takes them: "512M".
+/// A number of bytes in mebibytes, rounded up, as --memory takes them: "512M".
 std::string mebibytesText(std::uint64_t bytes);
 
 }  // namespace peeler

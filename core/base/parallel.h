@@ -16,8 +16,8 @@ std::thread startWorker(std::function<void()> work);
 /// How many processors the process may run on, at least 1.
 int affinityCount();
 
-/// How many threads parallelFor uses; 0 = as many as the process may run on. Call before the first
-/// loop; the result of no loop depends on it.
+/// Sets how many threads parallelFor uses; 0 = as many as the process may run on. Call before the
+/// first loop; the result of no loop depends on it.
 void setThreadCount(int threads);
 int threadCount();
 

@@ -35,6 +35,7 @@ auto timed(StageTimes& times, const char* stage, Work&& work) {
     return work();
 }
 
+/// Adds the times of every stage to those of another.
 inline void add(StageTimes& to, const StageTimes& from) {
     for (const auto& [stage, milliseconds] : from)
         to[stage] += milliseconds;

@@ -33,8 +33,7 @@ struct BandRequest {
 /// Owns the uploaded scene and the buffers. "count", "capture" and "sort" are added to the times.
 class BandCapture {
   public:
-    /// Throws like GpuScene.
-    /// The shot and the times must outlive it.
+    /// Throws like GpuScene. The shot and the times must outlive it.
     BandCapture(gl::Context& context, const PosedScene& posed, const Shot& shot, StageTimes& times);
 
     /// Shows the same scene in another pose, from the next begin() on.

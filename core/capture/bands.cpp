@@ -14,8 +14,8 @@
 namespace peeler {
 namespace {
 
-// Kept free under a budget for what is not counted here: the writers' chunks and the driver's
-// command buffers.
+// The reserve is kept free under a budget for what is not counted here: the writers' chunks and the
+// driver's command buffers.
 constexpr std::uint64_t kMegabyte = 1ULL << 20;
 constexpr std::uint64_t kReserve = 96 * kMegabyte;
 constexpr std::uint64_t kLeastBand = 8 * kMegabyte;
@@ -57,7 +57,7 @@ BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t resident, const 
         available = std::min(available, hard);
     }
     BandLimits limits;
-    // A quarter for what grows with pixels, the rest for fragments.
+    // A quarter is for what grows with pixels, the rest for fragments.
     limits.pixels = std::min(available / 4 / costs.pixel_bytes,
                              costs.storage_block_bytes / sizeof(std::uint32_t));
     const std::uint64_t driver = costs.storage_block_bytes / costs.largest_array_bytes;

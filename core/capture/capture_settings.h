@@ -30,6 +30,7 @@ enum class Faces : std::uint8_t {
     kBoth
 };
 
+/// What colours fragments: the lights of the scene on its materials, or the base colour alone.
 enum class Shading : std::uint8_t { kPbr, kUnlit };
 
 /// Rays instead of a picture: fragments have no colour, and their keys (kKeyChannel) are the first

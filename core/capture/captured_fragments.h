@@ -45,7 +45,7 @@ void depthSortComposite(const CapturedFragments& captured, const Projection& pro
 
 // surface_channels.cpp.
 
-/// The same scene at the next frame, and how it is seen then.
+/// The same scene at the next frame, and how it is seen then: what motion is measured against.
 struct NextFrame {
     PosedScene posed;
     View view;
@@ -73,6 +73,7 @@ struct FragmentSources {
 /// - Motion is how far that point's picture moves to the next frame, 0 if it is behind the camera.
 /// - Triangles in id.primitive are counted through all primitives of the mesh.
 /// - Lines and points face the camera: their geometric normal is against the ray.
+///
 /// Rows are done in parallel; the result does not depend on how.
 void appendChannels(const FragmentSources& sources, std::span<const Channel> channels,
                     LayeredImage& image);
@@ -80,10 +81,10 @@ void appendChannels(const FragmentSources& sources, std::span<const Channel> cha
 /// Finds the Z of every fragment anew, in double precision from its primitive and the pixel's ray,
 /// rounds it to the 32 bits of the image, and sorts each pixel by what it was before rounding, then
 /// by key: the fragments that depth could not tell apart come in their true order. A ray that
-/// misses its primitive (WorldElement::weightsAt) gets the Z of the nearest point of it. `keys`
-/// and `shaded` are those of `sources`, of every fragment, and are sorted along; the image has
-/// neither colours nor extra arrays yet. Returns the largest change of Z, scene units. Rows are
-/// done in parallel; the result does not depend on how.
+/// misses its primitive (WorldElement::weightsAt) gets the Z of the nearest point of it. `keys` and
+/// `shaded` are those of `sources`, of every fragment, and are sorted along; the image has neither
+/// colours nor extra arrays yet. Returns the largest change of Z, scene units. Rows are done in
+/// parallel; the result does not depend on how.
 double refineHits(const FragmentSources& sources, LayeredImage& image,
                   std::span<std::uint32_t> keys, std::span<std::uint32_t> shaded);
 

@@ -72,7 +72,7 @@ void resizeAnew(std::vector<T>& values, std::size_t size) {
     values.resize(size);
 }
 
-/// What becomes of the pixels of a row.
+/// The pixels of a row, and where their sorted fragments go.
 struct SortedRow {
     std::size_t first_pixel, pixels;  ///< as captured
     std::size_t to_pixel;             ///< the first one's place in `out`

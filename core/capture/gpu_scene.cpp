@@ -18,7 +18,7 @@
 namespace peeler {
 namespace {
 
-/// Lines and points have a width, and coordinates are snapped.
+/// In pixels: lines and points have a width, and coordinates are snapped.
 constexpr double kPixelMargin = 2;
 
 /// What a clip coordinate may be off: four products of matrix entries and coordinates, each rounded

@@ -18,9 +18,10 @@ class SceneRasterizer;
 struct LayerArea {
     Window window;             ///< inside the rasterizer's tile
     std::uint32_t layers = 0;  ///< to capture
-    /// Of the slots, if they are a render target (takesSlotTarget()); 0 = they are the buffer.
+    /// That of the slots, if they are a render target (takesSlotTarget()); 0 = they are the buffer.
     unsigned slot_framebuffer = 0;
-    /// Whether fragments shall tell their primitives. If not, whatever grows in draw order will do.
+    /// Whether fragments are stored with their primitives. If not, whatever grows in draw order
+    /// will do.
     bool keys = true;
 };
 

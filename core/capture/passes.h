@@ -33,7 +33,8 @@ enum class Draws : std::uint8_t {
 
 /// The definition of a pass whose render target are the slots (SlotTarget).
 inline constexpr std::string_view kFetchedSlots = "FETCHED_SLOTS";
-/// The same, fragments telling their slots instead of their primitives: shaders/a_buffer.frag.
+/// The same, with fragments that store their slots in place of their primitives
+/// (shaders/a_buffer.frag).
 inline constexpr std::string_view kSlotsAsKeys = "FETCHED_SLOTS SLOTS_AS_KEYS";
 
 /// A geometry pass: which fragment shader sees which draws.

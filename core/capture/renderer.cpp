@@ -104,7 +104,7 @@ void Renderer::State::chooseMethod() {
     composite_method = shot.settings.composite && method->composite ? method->composite() : nullptr;
 }
 
-/// Captures at one of the sample positions from now on.
+/// Moves the view to one of the sample positions for what is captured from now on.
 void Renderer::State::showSample(std::size_t i) {
     shot.view = plan.view;
     shot.view.sample = positions[i];
@@ -132,12 +132,12 @@ void Renderer::State::countClip() {
     }
 }
 
-/// A stage of the planning that goes from one share of it to another.
+/// Reports progress in a stage of the planning that goes from one share of it to another.
 void Renderer::State::reportPlanned(double from, double to, double share) const {
     if (progress) progress(plan_share * (from + (to - from) * share));
 }
 
-/// The count pass of every view.
+/// Carries out the count pass of every view.
 void Renderer::State::countViews() {
     const Window& crop = plan.view.crop;
     const auto width = static_cast<std::size_t>(crop.width());
@@ -177,7 +177,7 @@ void Renderer::State::countViews() {
     }
 }
 
-/// Only merging tells how many layers several views have together.
+/// How many layers several views have together is known only when they are merged.
 void Renderer::State::mergeViews() {
     merged.reset();
     merged_bands.clear();
@@ -289,7 +289,7 @@ void Renderer::State::captureMerged(const Window& band, LayeredImage& out) {
         shot.settings.color_type, out);
 }
 
-/// What the sinks get of a band.
+/// Makes what the sinks get of a band.
 void Renderer::State::render(const Window& band, LayeredImage& out) {
     if (!shot.settings.composite) {
         if (!mergesLayers()) return captureLayers(band, limit, out);

@@ -18,6 +18,7 @@
 
 namespace peeler {
 
+/// What capturing a picture took.
 struct CaptureReport {
     int passes = 0;  ///< geometry passes over a band, the count pass not included
     int bands = 0;
@@ -35,9 +36,8 @@ void checkSettings(const CaptureSettings& settings);
 /// Owns the uploaded scene. One Renderer serves any number of views.
 class Renderer {
   public:
-    /// Uploads the scene. The context must outlive the Renderer.
-    /// Throws Error (kMemory) if the driver has no room, (kInput) if a texture is larger than it
-    /// takes.
+    /// Uploads the scene. The context must outlive the Renderer. Throws Error (kMemory) if the
+    /// driver has no room, (kInput) if a texture is larger than it takes.
     Renderer(gl::Context& context, PosedScene posed);
     ~Renderer();
     Renderer(const Renderer&) = delete;

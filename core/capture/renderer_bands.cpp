@@ -32,13 +32,14 @@ BandCosts Renderer::State::costs() const {
     const std::uint64_t tile = band_capture.tilePixels();
     const bool float_color = type == PixelType::kFloat;
     BandCosts costs;
-    // Large enough by default that geometry is not drawn many times, small enough to stay warm.
+    // The default is large enough that geometry is not drawn many times, and small enough that the
+    // memory which bands share stays warm.
     costs.band_bytes = shot.settings.band_bytes;
     costs.pixel_bytes = kPixelBytes;
     if (!clip_rows.empty()) costs.pixel_bytes += 3 * sizeof(std::uint32_t);
     costs.fixed_bytes = band_capture.tileBytes();
     if (composite_method) {
-        // A pixel is a fragment: see rowFragments().
+        // Every pixel counts as a fragment, as in rowFragments().
         costs.fixed_bytes += composite_method->tileBytes(tile, float_color);
         costs.fragment_bytes = band_capture.pixelBytes() + 15 * sizeof(float);
         costs.largest_array_bytes = 4 * sizeof(float);
@@ -46,7 +47,7 @@ BandCosts Renderer::State::costs() const {
         costs.fixed_bytes += layer_method->tileBytes(tile, float_color);
         const std::uint64_t channels = channelBytes(shot.settings.channels, type);
         costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color + channels;
-        // Keys and where fragments were captured.
+        // The key of a fragment, and where it was captured.
         if (channels > 0 || shot.settings.hit_mode != HitMode::kNone)
             costs.fragment_bytes += 2 * sizeof(std::uint32_t);
         costs.largest_array_bytes =
@@ -57,7 +58,7 @@ BandCosts Renderer::State::costs() const {
             costs.fragment_bytes += color + channels + 16 * sizeof(float);
             costs.pixel_bytes += (positions.size() + 1) * sizeof(std::uint32_t);
         }
-        // A sample's composite, and what is handed over.
+        // The composite of a sample, and the one that is handed over.
         if (shot.settings.composite)
             costs.pixel_bytes += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float));
     }
@@ -80,7 +81,7 @@ std::uint64_t Renderer::State::rowFragments(int y) const {
                             : samples->rowFragments(y);
 }
 
-/// What the sink holds besides a band, and of it.
+/// Adds what the sink holds besides the band at hand, and for every pixel of it.
 void Renderer::State::addSink(const Sink& sink, BandCosts& with_sink) const {
     const std::uint64_t fragment = sizeof(float) + shot.settings.colorBytes() + plan.channel_bytes;
     const SinkMemory memory = sink.memory();
@@ -90,7 +91,7 @@ void Renderer::State::addSink(const Sink& sink, BandCosts& with_sink) const {
     if (limit) fragments = std::min(fragments, pixels * limit);
     if (shot.settings.composite) fragments = pixels;
     const std::uint64_t rows = fragments * fragment + pixels * (kPixelBytes + memory.pixel_bytes);
-    // Twice: those of the last band and of this one.
+    // Counted twice: rows of the last band and of this one.
     with_sink.fixed_bytes += 2 * rows + memory.bytes;
     with_sink.pixel_bytes += memory.pixel_bytes;
     const auto kept = static_cast<std::uint64_t>(memory.bands);
@@ -98,7 +99,7 @@ void Renderer::State::addSink(const Sink& sink, BandCosts& with_sink) const {
     with_sink.pixel_bytes += kept * sizeof(std::uint32_t);
 }
 
-/// What the picture is cut into; without a sink what is merged while planning.
+/// The bands that the picture is cut into; without a sink those that are merged while planning.
 std::vector<Window> Renderer::State::bands(const Sink* sink) {
     freeBands();
     BandCosts with_sink = costs();

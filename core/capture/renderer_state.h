@@ -76,7 +76,7 @@ struct Renderer::State {
     CompositeImage composite;
     CaptureReport report;
     Progress progress;       // of the plan in the making
-    double plan_share = 0;   // of a picture's work, as it is told
+    double plan_share = 0;   // of a picture's work, as progress counts it
     int merging_passes = 0;  // that several views took, over a band
 
     bool mergesLayers() const { return positions.size() > 1 && !shot.settings.composite; }

@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-// A bit, and the definition it stands for.
+// Bits, and below the definitions they stand for (shaders/README.md, "Macros").
 enum ShaderBit : unsigned {
     kVaryings = 1,
     kTextured = 2,
@@ -37,7 +37,7 @@ constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kOrthographic, "ORTHOGRAPHIC"},
 };
 
-/// Those that an unlit surface has, too.
+/// The features that an unlit surface has, too, a bit each.
 unsigned alphaFeatures() {
     unsigned bits = 0;
     for (std::size_t i = 0; i < materialFeatures().size(); ++i)
@@ -45,7 +45,7 @@ unsigned alphaFeatures() {
     return bits;
 }
 
-/// See stored_fragments.glsl.
+/// The definition that says how fragments are stored (shaders/stored_fragments.glsl).
 std::string_view storedAs(const CaptureSettings& settings) {
     if (settings.hit_mode == HitMode::kSloped) return "SLOPES";
     if (settings.hit_mode != HitMode::kNone) return "KEYS_ONLY";

@@ -13,8 +13,8 @@
 
 namespace peeler {
 
-/// Where in a pixel (0–1, y down) its samples lie: the centre for one, else the Hammersley set
-/// (van der Corput's sequence against equal steps), which is evenly spread for any number.
+/// Where in a pixel (0–1, y down) its samples lie: the centre for one, else the Hammersley set (van
+/// der Corput's sequence against equal steps), which is evenly spread for any number.
 std::vector<glm::dvec2> samplePositions(int samples);
 
 /// Adds one sample's composite to the mean of `samples` of them: colours are averaged, Z is the

@@ -20,6 +20,7 @@ struct Candidate {
     std::function<std::unique_ptr<Context>(std::string& problem)> open;
 };
 
+/// A row of the table.
 struct Backend {
     const char* name;
     /// All candidates, hardware first. At least one, if only to say why there is none.

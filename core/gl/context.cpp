@@ -11,8 +11,8 @@
 namespace peeler::gl {
 namespace {
 
-// The table of backends, in the order `auto` tries them. OSMesa comes last: it is gone from
-// Mesa 25.1.
+// The table of backends, in the order `auto` tries them. OSMesa comes last: it is gone from Mesa
+// 25.1.
 constexpr std::array<Backend, 2> kBackends = {{
     {"egl", eglCandidates},
     {"osmesa", osmesaCandidates},
@@ -133,7 +133,7 @@ std::string shortText(const Device& device) {
     return text;
 }
 
-/// What of all candidates to try. Throws Error (kDevice) if the device that is chosen is not among
+/// Which of all candidates to try. Throws Error (kDevice) if the device that is chosen is not among
 /// them, or is not the only one.
 std::vector<BackendCandidate> requested(const ContextRequest& request) {
     std::vector<BackendCandidate> rows;

@@ -40,7 +40,7 @@ struct Device {
     std::string problem;  ///< why it cannot be used, one sentence; empty if it can
 };
 
-/// One device of several. At most one of the three; none = the first device that works.
+/// Which device of several. At most one of the three is given; none = the first one that works.
 struct DeviceChoice {
     std::optional<int> index{};  ///< Device::index
     std::optional<int> cuda{};   ///< Device::cuda
@@ -79,6 +79,7 @@ std::vector<std::string> backendNames();
 /// work.
 std::vector<Device> listDevices();
 
+/// What a context is asked to be.
 struct ContextRequest {
     std::string backend = "auto";  ///< or a backend's name
     DeviceChoice device{};         ///< of listDevices(), of any backend

@@ -98,6 +98,7 @@ struct Functions {
 #undef X
 };
 
+/// Finds a function by its whole name ("glEnable"); null if there is none.
 using ProcAddress = std::function<void*(const char* name)>;
 
 /// Loads every function. Returns the name of the first that is missing, or "".

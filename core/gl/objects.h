@@ -75,6 +75,7 @@ class Buffer : public Object<&Functions::DeleteBuffers> {
     /// The first `bytes`, for reading (after waitForGpu) or for overwriting as a whole.
     Mapping read(std::size_t bytes) const;
     Mapping overwrite(std::size_t bytes) const;
+    /// Sets the first `bytes` to 0, on the GPU.
     void clearToZero(std::size_t bytes) const;
     void bindStorage(unsigned binding) const;
     void bindUniform(unsigned binding, std::size_t offset, std::size_t bytes) const;
@@ -89,7 +90,7 @@ Texture makeTexture2D(const Functions& gl, GLenum format, int width, int height,
 /// The same, an array of layers without mipmaps.
 Texture makeTexture2DArray(const Functions& gl, GLenum format, int width, int height, int layers);
 
-/// A cube map with immutable storage.
+/// A cube map with immutable storage, `size` texels a side.
 Texture makeTextureCube(const Functions& gl, GLenum format, int size, int levels);
 
 /// A framebuffer with these colour attachments (0, 1, …) and, if not zero, a depth attachment.
@@ -137,6 +138,7 @@ struct PassState {
     bool depth_clamp = false;  ///< what lies before the near or behind the far plane counts, too
     std::array<Blend, kMaxAttachments> blend{};  ///< by attachment
 };
+/// Sets all of it.
 void apply(const Functions& gl, const PassState& state);
 
 }  // namespace peeler::gl

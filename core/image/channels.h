@@ -12,6 +12,7 @@
 
 namespace peeler {
 
+/// A channel; the table has its components and a sentence on each.
 enum class Channel : std::uint8_t {
     kNormal,
     kGeometricNormal,

@@ -67,14 +67,14 @@ Color averageOf(const T* colors, std::size_t count) {
     return {sum[0] * scale, sum[1] * scale, sum[2] * scale, covered};
 }
 
-/// Where pixels go.
+/// Where the composites of pixels are written.
 struct Pixels {
     Color* rgba;
     float* z;
 };
 
-/// Calls one(colors of the pixel, their number) for the pixels [begin, end); the result goes in
-/// front of the background.
+/// Calls one(colors of the pixel, their number) for the pixels [begin, end) of the image; what it
+/// returns is put in front of the background.
 template <class T, class One>
 void compositePixels(const LayeredImage& image, std::size_t begin, std::size_t end,
                      const Color& background, const Pixels& out, const One& one) {

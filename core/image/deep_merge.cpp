@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs of samples found, counted, composited.
+// Finds runs of samples, counts them, and composites each.
 #include "core/image/merge.h"
 
 #include <algorithm>
@@ -57,7 +57,7 @@ class Matcher {
     FragmentChannel objects_, materials_;
 };
 
-/// The end of the run that begins with `first`; `end` is that of the pixel.
+/// The end of the run that begins with the sample `first`; `end` is that of the pixel's samples.
 std::size_t runEnd(const Matcher& together, std::size_t first, std::size_t end) {
     std::size_t next = first + 1;
     while (next < end && together(first, next))

@@ -31,7 +31,7 @@ float addColor(const std::array<float, 4>& a, const std::array<float, 4>& b, int
     return static_cast<float>(largest);
 }
 
-/// One pixel's lists; returns what `largest` holds of it.
+/// Adds the lists of one pixel; returns what `largest` holds of it.
 float addPixel(const LayeredImage& a, const LayeredImage& b, std::size_t pixel, int x, int y,
                LayeredDifference& sum) {
     const std::uint32_t in_a = a.count(pixel), in_b = b.count(pixel);

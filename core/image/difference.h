@@ -50,8 +50,8 @@ struct LayeredDifference {
 
 /// Adds two bands of the same width and height to `sum`; where they lie is told by `a`. If
 /// `largest` is not empty it holds a value for each pixel, to be overwritten: the largest
-/// difference of colour, or, where the numbers of fragments differ, minus that difference.
-/// The result does not depend on the number of threads.
+/// difference of colour, or, where the numbers of fragments differ, minus that difference. The
+/// result does not depend on the number of threads.
 void addDifference(const LayeredImage& a, const LayeredImage& b, LayeredDifference& sum,
                    std::span<float> largest = {});
 

@@ -38,9 +38,9 @@ inline constexpr int kFxaaReach = 24;
 void applyFxaa(const CompositeImage& picture, const std::array<float, 4>& background, int y0,
                int y1, CompositeImage& out);
 
-/// Composites the bands it gets, filters them (applyFxaa) and hands them to another Sink,
-/// as bands of one layer. The result does not depend on how the picture is cut into bands. It keeps
-/// the rows that others still need: twice kFxaaReach, and those being filtered.
+/// Composites the bands it gets, filters them (applyFxaa) and hands them to another Sink, as bands
+/// of one layer. The result does not depend on how the picture is cut into bands. It keeps the rows
+/// that others still need: twice kFxaaReach, and those being filtered.
 class FxaaFilter : public Sink {
   public:
     /// `background`: premultiplied linear RGBA that `next` will put behind the picture. What is not

@@ -15,13 +15,13 @@ namespace {
 
 using Color = std::array<float, 4>;
 
-// "High quality" and "visible limit" of the white paper.
+// The first two are "high quality" and "visible limit" of the white paper.
 constexpr float kContrastShare = 1.0F / 8;   ///< of the brightest neighbour, at least
 constexpr float kLeastContrast = 1.0F / 32;  ///< in any case
 constexpr float kEndShare = 1.0F / 4;        ///< of the contrast across: there the edge ends
 constexpr float kSubpixel = 0.75F;           ///< how much of an isolated pixel goes; 3.11's default
 
-/// How far a pixel on a straight edge stands out, as a share of the contrast; and its rounding.
+/// How far a pixel on a straight edge stands out, as a share of the contrast, rounding included.
 constexpr float kStraight = 1.0F / 3 + 1e-5F;
 
 struct Pixel {
@@ -114,7 +114,7 @@ struct EdgeEnd {
     float change;  ///< its mean luma less the first one's
 };
 
-/// "End-of-edge search" from the edge between p and p + across.
+/// "End-of-edge search" along the edge between p and p + across.
 EdgeEnd findEnd(const Luma& luma, Pixel p, Pixel along, Pixel across) {
     const float mean = (luma[p] + luma[p + across]) / 2;
     const float enough = kEndShare * std::abs(luma[p] - luma[p + across]);

@@ -21,7 +21,7 @@ class DepthComplexity {
     /// pixel of the crop at most once.
     void addRow(int x, int y, std::span<const std::uint32_t> counts);
 
-    /// The pixels of a band.
+    /// The counts of the pixels of a band.
     void addBand(const LayeredImage& band);
 
     /// One entry a layer, front to back; the nearest `limit` of them (0 = all).

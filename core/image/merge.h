@@ -44,11 +44,11 @@ struct DeepMergeSettings {
 };
 
 /// The rows [y0, y1) of `image` with every run of successive samples that belong together replaced
-/// by one. Its colour is the run composited front to back in 32-bit float, rounded once to the
-/// type of the colours: "over" is associative (Porter & Duff 1984), so the pixel's composite stays
-/// what it was within that rounding. Its Z and its other channels are those of the run's nearest
-/// sample. Runs of one are copied bit for bit. `out` is overwritten. Throws Error (kUsage) if ids
-/// are needed and `image` has no channels id.object and id.material.
+/// by one. Its colour is the run composited front to back in 32-bit float, rounded once to the type
+/// of the colours: "over" is associative (Porter & Duff 1984), so the pixel's composite stays what
+/// it was within that rounding. Its Z and its other channels are those of the run's nearest sample.
+/// Runs of one are copied bit for bit. `out` is overwritten. Throws Error (kUsage) if ids are
+/// needed and `image` has no channels id.object and id.material.
 void mergeDeepSamples(const LayeredImage& image, int y0, int y1, const DeepMergeSettings& settings,
                       LayeredImage& out);
 

@@ -64,10 +64,12 @@ struct SinkMemory {
 class Sink {
   public:
     virtual ~Sink() = default;
+    /// Called once, before the first band.
     virtual void begin(const Plan& plan) = 0;
     /// The band is the sink's to keep or to change. What it leaves there is storage that the caller
     /// may fill again: the band itself, or what it kept of an earlier one.
     virtual void write(LayeredImage&& band) = 0;
+    /// Called once, after the last band: what the sink makes is whole then.
     virtual void finish() = 0;
     /// Asked after begin().
     virtual SinkMemory memory() const { return {}; }

@@ -23,8 +23,8 @@ std::optional<double> medianDepth(const LayeredImage& image, const View& view);
 /// Graphics Gems III, 1992), in scene units; +inf where there is no second one. Two depths are
 /// distinct if they differ by more than the rounding of rasterised depths (2^-18 of Z, or of the
 /// depth range of an orthographic view): surfaces that coincide but are triangulated differently
-/// must not get the midpoint between them, which would lie on both.
-/// `out` has a value for each pixel of the window.
+/// must not get the midpoint between them, which would lie on both. `out` has a value for each
+/// pixel of the window.
 void midpoints(const LayeredImage& image, const Projection& projection, std::span<float> out);
 
 /// Number, bounding box and mean of world-space points, accumulated in double precision in the
@@ -48,7 +48,7 @@ struct PointStatistics {
     glm::dvec3 tidy(glm::dvec3 v) const;
 };
 
-/// Adds every fragment of a band, unprojected through its pixel's centre.
+/// Adds the world-space point of every fragment of a band, unprojected through its pixel's centre.
 void addPoints(const View& view, const LayeredImage& band, PointStatistics& statistics);
 
 // layer_checks.cpp.

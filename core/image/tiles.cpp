@@ -121,7 +121,7 @@ std::optional<Window> joinTiles(std::span<const LayeredImage> tiles, const Windo
                     return Window{x, y, x + 1, y + 1};
             }
         }
-        // Runs of pixels of one tile are contiguous in it.
+        // The fragments of successive pixels of one tile are contiguous in it.
         for (std::size_t begin = 0, end = 0; begin < owners.size(); begin = end) {
             while (end < owners.size() && owners[end] == owners[begin])
                 ++end;

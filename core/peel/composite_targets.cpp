@@ -111,7 +111,7 @@ int CompositeTargets::blendUnsorted(SceneRasterizer& rasterizer, const Window& a
 
 int CompositeTargets::addOpaque(SceneRasterizer& rasterizer, const Window& area) {
     if (!rasterizer.bounded()) return 0;
-    // Of the opaque fragments only the bound itself is not behind it.
+    // All opaque fragments but the bound itself lie behind it, so this draws the bound alone.
     rasterizer.draw({.fragment_shader = "unsorted.frag",
                      .shades = true,
                      .draws = Draws::kOpaque,

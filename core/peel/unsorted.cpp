@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain "over" blending in draw order: what a renderer shows that does not care, and the thing
-// everyone complains about.
+// Plain "over" blending in draw order: what a renderer shows that does not sort, to compare with.
 #include "core/peel/composite_targets.h"
 
 namespace peeler {

@@ -40,13 +40,15 @@ namespace {
 
 constexpr double kMaxSide = 65536;
 constexpr double kMaxRays = 1 << 30;
-// Room around what is covered, by its size: what lies on the border stays inside when it is
-// rounded to the floats of GL, and is not clipped there.
+// The room left around what is covered, as a share of its size: what lies on the border stays
+// inside when it is rounded to the floats of GL, and is not clipped there.
 constexpr double kBorderMargin = 1e-6;
-// Room at the ends: GL cuts nothing off, but depths are told apart only between them.
+// The room left before and behind the scene, as a share of its size: GL cuts nothing off there, but
+// tells depths apart only between the two planes.
 constexpr double kEndMargin = 1e-3;
 
-/// Columns: right, up, backward (against the direction).
+/// The axes of a bundle as columns, unit vectors in world space: right, up, and backward (against
+/// the direction).
 glm::dmat3 sides(const glm::dvec3& direction, double roll = 0) {
     const glm::dvec3 forward = glm::normalize(direction);
     const bool upright = std::abs(forward.y) > 0.999;
@@ -57,7 +59,7 @@ glm::dmat3 sides(const glm::dvec3& direction, double roll = 0) {
     return {c * right + s * up, c * up - s * right, -forward};
 }
 
-/// A box along the axes of `frame` around the corners of the bounds.
+/// The box around the corners of the bounds (world space) along the axes of `frame`, in these axes.
 Bounds boxIn(const glm::dmat3& frame, const Bounds& bounds) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     Bounds box{glm::dvec3(kInfinity), glm::dvec3(-kInfinity)};
@@ -106,7 +108,7 @@ Bundle latticeBundle(std::string name, const glm::dmat3& frame, const glm::dvec3
     return bundle;
 }
 
-/// At least one.
+/// How many rays this far apart cover an extent; at least one.
 double raysAcross(double extent, double spacing) {
     return std::max(1.0, std::ceil(extent / spacing - kBorderMargin));
 }
@@ -148,7 +150,7 @@ AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& 
         glm::dvec3 direction(0);
         direction[axis] = 1;
         const glm::dmat3 frame = sides(direction);
-        // Right and up lie along axes: how many cells there are.
+        // Right and up lie along axes, so these are numbers of cells.
         const glm::dvec2 rays(glm::abs(glm::dot(frame[0], cells)),
                               glm::abs(glm::dot(frame[1], cells)));
         axes.bundles.push_back(

@@ -11,19 +11,20 @@ namespace peeler {
 namespace {
 
 constexpr std::size_t kPointsAtOnce = 1024;
-// What lies so near, by the size of the coordinates, touches: some roundings of a double.
+// A surface this near to a point, as a share of the coordinates, counts as touching it: a few
+// roundings of a double.
 constexpr double kTouching = 1e-12;
-// Hits of one ray and of its neighbour can have another order: so many are looked at beyond the
-// one that is next.
+// The hits of one ray can have another order than those of its neighbour, so this many are
+// considered beyond the next one.
 constexpr int kBeyond = 2;
-// So far along the ray, by the distance of rays, a plane is followed beyond its triangle.
+// How far along the ray a triangle's plane is followed beyond the triangle, in distances of rays.
 constexpr double kSteepestPlane = 4;
 
 double largestComponent(const glm::dvec3& v) {
     return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
-/// What is next to one point, of the hits of one ray.
+/// Finds which of the hits of one ray are next to one point.
 class Search {
   public:
     Search(const PosedScene& posed, const Bundle& bundle, const glm::dvec3& point)
@@ -60,7 +61,7 @@ class Search {
         const glm::dvec3 normal = element.normal();
         const double plane =
             glm::dot(element.corner[0] - point_, normal) / glm::dot(direction_, normal);
-        // Not if it is no plane, or is seen edge-on.
+        // The plane counts unless there is none, or it is seen edge-on.
         if (std::abs(plane - along) <= farthest_) along = plane;
         if (std::abs(along) <= kTouching * (largestComponent(hit) + largestComponent(point_)))
             along = 0;
@@ -88,7 +89,7 @@ std::optional<glm::ivec2> nearestRay(const Bundle& bundle, const glm::dvec3& poi
     const glm::dvec2 at =
         glm::floor((across / bundle.size() + 0.5) * glm::dvec2(view.width, view.height));
     const Window& crop = view.crop;
-    // As doubles: points may be anywhere.
+    // Compared as doubles, since points may be anywhere.
     if (!(at.x >= crop.x0 && at.x < crop.x1 && at.y >= crop.y0 && at.y < crop.y1)) return {};
     return glm::ivec2(at);
 }

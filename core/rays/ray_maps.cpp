@@ -31,7 +31,7 @@ constexpr RayMapInfo kMaps[] = {
     {RayMap::kOverlap, "overlap", "length inside of both parts", PixelType::kFloat, true, true},
 };
 
-/// A ray of which all is known that the maps ask for.
+/// A ray with all that the maps ask for.
 struct Ray {
     std::span<const float> t;
     const Solids* solids;
@@ -84,7 +84,7 @@ void parity(const Ray& ray, float* out) {
     *out = static_cast<float>(std::ranges::count_if(hits, &SolidHits::odd));
 }
 
-/// What of `a` is also in `b`.
+/// The length of what is in `a` and also in `b`; both are in order.
 float common(std::span<const Stretch> a, std::span<const Stretch> b) {
     double length = 0;
     for (std::size_t i = 0, k = 0; i < a.size() && k < b.size();) {

@@ -15,6 +15,7 @@
 
 namespace peeler {
 
+/// What a map says of each ray; the table has a sentence on every one.
 enum class RayMap : std::uint8_t {
     kFirst,
     kLast,
@@ -26,14 +27,14 @@ enum class RayMap : std::uint8_t {
     kOverlap
 };
 
-/// A row of the table.
+/// A row of the table of maps.
 struct RayMapInfo {
     RayMap map;
     std::string_view name;  ///< on the command line; of the channel, but for kPathLength
     std::string_view summary;
     PixelType type;  ///< kFloat or kUint
     bool solids;     ///< it needs to know what is inside of what
-    bool length;     ///< inside of something: its sum over parallel rays is a volume
+    bool length;     ///< a length inside of something: its sum over parallel rays is a volume
 };
 
 /// In the order of the enumeration. A ray without hits has 0, but for kFirst and kLast, which are
@@ -68,10 +69,10 @@ struct RayMapScratch {
 
 /// Evaluates maps of a scene. Lengths are in scene units, along the ray.
 ///
-/// At every point inside of solids the material is that of the innermost one: of those that the
-/// ray is inside of, the one that it entered last, as the triangle says through which it came in.
-/// Path lengths therefore add up to the thickness. Transmission is exp(−Σ μ·L) over the path
-/// lengths L (Bouguer, Lambert, Beer).
+/// At every point inside of solids the material is that of the innermost one: of those that the ray
+/// is inside of, the one that it entered last, as the triangle says through which it came in. Path
+/// lengths therefore add up to the thickness. Transmission is exp(−Σ μ·L) over the path lengths L
+/// (Bouguer, Lambert, Beer).
 class RayMaps {
   public:
     /// `solids` may be null if no map needs them, and must outlive this.

@@ -173,7 +173,7 @@ void SolidSpans::find(std::span<const float> t, std::span<const std::uint32_t> k
 
 namespace {
 
-/// What some rows of a band add.
+/// What some rows of a band add to the counts.
 struct Share {
     std::map<std::uint32_t, SolidParity> solids;
     std::uint64_t odd_rays = 0;

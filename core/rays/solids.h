@@ -98,10 +98,10 @@ class SolidSpans {
     /// `t` does not fall; `keys` as DrawList counts them, coincident hits in draw order.
     void find(std::span<const float> t, std::span<const std::uint32_t> keys, const Solids& solids);
 
-    /// Those that have a length, by where they begin. Of several that begin together the longest is
-    /// first, as if the others were inside of it.
+    /// The spans that have a length, ordered by where they begin. Of several that begin together
+    /// the longest is first, as if the others were inside of it.
     std::span<const SolidSpan> all() const { return spans_; }
-    /// Of every solid that is hit; by index.
+    /// Every solid that is hit, by index, and how often.
     std::span<const SolidHits> hits() const { return hits_; }
 
   private:
@@ -113,8 +113,8 @@ class SolidSpans {
     std::vector<SolidHits> hits_;
 };
 
-/// The stretches inside at least one of the solids that `keep(span)` is true for, in order,
-/// without gaps of no length between them. `out` is overwritten.
+/// The stretches inside at least one of the solids that `keep(span)` is true for, in order, without
+/// gaps of no length between them. `out` is overwritten.
 template <class Keep>
 void uniteSpans(std::span<const SolidSpan> spans, Keep&& keep, std::vector<Stretch>& out) {
     out.clear();

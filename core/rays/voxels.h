@@ -25,7 +25,7 @@ class VoxelVotes {
     /// A band of the bundle along `axis` (0–2), whose rays go through cell centres. Each once.
     void add(std::size_t axis, const Bundle& bundle, const LayeredImage& band);
 
-    /// 0 to 3 of the cell (x, y, z), at (x · cells.y + y) · cells.z + z.
+    /// Rays that find each cell inside, 0 to 3; (x, y, z) is at (x · cells.y + y) · cells.z + z.
     std::span<const std::uint8_t> votes() const { return votes_; }
     static constexpr std::uint8_t kMajority = 2;
     static bool inside(std::uint8_t votes) { return votes >= kMajority; }

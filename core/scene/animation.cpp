@@ -39,8 +39,8 @@ void hermite(const float* from, const float* to, double u, double seconds,
 
 void sampleKeyframes(const Keyframes& keyframes, double time, bool rotation,
                      std::span<double> value) {
-    // Keys are floats: frame 1 of 24 a second is meant to be at the key 1/24, which as a float is
-    // a little later than as a double.
+    // Keys are floats: frame 1 of 24 a second is meant to be at the key 1/24, which as a float is a
+    // little later than as a double.
     time = double{static_cast<float>(time)};
     const std::vector<float>& times = keyframes.times;
     const bool cubic = keyframes.interpolation == Interpolation::kCubicSpline;

@@ -57,8 +57,8 @@ struct KeyOrigin {
 /// start at 1.
 class DrawList {
   public:
-    /// Successive instances of a mesh of one primitive at the same node are drawn at once.
-    /// Throws Error (kInput) if the scene has 2^32 primitives or more.
+    /// Successive instances of a mesh of one primitive at the same node are drawn at once. Throws
+    /// Error (kInput) if the scene has 2^32 primitives or more.
     DrawList(const Scene& scene, std::span<const MeshInstance> instances);
 
     const std::vector<Draw>& draws() const { return draws_; }

@@ -6,12 +6,12 @@
 namespace peeler {
 namespace {
 
-/// Vertices in the sequence that is drawn.
+/// How many vertices the sequence that is drawn has.
 std::size_t sequenceOf(const Primitive& primitive) {
     return primitive.indices.empty() ? primitive.positions.size() : primitive.indices.size();
 }
 
-/// Places in the sequence of vertices that is drawn, which has `size`.
+/// The places of the e-th element's vertices in the sequence that is drawn, which has `size`.
 Corners placesOf(Topology topology, std::size_t e, std::size_t size) {
     switch (topology) {
         case Topology::kPoints:
@@ -68,7 +68,7 @@ double clamped(double weight) {
     return weight > 0 ? std::min(weight, 1.0) : 0;  // NaN (seen edge-on) becomes 0
 }
 
-/// Möller & Trumbore 1997.
+/// Möller & Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997.
 std::array<double, 3> triangleWeights(const std::array<glm::dvec3, 3>& corner,
                                       const glm::dvec3& origin, const glm::dvec3& direction) {
     const glm::dvec3 e1 = corner[1] - corner[0], e2 = corner[2] - corner[0];

@@ -49,7 +49,7 @@ struct WorldElement {
                                     const glm::dvec3& direction) const;
 };
 
-/// Without its corners.
+/// The element that a key stands for, without its corners.
 WorldElement elementOf(const PosedScene& posed, std::uint32_t key);
 
 /// Finds the corners, in double precision; in another pose of the same scene, where the same

@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::size_t kEvenMoments = 9, kMostKeys = 24;
 
-/// Times evenly between the first and the last key, and keys; of too many keys some, evenly, too.
+/// Times, in seconds, at equal steps from the first key to the last, and those of the keys; of too
+/// many keys some, at equal steps, too.
 std::set<double> momentsOf(const Scene& scene, std::span<const int> animations) {
     std::set<double> keys;
     for (const int animation : animations)

@@ -53,7 +53,8 @@ using Reach = std::function<double(const glm::dvec3& direction)>;
 glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::dvec3& forward,
                       const glm::dvec3& up, const Projection& projection);
 
-/// Depth along the viewing axis of the nearest and the farthest corner of the bounds.
+/// Depth along the viewing axis, positive in front of the camera, of the nearest and the farthest
+/// corner of bounds; scene units.
 struct DepthRange {
     double nearest = 0, farthest = 0;
 };

@@ -11,7 +11,7 @@
 namespace peeler {
 namespace {
 
-/// Rigid, as far as the light's type cares: a point light has no direction, and no light a roll.
+/// A light's place as a rigid matrix. A point light needs no direction, and no light a roll.
 glm::dmat4 place(const LightInstance& instance, LightType type) {
     const glm::dmat4& world = instance.world;
     const glm::dvec3 at(world[3]), forward = -glm::dvec3(world[2]);

@@ -35,7 +35,7 @@ struct Pose {
     std::map<int, std::vector<double>> weights;  ///< of nodes whose morph weights are animated
 };
 
-/// As the file places its nodes.
+/// Every node as the file places it.
 Pose restPose(const Scene& scene);
 
 /// At a time in seconds, as these animations (indices into Scene::animations) have it; where two
@@ -73,12 +73,14 @@ struct MeshInstance {
     bool operator==(const MeshInstance&) const = default;
 };
 
+/// A camera in its place: it looks along −Z of `world`, which may scale.
 struct CameraInstance {
     int node = 0;
     int camera = 0;
     glm::dmat4 world{1};
 };
 
+/// A light in its place: it shines along −Z of `world`, which may scale.
 struct LightInstance {
     int node = 0;
     int light = 0;
@@ -88,7 +90,7 @@ struct LightInstance {
 
 using DeformedMesh = std::vector<DeformedVertices>;  ///< of each primitive
 
-/// Axis-aligned bounds in world space.
+/// An axis-aligned box in world space.
 struct Bounds {
     glm::dvec3 min{0}, max{0};
 };
@@ -101,7 +103,7 @@ class PosedScene {
     /// `index` counts Scene::scenes; `scene` must outlive this and all copies. Throws Error
     /// (kUsage) if there is no such scene.
     PosedScene(const Scene& scene, int index, const Pose& pose);
-    /// At rest.
+    /// The scene at rest.
     PosedScene(const Scene& scene, int index);
     /// The file's default scene at rest.
     explicit PosedScene(const Scene& scene) : PosedScene(scene, scene.default_scene) {}
@@ -110,7 +112,7 @@ class PosedScene {
     const std::vector<MeshInstance>& meshes() const { return shown_->meshes; }
     const std::vector<CameraInstance>& cameras() const { return shown_->cameras; }
     const std::vector<LightInstance>& lights() const { return shown_->lights; }
-    /// Of meshes with morph targets or a skin.
+    /// The vertices of meshes with morph targets or a skin.
     const std::vector<DeformedMesh>& deformed() const { return shown_->deformed; }
 
     /// What is drawn, and the keys of its primitives; made when it is first asked for. May be
@@ -133,7 +135,7 @@ class PosedScene {
     /// Of every instance, which it is among those of its node.
     std::vector<std::uint32_t> instanceOrdinals() const;
 
-    /// Nothing if there is no vertex.
+    /// The box around all vertices; nothing if there is none.
     std::optional<Bounds> bounds() const;
 
     /// How far the vertices reach along a world direction: the largest dot(direction, p − origin).

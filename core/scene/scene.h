@@ -79,6 +79,7 @@ struct Primitive {
     PrimitiveSource source{};
 };
 
+/// Primitives that are placed together.
 struct Mesh {
     std::string name;
     std::vector<Primitive> primitives;
@@ -124,6 +125,7 @@ struct Trs {
     glm::dmat4 matrix() const;
 };
 
+/// A place in the hierarchy, and what is there. Indices are −1 where there is nothing.
 struct Node {
     std::string name;
     std::vector<int> children;
@@ -151,6 +153,7 @@ struct Keyframes {
 /// What of a node changes with time.
 enum class AnimatedProperty : std::uint8_t { kTranslation, kRotation, kScale, kWeights };
 
+/// Which keyframes change which property of which node.
 struct AnimationChannel {
     std::size_t keyframes = 0;  ///< index into Animation::keyframes
     int node = 0;
@@ -169,6 +172,7 @@ struct SceneRoots {
     std::vector<int> roots;
 };
 
+/// All that a file holds. Nodes, meshes and the like name each other by index; all are in range.
 struct Scene {
     std::vector<SceneRoots> scenes;  ///< at least one
     int default_scene = 0;
@@ -209,7 +213,8 @@ struct IdNames {
     bool operator==(const IdNames&) const = default;
 };
 
-/// Their own names, else nodeName(), "material 3", "default material". Names need not be unique.
+/// What nodes and materials are called: their own names, else nodeName(), "material 3", "default
+/// material". Names need not be unique.
 IdNames idNames(const Scene& scene);
 
 }  // namespace peeler

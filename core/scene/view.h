@@ -19,8 +19,8 @@ std::optional<glm::dmat4> lookAlong(const glm::dvec3& eye, const glm::dvec3& for
                                     const glm::dvec3& up);
 
 /// Rotation and translation of a node's matrix, which may also scale, mirror and shear. The viewing
-/// axis (−Z) keeps its direction and +Y its side of it; the picture is never mirrored.
-/// Nothing if the matrix leaves no direction to look along.
+/// axis (−Z) keeps its direction and +Y its side of it; the picture is never mirrored. Nothing if
+/// the matrix leaves no direction to look along.
 std::optional<glm::dmat4> rigid(const glm::dmat4& world);
 
 /// The frustum or box of a camera that looks along −Z of its own space (glTF's convention).

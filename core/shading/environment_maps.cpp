@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-// Texels a side of what mirrors reflect: as fine as the picture, and for wide lobes not too coarse.
+// Texels a side. What mirrors reflect is as fine as the picture, and for wide lobes not too coarse.
 constexpr int kSmallFace = 16, kUsualFace = 128, kLargestFace = 512;
 constexpr int kRoughestFace = 8;
 constexpr int kIrradianceFace = 16, kIrradianceSource = 32;
@@ -27,7 +27,7 @@ std::size_t texelOf(const CubeMap& cube, int face, int x, int y) {
     return index(x, face * cube.size + y, cube.size);
 }
 
-/// Of all faces.
+/// The rows of all faces together.
 std::size_t rowsOf(const CubeMap& cube) {
     return std::size_t{6} * static_cast<std::size_t>(cube.size);
 }
@@ -171,11 +171,11 @@ std::vector<LobeSample> lobeSamples(double roughness, int count, int finest, std
     std::vector<LobeSample> samples;
     for (int i = 0; i < count; ++i) {
         const double u = (i + 0.5) / count;
-        double v = 0;  // van der Corput
+        double v = 0;  // of van der Corput's sequence
         for (double digit = 0.5, n = i; n >= 1; n = std::floor(n / 2), digit /= 2)
             v += digit * std::fmod(n, 2);
         const double cosine2 = (1 - u) / (1 + (a2 - 1) * u), phi = 2 * std::numbers::pi * v;
-        const double z = 2 * cosine2 - 1;  // half vector to mirrored direction
+        const double z = 2 * cosine2 - 1;  // the mirrored direction's cosine
         if (z <= 0) continue;
         const double d = cosine2 * (a2 - 1) + 1, density = a2 / (std::numbers::pi * d * d) / 4;
         const double solid_angle = 1 / (count * density);
@@ -250,7 +250,7 @@ CubeMap irradianceOf(const CubeMap& source) {
 }  // namespace
 
 EnvironmentSamples::EnvironmentSamples(const Environment& environment, int count) {
-    // As many pixels as directions.
+    // Shrunk to as many pixels as there are directions.
     const int height = std::max(1, static_cast<int>(std::lround(std::sqrt(count / 2.0))));
     coarse_ = shrunk(environment, std::min(2 * height, environment.width),
                      std::min(height, environment.height));
@@ -262,7 +262,7 @@ glm::vec3 EnvironmentSamples::radiance(const glm::dvec3& direction) const {
 }
 
 glm::vec3 cubeDirection(int face, int x, int y, int size) {
-    // OpenGL 4.6, table 8.19.
+    // The orientation of faces is that of OpenGL 4.6, table 8.19.
     const float s = 2 * (static_cast<float>(x) + 0.5F) / static_cast<float>(size) - 1;
     const float t = 2 * (static_cast<float>(y) + 0.5F) / static_cast<float>(size) - 1;
     const glm::vec3 directions[] = {{1, -t, -s}, {-1, -t, s}, {s, 1, t},

@@ -22,8 +22,8 @@ glm::vec3 cubeDirection(int face, int x, int y, int size);
 
 struct EnvironmentMaps {
     /// Radiance, convolved with the GGX lobe of a surface seen head-on (the split sum of Karis,
-    /// "Real Shading in Unreal Engine 4", 2013): level i of n for roughness i / (n − 1), level 0
-    /// as it is. Each level has half the size of the one before.
+    /// "Real Shading in Unreal Engine 4", 2013): level i of n for roughness i / (n − 1), level 0 as
+    /// it is. Each level has half the size of the one before.
     std::vector<CubeMap> radiance;
     CubeMap irradiance;  ///< divided by pi
 };

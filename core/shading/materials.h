@@ -13,6 +13,7 @@
 
 namespace peeler {
 
+/// A material's numbers as its block of uniforms holds them; textures are bound apart.
 shader::MaterialRecord materialRecord(const Material& material);
 
 /// What a material may need beyond plain metallic-roughness: a definition of the shaders', and
@@ -22,6 +23,7 @@ struct MaterialFeature {
     bool (*used)(const Material&);
     bool changes_alpha = false;  ///< so that it counts where light does not, too
 };
+/// All of them; a shader variant has a bit for each, in this order.
 std::span<const MaterialFeature> materialFeatures();
 
 /// Throws Error (kDevice) if the material has more textures than a shader of the device takes,

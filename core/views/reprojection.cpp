@@ -23,16 +23,17 @@ namespace {
 
 constexpr int kStripRows = 16;
 constexpr int kBandStrips = 16;
-/// Of coordinates on the picture: so many steps a pixel. Products of two stay within 64 bits.
+/// Steps a pixel of the fixed-point coordinates on the picture: products of two stay within 64
+/// bits.
 constexpr double kSteps = 4096;
-/// Corners farther out than this belong to cells that all but touch the camera; they are dropped.
+/// In pixels. Cells with corners farther out than this all but touch the camera; they are dropped.
 constexpr double kFarOut = 1 << 17;
 /// From this alpha on nothing is seen behind a fragment; interpolation may miss 1 by rounding.
 constexpr float kOpaque = 0.9999F;
 
 using Fixed = glm::tvec2<std::int64_t>;
 
-/// A cell on the picture.
+/// A cell as the other camera sees it.
 struct ScreenCell {
     std::array<Fixed, kCorners> corners;
     /// Share of a corner in what is interpolated, beside its barycentric coordinate: the ratio of
@@ -47,7 +48,7 @@ struct CellHit {
     float z, u, v;
 };
 
-/// std::llround without the call.
+/// std::llround without the cost of a call.
 std::int64_t rounded(double value) {
     return static_cast<std::int64_t>(value + (value < 0 ? -0.5 : 0.5));
 }

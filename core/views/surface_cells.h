@@ -45,20 +45,20 @@ inline constexpr std::array<std::array<double, 2>, kCorners> kCornerOffsets = {
 /// cell ends half a pixel beyond its sample, as the pixel did.
 struct SurfaceCells {
     SurfaceLinks links;
-    /// Planar depth (PixelRays) of each corner: the mean of what the fragments that share it
-    /// expect there, going by their own slopes. 0 of fragments that no camera can see.
+    /// Planar depth (PixelRays) of each corner: the mean of what the fragments that share it expect
+    /// there, going by their own slopes. 0 of fragments that no camera can see.
     std::vector<std::array<float, kCorners>> corners;
 };
 
+/// The cells of all fragments of `image`, which is a window of the view.
 SurfaceCells surfaceCells(const LayeredImage& image, const View& view);
 
 /// Renders what one camera has captured as another one sees it: the use of layered depth images
 /// (Shade, Gortler, He & Szeliski, "Layered Depth Images", SIGGRAPH 1998). Their splats are
-/// replaced by cells, which are rasterised at pixel centres under
-/// exact arithmetic: neighbours on a surface leave no cracks, a transparent surface is blended once
-/// wherever it is seen, and edges do not grow. Within a cell the colour is interpolated bilinearly
-/// among the linked fragments around it. Back at the captured camera every pixel gets its own
-/// fragments and colours again.
+/// replaced by cells, which are rasterised at pixel centres under exact arithmetic: neighbours on a
+/// surface leave no cracks, a transparent surface is blended once wherever it is seen, and edges do
+/// not grow. Within a cell the colour is interpolated bilinearly among the linked fragments around
+/// it. Back at the captured camera every pixel gets its own fragments and colours again.
 ///
 /// `image` holds the fragments of a window of `from`. `take` gets the fragments of `to.crop` band
 /// by band, top to bottom: R, G, B, A in 32-bit float and Z of `to`, without other channels; what
