@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What reading a glTF file is made of: what loadGltfDocument() carries out to fill a document, and
 // then what readGltf() carries out to make a scene of it, both in this order, each in a file of its
-// own. All throw Error(kInput) with a JSON pointer as `where`.
+// own. What is wrong with a file is an Error(kInput) with a JSON pointer as `where`.
 #pragma once
 
 #include <tiny_gltf.h>
