@@ -12,33 +12,18 @@
 #include "core/scene/scene.h"
 
 namespace peeler {
-namespace {
 
-constexpr float kNowhere = std::numeric_limits<float>::infinity();
-
-constexpr RayMapInfo kMaps[] = {
-    {RayMap::kFirst, "first", "t of the first hit", PixelType::kFloat, false, false},
-    {RayMap::kLast, "last", "t of the last hit", PixelType::kFloat, false, false},
-    {RayMap::kCount, "count", "number of hits", PixelType::kUint, false, false},
-    {RayMap::kThickness, "thickness", "length inside of solids, from entry to exit",
-     PixelType::kFloat, true, true},
-    {RayMap::kPathLength, "path-length", "length inside of each material", PixelType::kFloat, true,
-     true},
-    {RayMap::kTransmission, "transmission", "share of X-rays that pass, as --attenuation says",
-     PixelType::kFloat, true, false},
-    {RayMap::kParity, "parity", "number of solids that are hit an odd number of times",
-     PixelType::kUint, true, false},
-    {RayMap::kOverlap, "overlap", "length inside of both parts", PixelType::kFloat, true, true},
-};
-
-/// A ray with all that the maps ask for.
-struct Ray {
+struct MappedRay {
     std::span<const float> t;
     const Solids* solids;
     const RayMapSettings& settings;
     std::span<const std::size_t> path_materials;
     RayMapScratch& scratch;
 };
+
+namespace {
+
+constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
 float sum(std::span<const Stretch> stretches) {
     double length = 0;
@@ -47,30 +32,30 @@ float sum(std::span<const Stretch> stretches) {
     return static_cast<float>(length);
 }
 
-void first(const Ray& ray, float* out) {
+void first(const MappedRay& ray, float* out) {
     *out = ray.t.empty() ? kNowhere : ray.t.front();
 }
 
-void last(const Ray& ray, float* out) {
+void last(const MappedRay& ray, float* out) {
     *out = ray.t.empty() ? kNowhere : ray.t.back();
 }
 
-void count(const Ray& ray, float* out) {
+void count(const MappedRay& ray, float* out) {
     *out = static_cast<float>(ray.t.size());
 }
 
-void thickness(const Ray& ray, float* out) {
+void thickness(const MappedRay& ray, float* out) {
     const auto all = [](const SolidSpan&) { return true; };
     uniteSpans(ray.scratch.spans.all(), all, ray.scratch.inside);
     *out = sum(ray.scratch.inside);
 }
 
-void pathLength(const Ray& ray, float* out) {
+void pathLength(const MappedRay& ray, float* out) {
     for (const double length : ray.scratch.paths)
         *out++ = static_cast<float>(length);
 }
 
-void transmission(const Ray& ray, float* out) {
+void transmission(const MappedRay& ray, float* out) {
     const std::vector<double>& mu = ray.settings.attenuation;
     double exponent = 0;
     for (std::size_t i = 0; i < ray.path_materials.size(); ++i)
@@ -79,7 +64,7 @@ void transmission(const Ray& ray, float* out) {
     *out = static_cast<float>(std::exp(exponent));
 }
 
-void parity(const Ray& ray, float* out) {
+void parity(const MappedRay& ray, float* out) {
     const auto hits = ray.scratch.spans.hits();
     *out = static_cast<float>(std::ranges::count_if(hits, &SolidHits::odd));
 }
@@ -98,7 +83,7 @@ float common(std::span<const Stretch> a, std::span<const Stretch> b) {
     return static_cast<float>(length);
 }
 
-void overlap(const Ray& ray, float* out) {
+void overlap(const MappedRay& ray, float* out) {
     RayMapScratch& scratch = ray.scratch;
     for (std::size_t part = 0; part < 2; ++part) {
         const auto belongs = [&](const SolidSpan& span) {
@@ -111,9 +96,20 @@ void overlap(const Ray& ray, float* out) {
     *out = common(scratch.inside, scratch.other);
 }
 
-/// In the order of the enumeration.
-constexpr void (*kEvaluations[])(const Ray&, float*) = {
-    first, last, count, thickness, pathLength, transmission, parity, overlap,
+constexpr RayMapInfo kMaps[] = {
+    {RayMap::kFirst, "first", "t of the first hit", PixelType::kFloat, first},
+    {RayMap::kLast, "last", "t of the last hit", PixelType::kFloat, last},
+    {RayMap::kCount, "count", "number of hits", PixelType::kUint, count},
+    {RayMap::kThickness, "thickness", "length inside of solids, from entry to exit",
+     PixelType::kFloat, thickness, true, true},
+    {RayMap::kPathLength, "path-length", "length inside of each material", PixelType::kFloat,
+     pathLength, true, true},
+    {RayMap::kTransmission, "transmission", "share of X-rays that pass, as --attenuation says",
+     PixelType::kFloat, transmission, true},
+    {RayMap::kParity, "parity", "number of solids that are hit an odd number of times",
+     PixelType::kUint, parity, true},
+    {RayMap::kOverlap, "overlap", "length inside of both parts", PixelType::kFloat, overlap, true,
+     true},
 };
 
 /// A name as a channel of EXR may have it, where a dot begins another name and control characters
@@ -215,10 +211,10 @@ void RayMaps::evaluate(std::span<const float> t, std::span<const std::uint32_t> 
                        RayMapScratch& scratch, std::span<float> out) const {
     if (needs_spans_) scratch.spans.find(t, keys, *solids_);
     if (needs_paths_) findPaths(scratch);
-    const Ray ray{t, solids_, settings_, path_materials_, scratch};
+    const MappedRay ray{t, solids_, settings_, path_materials_, scratch};
     std::size_t channel = 0;
     for (const RayMap map : settings_.maps) {
-        kEvaluations[static_cast<std::size_t>(map)](ray, out.data() + channel);
+        infoOf(map).evaluate(ray, out.data() + channel);
         channel += map == RayMap::kPathLength ? path_materials_.size() : 1;
     }
 }

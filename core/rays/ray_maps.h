@@ -27,14 +27,19 @@ enum class RayMap : std::uint8_t {
     kOverlap
 };
 
+/// A ray with all that the maps ask for (ray_maps.cpp).
+struct MappedRay;
+
 /// A row of the table of maps.
 struct RayMapInfo {
     RayMap map;
     std::string_view name;  ///< on the command line; of the channel, but for kPathLength
     std::string_view summary;
     PixelType type;  ///< kFloat or kUint
-    bool solids;     ///< it needs to know what is inside of what
-    bool length;     ///< a length inside of something: its sum over parallel rays is a volume
+    /// Writes the map's number of a ray; kPathLength a number a material.
+    void (*evaluate)(const MappedRay& ray, float* out);
+    bool solids = false;  ///< it needs to know what is inside of what
+    bool length = false;  ///< a length inside of something: its sum over parallel rays is a volume
 };
 
 /// In the order of the enumeration. A ray without hits has 0, but for kFirst and kLast, which are
