@@ -16,7 +16,6 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/capture/bands.h"
-#include "core/gl/context.h"
 #include "core/image/background_sink.h"
 #include "core/image/fxaa.h"
 #include "formats/writers.h"
@@ -44,7 +43,8 @@ class Render {
     Render(const RenderOptions& options, Console& console)
         : options_(options),
           console_(console),
-          request_(options, console),
+          job_(options, console),
+          request_(options, job_),
           results_(options.report, request_.isSequence(), console) {}
 
     int run() {
@@ -75,8 +75,6 @@ class Render {
     bool make(Picture& picture, std::size_t index);
     void pose(Picture& picture, std::size_t index);
     void capture(Picture& picture);
-    void openRenderer(Picture& picture);
-    void closeRenderer();
     void plan(Picture& picture);
     void makeWriter(Picture& picture);
     void settle() { settle(options_.sequence.keep_going); }
@@ -87,10 +85,8 @@ class Render {
 
     const RenderOptions& options_;
     Console& console_;
-    const Clock::time_point start_ = Clock::now();
+    CaptureJob job_;
     RenderRequest request_;
-    std::unique_ptr<gl::Context> context_;  // before what lives in it
-    std::optional<Renderer> renderer_;
     std::optional<Picture> written_;  // captured, and perhaps still being written
     SequenceResults results_;
     std::optional<ProgressReport> progress_;
@@ -113,18 +109,19 @@ void Render::renderAll() {
 
 void Render::render(std::size_t index) {
     Picture picture;
-    picture.start = index == 0 ? start_ : Clock::now();
-    if (index == 0) picture.result.milliseconds = request_.times();
+    picture.start = index == 0 ? job_.start() : Clock::now();
+    if (index == 0) picture.result.milliseconds = job_.takeTimes();  // of opening the scene
     try {
         if (!make(picture, index)) return;
     } catch (...) {
         const Error error = currentError();
-        const bool of_all =
-            error.kind() == ErrorKind::kUsage || (error.kind() == ErrorKind::kDevice && !context_);
+        const bool of_all = error.kind() == ErrorKind::kUsage ||
+                            (error.kind() == ErrorKind::kDevice && !job_.hasContext());
         if (!options_.sequence.keep_going || of_all) throw error;
         settle();
         results_.addFailure(request_.outputFile(index), request_.frame(index), error);
-        closeRenderer();  // whatever state it was left in
+        job_.closeRenderer();  // whatever state it was left in
+        job_.takeTimes();      // of no picture
         return;
     }
     settle();
@@ -149,12 +146,12 @@ bool Render::make(Picture& picture, std::size_t index) {
         capture(picture);
         return true;
     } catch (const Error& error) {
-        if (error.kind() != ErrorKind::kDevice || !context_) throw;
+        if (error.kind() != ErrorKind::kDevice || !job_.hasContext()) throw;
         console_.warning(std::string(error.what()) + "; trying once more.");
     }
     // A context that was lost takes everything that lives in it along.
     picture.writer.reset();
-    closeRenderer();
+    job_.closeRenderer();
     pose(picture, index);
     capture(picture);
     return true;
@@ -171,38 +168,26 @@ void Render::pose(Picture& picture, std::size_t index) {
 
 void Render::capture(Picture& picture) {
     PictureRequest& asked = picture.asked;
-    if (renderer_)
-        renderer_->setPose(*asked.posed);
+    if (job_.renderer())
+        job_.renderer()->setPose(*asked.posed);
     else
-        openRenderer(picture);
-    if (asked.next) renderer_->setNextFrame(std::move(*asked.next));
-    asked.provenance.renderer = context_->device().renderer;
-    picture.result.backend = context_->device().backend;
+        job_.openRenderer(*asked.posed);
+    Renderer& renderer = *job_.renderer();
+    if (asked.next) renderer.setNextFrame(std::move(*asked.next));
+    asked.provenance.renderer = job_.device().renderer;
+    picture.result.backend = job_.device().backend;
     plan(picture);
     makeWriter(picture);
-    picture.result.passes = renderer_->capture(*picture.writer, progressOf(picture)).passes;
-    add(picture.result.milliseconds, renderer_->takeTimes());
+    picture.result.passes = renderer.capture(*picture.writer, progressOf(picture)).passes;
+    add(picture.result.milliseconds, job_.takeTimes());
     picture.writer->finish();
-}
-
-void Render::openRenderer(Picture& picture) {
-    {
-        const StageTimer timer(picture.result.milliseconds, "context");
-        context_ = openContext(options_.device, console_);
-    }
-    renderer_.emplace(*context_, *picture.asked.posed);
-}
-
-void Render::closeRenderer() {
-    renderer_.reset();
-    context_.reset();
 }
 
 void Render::plan(Picture& picture) {
     const CaptureSettings& capture = picture.asked.capture;
     // Two pictures at once only where there is plenty of room for both.
     if (written_ && capture.memory != 0 && residentBytes() > capture.memory / 4) settle();
-    picture.plan = renderer_->plan(picture.asked.view, capture, progressOf(picture));
+    picture.plan = job_.renderer()->plan(picture.asked.view, capture, progressOf(picture));
     const Plan& plan = picture.plan;
     if (!options_.strict || plan.complete()) return;
     const bool blended = plan.fragments_blended != 0;
@@ -274,7 +259,10 @@ void Render::tellSkipped(Picture& picture) {
 VerbAction declareRender(VerbOptions& verb) {
     const auto options = std::make_shared<RenderOptions>();
     addRenderOptions(verb, *options);
-    return [options](Console& console) { return Render(*options, console).run(); };
+    return [options](Console& console) {
+        options->scene.gltf.strict = options->strict;
+        return Render(*options, console).run();
+    };
 }
 
 }  // namespace peeler::cmd

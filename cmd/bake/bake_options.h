@@ -3,7 +3,9 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <string_view>
 
 #include "cmd/cli/choices.h"
 #include "cmd/options/look_options.h"
@@ -52,6 +54,12 @@ void addBakeOptions(VerbOptions& verb, BakeOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkBakeOptions(const BakeOptions& options, const LookOptions& look);
+
+/// "vertices"
+std::string_view targetName(BakeTarget target);
+
+/// What of them changes values or the textures they go to, for the settings' hash.
+nlohmann::json bakeSettings(const BakeOptions& options);
 
 /// Throws Error (kUsage) if nothing gives off the light that irradiance is made of.
 void checkBakedLight(const PosedScene& posed);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <system_error>
+#include <utility>
 
 #include "cmd/cli/arguments.h"
 #include "cmd/machine/resources.h"
@@ -53,8 +54,13 @@ Json filesJson(const RunResult& run) {
     json["bytes"] = run.bytes;
     if (!run.files) return json;
     json["outputs"] = Json::array();
-    for (const WrittenFile& file : *run.files)
-        json["outputs"].push_back({{"path", file.path.string()}, {"bytes", file.bytes}});
+    for (const WrittenFile& file : *run.files) {
+        Json entry;
+        if (!file.kind.empty()) entry["kind"] = file.kind;
+        entry["path"] = file.path.string();
+        entry["bytes"] = file.bytes;
+        json["outputs"].push_back(std::move(entry));
+    }
     return json;
 }
 
@@ -79,14 +85,24 @@ void addReportOptions(VerbOptions& verb, ReportOptions& options) {
     verb.addFlag("-q,--quiet", options.quiet, "warnings and errors only").group(kGroup);
 }
 
+void RunResult::setFile(const std::filesystem::path& file) {
+    output = file;
+    bytes = fileBytes(file);
+}
+
 void RunResult::setFiles(const std::filesystem::path& name,
                          const std::vector<std::filesystem::path>& all) {
     output = name;
     files.emplace();
-    for (const std::filesystem::path& path : all) {
-        files->push_back({path, fileBytes(path)});
-        bytes += files->back().bytes;
-    }
+    for (const std::filesystem::path& path : all)
+        addFile(path);
+}
+
+const WrittenFile& RunResult::addFile(const std::filesystem::path& file, const std::string& kind) {
+    if (!files) files.emplace();
+    files->push_back({file, fileBytes(file), kind});
+    bytes += files->back().bytes;
+    return files->back();
 }
 
 void describePicture(const Plan& plan, const Provenance& provenance, PictureResult& result) {

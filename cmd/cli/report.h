@@ -39,13 +39,15 @@ void addReportOptions(VerbOptions& verb, ReportOptions& options);
 struct WrittenFile {
     std::filesystem::path path;
     std::uint64_t bytes = 0;
+    std::string kind{};  ///< for verbs that write several
 };
 
 /// What every verb tells of a run that reads something and writes something made of it.
 struct RunResult {
     std::vector<std::filesystem::path> inputs{};  ///< the scene, or images
-    std::filesystem::path output{};               ///< as it was asked for; "" = nothing was written
-    std::uint64_t bytes = 0;                      ///< of all files of that name together
+    /// As it was asked for; "" = nothing was written, or under several names.
+    std::filesystem::path output{};
+    std::uint64_t bytes = 0;  ///< of all files of that name together
     /// Each of the files, for verbs that write several under one name, or under several.
     std::optional<std::vector<WrittenFile>> files{};
     std::string settings_hash{};    ///< peeler:settingsHash; "" = not known
@@ -54,8 +56,13 @@ struct RunResult {
     std::uint64_t peak_memory = 0;  ///< bytes
     StageTimes milliseconds{};
 
+    /// What was written is the file of this name. Throws Error (kOutput) if it is not there.
+    void setFile(const std::filesystem::path& file);
     /// Lists what was written under a name. Throws Error (kOutput) if one is not there.
     void setFiles(const std::filesystem::path& name, const std::vector<std::filesystem::path>& all);
+    /// Adds a file to the list, which is there from then on. Throws Error (kOutput) if it is not
+    /// there.
+    const WrittenFile& addFile(const std::filesystem::path& file, const std::string& kind = "");
 };
 
 /// What became of one picture.

@@ -4,37 +4,30 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 
-#include "cmd/options/animation_options.h"
-#include "cmd/options/look_options.h"
+#include "cmd/options/capture_job.h"
 #include "cmd/options/output_options.h"
-#include "cmd/options/scene_options.h"
 #include "cmd/rays/bundle_options.h"
 #include "cmd/rays/ray_map_options.h"
-#include "core/capture/capture_settings.h"
-#include "core/gl/context.h"
 
 namespace peeler::cmd {
 
 /// What becomes of solids that rays enter and do not leave.
 enum class ParityUse : std::uint8_t { kReport, kFail };
-struct RaysOptions {
-    SceneOptions scene;
-    AnimationOptions animation;
-    LookOptions look;  ///< the variant alone
+
+/// Of `look` the variant alone.
+struct RaysOptions : CaptureJobOptions {
     BundleOptions bundles;
-    CaptureSettings capture;
     bool refine = true;
     bool double_points = false;
     std::optional<std::filesystem::path> points;
     std::optional<int> voxels;
     std::optional<ParityUse> parity;
     RayMapFlags maps;
-    gl::ContextRequest device;
-    int threads = 0;
     OutputFlags output;
-    ReportOptions report;
 
     bool writesFile() const { return !output.path.empty(); }
     bool writesPictures() const { return !maps.maps.empty(); }
@@ -45,5 +38,10 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkRaysOptions(const RaysOptions& options);
+
+/// What of them changes hits or what is made of hits, for the settings' hash: `bundles` as they are
+/// traced, whichever options they come from. What is in the file of --points is input, as the scene
+/// is.
+nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> bundles);
 
 }  // namespace peeler::cmd

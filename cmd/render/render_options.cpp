@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/render/render_options.h"
 
-#include <filesystem>
-
 #include "cmd/cli/arguments.h"
 #include "core/base/error.h"
 #include "core/capture/method.h"
@@ -69,16 +67,11 @@ void addSequenceOptions(VerbOptions& verb, SequenceOptions& options) {
 }  // namespace
 
 void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
-    addValue(
-        verb, "SCENE", "", options.scene.file,
-        [](const std::string& text) { return std::filesystem::path(text); },
-        "a glTF scene (.gltf or .glb)")
-        .required();
+    addSceneArgument(verb, options);
     addOutputOptions(verb, options.output);
     addLayerOutputOptions(verb, options.output);
     addFxaaOption(verb, options.fxaa, "quick, but --samples sees more");
-    addSceneOptions(verb, options.scene);
-    addTimeOptions(verb, options.animation);
+    addShownOptions(verb, options);
     addFrameOptions(verb, options.animation);
     addCameraOptions(verb, options.camera);
     addLayerOptions(verb, options.capture);
@@ -86,9 +79,8 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addClipOptions(verb, options.clip);
     addLightOptions(verb, options.capture, options.shadow_size);
     addLookOptions(verb, options.look);
-    addMachineOptions(verb, options.device, options.threads, options.capture);
+    addRunOptions(verb, options);
     addSequenceOptions(verb, options.sequence);
-    addReportOptions(verb, options.report);
     verb.addFlag("--strict", options.strict,
                  "a missing texture and damaged compressed data are errors (exit code 3), whatever "
                  "the fallback, and so is a layer limit that leaves fragments out (6); no file is "

@@ -4,15 +4,11 @@
 
 #include <optional>
 
-#include "cmd/options/animation_options.h"
 #include "cmd/options/camera_options.h"
-#include "cmd/options/capture_options.h"
+#include "cmd/options/capture_job.h"
 #include "cmd/options/channel_options.h"
 #include "cmd/options/clip_options.h"
-#include "cmd/options/look_options.h"
 #include "cmd/options/output_options.h"
-#include "cmd/options/scene_options.h"
-#include "core/capture/renderer.h"
 
 namespace peeler::cmd {
 
@@ -23,22 +19,16 @@ struct SequenceOptions {
     bool dry_run = false;
 };
 
-struct RenderOptions {
-    SceneOptions scene;
-    AnimationOptions animation;
+/// Of `capture` see captureSettings().
+struct RenderOptions : CaptureJobOptions {
     CameraOptions camera;
-    CaptureSettings capture;  ///< as declared: see captureSettings()
     ChannelOptions channels;
     ClipOptions clip;
-    LookOptions look;
     std::optional<int> shadow_size;
-    gl::ContextRequest device;
-    int threads = 0;
     bool strict = false;
     bool fxaa = false;
     OutputFlags output;
     SequenceOptions sequence;
-    ReportOptions report;
 };
 
 /// Declares all of them. `options` must outlive the parse.

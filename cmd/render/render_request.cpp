@@ -3,10 +3,9 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
-#include "cmd/machine/resources.h"
 #include "cmd/options/frames.h"
-#include "cmd/options/settings.h"
 #include "core/base/error.h"
 #include "formats/file/hash_text.h"
 #include "formats/file/output_hash.h"
@@ -15,10 +14,10 @@ namespace peeler::cmd {
 
 namespace fs = std::filesystem;
 
-RenderRequest::RenderRequest(const RenderOptions& options, Console& console) : options_(options) {
-    options.report.applyTo(console);
+RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job)
+    : options_(options), job_(job) {
     checkCameraOptions(options.camera);
-    checkAnimationOptions(options.animation);
+    job.checkOptions();
     const std::string path = options.output.path.string();
     const std::size_t frames = isSequence() ? options.animation.frames->size() : 1;
     if (frames > 1 && !hasFrameToken(path)) {
@@ -29,16 +28,10 @@ RenderRequest::RenderRequest(const RenderOptions& options, Console& console) : o
     }
     moments_ = momentsOf(options.animation);
     checkFiles();
-    setThreads(options.threads);
     capture_ = captureSettings(options);
     checkClipOptions(options.clip);
-    checkLookOptions(options.look);
-
-    const StageTimer timer(times_, "load");
-    SceneOptions scene = options.scene;
-    scene.gltf.strict = options.strict;
-    scene_.emplace(scene, options.look, options.animation, capture_.shadows, console);
-    checkSceneFiles(scene_->scene(), outputs());
+    scene_ = &job.openScene();
+    job.checkOutputs(outputs());
 }
 
 void RenderRequest::checkFiles() const {
@@ -71,13 +64,12 @@ void RenderRequest::checkFiles() const {
     checkReport(options_.report, others);
 }
 
-/// Everything that is written.
+/// Everything that is written but the report.
 std::vector<fs::path> RenderRequest::outputs() const {
     std::vector<fs::path> files;
     for (std::size_t i = 0; i < moments_.size(); ++i)
         files.push_back(outputFile(i));
-    for (const auto& file : {options_.channels.manifest, options_.report.file})
-        if (file) files.push_back(*file);
+    if (options_.channels.manifest) files.push_back(*options_.channels.manifest);
     return files;
 }
 
@@ -123,14 +115,10 @@ Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& 
         capture.opaque_only ? "opaque" : nameOf<Surfaces>(kSurfaces, capture.surfaces);
     provenance.scene = options_.scene.file.filename().string();
     provenance.scene_hash = hexText(scene().content_hash);
-    const ShownScene shown{scene_->index(),
-                           scene_->animations(),
-                           options_.scene.include,
-                           options_.scene.exclude,
-                           picture.next ? moment.motion_rate : 0,
-                           picture.view.crop};
-    provenance.settings_hash =
-        settingsHash(shown, capture, options_.fxaa, lookSettings(options_.look, scene()));
+    nlohmann::json more = nlohmann::json::object();
+    if (options_.fxaa) more["fxaa"] = true;
+    provenance.settings_hash = job_.settingsHash(capture, std::move(more), picture.view.crop,
+                                                 picture.next ? moment.motion_rate : 0);
     if (options_.camera.tile) provenance.tile = options_.camera.tile->text();
     provenance.frame = moment.frame;
     provenance.time = moment.time;

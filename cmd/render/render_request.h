@@ -8,9 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "cmd/options/opened_scene.h"
 #include "cmd/render/render_options.h"
-#include "core/capture/renderer.h"
 #include "core/image/sink.h"
 #include "formats/writers.h"
 
@@ -31,15 +29,14 @@ struct PictureRequest {
 
 class RenderRequest {
   public:
-    /// Checks the options, then reads the scene. Nothing that is to be written may replace what is
-    /// read, or what must stay. Both arguments must outlive it. Throws Error (kUsage), (kInput),
-    /// (kOutput).
-    RenderRequest(const RenderOptions& options, Console& console);
+    /// Checks the options, then opens the job's scene. Nothing that is to be written may replace
+    /// what is read, or what must stay. Both arguments must outlive it. Throws Error (kUsage),
+    /// (kInput), (kOutput).
+    RenderRequest(const RenderOptions& options, CaptureJob& job);
 
     const Scene& scene() const { return scene_->scene(); }
     bool isSequence() const { return options_.animation.frames.has_value(); }
     std::size_t pictures() const { return moments_.size(); }  ///< may be 0, of a small chunk
-    const StageTimes& times() const { return times_; }        ///< of reading the scene
 
     std::optional<int> frame(std::size_t index) const;
     std::filesystem::path outputFile(std::size_t index) const { return outputOf(index).path; }
@@ -63,8 +60,8 @@ class RenderRequest {
     const RenderOptions& options_;
     std::vector<Moment> moments_;
     CaptureSettings capture_;
-    StageTimes times_;
-    std::optional<OpenedScene> scene_;
+    const CaptureJob& job_;
+    const OpenedScene* scene_ = nullptr;  ///< the job's
 };
 
 }  // namespace peeler::cmd

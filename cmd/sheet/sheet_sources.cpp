@@ -8,10 +8,7 @@
 #include <utility>
 
 #include "cmd/cli/progress.h"
-#include "cmd/options/capture_options.h"
 #include "cmd/options/layered_bands.h"
-#include "cmd/options/opened_scene.h"
-#include "cmd/options/output_options.h"
 #include "cmd/sheet/sheet_methods.h"
 #include "formats/layered_input.h"
 
@@ -22,24 +19,21 @@ namespace {
 /// The sheet of a scene in the making. make() lists its stages.
 class SceneSheet {
   public:
-    SceneSheet(const SheetRequest& request, ProgressStyle progress, Console& console)
-        : request_(request), progress_(progress), console_(console), capture_(request.capture) {}
+    SceneSheet(const SheetRequest& request, CaptureJob& job, Console& console)
+        : request_(request), job_(job), console_(console), capture_(request.capture) {}
 
     SheetContent make() {
-        readScene();
-        makeRenderer();
+        openScene();
         if (request_.methods == SheetMethods::kAll) {
             compareMethods();
         } else {
             showLayers();
         }
-        add(content_.result.milliseconds, renderer_->takeTimes());
         return std::move(content_);
     }
 
   private:
-    void readScene();
-    void makeRenderer();
+    void openScene();
     void compareMethods();
     void showLayers();
     bool showsUnsorted() const;
@@ -47,35 +41,24 @@ class SceneSheet {
     SheetCell capture(const MethodInfo& method, bool exact);
 
     const SheetRequest& request_;
-    ProgressStyle progress_;
+    CaptureJob& job_;
     Console& console_;
     CaptureSettings capture_;
-    std::optional<OpenedScene> scene_;
-    std::optional<PosedScene> posed_;
     View view_;
-    std::unique_ptr<gl::Context> context_;  // before what lives in it
-    std::unique_ptr<Renderer> renderer_;
+    Renderer* renderer_ = nullptr;  ///< the job's
     CompositeImage exact_;
     SheetContent content_;
 };
 
-void SceneSheet::readScene() {
-    const StageTimer timer(content_.result.milliseconds, "load");
-    scene_.emplace(request_.input, request_.look, request_.animation, capture_.shadows, console_);
-    checkSceneFiles(scene_->scene(), request_.outputs);
-    posed_ = scene_->at(request_.animation.time.value_or(0));
-    view_ = scene_->view(*posed_, request_.camera);
-    capture_.clip = clipVolume(request_.clip, *posed_);
-}
-
-void SceneSheet::makeRenderer() {
-    {
-        const StageTimer timer(content_.result.milliseconds, "context");
-        context_ = openContext(request_.device, console_);
-    }
-    renderer_ = std::make_unique<Renderer>(*context_, *posed_);
-    content_.result.renderer = context_->device().renderer;
-    content_.result.backend = context_->device().backend;
+void SceneSheet::openScene() {
+    const OpenedScene& scene = job_.openScene();
+    job_.checkOutputs({request_.output});
+    const PosedScene posed = job_.pose();
+    view_ = scene.view(posed, request_.camera);
+    capture_.clip = clipVolume(request_.clip, posed);
+    content_.result.settings_hash =
+        job_.settingsHash(capture_, nlohmann::json::object(), view_.crop);
+    renderer_ = &job_.openRenderer(posed);
 }
 
 /// Blending without a limit stands beside the composite of everything, and of colours only.
@@ -104,7 +87,8 @@ void SceneSheet::showLayers() {
     Sink& sink = unsorted ? static_cast<Sink&>(keeper) : cells;
     sink.begin(plan);
     {
-        ProgressReport progress(console_, progress_, {"render", unsorted ? 0.6 : 1});
+        ProgressReport progress(console_, request_.report.shownProgress(),
+                                {"render", unsorted ? 0.6 : 1});
         tellPlan(plan,
                  renderer_->capture(sink, [&](double share) { progress.update(share); }).passes);
     }
@@ -116,7 +100,7 @@ void SceneSheet::showLayers() {
         cell.label = "unsorted";
         content_.cells.insert(content_.cells.begin() + 1, std::move(cell));
     }
-    add(content_.result.milliseconds, cells.times());
+    add(job_.times(), cells.times());
 }
 
 void SceneSheet::compareMethods() {
@@ -147,31 +131,31 @@ SheetCell SceneSheet::capture(const MethodInfo& method, bool exact) {
     const auto cells = static_cast<double>(content_.cells.size() + 1);
     const bool last = request_.methods != SheetMethods::kAll;
     const auto all = static_cast<double>(peelMethods().size() - content_.omitted);
-    ProgressReport progress(console_, progress_,
+    ProgressReport progress(console_, request_.report.shownProgress(),
                             {std::string(method.name), last ? 1 : cells / all});
     SheetCell result = captureMethod(*renderer_, view_, settings, method, cell, sink,
                                      [&](double share) { progress.update(share); });
-    add(content_.result.milliseconds, cell.times());
+    add(job_.times(), cell.times());
     return result;
 }
 
 }  // namespace
 
-SheetContent sheetOfScene(const SheetRequest& request, ProgressStyle progress, Console& console) {
-    return SceneSheet(request, progress, console).make();
+SheetContent sheetOfScene(const SheetRequest& request, CaptureJob& job, Console& console) {
+    return SceneSheet(request, job, console).make();
 }
 
-SheetContent sheetOfFile(const SheetRequest& request, ProgressStyle progress, Console& console) {
+SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Console& console) {
     SheetContent content;
     PictureResult& result = content.result;
     const std::uint32_t limit = request.capture.max_layers;
-    const std::unique_ptr<LayeredInput> reader = openLayered(request.input.file.string());
+    const std::unique_ptr<LayeredInput> reader = openLayered(request.scene.file.string());
     Plan plan = reader->info().plan;
     if (limit != 0 && limit < plan.layers.size()) plan.layers.resize(limit);
     SheetCells cells(request.cells);
     cells.begin(plan);
-    ProgressReport report(console, progress, "sheet");
-    forEachBand(*reader, limit, result.milliseconds, report, [&](LayeredImage& band) {
+    ProgressReport progress(console, request.report.shownProgress(), "sheet");
+    forEachBand(*reader, limit, job.times(), progress, [&](LayeredImage& band) {
         result.fragments_stored += band.fragments();
         cells.write(std::move(band));
     });
@@ -183,7 +167,7 @@ SheetContent sheetOfFile(const SheetRequest& request, ProgressStyle progress, Co
     result.method = reader->info().provenance.method;
     result.settings_hash = reader->info().provenance.settings_hash;
     result.renderer = reader->info().provenance.renderer;
-    add(result.milliseconds, cells.times());
+    add(job.times(), cells.times());
     return content;
 }
 
