@@ -48,7 +48,7 @@ class Bake {
         nameOutputs();
         gather();
         write();
-        tell();
+        report();
     }
 
   private:
@@ -66,7 +66,7 @@ class Bake {
     void writeVertices();
     void writeTextures();
     std::string materialName(int material) const;
-    void tell();
+    void report();
 
     const Scene& scene() const { return scene_->scene(); }
     const Receivers& receivers() const {
@@ -87,7 +87,7 @@ class Bake {
 
 std::vector<fs::path> Bake::inputs() const {
     std::vector<fs::path> files{options_.scene.file};
-    if (options_.look.environment) files.push_back(*options_.look.environment);
+    if (options_.appearance.environment) files.push_back(*options_.appearance.environment);
     return files;
 }
 
@@ -106,7 +106,7 @@ std::vector<fs::path> Bake::checkFiles(std::span<const int> materials) const {
 }
 
 void Bake::checkOptions() {
-    checkBakeOptions(options_.bake, options_.look);
+    checkBakeOptions(options_.bake, options_.appearance);
     job_.checkOptions();
     checkFiles({});
     capture_ = options_.capture;
@@ -202,7 +202,8 @@ void Bake::write() {
 /// Viewers open a file with its default scene and in no variant.
 void Bake::showWhatWasBaked(GltfPackage& package) const {
     if (options_.scene.scene) setDefaultScene(package, scene_->index());
-    if (const auto variant = chosenVariant(scene(), options_.look)) setVariant(package, *variant);
+    if (const auto variant = chosenVariant(scene(), options_.appearance))
+        setVariant(package, *variant);
 }
 
 void Bake::writePackage(GltfPackage& package) const {
@@ -255,7 +256,7 @@ void Bake::writeTextures() {
     writePackage(package);
 }
 
-void Bake::tell() {
+void Bake::report() {
     RunResult result;
     job_.finish(result);
     // Of the result alone: what is baked has never had the attribute, and keeps its bytes.
@@ -286,7 +287,7 @@ void Bake::tell() {
                                          {"texelsCovered", atlas.covered},
                                          {"texelsShared", atlas.shared}});
     }
-    tellResult(options_.report, toJson(result, found), lines, console_);
+    reportResult(options_.report, toJson(result, found), lines, console_);
 }
 
 constexpr const char* kBakeFooter =
@@ -306,7 +307,7 @@ VerbAction declareBake(VerbOptions& verb) {
     addSceneArgument(verb, *options);
     addBakeOptions(verb, options->bake);
     addShownOptions(verb, *options);
-    addBakedLookOptions(verb, options->look);
+    addBakedAppearanceOptions(verb, options->appearance);
     addRunOptions(verb, *options, "rays are traced in bands that fit; receivers come on top");
     verb.footer(kBakeFooter);
     return [options](Console& console) {

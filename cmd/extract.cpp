@@ -67,7 +67,7 @@ class Extract {
             count();
             extract();
         }
-        tell();
+        report();
     }
 
   private:
@@ -78,7 +78,7 @@ class Extract {
     void count();
     void extract();
     void addProducts();
-    void tell();
+    void report();
 
     bool writesLayers() const { return !options_.output.path.empty(); }
     bool writesExrLayers() const {
@@ -149,8 +149,8 @@ void Extract::checkOptions() const {
         throw Error(ErrorKind::kUsage, "layers are chosen by number or from the front",
                     "--layer, --layers", "leave one of them out");
     }
-    const OutputFlags& look = options_.output;
-    if (!writesLayers() && (look.background || look.exposure || look.tone_map)) {
+    const OutputFlags& output = options_.output;
+    if (!writesLayers() && (output.background || output.exposure || output.tone_map)) {
         throw Error(ErrorKind::kUsage, "no picture of a layer is written",
                     "--background, --exposure, --tone-map", "leave it out, or add --output");
     }
@@ -283,7 +283,7 @@ void Extract::extract() {
     }
 }
 
-void Extract::tell() {
+void Extract::report() {
     result_.inputs = {options_.input};
     result_.settings_hash = provenance_.settings_hash;
     result_.renderer = provenance_.renderer;
@@ -315,7 +315,7 @@ void Extract::tell() {
     found["layers"] = chosen_.layers.size();
     found["fragments"] = products_.empty() ? Json() : Json(fragments_);
     found["mostFragments"] = counts_ ? Json(counts_->largest()) : Json();
-    tellResult(options_.report, toJson(result_, found), lines, console_);
+    reportResult(options_.report, toJson(result_, found), lines, console_);
 }
 
 /// The grammar of frames, but for the sign.

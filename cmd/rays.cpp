@@ -66,7 +66,7 @@ class Rays {
         openRenderer();
         count();
         trace();
-        tell();
+        report();
         if (failed_) parity_->fail();
     }
 
@@ -82,7 +82,7 @@ class Rays {
     void openRenderer();
     void count();
     void trace();
-    void tell();
+    void report();
 
     const Solids& solids() {
         if (!solids_) solids_ = std::make_unique<Solids>(*posed_);
@@ -261,7 +261,7 @@ void Rays::trace() {
         if (!failed_ || output.get() == parity_) output->finish();
 }
 
-void Rays::tell() {
+void Rays::report() {
     RunResult result;
     job_.finish(result);
     // Of the result alone: the files of rays have never had the attribute, and keep their bytes.
@@ -289,8 +289,8 @@ void Rays::tell() {
         capture_.hit_mode == HitMode::kRaw ? Json() : Json(largest_correction_);
     for (const auto& output : outputs_)
         output->tell(found);
-    tellResult(options_.report, toJson(result, found), line + ", " + totalText(result.milliseconds),
-               console_);
+    reportResult(options_.report, toJson(result, found),
+                 line + ", " + totalText(result.milliseconds), console_);
 }
 
 }  // namespace

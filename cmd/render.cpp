@@ -33,7 +33,7 @@ struct Picture {
     Plan plan{};
     PictureResult result{};
     std::unique_ptr<Sink> writer{};
-    BackgroundSink* behind = nullptr;  ///< the writer, if it goes on by itself
+    BackgroundSink* background = nullptr;  ///< the writer, if it goes on by itself
 };
 
 /// The run of one request. Scene, shaders and context are there once for all pictures, and a
@@ -58,14 +58,14 @@ class Render {
                 writeIdManifest(*options_.channels.manifest, idNames(request_.scene()));
         } catch (...) {
             const Error error = currentError();
-            // The frames that are there should be known, whatever becomes of telling it.
-            const int told = runReported(console_, [&] {
-                if (!results_.empty()) results_.tell();
+            // The frames that are there should be known, whatever becomes of the report.
+            const int reported = runReported(console_, [&] {
+                if (!results_.empty()) results_.report();
                 return 0;
             });
-            return std::max({reportError(console_, error), results_.worst(), told});
+            return std::max({reportError(console_, error), results_.worst(), reported});
         }
-        results_.tell();
+        results_.report();
         return results_.worst();
     }
 
@@ -77,17 +77,17 @@ class Render {
     void capture(Picture& picture);
     void plan(Picture& picture);
     void makeWriter(Picture& picture);
-    void settle() { settle(options_.sequence.keep_going); }
-    void settle(bool keep_going);
-    void tell(Picture& picture);
-    void tellSkipped(Picture& picture);
+    void endPending() { endPending(options_.sequence.keep_going); }
+    void endPending(bool keep_going);
+    void report(Picture& picture);
+    void reportSkipped(Picture& picture);
     Progress progressOf(const Picture& picture);
 
     const RenderOptions& options_;
     Console& console_;
     CaptureJob job_;
     RenderRequest request_;
-    std::optional<Picture> written_;  // captured, and perhaps still being written
+    std::optional<Picture> pending_;  // captured, and perhaps still being written
     SequenceResults results_;
     std::optional<ProgressReport> progress_;
 };
@@ -99,10 +99,10 @@ void Render::renderAll() {
             render(i);
     } catch (...) {
         const Error error = currentError();
-        settle(true);  // the picture before is none the worse for it
+        endPending(true);  // the picture before is none the worse for it
         throw error;
     }
-    settle();
+    endPending();
     progress_->update(1);
     progress_.reset();
 }
@@ -118,15 +118,15 @@ void Render::render(std::size_t index) {
         const bool of_all = error.kind() == ErrorKind::kUsage ||
                             (error.kind() == ErrorKind::kDevice && !job_.hasContext());
         if (!options_.sequence.keep_going || of_all) throw error;
-        settle();
+        endPending();
         results_.addFailure(request_.outputFile(index), request_.frame(index), error);
         job_.closeRenderer();  // whatever state it was left in
         job_.takeTimes();      // of no picture
         return;
     }
-    settle();
-    written_ = std::move(picture);
-    if (!written_->behind) settle();
+    endPending();
+    pending_ = std::move(picture);
+    if (!pending_->background) endPending();
 }
 
 /// Captures a picture and begins to write it; false if its file was there already.
@@ -136,9 +136,9 @@ bool Render::make(Picture& picture, std::size_t index) {
         progress_->status("frame " + std::to_string(*picture.asked.frame) + ", " +
                           std::to_string(index + 1) + " of " + std::to_string(request_.pictures()));
     }
-    if (options_.sequence.skip_existing && request_.isThere(picture.asked)) {
-        settle();
-        tellSkipped(picture);
+    if (options_.sequence.skip_existing && request_.isUpToDate(picture.asked)) {
+        endPending();
+        reportSkipped(picture);
         return false;
     }
     if (options_.output.no_clobber) checkTarget(picture.asked.output, {});
@@ -186,7 +186,7 @@ void Render::capture(Picture& picture) {
 void Render::plan(Picture& picture) {
     const CaptureSettings& capture = picture.asked.capture;
     // Two pictures at once only where there is plenty of room for both.
-    if (written_ && capture.memory != 0 && residentBytes() > capture.memory / 4) settle();
+    if (pending_ && capture.memory != 0 && residentBytes() > capture.memory / 4) endPending();
     picture.plan = job_.renderer()->plan(picture.asked.view, capture, progressOf(picture));
     const Plan& plan = picture.plan;
     if (!options_.strict || plan.complete()) return;
@@ -206,9 +206,9 @@ void Render::makeWriter(Picture& picture) {
     if (options_.fxaa)
         picture.writer = std::make_unique<FxaaFilter>(std::move(picture.writer), output.background);
     if (request_.pictures() > 1 && threadCount() > 1) {
-        auto behind = std::make_unique<BackgroundSink>(std::move(picture.writer));
-        picture.behind = behind.get();
-        picture.writer = std::move(behind);
+        auto background = std::make_unique<BackgroundSink>(std::move(picture.writer));
+        picture.background = background.get();
+        picture.writer = std::move(background);
     }
     picture.writer->begin(picture.plan);
 }
@@ -223,23 +223,23 @@ Progress Render::progressOf(const Picture& picture) {
 
 /// Ends the picture that was captured last, if it has not been ended. Its failure is thrown, or
 /// listed if the run goes on.
-void Render::settle(bool keep_going) {
-    if (!written_) return;
-    Picture picture = std::move(*written_);
-    written_.reset();
+void Render::endPending(bool keep_going) {
+    if (!pending_) return;
+    Picture picture = std::move(*pending_);
+    pending_.reset();
     try {
-        if (picture.behind) picture.behind->wait();
-        tell(picture);
+        if (picture.background) picture.background->wait();
+        report(picture);
     } catch (...) {
         if (!keep_going) throw;
         results_.addFailure(picture.asked.output.path, picture.asked.frame, currentError());
     }
 }
 
-void Render::tell(Picture& picture) {
+void Render::report(Picture& picture) {
     const PictureRequest& asked = picture.asked;
     PictureResult& result = picture.result;
-    const auto end = picture.behind ? picture.behind->finishedAt() : Clock::now();
+    const auto end = picture.background ? picture.background->finishedAt() : Clock::now();
     add(result.milliseconds, picture.writer->times());
     result.milliseconds["total"] =
         std::chrono::duration<double, std::milli>(end - picture.start).count();
@@ -248,7 +248,7 @@ void Render::tell(Picture& picture) {
     results_.add(result);
 }
 
-void Render::tellSkipped(Picture& picture) {
+void Render::reportSkipped(Picture& picture) {
     picture.result.bytes = fileBytes(picture.result.output);
     picture.result.skipped = true;
     results_.add(picture.result);

@@ -57,7 +57,7 @@ class Sheet {
         checkOptions();
         makeCells();
         writeSheet();
-        tell();
+        report();
     }
 
   private:
@@ -65,7 +65,7 @@ class Sheet {
     void makeCells();
     void refuseSceneOptions() const;
     void writeSheet();
-    void tell();
+    void report();
 
     const SheetOptions& options_;
     Console& console_;
@@ -76,7 +76,7 @@ class Sheet {
 void Sheet::checkOptions() {
     const SheetRequest& request = options_.request;
     std::vector<fs::path> files{request.scene.file};
-    if (request.look.environment) files.push_back(*request.look.environment);
+    if (request.appearance.environment) files.push_back(*request.appearance.environment);
     checkOutput(options_.output, files);
     const OutputFormat& format = findOutputFormat(options_.output.path.string(), "composite");
     if (format.extensions.front() == ".exr") {
@@ -128,16 +128,16 @@ void Sheet::refuseSceneOptions() const {
 }
 
 void Sheet::writeSheet() {
-    SheetLook look;
-    look.columns = options_.columns;
-    look.background = options_.output.background;
+    SheetStyle style;
+    style.columns = options_.columns;
+    style.background = options_.output.background;
     // Grey means depth there, so what is behind it is not grey.
     constexpr std::array<float, 4> kBehindDepth{0.42F, 0.55F, 0.74F, 1};
-    if (options_.request.cells.show == SheetShow::kDepth && !look.background)
-        look.background = kBehindDepth;
-    look.exposure = static_cast<float>(options_.output.exposure.value_or(0));
-    look.tone_map = options_.output.tone_map.value_or(look.tone_map);
-    const CompositeImage page = layOut(content_.cells, look);
+    if (options_.request.cells.show == SheetShow::kDepth && !style.background)
+        style.background = kBehindDepth;
+    style.exposure = static_cast<float>(options_.output.exposure.value_or(0));
+    style.tone_map = options_.output.tone_map.value_or(style.tone_map);
+    const CompositeImage page = layOut(content_.cells, style);
     content_.result.width = page.window.width();
     content_.result.height = page.window.height();
     const StageTimer timer(job_.times(), "encode");
@@ -146,7 +146,7 @@ void Sheet::writeSheet() {
     writePicture(options_.output.path.string(), page, output);
 }
 
-void Sheet::tell() {
+void Sheet::report() {
     job_.finish(content_.result);
     content_.result.setFile(options_.output.path);
     Json found = findingsOf(content_.result);
@@ -167,8 +167,8 @@ void Sheet::tell() {
                       " left out; --cells " +
                       std::to_string(content_.omitted + content_.cells.size()) + " shows all");
     }
-    tellResult(options_.request.report, toJson(content_.result, found), summary(content_.result),
-               console_);
+    reportResult(options_.request.report, toJson(content_.result, found), summary(content_.result),
+                 console_);
 }
 
 void addCellOptions(VerbOptions& verb, SheetOptions& options) {
@@ -244,7 +244,7 @@ VerbAction declareSheet(VerbOptions& verb) {
     addLayerOptions(verb, options->request.capture);
     addClipOptions(verb, options->request.clip);
     addLightOptions(verb, options->request.capture, options->shadow_size);
-    addLookOptions(verb, options->request.look);
+    addAppearanceOptions(verb, options->request.appearance);
     addRunOptions(verb, options->request);
     verb.footer(kSheetFooter);
     return [options, verb](Console& console) {

@@ -137,7 +137,7 @@ void addBakeOptions(VerbOptions& verb, BakeOptions& options) {
         .group("Baking");
 }
 
-void checkBakeOptions(const BakeOptions& options, const LookOptions& look) {
+void checkBakeOptions(const BakeOptions& options, const AppearanceOptions& appearance) {
     const BakeFile file = options.file();
     const std::string path = options.output.string();
     if (file != BakeFile::kPng && hasFrameToken(path))
@@ -163,7 +163,7 @@ void checkBakeOptions(const BakeOptions& options, const LookOptions& look) {
     if (options.settings.quantity == BakeQuantity::kIrradiance) return;
     if (options.bounces)
         refuse("only light bounces", "--bounces", "leave it out, or add --quantity irradiance");
-    if (look.environment)
+    if (appearance.environment)
         refuse("no light is asked for", "--environment",
                "leave it out, or add --quantity irradiance");
 }

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "cmd/cli/choices.h"
-#include "cmd/options/look_options.h"
+#include "cmd/options/appearance_options.h"
 #include "core/bake/bake.h"
 #include "core/bake/receivers.h"
 #include "core/capture/capture_settings.h"
@@ -53,7 +53,7 @@ struct BakeOptions {
 void addBakeOptions(VerbOptions& verb, BakeOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
-void checkBakeOptions(const BakeOptions& options, const LookOptions& look);
+void checkBakeOptions(const BakeOptions& options, const AppearanceOptions& appearance);
 
 /// "vertices"
 std::string_view targetName(BakeTarget target);

@@ -30,14 +30,14 @@ double spent(const StageTimes& times, const std::string& stage) {
 
 Json stagesJson(const StageTimes& times) {
     Json json;
-    const auto tell = [&](const std::string& stage) {
+    const auto report = [&](const std::string& stage) {
         json[stage] = std::round(spent(times, stage) * 1e3) / 1e3;
     };
     for (const char* stage : kStages)
-        tell(stage);
+        report(stage);
     for (const auto& [stage, milliseconds] : times)
-        if (stage != kTotal) tell(stage);
-    tell(kTotal);
+        if (stage != kTotal) report(stage);
+    report(kTotal);
     return json;
 }
 
@@ -177,15 +177,15 @@ std::string totalText(const StageTimes& milliseconds) {
            " ms";
 }
 
-void tellResult(const ReportOptions& options, const Json& json, const std::string& lines,
-                Console& console) {
+void reportResult(const ReportOptions& options, const Json& json, const std::string& lines,
+                  Console& console) {
     if (options.file) writeReport(*options.file, json);
     if (!lines.empty()) console.note(lines);
     if (options.json) console.result(jsonText(json));
 }
 
-void tellResult(const ReportOptions& options, const PictureResult& result, Console& console) {
-    tellResult(options, toJson(result), summary(result), console);
+void reportResult(const ReportOptions& options, const PictureResult& result, Console& console) {
+    reportResult(options, toJson(result), summary(result), console);
 }
 
 std::string jsonText(const Json& json) {

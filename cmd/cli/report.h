@@ -18,10 +18,10 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// What is told as JSON: keys stay in the order in which they are set.
+/// What is reported as JSON: keys stay in the order in which they are set.
 using Json = nlohmann::ordered_json;
 
-/// Where a command tells its result and its progress.
+/// Where a command reports its result and its progress.
 struct ReportOptions {
     bool json = false;
     bool quiet = false;
@@ -42,7 +42,7 @@ struct WrittenFile {
     std::string kind{};  ///< for verbs that write several
 };
 
-/// What every verb tells of a run that reads something and writes something made of it.
+/// What every verb reports of a run that reads something and writes something made of it.
 struct RunResult {
     std::vector<std::filesystem::path> inputs{};  ///< the scene, or images
     /// As it was asked for; "" = nothing was written, or under several names.
@@ -100,13 +100,13 @@ std::string summary(const PictureResult& result);
 /// Milliseconds from the beginning to the end, rounded and grouped: "812 ms".
 std::string totalText(const StageTimes& milliseconds);
 
-/// Tells a result as it was asked for: in the report's file, as lines on stderr and as JSON on
+/// Reports a result as it was asked for: in the report's file, as lines on stderr and as JSON on
 /// stdout. Throws Error (kOutput).
-void tellResult(const ReportOptions& options, const Json& json, const std::string& lines,
-                Console& console);
+void reportResult(const ReportOptions& options, const Json& json, const std::string& lines,
+                  Console& console);
 
 /// The same of a picture, with its summary.
-void tellResult(const ReportOptions& options, const PictureResult& result, Console& console);
+void reportResult(const ReportOptions& options, const PictureResult& result, Console& console);
 
 /// The text that --json prints and --report stores: indented, a newline at the end; bytes that are
 /// not UTF-8 (file names) replaced.

@@ -48,7 +48,7 @@ void addFrameOptions(VerbOptions& verb, AnimationOptions& options) {
         .group(kAnimationGroup);
     addValue(
         verb, "--chunk", "I/N", options.chunk,
-        [](const std::string& text) { return parseShare(text); },
+        [](const std::string& text) { return parseShard(text); },
         "of these frames the I-th of N runs of the same length, so that N processes share them: "
         "1/N to N/N")
         .group(kAnimationGroup);
@@ -99,7 +99,7 @@ std::vector<Moment> momentsOf(const AnimationOptions& options) {
         return {{0, time, time + 1 / fps, 0, fps}};
     }
     std::vector<Moment> moments;
-    const auto [first, end] = options.chunk.value_or(Share()).of(options.frames->size());
+    const auto [first, end] = options.chunk.value_or(Shard()).of(options.frames->size());
     for (std::size_t i = first; i < end; ++i) {
         const int frame = (*options.frames)[i];
         moments.push_back({frame, frame / fps, (frame + 1.0) / fps, fps, fps});

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cmd/options/share.h"
+#include "cmd/cli/parse.h"
 #include "core/scene/scene.h"
 
 namespace peeler::cmd {
@@ -17,7 +17,7 @@ struct AnimationOptions {
     std::optional<std::string> animation;    ///< name, index or "all"
     std::optional<double> time;              ///< seconds
     std::optional<std::vector<int>> frames;  ///< at least one
-    std::optional<Share> chunk;              ///< of the frames
+    std::optional<Shard> chunk;              ///< of the frames
     std::optional<double> fps;
 };
 

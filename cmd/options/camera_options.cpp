@@ -148,7 +148,7 @@ void setDepthRange(View& view, const CameraOptions& options, const Bounds& bound
                 asked ? "--near, --far" : "camera " + view.camera_name, "give --near and --far");
 }
 
-Window tileOf(const Window& whole, const Share& tile) {
+Window tileOf(const Window& whole, const Shard& tile) {
     const auto [first, end] = tile.of(static_cast<std::size_t>(whole.height()));
     if (first == end) {
         throw Error(ErrorKind::kUsage,
@@ -232,7 +232,7 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options) {
         .group("Picture");
     addValue(
         verb, "--tile", "I/N", options.tile,
-        [](const std::string& value) { return parseShare(value); },
+        [](const std::string& value) { return parseShard(value); },
         "of the picture (or the crop) the I-th of N strips of rows, from 1/N at the top to N/N; "
         "peeler merge puts them together")
         .group("Picture");

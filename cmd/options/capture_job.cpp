@@ -75,7 +75,7 @@ std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture
 }
 
 OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
-    : scene_(loadScene(options.scene.file, options.scene.gltf, options.look,
+    : scene_(loadScene(options.scene.file, options.scene.gltf, options.appearance,
                        options.capture.shadows)) {
     for (const std::string& warning : scene_.warnings)
         console.warning(warning);
@@ -104,7 +104,7 @@ CaptureJob::CaptureJob(const CaptureJobOptions& options, Console& console)
 
 void CaptureJob::checkOptions() const {
     checkAnimationOptions(options_.animation);
-    checkLookOptions(options_.look);
+    checkAppearanceOptions(options_.appearance);
     setThreads(options_.threads);
 }
 
@@ -144,7 +144,7 @@ StageTimes CaptureJob::takeTimes() {
 
 std::string CaptureJob::settingsHash(const CaptureSettings& capture, nlohmann::json more,
                                      const Window& crop, double frames_per_second) const {
-    more.update(lookSettings(options_.look, scene_->scene()));
+    more.update(appearanceSettings(options_.appearance, scene_->scene()));
     const ShownScene shown{scene_->index(),        scene_->animations(), options_.scene.include,
                            options_.scene.exclude, frames_per_second,    crop};
     return cmd::settingsHash(shown, capture, more);

@@ -14,9 +14,9 @@
 #include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/animation_options.h"
+#include "cmd/options/appearance_options.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_options.h"
-#include "cmd/options/look_options.h"
 #include "cmd/options/scene_options.h"
 #include "core/capture/renderer.h"
 #include "core/scene/posed_scene.h"
@@ -27,7 +27,7 @@ namespace peeler::cmd {
 struct CaptureJobOptions {
     SceneOptions scene;
     AnimationOptions animation;
-    LookOptions look;
+    AppearanceOptions appearance;
     CaptureSettings capture;  ///< as declared
     gl::ContextRequest device;
     int threads = 0;
@@ -58,7 +58,7 @@ struct ShownScene {
 /// (peeler:cameraJson) have the same layers. What the header says in full is left out, so that the
 /// tiles of a picture and the frames of a sequence share a hash: camera, size, crop and time; and
 /// so is what changes nothing: threads, memory, backend, and which of the exact methods it is.
-/// `more`: an object of what else there is, such as lookSettings().
+/// `more`: an object of what else there is, such as appearanceSettings().
 std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture,
                          const nlohmann::json& more = nlohmann::json::object());
 

@@ -20,7 +20,6 @@ struct ChannelOptions {
     std::optional<std::filesystem::path> manifest{};
 
     bool wants(Channel channel) const;
-    bool any() const { return !channels.empty() || cryptomatte || manifest; }
 };
 
 /// Declares --channels, --cryptomatte and --manifest.

@@ -157,7 +157,7 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
         parity_help)
         .group("Inside");
     addShownOptions(verb, options);
-    addVariantOption(verb, options.look);
+    addVariantOption(verb, options.appearance);
     addRunOptions(verb, options, "rays are traced in bands that fit");
     verb.footer(kRaysFooter);
 }

@@ -18,7 +18,7 @@ namespace peeler::cmd {
 /// What becomes of solids that rays enter and do not leave.
 enum class ParityUse : std::uint8_t { kReport, kFail };
 
-/// Of `look` the variant alone.
+/// Of `appearance` the variant alone.
 struct RaysOptions : CaptureJobOptions {
     BundleOptions bundles;
     bool refine = true;

@@ -78,7 +78,7 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addChannelOptions(verb, options.channels);
     addClipOptions(verb, options.clip);
     addLightOptions(verb, options.capture, options.shadow_size);
-    addLookOptions(verb, options.look);
+    addAppearanceOptions(verb, options.appearance);
     addRunOptions(verb, options);
     addSequenceOptions(verb, options.sequence);
     verb.addFlag("--strict", options.strict,

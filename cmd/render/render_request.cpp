@@ -37,7 +37,7 @@ RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job)
 void RenderRequest::checkFiles() const {
     checkFormat(options_.output);
     std::vector<fs::path> inputs{options_.scene.file};
-    if (options_.look.environment) inputs.push_back(*options_.look.environment);
+    if (options_.appearance.environment) inputs.push_back(*options_.appearance.environment);
     std::vector<fs::path> others = inputs;
     for (std::size_t i = 0; i < moments_.size(); ++i) {
         OutputFlags output = outputOf(i);
@@ -134,7 +134,7 @@ OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const 
     return output;
 }
 
-bool RenderRequest::isThere(const PictureRequest& picture) const {
+bool RenderRequest::isUpToDate(const PictureRequest& picture) const {
     const CaptureSettings& capture = picture.capture;
     if (options_.strict && (capture.max_layers != 0 || capture.occlusion_ratio > 0)) return false;
     return outputHashOf(picture.output.path.string()) == picture.provenance.output_hash;
@@ -147,7 +147,7 @@ nlohmann::ordered_json RenderRequest::plan() const {
     for (std::size_t i = 0; i < moments_.size(); ++i) {
         const PictureRequest asked = picture(i);
         const Window& crop = asked.view.crop;
-        const bool there = isThere(asked);
+        const bool up_to_date = isUpToDate(asked);
         nlohmann::ordered_json entry;
         entry["output"] = asked.output.path.string();
         if (asked.frame) entry["frame"] = *asked.frame;
@@ -161,10 +161,10 @@ nlohmann::ordered_json RenderRequest::plan() const {
         entry["outputHash"] = asked.provenance.output_hash;
         const bool exists = fs::exists(asked.output.path);
         entry["exists"] = exists;
-        entry["upToDate"] = there;
-        entry["action"] = there && options_.sequence.skip_existing ? "skip"
-                          : exists && options_.output.no_clobber   ? "refuse"
-                                                                   : "render";
+        entry["upToDate"] = up_to_date;
+        entry["action"] = up_to_date && options_.sequence.skip_existing ? "skip"
+                          : exists && options_.output.no_clobber        ? "refuse"
+                                                                        : "render";
         json["pictures"].push_back(std::move(entry));
     }
     return json;

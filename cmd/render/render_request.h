@@ -46,7 +46,7 @@ class RenderRequest {
     OutputOptions writerOptions(const PictureRequest& picture) const;
     /// Whether its file is there, whole, and made of the same request. Never under --strict if it
     /// may be incomplete: that is found out by counting.
-    bool isThere(const PictureRequest& picture) const;
+    bool isUpToDate(const PictureRequest& picture) const;
 
     /// What would be done, for --dry-run.
     nlohmann::ordered_json plan() const;

@@ -11,7 +11,7 @@ void SequenceResults::add(const PictureResult& result) {
     if (sequence_)
         console_.note(summary(result));
     else
-        tellResult(flags_, result, console_);
+        reportResult(flags_, result, console_);
     finished_.push_back(result);
 }
 
@@ -31,7 +31,7 @@ void SequenceResults::addFailure(const std::filesystem::path& output, std::optio
     failed_.push_back(std::move(json));
 }
 
-void SequenceResults::tell() const {
+void SequenceResults::report() const {
     if (!sequence_) return;
     nlohmann::ordered_json json;
     json["frames"] = nlohmann::ordered_json::array();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What became of the pictures of a run: told as each ends, and together at the end.
+// What became of the pictures of a run: reported as each ends, and together at the end.
 #pragma once
 
 #include <filesystem>
@@ -28,8 +28,8 @@ class SequenceResults {
     bool empty() const { return finished_.empty() && failed_.empty(); }
     int worst() const { return worst_; }  ///< exit code
     /// The results of a sequence as asked for: {"frames": [one result a frame]} and, if there are
-    /// any, "failed". (A lone picture's are told when it ends.)
-    void tell() const;
+    /// any, "failed". (A lone picture's are reported when it ends.)
+    void report() const;
 
   private:
     const ReportOptions& flags_;

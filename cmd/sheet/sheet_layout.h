@@ -12,7 +12,7 @@
 
 namespace peeler::cmd {
 
-struct SheetLook {
+struct SheetStyle {
     int columns = 0;                                 ///< 0 = as many as rows, or one more
     std::optional<std::array<float, 4>> background;  ///< straight linear; none = a checkerboard
     float exposure = 0;                              ///< stops; of the cells
@@ -21,7 +21,7 @@ struct SheetLook {
 
 /// The page: linear, opaque, window from (0, 0). The cells are of one size. Throws Error (kUsage)
 /// if it would be larger than a picture may be.
-CompositeImage layOut(const std::vector<SheetCell>& cells, const SheetLook& look);
+CompositeImage layOut(const std::vector<SheetCell>& cells, const SheetStyle& style);
 
 // Labels without a font file: machines of a farm have none.
 

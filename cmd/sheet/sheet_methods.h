@@ -54,7 +54,7 @@ class CompositeCell : public Sink {
 };
 
 /// Captures the composite of one method and hands it to `sink`, which is the cell or ends in it.
-/// The labels tell its name, its geometry passes and its error.
+/// The labels say its name, its geometry passes and its error.
 SheetCell captureMethod(Renderer& renderer, const View& view, CaptureSettings settings,
                         const MethodInfo& method, CompositeCell& cell, Sink& sink,
                         const Progress& progress);

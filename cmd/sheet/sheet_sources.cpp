@@ -37,7 +37,7 @@ class SceneSheet {
     void compareMethods();
     void showLayers();
     bool showsUnsorted() const;
-    void tellPlan(const Plan& plan, int passes);
+    void describePlan(const Plan& plan, int passes);
     SheetCell capture(const MethodInfo& method, bool exact);
 
     const SheetRequest& request_;
@@ -68,7 +68,7 @@ bool SceneSheet::showsUnsorted() const {
            !request_.cells.progression && request_.cells.most_cells > 1;
 }
 
-void SceneSheet::tellPlan(const Plan& plan, int passes) {
+void SceneSheet::describePlan(const Plan& plan, int passes) {
     PictureResult& result = content_.result;
     result.layers = plan.layers.size();
     result.fragments_counted = plan.fragments_counted;
@@ -89,8 +89,8 @@ void SceneSheet::showLayers() {
     {
         ProgressReport progress(console_, request_.report.shownProgress(),
                                 {"render", unsorted ? 0.6 : 1});
-        tellPlan(plan,
-                 renderer_->capture(sink, [&](double share) { progress.update(share); }).passes);
+        describePlan(
+            plan, renderer_->capture(sink, [&](double share) { progress.update(share); }).passes);
     }
     sink.finish();
     content_.cells = std::move(cells.cells());
@@ -113,7 +113,7 @@ void SceneSheet::compareMethods() {
         if (!first) continue;
         CaptureSettings settings = capture_;
         settings.method = method.name;
-        tellPlan(renderer_->plan(view_, settings), content_.cells.back().passes);
+        describePlan(renderer_->plan(view_, settings), content_.cells.back().passes);
         content_.result.method = method.name;
     }
 }
