@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "cmd/bake/bake_options.h"
-#include "cmd/bake/bake_values.h"
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"

@@ -16,7 +16,6 @@
 #include <optional>
 
 #include "cmd/batch/batch_jobs.h"
-#include "cmd/batch/batch_report.h"
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/progress.h"

@@ -118,8 +118,7 @@ void Flatten::composite() {
 
 void Flatten::report() {
     result_.inputs = {options_.input};
-    result_.output = options_.output.path;
-    result_.bytes = fileBytes(options_.output.path);
+    result_.setFile(options_.output.path);
     describePicture(plan_, reader_->info().provenance, result_);
     reportResult(options_.report, result_, console_);
 }

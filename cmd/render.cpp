@@ -2,16 +2,17 @@
 // peeler render: from a scene to the layers of one picture, or of each frame of a sequence.
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "cmd/cli/errors.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/render/render_request.h"
-#include "cmd/render/sequence_results.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -25,6 +26,71 @@ namespace peeler::cmd {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+/// What became of the pictures of a run: reported as each ends, and together at the end.
+class SequenceResults {
+  public:
+    /// `sequence`: of frames; else there is one picture. Flags and console must outlive it.
+    SequenceResults(const ReportOptions& flags, bool sequence, Console& console)
+        : flags_(flags), sequence_(sequence), console_(console) {}
+
+    void add(const PictureResult& result);
+    /// Of a picture that the others go on without.
+    void addFailure(const std::filesystem::path& output, std::optional<int> frame,
+                    const Error& error);
+
+    bool empty() const { return finished_.empty() && failed_.empty(); }
+    int worst() const { return worst_; }  ///< exit code
+    /// The results of a sequence as asked for: {"frames": [one result a frame]} and, if there are
+    /// any, "failed". (A lone picture's are reported when it ends.)
+    void report() const;
+
+  private:
+    const ReportOptions& flags_;
+    bool sequence_;
+    Console& console_;
+    std::vector<PictureResult> finished_;
+    std::vector<nlohmann::ordered_json> failed_;
+    int worst_ = 0;
+};
+
+void SequenceResults::add(const PictureResult& result) {
+    if (sequence_)
+        console_.note(summary(result));
+    else
+        reportResult(flags_, result, console_);
+    finished_.push_back(result);
+}
+
+void SequenceResults::addFailure(const std::filesystem::path& output, std::optional<int> frame,
+                                 const Error& error) {
+    const std::string of = frame ? "frame " + std::to_string(*frame) + ": " : "";
+    const int code =
+        reportError(console_, Error(error.kind(), of + error.what(), error.where(), error.hint()));
+    worst_ = std::max(worst_, code);
+    nlohmann::ordered_json json;
+    if (frame) json["frame"] = *frame;
+    json["output"] = output.string();
+    json["exitCode"] = code;
+    json["error"] = error.what();
+    json["where"] = error.where();
+    json["hint"] = error.hint();
+    failed_.push_back(std::move(json));
+}
+
+void SequenceResults::report() const {
+    if (!sequence_) return;
+    nlohmann::ordered_json json;
+    json["frames"] = nlohmann::ordered_json::array();
+    for (const PictureResult& result : finished_)
+        json["frames"].push_back(toJson(result));
+    if (!failed_.empty()) json["failed"] = failed_;
+    if (flags_.file) writeReport(*flags_.file, json);
+    if (flags_.json) console_.result(jsonText(json));
+    if (failed_.empty()) return;
+    console_.error(std::to_string(failed_.size()) + " of " +
+                   countText(finished_.size() + failed_.size(), "frame") + " failed");
+}
 
 /// A picture in the making.
 struct Picture {

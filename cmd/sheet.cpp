@@ -11,7 +11,7 @@
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/output_options.h"
-#include "cmd/sheet/sheet_layout.h"
+#include "cmd/sheet/sheet_cells.h"
 #include "cmd/sheet/sheet_sources.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"

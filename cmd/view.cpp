@@ -321,8 +321,7 @@ void ViewRun::reprojectInto(Sink& writer, const View& view) {
 
 void ViewRun::report() {
     result_.inputs = {options_.input};
-    result_.output = options_.output.path;
-    result_.bytes = fileBytes(options_.output.path);
+    result_.setFile(options_.output.path);
     result_.layers = plan_.layers.size();
     result_.fragments_counted = plan_.fragments_counted;
     result_.fragments_stored = plan_.fragments_stored;

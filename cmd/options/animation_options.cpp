@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/options/animation_options.h"
+// Options of when a scene is shown, and the moments they make.
+#include "cmd/options/scene_options.h"
 
 #include <numeric>
 

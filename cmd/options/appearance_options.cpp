@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/options/appearance_options.h"
+// Options of variants, transmission and environments, and the scene they make.
+#include "cmd/options/scene_options.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -13,8 +13,6 @@
 
 #include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
-#include "cmd/options/animation_options.h"
-#include "cmd/options/appearance_options.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/options/scene_options.h"

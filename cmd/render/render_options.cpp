@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/render/render_options.h"
+// The options of peeler render, and what is captured for them.
+#include "cmd/render/render_request.h"
 
 #include "cmd/cli/arguments.h"
 #include "core/base/error.h"

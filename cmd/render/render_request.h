@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What peeler render is asked for, picture by picture: all that is known before there is a GL
-// context.
+// What peeler render is asked for: its options, and from them, picture by picture, all that is
+// known before there is a GL context.
 #pragma once
 
 #include <filesystem>
@@ -8,11 +8,67 @@
 #include <optional>
 #include <vector>
 
-#include "cmd/render/render_options.h"
+#include "cmd/options/camera_options.h"
+#include "cmd/options/capture_job.h"
+#include "cmd/options/capture_options.h"
+#include "cmd/options/output_options.h"
+#include "core/image/channels.h"
 #include "core/image/sink.h"
+#include "core/scene/scene.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
+
+class VerbOptions;
+
+/// What is stored of every fragment besides colour and Z, and how its ids are named.
+struct ChannelOptions {
+    std::vector<Channel> channels{};  ///< in the order of the table, each once
+    bool cryptomatte = false;
+    std::optional<std::filesystem::path> manifest{};
+
+    bool wants(Channel channel) const;
+};
+
+/// Declares --channels, --cryptomatte and --manifest.
+void addChannelOptions(VerbOptions& verb, ChannelOptions& options);
+
+/// What has to be captured: the channels, and ids for what needs them.
+std::vector<Channel> capturedChannels(const ChannelOptions& options);
+
+/// Throws Error (kUsage) if the output holds no channels, or no composite for Cryptomatte, or if a
+/// manifest would name ids that it has not.
+void checkChannelOptions(const ChannelOptions& options, const OutputFlags& output);
+
+/// Writes the manifest: {"object": [{"id", "name", "cryptomatte"}], "material": [likewise]}, the
+/// last being the hash in hexadecimal. Throws Error (kOutput).
+void writeIdManifest(const std::filesystem::path& path, const IdNames& names);
+
+/// How a run over many pictures meets what is there already, and what fails.
+struct SequenceOptions {
+    bool skip_existing = false;
+    bool keep_going = false;
+    bool dry_run = false;
+};
+
+/// All options; of `capture` see captureSettings().
+struct RenderOptions : CaptureJobOptions {
+    CameraOptions camera;
+    ChannelOptions channels;
+    ClipOptions clip;
+    std::optional<int> shadow_size;
+    bool strict = false;
+    bool fxaa = false;
+    OutputFlags output;
+    SequenceOptions sequence;
+};
+
+/// Declares all of them. `options` must outlive the parse.
+void addRenderOptions(VerbOptions& verb, RenderOptions& options);
+
+/// What to capture for the output that was asked for. Throws Error (kUsage) for what contradicts
+/// itself whatever the scene is.
+CaptureSettings captureSettings(const RenderOptions& options);
 
 /// One picture.
 struct PictureRequest {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/sheet/sheet_layout.h"
+// Cells side by side on a page, each under its label.
+#include "cmd/sheet/sheet_cells.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,6 +2,7 @@
 #include "cmd/sheet/sheet_sources.h"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,12 +10,124 @@
 
 #include "cmd/cli/progress.h"
 #include "cmd/options/layered_bands.h"
-#include "cmd/sheet/sheet_methods.h"
+#include "core/capture/method.h"
 #include "formats/layered_input.h"
 
 namespace peeler::cmd {
 
 namespace {
+
+/// Keeps the composite of all bands that pass through it at full size, 20 bytes a pixel.
+class CompositeKeeper : public Sink {
+  public:
+    /// Both must outlive it.
+    CompositeKeeper(CompositeImage& composite, Sink& next) : composite_(composite), next_(next) {}
+
+    void begin(const Plan& plan) override;
+    void write(LayeredImage&& band) override;
+    void finish() override { next_.finish(); }
+    SinkMemory memory() const override;
+    StageTimes times() const override { return next_.times(); }
+
+  private:
+    CompositeImage& composite_;
+    Sink& next_;
+    CompositeImage band_;
+};
+
+/// Makes one cell of composited bands, with their difference from the exact composite.
+class CompositeCell : public Sink {
+  public:
+    /// `exact` must outlive the cell. If it is empty when a band comes, the error is not known.
+    CompositeCell(int cell_width, const CompositeImage& exact)
+        : cell_width_(cell_width), exact_(exact) {}
+
+    void begin(const Plan& plan) override;
+    void write(LayeredImage&& band) override;
+    void finish() override;
+    StageTimes times() const override { return times_; }
+
+    /// After finish(); without labels.
+    SheetCell& cell() { return cell_; }
+
+  private:
+    int cell_width_;
+    const CompositeImage& exact_;
+    std::optional<BoxFilter> filter_;  ///< from begin() to finish()
+    CompositeImage band_, exact_band_;
+    SheetCell cell_;
+    StageTimes times_;
+};
+
+/// The part of a picture that a band covers.
+void cutBand(const CompositeImage& all, const Window& band, CompositeImage& out) {
+    const auto width = static_cast<std::size_t>(all.window.width());
+    const std::size_t first = static_cast<std::size_t>(band.y0 - all.window.y0) * width;
+    out.window = band;
+    out.rgba.assign(all.rgba.data() + first, all.rgba.data() + first + band.pixels());
+}
+
+void CompositeKeeper::begin(const Plan& plan) {
+    composite_.window = plan.view.crop;
+    composite_.rgba.clear();
+    composite_.rgba.reserve(plan.view.crop.pixels());
+    composite_.z.clear();
+    next_.begin(plan);
+}
+
+void CompositeKeeper::write(LayeredImage&& band) {
+    compositeOver(band, {}, band_);
+    composite_.rgba.insert(composite_.rgba.end(), band_.rgba.begin(), band_.rgba.end());
+    composite_.z.insert(composite_.z.end(), band_.z.begin(), band_.z.end());
+    next_.write(std::move(band));
+}
+
+SinkMemory CompositeKeeper::memory() const {
+    SinkMemory memory = next_.memory();
+    memory.bytes += composite_.window.pixels() * 5 * sizeof(float);
+    return memory;
+}
+
+void CompositeCell::begin(const Plan& plan) {
+    const Window& crop = plan.view.crop;
+    const auto [width, height] = cellSize(crop, cell_width_);
+    filter_.emplace(crop.width(), crop.height(), width, height);
+    cell_.picture.window = {0, 0, width, height};
+}
+
+void CompositeCell::write(LayeredImage&& band) {
+    const StageTimer timer(times_, "composite");
+    compositeOver(band, {}, band_);
+    addRows(band_, *filter_);
+    if (exact_.rgba.empty()) return;
+    cutBand(exact_, band.window, exact_band_);
+    addDifference(band_, exact_band_, cell_.error);
+    cell_.has_error = true;
+}
+
+void CompositeCell::finish() {
+    cell_.picture.rgba = filter_->pixels();
+    cell_.picture.z.assign(cell_.picture.rgba.size(), std::numeric_limits<float>::infinity());
+    filter_.reset();
+}
+
+/// Captures the composite of one method and hands it to `sink`, which is the cell or ends in it.
+/// The labels say its name, its geometry passes and its error.
+SheetCell captureMethod(Renderer& renderer, const View& view, CaptureSettings settings,
+                        const MethodInfo& method, CompositeCell& cell, Sink& sink,
+                        const Progress& progress) {
+    settings.method = method.name;
+    settings.composite = true;
+    sink.begin(renderer.plan(view, settings));
+    const int passes = renderer.capture(sink, progress).passes;
+    sink.finish();
+    SheetCell result = std::move(cell.cell());
+    result.passes = passes;
+    result.label = std::string(method.name) + ", " + std::to_string(passes) +
+                   (passes == 1 ? " pass" : " passes");
+    result.detail = result.has_error ? errorText(result.error) : "the reference";
+    return result;
+}
 
 /// The sheet of a scene in the making. make() lists its stages.
 class SceneSheet {

@@ -9,7 +9,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_job.h"
-#include "cmd/options/clip_options.h"
+#include "cmd/options/capture_options.h"
 #include "cmd/sheet/sheet_cells.h"
 
 namespace peeler::cmd {

@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "cmd/machine/resources.h"
-#include "cmd/options/appearance_options.h"
 #include "cmd/options/camera_options.h"
+#include "cmd/options/scene_options.h"
 #include "core/base/error.h"
 
 namespace peeler::benchmark {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Glyphs and cells in their places.
-#include "cmd/sheet/sheet_layout.h"
+#include "cmd/sheet/sheet_cells.h"
 
 #include <gtest/gtest.h>
 
