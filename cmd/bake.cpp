@@ -9,14 +9,11 @@
 #include <vector>
 
 #include "cmd/bake/bake_options.h"
-#include "cmd/bake/bake_values.h"
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
-#include "cmd/machine/resources.h"
-#include "cmd/options/capture_options.h"
+#include "cmd/options/capture_job.h"
 #include "cmd/options/frames.h"
-#include "cmd/options/opened_scene.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/bake/receivers.h"
@@ -30,15 +27,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct BakeCommand {
-    SceneOptions scene;
-    AnimationOptions animation;
-    LookOptions look;
+struct BakeCommand : CaptureJobOptions {
     BakeOptions bake;
-    CaptureSettings capture;
-    gl::ContextRequest device;
-    int threads = 0;
-    ReportOptions report;
 };
 
 constexpr int kTextureBits = 8;  // of an occlusion texture in a .glb: what every viewer takes
@@ -47,23 +37,21 @@ constexpr const char* kSoftware = "peeler " PEELER_VERSION;
 /// One run. run() lists its stages.
 class Bake {
   public:
-    Bake(const BakeCommand& options, Console& console) : options_(options), console_(console) {}
+    Bake(const BakeCommand& options, Console& console)
+        : options_(options), console_(console), job_(options, console) {}
 
     void run() {
-        {
-            const StageTimer timer(times_, "total");
-            checkOptions();
-            open();
-            placeReceivers();
-            nameOutputs();
-            gather();
-            write();
-        }
-        tell();
+        checkOptions();
+        open();
+        placeReceivers();
+        nameOutputs();
+        gather();
+        write();
+        report();
     }
 
   private:
-    void checkOptions() const;
+    void checkOptions();
     std::vector<fs::path> inputs() const;
     std::vector<fs::path> checkFiles(std::span<const int> materials) const;
     void open();
@@ -77,7 +65,7 @@ class Bake {
     void writeVertices();
     void writeTextures();
     std::string materialName(int material) const;
-    void tell();
+    void report();
 
     const Scene& scene() const { return scene_->scene(); }
     const Receivers& receivers() const {
@@ -86,19 +74,19 @@ class Bake {
 
     const BakeCommand& options_;
     Console& console_;
-    std::optional<OpenedScene> scene_;
+    CaptureJob job_;
+    CaptureSettings capture_;
+    const OpenedScene* scene_ = nullptr;  ///< the job's
     std::optional<PosedScene> posed_;
     std::optional<VertexReceivers> vertices_;
     std::optional<TexelReceivers> texels_;  ///< if those are the target
     std::vector<fs::path> outputs_;         ///< one, or of .png one for each texture
     std::vector<float> values_;
-    gl::Device device_;
-    StageTimes times_;
 };
 
 std::vector<fs::path> Bake::inputs() const {
     std::vector<fs::path> files{options_.scene.file};
-    if (options_.look.environment) files.push_back(*options_.look.environment);
+    if (options_.appearance.environment) files.push_back(*options_.appearance.environment);
     return files;
 }
 
@@ -116,24 +104,22 @@ std::vector<fs::path> Bake::checkFiles(std::span<const int> materials) const {
     return outputs;
 }
 
-void Bake::checkOptions() const {
-    options_.report.applyTo(console_);
-    checkBakeOptions(options_.bake, options_.look);
-    checkAnimationOptions(options_.animation);
-    checkLookOptions(options_.look);
+void Bake::checkOptions() {
+    checkBakeOptions(options_.bake, options_.appearance);
+    job_.checkOptions();
     checkFiles({});
-    setThreads(options_.threads);
+    capture_ = options_.capture;
+    capture_.faces = options_.bake.faces;
 }
 
 void Bake::open() {
-    const StageTimer timer(times_, "load");
-    scene_.emplace(options_.scene, options_.look, options_.animation, false, console_);
-    posed_ = scene_->at(options_.animation.time.value_or(0));
+    scene_ = &job_.openScene();
+    posed_ = job_.pose();
     if (options_.bake.settings.quantity == BakeQuantity::kIrradiance) checkBakedLight(*posed_);
 }
 
 void Bake::placeReceivers() {
-    const StageTimer timer(times_, "receivers");
+    const StageTimer timer(job_.times(), "receivers");
     vertices_.emplace(*posed_);
     if (vertices_->receivers().size() == 0)
         throw Error(ErrorKind::kInput, "the scene shows no triangles to bake for",
@@ -181,32 +167,31 @@ void Bake::nameOutputs() {
                     "put #### or %04d into the file's name, where the material's number goes, or "
                     "write an .exr");
     outputs_ = checkFiles(materials);
-    std::vector<fs::path> written = outputs_;
-    if (options_.report.file) written.push_back(*options_.report.file);
-    checkSceneFiles(scene(), written);
+    job_.checkOutputs(outputs_);
 }
 
 void Bake::gather() {
-    std::unique_ptr<gl::Context> context;
-    {
-        const StageTimer timer(times_, "context");
-        context = openContext(options_.device, console_);
-    }
-    device_ = context->device();
-    Renderer renderer(*context, *posed_);
+    Renderer& renderer = job_.openRenderer(*posed_);
+    add(job_.times(), renderer.takeTimes());
     BakeSettings settings = options_.bake.settings;
     settings.bounces = options_.bake.bounces.value_or(settings.bounces);
-    CaptureSettings capture = options_.capture;
-    capture.faces = options_.bake.faces;
-    const SurfaceLookup lookup = texels_ ? texels_->lookup() : vertices_->lookup();
-    ProgressReport progress(console_, options_.report.shownProgress(), "bake");
-    const StageTimer timer(times_, "bake");
-    values_ = bake(renderer, receivers(), settings, capture, lookup,
-                   [&](double share) { progress.update(share); });
+    {
+        const SurfaceLookup lookup = texels_ ? texels_->lookup() : vertices_->lookup();
+        ProgressReport progress(console_, options_.report.shownProgress(), "bake");
+        const StageTimer timer(job_.times(), "bake");
+        values_ = bake(renderer, receivers(), settings, capture_, lookup,
+                       [&](double share) { progress.update(share); });
+    }
+    // What the captures have taken counts as what it is, and as "bake" what is left.
+    const StageTimes captures = renderer.takeTimes();
+    for (const auto& [stage, milliseconds] : captures)
+        job_.times()["bake"] -= milliseconds;
+    add(job_.times(), captures);
+    job_.closeRenderer();
 }
 
 void Bake::write() {
-    const StageTimer timer(times_, "write");
+    const StageTimer timer(job_.times(), "write");
     if (texels_)
         writeTextures();
     else
@@ -216,7 +201,8 @@ void Bake::write() {
 /// Viewers open a file with its default scene and in no variant.
 void Bake::showWhatWasBaked(GltfPackage& package) const {
     if (options_.scene.scene) setDefaultScene(package, scene_->index());
-    if (const auto variant = chosenVariant(scene(), options_.look)) setVariant(package, *variant);
+    if (const auto variant = chosenVariant(scene(), options_.appearance))
+        setVariant(package, *variant);
 }
 
 void Bake::writePackage(GltfPackage& package) const {
@@ -269,43 +255,38 @@ void Bake::writeTextures() {
     writePackage(package);
 }
 
-void Bake::tell() {
+void Bake::report() {
+    RunResult result;
+    job_.finish(result);
+    // Of the result alone: what is baked has never had the attribute, and keeps its bytes.
+    result.settings_hash = job_.settingsHash(capture_, bakeSettings(options_.bake));
+    result.setFiles(options_.bake.output, outputs_);
     const ValueRange range = rangeOf(values_);
-    const auto quantity = nameOf<BakeQuantity>(kBakeQuantities, options_.bake.settings.quantity);
-    nlohmann::ordered_json json;
-    json["input"] = options_.scene.file.string();
-    json["outputs"] = nlohmann::ordered_json::array();
-    for (const fs::path& path : outputs_) {
-        const std::uint64_t bytes = fileBytes(path);
-        json["outputs"].push_back({{"path", path.string()}, {"bytes", bytes}});
-        console_.note(
-            path.string() + ": " + std::string(quantity) + " of " +
-            countText(receivers().size(), "receiver") + ", " +
-            countText(static_cast<std::uint64_t>(options_.bake.settings.directions), "direction") +
-            ", " + bytesText(bytes) + ", " +
-            groupedText(static_cast<std::uint64_t>(std::llround(times_["total"]))) + " ms");
-    }
-    json["quantity"] = quantity;
-    json["target"] = texels_ ? "texture" : "vertices";
-    json["directions"] = options_.bake.settings.directions;
-    json["resolution"] = options_.bake.settings.resolution;
-    json["receivers"] = receivers().size();
-    json["least"] = range.least;
-    json["mean"] = range.mean;
-    json["greatest"] = range.greatest;
-    json["textures"] = nlohmann::ordered_json::array();
+    const BakeSettings& settings = options_.bake.settings;
+    const std::string quantity(nameOf<BakeQuantity>(kBakeQuantities, settings.quantity));
+    std::string lines;
+    for (const WrittenFile& file : *result.files)
+        lines += (lines.empty() ? "" : "\n") + file.path.string() + ": " + quantity + " of " +
+                 countText(receivers().size(), "receiver") + ", " +
+                 countText(static_cast<std::uint64_t>(settings.directions), "direction") + ", " +
+                 bytesText(file.bytes) + ", " + totalText(result.milliseconds);
+    Json found;
+    found["quantity"] = quantity;
+    found["target"] = targetName(options_.bake.chosenTarget());
+    found["directions"] = settings.directions;
+    found["resolution"] = settings.resolution;
+    found["receivers"] = receivers().size();
+    found["least"] = range.least;
+    found["mean"] = range.mean;
+    found["greatest"] = range.greatest;
+    found["textures"] = Json::array();
     if (texels_) {
         for (const TexelAtlas& atlas : texels_->atlases())
-            json["textures"].push_back({{"material", atlas.material},
-                                        {"texelsCovered", atlas.covered},
-                                        {"texelsShared", atlas.shared}});
+            found["textures"].push_back({{"material", atlas.material},
+                                         {"texelsCovered", atlas.covered},
+                                         {"texelsShared", atlas.shared}});
     }
-    json["renderer"] = device_.renderer;
-    json["backend"] = device_.backend;
-    json["peakMemory"] = peakMemory();
-    json["milliseconds"] = times_;
-    if (options_.report.file) writeReport(*options_.report.file, json);
-    if (options_.report.json) console_.result(jsonText(json));
+    reportResult(options_.report, toJson(result, found), lines, console_);
 }
 
 constexpr const char* kBakeFooter =
@@ -322,17 +303,11 @@ constexpr const char* kBakeFooter =
 
 VerbAction declareBake(VerbOptions& verb) {
     const auto options = std::make_shared<BakeCommand>();
-    addValue(
-        verb, "SCENE", "", options->scene.file,
-        [](const std::string& text) { return fs::path(text); }, "a glTF scene (.gltf or .glb)")
-        .required();
+    addSceneArgument(verb, *options);
     addBakeOptions(verb, options->bake);
-    addSceneOptions(verb, options->scene);
-    addTimeOptions(verb, options->animation);
-    addBakedLookOptions(verb, options->look);
-    addMachineOptions(verb, options->device, options->threads, options->capture,
-                      "rays are traced in bands that fit; receivers come on top");
-    addReportOptions(verb, options->report);
+    addShownOptions(verb, *options);
+    addBakedAppearanceOptions(verb, options->appearance);
+    addRunOptions(verb, *options, "rays are traced in bands that fit; receivers come on top");
     verb.footer(kBakeFooter);
     return [options](Console& console) {
         Bake(*options, console).run();

@@ -16,7 +16,6 @@
 #include <optional>
 
 #include "cmd/batch/batch_jobs.h"
-#include "cmd/batch/batch_report.h"
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/progress.h"
@@ -89,7 +88,7 @@ class Batch {
 
 /// Whether all that a job writes is there. (How many files a job without frames makes of a name
 /// with a place for a number is not known.)
-bool isThere(const Job& job) {
+bool outputsExist(const Job& job) {
     return std::ranges::all_of(job.outputs, [](const fs::path& output) {
         std::error_code failure;
         return hasFrameToken(output.string()) || fs::exists(output, failure);
@@ -151,7 +150,7 @@ void Batch::takeEarlierResults(const std::vector<Json>& lines) {
         last[line["hash"]] = &line;
     for (std::size_t i = 0; i < jobs_.size(); ++i) {
         const auto earlier = last.find(jobs_[i].hash);
-        if (earlier == last.end() || (*earlier->second)["exitCode"] != 0 || !isThere(jobs_[i]))
+        if (earlier == last.end() || (*earlier->second)["exitCode"] != 0 || !outputsExist(jobs_[i]))
             continue;
         results_[i] = *earlier->second;
         (*results_[i])["job"] = i + 1;

@@ -164,7 +164,7 @@ class Compare {
         open();
         compare();
         writeHeatmap();
-        return tell();
+        return report();
     }
 
   private:
@@ -172,7 +172,7 @@ class Compare {
     void open();
     void compare();
     void writeHeatmap();
-    int tell();
+    int report();
 
     const CompareOptions& options_;
     Console& console_;
@@ -261,7 +261,7 @@ void Compare::writeHeatmap() {
     writePicture(heatmap_->path, picture, output);
 }
 
-int Compare::tell() {
+int Compare::report() {
     const std::vector<ThresholdResult> results = judge(comparison_, options_.thresholds);
     const auto json = toJson(comparison_, results, heatmap_);
     if (options_.report.file) writeReport(*options_.report.file, json);

@@ -45,7 +45,7 @@ class Convert {
             count();
             write();
         }
-        tell();
+        report();
     }
 
   private:
@@ -53,7 +53,7 @@ class Convert {
     void open();
     void count();
     void write();
-    void tell();
+    void report();
 
     template <class Take>
     void forEachBand(const Stage& stage, Take&& take);
@@ -115,12 +115,12 @@ void Convert::write() {
     add(result_.milliseconds, writer->times());
 }
 
-void Convert::tell() {
+void Convert::report() {
     result_.inputs = {options_.input};
     result_.output = options_.output.path;
     describePicture(plan_, reader_->info().provenance, result_);
     describeFiles(options_.output.layers, options_.output.path, result_, console_);
-    tellResult(options_.report, result_, console_);
+    reportResult(options_.report, result_, console_);
 }
 
 constexpr const char* kConvertFooter =

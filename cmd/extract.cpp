@@ -59,12 +59,15 @@ class Extract {
         : options_(options), console_(console) {}
 
     void run() {
-        checkOptions();
-        open();
-        selectLayers();
-        count();
-        extract();
-        tell();
+        {
+            const StageTimer timer(result_.milliseconds, "total");
+            checkOptions();
+            open();
+            selectLayers();
+            count();
+            extract();
+        }
+        report();
     }
 
   private:
@@ -75,7 +78,7 @@ class Extract {
     void count();
     void extract();
     void addProducts();
-    void tell();
+    void report();
 
     bool writesLayers() const { return !options_.output.path.empty(); }
     bool writesExrLayers() const {
@@ -96,13 +99,13 @@ class Extract {
     std::vector<Product> products_;
     CountMap* counts_ = nullptr;  ///< one of them
     std::uint64_t fragments_ = 0;
-    StageTimes times_;
+    RunResult result_;
 };
 
 template <class Take>
 void Extract::forEachBand(const Stage& stage, Take&& take) {
     ProgressReport progress(console_, options_.report.shownProgress(), stage);
-    cmd::forEachBand(*reader_, 0, times_, progress, take, kExtractBandBytes);
+    cmd::forEachBand(*reader_, 0, result_.milliseconds, progress, take, kExtractBandBytes);
 }
 
 void Extract::checkFile(const fs::path& path, const char* extension) const {
@@ -146,8 +149,8 @@ void Extract::checkOptions() const {
         throw Error(ErrorKind::kUsage, "layers are chosen by number or from the front",
                     "--layer, --layers", "leave one of them out");
     }
-    const OutputFlags& look = options_.output;
-    if (!writesLayers() && (look.background || look.exposure || look.tone_map)) {
+    const OutputFlags& output = options_.output;
+    if (!writesLayers() && (output.background || output.exposure || output.tone_map)) {
         throw Error(ErrorKind::kUsage, "no picture of a layer is written",
                     "--background, --exposure, --tone-map", "leave it out, or add --output");
     }
@@ -162,7 +165,7 @@ void Extract::checkOptions() const {
 }
 
 void Extract::open() {
-    const StageTimer timer(times_, "load");
+    const StageTimer timer(result_.milliseconds, "load");
     reader_ = openLayered(options_.input.string());
     whole_ = reader_->info().plan;
     provenance_ = reader_->info().provenance;
@@ -271,44 +274,48 @@ void Extract::extract() {
             }
             products_.back().sink->write(std::move(band));
         });
-        if (layers_) layers_->finish(times_);
+        if (layers_) layers_->finish(result_.milliseconds);
         if (!first) continue;
         for (Product& product : products_) {
             product.sink->finish();
-            add(times_, product.sink->times());
+            add(result_.milliseconds, product.sink->times());
         }
     }
 }
 
-void Extract::tell() {
-    nlohmann::ordered_json json;
-    json["input"] = options_.input.string();
-    json["width"] = whole_.view.width;
-    json["height"] = whole_.view.height;
-    json["layers"] = chosen_.layers.size();
-    using Json = nlohmann::ordered_json;
-    json["fragments"] = products_.empty() ? Json() : Json(fragments_);
-    json["mostFragments"] = counts_ ? Json(counts_->largest()) : Json();
-    json["outputs"] = nlohmann::ordered_json::array();
-    const auto tell_output = [&](const std::string& kind, const fs::path& path,
-                                 const std::string& what) {
-        const std::uint64_t bytes = fileBytes(path);
-        json["outputs"].push_back({{"kind", kind}, {"path", path.string()}, {"bytes", bytes}});
-        console_.note(path.string() + ": " + what + bytesText(bytes));
+void Extract::report() {
+    result_.inputs = {options_.input};
+    result_.settings_hash = provenance_.settings_hash;
+    result_.renderer = provenance_.renderer;
+    result_.peak_memory = peakMemory();
+    result_.files.emplace();
+    std::string lines;
+    const auto add_file = [&](const std::string& kind, const fs::path& path,
+                              const std::string& what) {
+        const WrittenFile& file = result_.addFile(path, kind);
+        lines += (lines.empty() ? "" : "\n") + path.string() + ": " + what + bytesText(file.bytes);
     };
     if (layers_) {
         for (const std::size_t layer : layers_->layers())
-            tell_output("layer", layers_->path(layer), "");
+            add_file("layer", layers_->path(layer), "");
     }
     for (const Product& product : products_) {
-        tell_output(product.kind, product.path,
-                    product.sink.get() == counts_
-                        ? "0 to " + countText(counts_->largest(), "fragment") + " a pixel, "
-                        : countText(fragments_, "fragment") + ", ");
+        add_file(product.kind, product.path,
+                 product.sink.get() == counts_
+                     ? "0 to " + countText(counts_->largest(), "fragment") + " a pixel, "
+                     : countText(fragments_, "fragment") + ", ");
     }
-    json["milliseconds"] = times_;
-    if (options_.report.file) writeReport(*options_.report.file, json);
-    if (options_.report.json) console_.result(jsonText(json));
+    if (layers_ && !layers_->layers().empty() && products_.empty())
+        result_.output = options_.output.path;
+    if (!layers_ && products_.size() == 1) result_.output = products_.front().path;
+
+    Json found;
+    found["width"] = whole_.view.width;
+    found["height"] = whole_.view.height;
+    found["layers"] = chosen_.layers.size();
+    found["fragments"] = products_.empty() ? Json() : Json(fragments_);
+    found["mostFragments"] = counts_ ? Json(counts_->largest()) : Json();
+    reportResult(options_.report, toJson(result_, found), lines, console_);
 }
 
 /// The grammar of frames, but for the sign.

@@ -47,7 +47,7 @@ class Flatten {
             limitLayers();
             composite();
         }
-        tell();
+        report();
     }
 
   private:
@@ -55,7 +55,7 @@ class Flatten {
     void open();
     void limitLayers();
     void composite();
-    void tell();
+    void report();
 
     /// Reads the picture top to bottom, limited, and hands each band to `take`.
     template <class Take>
@@ -89,14 +89,14 @@ void Flatten::forEachBand(const Stage& stage, Take&& take) {
 
 void Flatten::limitLayers() {
     const bool limited = options_.max_layers != 0 && options_.max_layers < plan_.layers.size();
-    const bool told = reader_->info().is_peeler || plan_.fragments_stored != 0;
-    if (!limited && told) return;
+    const bool known = reader_->info().is_peeler || plan_.fragments_stored != 0;
+    if (!limited && known) return;
     // The header tells how many fragments the picture shows, and comes before them: count first.
     if (limited) plan_.layers.resize(options_.max_layers);
     plan_.fragments_stored = 0;
     forEachBand({"count", kCountEnd},
                 [&](const LayeredImage& band) { plan_.fragments_stored += band.fragments(); });
-    if (!told) plan_.fragments_counted = plan_.fragments_stored;
+    if (!known) plan_.fragments_counted = plan_.fragments_stored;
 }
 
 void Flatten::composite() {
@@ -116,12 +116,11 @@ void Flatten::composite() {
     add(result_.milliseconds, writer->times());
 }
 
-void Flatten::tell() {
+void Flatten::report() {
     result_.inputs = {options_.input};
-    result_.output = options_.output.path;
-    result_.bytes = fileBytes(options_.output.path);
+    result_.setFile(options_.output.path);
     describePicture(plan_, reader_->info().provenance, result_);
-    tellResult(options_.report, result_, console_);
+    reportResult(options_.report, result_, console_);
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ class Merge {
             plan();
             write();
         }
-        tell();
+        report();
     }
 
   private:
@@ -61,7 +61,7 @@ class Merge {
     void plan();
     void countLayers();
     void write();
-    void tell();
+    void report();
 
     /// Joins the tiles band by band and hands each band to `take`.
     template <class Take>
@@ -226,12 +226,12 @@ void Merge::write() {
     add(result_.milliseconds, writer->times());
 }
 
-void Merge::tell() {
+void Merge::report() {
     result_.inputs = options_.inputs;
     result_.output = output_.path;
     describePicture(plan_, tiles_->info().provenance, result_);
     describeFiles(output_.layers, output_.path, result_, console_);
-    tellResult(options_.report, result_, console_);
+    reportResult(options_.report, result_, console_);
 }
 
 }  // namespace

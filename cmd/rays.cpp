@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // peeler rays: all hits of bundles of rays, and what follows from them.
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -12,10 +11,8 @@
 
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
-#include "cmd/machine/resources.h"
-#include "cmd/options/capture_options.h"
+#include "cmd/options/capture_job.h"
 #include "cmd/options/frames.h"
-#include "cmd/options/opened_scene.h"
 #include "cmd/options/output_options.h"
 #include "cmd/rays/hit_output.h"
 #include "cmd/rays/point_output.h"
@@ -25,7 +22,6 @@
 #include "cmd/rays/voxel_output.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
-#include "core/capture/renderer.h"
 #include "formats/arrays/point_reader.h"
 #include "formats/file/hash_text.h"
 
@@ -34,7 +30,6 @@ namespace peeler::cmd {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 /// Hands the bands of a bundle on to the outputs.
 class BundleSink final : public Sink {
@@ -59,10 +54,10 @@ class BundleSink final : public Sink {
 /// One run. run() lists its stages.
 class Rays {
   public:
-    Rays(const RaysOptions& options, Console& console) : options_(options), console_(console) {}
+    Rays(const RaysOptions& options, Console& console)
+        : options_(options), console_(console), job_(options, console) {}
 
     void run() {
-        const Clock::time_point start = Clock::now();
         checkOptions();
         openScene();
         chooseBundles();
@@ -71,16 +66,14 @@ class Rays {
         openRenderer();
         count();
         trace();
-        const std::chrono::duration<double, std::milli> passed = Clock::now() - start;
-        times_["total"] = passed.count();
-        tell();
+        report();
         if (failed_) parity_->fail();
     }
 
   private:
     void checkOptions();
     void checkFiles() const;
-    void checkOutputs() const;
+    void checkOutputs();
     std::vector<fs::path> inputs() const;
     void openScene();
     void chooseBundles();
@@ -89,7 +82,7 @@ class Rays {
     void openRenderer();
     void count();
     void trace();
-    void tell();
+    void report();
 
     const Solids& solids() {
         if (!solids_) solids_ = std::make_unique<Solids>(*posed_);
@@ -98,25 +91,25 @@ class Rays {
 
     const RaysOptions& options_;
     Console& console_;
+    CaptureJob job_;
     CaptureSettings capture_;
-    std::optional<OpenedScene> scene_;
+    const OpenedScene* scene_ = nullptr;  ///< the job's
     std::optional<PosedScene> posed_;
     std::vector<Bundle> bundles_;
     std::optional<AxisBundles> lattice_;  ///< of voxels
     std::unique_ptr<Solids> solids_;      ///< if something needs them
     std::vector<std::unique_ptr<RayOutput>> outputs_;
     const RayParity* parity_ = nullptr;  ///< one of them
-    std::unique_ptr<gl::Context> context_;
-    std::optional<Renderer> renderer_;
-    std::vector<std::uint64_t> hits_;  ///< of each bundle, if an output needs them before
+    std::vector<fs::path> files_;        ///< that are written
+    Renderer* renderer_ = nullptr;       ///< the job's
+    std::vector<std::uint64_t> hits_;    ///< of each bundle, if an output needs them before
     std::uint64_t hits_found_ = 0;
     double largest_correction_ = 0;
     bool failed_ = false;  ///< --parity fail: no file is written
-    StageTimes times_;
 };
 
 void Rays::checkOptions() {
-    options_.report.applyTo(console_);
+    job_.checkOptions();
     checkRaysOptions(options_);
     checkFiles();
     capture_ = options_.capture;
@@ -126,7 +119,6 @@ void Rays::checkOptions() {
     capture_.color_type = PixelType::kFloat;  // normals, too
     // A camera sees from near to far; other rays have no ends.
     capture_.depth_clamp = !options_.bundles.usesCamera();
-    setThreads(options_.threads);
 }
 
 std::vector<fs::path> Rays::inputs() const {
@@ -154,24 +146,21 @@ void Rays::checkFiles() const {
 }
 
 /// Only now is known which files the scene is made of, and how many pictures there are.
-void Rays::checkOutputs() const {
-    std::vector<fs::path> outputs;
+void Rays::checkOutputs() {
     if (options_.writesPictures()) {
         std::vector<int> numbers(bundles_.size());
         std::iota(numbers.begin(), numbers.end(), 0);
-        outputs = checkSeries(options_.output, numbers, inputs());
-        checkReport(options_.report, outputs);
+        files_ = checkSeries(options_.output, numbers, inputs());
+        checkReport(options_.report, files_);
     } else if (options_.writesFile()) {
-        outputs.push_back(options_.output.path);
+        files_ = {options_.output.path};
     }
-    if (options_.report.file) outputs.push_back(*options_.report.file);
-    checkSceneFiles(scene_->scene(), outputs);
+    job_.checkOutputs(files_);
 }
 
 void Rays::openScene() {
-    const StageTimer timer(times_, "load");
-    scene_.emplace(options_.scene, options_.look, options_.animation, false, console_);
-    posed_ = scene_->at(options_.animation.time.value_or(0));
+    scene_ = &job_.openScene();
+    posed_ = job_.pose();
 }
 
 void Rays::chooseBundles() {
@@ -235,11 +224,7 @@ std::unique_ptr<RayOutput> Rays::makeOutput() {
 }
 
 void Rays::openRenderer() {
-    {
-        const StageTimer timer(times_, "context");
-        context_ = openContext(options_.device, console_);
-    }
-    renderer_.emplace(*context_, *posed_);
+    renderer_ = &job_.openRenderer(*posed_);
 }
 
 /// Headers and arrays say how many hits follow, and come before them.
@@ -271,42 +256,41 @@ void Rays::trace() {
         largest_correction_ = std::max(largest_correction_, report.largest_correction);
     }
     if (hits_.size() == 1) hits_found_ = hits_.front();
-    add(times_, renderer_->takeTimes());
     failed_ = options_.parity == ParityUse::kFail && !parity_->holds();
     for (const auto& output : outputs_)
         if (!failed_ || output.get() == parity_) output->finish();
 }
 
-void Rays::tell() {
+void Rays::report() {
+    RunResult result;
+    job_.finish(result);
+    // Of the result alone: the files of rays have never had the attribute, and keep their bytes.
+    result.settings_hash = job_.settingsHash(capture_, raySettings(options_, bundles_));
     const std::uint64_t rays = std::accumulate(
         bundles_.begin(), bundles_.end(), std::uint64_t{0},
         [](std::uint64_t sum, const Bundle& bundle) { return sum + bundle.rays(); });
-    nlohmann::ordered_json json;
-    const bool written = options_.writesFile() && !failed_;
-    if (options_.writesFile())
-        json["output"] = written ? nlohmann::ordered_json(options_.output.path.string())
-                                 : nlohmann::ordered_json();
-    const bool one_file = written && fs::exists(options_.output.path);
-    if (one_file) json["bytes"] = fileBytes(options_.output.path);
-    json["bundles"] = bundles_.size();
-    json["rays"] = rays;
-    json["hits"] = hits_found_;
-    json["largestCorrection"] = capture_.hit_mode == HitMode::kRaw
-                                    ? nlohmann::ordered_json()
-                                    : nlohmann::ordered_json(largest_correction_);
-    for (const auto& output : outputs_)
-        output->tell(json);
-    json["renderer"] = context_->device().renderer;
-    json["backend"] = context_->device().backend;
-    json["peakMemory"] = peakMemory();
-    json["milliseconds"] = times_;
-    if (options_.report.file) writeReport(*options_.report.file, json);
     std::string line = countText(bundles_.size(), "bundle") + ", " + countText(rays, "ray") + ", " +
                        countText(hits_found_, "hit");
-    if (written) line = options_.output.path.string() + ": " + line;
-    if (one_file) line += ", " + bytesText(fileBytes(options_.output.path));
-    console_.note(line + ", " + groupedText(static_cast<std::uint64_t>(times_["total"])) + " ms");
-    if (options_.report.json) console_.result(jsonText(json));
+    if (options_.writesFile() && !failed_) {
+        const fs::path& path = options_.output.path;
+        line = path.string() + ": " + line;
+        if (fs::exists(path)) {
+            result.setFile(path);
+            line += ", " + bytesText(result.bytes);
+        } else {
+            result.setFiles(path, files_);
+        }
+    }
+    Json found;
+    found["bundles"] = bundles_.size();
+    found["rays"] = rays;
+    found["hits"] = hits_found_;
+    found["largestCorrection"] =
+        capture_.hit_mode == HitMode::kRaw ? Json() : Json(largest_correction_);
+    for (const auto& output : outputs_)
+        output->tell(found);
+    reportResult(options_.report, toJson(result, found),
+                 line + ", " + totalText(result.milliseconds), console_);
 }
 
 }  // namespace

@@ -2,21 +2,21 @@
 // peeler render: from a scene to the layers of one picture, or of each frame of a sequence.
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "cmd/cli/errors.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/render/render_request.h"
-#include "cmd/render/sequence_results.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/capture/bands.h"
-#include "core/gl/context.h"
 #include "core/image/background_sink.h"
 #include "core/image/filters.h"
 #include "formats/writers.h"
@@ -27,6 +27,71 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/// What became of the pictures of a run: reported as each ends, and together at the end.
+class SequenceResults {
+  public:
+    /// `sequence`: of frames; else there is one picture. Flags and console must outlive it.
+    SequenceResults(const ReportOptions& flags, bool sequence, Console& console)
+        : flags_(flags), sequence_(sequence), console_(console) {}
+
+    void add(const PictureResult& result);
+    /// Of a picture that the others go on without.
+    void addFailure(const std::filesystem::path& output, std::optional<int> frame,
+                    const Error& error);
+
+    bool empty() const { return finished_.empty() && failed_.empty(); }
+    int worst() const { return worst_; }  ///< exit code
+    /// The results of a sequence as asked for: {"frames": [one result a frame]} and, if there are
+    /// any, "failed". (A lone picture's are reported when it ends.)
+    void report() const;
+
+  private:
+    const ReportOptions& flags_;
+    bool sequence_;
+    Console& console_;
+    std::vector<PictureResult> finished_;
+    std::vector<nlohmann::ordered_json> failed_;
+    int worst_ = 0;
+};
+
+void SequenceResults::add(const PictureResult& result) {
+    if (sequence_)
+        console_.note(summary(result));
+    else
+        reportResult(flags_, result, console_);
+    finished_.push_back(result);
+}
+
+void SequenceResults::addFailure(const std::filesystem::path& output, std::optional<int> frame,
+                                 const Error& error) {
+    const std::string of = frame ? "frame " + std::to_string(*frame) + ": " : "";
+    const int code =
+        reportError(console_, Error(error.kind(), of + error.what(), error.where(), error.hint()));
+    worst_ = std::max(worst_, code);
+    nlohmann::ordered_json json;
+    if (frame) json["frame"] = *frame;
+    json["output"] = output.string();
+    json["exitCode"] = code;
+    json["error"] = error.what();
+    json["where"] = error.where();
+    json["hint"] = error.hint();
+    failed_.push_back(std::move(json));
+}
+
+void SequenceResults::report() const {
+    if (!sequence_) return;
+    nlohmann::ordered_json json;
+    json["frames"] = nlohmann::ordered_json::array();
+    for (const PictureResult& result : finished_)
+        json["frames"].push_back(toJson(result));
+    if (!failed_.empty()) json["failed"] = failed_;
+    if (flags_.file) writeReport(*flags_.file, json);
+    if (flags_.json) console_.result(jsonText(json));
+    if (failed_.empty()) return;
+    console_.error(std::to_string(failed_.size()) + " of " +
+                   countText(finished_.size() + failed_.size(), "frame") + " failed");
+}
+
 /// A picture in the making.
 struct Picture {
     PictureRequest asked{};
@@ -34,7 +99,7 @@ struct Picture {
     Plan plan{};
     PictureResult result{};
     std::unique_ptr<Sink> writer{};
-    BackgroundSink* behind = nullptr;  ///< the writer, if it goes on by itself
+    BackgroundSink* background = nullptr;  ///< the writer, if it goes on by itself
 };
 
 /// The run of one request. Scene, shaders and context are there once for all pictures, and a
@@ -44,7 +109,8 @@ class Render {
     Render(const RenderOptions& options, Console& console)
         : options_(options),
           console_(console),
-          request_(options, console),
+          job_(options, console),
+          request_(options, job_),
           results_(options.report, request_.isSequence(), console) {}
 
     int run() {
@@ -58,14 +124,14 @@ class Render {
                 writeIdManifest(*options_.channels.manifest, idNames(request_.scene()));
         } catch (...) {
             const Error error = currentError();
-            // The frames that are there should be known, whatever becomes of telling it.
-            const int told = runReported(console_, [&] {
-                if (!results_.empty()) results_.tell();
+            // The frames that are there should be known, whatever becomes of the report.
+            const int reported = runReported(console_, [&] {
+                if (!results_.empty()) results_.report();
                 return 0;
             });
-            return std::max({reportError(console_, error), results_.worst(), told});
+            return std::max({reportError(console_, error), results_.worst(), reported});
         }
-        results_.tell();
+        results_.report();
         return results_.worst();
     }
 
@@ -75,23 +141,19 @@ class Render {
     bool make(Picture& picture, std::size_t index);
     void pose(Picture& picture, std::size_t index);
     void capture(Picture& picture);
-    void openRenderer(Picture& picture);
-    void closeRenderer();
     void plan(Picture& picture);
     void makeWriter(Picture& picture);
-    void settle() { settle(options_.sequence.keep_going); }
-    void settle(bool keep_going);
-    void tell(Picture& picture);
-    void tellSkipped(Picture& picture);
+    void endPending() { endPending(options_.sequence.keep_going); }
+    void endPending(bool keep_going);
+    void report(Picture& picture);
+    void reportSkipped(Picture& picture);
     Progress progressOf(const Picture& picture);
 
     const RenderOptions& options_;
     Console& console_;
-    const Clock::time_point start_ = Clock::now();
+    CaptureJob job_;
     RenderRequest request_;
-    std::unique_ptr<gl::Context> context_;  // before what lives in it
-    std::optional<Renderer> renderer_;
-    std::optional<Picture> written_;  // captured, and perhaps still being written
+    std::optional<Picture> pending_;  // captured, and perhaps still being written
     SequenceResults results_;
     std::optional<ProgressReport> progress_;
 };
@@ -103,33 +165,34 @@ void Render::renderAll() {
             render(i);
     } catch (...) {
         const Error error = currentError();
-        settle(true);  // the picture before is none the worse for it
+        endPending(true);  // the picture before is none the worse for it
         throw error;
     }
-    settle();
+    endPending();
     progress_->update(1);
     progress_.reset();
 }
 
 void Render::render(std::size_t index) {
     Picture picture;
-    picture.start = index == 0 ? start_ : Clock::now();
-    if (index == 0) picture.result.milliseconds = request_.times();
+    picture.start = index == 0 ? job_.start() : Clock::now();
+    if (index == 0) picture.result.milliseconds = job_.takeTimes();  // of opening the scene
     try {
         if (!make(picture, index)) return;
     } catch (...) {
         const Error error = currentError();
-        const bool of_all =
-            error.kind() == ErrorKind::kUsage || (error.kind() == ErrorKind::kDevice && !context_);
+        const bool of_all = error.kind() == ErrorKind::kUsage ||
+                            (error.kind() == ErrorKind::kDevice && !job_.hasContext());
         if (!options_.sequence.keep_going || of_all) throw error;
-        settle();
+        endPending();
         results_.addFailure(request_.outputFile(index), request_.frame(index), error);
-        closeRenderer();  // whatever state it was left in
+        job_.closeRenderer();  // whatever state it was left in
+        job_.takeTimes();      // of no picture
         return;
     }
-    settle();
-    written_ = std::move(picture);
-    if (!written_->behind) settle();
+    endPending();
+    pending_ = std::move(picture);
+    if (!pending_->background) endPending();
 }
 
 /// Captures a picture and begins to write it; false if its file was there already.
@@ -139,9 +202,9 @@ bool Render::make(Picture& picture, std::size_t index) {
         progress_->status("frame " + std::to_string(*picture.asked.frame) + ", " +
                           std::to_string(index + 1) + " of " + std::to_string(request_.pictures()));
     }
-    if (options_.sequence.skip_existing && request_.isThere(picture.asked)) {
-        settle();
-        tellSkipped(picture);
+    if (options_.sequence.skip_existing && request_.isUpToDate(picture.asked)) {
+        endPending();
+        reportSkipped(picture);
         return false;
     }
     if (options_.output.no_clobber) checkTarget(picture.asked.output, {});
@@ -149,12 +212,12 @@ bool Render::make(Picture& picture, std::size_t index) {
         capture(picture);
         return true;
     } catch (const Error& error) {
-        if (error.kind() != ErrorKind::kDevice || !context_) throw;
+        if (error.kind() != ErrorKind::kDevice || !job_.hasContext()) throw;
         console_.warning(std::string(error.what()) + "; trying once more.");
     }
     // A context that was lost takes everything that lives in it along.
     picture.writer.reset();
-    closeRenderer();
+    job_.closeRenderer();
     pose(picture, index);
     capture(picture);
     return true;
@@ -171,38 +234,26 @@ void Render::pose(Picture& picture, std::size_t index) {
 
 void Render::capture(Picture& picture) {
     PictureRequest& asked = picture.asked;
-    if (renderer_)
-        renderer_->setPose(*asked.posed);
+    if (job_.renderer())
+        job_.renderer()->setPose(*asked.posed);
     else
-        openRenderer(picture);
-    if (asked.next) renderer_->setNextFrame(std::move(*asked.next));
-    asked.provenance.renderer = context_->device().renderer;
-    picture.result.backend = context_->device().backend;
+        job_.openRenderer(*asked.posed);
+    Renderer& renderer = *job_.renderer();
+    if (asked.next) renderer.setNextFrame(std::move(*asked.next));
+    asked.provenance.renderer = job_.device().renderer;
+    picture.result.backend = job_.device().backend;
     plan(picture);
     makeWriter(picture);
-    picture.result.passes = renderer_->capture(*picture.writer, progressOf(picture)).passes;
-    add(picture.result.milliseconds, renderer_->takeTimes());
+    picture.result.passes = renderer.capture(*picture.writer, progressOf(picture)).passes;
+    add(picture.result.milliseconds, job_.takeTimes());
     picture.writer->finish();
-}
-
-void Render::openRenderer(Picture& picture) {
-    {
-        const StageTimer timer(picture.result.milliseconds, "context");
-        context_ = openContext(options_.device, console_);
-    }
-    renderer_.emplace(*context_, *picture.asked.posed);
-}
-
-void Render::closeRenderer() {
-    renderer_.reset();
-    context_.reset();
 }
 
 void Render::plan(Picture& picture) {
     const CaptureSettings& capture = picture.asked.capture;
     // Two pictures at once only where there is plenty of room for both.
-    if (written_ && capture.memory != 0 && residentBytes() > capture.memory / 4) settle();
-    picture.plan = renderer_->plan(picture.asked.view, capture, progressOf(picture));
+    if (pending_ && capture.memory != 0 && residentBytes() > capture.memory / 4) endPending();
+    picture.plan = job_.renderer()->plan(picture.asked.view, capture, progressOf(picture));
     const Plan& plan = picture.plan;
     if (!options_.strict || plan.complete()) return;
     const bool blended = plan.fragments_blended != 0;
@@ -221,9 +272,9 @@ void Render::makeWriter(Picture& picture) {
     if (options_.fxaa)
         picture.writer = std::make_unique<FxaaFilter>(std::move(picture.writer), output.background);
     if (request_.pictures() > 1 && threadCount() > 1) {
-        auto behind = std::make_unique<BackgroundSink>(std::move(picture.writer));
-        picture.behind = behind.get();
-        picture.writer = std::move(behind);
+        auto background = std::make_unique<BackgroundSink>(std::move(picture.writer));
+        picture.background = background.get();
+        picture.writer = std::move(background);
     }
     picture.writer->begin(picture.plan);
 }
@@ -238,23 +289,23 @@ Progress Render::progressOf(const Picture& picture) {
 
 /// Ends the picture that was captured last, if it has not been ended. Its failure is thrown, or
 /// listed if the run goes on.
-void Render::settle(bool keep_going) {
-    if (!written_) return;
-    Picture picture = std::move(*written_);
-    written_.reset();
+void Render::endPending(bool keep_going) {
+    if (!pending_) return;
+    Picture picture = std::move(*pending_);
+    pending_.reset();
     try {
-        if (picture.behind) picture.behind->wait();
-        tell(picture);
+        if (picture.background) picture.background->wait();
+        report(picture);
     } catch (...) {
         if (!keep_going) throw;
         results_.addFailure(picture.asked.output.path, picture.asked.frame, currentError());
     }
 }
 
-void Render::tell(Picture& picture) {
+void Render::report(Picture& picture) {
     const PictureRequest& asked = picture.asked;
     PictureResult& result = picture.result;
-    const auto end = picture.behind ? picture.behind->finishedAt() : Clock::now();
+    const auto end = picture.background ? picture.background->finishedAt() : Clock::now();
     add(result.milliseconds, picture.writer->times());
     result.milliseconds["total"] =
         std::chrono::duration<double, std::milli>(end - picture.start).count();
@@ -263,7 +314,7 @@ void Render::tell(Picture& picture) {
     results_.add(result);
 }
 
-void Render::tellSkipped(Picture& picture) {
+void Render::reportSkipped(Picture& picture) {
     picture.result.bytes = fileBytes(picture.result.output);
     picture.result.skipped = true;
     results_.add(picture.result);
@@ -274,7 +325,10 @@ void Render::tellSkipped(Picture& picture) {
 VerbAction declareRender(VerbOptions& verb) {
     const auto options = std::make_shared<RenderOptions>();
     addRenderOptions(verb, *options);
-    return [options](Console& console) { return Render(*options, console).run(); };
+    return [options](Console& console) {
+        options->scene.gltf.strict = options->strict;
+        return Render(*options, console).run();
+    };
 }
 
 }  // namespace peeler::cmd

@@ -10,10 +10,8 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
-#include "cmd/machine/resources.h"
-#include "cmd/options/capture_options.h"
 #include "cmd/options/output_options.h"
-#include "cmd/sheet/sheet_layout.h"
+#include "cmd/sheet/sheet_cells.h"
 #include "cmd/sheet/sheet_sources.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
@@ -42,10 +40,8 @@ constexpr Choice<SheetMethods> kMethodChoices[] = {
 struct SheetOptions {
     SheetRequest request;
     std::optional<int> shadow_size;
-    int threads = 0;
     int columns = 0;  ///< 0 = near-square
     OutputFlags output;
-    ReportOptions report;
     std::set<std::string> given;  ///< options for scenes that are on the command line
 };
 
@@ -54,16 +50,14 @@ constexpr const char* kOutputHelp = "the file to write: .png, .jpg, .jpeg, .tif,
 /// One sheet. run() lists its stages.
 class Sheet {
   public:
-    Sheet(const SheetOptions& options, Console& console) : options_(options), console_(console) {}
+    Sheet(const SheetOptions& options, Console& console)
+        : options_(options), console_(console), job_(options.request, console) {}
 
     void run() {
-        {
-            const StageTimer timer(times_, "total");
-            checkOptions();
-            makeCells();
-            writeSheet();
-        }
-        tell();
+        checkOptions();
+        makeCells();
+        writeSheet();
+        report();
     }
 
   private:
@@ -71,19 +65,18 @@ class Sheet {
     void makeCells();
     void refuseSceneOptions() const;
     void writeSheet();
-    void tell();
+    void report();
 
     const SheetOptions& options_;
     Console& console_;
+    CaptureJob job_;
     SheetContent content_;
-    StageTimes times_;
 };
 
 void Sheet::checkOptions() {
     const SheetRequest& request = options_.request;
-    options_.report.applyTo(console_);
-    std::vector<fs::path> files{request.input.file};
-    if (request.look.environment) files.push_back(*request.look.environment);
+    std::vector<fs::path> files{request.scene.file};
+    if (request.appearance.environment) files.push_back(*request.appearance.environment);
     checkOutput(options_.output, files);
     const OutputFormat& format = findOutputFormat(options_.output.path.string(), "composite");
     if (format.extensions.front() == ".exr") {
@@ -91,7 +84,7 @@ void Sheet::checkOptions() {
                     options_.output.path.string(), "choose one of: .png, .jpg, .tif");
     }
     files.push_back(options_.output.path);
-    checkReport(options_.report, files);
+    checkReport(request.report, files);
     const bool depth = request.cells.show == SheetShow::kDepth;
     if (request.cells.progression && depth) {
         throw Error(ErrorKind::kUsage, "a composite has no depth of its own",
@@ -109,26 +102,21 @@ void Sheet::checkOptions() {
                     "leave out --progression, --show depth, --layers and --occlusion-ratio");
     }
     checkCameraOptions(request.camera);
-    checkAnimationOptions(request.animation);
     checkClipOptions(request.clip);
-    checkLookOptions(request.look);
-    setThreads(options_.threads);
+    job_.checkOptions();
 }
 
 void Sheet::makeCells() {
-    SheetRequest request = options_.request;
-    request.outputs = {options_.output.path};
-    if (options_.report.file) request.outputs.push_back(*options_.report.file);
-    const ProgressStyle progress = options_.report.shownProgress();
-    const FileKind kind = fileKind(request.input.file.string());
+    const SheetRequest& request = options_.request;
+    const FileKind kind = fileKind(request.scene.file.string());
     if (kind == FileKind::kGltf) {
-        content_ = sheetOfScene(request, progress, console_);
+        content_ = sheetOfScene(request, job_, console_);
     } else if (kind == FileKind::kExr) {
         refuseSceneOptions();
-        content_ = sheetOfFile(request, progress, console_);
+        content_ = sheetOfFile(request, job_, console_);
     } else {
         throw Error(ErrorKind::kInput, "neither a glTF scene nor a layered depth image",
-                    request.input.file.string(),
+                    request.scene.file.string(),
                     "sheet shows .gltf, .glb and the .exr of peeler render");
     }
 }
@@ -140,30 +128,27 @@ void Sheet::refuseSceneOptions() const {
 }
 
 void Sheet::writeSheet() {
-    SheetLook look;
-    look.columns = options_.columns;
-    look.background = options_.output.background;
+    SheetStyle style;
+    style.columns = options_.columns;
+    style.background = options_.output.background;
     // Grey means depth there, so what is behind it is not grey.
     constexpr std::array<float, 4> kBehindDepth{0.42F, 0.55F, 0.74F, 1};
-    if (options_.request.cells.show == SheetShow::kDepth && !look.background)
-        look.background = kBehindDepth;
-    look.exposure = static_cast<float>(options_.output.exposure.value_or(0));
-    look.tone_map = options_.output.tone_map.value_or(look.tone_map);
-    const CompositeImage page = layOut(content_.cells, look);
+    if (options_.request.cells.show == SheetShow::kDepth && !style.background)
+        style.background = kBehindDepth;
+    style.exposure = static_cast<float>(options_.output.exposure.value_or(0));
+    style.tone_map = options_.output.tone_map.value_or(style.tone_map);
+    const CompositeImage page = layOut(content_.cells, style);
     content_.result.width = page.window.width();
     content_.result.height = page.window.height();
-    const StageTimer timer(times_, "encode");
+    const StageTimer timer(job_.times(), "encode");
     OutputOptions output;  // the page is finished: nothing is mapped once more
     output.provenance.version = PEELER_VERSION;
     writePicture(options_.output.path.string(), page, output);
 }
 
-void Sheet::tell() {
-    add(content_.result.milliseconds, times_);
-    content_.result.inputs = {options_.request.input.file};
-    content_.result.output = options_.output.path;
-    content_.result.bytes = fileBytes(options_.output.path);
-    content_.result.peak_memory = peakMemory();
+void Sheet::report() {
+    job_.finish(content_.result);
+    content_.result.setFile(options_.output.path);
     Json found = findingsOf(content_.result);
     found["cells"] = Json::array();
     for (const SheetCell& cell : content_.cells) {
@@ -182,7 +167,8 @@ void Sheet::tell() {
                       " left out; --cells " +
                       std::to_string(content_.omitted + content_.cells.size()) + " shows all");
     }
-    tellResult(options_.report, toJson(content_.result, found), summary(content_.result), console_);
+    reportResult(options_.request.report, toJson(content_.result, found), summary(content_.result),
+                 console_);
 }
 
 void addCellOptions(VerbOptions& verb, SheetOptions& options) {
@@ -242,7 +228,7 @@ VerbAction declareSheet(VerbOptions& verb) {
     const auto options = std::make_shared<SheetOptions>();
     options->output.as = "composite";
     addValue(
-        verb, "IN", "", options->request.input.file,
+        verb, "IN", "", options->request.scene.file,
         [](const std::string& text) { return fs::path(text); },
         "a layered or deep image (.exr) or a glTF scene (.gltf, .glb)")
         .required();
@@ -253,18 +239,17 @@ VerbAction declareSheet(VerbOptions& verb) {
             "behind every cell: transparent (default), r,g,b[,a] in linear light, or #rrggbb[aa] "
             "in sRGB; where it is transparent a checkerboard shows");
     addCellOptions(verb, *options);
-    addSceneOptions(verb, options->request.input);
-    addTimeOptions(verb, options->request.animation);
+    addShownOptions(verb, options->request);
     addCameraOptions(verb, options->request.camera);
     addLayerOptions(verb, options->request.capture);
     addClipOptions(verb, options->request.clip);
     addLightOptions(verb, options->request.capture, options->shadow_size);
-    addLookOptions(verb, options->request.look);
-    addMachineOptions(verb, options->request.device, options->threads, options->request.capture);
-    addReportOptions(verb, options->report);
+    addAppearanceOptions(verb, options->request.appearance);
+    addRunOptions(verb, options->request);
     verb.footer(kSheetFooter);
     return [options, verb](Console& console) {
         options->given = sceneOptionsGiven(verb);
+        options->request.output = options->output.path;
         setShadowSize(options->request.capture, options->shadow_size);
         Sheet(*options, console).run();
         return 0;

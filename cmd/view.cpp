@@ -214,7 +214,7 @@ class ViewRun {
             load();
             render();
         }
-        tell();
+        report();
     }
 
   private:
@@ -223,7 +223,7 @@ class ViewRun {
     void render();
     /// The picture from `view`, in bands.
     void reprojectInto(Sink& writer, const View& view);
-    void tell();
+    void report();
 
     ViewOptions options_;
     bool page_ = false;
@@ -319,17 +319,16 @@ void ViewRun::reprojectInto(Sink& writer, const View& view) {
         result_.milliseconds["capture"] -= milliseconds;
 }
 
-void ViewRun::tell() {
+void ViewRun::report() {
     result_.inputs = {options_.input};
-    result_.output = options_.output.path;
-    result_.bytes = fileBytes(options_.output.path);
+    result_.setFile(options_.output.path);
     result_.layers = plan_.layers.size();
     result_.fragments_counted = plan_.fragments_counted;
     result_.fragments_stored = plan_.fragments_stored;
     result_.method = kMethod;
     result_.renderer = reader_->info().provenance.renderer;
     result_.peak_memory = peakMemory();
-    tellResult(options_.report, result_, console_);
+    reportResult(options_.report, result_, console_);
 }
 
 }  // namespace

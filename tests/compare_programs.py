@@ -13,7 +13,7 @@ where it is absent, and that is said.
 Of every line the exit code, stdout, stderr and the files that it wrote, changed or removed have to be the same to the
 byte. Only what a program cannot repeat is left out: times, the most memory that was resident, progress told by the
 clock, and where the program and its folder lie. JSON is compared as values by their keys, in whatever order; keys
-that have another name on purpose stand in UNIFIED. Exits with 1 if anything differs."""
+that have another name on purpose stand in UNIFIED, those that are new in ADDED. Exits with 1 if anything differs."""
 
 import argparse
 import collections
@@ -43,6 +43,18 @@ VERB = re.compile(r"\bpeeler ?([a-z]*)")
 # JSON keys that were renamed on purpose: (verb, key before, key after), a key being the way to a value, such as
 # "cells.label". An object's key stands for all that is below it, None for what only one of the programs has.
 UNIFIED = ()
+
+# JSON keys that are new on purpose: (verb, keys), a key being as above. Where BEFORE has a value, and not "", AFTER has
+# to have the same; where it has none any will do.
+BEGINNING_AND_END = ("input", "output", "bytes", "outputs", "settingsHash", "renderer", "backend", "peakMemory",
+                     "milliseconds")
+ADDED = (
+    ("rays", BEGINNING_AND_END),
+    ("bake", BEGINNING_AND_END),
+    ("extract", BEGINNING_AND_END),
+    ("sheet", ("settingsHash",)),
+    ("batch", tuple(f"result.{key}" for key in BEGINNING_AND_END)),
+)
 
 # JSON keys whose values no run repeats, nor those below them.
 VOLATILE = {"milliseconds", "peakMemory", "seconds"}
@@ -186,10 +198,23 @@ def unify(verb, before, after):
     return before, after
 
 
+def without_added(verb, before, after):
+    """Both without the values of ADDED that only one of them has."""
+    added = tuple(f"{key}." for of, keys in ADDED if of == verb for key in keys)
+    before, after = dict(before), dict(after)
+    for key in [key for key in after if f"{key}.".startswith(added)]:
+        places = {place for place, value in before.get(key, ()) if value != ""}
+        for values in (before, after):
+            kept = [(place, value) for place, value in values.pop(key, ()) if place in places]
+            if kept:
+                values[key] = kept
+    return before, after
+
+
 def difference(verb, before, after):
     """What differs, in a few words; nothing if nothing does."""
     if isinstance(before, dict) and isinstance(after, dict):
-        before, after = unify(verb, before, after)
+        before, after = without_added(verb, *unify(verb, before, after))
         keys = [key for key in before | after if before.get(key) != after.get(key)]
         if not keys:
             return ""
@@ -257,6 +282,8 @@ def compare(chosen, programs):
     print("exit codes:", ", ".join(f"{end}: {ends[end]} times" for end in sorted(ends, key=str)))
     for verb, old, new in UNIFIED:
         print(f"unified: peeler {verb}: {old or 'nothing'} is now {new or 'left out'}")
+    for verb, keys in ADDED:
+        print(f"added: peeler {verb}: {', '.join(keys)}")
     told = f", {skipped} skipped" if skipped else ""
     print(f"{ends.total()} command lines{told}, {different} differ")
     return different > 0

@@ -3,6 +3,7 @@
 #include "cmd/bake/bake_options.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
@@ -136,7 +137,7 @@ void addBakeOptions(VerbOptions& verb, BakeOptions& options) {
         .group("Baking");
 }
 
-void checkBakeOptions(const BakeOptions& options, const LookOptions& look) {
+void checkBakeOptions(const BakeOptions& options, const AppearanceOptions& appearance) {
     const BakeFile file = options.file();
     const std::string path = options.output.string();
     if (file != BakeFile::kPng && hasFrameToken(path))
@@ -162,9 +163,30 @@ void checkBakeOptions(const BakeOptions& options, const LookOptions& look) {
     if (options.settings.quantity == BakeQuantity::kIrradiance) return;
     if (options.bounces)
         refuse("only light bounces", "--bounces", "leave it out, or add --quantity irradiance");
-    if (look.environment)
+    if (appearance.environment)
         refuse("no light is asked for", "--environment",
                "leave it out, or add --quantity irradiance");
+}
+
+std::string_view targetName(BakeTarget target) {
+    return nameOf<BakeTarget>(kTargets, target);
+}
+
+nlohmann::json bakeSettings(const BakeOptions& options) {
+    const BakeSettings& settings = options.settings;
+    nlohmann::json json{{"quantity", nameOf<BakeQuantity>(kBakeQuantities, settings.quantity)},
+                        {"target", targetName(options.chosenTarget())},
+                        {"directions", settings.directions},
+                        {"resolution", settings.resolution},
+                        {"maxDistance", settings.max_distance}};  // an infinite one is null
+    if (settings.quantity == BakeQuantity::kIrradiance)
+        json["bounces"] = options.bounces.value_or(settings.bounces);
+    if (options.values_alone) json["valuesAlone"] = true;
+    if (options.chosenTarget() == BakeTarget::kVertices) return json;
+    const TexelSettings texels = options.texels();
+    json["texels"] = {
+        {"size", texels.size}, {"uvSet", texels.uv_set}, {"padding", options.texelPadding()}};
+    return json;
 }
 
 void checkBakedLight(const PosedScene& posed) {

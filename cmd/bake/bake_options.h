@@ -1,16 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is baked, how finely, and where to.
+// What is baked, how finely, and where to; and what files hold of it.
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "cmd/cli/choices.h"
-#include "cmd/options/look_options.h"
+#include "cmd/options/scene_options.h"
 #include "core/bake/bake.h"
 #include "core/bake/receivers.h"
 #include "core/capture/capture_settings.h"
 #include "core/scene/posed_scene.h"
+#include "formats/gltf/baked_gltf.h"
+#include "formats/image/texture_files.h"
 
 namespace peeler::cmd {
 
@@ -51,12 +58,47 @@ struct BakeOptions {
 void addBakeOptions(VerbOptions& verb, BakeOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
-void checkBakeOptions(const BakeOptions& options, const LookOptions& look);
+void checkBakeOptions(const BakeOptions& options, const AppearanceOptions& appearance);
+
+/// "vertices"
+std::string_view targetName(BakeTarget target);
+
+/// What of them changes values or the textures they go to, for the settings' hash.
+nlohmann::json bakeSettings(const BakeOptions& options);
 
 /// Throws Error (kUsage) if nothing gives off the light that irradiance is made of.
 void checkBakedLight(const PosedScene& posed);
 
 /// Whether it makes surfaces darker, and is what a material's occlusion texture means.
 bool isOcclusion(BakeQuantity quantity);
+
+/// Least, mean and greatest component.
+struct ValueRange {
+    double least = 0, mean = 0, greatest = 0;
+};
+ValueRange rangeOf(std::span<const float> values);
+
+/// What of a quantity can be shown, 0 to 1: ao and sky visibility as they are, bent normals as
+/// n / 2 + 1 / 2, thickness as a share of the greatest, irradiance as the light that a white
+/// surface sends back, E / π.
+class ShownValues {
+  public:
+    ShownValues(BakeQuantity quantity, const ValueRange& range);
+    float operator()(float value) const { return value * scale_ + offset_; }
+
+  private:
+    float scale_ = 1, offset_ = 0;
+};
+
+/// "_AO": what the values are called as an attribute of vertices.
+std::string attributeOf(BakeQuantity quantity);
+
+/// The values of every primitive of every node. COLOR_0 is what can be shown, linear; occlusion
+/// darkens the colour that is there. Instances that one node makes (EXT_mesh_gpu_instancing) get
+/// their mean.
+std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
+                                            const VertexReceivers& vertices,
+                                            std::span<const float> values, BakeQuantity quantity,
+                                            const ShownValues& shown);
 
 }  // namespace peeler::cmd

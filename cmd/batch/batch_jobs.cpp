@@ -12,8 +12,8 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/choices.h"
 #include "cmd/cli/command_line.h"
+#include "cmd/cli/parse.h"
 #include "cmd/options/frames.h"
-#include "cmd/options/share.h"
 #include "core/base/error.h"
 #include "formats/file/hash_text.h"
 
@@ -174,7 +174,7 @@ constexpr WritingOption kWritingOptions[] = {
 /// A name with a place for the frame's number becomes that of each frame.
 void nameFrames(const std::string& list, const std::string& chunk, Job& job) {
     const std::vector<int> frames = parseFrames(list);
-    const auto [first, end] = (chunk.empty() ? Share() : parseShare(chunk)).of(frames.size());
+    const auto [first, end] = (chunk.empty() ? Shard() : parseShard(chunk)).of(frames.size());
     std::vector<fs::path> files;
     for (const fs::path& output : job.outputs) {
         if (!hasFrameToken(output.string())) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/batch/batch_report.h"
+// The results of peeler batch.
+#include "cmd/batch/batch_jobs.h"
 
 #include <fcntl.h>
 #include <sys/file.h>

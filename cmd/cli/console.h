@@ -38,12 +38,12 @@ class Console {
     /// A line for programs, as it is.
     void machineLine(std::string_view line);
 
-    /// A prefix under which every error is told once more, for a scheduler; "" = it is not.
+    /// A prefix under which every error is reported once more, for a scheduler; "" = it is not.
     void setFailurePrefix(std::string prefix) { failure_prefix_ = std::move(prefix); }
-    /// The share of the command's work that a scheduler has been told is done: never to fall. Below
-    /// 0 if it has been told nothing.
-    double told() const { return told_; }
-    void setTold(double share) { told_ = share; }
+    /// The share of the command's work that has been reported to a scheduler as done: never to
+    /// fall. Below 0 if nothing has been reported.
+    double reported() const { return reported_; }
+    void setReported(double share) { reported_ = share; }
 
     /// Draws `text` over the previous bar; does nothing unless `err` is a terminal. Any message
     /// clears the bar first.
@@ -59,7 +59,7 @@ class Console {
     bool quiet_ = false;
     std::size_t bar_width_ = 0;
     std::string failure_prefix_;
-    double told_ = -1;
+    double reported_ = -1;
 };
 
 /// `text` with its control characters as \xNN: what a file says must not steer a terminal.

@@ -23,7 +23,7 @@ int runReported(Console& console, const std::function<int()>& work);
 /// What is being handled, as an Error. To be called in a catch block; ReaderGone goes on.
 Error currentError();
 
-/// Tells an error, with a hint. Returns its exit code.
+/// Reports an error, with a hint. Returns its exit code.
 int reportError(Console& console, const Error& error);
 
 }  // namespace peeler::cmd

@@ -3,9 +3,12 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/base/window.h"
 
@@ -65,5 +68,19 @@ std::array<float, 4> parseColor(std::string_view text);
 
 /// Layers to keep: "all" and "0" are 0, no limit; else 1 or more.
 std::uint32_t parseLayers(std::string_view text);
+
+/// One of so many parts, for work that several processes divide among themselves.
+struct Shard {
+    int index = 1;  ///< from 1 to count
+    int count = 1;
+
+    /// The half-open range of `items` things that is this shard: all shards together have each
+    /// once, in order, and differ by one in size at most.
+    std::pair<std::size_t, std::size_t> of(std::size_t items) const;
+    std::string text() const { return std::to_string(index) + '/' + std::to_string(count); }
+};
+
+/// "2/5", from 1/N to N/N.
+Shard parseShard(std::string_view text);
 
 }  // namespace peeler::cmd

@@ -23,7 +23,7 @@ ProgressReport::ProgressReport(Console& console, ProgressStyle style, Stage stag
       clock_(std::move(clock)),
       start_(clock_()),
       last_(start_),
-      begin_(std::max(0.0, console.told())) {
+      begin_(std::max(0.0, console.reported())) {
     if (style_ == ProgressStyle::kOpenJd) status(stage_.name);
     if (style_ == ProgressStyle::kJson || style_ == ProgressStyle::kAlf ||
         style_ == ProgressStyle::kOpenJd)
@@ -103,19 +103,19 @@ void ProgressReport::alf(double share) {
     const auto percent = [](double part) {
         return static_cast<int>(std::floor(part * 100 + 1e-9));
     };
-    if (percent(share) <= percent(console_.told())) return;
+    if (percent(share) <= percent(console_.reported())) return;
     console_.machineLine("ALF_PROGRESS " + std::to_string(percent(share)) + "%");
-    console_.setTold(share);
+    console_.setReported(share);
 }
 
 void ProgressReport::openJd(double share) {
-    const bool first = console_.told() < 0, end = share >= 1 && console_.told() < 1;
-    const bool news = share - console_.told() >= 1e-3 && secondsSince(last_) >= kLineSeconds;
+    const bool first = console_.reported() < 0, end = share >= 1 && console_.reported() < 1;
+    const bool news = share - console_.reported() >= 1e-3 && secondsSince(last_) >= kLineSeconds;
     if (!first && !end && !news) return;
     char text[16];
     std::snprintf(text, sizeof text, "%.1f", std::floor(share * 1000 + 1e-6) / 10);
     console_.machineLine(std::string("openjd_progress: ") + text);
-    console_.setTold(share);
+    console_.setReported(share);
     last_ = clock_();
 }
 

@@ -12,7 +12,7 @@
 
 namespace peeler::cmd {
 
-/// How progress is told.
+/// How progress is reported.
 enum class ProgressStyle { kAuto, kNone, kPlain, kAlf, kOpenJd, kJson };
 
 /// The default comes first.
@@ -45,7 +45,7 @@ inline constexpr double kCountEnd = 0.3;
 /// - alf: "ALF_PROGRESS 42%", a line for every per cent (Pixar's Tractor; CGRU's Afanasy reads it)
 /// - openjd: "openjd_progress: 42.0" and "openjd_status: …" (Open Job Description, "How Jobs Are
 ///   Run", Stdout/Stderr Messages), at most 10 a second
-/// The last two tell of the command as a whole: they never fall, and a stage goes on where the one
+/// The last two are of the command as a whole: they never fall, and a stage goes on where the one
 /// before has ended. Quiet consoles get nothing but these and JSON, which were asked for by name.
 class ProgressReport {
   public:

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <system_error>
+#include <utility>
 
 #include "cmd/cli/arguments.h"
 #include "cmd/machine/resources.h"
@@ -29,14 +30,14 @@ double spent(const StageTimes& times, const std::string& stage) {
 
 Json stagesJson(const StageTimes& times) {
     Json json;
-    const auto tell = [&](const std::string& stage) {
+    const auto report = [&](const std::string& stage) {
         json[stage] = std::round(spent(times, stage) * 1e3) / 1e3;
     };
     for (const char* stage : kStages)
-        tell(stage);
+        report(stage);
     for (const auto& [stage, milliseconds] : times)
-        if (stage != kTotal) tell(stage);
-    tell(kTotal);
+        if (stage != kTotal) report(stage);
+    report(kTotal);
     return json;
 }
 
@@ -53,8 +54,13 @@ Json filesJson(const RunResult& run) {
     json["bytes"] = run.bytes;
     if (!run.files) return json;
     json["outputs"] = Json::array();
-    for (const WrittenFile& file : *run.files)
-        json["outputs"].push_back({{"path", file.path.string()}, {"bytes", file.bytes}});
+    for (const WrittenFile& file : *run.files) {
+        Json entry;
+        if (!file.kind.empty()) entry["kind"] = file.kind;
+        entry["path"] = file.path.string();
+        entry["bytes"] = file.bytes;
+        json["outputs"].push_back(std::move(entry));
+    }
     return json;
 }
 
@@ -79,14 +85,24 @@ void addReportOptions(VerbOptions& verb, ReportOptions& options) {
     verb.addFlag("-q,--quiet", options.quiet, "warnings and errors only").group(kGroup);
 }
 
+void RunResult::setFile(const std::filesystem::path& file) {
+    output = file;
+    bytes = fileBytes(file);
+}
+
 void RunResult::setFiles(const std::filesystem::path& name,
                          const std::vector<std::filesystem::path>& all) {
     output = name;
     files.emplace();
-    for (const std::filesystem::path& path : all) {
-        files->push_back({path, fileBytes(path)});
-        bytes += files->back().bytes;
-    }
+    for (const std::filesystem::path& path : all)
+        addFile(path);
+}
+
+const WrittenFile& RunResult::addFile(const std::filesystem::path& file, const std::string& kind) {
+    if (!files) files.emplace();
+    files->push_back({file, fileBytes(file), kind});
+    bytes += files->back().bytes;
+    return files->back();
 }
 
 void describePicture(const Plan& plan, const Provenance& provenance, PictureResult& result) {
@@ -161,15 +177,15 @@ std::string totalText(const StageTimes& milliseconds) {
            " ms";
 }
 
-void tellResult(const ReportOptions& options, const Json& json, const std::string& lines,
-                Console& console) {
+void reportResult(const ReportOptions& options, const Json& json, const std::string& lines,
+                  Console& console) {
     if (options.file) writeReport(*options.file, json);
     if (!lines.empty()) console.note(lines);
     if (options.json) console.result(jsonText(json));
 }
 
-void tellResult(const ReportOptions& options, const PictureResult& result, Console& console) {
-    tellResult(options, toJson(result), summary(result), console);
+void reportResult(const ReportOptions& options, const PictureResult& result, Console& console) {
+    reportResult(options, toJson(result), summary(result), console);
 }
 
 std::string jsonText(const Json& json) {

@@ -18,10 +18,10 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// What is told as JSON: keys stay in the order in which they are set.
+/// What is reported as JSON: keys stay in the order in which they are set.
 using Json = nlohmann::ordered_json;
 
-/// Where a command tells its result and its progress.
+/// Where a command reports its result and its progress.
 struct ReportOptions {
     bool json = false;
     bool quiet = false;
@@ -39,13 +39,15 @@ void addReportOptions(VerbOptions& verb, ReportOptions& options);
 struct WrittenFile {
     std::filesystem::path path;
     std::uint64_t bytes = 0;
+    std::string kind{};  ///< for verbs that write several
 };
 
-/// What every verb tells of a run that reads something and writes something made of it.
+/// What every verb reports of a run that reads something and writes something made of it.
 struct RunResult {
     std::vector<std::filesystem::path> inputs{};  ///< the scene, or images
-    std::filesystem::path output{};               ///< as it was asked for; "" = nothing was written
-    std::uint64_t bytes = 0;                      ///< of all files of that name together
+    /// As it was asked for; "" = nothing was written, or under several names.
+    std::filesystem::path output{};
+    std::uint64_t bytes = 0;  ///< of all files of that name together
     /// Each of the files, for verbs that write several under one name, or under several.
     std::optional<std::vector<WrittenFile>> files{};
     std::string settings_hash{};    ///< peeler:settingsHash; "" = not known
@@ -54,8 +56,13 @@ struct RunResult {
     std::uint64_t peak_memory = 0;  ///< bytes
     StageTimes milliseconds{};
 
+    /// What was written is the file of this name. Throws Error (kOutput) if it is not there.
+    void setFile(const std::filesystem::path& file);
     /// Lists what was written under a name. Throws Error (kOutput) if one is not there.
     void setFiles(const std::filesystem::path& name, const std::vector<std::filesystem::path>& all);
+    /// Adds a file to the list, which is there from then on. Throws Error (kOutput) if it is not
+    /// there.
+    const WrittenFile& addFile(const std::filesystem::path& file, const std::string& kind = "");
 };
 
 /// What became of one picture.
@@ -93,13 +100,13 @@ std::string summary(const PictureResult& result);
 /// Milliseconds from the beginning to the end, rounded and grouped: "812 ms".
 std::string totalText(const StageTimes& milliseconds);
 
-/// Tells a result as it was asked for: in the report's file, as lines on stderr and as JSON on
+/// Reports a result as it was asked for: in the report's file, as lines on stderr and as JSON on
 /// stdout. Throws Error (kOutput).
-void tellResult(const ReportOptions& options, const Json& json, const std::string& lines,
-                Console& console);
+void reportResult(const ReportOptions& options, const Json& json, const std::string& lines,
+                  Console& console);
 
 /// The same of a picture, with its summary.
-void tellResult(const ReportOptions& options, const PictureResult& result, Console& console);
+void reportResult(const ReportOptions& options, const PictureResult& result, Console& console);
 
 /// The text that --json prints and --report stores: indented, a newline at the end; bytes that are
 /// not UTF-8 (file names) replaced.

@@ -11,8 +11,8 @@
 
 #include "cmd/cli/report.h"
 #include "cmd/info/info_kinds.h"
-#include "cmd/options/animation_options.h"
 #include "cmd/options/camera_options.h"
+#include "cmd/options/scene_options.h"
 #include "core/scene/lights.h"
 #include "core/scene/posed_scene.h"
 #include "formats/file/hash_text.h"

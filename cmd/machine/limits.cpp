@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Control groups by /proc, and the tables of limits.
-#include "cmd/machine/limits.h"
+#include "cmd/machine/resources.h"
 
 #include <algorithm>
 #include <charconv>

@@ -1,19 +1,95 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a command may use of the machine, and what it used.
+// What a command may use of the machine, and what it used: control groups, what schedulers and the
+// kernel limit processors and memory to, threads.
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "cmd/machine/limits.h"
 #include "core/base/memory_budget.h"
 
 namespace peeler::cmd {
 
+struct Cgroup {
+    std::string name;              ///< below its mount: "/", "/slurm/job_7"
+    std::filesystem::path folder;  ///< where its files are
+};
+
+/// The groups of one process, as they were when it was made; what limits them may change.
+/// (cgroups(7), proc(5): mountinfo.)
+class Cgroups {
+  public:
+    /// Those of the process that reads `root`/proc/self.
+    explicit Cgroups(std::filesystem::path root);
+
+    /// Its group, and those above it as far up as they are mounted, its own first. `controller` is
+    /// one of version 1 ("memory"), or "" for the hierarchy of version 2. Empty if that is not
+    /// mounted. A container may see its own group as the root; limits above it are not to be seen
+    /// then.
+    std::vector<Cgroup> of(const std::string& controller) const;
+
+  private:
+    // Controllers are a list with commas; "" is the hierarchy of version 2.
+    struct Membership {
+        std::string controllers;
+        std::string name;  ///< of the group that the process is in
+    };
+    struct Mount {
+        std::string controllers;  ///< with other options among them
+        std::string top;          ///< the group that is mounted
+        std::string point;        ///< where
+    };
+    static std::optional<Membership> membershipIn(const std::string& line);
+    static std::optional<Mount> mountIn(const std::string& line);
+
+    std::filesystem::path root_;
+    std::vector<Membership> memberships_;
+    std::vector<Mount> mounts_;
+};
+
+/// An amount, and who limits to it: "the cgroup /job_7 (memory.max)", "SLURM_CPUS_PER_TASK".
+struct Limit {
+    std::uint64_t amount = 0;
+    std::string source;
+    bool operator==(const Limit&) const = default;
+};
+
+/// Where limits are read: files of the system and variables of the environment. Tests have their
+/// own.
+struct LimitSources {
+    Cgroups cgroups;
+    /// The value of an environment variable, null if it is not set.
+    std::function<const char*(const char* name)> variable;
+};
+
+/// Those of this process.
+const LimitSources& processLimitSources();
+
+/// Every limit of processors that there is, CPU affinity aside:
+/// - the quota of the process's cgroup and of those above it: cpu.max (v2), cpu.cfs_quota_us (v1),
+///   each divided by its period and rounded up
+/// - SLURM_CPUS_PER_TASK (sbatch --cpus-per-task), CUE_THREADS (OpenCue)
+/// What is missing, says "max" or is no positive number limits nothing.
+std::vector<Limit> processorLimits(const LimitSources& sources);
+
+/// Every limit of memory, in bytes:
+/// - of the process's cgroup and of those above it: memory.max and memory.high (v2),
+///   memory.limit_in_bytes (v1)
+/// - SLURM_MEM_PER_NODE (MiB; sbatch --mem), SLURM_MEM_PER_CPU times SLURM_CPUS_PER_TASK (or
+///   SLURM_CPUS_ON_NODE), CUE_MEMORY (KiB; OpenCue's reservation)
+std::vector<Limit> memoryLimits(const LimitSources& sources);
+
+/// The first of the least.
+std::optional<Limit> least(const std::vector<Limit>& limits);
+
 /// The least --memory: below it the driver and the shader compiler alone are over the budget.
 inline constexpr std::uint64_t kLeastMemory = std::uint64_t{64} << 20;
 
-/// The least of CPU affinity and processorLimits() (cmd/machine/limits.h); at least 1.
+/// The least of CPU affinity and processorLimits(); at least 1.
 Limit allowedThreads();
 
 /// The least of memoryLimits(), bytes; nothing if nobody limits it.

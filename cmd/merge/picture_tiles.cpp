@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "cmd/options/share.h"
+#include "cmd/cli/parse.h"
 #include "core/base/error.h"
 #include "core/image/merge.h"
 
@@ -151,19 +151,19 @@ std::string PictureTiles::missingStrip() const {
     for (const PictureTile& tile : tiles_) {
         const std::string& text = tile.info().provenance.tile;
         if (text.empty()) return "";
-        Share share;
+        Shard shard;
         try {
-            share = parseShare(text);
+            shard = parseShard(text);
         } catch (const Error&) {
             throw Error(ErrorKind::kInput, "its peeler:tile is none: " + text, tile.path,
                         "render the tile again");
         }
-        if (count != 0 && share.count != count) return "";
-        count = share.count;
-        there.insert(share.index);
+        if (count != 0 && shard.count != count) return "";
+        count = shard.count;
+        there.insert(shard.index);
     }
     for (int i = 1; i <= count; ++i)
-        if (!there.contains(i)) return Share{i, count}.text();
+        if (!there.contains(i)) return Shard{i, count}.text();
     return "";
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/options/animation_options.h"
+// Options of when a scene is shown, and the moments they make.
+#include "cmd/options/scene_options.h"
 
 #include <numeric>
 
@@ -48,7 +49,7 @@ void addFrameOptions(VerbOptions& verb, AnimationOptions& options) {
         .group(kAnimationGroup);
     addValue(
         verb, "--chunk", "I/N", options.chunk,
-        [](const std::string& text) { return parseShare(text); },
+        [](const std::string& text) { return parseShard(text); },
         "of these frames the I-th of N runs of the same length, so that N processes share them: "
         "1/N to N/N")
         .group(kAnimationGroup);
@@ -99,7 +100,7 @@ std::vector<Moment> momentsOf(const AnimationOptions& options) {
         return {{0, time, time + 1 / fps, 0, fps}};
     }
     std::vector<Moment> moments;
-    const auto [first, end] = options.chunk.value_or(Share()).of(options.frames->size());
+    const auto [first, end] = options.chunk.value_or(Shard()).of(options.frames->size());
     for (std::size_t i = first; i < end; ++i) {
         const int frame = (*options.frames)[i];
         moments.push_back({frame, frame / fps, (frame + 1.0) / fps, fps, fps});

@@ -9,13 +9,60 @@
 
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/choices.h"
-#include "cmd/options/light_camera.h"
 #include "core/base/error.h"
 #include "core/scene/framing.h"
+#include "core/scene/lights.h"
 
 namespace peeler::cmd {
 
 namespace {
+
+constexpr std::string_view kLightPrefix = "light:";
+
+const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std::string& camera) {
+    std::vector<std::vector<std::string>> names;
+    std::vector<std::string> listed;
+    for (const PlacedLight& light : lights) {
+        names.push_back({light.name, light.node_name});
+        listed.push_back(std::string(kLightPrefix) + light.name);
+    }
+    if (const auto found = findNameOrIndex(camera.substr(kLightPrefix.size()), names))
+        return lights[*found];
+    if (lights.empty()) {
+        throw Error(ErrorKind::kUsage,
+                    "the scene has no lights of its own, and with an environment "
+                    "none is built in",
+                    "--camera " + camera, "leave --environment out");
+    }
+    throw Error(
+        ErrorKind::kUsage, "unknown light", "--camera " + camera,
+        choiceHint(camera, "lights", std::vector<std::string_view>(listed.begin(), listed.end())) +
+            "; or an index from light:0 to light:" + std::to_string(lights.size() - 1));
+}
+
+/// Whether `camera` (the value of --camera) names a light rather than a camera.
+bool namesLight(const std::string& camera) {
+    return camera.starts_with(kLightPrefix);
+}
+
+/// What the light sees (lightView in core/scene/lights.h): the projection as tight as that, the
+/// size not set. NAME is the light's, its node's, or an index in draw order; "key" is the built-in
+/// light of a scene without any. Throws Error (kUsage) for an unknown light, with the list, and for
+/// a point light; (kInput) if there is nothing to fit a view to.
+View lightCamera(const PosedScene& posed, const std::string& camera) {
+    const std::vector<PlacedLight> lights = placedLights(posed);
+    const PlacedLight& light = chooseLight(lights, camera);
+    if (light.light.type == LightType::kPoint) {
+        throw Error(ErrorKind::kUsage, "a point light shines all around, so it has no view",
+                    "--camera " + camera, "choose a directional or a spot light");
+    }
+    const auto view = lightView(light, posed);
+    if (!view) {
+        throw Error(ErrorKind::kInput, "the scene has no vertices to fit the light's view to",
+                    "--camera " + camera);
+    }
+    return *view;
+}
 
 constexpr double kDefaultFov = 40;  ///< degrees, vertical
 
@@ -148,7 +195,7 @@ void setDepthRange(View& view, const CameraOptions& options, const Bounds& bound
                 asked ? "--near, --far" : "camera " + view.camera_name, "give --near and --far");
 }
 
-Window tileOf(const Window& whole, const Share& tile) {
+Window tileOf(const Window& whole, const Shard& tile) {
     const auto [first, end] = tile.of(static_cast<std::size_t>(whole.height()));
     if (first == end) {
         throw Error(ErrorKind::kUsage,
@@ -232,7 +279,7 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options) {
         .group("Picture");
     addValue(
         verb, "--tile", "I/N", options.tile,
-        [](const std::string& value) { return parseShare(value); },
+        [](const std::string& value) { return parseShard(value); },
         "of the picture (or the crop) the I-th of N strips of rows, from 1/N at the top to N/N; "
         "peeler merge puts them together")
         .group("Picture");

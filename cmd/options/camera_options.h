@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "cmd/cli/parse.h"
-#include "cmd/options/share.h"
 #include "core/scene/framing.h"
 #include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
@@ -25,7 +24,7 @@ struct CameraOptions {
     std::optional<double> near, far;     ///< scene units
     Size size{1280, 720};
     std::optional<Window> crop;
-    std::optional<Share> tile;  ///< of the rows of the crop, or of the picture
+    std::optional<Shard> tile;  ///< of the rows of the crop, or of the picture
 
     /// Whether a camera is built from these numbers rather than taken from the scene.
     bool buildsCamera() const { return eye || target || up || fov || ortho_height; }

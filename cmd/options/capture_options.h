@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// What verbs that capture a scene share: which fragments, and on which device.
+// What verbs that capture a scene share: which fragments, in which volume, and on which device.
 #pragma once
 
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cmd/cli/choices.h"
 #include "cmd/cli/console.h"
 #include "core/capture/capture_settings.h"
 #include "core/gl/context.h"
+#include "core/scene/clip.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {
 
@@ -62,10 +65,26 @@ void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string&
 /// Declares --backend, --device, --require-gpu, --threads and --memory; `memory` says how a verb
 /// keeps to that.
 void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threads,
-                       CaptureSettings& capture,
-                       const std::string& memory = "the picture is rendered in bands that fit");
+                       CaptureSettings& capture, const std::string& memory);
 
 /// The context that is asked for; says so if it is a software one that nobody chose.
 std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console);
+
+/// --clip-box, --clip-plane, --clip-mesh and --clip.
+struct ClipOptions {
+    ClipVolume volume;                ///< without nodes
+    std::vector<std::string> meshes;  ///< names or indices of nodes
+    bool side_given = false;          ///< --clip
+};
+
+/// Declares the options; `options` must outlive the parse.
+void addClipOptions(VerbOptions& verb, ClipOptions& options);
+
+/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+void checkClipOptions(const ClipOptions& options);
+
+/// The volume with the nodes that are shown under the named ones. Throws Error (kUsage) for a node
+/// that is not there, with the list, and for one without triangles.
+ClipVolume clipVolume(const ClipOptions& options, const PosedScene& posed);
 
 }  // namespace peeler::cmd

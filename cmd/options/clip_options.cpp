@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/options/clip_options.h"
+// Options of clipping, and the volume they make.
+#include "cmd/options/capture_options.h"
 
 #include <algorithm>
 

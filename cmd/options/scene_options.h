@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a scene file is shown: one of its scenes, some of its nodes.
+// What is shown of a scene's file: one of its scenes, some of its nodes; how that looks; and when.
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "cmd/cli/parse.h"
 #include "core/scene/scene.h"
 #include "formats/gltf/gltf_reader.h"
 
@@ -14,6 +16,7 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
+/// What of a scene file is shown.
 struct SceneOptions {
     std::filesystem::path file;
     std::optional<std::string> scene;           ///< name or index; none = the file's default
@@ -38,5 +41,74 @@ std::vector<char> nodesMatching(const Scene& scene, const std::vector<std::strin
 /// name nor below one, with --exclude the nodes of such names and all below them, lights included.
 /// Cameras stay. Throws Error (kUsage) for a glob that no node matches.
 void selectNodes(Scene& scene, const SceneOptions& options);
+
+/// What makes a scene look otherwise than its file says.
+struct AppearanceOptions {
+    std::optional<std::string> variant;  ///< name or index
+    bool transmission = true;            ///< light passes through what the file says
+    std::optional<std::filesystem::path> environment;
+    std::optional<double> environment_rotation;  ///< degrees
+};
+
+/// Declares --variant alone.
+void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance);
+/// Declares --variant, --transmission, --environment and --environment-rotation.
+void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
+/// Declares those that can change what is baked: --variant, --environment and
+/// --environment-rotation.
+void addBakedAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
+
+/// Throws Error (kUsage) for a rotation of no environment.
+void checkAppearanceOptions(const AppearanceOptions& appearance);
+
+/// Reads the scene as the options want it: its materials of the variant, its environment from the
+/// file. `shadows` asks for a warning where nothing can cast them. Throws Error (kUsage) for an
+/// unknown variant, with the list, and what readGltf and readEnvironment throw.
+Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
+                const AppearanceOptions& appearance, bool shadows);
+
+/// Index of the variant that was chosen. Throws Error (kUsage) for an unknown one, with the list.
+std::optional<std::size_t> chosenVariant(const Scene& scene, const AppearanceOptions& appearance);
+
+/// What of it changes pixels, for the settings' hash; an empty object if nothing was asked for.
+nlohmann::json appearanceSettings(const AppearanceOptions& appearance, const Scene& scene);
+
+/// When a scene is shown: at rest, at a time, at the times of frames.
+struct AnimationOptions {
+    std::optional<std::string> animation;    ///< name, index or "all"
+    std::optional<double> time;              ///< seconds
+    std::optional<std::vector<int>> frames;  ///< at least one
+    std::optional<Shard> chunk;              ///< of the frames
+    std::optional<double> fps;
+};
+
+/// A picture of a sequence, or the only one.
+struct Moment {
+    int frame = 0;
+    double time = 0;               ///< seconds
+    double next_time = 0;          ///< of the next frame, whether it is asked for or not
+    double frames_per_second = 0;  ///< 0 = it is not one of a sequence
+    double motion_rate = 0;        ///< frames a second, of a sequence or not
+};
+
+/// Declares --animation and --time. `options` must outlive the parse.
+void addTimeOptions(VerbOptions& verb, AnimationOptions& options);
+/// Declares --frames, --chunk and --fps.
+void addFrameOptions(VerbOptions& verb, AnimationOptions& options);
+
+/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+void checkAnimationOptions(const AnimationOptions& options);
+
+/// The animations to play, indices into Scene::animations: the one that is named, or all; the first
+/// if a time or frames are given; else none, and the scene is at rest. Throws Error (kUsage) with
+/// the list for one that is not there.
+std::vector<int> chooseAnimations(const Scene& scene, const AnimationOptions& options);
+
+/// The times to show, in the order asked for: frame N is at N / fps seconds. None if there are more
+/// chunks than frames and this one is empty.
+std::vector<Moment> momentsOf(const AnimationOptions& options);
+
+/// What an animation is called: its own name, else "animation N".
+std::string animationName(const Scene& scene, std::size_t animation);
 
 }  // namespace peeler::cmd

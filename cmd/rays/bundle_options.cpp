@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/rays/bundle_options.h"
+// Options of bundles, and the bundles they make.
+#include "cmd/rays/rays_options.h"
 
 #include <algorithm>
 #include <cstdio>

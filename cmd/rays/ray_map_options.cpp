@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/rays/ray_map_options.h"
+// Options of maps of rays, and what they need of a scene.
+#include "cmd/rays/rays_options.h"
 
 #include <fnmatch.h>
 

@@ -2,11 +2,11 @@
 #include "cmd/rays/rays_options.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
-#include "cmd/options/capture_options.h"
 #include "cmd/rays/hit_output.h"
 #include "core/base/error.h"
 
@@ -86,6 +86,22 @@ void checkOutputs(const RaysOptions& options) {
         checkHitFormat(options.output.path.string());
 }
 
+nlohmann::json bundleJson(const Bundle& bundle) {
+    const auto numbers = [](const glm::dvec3& v) { return nlohmann::json{v.x, v.y, v.z}; };
+    const View& view = bundle.view;
+    const Projection& projection = view.projection;
+    const Window& crop = view.crop;
+    return {{"perspective", projection.perspective},
+            {"origin", numbers(bundle.origin())},
+            {"right", numbers(bundle.right())},
+            {"up", numbers(bundle.up())},
+            {"size", {projection.half_width, projection.half_height}},
+            {"ends", {projection.near, projection.far}},  // an infinite one is null
+            {"resolution", {view.width, view.height}},
+            {"crop", {crop.x0, crop.y0, crop.x1, crop.y1}},
+            {"sample", {view.sample.x, view.sample.y}}};
+}
+
 /// Who enters by a front face leaves by a back face.
 void checkFaces(const RaysOptions& options) {
     const bool inside =
@@ -100,10 +116,7 @@ void checkFaces(const RaysOptions& options) {
 
 void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
     options.capture.faces = Faces::kBoth;
-    addValue(
-        verb, "SCENE", "", options.scene.file,
-        [](const std::string& text) { return fs::path(text); }, "a glTF scene (.gltf or .glb)")
-        .required();
+    addSceneArgument(verb, options);
     addOutputFile(verb, options.output);
     verb.option("--output")
         .required(false)
@@ -143,17 +156,13 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
         },
         parity_help)
         .group("Inside");
-    addSceneOptions(verb, options.scene);
-    addVariantOption(verb, options.look);
-    addTimeOptions(verb, options.animation);
-    addMachineOptions(verb, options.device, options.threads, options.capture,
-                      "rays are traced in bands that fit");
-    addReportOptions(verb, options.report);
+    addShownOptions(verb, options);
+    addVariantOption(verb, options.appearance);
+    addRunOptions(verb, options, "rays are traced in bands that fit");
     verb.footer(kRaysFooter);
 }
 
 void checkRaysOptions(const RaysOptions& options) {
-    checkAnimationOptions(options.animation);
     if (options.voxels)
         checkVoxels(options);
     else
@@ -162,6 +171,21 @@ void checkRaysOptions(const RaysOptions& options) {
     checkRayMapFlags(options.maps);
     checkOutputs(options);
     checkFaces(options);
+}
+
+nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> bundles) {
+    nlohmann::json settings{{"refine", options.refine && !options.points}};
+    for (const Bundle& bundle : bundles)
+        settings["bundles"].push_back(bundleJson(bundle));
+    for (const RayMap map : options.maps.maps)
+        settings["maps"].push_back(infoOf(map).name);
+    if (!options.maps.attenuation.empty()) settings["attenuation"] = options.maps.attenuation;
+    if (!options.maps.parts.empty()) settings["parts"] = options.maps.parts;
+    if (options.maps.range)
+        settings["range"] = {options.maps.range->first, options.maps.range->second};
+    if (options.voxels) settings["voxels"] = *options.voxels;
+    if (options.points) settings["points"] = true;
+    return settings;
 }
 
 }  // namespace peeler::cmd

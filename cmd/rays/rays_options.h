@@ -1,40 +1,96 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of peeler rays, and which of them contradict each other.
+// The options of peeler rays: which bundles, which maps, and what contradicts itself.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <glm/glm.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
-#include "cmd/options/animation_options.h"
-#include "cmd/options/look_options.h"
+#include "cmd/options/camera_options.h"
+#include "cmd/options/capture_job.h"
 #include "cmd/options/output_options.h"
-#include "cmd/options/scene_options.h"
-#include "cmd/rays/bundle_options.h"
-#include "cmd/rays/ray_map_options.h"
-#include "core/capture/capture_settings.h"
-#include "core/gl/context.h"
+#include "cmd/rays/ray_map_output.h"
+#include "core/rays/bundle.h"
+#include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {
 
+class VerbOptions;
+
+/// Which bundles of rays.
+struct BundleOptions {
+    std::vector<glm::dvec3> directions;         ///< unit vectors, one by one
+    std::optional<int> count;                   ///< so many more, evenly
+    bool hemisphere = false;                    ///< over the upper half only
+    std::optional<std::filesystem::path> file;  ///< still more
+    bool axes = false;                          ///< along X, Y and Z, on one lattice
+    CameraOptions camera;                       ///< if any of them is given: its pixels' rays
+    std::optional<int> resolution;
+    std::optional<double> spacing;  ///< scene units
+    std::optional<Bounds> bounds;   ///< what bundles cover; none = the scene
+
+    /// Whether any rays are asked for.
+    bool asksForRays() const {
+        return usesCamera() || axes || count || file || !directions.empty();
+    }
+    bool usesCamera() const {
+        return camera.camera || camera.buildsCamera() || camera.near || camera.far || camera.crop;
+    }
+    RayGrid grid() const;
+};
+
+/// Declares --direction … --bounds and those of the camera. `options` must outlive the parse.
+void addBundleOptions(VerbOptions& verb, BundleOptions& options);
+
+/// Throws Error (kUsage) for what contradicts itself whatever the scene is, and if there is nothing
+/// to trace.
+void checkBundleOptions(const BundleOptions& options);
+
+/// The directions of a text file, three numbers a line, separated by blanks or commas; empty lines
+/// and what follows # do not count. Of any length but 0. Throws Error (kInput) with the line.
+std::vector<glm::dvec3> readDirections(const std::filesystem::path& file);
+
+/// All bundles but a camera's, in the order of the options, those of the axes last. `scene` bounds
+/// all that is to be hit. Throws like parallelBundle() and readDirections().
+std::vector<Bundle> parallelBundles(const BundleOptions& options, const Bounds& scene);
+
+/// Which maps of rays, and what they need to know.
+struct RayMapFlags {
+    std::vector<RayMap> maps;  ///< none: hits are written
+    std::vector<std::pair<std::string, double>>
+        attenuation;                 ///< by material: a glob of names, or an index
+    std::vector<std::string> parts;  ///< globs of node names
+    std::optional<std::pair<double, double>> range;
+};
+
+/// Declares --map, --attenuation, --part and --range. `flags` must outlive the parse.
+void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags);
+
+/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+void checkRayMapFlags(const RayMapFlags& flags);
+
+/// Throws Error (kUsage) for a material or a node that the scene does not have.
+RayMapOptions rayMapOptions(const RayMapFlags& flags, const Scene& scene);
+
 /// What becomes of solids that rays enter and do not leave.
 enum class ParityUse : std::uint8_t { kReport, kFail };
-struct RaysOptions {
-    SceneOptions scene;
-    AnimationOptions animation;
-    LookOptions look;  ///< the variant alone
+
+/// All of them; of `appearance` the variant alone.
+struct RaysOptions : CaptureJobOptions {
     BundleOptions bundles;
-    CaptureSettings capture;
     bool refine = true;
     bool double_points = false;
     std::optional<std::filesystem::path> points;
     std::optional<int> voxels;
     std::optional<ParityUse> parity;
     RayMapFlags maps;
-    gl::ContextRequest device;
-    int threads = 0;
     OutputFlags output;
-    ReportOptions report;
 
     bool writesFile() const { return !output.path.empty(); }
     bool writesPictures() const { return !maps.maps.empty(); }
@@ -45,5 +101,10 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkRaysOptions(const RaysOptions& options);
+
+/// What of them changes hits or what is made of hits, for the settings' hash: `bundles` as they are
+/// traced, whichever options they come from. What is in the file of --points is input, as the scene
+/// is.
+nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> bundles);
 
 }  // namespace peeler::cmd

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/render/render_options.h"
-
-#include <filesystem>
+// The options of peeler render, and what is captured for them.
+#include "cmd/render/render_request.h"
 
 #include "cmd/cli/arguments.h"
 #include "core/base/error.h"
@@ -69,26 +68,20 @@ void addSequenceOptions(VerbOptions& verb, SequenceOptions& options) {
 }  // namespace
 
 void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
-    addValue(
-        verb, "SCENE", "", options.scene.file,
-        [](const std::string& text) { return std::filesystem::path(text); },
-        "a glTF scene (.gltf or .glb)")
-        .required();
+    addSceneArgument(verb, options);
     addOutputOptions(verb, options.output);
     addLayerOutputOptions(verb, options.output);
     addFxaaOption(verb, options.fxaa, "quick, but --samples sees more");
-    addSceneOptions(verb, options.scene);
-    addTimeOptions(verb, options.animation);
+    addShownOptions(verb, options);
     addFrameOptions(verb, options.animation);
     addCameraOptions(verb, options.camera);
     addLayerOptions(verb, options.capture);
     addChannelOptions(verb, options.channels);
     addClipOptions(verb, options.clip);
     addLightOptions(verb, options.capture, options.shadow_size);
-    addLookOptions(verb, options.look);
-    addMachineOptions(verb, options.device, options.threads, options.capture);
+    addAppearanceOptions(verb, options.appearance);
+    addRunOptions(verb, options);
     addSequenceOptions(verb, options.sequence);
-    addReportOptions(verb, options.report);
     verb.addFlag("--strict", options.strict,
                  "a missing texture and damaged compressed data are errors (exit code 3), whatever "
                  "the fallback, and so is a layer limit that leaves fragments out (6); no file is "

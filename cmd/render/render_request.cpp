@@ -3,10 +3,9 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
-#include "cmd/machine/resources.h"
 #include "cmd/options/frames.h"
-#include "cmd/options/settings.h"
 #include "core/base/error.h"
 #include "formats/file/hash_text.h"
 #include "formats/file/output_hash.h"
@@ -15,10 +14,10 @@ namespace peeler::cmd {
 
 namespace fs = std::filesystem;
 
-RenderRequest::RenderRequest(const RenderOptions& options, Console& console) : options_(options) {
-    options.report.applyTo(console);
+RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job)
+    : options_(options), job_(job) {
     checkCameraOptions(options.camera);
-    checkAnimationOptions(options.animation);
+    job.checkOptions();
     const std::string path = options.output.path.string();
     const std::size_t frames = isSequence() ? options.animation.frames->size() : 1;
     if (frames > 1 && !hasFrameToken(path)) {
@@ -29,22 +28,16 @@ RenderRequest::RenderRequest(const RenderOptions& options, Console& console) : o
     }
     moments_ = momentsOf(options.animation);
     checkFiles();
-    setThreads(options.threads);
     capture_ = captureSettings(options);
     checkClipOptions(options.clip);
-    checkLookOptions(options.look);
-
-    const StageTimer timer(times_, "load");
-    SceneOptions scene = options.scene;
-    scene.gltf.strict = options.strict;
-    scene_.emplace(scene, options.look, options.animation, capture_.shadows, console);
-    checkSceneFiles(scene_->scene(), outputs());
+    scene_ = &job.openScene();
+    job.checkOutputs(outputs());
 }
 
 void RenderRequest::checkFiles() const {
     checkFormat(options_.output);
     std::vector<fs::path> inputs{options_.scene.file};
-    if (options_.look.environment) inputs.push_back(*options_.look.environment);
+    if (options_.appearance.environment) inputs.push_back(*options_.appearance.environment);
     std::vector<fs::path> others = inputs;
     for (std::size_t i = 0; i < moments_.size(); ++i) {
         OutputFlags output = outputOf(i);
@@ -71,13 +64,12 @@ void RenderRequest::checkFiles() const {
     checkReport(options_.report, others);
 }
 
-/// Everything that is written.
+/// Everything that is written but the report.
 std::vector<fs::path> RenderRequest::outputs() const {
     std::vector<fs::path> files;
     for (std::size_t i = 0; i < moments_.size(); ++i)
         files.push_back(outputFile(i));
-    for (const auto& file : {options_.channels.manifest, options_.report.file})
-        if (file) files.push_back(*file);
+    if (options_.channels.manifest) files.push_back(*options_.channels.manifest);
     return files;
 }
 
@@ -123,14 +115,10 @@ Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& 
         capture.opaque_only ? "opaque" : nameOf<Surfaces>(kSurfaces, capture.surfaces);
     provenance.scene = options_.scene.file.filename().string();
     provenance.scene_hash = hexText(scene().content_hash);
-    const ShownScene shown{scene_->index(),
-                           scene_->animations(),
-                           options_.scene.include,
-                           options_.scene.exclude,
-                           picture.next ? moment.motion_rate : 0,
-                           picture.view.crop};
-    provenance.settings_hash =
-        settingsHash(shown, capture, options_.fxaa, lookSettings(options_.look, scene()));
+    nlohmann::json more = nlohmann::json::object();
+    if (options_.fxaa) more["fxaa"] = true;
+    provenance.settings_hash = job_.settingsHash(capture, std::move(more), picture.view.crop,
+                                                 picture.next ? moment.motion_rate : 0);
     if (options_.camera.tile) provenance.tile = options_.camera.tile->text();
     provenance.frame = moment.frame;
     provenance.time = moment.time;
@@ -146,7 +134,7 @@ OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const 
     return output;
 }
 
-bool RenderRequest::isThere(const PictureRequest& picture) const {
+bool RenderRequest::isUpToDate(const PictureRequest& picture) const {
     const CaptureSettings& capture = picture.capture;
     if (options_.strict && (capture.max_layers != 0 || capture.occlusion_ratio > 0)) return false;
     return outputHashOf(picture.output.path.string()) == picture.provenance.output_hash;
@@ -159,7 +147,7 @@ nlohmann::ordered_json RenderRequest::plan() const {
     for (std::size_t i = 0; i < moments_.size(); ++i) {
         const PictureRequest asked = picture(i);
         const Window& crop = asked.view.crop;
-        const bool there = isThere(asked);
+        const bool up_to_date = isUpToDate(asked);
         nlohmann::ordered_json entry;
         entry["output"] = asked.output.path.string();
         if (asked.frame) entry["frame"] = *asked.frame;
@@ -173,10 +161,10 @@ nlohmann::ordered_json RenderRequest::plan() const {
         entry["outputHash"] = asked.provenance.output_hash;
         const bool exists = fs::exists(asked.output.path);
         entry["exists"] = exists;
-        entry["upToDate"] = there;
-        entry["action"] = there && options_.sequence.skip_existing ? "skip"
-                          : exists && options_.output.no_clobber   ? "refuse"
-                                                                   : "render";
+        entry["upToDate"] = up_to_date;
+        entry["action"] = up_to_date && options_.sequence.skip_existing ? "skip"
+                          : exists && options_.output.no_clobber        ? "refuse"
+                                                                        : "render";
         json["pictures"].push_back(std::move(entry));
     }
     return json;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What peeler render is asked for, picture by picture: all that is known before there is a GL
-// context.
+// What peeler render is asked for: its options, and from them, picture by picture, all that is
+// known before there is a GL context.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,67 @@
 #include <optional>
 #include <vector>
 
-#include "cmd/options/opened_scene.h"
-#include "cmd/render/render_options.h"
-#include "core/capture/renderer.h"
+#include "cmd/options/camera_options.h"
+#include "cmd/options/capture_job.h"
+#include "cmd/options/capture_options.h"
+#include "cmd/options/output_options.h"
+#include "core/image/channels.h"
 #include "core/image/sink.h"
+#include "core/scene/scene.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
+
+class VerbOptions;
+
+/// What is stored of every fragment besides colour and Z, and how its ids are named.
+struct ChannelOptions {
+    std::vector<Channel> channels{};  ///< in the order of the table, each once
+    bool cryptomatte = false;
+    std::optional<std::filesystem::path> manifest{};
+
+    bool wants(Channel channel) const;
+};
+
+/// Declares --channels, --cryptomatte and --manifest.
+void addChannelOptions(VerbOptions& verb, ChannelOptions& options);
+
+/// What has to be captured: the channels, and ids for what needs them.
+std::vector<Channel> capturedChannels(const ChannelOptions& options);
+
+/// Throws Error (kUsage) if the output holds no channels, or no composite for Cryptomatte, or if a
+/// manifest would name ids that it has not.
+void checkChannelOptions(const ChannelOptions& options, const OutputFlags& output);
+
+/// Writes the manifest: {"object": [{"id", "name", "cryptomatte"}], "material": [likewise]}, the
+/// last being the hash in hexadecimal. Throws Error (kOutput).
+void writeIdManifest(const std::filesystem::path& path, const IdNames& names);
+
+/// How a run over many pictures meets what is there already, and what fails.
+struct SequenceOptions {
+    bool skip_existing = false;
+    bool keep_going = false;
+    bool dry_run = false;
+};
+
+/// All options; of `capture` see captureSettings().
+struct RenderOptions : CaptureJobOptions {
+    CameraOptions camera;
+    ChannelOptions channels;
+    ClipOptions clip;
+    std::optional<int> shadow_size;
+    bool strict = false;
+    bool fxaa = false;
+    OutputFlags output;
+    SequenceOptions sequence;
+};
+
+/// Declares all of them. `options` must outlive the parse.
+void addRenderOptions(VerbOptions& verb, RenderOptions& options);
+
+/// What to capture for the output that was asked for. Throws Error (kUsage) for what contradicts
+/// itself whatever the scene is.
+CaptureSettings captureSettings(const RenderOptions& options);
 
 /// One picture.
 struct PictureRequest {
@@ -31,15 +85,14 @@ struct PictureRequest {
 
 class RenderRequest {
   public:
-    /// Checks the options, then reads the scene. Nothing that is to be written may replace what is
-    /// read, or what must stay. Both arguments must outlive it. Throws Error (kUsage), (kInput),
-    /// (kOutput).
-    RenderRequest(const RenderOptions& options, Console& console);
+    /// Checks the options, then opens the job's scene. Nothing that is to be written may replace
+    /// what is read, or what must stay. Both arguments must outlive it. Throws Error (kUsage),
+    /// (kInput), (kOutput).
+    RenderRequest(const RenderOptions& options, CaptureJob& job);
 
     const Scene& scene() const { return scene_->scene(); }
     bool isSequence() const { return options_.animation.frames.has_value(); }
     std::size_t pictures() const { return moments_.size(); }  ///< may be 0, of a small chunk
-    const StageTimes& times() const { return times_; }        ///< of reading the scene
 
     std::optional<int> frame(std::size_t index) const;
     std::filesystem::path outputFile(std::size_t index) const { return outputOf(index).path; }
@@ -49,7 +102,7 @@ class RenderRequest {
     OutputOptions writerOptions(const PictureRequest& picture) const;
     /// Whether its file is there, whole, and made of the same request. Never under --strict if it
     /// may be incomplete: that is found out by counting.
-    bool isThere(const PictureRequest& picture) const;
+    bool isUpToDate(const PictureRequest& picture) const;
 
     /// What would be done, for --dry-run.
     nlohmann::ordered_json plan() const;
@@ -63,8 +116,8 @@ class RenderRequest {
     const RenderOptions& options_;
     std::vector<Moment> moments_;
     CaptureSettings capture_;
-    StageTimes times_;
-    std::optional<OpenedScene> scene_;
+    const CaptureJob& job_;
+    const OpenedScene* scene_ = nullptr;  ///< the job's
 };
 
 }  // namespace peeler::cmd

@@ -2,7 +2,7 @@
 // The classic 5x7 glyphs of character displays (public domain), printable ASCII.
 #include <cstdint>
 
-#include "cmd/sheet/sheet_layout.h"
+#include "cmd/sheet/sheet_cells.h"
 
 namespace peeler::cmd {
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/sheet/sheet_layout.h"
+// Cells side by side on a page, each under its label.
+#include "cmd/sheet/sheet_cells.h"
 
 #include <algorithm>
 #include <cmath>
@@ -82,10 +83,10 @@ Pixel over(const Pixel& front, const Pixel& back) {
     return sum;
 }
 
-Pixel behind(const SheetLook& look, int square, int x, int y) {
+Pixel backgroundAt(const SheetStyle& style, int square, int x, int y) {
     const Pixel& board = (x / square + y / square) % 2 == 0 ? kLightSquare : kDarkSquare;
-    if (!look.background) return board;
-    Pixel color = *look.background;
+    if (!style.background) return board;
+    Pixel color = *style.background;
     for (std::size_t c = 0; c < 3; ++c)
         color[c] *= color[3];
     return over(color, board);
@@ -98,10 +99,10 @@ const ToneMap& findToneMap(const std::string& name) {
     throw Error(ErrorKind::kInternal, "there is no tone map " + name);
 }
 
-void drawPicture(const SheetCell& cell, const SheetLook& look, const Window& place, int square,
+void drawPicture(const SheetCell& cell, const SheetStyle& style, const Window& place, int square,
                  CompositeImage& page) {
-    const float gain = std::exp2(look.exposure);
-    const ToneMap& tone_map = findToneMap(look.tone_map);
+    const float gain = std::exp2(style.exposure);
+    const ToneMap& tone_map = findToneMap(style.tone_map);
     const auto width = static_cast<std::size_t>(place.width());
     const auto page_width = static_cast<std::size_t>(page.window.width());
     parallelFor(static_cast<std::size_t>(place.height()), [&](std::size_t row) {
@@ -110,7 +111,7 @@ void drawPicture(const SheetCell& cell, const SheetLook& look, const Window& pla
                      static_cast<std::size_t>(place.x0);
         for (std::size_t x = 0; x < width; ++x) {
             out[x] = over(shown(in[x], gain, tone_map),
-                          behind(look, square, static_cast<int>(x), static_cast<int>(row)));
+                          backgroundAt(style, square, static_cast<int>(x), static_cast<int>(row)));
             out[x][3] = 1;
         }
     });
@@ -124,8 +125,8 @@ std::string_view fitting(std::string_view text, const Layout& layout) {
 
 }  // namespace
 
-CompositeImage layOut(const std::vector<SheetCell>& cells, const SheetLook& look) {
-    const Layout layout = plan(cells, look.columns);
+CompositeImage layOut(const std::vector<SheetCell>& cells, const SheetStyle& style) {
+    const Layout layout = plan(cells, style.columns);
     try {
         checkPixels({layout.width(), layout.height()});
     } catch (const Error& error) {
@@ -143,7 +144,7 @@ CompositeImage layOut(const std::vector<SheetCell>& cells, const SheetLook& look
         const int top = y + layout.caption;
         drawText(page, x, y, layout.scale, kLabel, fitting(cells[i].label, layout));
         drawText(page, x, below, layout.scale, kDetail, fitting(cells[i].detail, layout));
-        drawPicture(cells[i], look, {x, top, x + layout.cell_width, top + layout.cell_height},
+        drawPicture(cells[i], style, {x, top, x + layout.cell_width, top + layout.cell_height},
                     2 * layout.gap, page);
     }
     return page;

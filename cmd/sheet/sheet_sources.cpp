@@ -2,80 +2,176 @@
 #include "cmd/sheet/sheet_sources.h"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "cmd/cli/progress.h"
-#include "cmd/options/capture_options.h"
 #include "cmd/options/layered_bands.h"
-#include "cmd/options/opened_scene.h"
-#include "cmd/options/output_options.h"
-#include "cmd/sheet/sheet_methods.h"
+#include "core/capture/method.h"
 #include "formats/layered_input.h"
 
 namespace peeler::cmd {
 
 namespace {
 
+/// Keeps the composite of all bands that pass through it at full size, 20 bytes a pixel.
+class CompositeKeeper : public Sink {
+  public:
+    /// Both must outlive it.
+    CompositeKeeper(CompositeImage& composite, Sink& next) : composite_(composite), next_(next) {}
+
+    void begin(const Plan& plan) override;
+    void write(LayeredImage&& band) override;
+    void finish() override { next_.finish(); }
+    SinkMemory memory() const override;
+    StageTimes times() const override { return next_.times(); }
+
+  private:
+    CompositeImage& composite_;
+    Sink& next_;
+    CompositeImage band_;
+};
+
+/// Makes one cell of composited bands, with their difference from the exact composite.
+class CompositeCell : public Sink {
+  public:
+    /// `exact` must outlive the cell. If it is empty when a band comes, the error is not known.
+    CompositeCell(int cell_width, const CompositeImage& exact)
+        : cell_width_(cell_width), exact_(exact) {}
+
+    void begin(const Plan& plan) override;
+    void write(LayeredImage&& band) override;
+    void finish() override;
+    StageTimes times() const override { return times_; }
+
+    /// After finish(); without labels.
+    SheetCell& cell() { return cell_; }
+
+  private:
+    int cell_width_;
+    const CompositeImage& exact_;
+    std::optional<BoxFilter> filter_;  ///< from begin() to finish()
+    CompositeImage band_, exact_band_;
+    SheetCell cell_;
+    StageTimes times_;
+};
+
+/// The part of a picture that a band covers.
+void cutBand(const CompositeImage& all, const Window& band, CompositeImage& out) {
+    const auto width = static_cast<std::size_t>(all.window.width());
+    const std::size_t first = static_cast<std::size_t>(band.y0 - all.window.y0) * width;
+    out.window = band;
+    out.rgba.assign(all.rgba.data() + first, all.rgba.data() + first + band.pixels());
+}
+
+void CompositeKeeper::begin(const Plan& plan) {
+    composite_.window = plan.view.crop;
+    composite_.rgba.clear();
+    composite_.rgba.reserve(plan.view.crop.pixels());
+    composite_.z.clear();
+    next_.begin(plan);
+}
+
+void CompositeKeeper::write(LayeredImage&& band) {
+    compositeOver(band, {}, band_);
+    composite_.rgba.insert(composite_.rgba.end(), band_.rgba.begin(), band_.rgba.end());
+    composite_.z.insert(composite_.z.end(), band_.z.begin(), band_.z.end());
+    next_.write(std::move(band));
+}
+
+SinkMemory CompositeKeeper::memory() const {
+    SinkMemory memory = next_.memory();
+    memory.bytes += composite_.window.pixels() * 5 * sizeof(float);
+    return memory;
+}
+
+void CompositeCell::begin(const Plan& plan) {
+    const Window& crop = plan.view.crop;
+    const auto [width, height] = cellSize(crop, cell_width_);
+    filter_.emplace(crop.width(), crop.height(), width, height);
+    cell_.picture.window = {0, 0, width, height};
+}
+
+void CompositeCell::write(LayeredImage&& band) {
+    const StageTimer timer(times_, "composite");
+    compositeOver(band, {}, band_);
+    addRows(band_, *filter_);
+    if (exact_.rgba.empty()) return;
+    cutBand(exact_, band.window, exact_band_);
+    addDifference(band_, exact_band_, cell_.error);
+    cell_.has_error = true;
+}
+
+void CompositeCell::finish() {
+    cell_.picture.rgba = filter_->pixels();
+    cell_.picture.z.assign(cell_.picture.rgba.size(), std::numeric_limits<float>::infinity());
+    filter_.reset();
+}
+
+/// Captures the composite of one method and hands it to `sink`, which is the cell or ends in it.
+/// The labels say its name, its geometry passes and its error.
+SheetCell captureMethod(Renderer& renderer, const View& view, CaptureSettings settings,
+                        const MethodInfo& method, CompositeCell& cell, Sink& sink,
+                        const Progress& progress) {
+    settings.method = method.name;
+    settings.composite = true;
+    sink.begin(renderer.plan(view, settings));
+    const int passes = renderer.capture(sink, progress).passes;
+    sink.finish();
+    SheetCell result = std::move(cell.cell());
+    result.passes = passes;
+    result.label = std::string(method.name) + ", " + std::to_string(passes) +
+                   (passes == 1 ? " pass" : " passes");
+    result.detail = result.has_error ? errorText(result.error) : "the reference";
+    return result;
+}
+
 /// The sheet of a scene in the making. make() lists its stages.
 class SceneSheet {
   public:
-    SceneSheet(const SheetRequest& request, ProgressStyle progress, Console& console)
-        : request_(request), progress_(progress), console_(console), capture_(request.capture) {}
+    SceneSheet(const SheetRequest& request, CaptureJob& job, Console& console)
+        : request_(request), job_(job), console_(console), capture_(request.capture) {}
 
     SheetContent make() {
-        readScene();
-        makeRenderer();
+        openScene();
         if (request_.methods == SheetMethods::kAll) {
             compareMethods();
         } else {
             showLayers();
         }
-        add(content_.result.milliseconds, renderer_->takeTimes());
         return std::move(content_);
     }
 
   private:
-    void readScene();
-    void makeRenderer();
+    void openScene();
     void compareMethods();
     void showLayers();
     bool showsUnsorted() const;
-    void tellPlan(const Plan& plan, int passes);
+    void describePlan(const Plan& plan, int passes);
     SheetCell capture(const MethodInfo& method, bool exact);
 
     const SheetRequest& request_;
-    ProgressStyle progress_;
+    CaptureJob& job_;
     Console& console_;
     CaptureSettings capture_;
-    std::optional<OpenedScene> scene_;
-    std::optional<PosedScene> posed_;
     View view_;
-    std::unique_ptr<gl::Context> context_;  // before what lives in it
-    std::unique_ptr<Renderer> renderer_;
+    Renderer* renderer_ = nullptr;  ///< the job's
     CompositeImage exact_;
     SheetContent content_;
 };
 
-void SceneSheet::readScene() {
-    const StageTimer timer(content_.result.milliseconds, "load");
-    scene_.emplace(request_.input, request_.look, request_.animation, capture_.shadows, console_);
-    checkSceneFiles(scene_->scene(), request_.outputs);
-    posed_ = scene_->at(request_.animation.time.value_or(0));
-    view_ = scene_->view(*posed_, request_.camera);
-    capture_.clip = clipVolume(request_.clip, *posed_);
-}
-
-void SceneSheet::makeRenderer() {
-    {
-        const StageTimer timer(content_.result.milliseconds, "context");
-        context_ = openContext(request_.device, console_);
-    }
-    renderer_ = std::make_unique<Renderer>(*context_, *posed_);
-    content_.result.renderer = context_->device().renderer;
-    content_.result.backend = context_->device().backend;
+void SceneSheet::openScene() {
+    const OpenedScene& scene = job_.openScene();
+    job_.checkOutputs({request_.output});
+    const PosedScene posed = job_.pose();
+    view_ = scene.view(posed, request_.camera);
+    capture_.clip = clipVolume(request_.clip, posed);
+    content_.result.settings_hash =
+        job_.settingsHash(capture_, nlohmann::json::object(), view_.crop);
+    renderer_ = &job_.openRenderer(posed);
 }
 
 /// Blending without a limit stands beside the composite of everything, and of colours only.
@@ -85,7 +181,7 @@ bool SceneSheet::showsUnsorted() const {
            !request_.cells.progression && request_.cells.most_cells > 1;
 }
 
-void SceneSheet::tellPlan(const Plan& plan, int passes) {
+void SceneSheet::describePlan(const Plan& plan, int passes) {
     PictureResult& result = content_.result;
     result.layers = plan.layers.size();
     result.fragments_counted = plan.fragments_counted;
@@ -104,9 +200,10 @@ void SceneSheet::showLayers() {
     Sink& sink = unsorted ? static_cast<Sink&>(keeper) : cells;
     sink.begin(plan);
     {
-        ProgressReport progress(console_, progress_, {"render", unsorted ? 0.6 : 1});
-        tellPlan(plan,
-                 renderer_->capture(sink, [&](double share) { progress.update(share); }).passes);
+        ProgressReport progress(console_, request_.report.shownProgress(),
+                                {"render", unsorted ? 0.6 : 1});
+        describePlan(
+            plan, renderer_->capture(sink, [&](double share) { progress.update(share); }).passes);
     }
     sink.finish();
     content_.cells = std::move(cells.cells());
@@ -116,7 +213,7 @@ void SceneSheet::showLayers() {
         cell.label = "unsorted";
         content_.cells.insert(content_.cells.begin() + 1, std::move(cell));
     }
-    add(content_.result.milliseconds, cells.times());
+    add(job_.times(), cells.times());
 }
 
 void SceneSheet::compareMethods() {
@@ -129,7 +226,7 @@ void SceneSheet::compareMethods() {
         if (!first) continue;
         CaptureSettings settings = capture_;
         settings.method = method.name;
-        tellPlan(renderer_->plan(view_, settings), content_.cells.back().passes);
+        describePlan(renderer_->plan(view_, settings), content_.cells.back().passes);
         content_.result.method = method.name;
     }
 }
@@ -147,31 +244,31 @@ SheetCell SceneSheet::capture(const MethodInfo& method, bool exact) {
     const auto cells = static_cast<double>(content_.cells.size() + 1);
     const bool last = request_.methods != SheetMethods::kAll;
     const auto all = static_cast<double>(peelMethods().size() - content_.omitted);
-    ProgressReport progress(console_, progress_,
+    ProgressReport progress(console_, request_.report.shownProgress(),
                             {std::string(method.name), last ? 1 : cells / all});
     SheetCell result = captureMethod(*renderer_, view_, settings, method, cell, sink,
                                      [&](double share) { progress.update(share); });
-    add(content_.result.milliseconds, cell.times());
+    add(job_.times(), cell.times());
     return result;
 }
 
 }  // namespace
 
-SheetContent sheetOfScene(const SheetRequest& request, ProgressStyle progress, Console& console) {
-    return SceneSheet(request, progress, console).make();
+SheetContent sheetOfScene(const SheetRequest& request, CaptureJob& job, Console& console) {
+    return SceneSheet(request, job, console).make();
 }
 
-SheetContent sheetOfFile(const SheetRequest& request, ProgressStyle progress, Console& console) {
+SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Console& console) {
     SheetContent content;
     PictureResult& result = content.result;
     const std::uint32_t limit = request.capture.max_layers;
-    const std::unique_ptr<LayeredInput> reader = openLayered(request.input.file.string());
+    const std::unique_ptr<LayeredInput> reader = openLayered(request.scene.file.string());
     Plan plan = reader->info().plan;
     if (limit != 0 && limit < plan.layers.size()) plan.layers.resize(limit);
     SheetCells cells(request.cells);
     cells.begin(plan);
-    ProgressReport report(console, progress, "sheet");
-    forEachBand(*reader, limit, result.milliseconds, report, [&](LayeredImage& band) {
+    ProgressReport progress(console, request.report.shownProgress(), "sheet");
+    forEachBand(*reader, limit, job.times(), progress, [&](LayeredImage& band) {
         result.fragments_stored += band.fragments();
         cells.write(std::move(band));
     });
@@ -183,7 +280,7 @@ SheetContent sheetOfFile(const SheetRequest& request, ProgressStyle progress, Co
     result.method = reader->info().provenance.method;
     result.settings_hash = reader->info().provenance.settings_hash;
     result.renderer = reader->info().provenance.renderer;
-    add(result.milliseconds, cells.times());
+    add(job.times(), cells.times());
     return content;
 }
 

@@ -5,17 +5,12 @@
 #include <filesystem>
 #include <vector>
 
-#include "cmd/cli/choices.h"
 #include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
-#include "cmd/options/animation_options.h"
 #include "cmd/options/camera_options.h"
-#include "cmd/options/clip_options.h"
-#include "cmd/options/look_options.h"
-#include "cmd/options/scene_options.h"
+#include "cmd/options/capture_job.h"
+#include "cmd/options/capture_options.h"
 #include "cmd/sheet/sheet_cells.h"
-#include "core/capture/capture_settings.h"
-#include "core/gl/context.h"
 
 namespace peeler::cmd {
 
@@ -26,26 +21,23 @@ enum class SheetMethods {
     kNone
 };
 
-struct SheetRequest {
-    SceneOptions input;          ///< of a file only its name
-    AnimationOptions animation;  ///< of a scene
-    CameraOptions camera;        ///< of a scene
-    CaptureSettings capture;     ///< of a file only `max_layers`; the clip volume is in `clip`
+/// What is asked for. Of a layered file count the name in `scene`, `capture.max_layers` and the
+/// cells; of a scene all of it. Its clip volume is in `clip`.
+struct SheetRequest : CaptureJobOptions {
+    CameraOptions camera;
     ClipOptions clip;
-    LookOptions look;  ///< of a scene
-    gl::ContextRequest device;
     SheetSettings cells;
     SheetMethods methods = SheetMethods::kUnsorted;
-    std::vector<std::filesystem::path> outputs{};  ///< no file of the scene may be one of them
+    std::filesystem::path output{};  ///< the sheet, which may be no file of the scene
 };
 
 struct SheetContent {
     std::vector<SheetCell> cells;
     std::size_t omitted = 0;  ///< cells over the limit
-    PictureResult result;     ///< all but the output, its bytes and size
+    PictureResult result;     ///< what the cells were made of, and with
 };
 
-SheetContent sheetOfScene(const SheetRequest& request, ProgressStyle progress, Console& console);
-SheetContent sheetOfFile(const SheetRequest& request, ProgressStyle progress, Console& console);
+SheetContent sheetOfScene(const SheetRequest& request, CaptureJob& job, Console& console);
+SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Console& console);
 
 }  // namespace peeler::cmd

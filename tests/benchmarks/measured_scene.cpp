@@ -10,7 +10,7 @@
 
 #include "cmd/machine/resources.h"
 #include "cmd/options/camera_options.h"
-#include "cmd/options/look_options.h"
+#include "cmd/options/scene_options.h"
 #include "core/base/error.h"
 
 namespace peeler::benchmark {

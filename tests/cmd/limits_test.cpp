@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Limits of processors and memory, read from trees and variables made up here.
-#include "cmd/machine/limits.h"
+#include "cmd/machine/resources.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 #include <map>
 #include <string>
 
-#include "cmd/machine/resources.h"
 #include "support/test_support.h"
 
 namespace peeler::cmd {

@@ -3,18 +3,20 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <iterator>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "cmd/cli/console.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
-#include "cmd/options/settings.h"
+#include "cmd/options/capture_job.h"
 #include "core/base/error.h"
 #include "formats/file/hash_text.h"
 
@@ -293,6 +295,29 @@ TEST(Report, HasEveryKeyOfTheContract) {
         EXPECT_TRUE(json["milliseconds"].contains(stage)) << stage;
     }
     EXPECT_EQ(json["milliseconds"]["load"], 1.235);
+}
+
+TEST(Report, ListsSeveralFilesAndEndsWithTheTotal) {
+    RunResult result;
+    result.inputs = {"a.exr", "b.exr"};
+    result.bytes = 12;
+    result.files = {{"c.exr", 5, "layer"}, {"d.npz", 7}};
+    result.milliseconds = {{"write", 1}, {"total", 3}, {"a verb's own", 2}};
+    const Json json = toJson(result, {{"found", 1}});
+    EXPECT_FALSE(json.contains("input"));
+    EXPECT_EQ(json["inputs"], (Json{"a.exr", "b.exr"}));
+    EXPECT_TRUE(json["output"].is_null()) << "there are several names";
+    EXPECT_EQ(json["outputs"][0].dump(), R"({"kind":"layer","path":"c.exr","bytes":5})");
+    EXPECT_EQ(json["outputs"][1].dump(), R"({"path":"d.npz","bytes":7})");
+    const std::vector<std::string> keys{"inputs",     "output",       "bytes",    "outputs",
+                                        "found",      "settingsHash", "renderer", "backend",
+                                        "peakMemory", "milliseconds"};
+    std::size_t i = 0;
+    for (const auto& [key, value] : json.items())
+        EXPECT_EQ(key, keys[i++]);
+    EXPECT_EQ(i, keys.size());
+    EXPECT_EQ(json["milliseconds"].size(), 11U);
+    EXPECT_EQ(std::prev(json["milliseconds"].end()).key(), "total");
 }
 
 TEST(Report, SummaryIsOneLine) {

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -88,6 +89,69 @@ TEST_F(Results, JsonHasEveryKey) {
         EXPECT_GT(stages.at(stage).get<double>(), 0) << stage;
     }
     EXPECT_LE(sum, stages.at("total").get<double>() * 1.01);
+}
+
+TEST_F(Results, BeginAndEndAlikeWhateverTheVerb) {
+    const auto in = [&](const char* name) { return (scratch_ / name).string(); };
+    const Outcome rendered = render({"--json", "--quiet"});
+    ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+    const std::vector<std::vector<std::string>> lines{
+        {"rays", scene_.string(), "-o", in("a.npz"), "--direction", "0,0,1", "--resolution", "8"},
+        {"bake", scene_.string(), "-o", in("a.glb"), "--directions", "2", "--resolution", "8"},
+        {"extract", image_.string(), "--points", in("a.ply")}};
+    const std::vector<std::string> last{"settingsHash", "renderer", "backend", "peakMemory",
+                                        "milliseconds"};
+    for (std::vector<std::string> line : lines) {
+        line.insert(line.end(), {"--json", "--quiet"});
+        const Outcome result = runPeeler(line);
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+        const auto json = nlohmann::ordered_json::parse(result.out);
+        std::vector<std::string> keys;
+        for (const auto& [key, value] : json.items())
+            keys.push_back(key);
+        ASSERT_GT(keys.size(), 8U);
+        EXPECT_EQ(std::vector(keys.begin(), keys.begin() + 3),
+                  (std::vector<std::string>{"input", "output", "bytes"}));
+        EXPECT_EQ(std::vector(keys.end() - 5, keys.end()), last);
+        EXPECT_EQ(json.at("input"), line[1]);
+        EXPECT_EQ(json.at("output"), line[3]);
+        EXPECT_EQ(json.at("bytes"), fs::file_size(line[3]));
+        EXPECT_EQ(json.at("settingsHash").get<std::string>().size(), 16U);
+        EXPECT_NE(json.at("renderer"), "");
+        for (const auto& [stage, milliseconds] :
+             Json::parse(rendered.out).at("milliseconds").items())
+            EXPECT_TRUE(json.at("milliseconds").contains(stage)) << line[0] << ' ' << stage;
+        EXPECT_EQ(std::prev(json.at("milliseconds").end()).key(), "total");
+    }
+}
+
+TEST_F(Results, HashOfSettingsIsThatOfWhatWasAskedFor) {
+    const auto hash = [&](std::vector<std::string> line) {
+        line.insert(line.end(), {"--json", "--quiet"});
+        const Outcome result = runPeeler(line);
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return Json::parse(result.out).at("settingsHash").get<std::string>();
+    };
+    const auto rays = [&](const std::string& resolution, const std::string& more) {
+        return hash({"rays", scene_.string(), "-o", (scratch_ / "a.npz").string(), "--direction",
+                     "0,0,1", "--resolution", resolution, more});
+    };
+    EXPECT_EQ(rays("8", "--refine"), rays("8", "--threads=1"));
+    EXPECT_NE(rays("8", "--refine"), rays("8", "--no-refine"));
+    EXPECT_NE(rays("8", "--refine"), rays("9", "--refine"));
+    const auto bake = [&](const std::string& directions, const std::string& more) {
+        return hash({"bake", scene_.string(), "-o", (scratch_ / "a.glb").string(), "--resolution",
+                     "8", "--directions", directions, more});
+    };
+    EXPECT_EQ(bake("2", "--faces=both"), bake("2", "--threads=1"));
+    EXPECT_NE(bake("2", "--faces=both"), bake("4", "--faces=both"));
+    EXPECT_NE(bake("2", "--faces=both"), bake("2", "--faces=front"));
+
+    // A sheet of a scene has that of the layers which it shows.
+    ASSERT_EQ(render({}).exit_code, 0);
+    const std::string sheet = (scratch_ / "a.png").string();
+    EXPECT_EQ(hash({"sheet", scene_.string(), "-o", sheet, "--size", "96x64"}),
+              hash({"sheet", image_.string(), "-o", sheet}));
 }
 
 TEST_F(Results, TellTheSamplesOfThePictureTheyAreMadeOf) {

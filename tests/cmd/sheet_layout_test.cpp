@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Glyphs and cells in their places.
-#include "cmd/sheet/sheet_layout.h"
+#include "cmd/sheet/sheet_cells.h"
 
 #include <gtest/gtest.h>
 
@@ -82,9 +82,9 @@ TEST(SheetLayout, IsNearlySquareUnlessColumnsAreGiven) {
     };
     for (const Row& row : {Row{1, 0, 1, 1}, Row{4, 0, 2, 2}, Row{5, 0, 3, 2}, Row{10, 0, 4, 3},
                            Row{10, 5, 5, 2}, Row{3, 8, 3, 1}}) {
-        SheetLook look;
-        look.columns = row.columns;
-        const CompositeImage page = layOut(cells(row.cells, 40, 20), look);
+        SheetStyle style;
+        style.columns = row.columns;
+        const CompositeImage page = layOut(cells(row.cells, 40, 20), style);
         EXPECT_EQ(page.window.width(), 4 + row.across * 44) << row.cells;
         EXPECT_EQ(page.window.height(), row.down * (21 + 20 + 8)) << row.cells;
         EXPECT_EQ(page.rgba.size(), page.window.pixels());
@@ -97,11 +97,11 @@ TEST(SheetLayout, ExposureActsOnCellsAlone) {
     std::vector<SheetCell> one = cells(1, 40, 20);
     for (Pixel& pixel : one[0].picture.rgba)
         pixel = {0.1F, 0.1F, 0.1F, 0.5F};
-    SheetLook look;
-    look.background = Pixel{0, 0, 0, 1};
-    const CompositeImage plain = layOut(one, look);
-    look.exposure = 1;
-    const CompositeImage brighter = layOut(one, look);
+    SheetStyle style;
+    style.background = Pixel{0, 0, 0, 1};
+    const CompositeImage plain = layOut(one, style);
+    style.exposure = 1;
+    const CompositeImage brighter = layOut(one, style);
     EXPECT_EQ(plain.rgba.front(), brighter.rgba.front());  // the page
     const std::size_t inside = plain.rgba.size() - 10 * 48 - 20;
     EXPECT_FLOAT_EQ(plain.rgba[inside][0], 0.1F);
@@ -112,9 +112,9 @@ TEST(SheetLayout, AlphaAboveOneTakesAwayFromTheBackground) {
     std::vector<SheetCell> one = cells(1, 40, 20);
     for (Pixel& pixel : one[0].picture.rgba)
         pixel = {0.7F, 0, 0, 1.5F};
-    SheetLook look;
-    look.background = Pixel{0.4F, 0, 0, 1};
-    const CompositeImage page = layOut(one, look);
+    SheetStyle style;
+    style.background = Pixel{0.4F, 0, 0, 1};
+    const CompositeImage page = layOut(one, style);
     EXPECT_FLOAT_EQ(page.rgba[page.rgba.size() - 10 * 48 - 20][0], 0.5F);
 }
 

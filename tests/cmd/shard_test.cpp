@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parts of a whole: together they are it, and none is much larger than another.
-#include "cmd/options/share.h"
+#include "cmd/cli/parse.h"
 
 #include <gtest/gtest.h>
 
@@ -11,22 +11,22 @@
 namespace peeler::cmd {
 namespace {
 
-TEST(Share, IsParsed) {
-    EXPECT_EQ(parseShare("1/1").text(), "1/1");
-    EXPECT_EQ(parseShare("3/7").index, 3);
-    EXPECT_EQ(parseShare("3/7").count, 7);
+TEST(Shard, IsParsed) {
+    EXPECT_EQ(parseShard("1/1").text(), "1/1");
+    EXPECT_EQ(parseShard("3/7").index, 3);
+    EXPECT_EQ(parseShard("3/7").count, 7);
     for (const char* text : {"", "/", "1", "1/", "/2", "0/2", "3/2", "-1/2", "1/0", "1/-2", "a/b",
                              "1/2/3", " 1/2", "1/2 ", "1.0/2", "1/99999999"}) {
-        EXPECT_THROW(parseShare(text), Error) << "'" << text << "'";
+        EXPECT_THROW(parseShard(text), Error) << "'" << text << "'";
     }
 }
 
-TEST(Share, AllOfThemHaveEachItemOnce) {
+TEST(Shard, AllOfThemHaveEachItemOnce) {
     for (const std::size_t items : {0, 1, 2, 3, 7, 50, 1000}) {
         for (const int count : {1, 2, 3, 7, 50, 51, 999}) {
             std::size_t next = 0, least = items, most = 0;
             for (int i = 1; i <= count; ++i) {
-                const auto [first, end] = Share{i, count}.of(items);
+                const auto [first, end] = Shard{i, count}.of(items);
                 ASSERT_EQ(first, next);
                 ASSERT_LE(first, end);
                 next = end;

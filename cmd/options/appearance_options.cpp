@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/options/look_options.h"
+// Options of variants, transmission and environments, and the scene they make.
+#include "cmd/options/scene_options.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -38,27 +39,29 @@ std::size_t variantNamed(const Scene& scene, const std::string& text) {
 }
 
 /// Whole turns taken off, so that a rotation by 360 degrees is none.
-double turn(const LookOptions& look) {
-    return std::remainder(look.environment_rotation.value_or(0), 360.0);
+double turn(const AppearanceOptions& appearance) {
+    return std::remainder(appearance.environment_rotation.value_or(0), 360.0);
 }
 
-void addVariantOption(VerbOptions& verb, LookOptions& look, const std::string& remark) {
+void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance, const std::string& remark) {
     addValue(
-        verb, "--variant", "NAME|INDEX", look.variant, [](const std::string& text) { return text; },
+        verb, "--variant", "NAME|INDEX", appearance.variant,
+        [](const std::string& text) { return text; },
         "which of the file's materials (KHR_materials_variants) to show; peeler info lists them "
         "(default: none, the materials of the meshes themselves)" +
             remark)
         .group("Scene");
 }
 
-void addEnvironmentOptions(VerbOptions& verb, LookOptions& look, const std::string& remark) {
+void addEnvironmentOptions(VerbOptions& verb, AppearanceOptions& appearance,
+                           const std::string& remark) {
     addValue(
-        verb, "--environment", "FILE", look.environment,
+        verb, "--environment", "FILE", appearance.environment,
         [](const std::string& text) { return std::filesystem::path(text); },
         "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z" + remark)
         .group("Light");
     addValue(
-        verb, "--environment-rotation", "DEGREES", look.environment_rotation,
+        verb, "--environment-rotation", "DEGREES", appearance.environment_rotation,
         [](const std::string& text) { return parseNumber(text); },
         "turns the environment about +Y; 90 takes what is seen along +Z to +X (default: 0)")
         .group("Light");
@@ -66,56 +69,56 @@ void addEnvironmentOptions(VerbOptions& verb, LookOptions& look, const std::stri
 
 }  // namespace
 
-void addVariantOption(VerbOptions& verb, LookOptions& look) {
-    addVariantOption(verb, look, "");
+void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance) {
+    addVariantOption(verb, appearance, "");
 }
 
-void addLookOptions(VerbOptions& verb, LookOptions& look) {
-    addVariantOption(verb, look);
-    addChoice<bool>(verb, "--transmission", look.transmission, kTransmissions, "transmission",
+void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance) {
+    addVariantOption(verb, appearance);
+    addChoice<bool>(verb, "--transmission", appearance.transmission, kTransmissions, "transmission",
                     "glass and other surfaces that transmit light:")
         .group("Layers");
-    addEnvironmentOptions(verb, look,
+    addEnvironmentOptions(verb, appearance,
                           ". It is light only; the background stays what --background says. The "
                           "built-in light is off then, the scene's own lights shine on");
 }
 
-void addBakedLookOptions(VerbOptions& verb, LookOptions& look) {
-    addVariantOption(verb, look, "; a .glb opens with them, too");
-    addEnvironmentOptions(verb, look, "; irradiance");
+void addBakedAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance) {
+    addVariantOption(verb, appearance, "; a .glb opens with them, too");
+    addEnvironmentOptions(verb, appearance, "; irradiance");
 }
 
-std::optional<std::size_t> chosenVariant(const Scene& scene, const LookOptions& look) {
-    if (!look.variant) return {};
-    return variantNamed(scene, *look.variant);
+std::optional<std::size_t> chosenVariant(const Scene& scene, const AppearanceOptions& appearance) {
+    if (!appearance.variant) return {};
+    return variantNamed(scene, *appearance.variant);
 }
 
-void checkLookOptions(const LookOptions& look) {
-    if (look.environment_rotation && !look.environment)
+void checkAppearanceOptions(const AppearanceOptions& appearance) {
+    if (appearance.environment_rotation && !appearance.environment)
         throw Error(ErrorKind::kUsage, "there is no environment to turn", "--environment-rotation",
                     "add --environment FILE");
 }
 
-Scene loadScene(const std::filesystem::path& path, GltfOptions gltf, const LookOptions& look,
-                bool shadows) {
-    gltf.transmission = look.transmission;
+Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
+                const AppearanceOptions& appearance, bool shadows) {
+    gltf.transmission = appearance.transmission;
     Scene scene = readGltf(path, gltf);
-    if (const auto variant = chosenVariant(scene, look)) chooseVariant(scene, *variant);
-    if (!look.environment) return scene;
-    scene.environment = readEnvironment(look.environment->string());
-    scene.environment->rotation = turn(look) * std::numbers::pi / 180;
+    if (const auto variant = chosenVariant(scene, appearance)) chooseVariant(scene, *variant);
+    if (!appearance.environment) return scene;
+    scene.environment = readEnvironment(appearance.environment->string());
+    scene.environment->rotation = turn(appearance) * std::numbers::pi / 180;
     if (shadows && scene.lights.empty())
         scene.warnings.push_back("The environment is the only light, and it casts no shadows.");
     return scene;
 }
 
-nlohmann::json lookSettings(const LookOptions& look, const Scene& scene) {
+nlohmann::json appearanceSettings(const AppearanceOptions& appearance, const Scene& scene) {
     nlohmann::json settings = nlohmann::json::object();
-    if (const auto variant = chosenVariant(scene, look)) settings["variant"] = *variant;
-    if (!look.transmission) settings["transmission"] = "opaque";
+    if (const auto variant = chosenVariant(scene, appearance)) settings["variant"] = *variant;
+    if (!appearance.transmission) settings["transmission"] = "opaque";
     if (!scene.environment) return settings;
     settings["environment"] = hexText(scene.environment->content_hash);
-    settings["environmentRotation"] = turn(look);
+    settings["environmentRotation"] = turn(appearance);
     return settings;
 }
 

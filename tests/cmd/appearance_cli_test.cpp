@@ -31,7 +31,7 @@ nlohmann::json glassScene() {
     return scene;
 }
 
-class Look : public testing::Test {
+class Appearance : public testing::Test {
   protected:
     /// The middle pixel's first layer of a render with these options.
     glm::vec4 rendered(const std::vector<std::string>& options) {
@@ -73,7 +73,7 @@ class Look : public testing::Test {
     std::string settings_hash_;
 };
 
-TEST_F(Look, TransmissionIsInAlphaUnlessItIsToBeOpaque) {
+TEST_F(Appearance, TransmissionIsInAlphaUnlessItIsToBeOpaque) {
     EXPECT_NEAR(rendered({}).a, 0.25, 1e-3);
     const std::string usual = settings_hash_;
     EXPECT_NEAR(rendered({"--transmission", "alpha"}).a, 0.25, 1e-3);
@@ -82,7 +82,7 @@ TEST_F(Look, TransmissionIsInAlphaUnlessItIsToBeOpaque) {
     EXPECT_NE(settings_hash_, usual);
 }
 
-TEST_F(Look, VariantsAreChosenByNameOrIndex) {
+TEST_F(Appearance, VariantsAreChosenByNameOrIndex) {
     EXPECT_EQ(rendered({"--variant", "red"}), glm::vec4(1, 0, 0, 1));
     const std::string red = settings_hash_;
     EXPECT_EQ(rendered({"--variant", "0"}), glm::vec4(1, 0, 0, 1));
@@ -91,7 +91,7 @@ TEST_F(Look, VariantsAreChosenByNameOrIndex) {
     EXPECT_NE(settings_hash_, red);
 }
 
-TEST_F(Look, UnknownVariantsAreRefusedWithTheList) {
+TEST_F(Appearance, UnknownVariantsAreRefusedWithTheList) {
     const auto result = run({"--variant", "gren"});
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_NE(result.err.find("unknown variant: --variant gren"), std::string::npos) << result.err;
@@ -102,14 +102,14 @@ TEST_F(Look, UnknownVariantsAreRefusedWithTheList) {
     EXPECT_NE(run({"--variant", "red"}).err.find("there are no variants"), std::string::npos);
 }
 
-TEST_F(Look, InfoListsTheVariants) {
+TEST_F(Appearance, InfoListsTheVariants) {
     const auto text = runPeeler({"info", scene_.string()});
     EXPECT_NE(text.out.find("variants:\n  0  red\n  1  green\n"), std::string::npos) << text.out;
     const auto json = nlohmann::json::parse(runPeeler({"info", scene_.string(), "--json"}).out);
     EXPECT_EQ(json["variants"], nlohmann::json({"red", "green"}));
 }
 
-TEST_F(Look, AnEnvironmentLightsTheScene) {
+TEST_F(Appearance, AnEnvironmentLightsTheScene) {
     const std::vector<std::string> options{"--environment", sky(), "--transmission", "opaque"};
     // The wall faces +Z, the middle of the picture: green, with some of both sides.
     const glm::vec4 ahead = rendered(options);
@@ -129,14 +129,14 @@ TEST_F(Look, AnEnvironmentLightsTheScene) {
     EXPECT_EQ(settings_hash_, hash);
 }
 
-TEST_F(Look, TheBackgroundIsNotTheEnvironment) {
+TEST_F(Appearance, TheBackgroundIsNotTheEnvironment) {
     const auto result =
         runPeeler({"render", scene_.string(), "-o", folder_ / "out.png", "--camera", "front",
                    "--size", "8x8", "--environment", sky(), "--exposure", "1", "--json"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
-TEST_F(Look, WrongEnvironmentsAreErrors) {
+TEST_F(Appearance, WrongEnvironmentsAreErrors) {
     EXPECT_EQ(run({"--environment", folder_ / "missing.hdr"}).exit_code, 3);
     EXPECT_EQ(run({"--environment", scene_.string()}).exit_code, 3);
     const auto lonely = run({"--environment-rotation", "5"});
@@ -146,14 +146,14 @@ TEST_F(Look, WrongEnvironmentsAreErrors) {
     EXPECT_EQ(run({"--transmission", "glass"}).exit_code, 2);
 }
 
-TEST_F(Look, NothingCastsShadowsInAnEnvironmentAlone) {
+TEST_F(Appearance, NothingCastsShadowsInAnEnvironmentAlone) {
     const auto result = run({"--environment", sky(), "--shadows"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_NE(result.err.find("casts no shadows"), std::string::npos) << result.err;
     EXPECT_EQ(run({"--environment", sky(), "--camera", "light:key"}).exit_code, 2);
 }
 
-TEST_F(Look, SheetsTakeTheSameOptions) {
+TEST_F(Appearance, SheetsTakeTheSameOptions) {
     const auto result = runPeeler({"sheet", scene_.string(), "-o", folder_ / "sheet.png",
                                    "--camera", "front", "--size", "32x32", "--environment", sky(),
                                    "--variant", "green", "--transmission", "opaque"});

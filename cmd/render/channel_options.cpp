@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/options/channel_options.h"
+// Options of channels, what is captured for them, and the manifest of their ids.
+#include "cmd/render/render_request.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/options/capture_job.h"
+
+#include <utility>
+
+#include "cmd/cli/arguments.h"
+#include "cmd/machine/resources.h"
+#include "cmd/options/output_options.h"
+#include "core/capture/method.h"
+#include "formats/file/hash_text.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+nlohmann::json clipJson(const ClipVolume& clip) {
+    nlohmann::json planes = nlohmann::json::array();
+    for (const auto& [normal, offset] : clip.half_spaces)
+        planes.push_back({normal.x, normal.y, normal.z, offset});
+    return {{"planes", planes}, {"nodes", clip.nodes}, {"inside", clip.keep_inside}};
+}
+
+}  // namespace
+
+void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options) {
+    addValue(
+        verb, "SCENE", "", options.scene.file,
+        [](const std::string& text) { return std::filesystem::path(text); },
+        "a glTF scene (.gltf or .glb)")
+        .required();
+}
+
+void addShownOptions(VerbOptions& verb, CaptureJobOptions& options) {
+    addSceneOptions(verb, options.scene);
+    addTimeOptions(verb, options.animation);
+}
+
+void addRunOptions(VerbOptions& verb, CaptureJobOptions& options, const std::string& memory) {
+    addMachineOptions(verb, options.device, options.threads, options.capture, memory);
+    addReportOptions(verb, options.report);
+}
+
+std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture,
+                         const nlohmann::json& more) {
+    // nlohmann::json sorts its keys and prints the shortest digits that read back: the text is
+    // canonical.
+    nlohmann::json settings = {
+        {"scene", shown.scene},
+        {"layers", capture.max_layers},
+        {"surfaces", nameOf<Surfaces>(kSurfaces, capture.surfaces)},
+        {"faces", nameOf<Faces>(kFaces, capture.faces)},
+        {"shading", nameOf<Shading>(kShading, capture.shading)},
+        {"precision", nameOf<PixelType>(kPrecisions, capture.color_type)},
+    };
+    // Only where they are on, so that a picture without them keeps its hash.
+    if (!shown.animations.empty()) settings["animations"] = shown.animations;
+    if (!shown.include.empty()) settings["include"] = shown.include;
+    if (!shown.exclude.empty()) settings["exclude"] = shown.exclude;
+    if (shown.frames_per_second > 0) settings["framesPerSecond"] = shown.frames_per_second;
+    if (capture.shadows) settings["shadows"] = capture.shadow_size;
+    for (const Channel channel : capture.channels)
+        settings["channels"].push_back(infoOf(channel).name);
+    if (capture.samples > 1) settings["samples"] = capture.samples;
+    if (capture.occlusion_ratio > 0) {
+        const Window& crop = shown.crop;
+        settings["occlusionRatio"] = {capture.occlusion_ratio, crop.x0, crop.y0, crop.x1, crop.y1};
+    }
+    if (capture.tail == Tail::kBlend) settings["tail"] = "blend";
+    if (capture.clip.active()) settings["clip"] = clipJson(capture.clip);
+    if (capture.opaque_only) settings["opaqueOnly"] = true;
+    if (const MethodInfo* method = findPeelMethod(capture.method); method && !method->exact())
+        settings["method"] = capture.method;
+    settings.update(more);
+    return hashText(settings.dump());
+}
+
+OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
+    : scene_(loadScene(options.scene.file, options.scene.gltf, options.appearance,
+                       options.capture.shadows)) {
+    for (const std::string& warning : scene_.warnings)
+        console.warning(warning);
+    index_ = chooseScene(scene_, options.scene);
+    selectNodes(scene_, options.scene);
+    const AnimationOptions& animation = options.animation;
+    playing_ = chooseAnimations(scene_, animation);
+    if ((animation.frames || animation.time) && playing_.empty())
+        console.warning("The scene has no animation; it is the same at all times.");
+    if (!playing_.empty()) all_times_.emplace(scene_, index_, playing_);
+}
+
+PosedScene OpenedScene::at(double time) const {
+    if (playing_.empty()) return {scene_, index_};
+    return {scene_, index_, poseAt(scene_, playing_, time)};
+}
+
+View OpenedScene::view(const PosedScene& posed, const CameraOptions& camera) const {
+    return makeView(posed, all_times_ ? *all_times_ : SceneExtent(posed), camera);
+}
+
+CaptureJob::CaptureJob(const CaptureJobOptions& options, Console& console)
+    : options_(options), console_(console) {
+    options.report.applyTo(console);
+}
+
+void CaptureJob::checkOptions() const {
+    checkAnimationOptions(options_.animation);
+    checkAppearanceOptions(options_.appearance);
+    setThreads(options_.threads);
+}
+
+const OpenedScene& CaptureJob::openScene() {
+    const StageTimer timer(times_, "load");
+    return scene_.emplace(options_, console_);
+}
+
+void CaptureJob::checkOutputs(std::vector<std::filesystem::path> outputs) const {
+    if (options_.report.file) outputs.push_back(*options_.report.file);
+    checkSceneFiles(scene_->scene(), outputs);
+}
+
+PosedScene CaptureJob::pose() {
+    const StageTimer timer(times_, "load");
+    return scene_->at(options_.animation.time.value_or(0));
+}
+
+Renderer& CaptureJob::openRenderer(const PosedScene& posed) {
+    {
+        const StageTimer timer(times_, "context");
+        context_ = openContext(options_.device, console_);
+    }
+    device_ = context_->device();
+    return renderer_.emplace(*context_, posed);
+}
+
+void CaptureJob::closeRenderer() {
+    renderer_.reset();
+    context_.reset();
+}
+
+StageTimes CaptureJob::takeTimes() {
+    if (renderer_) add(times_, renderer_->takeTimes());
+    return std::exchange(times_, {});
+}
+
+std::string CaptureJob::settingsHash(const CaptureSettings& capture, nlohmann::json more,
+                                     const Window& crop, double frames_per_second) const {
+    more.update(appearanceSettings(options_.appearance, scene_->scene()));
+    const ShownScene shown{scene_->index(),        scene_->animations(), options_.scene.include,
+                           options_.scene.exclude, frames_per_second,    crop};
+    return cmd::settingsHash(shown, capture, more);
+}
+
+void CaptureJob::finish(RunResult& result) {
+    result.inputs = {options_.scene.file};
+    if (device_) {
+        result.renderer = device_->renderer;
+        result.backend = device_->backend;
+    }
+    result.peak_memory = peakMemory();
+    add(result.milliseconds, takeTimes());
+    const std::chrono::duration<double, std::milli> passed = Clock::now() - start_;
+    result.milliseconds["total"] = passed.count();
+}
+
+}  // namespace peeler::cmd
