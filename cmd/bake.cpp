@@ -15,13 +15,13 @@
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/capture_options.h"
-#include "cmd/options/frames.h"
 #include "cmd/options/opened_scene.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/bake/receivers.h"
 #include "core/base/error.h"
 #include "formats/file/atomic_file.h"
+#include "formats/file/file_name.h"
 #include "formats/gltf/gltf_package.h"
 
 namespace peeler::cmd {

@@ -22,10 +22,10 @@
 #include "core/base/error.h"
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
+#include "formats/exr/layered_input.h"
 #include "formats/file/file_kind.h"
 #include "formats/image/flat_image.h"
-#include "formats/image/picture_file.h"
-#include "formats/layered_input.h"
+#include "formats/writers.h"
 
 namespace peeler::cmd {
 

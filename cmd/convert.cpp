@@ -14,8 +14,8 @@
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/image/layers.h"
-#include "formats/file/output_hash.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

@@ -23,8 +23,8 @@
 #include "core/base/error.h"
 #include "core/image/layered_image.h"
 #include "core/image/layers.h"
-#include "formats/file/file_extension.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
+#include "formats/file/file_name.h"
 
 namespace peeler::cmd {
 

@@ -14,8 +14,8 @@
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/image/fxaa.h"
-#include "formats/file/output_hash.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

@@ -17,7 +17,7 @@
 #include "core/base/error.h"
 #include "core/image/layers.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/file/output_hash.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

@@ -14,20 +14,18 @@
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/capture_options.h"
-#include "cmd/options/frames.h"
 #include "cmd/options/opened_scene.h"
 #include "cmd/options/output_options.h"
-#include "cmd/rays/hit_output.h"
-#include "cmd/rays/point_output.h"
-#include "cmd/rays/ray_map_output.h"
 #include "cmd/rays/ray_parity.h"
+#include "cmd/rays/ray_results.h"
 #include "cmd/rays/rays_options.h"
-#include "cmd/rays/voxel_output.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/capture/renderer.h"
 #include "formats/arrays/point_reader.h"
-#include "formats/file/hash_text.h"
+#include "formats/file/content_hash.h"
+#include "formats/file/file_name.h"
+#include "formats/rays/ray_output.h"
 
 namespace peeler::cmd {
 
@@ -220,8 +218,8 @@ std::unique_ptr<RayOutput> Rays::makeOutput() {
     provenance.scene_hash = hexText(scene_->scene().content_hash);
     provenance.time = options_.animation.time.value_or(0);
     if (lattice_) {
-        return std::make_unique<VoxelOutput>(path, solids(), *lattice_, capture_.memory,
-                                             "peeler " PEELER_VERSION);
+        checkVoxelMemory(*lattice_, capture_.memory);
+        return makeVoxelOutput(path, solids(), *lattice_, "peeler " PEELER_VERSION);
     }
     if (options_.writesPictures()) {
         RayMapOptions maps = rayMapOptions(options_.maps, scene_->scene());
@@ -229,9 +227,12 @@ std::unique_ptr<RayOutput> Rays::makeOutput() {
         const Solids* inside = needsSolids(maps.settings.maps) ? &solids() : nullptr;
         return makeRayMapOutput(path, *posed_, inside, maps);
     }
-    const HitSources sources{*posed_, provenance};
-    if (options_.points) return makePointOutput(path, sources, readPoints(*options_.points));
-    return makeHitOutput(path, sources, options_.double_points);
+    if (options_.points) return makeNextHitOutput(path, *posed_, readPoints(*options_.points));
+    return makeHitOutput(path, {.posed = *posed_,
+                                .provenance = provenance,
+                                .comment = "hits in world space of " + printable(provenance.scene) +
+                                           ", +Y up, by peeler " PEELER_VERSION,
+                                .double_positions = options_.double_points});
 }
 
 void Rays::openRenderer() {
@@ -294,8 +295,9 @@ void Rays::tell() {
     json["largestCorrection"] = capture_.hit_mode == HitMode::kRaw
                                     ? nlohmann::ordered_json()
                                     : nlohmann::ordered_json(largest_correction_);
+    if (parity_) parity_->tell(json);
     for (const auto& output : outputs_)
-        output->tell(json);
+        addRayResults(output->results(), json);
     json["renderer"] = context_->device().renderer;
     json["backend"] = context_->device().backend;
     json["peakMemory"] = peakMemory();

@@ -18,7 +18,7 @@
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "formats/file/file_kind.h"
-#include "formats/image/picture_file.h"
+#include "formats/writers.h"
 
 namespace peeler::cmd {
 

@@ -25,8 +25,8 @@
 #include "core/image/statistics.h"
 #include "core/scene/view.h"
 #include "core/views/reprojection.h"
-#include "formats/file/output_hash.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

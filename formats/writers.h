@@ -2,35 +2,17 @@
 // The table of output formats.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "core/image/deep_merge.h"
+#include "core/image/composite.h"
 #include "core/image/sink.h"
+#include "formats/file/output_options.h"
 
 namespace peeler {
-
-/// What the command line says about an output file. Fields that a format has no use for are
-/// ignored.
-struct OutputOptions {
-    std::string as;                           ///< kind; "" = the extension's first row in the table
-    bool composite_part = true;               ///< ldi: begin with a part `composite`
-    bool cryptomatte = false;                 ///< ldi, composite: in the composite part
-    bool composited = false;                  ///< composite: bands are one already, as it is stored
-    std::string layout;                       ///< ldi: a name in exrLayouts(), "" = plain
-    DeepMergeSettings deep_merge;             ///< deep
-    std::string compression;                  ///< ldi, deep: one of exrCompressions(), "" = default
-    std::array<float, 4> background{};        ///< premultiplied linear RGBA; composite, page
-    float exposure = 0;                       ///< stops; PNG, JPEG, TIFF, page
-    std::string tone_map = "none";            ///< PNG, JPEG, TIFF, page
-    std::uint64_t max_fragments = 4'000'000;  ///< page: more than these it does not hold
-    Provenance provenance;
-};
 
 /// One way to write a picture.
 struct OutputFormat {
@@ -56,5 +38,10 @@ const OutputFormat& findOutputFormat(std::string_view path, std::string_view as)
 /// A Sink for the path. Nothing is created on disk before its begin(). Throws like
 /// findOutputFormat, and Error (kUsage) if an option has a value that the format does not know.
 std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& options);
+
+/// Writes a finished picture to `path`, whole or not at all, in the flat format of its extension.
+/// The window becomes the picture. Throws like makeSink() and the sink.
+void writePicture(const std::string& path, const CompositeImage& picture,
+                  const OutputOptions& options);
 
 }  // namespace peeler

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/bake/receivers.h"
+#include "formats/exr/texture_files.h"
 #include "formats/gltf/baked_gltf.h"
-#include "formats/image/texture_files.h"
 
 namespace peeler::cmd {
 

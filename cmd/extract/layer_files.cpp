@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <set>
 
-#include "cmd/options/frames.h"
 #include "core/base/error.h"
 #include "core/image/layers.h"
+#include "formats/file/file_name.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

@@ -13,7 +13,7 @@
 #include "formats/exr/exr_compression.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
 
 namespace peeler::cmd {
 

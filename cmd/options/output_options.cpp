@@ -10,11 +10,11 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
-#include "cmd/options/frames.h"
 #include "core/base/error.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/file/atomic_file.h"
+#include "formats/file/file_name.h"
 #include "formats/image/image_writer.h"
 
 namespace peeler::cmd {

@@ -6,7 +6,7 @@
 
 #include "cmd/options/capture_options.h"
 #include "core/capture/method.h"
-#include "formats/file/hash_text.h"
+#include "formats/file/content_hash.h"
 
 namespace peeler::cmd {
 

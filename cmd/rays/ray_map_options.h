@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "cmd/rays/ray_map_output.h"
+#include "formats/rays/ray_output.h"
 
 namespace peeler::cmd {
 

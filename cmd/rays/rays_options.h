@@ -12,8 +12,10 @@
 #include "cmd/options/scene_options.h"
 #include "cmd/rays/bundle_options.h"
 #include "cmd/rays/ray_map_options.h"
+#include "core/base/memory_budget.h"
 #include "core/capture/capture_settings.h"
 #include "core/gl/context.h"
+#include "core/rays/bundle.h"
 
 namespace peeler::cmd {
 
@@ -45,5 +47,8 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkRaysOptions(const RaysOptions& options);
+
+/// Throws Error (kMemory) if the cells, a byte each, are more than all that may be taken.
+void checkVoxelMemory(const AxisBundles& lattice, const MemoryBudget& memory);
 
 }  // namespace peeler::cmd

@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/machine/resources.h"
-#include "cmd/options/frames.h"
 #include "cmd/options/settings.h"
 #include "core/base/error.h"
-#include "formats/file/hash_text.h"
-#include "formats/file/output_hash.h"
+#include "formats/file/content_hash.h"
+#include "formats/file/file_name.h"
+#include "formats/output_hash.h"
 
 namespace peeler::cmd {
 

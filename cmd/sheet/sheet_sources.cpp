@@ -13,7 +13,7 @@
 #include "cmd/options/opened_scene.h"
 #include "cmd/options/output_options.h"
 #include "cmd/sheet/sheet_methods.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
 
 namespace peeler::cmd {
 

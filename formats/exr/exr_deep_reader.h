@@ -9,7 +9,7 @@
 #include "core/image/layered_image.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_info.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
 
 namespace peeler {
 

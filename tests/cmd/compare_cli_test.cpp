@@ -11,8 +11,8 @@
 #include "core/base/color.h"
 #include "formats/exr/exr_ldi_writer.h"
 #include "formats/image/flat_image.h"
-#include "formats/image/picture_file.h"
 #include "formats/synthetic_image.h"
+#include "formats/writers.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

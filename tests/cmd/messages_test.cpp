@@ -16,7 +16,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/options/settings.h"
 #include "core/base/error.h"
-#include "formats/file/hash_text.h"
+#include "formats/file/content_hash.h"
 
 namespace peeler::cmd {
 namespace {

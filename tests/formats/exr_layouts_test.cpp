@@ -14,7 +14,7 @@
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/exr_ldi_writer.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
 #include "formats/read_all.h"
 #include "formats/same_image.h"
 #include "formats/synthetic_image.h"

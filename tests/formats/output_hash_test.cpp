@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every format says what its file was made of, as long as it is whole.
-#include "formats/file/output_hash.h"
+#include "formats/output_hash.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/rays/hit_columns.h"
+#include "formats/rays/hit_columns.h"
 
 #include <algorithm>
 #include <cstring>
@@ -8,19 +8,18 @@
 #include "core/capture/supersampling.h"
 #include "core/image/layered_image.h"
 
-namespace peeler::cmd {
-
+namespace peeler {
 namespace {
 
 constexpr std::size_t kHitsAtOnce = std::size_t{1} << 16;
 
 template <class T>
-void store(const T& value, std::byte* out) {
+void storeValue(const T& value, std::byte* out) {
     std::memcpy(out, &value, sizeof value);
 }
 
-void index(std::size_t value, std::byte* out) {
-    store(static_cast<std::uint32_t>(value), out);
+void storeIndex(std::size_t value, std::byte* out) {
+    storeValue(static_cast<std::uint32_t>(value), out);
 }
 
 }  // namespace
@@ -31,51 +30,53 @@ std::span<const HitColumn> hitColumns() {
         {"t_hit",
          kFloat,
          {"t"},
-         [](const Hit& h, std::byte* out) { store(static_cast<float>(h.t), out); }},
+         [](const Hit& h, std::byte* out) { storeValue(static_cast<float>(h.t), out); }},
         {"geometry_ids",
          kUint32,
          {"geometry"},
-         [](const Hit& h, std::byte* out) { index(h.origin.instance, out); }},
+         [](const Hit& h, std::byte* out) { storeIndex(h.origin.instance, out); }},
         {"primitive_ids",
          kUint32,
          {"primitive"},
-         [](const Hit& h, std::byte* out) { index(h.origin.in_mesh, out); }},
+         [](const Hit& h, std::byte* out) { storeIndex(h.origin.in_mesh, out); }},
         {"primitive_uvs",
          kFloat,
          {"u", "v"},
-         [](const Hit& h, std::byte* out) { store(h.barycentric, out); }},
+         [](const Hit& h, std::byte* out) { storeValue(h.barycentric, out); }},
         {"facing",
          kInt32,
          {"facing"},
-         [](const Hit& h, std::byte* out) { store(static_cast<std::int32_t>(h.facing), out); }},
+         [](const Hit& h, std::byte* out) {
+             storeValue(static_cast<std::int32_t>(h.facing), out);
+         }},
         {"normals",
          kFloat,
          {"nx", "ny", "nz"},
-         [](const Hit& h, std::byte* out) { store(h.normal, out); }},
+         [](const Hit& h, std::byte* out) { storeValue(h.normal, out); }},
         {"geometric_normals",
          kFloat,
          {"ngx", "ngy", "ngz"},
-         [](const Hit& h, std::byte* out) { store(h.geometric_normal, out); }},
+         [](const Hit& h, std::byte* out) { storeValue(h.geometric_normal, out); }},
         {"node_ids",
          kUint32,
          {"node"},
          [](const Hit& h, std::byte* out) {
-             index(static_cast<std::size_t>(h.instance->node), out);
+             storeIndex(static_cast<std::size_t>(h.instance->node), out);
          }},
         {"mesh_ids",
          kUint32,
          {"mesh"},
          [](const Hit& h, std::byte* out) {
-             index(static_cast<std::size_t>(h.instance->mesh), out);
+             storeIndex(static_cast<std::size_t>(h.instance->mesh), out);
          }},
         {"instance_ids",
          kUint32,
          {"instance"},
-         [](const Hit& h, std::byte* out) { index(h.ordinal, out); }},
+         [](const Hit& h, std::byte* out) { storeIndex(h.ordinal, out); }},
         {"material_ids",
          kUint32,
          {"material"},
-         [](const Hit& h, std::byte* out) { store(h.material, out); }},
+         [](const Hit& h, std::byte* out) { storeValue(h.material, out); }},
     };
     return kColumns;
 }
@@ -147,4 +148,4 @@ void HitReader::read(const Bundle& bundle, std::size_t index, const LayeredImage
     }
 }
 
-}  // namespace peeler::cmd
+}  // namespace peeler

@@ -1,26 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// rays -o FILE.ply
+// Hits as .ply.
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
-#include "cmd/cli/console.h"
-#include "cmd/rays/hit_output.h"
 #include "formats/arrays/ply_writer.h"
+#include "formats/rays/hit_columns.h"
 
-namespace peeler::cmd {
-
+namespace peeler {
 namespace {
 
 class HitPoints final : public RayOutput {
   public:
-    HitPoints(std::string path, const HitSources& sources, bool double_positions)
+    HitPoints(std::string path, const HitOptions& options)
         : path_(std::move(path)),
-          comment_("hits in world space of " + printable(sources.provenance.scene) +
-                   ", +Y up, by peeler " PEELER_VERSION),
-          double_positions_(double_positions),
-          reader_(sources.posed) {}
+          comment_(options.comment),
+          double_positions_(options.double_positions),
+          reader_(options.posed) {}
 
     std::vector<Channel> channels() const override { return hitChannels(); }
 
@@ -47,7 +43,6 @@ class HitPoints final : public RayOutput {
     }
 
     void finish() override { writer_->finish(); }
-    void tell(nlohmann::ordered_json&) const override {}
 
   private:
     std::byte* put(const Hit& hit, std::byte* out) const {
@@ -77,9 +72,8 @@ class HitPoints final : public RayOutput {
 
 }  // namespace
 
-std::unique_ptr<RayOutput> makeHitPoints(std::string path, const HitSources& sources,
-                                         bool double_positions) {
-    return std::make_unique<HitPoints>(std::move(path), sources, double_positions);
+std::unique_ptr<RayOutput> makeHitPoints(const std::string& path, const HitOptions& options) {
+    return std::make_unique<HitPoints>(path, options);
 }
 
-}  // namespace peeler::cmd
+}  // namespace peeler

@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// rays -o FILE.exr
+// Hits as a deep image.
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
-#include "cmd/rays/hit_output.h"
 #include "core/capture/supersampling.h"
 #include "core/rays/bundle.h"
 #include "formats/exr/exr_hits_writer.h"
+#include "formats/rays/hit_columns.h"
 
-namespace peeler::cmd {
-
+namespace peeler {
 namespace {
 
 class HitImage final : public RayOutput {
   public:
-    HitImage(std::string path, const HitSources& sources)
-        : path_(std::move(path)), provenance_(sources.provenance) {
-        provenance_.ids = idNames(sources.posed.scene());
+    HitImage(std::string path, const HitOptions& options)
+        : path_(std::move(path)), provenance_(options.provenance) {
+        provenance_.ids = idNames(options.posed.scene());
     }
 
     std::vector<Channel> channels() const override {
@@ -41,7 +39,6 @@ class HitImage final : public RayOutput {
         writer_->write(bundle, band, kKeyChannel);
     }
     void finish() override { writer_->finish(); }
-    void tell(nlohmann::ordered_json&) const override {}
 
   private:
     std::string path_;
@@ -51,8 +48,8 @@ class HitImage final : public RayOutput {
 
 }  // namespace
 
-std::unique_ptr<RayOutput> makeHitImage(std::string path, const HitSources& sources) {
-    return std::make_unique<HitImage>(std::move(path), sources);
+std::unique_ptr<RayOutput> makeHitImage(const std::string& path, const HitOptions& options) {
+    return std::make_unique<HitImage>(path, options);
 }
 
-}  // namespace peeler::cmd
+}  // namespace peeler

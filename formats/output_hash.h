@@ -20,9 +20,6 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
 std::string outputHashFrom(const ExrInfo& input, const View& view, const std::string& path,
                            const OutputOptions& output);
 
-/// Provenance::output_hash as it stands in flat images (ImageDescription) and pages (meta).
-std::string outputHashText(const std::string& hash);
-
 /// Provenance::output_hash of a file that a Sink has written, by the file's extension; "" if there
 /// is no such file, it does not say, or it is not whole. Of an OpenEXR file the headers are read
 /// and every chunk's place is checked (of a set, those of all files); flat images are decoded.

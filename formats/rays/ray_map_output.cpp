@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/rays/ray_map_output.h"
+#include "formats/rays/ray_map_output.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
 #include "core/rays/bundle.h"
 #include "formats/exr/exr_plane_writer.h"
-#include "formats/writers.h"
+#include "formats/file/file_name.h"
+#include "formats/image/image_writer.h"
 
-namespace peeler::cmd {
-
+namespace peeler {
 namespace {
 
 constexpr std::size_t kValuesAtOnce = std::size_t{1} << 22;
@@ -73,16 +72,16 @@ class RayMapFile : public RayMapOutput {
     std::vector<std::uint32_t> numbers_;  ///< bits, as in the file
 };
 
-bool has(const RayMapSettings& settings, RayMap map) {
+bool hasMap(const RayMapSettings& settings, RayMap map) {
     return std::ranges::find(settings.maps, map) != settings.maps.end();
 }
 
-void checkSettings(const RayMapSettings& settings) {
-    if (has(settings, RayMap::kTransmission) && settings.attenuation.empty()) {
+void checkMapSettings(const RayMapSettings& settings) {
+    if (hasMap(settings, RayMap::kTransmission) && settings.attenuation.empty()) {
         throw Error(ErrorKind::kUsage, "what passes depends on how materials attenuate",
                     "transmission", "give --attenuation MATERIAL=MU");
     }
-    if (!has(settings, RayMap::kOverlap)) return;
+    if (!hasMap(settings, RayMap::kOverlap)) return;
     const auto& [a, b] = settings.parts;
     if (a.empty() || b.empty()) {
         throw Error(ErrorKind::kUsage, "an overlap is one of two parts", "overlap",
@@ -96,20 +95,24 @@ void checkSettings(const RayMapSettings& settings) {
     }
 }
 
-}  // namespace
-
-void RayMapStatistics::add(std::span<const float> values) {
+void addValues(std::span<const float> values, RayMapStatistics& statistics) {
     for (const float value : values) {
         if (!std::isfinite(value)) continue;
-        least = std::min(least, double{value});
-        greatest = std::max(greatest, double{value});
-        sum += value;
+        const double number = value;
+        statistics.least = std::min(statistics.least.value_or(number), number);
+        statistics.greatest = std::max(statistics.greatest.value_or(number), number);
+        statistics.sum += number;
     }
 }
 
+}  // namespace
+
 void RayMapOutput::begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) {
     bundles_.assign(bundles.begin(), bundles.end());
-    statistics_.assign(bundles.size(), std::vector<RayMapStatistics>(maps_.channels().size()));
+    std::vector<RayMapStatistics> none;
+    for (const RayMapChannel& channel : maps_.channels())
+        none.push_back({.name = channel.name});
+    statistics_.assign(bundles.size(), none);
 }
 
 void RayMapOutput::take(std::size_t bundle, const LayeredImage& band) {
@@ -124,32 +127,23 @@ void RayMapOutput::take(std::size_t bundle, const LayeredImage& band) {
         maps_.evaluateRows(bundles_[bundle], band, rows.y0, rows.y1, planes_);
         const std::span<const float> planes(planes_);
         for (std::size_t c = 0; c < channels; ++c)
-            statistics_[bundle][c].add(planes.subspan(c * rows.pixels(), rows.pixels()));
+            addValues(planes.subspan(c * rows.pixels(), rows.pixels()), statistics_[bundle][c]);
         writeRows(rows, planes);
     }
     if (window.y1 == crop.y1) finishBundle();
 }
 
-void RayMapOutput::tell(nlohmann::ordered_json& result) const {
-    auto& maps = result["maps"] = nlohmann::ordered_json::array();
+RayResults RayMapOutput::results() const {
+    RayResults results;
     for (std::size_t i = 0; i < bundles_.size(); ++i) {
-        auto channels = nlohmann::ordered_json::array();
-        for (std::size_t c = 0; c < maps_.channels().size(); ++c) {
-            const RayMapChannel& channel = maps_.channels()[c];
-            const RayMapStatistics& found = statistics_[i][c];
-            nlohmann::ordered_json entry{{"name", channel.name}};
-            if (!found.empty()) {
-                entry["least"] = found.least;
-                entry["greatest"] = found.greatest;
-            }
-            if (infoOf(channel.map).length && bundles_[i].parallel())
-                entry["volume"] = found.sum * rayArea(bundles_[i].view);
-            channels.push_back(std::move(entry));
-        }
-        maps.push_back({{"bundle", bundles_[i].name},
-                        {"output", pathOf(i)},
-                        {"channels", std::move(channels)}});
+        RayMapResult& result =
+            results.maps.emplace_back(RayMapResult{bundles_[i].name, pathOf(i), statistics_[i]});
+        if (!bundles_[i].parallel()) continue;
+        for (std::size_t c = 0; c < result.channels.size(); ++c)
+            if (infoOf(maps_.channels()[c].map).length)
+                result.channels[c].volume = result.channels[c].sum * rayArea(bundles_[i].view);
     }
+    return results;
 }
 
 bool needsSolids(std::span<const RayMap> maps) {
@@ -159,11 +153,11 @@ bool needsSolids(std::span<const RayMap> maps) {
 std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const PosedScene& posed,
                                             const Solids* solids, RayMapOptions options) {
     std::vector<RayMap>& maps = options.settings.maps;
-    checkSettings(options.settings);
-    const bool picture = findOutputFormat(path, "composite").encoded;
+    checkMapSettings(options.settings);
+    const bool picture = findImageFormat(path) != nullptr;
     const auto paths = std::ranges::find(maps, RayMap::kPathLength);
     if (paths != maps.end() && !options.settings.attenuation.empty() &&
-        !has(options.settings, RayMap::kTransmission)) {
+        !hasMap(options.settings, RayMap::kTransmission)) {
         if (picture) {
             *paths = RayMap::kTransmission;
         } else {
@@ -171,6 +165,10 @@ std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const Posed
         }
     }
     if (picture) return makeRayMapPictures(path, posed, solids, options);
+    if (lowerExtension(path) != ".exr") {
+        throw Error(ErrorKind::kUsage, "maps cannot be written in this format", path,
+                    "end the name in .exr, .png, .jpg or .tif");
+    }
     if (options.range) {
         throw Error(ErrorKind::kUsage, "an EXR holds the numbers as they are", "--range",
                     "leave it out, or write .png, .jpg or .tif");
@@ -178,4 +176,4 @@ std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const Posed
     return std::make_unique<RayMapFile>(path, posed, solids, options);
 }
 
-}  // namespace peeler::cmd
+}  // namespace peeler

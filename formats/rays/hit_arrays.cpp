@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// rays -o FILE.npz
+// Hits as .npz.
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <utility>
 
-#include "cmd/rays/hit_output.h"
 #include "formats/arrays/npz_writer.h"
+#include "formats/rays/hit_columns.h"
 
-namespace peeler::cmd {
-
+namespace peeler {
 namespace {
 
 class HitArrays final : public RayOutput {
   public:
-    HitArrays(std::string path, const HitSources& sources)
-        : path_(std::move(path)), reader_(sources.posed) {}
+    HitArrays(std::string path, const HitOptions& options)
+        : path_(std::move(path)), reader_(options.posed) {}
 
     std::vector<Channel> channels() const override { return hitChannels(); }
     bool needsHits() const override { return true; }
@@ -65,7 +63,6 @@ class HitArrays final : public RayOutput {
     }
 
     void finish() override { writer_->finish(); }
-    void tell(nlohmann::ordered_json&) const override {}
 
   private:
     void describe(const Bundle& bundle) {
@@ -95,8 +92,8 @@ class HitArrays final : public RayOutput {
 
 }  // namespace
 
-std::unique_ptr<RayOutput> makeHitArrays(std::string path, const HitSources& sources) {
-    return std::make_unique<HitArrays>(std::move(path), sources);
+std::unique_ptr<RayOutput> makeHitArrays(const std::string& path, const HitOptions& options) {
+    return std::make_unique<HitArrays>(path, options);
 }
 
-}  // namespace peeler::cmd
+}  // namespace peeler

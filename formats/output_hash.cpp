@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/file/output_hash.h"
+#include "formats/output_hash.h"
 
 #include <fstream>
 #include <iterator>
@@ -11,24 +11,13 @@
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/file/file_extension.h"
+#include "formats/file/content_hash.h"
 #include "formats/file/file_kind.h"
-#include "formats/file/hash_text.h"
+#include "formats/file/file_name.h"
 #include "formats/image/flat_image.h"
 
 namespace peeler {
 namespace {
-
-constexpr std::string_view kHashName = "peeler:outputHash ";
-constexpr std::size_t kHashDigits = 16;
-
-/// The hash behind kHashName, "" if it is not there.
-std::string hashIn(std::string_view text) {
-    const std::size_t at = text.find(kHashName);
-    if (at == std::string_view::npos || text.size() < at + kHashName.size() + kHashDigits)
-        return "";
-    return std::string(text.substr(at + kHashName.size(), kHashDigits));
-}
 
 std::string ofExr(const std::string& path) {
     const ExrFiles files(path);
@@ -41,7 +30,7 @@ std::string ofPage(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     if (!text.ends_with("</html>\n")) return "";
-    return hashIn(std::string_view(text).substr(0, text.find("</head>")));
+    return outputHashIn(std::string_view(text).substr(0, text.find("</head>")));
 }
 
 /// libjpeg takes a file that ends early for one with grey rows.
@@ -56,7 +45,7 @@ std::string ofImage(const std::string& path) {
     const bool jpeg = fileKind(path) == FileKind::kJpeg;
     if (jpeg && !endsLikeJpeg(path)) return "";
     readFlatImage(path);
-    return hashIn(imageDescription(path));
+    return outputHashIn(imageDescription(path));
 }
 
 struct HashedKind {
@@ -99,10 +88,6 @@ std::string outputHashFrom(const ExrInfo& input, const View& view, const std::st
     const std::string_view kind = findOutputFormat(path, output.as).kind;
     if (input.plan.samples > 1 && kind != "ldi" && kind != "deep") return "";
     return outputHash(view, path, output);
-}
-
-std::string outputHashText(const std::string& hash) {
-    return hash.empty() ? "" : std::string(kHashName) + hash;
 }
 
 std::string outputHashOf(const std::string& path) {

@@ -2,15 +2,15 @@
 // A map as PNG, JPEG or TIFF, in colours for numbers.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "cmd/options/frames.h"
-#include "cmd/rays/ray_map_output.h"
 #include "core/base/color.h"
 #include "core/base/error.h"
-#include "formats/writers.h"
+#include "formats/file/file_name.h"
+#include "formats/image/image_writer.h"
+#include "formats/rays/ray_map_output.h"
 
-namespace peeler::cmd {
-
+namespace peeler {
 namespace {
 
 using ValueRange = std::pair<double, double>;
@@ -36,7 +36,6 @@ class RayMapPictures : public RayMapOutput {
                             : "a picture shows one map",
                         path_, "write .exr, or give --attenuation for an X-ray, or --map once");
         }
-        output_.as = "composite";
         output_.provenance = options.provenance;
         map_ = maps().channels().front().map;
         if (!given_ && map_ == RayMap::kTransmission) given_ = {0, 1};
@@ -55,7 +54,7 @@ class RayMapPictures : public RayMapOutput {
   protected:
     void beginBundle(std::size_t bundle) override {
         bundle_ = bundle;
-        picture_ = findOutputFormat(path_, output_.as).make(pathOf(bundle), output_);
+        picture_ = std::make_unique<ImageWriter>(pathOf(bundle), output_);
         Plan plan;
         plan.view = bundles()[bundle].view;
         picture_->begin(plan);
@@ -83,7 +82,8 @@ class RayMapPictures : public RayMapOutput {
         constexpr int kRows = 64;
         const RayMapStatistics& found = statistics(bundle_).front();
         const bool distance = map_ == RayMap::kFirst || map_ == RayMap::kLast;
-        const ValueRange range{distance ? found.least : 0, found.greatest};
+        // Without a finite value there is none to be shown, whatever the range.
+        const ValueRange range{distance ? found.least.value_or(0) : 0, found.greatest.value_or(0)};
         const Window& crop = bundles()[bundle_].view.crop;
         const auto width = static_cast<std::size_t>(crop.width());
         for (int y = crop.y0; y < crop.y1; y += kRows) {
@@ -132,4 +132,4 @@ std::unique_ptr<RayOutput> makeRayMapPictures(const std::string& path, const Pos
     return std::make_unique<RayMapPictures>(path, posed, solids, options);
 }
 
-}  // namespace peeler::cmd
+}  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is stored of every hit: the columns of arrays and point clouds.
+// What the files of hits share: the columns of arrays and point clouds, and who makes them.
 #pragma once
 
 #include <array>
@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <functional>
 #include <glm/glm.hpp>
+#include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -16,8 +18,9 @@
 #include "core/rays/bundle.h"
 #include "core/scene/posed_scene.h"
 #include "formats/arrays/number_type.h"
+#include "formats/rays/ray_output.h"
 
-namespace peeler::cmd {
+namespace peeler {
 
 struct Hit {
     double t = 0;
@@ -47,7 +50,7 @@ struct HitColumn {
 /// RaycastingScene.list_intersections() has them, then our own.
 std::span<const HitColumn> hitColumns();
 
-/// What hits() needs of every fragment.
+/// What HitReader needs of every fragment.
 std::vector<Channel> hitChannels();
 
 /// Looks up what the keys of hits stand for.
@@ -65,4 +68,9 @@ class HitReader {
     std::vector<Hit> hits_;
 };
 
-}  // namespace peeler::cmd
+/// Of makeHitOutput(): .npz, .ply and .exr.
+std::unique_ptr<RayOutput> makeHitArrays(const std::string& path, const HitOptions& options);
+std::unique_ptr<RayOutput> makeHitPoints(const std::string& path, const HitOptions& options);
+std::unique_ptr<RayOutput> makeHitImage(const std::string& path, const HitOptions& options);
+
+}  // namespace peeler

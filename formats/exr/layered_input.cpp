@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
 
 #include <limits>
 #include <utility>

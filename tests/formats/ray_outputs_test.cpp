@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Maps, voxels and parity reports of known hits, as other programs read them.
+// Maps and voxels of known hits, as other programs read them.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfInputPart.h>
@@ -8,32 +8,25 @@
 #include <gtest/gtest.h>
 
 #include <bit>
-#include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 
-#include "cmd/rays/ray_map_output.h"
-#include "cmd/rays/ray_parity.h"
-#include "cmd/rays/voxel_output.h"
 #include "core/base/error.h"
 #include "core/rays/bundle.h"
 #include "formats/exr/exr_header.h"
 #include "formats/image/flat_image.h"
 #include "formats/image/image_writer.h"
+#include "formats/rays/ray_output.h"
 #include "support/python.h"
 #include "support/ray_hits.h"
 #include "support/test_support.h"
 
-namespace peeler::cmd {
+namespace peeler {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 using test::bodies;
 using test::bytesOf;
-using test::Hit;
 using test::Outcome;
-using test::rayHits;
 using test::runCommand;
 using test::runPeeler;
 using test::runPython;
@@ -145,16 +138,14 @@ TEST_F(RayOutputs, AnExrHasAPartABundle) {
             volume += length[0];
         }
         const glm::dvec2 size = bundles_[b].size();
-        Json result;
-        output->tell(result);
-        const Json& told = result.at("maps").at(b);
-        EXPECT_EQ(told.at("bundle"), bundles_[b].name);
-        EXPECT_EQ(told.at("channels").at(0).at("name"), "thickness");
-        EXPECT_NEAR(told.at("channels").at(0).at("volume").get<double>(),
-                    volume * size.x * size.y / double(crop.pixels()), 1e-4);
-        EXPECT_NEAR(told.at("channels").at(0).at("volume").get<double>(), 4 * std::numbers::pi / 3,
-                    0.02);
-        EXPECT_FALSE(told.at("channels").at(1).contains("volume"));
+        const RayMapResult told = output->results().maps.at(b);
+        EXPECT_EQ(told.bundle, bundles_[b].name);
+        EXPECT_EQ(told.path, path("m.exr"));
+        EXPECT_EQ(told.channels.at(0).name, "thickness");
+        const double told_volume = told.channels.at(0).volume.value();
+        EXPECT_NEAR(told_volume, volume * size.x * size.y / double(crop.pixels()), 1e-4);
+        EXPECT_NEAR(told_volume, 4 * std::numbers::pi / 3, 0.02);
+        EXPECT_FALSE(told.channels.at(1).volume);
     }
     const Outcome verified = runPeeler({"verify", path("m.exr")});
     EXPECT_EQ(verified.exit_code, 0) << verified.err;
@@ -256,16 +247,16 @@ print(inside.sum())
 
 TEST_F(RayOutputs, VoxelsForNumpyAndOpenVdb) {
     const AxisBundles axes = axisBundles(box_, box_, {70});
-    Json result;
+    VoxelResult result;
     for (const char* name : {"v.npz", "v.vdb", "again.VDB"}) {
-        VoxelOutput output(path(name), solids_, axes, 0, "peeler test");
-        trace(output, axes.bundles);
-        result = {};
-        output.tell(result);
+        const auto output = makeVoxelOutput(path(name), solids_, axes, "peeler test");
+        trace(*output, axes.bundles);
+        result = output->results().voxels.value();
+        EXPECT_EQ(result.path, path(name));
     }
     EXPECT_EQ(bytesOf(path("v.vdb")), bytesOf(path("again.VDB")));
-    EXPECT_EQ(result.at("voxels").at("disputed"), 0);
-    EXPECT_NEAR(result.at("voxels").at("volume").get<double>(), 4 * std::numbers::pi / 3, 0.05);
+    EXPECT_EQ(result.disputed, 0U);
+    EXPECT_NEAR(result.volume, 4 * std::numbers::pi / 3, 0.05);
 
     const Outcome print = runCommand({"vdb_print", "-l", path("v.vdb")});
     if (print.exit_code == 127 || print.err.find("No such file") != std::string::npos) {
@@ -280,72 +271,13 @@ TEST_F(RayOutputs, VoxelsForNumpyAndOpenVdb) {
     PEELER_REQUIRE_PYTHON("pyopenvdb");
     const Outcome compare = runPython(kCompareVoxels, {path("v.npz"), path("v.vdb")});
     EXPECT_EQ(compare.exit_code, 0) << compare.err;
-    EXPECT_EQ(compare.out, result.at("voxels").at("occupied").dump() + "\n");
+    EXPECT_EQ(compare.out, std::to_string(result.occupied) + "\n");
 }
 
-TEST_F(RayOutputs, VoxelsOverTheBudget) {
-    const AxisBundles axes = axisBundles(box_, box_, {70});
-    const std::uint64_t cells = VoxelVotes::cellsOf(axes);
-    EXPECT_NO_THROW(VoxelOutput(path("v.npz"), solids_, axes, cells, ""));
-    try {
-        VoxelOutput(path("v.npz"), solids_, axes, cells - 1, "");
-        FAIL();
-    } catch (const Error& e) {
-        EXPECT_EQ(e.kind(), ErrorKind::kMemory);
-        EXPECT_NE(e.hint().find("fewer"), std::string::npos);
-    }
-    EXPECT_THROW(VoxelOutput(path("v.obj"), solids_, axes, 0, ""), Error);
+TEST_F(RayOutputs, VoxelsAreArraysOrAGrid) {
+    EXPECT_THROW(makeVoxelOutput(path("v.obj"), solids_, axisBundles(box_, box_, {70}), ""), Error);
     EXPECT_TRUE(files().empty());
 }
 
-TEST_F(RayOutputs, ParityIsReported) {
-    std::ostringstream out, err;
-    Console console(out, err, false);
-    {
-        RayParity parity(scene_, solids_, console);
-        trace(parity, bundles_);
-        Json result;
-        parity.tell(result);
-        EXPECT_EQ(result.at("parity").at("holds"), true);
-        EXPECT_EQ(result.at("parity").at("solids").size(), 2U);
-        EXPECT_EQ(err.str(), "");
-    }
-    // A lid is missing: the first body has a hole, and one ray finds it.
-    scene_.meshes[0].primitives[0].positions.resize(9);
-    const PosedScene shown(scene_, 0);
-    const Solids open(shown);
-    const auto hits = rayHits(bundles_[1], [n = 0](const auto&, const auto&) mutable {
-        std::vector<Hit> found = {{1, 1}, {2, 1}, {3, 4}, {4, 4}};
-        if (++n == 10) found.erase(found.begin());
-        return found;
-    });
-    RayParity parity(scene_, open, console);
-    parity.begin(bundles_, {});
-    parity.take(1, hits);
-    parity.finish();
-    EXPECT_FALSE(parity.holds());
-    try {
-        parity.fail();
-    } catch (const Error& e) {
-        EXPECT_EQ(e.kind(), ErrorKind::kInput);
-        EXPECT_STREQ(e.what(),
-                     "1 ray hits a solid an odd number of times: not every mesh is closed");
-        EXPECT_EQ(e.where(), "body 0");
-        EXPECT_NE(e.hint(), "");
-    }
-    EXPECT_NE(err.str().find("warning: body 0: 1 of "), std::string::npos) << err.str();
-    EXPECT_NE(err.str().find("3 edges are open; the first one: askew, pixel (9, 0), along (0.26"),
-              std::string::npos)
-        << err.str();
-    Json result;
-    parity.tell(result);
-    const Json& first = result.at("parity").at("solids").at(0);
-    EXPECT_EQ(first.at("node"), "body 0");
-    EXPECT_EQ(first.at("oddRays"), 1);
-    EXPECT_EQ(first.at("openEdges"), 3);
-    EXPECT_EQ(first.at("firstOddRays").at(0).at("x"), 9);
-    EXPECT_EQ(result.at("parity").at("solids").at(1).at("oddRays"), 0);
-}
-
 }  // namespace
-}  // namespace peeler::cmd
+}  // namespace peeler

@@ -1,47 +1,57 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/rays/voxel_output.h"
+// What is inside of solids, cell by cell: arrays or a grid.
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 #include <vector>
 
-#include "cmd/cli/report.h"
 #include "core/base/error.h"
+#include "core/rays/voxels.h"
+#include "formats/arrays/npz_writer.h"
 #include "formats/arrays/vdb_writer.h"
-#include "formats/file/file_extension.h"
+#include "formats/file/atomic_file.h"
+#include "formats/file/file_name.h"
+#include "formats/rays/ray_output.h"
 
-namespace peeler::cmd {
-
+namespace peeler {
 namespace {
 
-bool isGrid(const std::string& path) {
+bool isVdb(const std::string& path) {
     const std::string extension = lowerExtension(path);
     if (extension == ".vdb") return true;
     if (extension == ".npz") return false;
     throw Error(ErrorKind::kUsage, "expected a name that ends in .npz or .vdb", path);
 }
 
-/// The lattice, once it is known that its cells may be kept.
-const AxisBundles& withinBudget(const AxisBundles& lattice, const MemoryBudget& memory) {
-    const std::uint64_t cells = VoxelVotes::cellsOf(lattice);
-    if (memory != 0 && cells > memory) {
-        throw Error(
-            ErrorKind::kMemory, groupedText(cells) + " voxels do not fit into " + bytesText(memory),
-            memory.where(), "a byte each is needed: ask for fewer of them, or allow more memory");
+class VoxelOutput final : public RayOutput {
+  public:
+    VoxelOutput(std::string path, const Solids& solids, AxisBundles lattice, std::string creator)
+        : path_(std::move(path)),
+          lattice_(std::move(lattice)),
+          creator_(std::move(creator)),
+          is_grid_(isVdb(path_)),
+          votes_(lattice_, solids) {}
+
+    void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override;
+    void take(std::size_t bundle, const LayeredImage& band) override {
+        votes_.add(bundle, lattice_.bundles[bundle], band);
     }
-    return lattice;
-}
+    void finish() override;
+    RayResults results() const override;
 
-}  // namespace
+  private:
+    void writeArrays();
 
-VoxelOutput::VoxelOutput(std::string path, const Solids& solids, AxisBundles lattice,
-                         const MemoryBudget& memory, std::string creator)
-    : path_(std::move(path)),
-      lattice_(std::move(lattice)),
-      creator_(std::move(creator)),
-      is_grid_(isGrid(path_)),
-      votes_(withinBudget(lattice_, memory), solids) {}
+    std::string path_;
+    AxisBundles lattice_;
+    std::string creator_;
+    bool is_grid_;                    ///< .vdb
+    std::optional<AtomicFile> grid_;  ///< one of the two
+    std::optional<NpzWriter> arrays_;
+    VoxelVotes votes_;
+};
 
 void VoxelOutput::begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) {
     if (bundles.size() != 3) {
@@ -58,10 +68,6 @@ void VoxelOutput::begin(std::span<const Bundle> bundles, std::span<const std::ui
                                                  {"votes", NumberType::kUint8, shape},
                                                  {"corner", NumberType::kDouble, {3}},
                                                  {"spacing", NumberType::kDouble, {}}});
-}
-
-void VoxelOutput::take(std::size_t bundle, const LayeredImage& band) {
-    votes_.add(bundle, lattice_.bundles[bundle], band);
 }
 
 void VoxelOutput::finish() {
@@ -90,15 +96,21 @@ void VoxelOutput::writeArrays() {
     arrays_->finish();
 }
 
-void VoxelOutput::tell(nlohmann::ordered_json& result) const {
+RayResults VoxelOutput::results() const {
     const std::uint64_t occupied = votes_.occupied();
     const double cell = lattice_.spacing * lattice_.spacing * lattice_.spacing;
-    result["voxels"] = {{"output", path_},
-                        {"cells", {lattice_.cells.x, lattice_.cells.y, lattice_.cells.z}},
-                        {"spacing", lattice_.spacing},
-                        {"occupied", occupied},
-                        {"disputed", votes_.disputed()},
-                        {"volume", static_cast<double>(occupied) * cell}};
+    RayResults results;
+    results.voxels = {path_,    lattice_.cells,    lattice_.spacing,
+                      occupied, votes_.disputed(), static_cast<double>(occupied) * cell};
+    return results;
 }
 
-}  // namespace peeler::cmd
+}  // namespace
+
+std::unique_ptr<RayOutput> makeVoxelOutput(std::string path, const Solids& solids,
+                                           AxisBundles lattice, std::string creator) {
+    return std::make_unique<VoxelOutput>(std::move(path), solids, std::move(lattice),
+                                         std::move(creator));
+}
+
+}  // namespace peeler

@@ -1,24 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cmd/rays/point_output.h"
-
+// The hits next to points.
 #include <algorithm>
-#include <array>
-#include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
+#include "core/rays/point_hits.h"
 #include "formats/arrays/npz_writer.h"
+#include "formats/rays/ray_output.h"
 
-namespace peeler::cmd {
-
+namespace peeler {
 namespace {
 
 constexpr std::size_t kPointsAtOnce = std::size_t{1} << 16;
-constexpr std::uint32_t kInvalid = 0xFFFFFFFFU;
+constexpr std::uint32_t kInvalidId = 0xFFFFFFFFU;
 
-class PointOutput final : public RayOutput {
+class NextHitOutput final : public RayOutput {
   public:
-    PointOutput(std::string path, const HitSources& sources, std::vector<glm::dvec3> points)
-        : path_(std::move(path)), posed_(sources.posed), points_(std::move(points)) {}
+    NextHitOutput(std::string path, const PosedScene& posed, std::vector<glm::dvec3> points)
+        : path_(std::move(path)), posed_(posed), points_(std::move(points)) {}
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) override {
         bundles_ = {bundles.begin(), bundles.end()};
@@ -52,11 +51,10 @@ class PointOutput final : public RayOutput {
     }
 
     void finish() override { writer_->finish(); }
-    void tell(nlohmann::ordered_json& result) const override {
-        result["points"] = {{"count", points_.size()},
-                            {"before", before_},
-                            {"after", after_},
-                            {"besideBundles", beside_}};
+    RayResults results() const override {
+        RayResults results;
+        results.next_hits = {points_.size(), before_, after_, beside_};
+        return results;
     }
 
   private:
@@ -82,8 +80,8 @@ class PointOutput final : public RayOutput {
             const bool is_hit = next.key != 0;
             const KeyOrigin origin = is_hit ? posed_.drawList().originOf(next.key) : KeyOrigin{};
             t_.push_back(static_cast<float>(next.distance));
-            geometry_.push_back(is_hit ? static_cast<std::uint32_t>(origin.instance) : kInvalid);
-            primitive_.push_back(is_hit ? origin.in_mesh : kInvalid);
+            geometry_.push_back(is_hit ? static_cast<std::uint32_t>(origin.instance) : kInvalidId);
+            primitive_.push_back(is_hit ? origin.in_mesh : kInvalidId);
             if (is_hit) ++count;
         }
         writer_->append(array, asBytes(t_));
@@ -105,9 +103,9 @@ class PointOutput final : public RayOutput {
 
 }  // namespace
 
-std::unique_ptr<RayOutput> makePointOutput(std::string path, const HitSources& sources,
-                                           std::vector<glm::dvec3> points) {
-    return std::make_unique<PointOutput>(std::move(path), sources, std::move(points));
+std::unique_ptr<RayOutput> makeNextHitOutput(std::string path, const PosedScene& posed,
+                                             std::vector<glm::dvec3> points) {
+    return std::make_unique<NextHitOutput>(std::move(path), posed, std::move(points));
 }
 
-}  // namespace peeler::cmd
+}  // namespace peeler

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Textures of numbers, not of colours: PNG and OpenEXR.
-#include "formats/image/texture_files.h"
+#include "formats/exr/texture_files.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfHeader.h>
