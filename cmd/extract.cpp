@@ -13,7 +13,6 @@
 #include "cmd/cli/parse.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
-#include "cmd/extract/extract_sinks.h"
 #include "cmd/extract/layer_files.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/frames.h"
@@ -23,6 +22,8 @@
 #include "core/base/error.h"
 #include "core/image/layered_image.h"
 #include "core/image/layers.h"
+#include "formats/arrays/fragment_tables.h"
+#include "formats/exr/exr_plane_writer.h"
 #include "formats/exr/layered_input.h"
 #include "formats/file/file_name.h"
 
@@ -232,23 +233,19 @@ void Extract::addProducts() {
         if (path) products_.push_back({kind, *path, make(path->string())});
     };
     add_product("depthComplexity", options_.counts, [&](const std::string& path) {
-        OutputOptions output;
-        output.provenance = provenance_;
-        auto map = std::make_unique<CountMap>(path, output);
+        auto map = std::make_unique<CountMap>(path, OutputOptions{.provenance = provenance_});
         counts_ = map.get();
         return map;
     });
     const std::string scene =
         provenance_.scene.empty() ? "the scene" : printable(provenance_.scene);
     add_product("points", options_.points, [&](const std::string& path) {
-        return std::make_unique<PointCloud>(
-            path,
-            PointCloudOptions{options_.double_points,
-                              "world space of " + scene + ", +Y up, by peeler " PEELER_VERSION});
+        return makeFragmentPoints(
+            path, {options_.double_points,
+                   "world space of " + scene + ", +Y up, by peeler " PEELER_VERSION});
     });
-    add_product("arrays", options_.arrays, [&](const std::string& path) {
-        return std::make_unique<FragmentArrays>(path, camera_known_);
-    });
+    add_product("arrays", options_.arrays,
+                [&](const std::string& path) { return makeFragmentArrays(path, camera_known_); });
 }
 
 void Extract::extract() {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/image/sink.h"
+#include "formats/file/output_options.h"
 
 namespace peeler {
 
@@ -64,6 +65,31 @@ class ExrPlaneWriter {
     std::vector<std::byte> rows_;     ///< of chunks that are not complete yet, as in the file
     int next_chunk_ = 0;
     StageTimes times_;
+};
+
+/// The number of fragments of every pixel. EXR: a channel `count` (uint); PNG, JPEG, TIFF: black
+/// (0) to yellow (as many as the plan has layers).
+class CountMap : public Sink {
+  public:
+    CountMap(std::string path, OutputOptions options);
+    ~CountMap() override;
+
+    void begin(const Plan& plan) override;
+    void write(LayeredImage&& band) override;
+    void finish() override;
+    StageTimes times() const override;
+
+    std::uint32_t largest() const { return largest_; }  ///< so far
+
+  private:
+    std::string path_;
+    OutputOptions options_;
+    std::unique_ptr<ExrPlaneWriter> plane_;  ///< one of the two
+    std::unique_ptr<Sink> picture_;
+    float ramp_end_ = 1;
+    std::uint32_t largest_ = 0;
+    std::vector<std::uint32_t> counts_;
+    LayeredImage colors_;
 };
 
 }  // namespace peeler

@@ -1,42 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// extract --npz
+// Fragments as .npz.
 #include <algorithm>
 #include <array>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <set>
 #include <span>
+#include <utility>
+#include <vector>
 
-#include "cmd/extract/extract_sinks.h"
 #include "core/image/layered_image.h"
+#include "formats/arrays/fragment_tables.h"
+#include "formats/arrays/npz_writer.h"
 
-namespace peeler::cmd {
-
+namespace peeler {
 namespace {
 
-/// The arrays of every file, in this order; then one for each channel.
-enum Array : std::size_t {
-    kSplits,
-    kZ,
-    kColor,
-    kWindow,
-    kSize,
-    kPerspective,
-    kCameraToWorld,
-    kHalfWidth,
-    kHalfHeight,
-    kNear,
-    kFar,
-    kFirstChannel
-};
-
-NumberType numberType(PixelType type) {
+NumberType numberTypeOf(PixelType type) {
     constexpr NumberType kTypes[] = {NumberType::kHalf, NumberType::kFloat, NumberType::kUint32};
     return kTypes[static_cast<std::size_t>(type)];
 }
 
 /// A key that is no path in the archive and not taken yet.
-std::string keyOf(std::string channel, std::set<std::string>& taken) {
+std::string arrayKey(std::string channel, std::set<std::string>& taken) {
     std::ranges::replace_if(
         channel, [](unsigned char c) { return c < ' ' || c == '/' || c == '\\' || c >= 0x7f; },
         '_');
@@ -45,14 +32,51 @@ std::string keyOf(std::string channel, std::set<std::string>& taken) {
     return channel;
 }
 
-}  // namespace
+class FragmentArrays final : public Sink {
+  public:
+    FragmentArrays(std::string path, bool camera_known)
+        : path_(std::move(path)), camera_known_(camera_known) {}
+
+    void begin(const Plan& plan) override { plan_ = plan; }
+    void write(LayeredImage&& band) override;
+    void finish() override { writer_->finish(); }
+
+  private:
+    /// The arrays of every file, in this order; then one for each channel.
+    enum Array : std::size_t {
+        kSplits,
+        kZ,
+        kColor,
+        kWindow,
+        kSize,
+        kPerspective,
+        kCameraToWorld,
+        kHalfWidth,
+        kHalfHeight,
+        kNear,
+        kFar,
+        kFirstChannel
+    };
+
+    void open(const LayeredImage& band);
+    void writeCamera();
+
+    std::string path_;
+    bool camera_known_;
+    Plan plan_;
+    std::vector<std::string> channels_;  ///< of `extra`, as in the file
+    std::optional<NpzWriter> writer_;    ///< from the first band on
+    std::int64_t fragments_ = 0;         ///< so far
+    std::vector<std::int64_t> splits_;
+    std::vector<std::byte> values_;
+};
 
 void FragmentArrays::open(const LayeredImage& band) {
     const std::uint64_t n = plan_.fragments_stored;
     std::vector<NpzArray> arrays = {
         {"ray_splits", NumberType::kInt64, {plan_.view.crop.pixels() + 1}},
         {"z", NumberType::kFloat, {n}},
-        {"rgba", numberType(band.color.type), {n, 4}},
+        {"rgba", numberTypeOf(band.color.type), {n, 4}},
         {"window", NumberType::kInt64, {4}},
         {"size", NumberType::kInt64, {2}},
         {"perspective", NumberType::kUint8, {}},
@@ -68,7 +92,7 @@ void FragmentArrays::open(const LayeredImage& band) {
     for (const FragmentArray& array : band.extra) {
         for (const std::string& channel : array.channels) {
             channels_.push_back(channel);
-            arrays.push_back({keyOf(channel, taken), numberType(array.type), {n}});
+            arrays.push_back({arrayKey(channel, taken), numberTypeOf(array.type), {n}});
         }
     }
     writer_.emplace(path_, std::move(arrays));
@@ -117,8 +141,10 @@ void FragmentArrays::write(LayeredImage&& band) {
     }
 }
 
-void FragmentArrays::finish() {
-    writer_->finish();
+}  // namespace
+
+std::unique_ptr<Sink> makeFragmentArrays(std::string path, bool camera_known) {
+    return std::make_unique<FragmentArrays>(std::move(path), camera_known);
 }
 
-}  // namespace peeler::cmd
+}  // namespace peeler

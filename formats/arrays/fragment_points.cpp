@@ -1,22 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// extract --points
+// Fragments as .ply.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <utility>
+#include <vector>
 
-#include "cmd/extract/extract_sinks.h"
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
+#include "formats/arrays/fragment_tables.h"
+#include "formats/arrays/ply_writer.h"
 #include "formats/image/image_writer.h"
 
-namespace peeler::cmd {
-
+namespace peeler {
 namespace {
 
 template <class T>
-std::byte* put(T number, std::byte* out) {
+std::byte* putNumber(T number, std::byte* out) {
     std::memcpy(out, &number, sizeof number);
     return out + sizeof number;
 }
@@ -31,16 +33,27 @@ std::array<std::uint8_t, 4> displayColor(const std::array<float, 4>& color) {
             byte(encodeSrgb(color[2] * scale)), byte(alpha > 0 ? alpha : 0)};
 }
 
-}  // namespace
+class FragmentPoints final : public Sink {
+  public:
+    FragmentPoints(std::string path, FragmentPointOptions options)
+        : path_(std::move(path)), options_(std::move(options)) {}
 
-PointCloud::PointCloud(std::string path, PointCloudOptions options)
-    : path_(std::move(path)), options_(std::move(options)) {}
+    void begin(const Plan& plan) override { view_ = plan.view; }
+    void write(LayeredImage&& band) override;
+    void finish() override { writer_->finish(); }
 
-void PointCloud::begin(const Plan& plan) {
-    view_ = plan.view;
-}
+  private:
+    void open(const LayeredImage& band);
 
-void PointCloud::open(const LayeredImage& band) {
+    std::string path_;
+    FragmentPointOptions options_;
+    View view_;
+    std::vector<std::string> normal_, numbers_;  ///< names of channels
+    std::optional<PlyWriter> writer_;            ///< from the first band on
+    std::vector<std::byte> points_;
+};
+
+void FragmentPoints::open(const LayeredImage& band) {
     const NumberType position =
         options_.double_positions ? NumberType::kDouble : NumberType::kFloat;
     std::vector<PlyProperty> properties = {{"x", position}, {"y", position}, {"z", position}};
@@ -68,7 +81,7 @@ void PointCloud::open(const LayeredImage& band) {
     writer_.emplace(path_, std::move(properties), std::vector<std::string>{options_.comment});
 }
 
-void PointCloud::write(LayeredImage&& band) {
+void FragmentPoints::write(LayeredImage&& band) {
     if (!writer_) open(band);
     std::vector<FragmentChannel> normal, numbers;
     for (const std::string& name : normal_)
@@ -88,12 +101,13 @@ void PointCloud::write(LayeredImage&& band) {
                 std::byte* out = points_.data() + f * size;
                 const glm::dvec3 position = worldPosition(view_, x, y, band.z[f]);
                 for (int i = 0; i < 3; ++i) {
-                    out = options_.double_positions ? put(position[i], out)
-                                                    : put(static_cast<float>(position[i]), out);
+                    out = options_.double_positions
+                              ? putNumber(position[i], out)
+                              : putNumber(static_cast<float>(position[i]), out);
                 }
                 for (const FragmentChannel& component : normal)
-                    out = put(component.value(f), out);
-                out = put(displayColor(colorOf(band, f)), out);
+                    out = putNumber(component.value(f), out);
+                out = putNumber(displayColor(colorOf(band, f)), out);
                 for (const FragmentChannel& number : numbers) {
                     std::memcpy(out, number.data(f), sizeof(std::uint32_t));
                     out += sizeof(std::uint32_t);
@@ -104,8 +118,10 @@ void PointCloud::write(LayeredImage&& band) {
     writer_->append(points_);
 }
 
-void PointCloud::finish() {
-    writer_->finish();
+}  // namespace
+
+std::unique_ptr<Sink> makeFragmentPoints(std::string path, FragmentPointOptions options) {
+    return std::make_unique<FragmentPoints>(std::move(path), std::move(options));
 }
 
-}  // namespace peeler::cmd
+}  // namespace peeler

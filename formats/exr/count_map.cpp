@@ -1,28 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// extract --depth-complexity
+// The number of fragments of every pixel.
 #include <algorithm>
 #include <span>
 #include <utility>
 
-#include "cmd/extract/extract_sinks.h"
 #include "core/base/color.h"
+#include "formats/exr/exr_plane_writer.h"
+#include "formats/file/file_name.h"
+#include "formats/image/image_writer.h"
 
-namespace peeler::cmd {
+namespace peeler {
 
-CountMap::CountMap(std::string path, OutputOptions output)
-    : path_(std::move(path)), output_(std::move(output)) {
-    output_.as = "composite";
-}
+CountMap::CountMap(std::string path, OutputOptions options)
+    : path_(std::move(path)), options_(std::move(options)) {}
+
+CountMap::~CountMap() = default;
 
 void CountMap::begin(const Plan& plan) {
     ramp_end_ = static_cast<float>(std::max<std::size_t>(1, plan.layers.size()));
-    const OutputFormat& format = findOutputFormat(path_, output_.as);
-    if (std::ranges::find(format.extensions, ".exr") != format.extensions.end()) {
-        plane_ = std::make_unique<ExrPlaneWriter>(path_, plan, output_.provenance,
+    if (lowerExtension(path_) == ".exr") {
+        plane_ = std::make_unique<ExrPlaneWriter>(path_, plan, options_.provenance,
                                                   "depth-complexity", "count", PixelType::kUint);
         return;
     }
-    picture_ = format.make(path_, output_);
+    picture_ = std::make_unique<ImageWriter>(path_, options_);
     picture_->begin(plan);
 }
 
@@ -66,4 +67,4 @@ StageTimes CountMap::times() const {
     return plane_ ? plane_->times() : picture_->times();
 }
 
-}  // namespace peeler::cmd
+}  // namespace peeler
