@@ -69,7 +69,7 @@ void Convert::checkOptions() {
     options_.report.applyTo(console_);
     const OutputFormat& format =
         findOutputFormat(options_.output.path.string(), options_.output.as);
-    if (format.kind == "composite" || format.casters) {
+    if (format.holds(OutputContent::kComposite) || format.holds(OutputContent::kShadowMap)) {
         throw Error(ErrorKind::kUsage, "convert writes layers", options_.output.path.string(),
                     "use --as ldi or --as deep; peeler flatten makes composites");
     }

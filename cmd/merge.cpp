@@ -79,7 +79,7 @@ class Merge {
 void Merge::checkOptions() {
     options_.report.applyTo(console_);
     checkOutput(output_, options_.inputs);
-    if (findOutputFormat(output_.path.string(), output_.as).casters) {
+    if (findOutputFormat(output_.path.string(), output_.as).holds(OutputContent::kShadowMap)) {
         throw Error(ErrorKind::kUsage, "layers do not tell which surfaces cast shadows",
                     "--as midpoint-depth", "render it as a whole");
     }
@@ -91,14 +91,17 @@ void Merge::checkOptions() {
 
 void Merge::open() {
     const StageTimer timer(result_.milliseconds, "load");
-    tiles_.emplace(options_.inputs, output_.as == "composite", console_);
+    const bool composites_wanted =
+        !output_.as.empty() &&
+        findOutputFormat(output_.path.string(), output_.as).holds(OutputContent::kComposite);
+    tiles_.emplace(options_.inputs, composites_wanted, console_);
 }
 
 /// The same kind of file, unless another is asked for. Composites are merged as they are.
 void Merge::chooseKind() {
     const std::string path = output_.path.string();
     if (tiles_->kind() == PictureTiles::Kind::kDeep && output_.as.empty() &&
-        findOutputFormat(path, "").kind == "ldi")
+        findOutputFormat(path, "").holds(OutputContent::kLayers))
         output_.as = "deep";
     if (composites() && output_.as.empty()) output_.as = "composite";
     checkFormat(output_);  // options that suit layered files may not suit these
@@ -107,7 +110,7 @@ void Merge::chooseKind() {
         throw Error(ErrorKind::kUsage, "composites are merged as they are, background and all",
                     "--background", "render the tiles with it");
     }
-    if (findOutputFormat(path, output_.as).kind != "composite") {
+    if (!findOutputFormat(path, output_.as).holds(OutputContent::kComposite)) {
         throw Error(ErrorKind::kUsage, "composites have no layers", "--as " + output_.as,
                     "render the tiles as layers");
     }

@@ -86,7 +86,7 @@ void Sheet::checkOptions() {
     if (request.look.environment) files.push_back(*request.look.environment);
     checkOutput(options_.output, files);
     const OutputFormat& format = findOutputFormat(options_.output.path.string(), "composite");
-    if (format.extensions.front() == ".exr") {
+    if (!format.for_display) {
         throw Error(ErrorKind::kUsage, "a sheet is a picture to look at",
                     options_.output.path.string(), "choose one of: .png, .jpg, .tif");
     }

@@ -35,7 +35,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kPageKind = "page";
 constexpr const char* kMethod = "reprojection";
 
 /// The camera of the picture: the file's own, moved, or one of your own.
@@ -237,8 +236,9 @@ class ViewRun {
 void ViewRun::checkOptions() {
     options_.report.applyTo(console_);
     checkViewCameraOptions(options_.camera);
-    page_ = findOutputFormat(options_.output.path.string(), "").kind == kPageKind;
-    options_.output.as = page_ ? kPageKind : "composite";
+    const OutputFormat& format = findOutputFormat(options_.output.path.string(), "");
+    page_ = format.holds(OutputContent::kPage);
+    options_.output.as = page_ ? format.kind : "composite";
     if (page_ && options_.camera.changesAnything()) {
         throw Error(ErrorKind::kUsage, "a page begins at the file's own camera",
                     options_.output.path.string(),

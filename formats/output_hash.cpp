@@ -85,8 +85,7 @@ std::string outputHashFrom(const ExrInfo& input, const View& view, const std::st
     if (!input.attributes().contains("peeler:outputHash")) return "";
     if (output.composited) return "";  // what is behind a composite is not told
     // Colours of several samples were rounded before they are composited.
-    const std::string_view kind = findOutputFormat(path, output.as).kind;
-    if (input.plan.samples > 1 && kind != "ldi" && kind != "deep") return "";
+    if (input.plan.samples > 1 && !findOutputFormat(path, output.as).holdsFragments()) return "";
     return outputHash(view, path, output);
 }
 

@@ -61,35 +61,39 @@ std::vector<OutputFormat> makeTable() {
          .kind = "ldi",
          .summary = "layered depth image: one OpenEXR part a layer",
          .make = makeLdi,
+         .content = OutputContent::kLayers,
          .channels = true},
         {.extensions = {".exr"},
          .kind = "deep",
          .summary = "deep image: every fragment a sample of an OpenEXR deep scan line",
          .make = makeDeep,
-         .channels = true,
-         .composite = false},
+         .content = OutputContent::kSamples,
+         .channels = true},
         {.extensions = {".exr"},
          .kind = "composite",
          .summary = "flat OpenEXR image: R,G,B,A and the first Z",
          .make = makeExrComposite,
+         .content = OutputContent::kComposite,
          .channels = true},
         {.extensions = {".exr"},
          .kind = "midpoint-depth",
          .summary = "midpoint shadow map: Z halfway between the two nearest opaque surfaces",
          .make = makeExrMidpoint,
-         .casters = true},
+         .content = OutputContent::kShadowMap},
     };
     for (const ImageFormat& format : imageFormats())
         rows.push_back({.extensions = format.extensions,
                         .kind = "composite",
                         .summary = format.summary,
                         .make = make<ImageWriter>,
-                        .encoded = true});
+                        .content = OutputContent::kComposite,
+                        .for_display = true});
     rows.push_back({.extensions = {".html", ".htm"},
                     .kind = "page",
                     .summary = "web page that shows the layers from any side, in one file",
                     .make = make<HtmlViewWriter>,
-                    .encoded = true});
+                    .content = OutputContent::kPage,
+                    .for_display = true});
     return rows;
 }
 

@@ -2,6 +2,7 @@
 // The table of output formats.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -14,18 +15,38 @@
 
 namespace peeler {
 
+/// What is in a file, which decides the options that it takes.
+enum class OutputContent : std::uint8_t {
+    kLayers,     ///< the layers of every pixel, in a layout, with their composite unless left out
+    kSamples,    ///< the same fragments as deep samples, which may be merged
+    kComposite,  ///< the layers composited, over a background
+    /// What casts shadows: of both faces of OPAQUE and MASK surfaces, every layer of them.
+    kShadowMap,
+    kPage,  ///< a viewer of the layers, with a background
+};
+
 /// One way to write a picture.
 struct OutputFormat {
     std::vector<std::string_view> extensions{};  ///< lower case, with the dot
     std::string_view kind;                       ///< for --as
     std::string_view summary;
     std::unique_ptr<Sink> (*make)(const std::string& path, const OutputOptions& options);
-    /// It shows what casts shadows: both faces of OPAQUE and MASK surfaces, every layer of them.
-    bool casters = false;
+    OutputContent content = OutputContent::kComposite;
     bool channels = false;  ///< it holds what fragments have besides colour and Z
-    bool composite = true;  ///< a composite is in it
     /// It is for eyes and not for further work: encoded for a display, with exposure and tone map.
-    bool encoded = false;
+    bool for_display = false;
+
+    bool holds(OutputContent what) const { return content == what; }
+    /// Every fragment can be read from it again.
+    bool holdsFragments() const {
+        return holds(OutputContent::kLayers) || holds(OutputContent::kSamples);
+    }
+    bool hasComposite() const {
+        return holds(OutputContent::kLayers) || holds(OutputContent::kComposite);
+    }
+    bool takesBackground() const {
+        return holds(OutputContent::kComposite) || holds(OutputContent::kPage);
+    }
 };
 
 /// Every format; of two rows with the same extension the first is the default.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/extract/layer_files.h"
 
-#include <algorithm>
 #include <set>
 
 #include "core/base/error.h"
@@ -37,8 +36,7 @@ LayerFiles::LayerFiles(const OutputFlags& flags, const Provenance& provenance,
 }
 
 bool LayerFiles::needCounts(const OutputFlags& flags) {
-    const OutputFormat& format = findOutputFormat(flags.path.string(), "");
-    return std::ranges::find(format.extensions, ".exr") != format.extensions.end();
+    return findOutputFormat(flags.path.string(), "").holds(OutputContent::kLayers);
 }
 
 std::filesystem::path LayerFiles::path(std::size_t layer) const {

@@ -94,7 +94,7 @@ void checkChannelOptions(const ChannelOptions& options, const OutputFlags& outpu
             ErrorKind::kUsage, "this output holds colour alone, no channels", output.path.string(),
             "write layers or a composite as .exr, or leave --channels and --cryptomatte out");
     }
-    if (options.cryptomatte && (!format.composite || output.no_composite)) {
+    if (options.cryptomatte && (!format.hasComposite() || output.no_composite)) {
         throw Error(ErrorKind::kUsage, "Cryptomatte belongs to a composite, and there is none",
                     "--cryptomatte", "leave it out, or --no-composite");
     }

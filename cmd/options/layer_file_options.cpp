@@ -98,10 +98,11 @@ void addLayerFileOptions(VerbOptions& verb, LayerFileFlags& flags) {
 }
 
 void checkLayerFileOptions(const LayerFileFlags& flags, const OutputFormat& format) {
-    const bool layered = format.kind == "ldi", deep = format.kind == "deep";
+    const bool layered = format.holds(OutputContent::kLayers);
+    const bool deep = format.holds(OutputContent::kSamples);
     if (flags.layout && !layered)
         refuse("only layered files have a layout", "--layout", "add --as ldi, or leave it out");
-    if (flags.compression && !layered && !deep)
+    if (flags.compression && !format.holdsFragments())
         refuse("only layers are compressed as asked for", "--compression",
                "add --as ldi or --as deep, or leave it out");
     if (flags.compression) findExrCompression(*flags.compression, deep);

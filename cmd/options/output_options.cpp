@@ -51,10 +51,6 @@ double parseExposure(const std::string& text) {
     return stops;
 }
 
-bool holdsLayers(const OutputFormat& format) {
-    return format.kind == "ldi" || format.kind == "deep";
-}
-
 }  // namespace
 
 void addOutputFile(VerbOptions& verb, OutputFlags& flags, bool layers_only) {
@@ -62,7 +58,7 @@ void addOutputFile(VerbOptions& verb, OutputFlags& flags, bool layers_only) {
     std::set<std::string_view> known;
     for (const OutputFormat& format : outputFormats()) {
         if (!flags.as.empty() && format.kind != flags.as) continue;
-        if (layers_only && !holdsLayers(format)) continue;
+        if (layers_only && !format.holdsFragments()) continue;
         for (const std::string_view extension : format.extensions) {
             if (!known.insert(extension).second) continue;
             extensions += (extensions.empty() ? "" : ", ") + std::string(extension);
@@ -109,7 +105,7 @@ void addLayerOutputOptions(VerbOptions& verb, OutputFlags& flags, bool layers_on
     std::set<std::string_view> known;
     std::vector<std::string_view> names;
     for (const OutputFormat& format : outputFormats()) {
-        if (layers_only && !holdsLayers(format)) continue;
+        if (layers_only && !format.holdsFragments()) continue;
         if (!known.insert(format.kind).second) continue;
         names.push_back(format.kind);
         kinds += (kinds.empty() ? "" : " or ") + std::string(format.kind);
@@ -137,8 +133,8 @@ void checkFolder(const fs::path& file) {
 void checkFormat(const OutputFlags& flags) {
     const OutputFormat& format = findOutputFormat(flags.path.string(), flags.as);
     checkLayerFileOptions(flags.layers, format);
-    const bool composite = format.kind == "composite";
-    if (!composite && !format.encoded) {
+    const bool composite = format.holds(OutputContent::kComposite);
+    if (!format.takesBackground()) {
         constexpr const char* kCompositeHint = "add --as composite, or choose another extension";
         if (flags.background) refuse("layers have no background", "--background", kCompositeHint);
         if (flags.exposure) refuse("layers are stored as rendered", "--exposure", kCompositeHint);
@@ -147,12 +143,12 @@ void checkFormat(const OutputFlags& flags) {
     if (flags.no_composite && composite) {
         refuse("this output is nothing but the composite", "--no-composite", "leave it out");
     }
-    if (flags.no_composite && format.kind != "ldi")
+    if (flags.no_composite && !format.holds(OutputContent::kLayers))
         refuse("this output has no composite", "--no-composite", "leave it out");
     if (flags.no_composite && flags.layers.layout == kPerFileLayout)
         refuse("the composite's file is the one that names the others", "--no-composite",
                "leave it out, or choose another --layout");
-    if (format.encoded) return;
+    if (format.for_display) return;
     constexpr const char* kLinear = "an EXR holds linear light as rendered";
     constexpr const char* kDisplayHint = "write a .png, .jpg or .tif";
     if (flags.exposure) refuse(kLinear, "--exposure", kDisplayHint);
@@ -221,7 +217,7 @@ OutputOptions outputOptions(const OutputFlags& flags, const Provenance& provenan
 bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output) {
     const OutputFormat& format = findOutputFormat(output.path.string(), output.as);
     return input.has_cryptomatte && !input.provenance.ids.empty() && format.channels &&
-           format.composite && !output.no_composite;
+           format.hasComposite() && !output.no_composite;
 }
 
 void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,
