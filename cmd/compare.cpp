@@ -187,7 +187,7 @@ void Compare::checkOptions() {
     const fs::path heatmap = options_.heatmap.value_or(fs::path());
     OutputFlags output;
     output.path = heatmap;
-    output.as = "composite";
+    output.options.as = "composite";
     if (options_.heatmap) checkOutput(output, {options_.a, options_.b});
     checkReport(options_.report, {options_.a, options_.b, heatmap});
     if (options_.heatmap_max && !options_.heatmap) {

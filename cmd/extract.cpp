@@ -121,8 +121,7 @@ void Extract::checkOptions() const {
     options_.report.applyTo(console_);
     std::vector<fs::path> outputs;
     if (writesLayers()) {
-        if (writesExrLayers() &&
-            (options_.output.background || options_.output.exposure || options_.output.tone_map)) {
+        if (writesExrLayers() && options_.output.asksForDisplay()) {
             throw Error(ErrorKind::kUsage, "layers in an EXR stay as they were rendered",
                         "--background, --exposure, --tone-map",
                         "leave it out, or write .png, .jpg or .tif");
@@ -133,7 +132,7 @@ void Extract::checkOptions() const {
         OutputFlags flags;
         flags.path = *options_.counts;
         flags.no_clobber = options_.output.no_clobber;
-        flags.as = "composite";
+        flags.options.as = "composite";
         checkOutput(flags, {options_.input});
         outputs.push_back(*options_.counts);
     }
@@ -147,8 +146,7 @@ void Extract::checkOptions() const {
         throw Error(ErrorKind::kUsage, "layers are chosen by number or from the front",
                     "--layer, --layers", "leave one of them out");
     }
-    const OutputFlags& look = options_.output;
-    if (!writesLayers() && (look.background || look.exposure || look.tone_map)) {
+    if (!writesLayers() && options_.output.asksForDisplay()) {
         throw Error(ErrorKind::kUsage, "no picture of a layer is written",
                     "--background, --exposure, --tone-map", "leave it out, or add --output");
     }

@@ -139,7 +139,7 @@ void Rays::checkFiles() const {
     if (options_.writesFile()) {
         OutputFlags output = options_.output;
         if (options_.writesPictures()) {
-            output.as = "composite";
+            output.options.as = "composite";
             output.path = framePath(output.path.string(), 0);
             checkOutput(output, others);
         } else {

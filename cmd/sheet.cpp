@@ -142,13 +142,14 @@ void Sheet::refuseSceneOptions() const {
 void Sheet::writeSheet() {
     SheetLook look;
     look.columns = options_.columns;
-    look.background = options_.output.background;
+    const OutputOptions& asked = options_.output.options;
+    if (options_.output.isGiven("--background")) look.background = asked.background;
     // Grey means depth there, so what is behind it is not grey.
     constexpr std::array<float, 4> kBehindDepth{0.42F, 0.55F, 0.74F, 1};
     if (options_.request.cells.show == SheetShow::kDepth && !look.background)
         look.background = kBehindDepth;
-    look.exposure = static_cast<float>(options_.output.exposure.value_or(0));
-    look.tone_map = options_.output.tone_map.value_or(look.tone_map);
+    look.exposure = asked.exposure;
+    look.tone_map = asked.tone_map;
     const CompositeImage page = layOut(content_.cells, look);
     content_.result.width = page.window.width();
     content_.result.height = page.window.height();
@@ -240,7 +241,7 @@ constexpr const char* kSheetFooter =
 
 VerbAction declareSheet(VerbOptions& verb) {
     const auto options = std::make_shared<SheetOptions>();
-    options->output.as = "composite";
+    options->output.options.as = "composite";
     addValue(
         verb, "IN", "", options->request.input.file,
         [](const std::string& text) { return fs::path(text); },

@@ -238,7 +238,7 @@ void ViewRun::checkOptions() {
     checkViewCameraOptions(options_.camera);
     const OutputFormat& format = findOutputFormat(options_.output.path.string(), "");
     page_ = format.holds(OutputContent::kPage);
-    options_.output.as = page_ ? format.kind : "composite";
+    options_.output.options.as = page_ ? format.kind : "composite";
     if (page_ && options_.camera.changesAnything()) {
         throw Error(ErrorKind::kUsage, "a page begins at the file's own camera",
                     options_.output.path.string(),
@@ -279,12 +279,12 @@ void ViewRun::render() {
     provenance.version = PEELER_VERSION;
     provenance.method = kMethod;
     provenance.settings_hash.clear();  // of other settings
-    OutputOptions output = outputOptions(options_.output, provenance);
+    OutputOptions output = options_.output.from(provenance);
     if (page_ && options_.max_layers == 0) {
         const ExrInfo& input = reader_->info();
         output.provenance.output_hash =
             outputHashFrom(input, plan.view, options_.output.path.string(),
-                           outputOptions(options_.output, input.provenance));
+                           options_.output.from(input.provenance));
     }
     if (options_.max_fragments) {
         output.max_fragments = *options_.max_fragments == 0

@@ -68,7 +68,7 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
         {"camera", cameraJson(view)},
         {"extension", lowerExtension(path)},
         {"kind", findOutputFormat(path, output.as).kind},
-        {"composite", output.composite_part},
+        {"composite", !output.no_composite},
         {"cryptomatte", output.cryptomatte},
         {"layout", findExrLayout(output.layout).name},
         {"compression", output.compression},

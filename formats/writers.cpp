@@ -7,48 +7,15 @@
 #include <numeric>
 
 #include "core/base/error.h"
-#include "formats/exr/exr_composite_writer.h"
-#include "formats/exr/exr_compression.h"
 #include "formats/exr/exr_deep_writer.h"
 #include "formats/exr/exr_ldi_writer.h"
-#include "formats/exr/exr_midpoint_writer.h"
+#include "formats/exr/exr_plane_writer.h"
 #include "formats/file/file_name.h"
 #include "formats/image/image_writer.h"
 #include "formats/page/html_view_writer.h"
 
 namespace peeler {
 namespace {
-
-Imf::Compression compressionOf(const OutputOptions& options, bool deep) {
-    return static_cast<Imf::Compression>(findExrCompression(options.compression, deep).value);
-}
-
-std::unique_ptr<Sink> makeLdi(const std::string& path, const OutputOptions& options) {
-    return std::make_unique<ExrLdiWriter>(
-        path, options.provenance,
-        ExrLdiOptions{.composite = options.composite_part,
-                      .cryptomatte = options.cryptomatte,
-                      .layout = options.layout,
-                      .compression = compressionOf(options, false)});
-}
-
-std::unique_ptr<Sink> makeDeep(const std::string& path, const OutputOptions& options) {
-    return std::make_unique<ExrDeepWriter>(
-        path, options.provenance,
-        ExrDeepOptions{.merge = options.deep_merge, .compression = compressionOf(options, true)});
-}
-
-std::unique_ptr<Sink> makeExrComposite(const std::string& path, const OutputOptions& options) {
-    return std::make_unique<ExrCompositeWriter>(path, options.provenance,
-                                                ExrBandOptions{.background = options.background,
-                                                               .nearest_channels = true,
-                                                               .cryptomatte = options.cryptomatte,
-                                                               .composited = options.composited});
-}
-
-std::unique_ptr<Sink> makeExrMidpoint(const std::string& path, const OutputOptions& options) {
-    return std::make_unique<ExrMidpointWriter>(path, options.provenance);
-}
 
 template <class Writer>
 std::unique_ptr<Sink> make(const std::string& path, const OutputOptions& options) {
@@ -60,25 +27,25 @@ std::vector<OutputFormat> makeTable() {
         {.extensions = {".exr"},
          .kind = "ldi",
          .summary = "layered depth image: one OpenEXR part a layer",
-         .make = makeLdi,
+         .make = make<ExrLdiWriter>,
          .content = OutputContent::kLayers,
          .channels = true},
         {.extensions = {".exr"},
          .kind = "deep",
          .summary = "deep image: every fragment a sample of an OpenEXR deep scan line",
-         .make = makeDeep,
+         .make = make<ExrDeepWriter>,
          .content = OutputContent::kSamples,
          .channels = true},
         {.extensions = {".exr"},
          .kind = "composite",
          .summary = "flat OpenEXR image: R,G,B,A and the first Z",
-         .make = makeExrComposite,
+         .make = make<ExrCompositeWriter>,
          .content = OutputContent::kComposite,
          .channels = true},
         {.extensions = {".exr"},
          .kind = "midpoint-depth",
          .summary = "midpoint shadow map: Z halfway between the two nearest opaque surfaces",
-         .make = makeExrMidpoint,
+         .make = make<ExrMidpointWriter>,
          .content = OutputContent::kShadowMap},
     };
     for (const ImageFormat& format : imageFormats())

@@ -98,7 +98,8 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
 
 CaptureSettings captureSettings(const RenderOptions& options) {
     CaptureSettings capture = options.capture;
-    const OutputFormat& format = findOutputFormat(options.output.path.string(), options.output.as);
+    const OutputFormat& format =
+        findOutputFormat(options.output.path.string(), options.output.options.as);
     capture.composite = format.holds(OutputContent::kComposite);
     const bool shadow_map = format.holds(OutputContent::kShadowMap);
     chooseChannels(options, capture);

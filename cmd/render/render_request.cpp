@@ -141,7 +141,7 @@ Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& 
 }
 
 OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const {
-    OutputOptions output = outputOptions(picture.output, picture.provenance);
+    OutputOptions output = picture.output.from(picture.provenance);
     output.cryptomatte = options_.channels.cryptomatte;
     return output;
 }

@@ -85,10 +85,7 @@ Pixel over(const Pixel& front, const Pixel& back) {
 Pixel behind(const SheetLook& look, int square, int x, int y) {
     const Pixel& board = (x / square + y / square) % 2 == 0 ? kLightSquare : kDarkSquare;
     if (!look.background) return board;
-    Pixel color = *look.background;
-    for (std::size_t c = 0; c < 3; ++c)
-        color[c] *= color[3];
-    return over(color, board);
+    return over(*look.background, board);
 }
 
 const ToneMap& findToneMap(const std::string& name) {

@@ -14,7 +14,7 @@ namespace peeler::cmd {
 
 struct SheetLook {
     int columns = 0;                                 ///< 0 = as many as rows, or one more
-    std::optional<std::array<float, 4>> background;  ///< straight linear; none = a checkerboard
+    std::optional<std::array<float, 4>> background;  ///< premultiplied; none = a checkerboard
     float exposure = 0;                              ///< stops; of the cells
     std::string tone_map = "none";
 };

@@ -27,6 +27,8 @@ struct libdeflate_compressor;
 
 namespace peeler {
 
+/// libdeflate's; higher ones gain little on float pixels.
+inline constexpr int kDefaultZipLevel = 4;
 inline constexpr int kExrRowsPerChunk = 16;  ///< of ZIP compression
 
 /// What writers have in flight at a time, before packing: this bounds the memory.
@@ -37,6 +39,9 @@ inline constexpr std::size_t kExrCopiesInFlight = 3;  ///< of those: raw, filter
 inline int exrRowsPerChunk(Imf::Compression compression) {
     return compression == Imf::ZIP_COMPRESSION ? kExrRowsPerChunk : 1;
 }
+
+/// OpenEXR's name for one of exrCompressions(), "" being the default. Throws Error (kUsage).
+Imf::Compression exrCompressionOf(const std::string& name, bool deep);
 
 /// OpenEXR's name for a type.
 Imf::PixelType exrPixelType(PixelType type);

@@ -13,17 +13,12 @@
 #include "core/image/sink.h"
 #include "formats/exr/exr_band_writer.h"
 #include "formats/exr/exr_chunks.h"
+#include "formats/file/output_options.h"
 
 namespace peeler {
 
 /// Provenance::deep_merge: "by-z z 0.1"; "" if samples are not merged.
 std::string deepMergeText(const DeepMergeSettings& merge);
-
-struct ExrDeepOptions {
-    DeepMergeSettings merge = {};
-    Imf::Compression compression = Imf::ZIPS_COMPRESSION;  ///< or none or RLE: no other is allowed
-    int level = kDefaultZipLevel;                          ///< of libdeflate, 1–12
-};
 
 /// Writes part `color` (R,G,B,A as they are captured, Z float, the other channels that are no
 /// integers) and, if there are integer channels, part `ids` (those and Z again), both deep scan
@@ -38,7 +33,8 @@ struct ExrDeepOptions {
 /// cut into bands.
 class ExrDeepWriter : public Sink {
   public:
-    ExrDeepWriter(std::string path, Provenance provenance, ExrDeepOptions options = {});
+    /// Throws Error (kUsage) if deep images cannot have such a compression.
+    explicit ExrDeepWriter(std::string path, OutputOptions options = {});
     ~ExrDeepWriter() override;
 
     /// Throws Error (kOutput) if the file cannot be created.
@@ -65,8 +61,8 @@ class ExrDeepWriter : public Sink {
     void describeSamples();
 
     std::string path_;
-    Provenance provenance_;
-    ExrDeepOptions options_;
+    OutputOptions options_;
+    Imf::Compression compression_;
     Plan plan_;
     Window window_;
     std::vector<Part> parts_;
@@ -79,7 +75,7 @@ class ExrDeepWriter : public Sink {
     std::uint32_t most_samples_ = 0;  ///< in one pixel
     bool coincident_ = false;         ///< two samples of a pixel have the same Z
     std::vector<ExrDeepChunk> packed_;
-    ExrPackerPool packers_{options_.level, options_.compression};
+    ExrPackerPool packers_{kDefaultZipLevel, compression_};
     StageTimes times_;
 };
 

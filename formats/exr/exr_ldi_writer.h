@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layered depth images: one part of an OpenEXR file for each layer.
+// Layered depth images, one part of an OpenEXR file for each layer; and their composite alone.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,15 +10,28 @@
 #include "core/image/sink.h"
 #include "formats/exr/exr_band_writer.h"
 #include "formats/exr/exr_layout.h"
+#include "formats/file/output_options.h"
 
 namespace peeler {
 
-struct ExrLdiOptions {
-    bool composite = true;         ///< begin with a part that shows all layers composited
-    int level = kDefaultZipLevel;  ///< of libdeflate, 1–12
-    bool cryptomatte = false;      ///< in the part composite; needs the channels id.*
-    std::string layout = {};       ///< a name in the table of layouts, "" = plain
-    Imf::Compression compression = Imf::ZIP_COMPRESSION;  ///< or ZIPS, RLE or none
+/// What both share: parts that bands are streamed into.
+class ExrPartsSink : public Sink {
+  public:
+    ~ExrPartsSink() override;
+    void write(LayeredImage&& band) override;
+    void finish() override;
+    SinkMemory memory() const override { return writer_->memory(); }
+    StageTimes times() const override { return times_; }
+
+  protected:
+    ExrPartsSink(std::string path, OutputOptions options);
+
+    std::string path_;
+    OutputOptions options_;
+    std::unique_ptr<ExrBandWriter> writer_;  ///< from begin() to finish()
+
+  private:
+    StageTimes times_;
 };
 
 /// Writes part `composite` (R,G,B,A as `Plan::color_type`, Z of the first fragment; compositeOver()
@@ -27,28 +41,31 @@ struct ExrLdiOptions {
 /// a part. `peeler:layout` names the layout; in the layout "per-file" the composite's file is
 /// needed, since it is the one that names the set. The same plan, provenance and pixels make the
 /// same bytes, however cut into bands.
-class ExrLdiWriter : public Sink {
+class ExrLdiWriter : public ExrPartsSink {
   public:
-    ExrLdiWriter(std::string path, Provenance provenance, ExrLdiOptions options = {});
-    ~ExrLdiWriter() override;
+    /// Throws Error (kUsage) if there is no such compression.
+    explicit ExrLdiWriter(std::string path, OutputOptions options = {});
 
     /// Throws Error (kOutput) if the file cannot be created.
     void begin(const Plan& plan) override;
-    void write(LayeredImage&& band) override;
     /// Throws Error (kInternal) if the bands had other fragments than the plan says.
     void finish() override;
-    SinkMemory memory() const override { return writer_->memory(); }
-    StageTimes times() const override { return times_; }
 
   private:
     std::vector<ExrPart> partsOf(const Plan& plan, const ExrLayout& layout) const;
 
-    std::string path_;
-    Provenance provenance_;
-    ExrLdiOptions options_;
     std::uint64_t fragments_planned_ = 0;
-    std::unique_ptr<ExrBandWriter> writer_;
-    StageTimes times_;
+};
+
+/// Writes a single-part file: R,G,B,A as `Plan::color_type`, Z (float, +inf where nothing is) and
+/// the other channels of the first fragment; dataWindow = crop, with the attributes of a layered
+/// file but `peeler:layer`. Compressed ZIP.
+class ExrCompositeWriter : public ExrPartsSink {
+  public:
+    explicit ExrCompositeWriter(std::string path, OutputOptions options = {});
+
+    /// Throws Error (kOutput) if the file cannot be created.
+    void begin(const Plan& plan) override;
 };
 
 }  // namespace peeler

@@ -15,7 +15,6 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "formats/exr/exr_band_writer.h"
 #include "formats/exr/exr_chunks.h"
 #include "formats/file/atomic_file.h"
 #include "formats/image/image_library.h"

@@ -14,7 +14,7 @@ namespace peeler {
 /// Fields that a format has no use for are ignored.
 struct OutputOptions {
     std::string as{};                         ///< kind; "" = the extension's first row in the table
-    bool composite_part = true;               ///< ldi: begin with a part `composite`
+    bool no_composite = false;                ///< ldi: leave the part `composite` out
     bool cryptomatte = false;                 ///< ldi, composite: in the composite; needs id.*
     bool composited = false;                  ///< composite: bands are one already, as it is stored
     std::string layout{};                     ///< ldi: a name in exrLayouts(), "" = plain

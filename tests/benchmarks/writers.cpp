@@ -239,7 +239,7 @@ double writeDeep(const Picture& picture, const LayeredImage& image, DeepPointers
 template <class Writer>
 double writeOurs(const Picture& picture, const std::string& path) {
     Watch watch;
-    Writer writer(path, {});
+    Writer writer(path);
     watch.time([&] { writer.begin(picture.plan); });
     for (const LayeredImage& band : picture.bands) {
         LayeredImage copy = band;

@@ -29,7 +29,7 @@ class CompareCommand : public testing::Test {
         options.color_type = PixelType::kFloat;
         SyntheticPicture picture = makePicture(options);
         if (change) change(picture);
-        ExrLdiWriter writer(path(name), {}, {});
+        ExrLdiWriter writer(path(name));
         writePicture(writer, picture);
         return path(name);
     }
@@ -209,7 +209,7 @@ TEST_F(CompareCommand, OtherCropsCannotBeCompared) {
     const auto cropped = [&](const std::string& name, const Window& crop) {
         SyntheticOptions options;
         options.crop = crop;
-        ExrLdiWriter writer(path(name), {}, {});
+        ExrLdiWriter writer(path(name));
         writePicture(writer, makePicture(options));
         return path(name);
     };

@@ -119,7 +119,7 @@ class ExtractCommand : public testing::Test {
         provenance.version = "test";
         provenance.scene = "s.glb";
         provenance.frame = 3;
-        ExrLdiWriter writer(path(name), provenance);
+        ExrLdiWriter writer(path(name), {.provenance = provenance});
         writePicture(writer, picture);
         return path(name);
     }

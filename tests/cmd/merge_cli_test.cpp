@@ -30,7 +30,7 @@ class MergeCommand : public testing::Test {
                               .time = 0.1,
                               .frames_per_second = 24};
         if (change) change(provenance);
-        ExrLdiWriter writer(path(name), provenance);
+        ExrLdiWriter writer(path(name), {.provenance = provenance});
         writePicture(writer, picture);
         return path(name);
     }

@@ -33,7 +33,7 @@ class Readers : public testing::Test {
         files_.push_back(scratch_ / name);
     }
     void write(const std::string& name, const SyntheticPicture& picture) {
-        ExrLdiWriter writer(scratch_ / name, {});
+        ExrLdiWriter writer(scratch_ / name);
         writePicture(writer, picture);
         files_.push_back(scratch_ / name);
     }

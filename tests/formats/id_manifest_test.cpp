@@ -58,7 +58,7 @@ TEST(IdManifest, IsInEveryPartWithIdsAndReadByOpenExr) {
     provenance.version = "test";
     provenance.ids = kNames;
     {
-        ExrLdiWriter writer(path, provenance, {.cryptomatte = true});
+        ExrLdiWriter writer(path, {.cryptomatte = true, .provenance = provenance});
         writer.begin(picture.plan);
         writer.write(LayeredImage(image));
         writer.finish();

@@ -123,7 +123,7 @@ TEST(OutputHash, IsOfAllThatDecidesWhatIsInTheFile) {
     EXPECT_TRUE(isNew());
     options.layout = "single-part";
     EXPECT_TRUE(isNew());
-    options.composite_part = false;
+    options.no_composite = true;
     EXPECT_TRUE(isNew());
 }
 
