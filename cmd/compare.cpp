@@ -23,7 +23,7 @@
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
 #include "formats/exr/layered_input.h"
-#include "formats/file/file_kind.h"
+#include "formats/file/file_name.h"
 #include "formats/image/flat_image.h"
 #include "formats/writers.h"
 

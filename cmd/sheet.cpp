@@ -17,7 +17,7 @@
 #include "cmd/sheet/sheet_sources.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
-#include "formats/file/file_kind.h"
+#include "formats/file/file_name.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

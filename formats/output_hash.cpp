@@ -7,12 +7,11 @@
 #include <string_view>
 
 #include "core/base/error.h"
-#include "formats/exr/exr_deep_writer.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_layout.h"
+#include "formats/exr/exr_writers.h"
 #include "formats/file/content_hash.h"
-#include "formats/file/file_kind.h"
 #include "formats/file/file_name.h"
 #include "formats/image/flat_image.h"
 

@@ -7,9 +7,8 @@
 #include <numeric>
 
 #include "core/base/error.h"
-#include "formats/exr/exr_deep_writer.h"
-#include "formats/exr/exr_ldi_writer.h"
 #include "formats/exr/exr_plane_writer.h"
+#include "formats/exr/exr_writers.h"
 #include "formats/file/file_name.h"
 #include "formats/image/image_writer.h"
 #include "formats/page/html_view_writer.h"

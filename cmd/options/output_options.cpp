@@ -11,7 +11,6 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "core/base/error.h"
-#include "formats/exr/exr_compression.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/layered_input.h"

@@ -14,7 +14,7 @@
 #include "cmd/cli/report.h"
 #include "core/image/sink.h"
 #include "core/scene/scene.h"
-#include "formats/exr/exr_info.h"
+#include "formats/exr/exr_files.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {

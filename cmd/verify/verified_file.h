@@ -8,7 +8,7 @@
 
 #include "core/image/layer_checks.h"
 #include "core/image/sink.h"
-#include "formats/exr/exr_info.h"
+#include "formats/exr/exr_files.h"
 
 namespace peeler::cmd {
 

@@ -12,7 +12,7 @@
 
 #include "core/image/layered_image.h"
 #include "formats/arrays/fragment_tables.h"
-#include "formats/arrays/npz_writer.h"
+#include "formats/arrays/table_writers.h"
 
 namespace peeler {
 namespace {

@@ -11,7 +11,7 @@
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
 #include "formats/arrays/fragment_tables.h"
-#include "formats/arrays/ply_writer.h"
+#include "formats/arrays/table_writers.h"
 #include "formats/image/image_writer.h"
 
 namespace peeler {

@@ -11,11 +11,9 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "formats/exr/exr_carried_rows.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/exr_rows.h"
-#include "formats/exr/id_manifest.h"
 
 namespace peeler {
 namespace {

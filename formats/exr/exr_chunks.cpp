@@ -17,7 +17,7 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "formats/exr/exr_compression.h"
+#include "formats/exr/exr_layout.h"
 
 namespace peeler {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/exr/exr_deep_writer.h"
+#include "formats/exr/exr_writers.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepImageStateAttribute.h>
@@ -14,9 +14,8 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "formats/exr/exr_deep_rows.h"
 #include "formats/exr/exr_header.h"
-#include "formats/exr/id_manifest.h"
+#include "formats/exr/exr_rows.h"
 
 namespace peeler {
 namespace {

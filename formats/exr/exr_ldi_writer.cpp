@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The parts of a layered depth image, and the one of a composite.
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_writers.h"
 
 #include <algorithm>
 #include <utility>

@@ -5,8 +5,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "formats/exr/exr_deep_reader.h"
-#include "formats/exr/exr_ldi_reader.h"
+#include "formats/exr/exr_readers.h"
 
 namespace peeler {
 

@@ -9,7 +9,7 @@
 
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
-#include "formats/exr/exr_info.h"
+#include "formats/exr/exr_files.h"
 
 namespace peeler {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the name of a file says: its format, and where a number goes.
+// What a file is, by its name or by how it begins; and where a number goes in a name.
 #pragma once
 
 #include <filesystem>
@@ -17,5 +17,10 @@ bool hasFrameToken(const std::string& path);
 /// four), or as printf does for "%04d" and "%d"; "%%" is a '%'. A sign comes before the digits.
 /// Tokens count in the last component of the path only.
 std::string framePath(const std::string& path, int frame);
+
+enum class FileKind { kUnknown, kGltf, kExr, kPng, kJpeg, kTiff, kHdr };
+
+/// Reads the first bytes. Throws Error (kInput) if the file cannot be read.
+FileKind fileKind(const std::string& path);
 
 }  // namespace peeler

@@ -8,8 +8,7 @@
 #include <string_view>
 
 #include "formats/file/module.h"
-#include "formats/image/jpeg_codec.h"
-#include "formats/image/png_codec.h"
+#include "formats/image/image_codecs.h"
 
 namespace peeler {
 namespace {

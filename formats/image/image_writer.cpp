@@ -19,7 +19,6 @@
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
 #include "formats/image/image_library.h"
-#include "formats/image/srgb_bytes.h"
 
 namespace peeler {
 namespace {

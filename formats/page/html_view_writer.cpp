@@ -25,7 +25,6 @@
 #include "core/views/surface_cells.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/content_hash.h"
-#include "formats/page/view_page.h"
 
 namespace peeler {
 namespace {

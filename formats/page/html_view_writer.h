@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "core/image/layered_image.h"
 #include "core/image/sink.h"
@@ -37,5 +38,9 @@ class HtmlViewWriter : public Sink {
     LayeredImage image_;
     StageTimes times_;
 };
+
+/// The page that shows layers in a browser, formats/page/view_page.html, embedded at build time:
+/// with {{view}} where its JSON goes and {{fragments}} where its data goes.
+std::string_view viewPage();
 
 }  // namespace peeler

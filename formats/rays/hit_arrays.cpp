@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "formats/arrays/npz_writer.h"
+#include "formats/arrays/table_writers.h"
 #include "formats/rays/hit_columns.h"
 
 namespace peeler {

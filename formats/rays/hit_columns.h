@@ -17,7 +17,7 @@
 #include "core/image/layered_image.h"
 #include "core/rays/bundle.h"
 #include "core/scene/posed_scene.h"
-#include "formats/arrays/number_type.h"
+#include "formats/arrays/table_writers.h"
 #include "formats/rays/ray_output.h"
 
 namespace peeler {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "formats/arrays/ply_writer.h"
+#include "formats/arrays/table_writers.h"
 #include "formats/rays/hit_columns.h"
 
 namespace peeler {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/rays/point_hits.h"
-#include "formats/arrays/npz_writer.h"
+#include "formats/arrays/table_writers.h"
 #include "formats/rays/ray_output.h"
 
 namespace peeler {

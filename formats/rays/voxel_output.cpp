@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/rays/voxels.h"
-#include "formats/arrays/npz_writer.h"
+#include "formats/arrays/table_writers.h"
 #include "formats/arrays/vdb_writer.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/file_name.h"

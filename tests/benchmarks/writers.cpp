@@ -27,8 +27,7 @@
 #include "core/base/parallel.h"
 #include "core/gl/context.h"
 #include "core/image/composite.h"
-#include "formats/exr/exr_deep_writer.h"
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_writers.h"
 #include "support/capture.h"
 #include "support/test_support.h"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/base/color.h"
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_writers.h"
 #include "formats/image/flat_image.h"
 #include "formats/synthetic_image.h"
 #include "formats/writers.h"

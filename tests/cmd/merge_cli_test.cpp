@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "formats/cut_window.h"
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_writers.h"
 #include "support/test_support.h"
 
 namespace peeler::test {

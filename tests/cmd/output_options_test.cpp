@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
-#include "formats/exr/exr_compression.h"
 #include "formats/exr/exr_layout.h"
 
 namespace peeler::cmd {

@@ -17,7 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/tiny_gltf.h"
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_writers.h"
 #include "formats/synthetic_image.h"
 #include "support/test_support.h"
 

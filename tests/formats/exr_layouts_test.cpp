@@ -9,11 +9,9 @@
 
 #include "core/base/error.h"
 #include "core/image/layers.h"
-#include "formats/exr/exr_compression.h"
-#include "formats/exr/exr_deep_writer.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_writers.h"
 #include "formats/exr/layered_input.h"
 #include "formats/read_all.h"
 #include "formats/same_image.h"

@@ -1,17 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays for numpy: .npz, all of them growing at once.
+// Tables of numbers: arrays for numpy (.npz), all of them growing at once, and point clouds (binary
+// PLY), row after row.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "formats/arrays/number_type.h"
 #include "formats/file/atomic_file.h"
 
 namespace peeler {
+
+enum class NumberType : std::uint8_t {
+    kUint8,
+    kInt32,
+    kUint32,
+    kInt64,
+    kHalf,
+    kFloat,
+    kDouble,
+};
+
+struct NumberTypeInfo {
+    std::size_t size;        ///< bytes
+    std::string_view numpy;  ///< the dtype string of .npy headers
+    std::string_view ply;    ///< "" = PLY has no such type
+};
+
+inline constexpr NumberTypeInfo kNumberTypes[] = {
+    {1, "|u1", "uchar"}, {4, "<i4", "int"},   {4, "<u4", "uint"},   {8, "<i8", ""},
+    {2, "<f2", ""},      {4, "<f4", "float"}, {8, "<f8", "double"},
+};
+
+inline constexpr const NumberTypeInfo& infoOf(NumberType type) {
+    return kNumberTypes[static_cast<std::size_t>(type)];
+}
+
+// Numbers are written as they lie in memory.
+static_assert(std::endian::native == std::endian::little);
 
 /// An array, C order. An empty shape is one number.
 struct NpzArray {
@@ -65,5 +95,39 @@ template <class Range>
 std::span<const std::byte> asBytes(const Range& numbers) {
     return std::as_bytes(std::span(numbers));
 }
+
+/// One number of every point. Names that readers know: x y z, nx ny nz, red green blue alpha
+/// (uchar, sRGB, straight alpha).
+struct PlyProperty {
+    std::string name;  ///< without white space
+    NumberType type = NumberType::kFloat;
+};
+
+/// Writes a PLY 1.0 file (G. Turk, "The PLY Polygon File Format", 1994), binary_little_endian, with
+/// one element `vertex`. How many points there will be need not be known: the header is filled in
+/// by finish(). Nothing is kept in memory.
+class PlyWriter {
+  public:
+    /// Creates the hidden file. Throws Error (kOutput); (kInternal) if a property has a type that
+    /// PLY lacks, or a name or comment breaks the header.
+    PlyWriter(const std::string& path, std::vector<PlyProperty> properties,
+              std::vector<std::string> comments = {});
+
+    /// Bytes of a point: its properties packed in their order.
+    std::size_t pointSize() const { return point_size_; }
+    /// Whole points. Throws Error (kOutput).
+    void append(std::span<const std::byte> points);
+    std::uint64_t points() const { return points_; }
+    void finish();
+
+  private:
+    std::string header() const;
+
+    AtomicFile file_;
+    std::vector<PlyProperty> properties_;
+    std::vector<std::string> comments_;
+    std::size_t point_size_ = 0;
+    std::uint64_t points_ = 0;
+};
 
 }  // namespace peeler
