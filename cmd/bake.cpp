@@ -13,12 +13,12 @@
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/capture_job.h"
-#include "cmd/options/frames.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/bake/receivers.h"
 #include "core/base/error.h"
 #include "formats/file/atomic_file.h"
+#include "formats/file/file_name.h"
 #include "formats/gltf/gltf_package.h"
 
 namespace peeler::cmd {

@@ -23,10 +23,10 @@
 #include "cmd/machine/child_process.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/capture_options.h"
-#include "cmd/options/frames.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
+#include "formats/file/file_name.h"
 
 namespace peeler::cmd {
 

@@ -22,10 +22,10 @@
 #include "core/base/error.h"
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
-#include "formats/file/file_kind.h"
+#include "formats/exr/layered_input.h"
+#include "formats/file/file_name.h"
 #include "formats/image/flat_image.h"
-#include "formats/image/picture_file.h"
-#include "formats/layered_input.h"
+#include "formats/writers.h"
 
 namespace peeler::cmd {
 
@@ -187,7 +187,7 @@ void Compare::checkOptions() {
     const fs::path heatmap = options_.heatmap.value_or(fs::path());
     OutputFlags output;
     output.path = heatmap;
-    output.as = "composite";
+    output.options.as = "composite";
     if (options_.heatmap) checkOutput(output, {options_.a, options_.b});
     checkReport(options_.report, {options_.a, options_.b, heatmap});
     if (options_.heatmap_max && !options_.heatmap) {

@@ -14,8 +14,8 @@
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/image/layers.h"
-#include "formats/file/output_hash.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -68,8 +68,8 @@ class Convert {
 void Convert::checkOptions() {
     options_.report.applyTo(console_);
     const OutputFormat& format =
-        findOutputFormat(options_.output.path.string(), options_.output.as);
-    if (format.kind == "composite" || format.casters) {
+        findOutputFormat(options_.output.path.string(), options_.output.options.as);
+    if (format.holds(OutputContent::kComposite) || format.holds(OutputContent::kShadowMap)) {
         throw Error(ErrorKind::kUsage, "convert writes layers", options_.output.path.string(),
                     "use --as ldi or --as deep; peeler flatten makes composites");
     }
@@ -104,7 +104,7 @@ void Convert::count() {
 void Convert::write() {
     Provenance provenance = reader_->info().provenance;
     if (provenance.version.empty()) provenance.version = PEELER_VERSION;
-    OutputOptions output = outputOptions(options_.output, provenance);
+    OutputOptions output = options_.output.from(provenance);
     output.cryptomatte = keepsCryptomatte(reader_->info(), options_.output);
     output.provenance.output_hash =
         outputHashFrom(reader_->info(), plan_.view, options_.output.path.string(), output);
@@ -119,7 +119,7 @@ void Convert::report() {
     result_.inputs = {options_.input};
     result_.output = options_.output.path;
     describePicture(plan_, reader_->info().provenance, result_);
-    describeFiles(options_.output.layers, options_.output.path, result_, console_);
+    describeFiles(options_.output, result_, console_);
     reportResult(options_.report, result_, console_);
 }
 

@@ -13,7 +13,6 @@
 #include "cmd/cli/parse.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
-#include "cmd/extract/extract_sinks.h"
 #include "cmd/extract/layer_files.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/frames.h"
@@ -23,8 +22,10 @@
 #include "core/base/error.h"
 #include "core/image/layered_image.h"
 #include "core/image/layers.h"
-#include "formats/file/file_extension.h"
-#include "formats/layered_input.h"
+#include "formats/arrays/fragment_tables.h"
+#include "formats/exr/exr_plane_writer.h"
+#include "formats/exr/layered_input.h"
+#include "formats/file/file_name.h"
 
 namespace peeler::cmd {
 
@@ -123,8 +124,7 @@ void Extract::checkOptions() const {
     options_.report.applyTo(console_);
     std::vector<fs::path> outputs;
     if (writesLayers()) {
-        if (writesExrLayers() &&
-            (options_.output.background || options_.output.exposure || options_.output.tone_map)) {
+        if (writesExrLayers() && options_.output.asksForDisplay()) {
             throw Error(ErrorKind::kUsage, "layers in an EXR stay as they were rendered",
                         "--background, --exposure, --tone-map",
                         "leave it out, or write .png, .jpg or .tif");
@@ -135,7 +135,7 @@ void Extract::checkOptions() const {
         OutputFlags flags;
         flags.path = *options_.counts;
         flags.no_clobber = options_.output.no_clobber;
-        flags.as = "composite";
+        flags.options.as = "composite";
         checkOutput(flags, {options_.input});
         outputs.push_back(*options_.counts);
     }
@@ -149,8 +149,7 @@ void Extract::checkOptions() const {
         throw Error(ErrorKind::kUsage, "layers are chosen by number or from the front",
                     "--layer, --layers", "leave one of them out");
     }
-    const OutputFlags& output = options_.output;
-    if (!writesLayers() && (output.background || output.exposure || output.tone_map)) {
+    if (!writesLayers() && options_.output.asksForDisplay()) {
         throw Error(ErrorKind::kUsage, "no picture of a layer is written",
                     "--background, --exposure, --tone-map", "leave it out, or add --output");
     }
@@ -235,23 +234,19 @@ void Extract::addProducts() {
         if (path) products_.push_back({kind, *path, make(path->string())});
     };
     add_product("depthComplexity", options_.counts, [&](const std::string& path) {
-        OutputOptions output;
-        output.provenance = provenance_;
-        auto map = std::make_unique<CountMap>(path, output);
+        auto map = std::make_unique<CountMap>(path, OutputOptions{.provenance = provenance_});
         counts_ = map.get();
         return map;
     });
     const std::string scene =
         provenance_.scene.empty() ? "the scene" : printable(provenance_.scene);
     add_product("points", options_.points, [&](const std::string& path) {
-        return std::make_unique<PointCloud>(
-            path,
-            PointCloudOptions{options_.double_points,
-                              "world space of " + scene + ", +Y up, by peeler " PEELER_VERSION});
+        return makeFragmentPoints(
+            path, {options_.double_points,
+                   "world space of " + scene + ", +Y up, by peeler " PEELER_VERSION});
     });
-    add_product("arrays", options_.arrays, [&](const std::string& path) {
-        return std::make_unique<FragmentArrays>(path, camera_known_);
-    });
+    add_product("arrays", options_.arrays,
+                [&](const std::string& path) { return makeFragmentArrays(path, camera_known_); });
 }
 
 void Extract::extract() {

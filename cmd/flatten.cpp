@@ -14,8 +14,8 @@
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/image/filters.h"
-#include "formats/file/output_hash.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -102,7 +102,7 @@ void Flatten::limitLayers() {
 void Flatten::composite() {
     Provenance provenance = reader_->info().provenance;
     provenance.version = PEELER_VERSION;
-    OutputOptions output = outputOptions(options_.output, provenance);
+    OutputOptions output = options_.output.from(provenance);
     // Nothing in the input says what is left out of it here.
     if (options_.max_layers == 0 && !options_.fxaa) {
         output.provenance.output_hash =
@@ -127,7 +127,7 @@ void Flatten::report() {
 
 VerbAction declareFlatten(VerbOptions& verb) {
     const auto options = std::make_shared<FlattenOptions>();
-    options->output.as = "composite";
+    options->output.options.as = "composite";
     addValue(
         verb, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
         "a layered or deep image (.exr)")

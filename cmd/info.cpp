@@ -8,7 +8,7 @@
 #include "cmd/options/scene_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
-#include "formats/file/file_kind.h"
+#include "formats/file/file_name.h"
 
 namespace peeler::cmd {
 

@@ -17,7 +17,7 @@
 #include "core/base/error.h"
 #include "core/image/layers.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/file/output_hash.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -79,7 +79,8 @@ class Merge {
 void Merge::checkOptions() {
     options_.report.applyTo(console_);
     checkOutput(output_, options_.inputs);
-    if (findOutputFormat(output_.path.string(), output_.as).casters) {
+    if (findOutputFormat(output_.path.string(), output_.options.as)
+            .holds(OutputContent::kShadowMap)) {
         throw Error(ErrorKind::kUsage, "layers do not tell which surfaces cast shadows",
                     "--as midpoint-depth", "render it as a whole");
     }
@@ -91,24 +92,27 @@ void Merge::checkOptions() {
 
 void Merge::open() {
     const StageTimer timer(result_.milliseconds, "load");
-    tiles_.emplace(options_.inputs, output_.as == "composite", console_);
+    const bool composites_wanted =
+        !output_.options.as.empty() && findOutputFormat(output_.path.string(), output_.options.as)
+                                           .holds(OutputContent::kComposite);
+    tiles_.emplace(options_.inputs, composites_wanted, console_);
 }
 
 /// The same kind of file, unless another is asked for. Composites are merged as they are.
 void Merge::chooseKind() {
     const std::string path = output_.path.string();
-    if (tiles_->kind() == PictureTiles::Kind::kDeep && output_.as.empty() &&
-        findOutputFormat(path, "").kind == "ldi")
-        output_.as = "deep";
-    if (composites() && output_.as.empty()) output_.as = "composite";
+    if (tiles_->kind() == PictureTiles::Kind::kDeep && output_.options.as.empty() &&
+        findOutputFormat(path, "").holds(OutputContent::kLayers))
+        output_.options.as = "deep";
+    if (composites() && output_.options.as.empty()) output_.options.as = "composite";
     checkFormat(output_);  // options that suit layered files may not suit these
     if (!composites()) return;
-    if (output_.background) {
+    if (output_.isGiven("--background")) {
         throw Error(ErrorKind::kUsage, "composites are merged as they are, background and all",
                     "--background", "render the tiles with it");
     }
-    if (findOutputFormat(path, output_.as).kind != "composite") {
-        throw Error(ErrorKind::kUsage, "composites have no layers", "--as " + output_.as,
+    if (!findOutputFormat(path, output_.options.as).holds(OutputContent::kComposite)) {
+        throw Error(ErrorKind::kUsage, "composites have no layers", "--as " + output_.options.as,
                     "render the tiles as layers");
     }
 }
@@ -152,7 +156,7 @@ void Merge::plan() {
                     "tiles overlap: nobody knows how many fragments the composite has",
                     output_.path.string(), "render tiles that do not overlap, or layers");
     }
-    const bool pixels_matter = output_.layers.layout == kPerFileLayout;
+    const bool pixels_matter = output_.options.layout == kPerFileLayout;
     if (!tiles_->overlap()) {
         if (pixels_matter) countLayers();
         return;
@@ -201,7 +205,7 @@ void Merge::write() {
     Provenance provenance = tiles_->info().provenance;
     provenance.tile.clear();
     provenance.version = PEELER_VERSION;
-    OutputOptions output = outputOptions(output_, provenance);
+    OutputOptions output = output_.from(provenance);
     const ExrInfo& first = tiles_->info();
     output.cryptomatte = keepsCryptomatte(first, output_);
     output.composited = composites();
@@ -230,7 +234,7 @@ void Merge::report() {
     result_.inputs = options_.inputs;
     result_.output = output_.path;
     describePicture(plan_, tiles_->info().provenance, result_);
-    describeFiles(output_.layers, output_.path, result_, console_);
+    describeFiles(output_, result_, console_);
     reportResult(options_.report, result_, console_);
 }
 

@@ -12,18 +12,16 @@
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/capture_job.h"
-#include "cmd/options/frames.h"
 #include "cmd/options/output_options.h"
-#include "cmd/rays/hit_output.h"
-#include "cmd/rays/point_output.h"
-#include "cmd/rays/ray_map_output.h"
 #include "cmd/rays/ray_parity.h"
+#include "cmd/rays/ray_results.h"
 #include "cmd/rays/rays_options.h"
-#include "cmd/rays/voxel_output.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "formats/arrays/point_reader.h"
-#include "formats/file/hash_text.h"
+#include "formats/file/content_hash.h"
+#include "formats/file/file_name.h"
+#include "formats/rays/ray_output.h"
 
 namespace peeler::cmd {
 
@@ -133,7 +131,7 @@ void Rays::checkFiles() const {
     if (options_.writesFile()) {
         OutputFlags output = options_.output;
         if (options_.writesPictures()) {
-            output.as = "composite";
+            output.options.as = "composite";
             output.path = framePath(output.path.string(), 0);
             checkOutput(output, others);
         } else {
@@ -209,8 +207,8 @@ std::unique_ptr<RayOutput> Rays::makeOutput() {
     provenance.scene_hash = hexText(scene_->scene().content_hash);
     provenance.time = options_.animation.time.value_or(0);
     if (lattice_) {
-        return std::make_unique<VoxelOutput>(path, solids(), *lattice_, capture_.memory,
-                                             "peeler " PEELER_VERSION);
+        checkVoxelMemory(*lattice_, capture_.memory);
+        return makeVoxelOutput(path, solids(), *lattice_, "peeler " PEELER_VERSION);
     }
     if (options_.writesPictures()) {
         RayMapOptions maps = rayMapOptions(options_.maps, scene_->scene());
@@ -218,9 +216,12 @@ std::unique_ptr<RayOutput> Rays::makeOutput() {
         const Solids* inside = needsSolids(maps.settings.maps) ? &solids() : nullptr;
         return makeRayMapOutput(path, *posed_, inside, maps);
     }
-    const HitSources sources{*posed_, provenance};
-    if (options_.points) return makePointOutput(path, sources, readPoints(*options_.points));
-    return makeHitOutput(path, sources, options_.double_points);
+    if (options_.points) return makeNextHitOutput(path, *posed_, readPoints(*options_.points));
+    return makeHitOutput(path, {.posed = *posed_,
+                                .provenance = provenance,
+                                .comment = "hits in world space of " + printable(provenance.scene) +
+                                           ", +Y up, by peeler " PEELER_VERSION,
+                                .double_positions = options_.double_points});
 }
 
 void Rays::openRenderer() {
@@ -287,8 +288,9 @@ void Rays::report() {
     found["hits"] = hits_found_;
     found["largestCorrection"] =
         capture_.hit_mode == HitMode::kRaw ? Json() : Json(largest_correction_);
+    if (parity_) parity_->tell(found);
     for (const auto& output : outputs_)
-        output->tell(found);
+        addRayResults(output->results(), found);
     reportResult(options_.report, toJson(result, found),
                  line + ", " + totalText(result.milliseconds), console_);
 }

@@ -310,7 +310,7 @@ void Render::report(Picture& picture) {
     result.milliseconds["total"] =
         std::chrono::duration<double, std::milli>(end - picture.start).count();
     describePicture(picture.plan, asked.provenance, result);
-    describeFiles(asked.output.layers, asked.output.path, result, console_);
+    describeFiles(asked.output, result, console_);
     results_.add(result);
 }
 

@@ -15,8 +15,8 @@
 #include "cmd/sheet/sheet_sources.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
-#include "formats/file/file_kind.h"
-#include "formats/image/picture_file.h"
+#include "formats/file/file_name.h"
+#include "formats/writers.h"
 
 namespace peeler::cmd {
 
@@ -79,7 +79,7 @@ void Sheet::checkOptions() {
     if (request.appearance.environment) files.push_back(*request.appearance.environment);
     checkOutput(options_.output, files);
     const OutputFormat& format = findOutputFormat(options_.output.path.string(), "composite");
-    if (format.extensions.front() == ".exr") {
+    if (!format.for_display) {
         throw Error(ErrorKind::kUsage, "a sheet is a picture to look at",
                     options_.output.path.string(), "choose one of: .png, .jpg, .tif");
     }
@@ -130,13 +130,14 @@ void Sheet::refuseSceneOptions() const {
 void Sheet::writeSheet() {
     SheetStyle style;
     style.columns = options_.columns;
-    style.background = options_.output.background;
+    const OutputOptions& asked = options_.output.options;
+    if (options_.output.isGiven("--background")) style.background = asked.background;
     // Grey means depth there, so what is behind it is not grey.
     constexpr std::array<float, 4> kBehindDepth{0.42F, 0.55F, 0.74F, 1};
     if (options_.request.cells.show == SheetShow::kDepth && !style.background)
         style.background = kBehindDepth;
-    style.exposure = static_cast<float>(options_.output.exposure.value_or(0));
-    style.tone_map = options_.output.tone_map.value_or(style.tone_map);
+    style.exposure = asked.exposure;
+    style.tone_map = asked.tone_map;
     const CompositeImage page = layOut(content_.cells, style);
     content_.result.width = page.window.width();
     content_.result.height = page.window.height();
@@ -226,7 +227,7 @@ constexpr const char* kSheetFooter =
 
 VerbAction declareSheet(VerbOptions& verb) {
     const auto options = std::make_shared<SheetOptions>();
-    options->output.as = "composite";
+    options->output.options.as = "composite";
     addValue(
         verb, "IN", "", options->request.scene.file,
         [](const std::string& text) { return fs::path(text); },

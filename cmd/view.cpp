@@ -25,8 +25,8 @@
 #include "core/image/statistics.h"
 #include "core/scene/view.h"
 #include "core/views/surface_cells.h"
-#include "formats/file/output_hash.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -35,7 +35,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kPageKind = "page";
 constexpr const char* kMethod = "reprojection";
 
 /// The camera of the picture: the file's own, moved, or one of your own.
@@ -237,8 +236,9 @@ class ViewRun {
 void ViewRun::checkOptions() {
     options_.report.applyTo(console_);
     checkViewCameraOptions(options_.camera);
-    page_ = findOutputFormat(options_.output.path.string(), "").kind == kPageKind;
-    options_.output.as = page_ ? kPageKind : "composite";
+    const OutputFormat& format = findOutputFormat(options_.output.path.string(), "");
+    page_ = format.holds(OutputContent::kPage);
+    options_.output.options.as = page_ ? format.kind : "composite";
     if (page_ && options_.camera.changesAnything()) {
         throw Error(ErrorKind::kUsage, "a page begins at the file's own camera",
                     options_.output.path.string(),
@@ -279,12 +279,12 @@ void ViewRun::render() {
     provenance.version = PEELER_VERSION;
     provenance.method = kMethod;
     provenance.settings_hash.clear();  // of other settings
-    OutputOptions output = outputOptions(options_.output, provenance);
+    OutputOptions output = options_.output.from(provenance);
     if (page_ && options_.max_layers == 0) {
         const ExrInfo& input = reader_->info();
         output.provenance.output_hash =
             outputHashFrom(input, plan.view, options_.output.path.string(),
-                           outputOptions(options_.output, input.provenance));
+                           options_.output.from(input.provenance));
     }
     if (options_.max_fragments) {
         output.max_fragments = *options_.max_fragments == 0

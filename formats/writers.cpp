@@ -3,120 +3,68 @@
 #include "formats/writers.h"
 
 #include <algorithm>
-#include <filesystem>
+#include <cstring>
+#include <numeric>
 
 #include "core/base/error.h"
-#include "formats/exr/exr_composite_writer.h"
-#include "formats/exr/exr_compression.h"
-#include "formats/exr/exr_deep_writer.h"
-#include "formats/exr/exr_ldi_writer.h"
-#include "formats/exr/exr_midpoint_writer.h"
-#include "formats/file/file_extension.h"
+#include "formats/exr/exr_plane_writer.h"
+#include "formats/exr/exr_writers.h"
+#include "formats/file/file_name.h"
 #include "formats/image/image_writer.h"
 #include "formats/page/html_view_writer.h"
 
 namespace peeler {
 namespace {
 
-Imf::Compression compressionOf(const OutputOptions& options, bool deep) {
-    return static_cast<Imf::Compression>(findExrCompression(options.compression, deep).value);
+template <class Writer>
+std::unique_ptr<Sink> make(const std::string& path, const OutputOptions& options) {
+    return std::make_unique<Writer>(path, options);
 }
 
-std::unique_ptr<Sink> makeLdi(const std::string& path, const OutputOptions& options) {
-    return std::make_unique<ExrLdiWriter>(
-        path, options.provenance,
-        ExrLdiOptions{.composite = options.composite_part,
-                      .cryptomatte = options.cryptomatte,
-                      .layout = options.layout,
-                      .compression = compressionOf(options, false)});
-}
-
-std::unique_ptr<Sink> makeDeep(const std::string& path, const OutputOptions& options) {
-    return std::make_unique<ExrDeepWriter>(
-        path, options.provenance,
-        ExrDeepOptions{.merge = options.deep_merge, .compression = compressionOf(options, true)});
-}
-
-std::unique_ptr<Sink> makeExrComposite(const std::string& path, const OutputOptions& options) {
-    return std::make_unique<ExrCompositeWriter>(path, options.provenance,
-                                                ExrBandOptions{.background = options.background,
-                                                               .nearest_channels = true,
-                                                               .cryptomatte = options.cryptomatte,
-                                                               .composited = options.composited});
-}
-
-std::unique_ptr<Sink> makeExrMidpoint(const std::string& path, const OutputOptions& options) {
-    return std::make_unique<ExrMidpointWriter>(path, options.provenance);
-}
-
-template <const char* format>
-std::unique_ptr<Sink> makeImage(const std::string& path, const OutputOptions& options) {
-    return std::make_unique<ImageWriter>(
-        path, format,
-        ImageOptions{.background = options.background,
-                     .exposure = options.exposure,
-                     .tone_map = options.tone_map,
-                     .software = "peeler " + options.provenance.version,
-                     .output_hash = options.provenance.output_hash});
-}
-
-std::unique_ptr<Sink> makePage(const std::string& path, const OutputOptions& options) {
-    return std::make_unique<HtmlViewWriter>(
-        path, options.provenance,
-        HtmlViewOptions{.image = {.background = options.background,
-                                  .exposure = options.exposure,
-                                  .tone_map = options.tone_map,
-                                  .software = {},
-                                  .output_hash = {}},
-                        .max_fragments = options.max_fragments});
-}
-
-constexpr char kPng[] = "png", kJpeg[] = "jpeg", kTiff[] = "tiff";  // OpenImageIO's names
-
-const std::array<OutputFormat, 8>& table() {
-    static const std::array<OutputFormat, 8> rows = {{
+std::vector<OutputFormat> makeTable() {
+    std::vector<OutputFormat> rows = {
         {.extensions = {".exr"},
          .kind = "ldi",
          .summary = "layered depth image: one OpenEXR part a layer",
-         .make = makeLdi,
+         .make = make<ExrLdiWriter>,
+         .content = OutputContent::kLayers,
          .channels = true},
         {.extensions = {".exr"},
          .kind = "deep",
          .summary = "deep image: every fragment a sample of an OpenEXR deep scan line",
-         .make = makeDeep,
-         .channels = true,
-         .composite = false},
+         .make = make<ExrDeepWriter>,
+         .content = OutputContent::kSamples,
+         .channels = true},
         {.extensions = {".exr"},
          .kind = "composite",
          .summary = "flat OpenEXR image: R,G,B,A and the first Z",
-         .make = makeExrComposite,
+         .make = make<ExrCompositeWriter>,
+         .content = OutputContent::kComposite,
          .channels = true},
         {.extensions = {".exr"},
          .kind = "midpoint-depth",
          .summary = "midpoint shadow map: Z halfway between the two nearest opaque surfaces",
-         .make = makeExrMidpoint,
-         .casters = true},
-        {.extensions = {".png"},
-         .kind = "composite",
-         .summary = "8-bit sRGB with straight alpha",
-         .make = makeImage<kPng>,
-         .encoded = true},
-        {.extensions = {".jpg", ".jpeg"},
-         .kind = "composite",
-         .summary = "8-bit sRGB without alpha",
-         .make = makeImage<kJpeg>,
-         .encoded = true},
-        {.extensions = {".tif", ".tiff"},
-         .kind = "composite",
-         .summary = "16-bit sRGB with straight alpha",
-         .make = makeImage<kTiff>,
-         .encoded = true},
-        {.extensions = {".html", ".htm"},
-         .kind = "page",
-         .summary = "web page that shows the layers from any side, in one file",
-         .make = makePage,
-         .encoded = true},
-    }};
+         .make = make<ExrMidpointWriter>,
+         .content = OutputContent::kShadowMap},
+    };
+    for (const ImageFormat& format : imageFormats())
+        rows.push_back({.extensions = format.extensions,
+                        .kind = "composite",
+                        .summary = format.summary,
+                        .make = make<ImageWriter>,
+                        .content = OutputContent::kComposite,
+                        .for_display = true});
+    rows.push_back({.extensions = {".html", ".htm"},
+                    .kind = "page",
+                    .summary = "web page that shows the layers from any side, in one file",
+                    .make = make<HtmlViewWriter>,
+                    .content = OutputContent::kPage,
+                    .for_display = true});
+    return rows;
+}
+
+const std::vector<OutputFormat>& table() {
+    static const std::vector<OutputFormat> rows = makeTable();
     return rows;
 }
 
@@ -161,6 +109,41 @@ const OutputFormat& findOutputFormat(std::string_view path, std::string_view as)
 
 std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& options) {
     return findOutputFormat(path, options.as).make(path, options);
+}
+
+// A pixel is handed over as a list of one fragment: "over" of a single fragment is itself.
+void writePicture(const std::string& path, const CompositeImage& picture,
+                  const OutputOptions& options) {
+    OutputOptions flat = options;
+    flat.as = "composite";
+    const auto sink = makeSink(path, flat);
+    const auto width = static_cast<std::size_t>(picture.window.width());
+    const int height = picture.window.height();
+    Plan plan;
+    plan.view.width = picture.window.width();
+    plan.view.height = height;
+    plan.view.crop = {0, 0, plan.view.width, height};
+    plan.color_type = PixelType::kFloat;
+    plan.layers = {{plan.view.crop, picture.window.pixels()}};
+    plan.fragments_counted = plan.fragments_stored = picture.window.pixels();
+    sink->begin(plan);
+    constexpr int kRowsAtOnce = 256;
+    for (int y = 0; y < height; y += kRowsAtOnce) {
+        LayeredImage band;
+        band.window = {0, y, plan.view.width, std::min(y + kRowsAtOnce, height)};
+        const std::size_t pixels = band.window.pixels();
+        band.color.channels = {"R", "G", "B", "A"};
+        band.color.type = PixelType::kFloat;
+        band.offsets.resize(pixels + 1);
+        std::iota(band.offsets.begin(), band.offsets.end(), 0U);
+        band.z.assign(pixels, 1);
+        band.color.data.resize(pixels * band.color.stride());
+        std::memcpy(band.color.data.data(),
+                    picture.rgba.data() + static_cast<std::size_t>(y) * width,
+                    band.color.data.size());
+        sink->write(std::move(band));
+    }
+    sink->finish();
 }
 
 }  // namespace peeler

@@ -2,7 +2,6 @@
 // The table of output formats.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -10,26 +9,19 @@
 #include <string_view>
 #include <vector>
 
-#include "core/image/merge.h"
 #include "core/image/sink.h"
+#include "formats/file/output_options.h"
 
 namespace peeler {
 
-/// What the command line says about an output file. Fields that a format has no use for are
-/// ignored.
-struct OutputOptions {
-    std::string as;                           ///< kind; "" = the extension's first row in the table
-    bool composite_part = true;               ///< ldi: begin with a part `composite`
-    bool cryptomatte = false;                 ///< ldi, composite: in the composite part
-    bool composited = false;                  ///< composite: bands are one already, as it is stored
-    std::string layout;                       ///< ldi: a name in exrLayouts(), "" = plain
-    DeepMergeSettings deep_merge;             ///< deep
-    std::string compression;                  ///< ldi, deep: one of exrCompressions(), "" = default
-    std::array<float, 4> background{};        ///< premultiplied linear RGBA; composite, page
-    float exposure = 0;                       ///< stops; PNG, JPEG, TIFF, page
-    std::string tone_map = "none";            ///< PNG, JPEG, TIFF, page
-    std::uint64_t max_fragments = 4'000'000;  ///< page: more than these it does not hold
-    Provenance provenance;
+/// What is in a file, which decides the options that it takes.
+enum class OutputContent : std::uint8_t {
+    kLayers,     ///< the layers of every pixel, in a layout, with their composite unless left out
+    kSamples,    ///< the same fragments as deep samples, which may be merged
+    kComposite,  ///< the layers composited, over a background
+    /// What casts shadows: of both faces of OPAQUE and MASK surfaces, every layer of them.
+    kShadowMap,
+    kPage,  ///< a viewer of the layers, with a background
 };
 
 /// One way to write a picture.
@@ -38,12 +30,22 @@ struct OutputFormat {
     std::string_view kind;                       ///< for --as
     std::string_view summary;
     std::unique_ptr<Sink> (*make)(const std::string& path, const OutputOptions& options);
-    /// It shows what casts shadows: both faces of OPAQUE and MASK surfaces, every layer of them.
-    bool casters = false;
+    OutputContent content = OutputContent::kComposite;
     bool channels = false;  ///< it holds what fragments have besides colour and Z
-    bool composite = true;  ///< a composite is in it
     /// It is for eyes and not for further work: encoded for a display, with exposure and tone map.
-    bool encoded = false;
+    bool for_display = false;
+
+    bool holds(OutputContent what) const { return content == what; }
+    /// Every fragment can be read from it again.
+    bool holdsFragments() const {
+        return holds(OutputContent::kLayers) || holds(OutputContent::kSamples);
+    }
+    bool hasComposite() const {
+        return holds(OutputContent::kLayers) || holds(OutputContent::kComposite);
+    }
+    bool takesBackground() const {
+        return holds(OutputContent::kComposite) || holds(OutputContent::kPage);
+    }
 };
 
 /// Every format; of two rows with the same extension the first is the default.
@@ -56,5 +58,10 @@ const OutputFormat& findOutputFormat(std::string_view path, std::string_view as)
 /// A Sink for the path. Nothing is created on disk before its begin(). Throws like
 /// findOutputFormat, and Error (kUsage) if an option has a value that the format does not know.
 std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& options);
+
+/// Writes a finished picture to `path`, whole or not at all, in the flat format of its extension.
+/// The window becomes the picture. Throws like makeSink() and the sink.
+void writePicture(const std::string& path, const CompositeImage& picture,
+                  const OutputOptions& options);
 
 }  // namespace peeler

@@ -9,8 +9,7 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/capture_options.h"
-#include "cmd/options/frames.h"
-#include "formats/file/file_extension.h"
+#include "formats/file/file_name.h"
 
 namespace peeler::cmd {
 

@@ -17,7 +17,7 @@
 #include "core/capture/capture_settings.h"
 #include "core/scene/posed_scene.h"
 #include "formats/gltf/baked_gltf.h"
-#include "formats/image/texture_files.h"
+#include "formats/exr/texture_files.h"
 
 namespace peeler::cmd {
 

@@ -15,7 +15,8 @@
 #include "cmd/cli/parse.h"
 #include "cmd/options/frames.h"
 #include "core/base/error.h"
-#include "formats/file/hash_text.h"
+#include "formats/file/content_hash.h"
+#include "formats/file/file_name.h"
 
 namespace peeler::cmd {
 

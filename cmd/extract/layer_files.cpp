@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/extract/layer_files.h"
 
-#include <algorithm>
 #include <set>
 
-#include "cmd/options/frames.h"
 #include "core/base/error.h"
 #include "core/image/layers.h"
+#include "formats/file/file_name.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -20,7 +19,7 @@ constexpr std::size_t kOpenAtOnce = 32;
 LayerFiles::LayerFiles(const OutputFlags& flags, const Provenance& provenance,
                        std::vector<std::size_t> layers, const std::filesystem::path& input)
     : flags_(flags), provenance_(provenance), layers_(std::move(layers)) {
-    flags_.as = needCounts(flags) ? "ldi" : "composite";
+    flags_.options.as = needCounts(flags) ? "ldi" : "composite";
     std::set<std::filesystem::path> names;
     for (const std::size_t layer : layers_) {
         OutputFlags one = flags_;
@@ -33,12 +32,11 @@ LayerFiles::LayerFiles(const OutputFlags& flags, const Provenance& provenance,
         }
         checkOutput(one, {input});
     }
-    flags_.no_composite = true;
+    flags_.options.no_composite = true;
 }
 
 bool LayerFiles::needCounts(const OutputFlags& flags) {
-    const OutputFormat& format = findOutputFormat(flags.path.string(), "");
-    return std::ranges::find(format.extensions, ".exr") != format.extensions.end();
+    return findOutputFormat(flags.path.string(), "").holds(OutputContent::kLayers);
 }
 
 std::filesystem::path LayerFiles::path(std::size_t layer) const {
@@ -47,7 +45,7 @@ std::filesystem::path LayerFiles::path(std::size_t layer) const {
 }
 
 void LayerFiles::begin(const Plan& whole) {
-    const OutputOptions options = outputOptions(flags_, provenance_);
+    const OutputOptions options = flags_.from(provenance_);
     for (; left() && open_.size() < kOpenAtOnce; ++next_) {
         const std::size_t layer = layers_[next_];
         Plan plan = whole;

@@ -15,7 +15,7 @@
 #include "cmd/options/scene_options.h"
 #include "core/scene/lights.h"
 #include "core/scene/posed_scene.h"
-#include "formats/file/hash_text.h"
+#include "formats/file/content_hash.h"
 #include "formats/gltf/gltf_reader.h"
 
 namespace peeler::cmd {

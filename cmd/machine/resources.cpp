@@ -10,7 +10,7 @@
 #include <string>
 
 #include "core/base/parallel.h"
-#include "formats/file/library_threads.h"
+#include "formats/image/image_library.h"
 
 namespace peeler::cmd {
 

@@ -10,7 +10,7 @@
 
 #include "cmd/cli/console.h"
 #include "core/image/layered_image.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
 
 namespace peeler::cmd {
 

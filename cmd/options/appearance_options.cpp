@@ -13,7 +13,7 @@
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
 #include "core/base/error.h"
-#include "formats/file/hash_text.h"
+#include "formats/file/content_hash.h"
 #include "formats/image/environment_file.h"
 
 namespace peeler::cmd {

@@ -7,7 +7,7 @@
 #include "cmd/machine/resources.h"
 #include "cmd/options/output_options.h"
 #include "core/capture/method.h"
-#include "formats/file/hash_text.h"
+#include "formats/file/content_hash.h"
 
 namespace peeler::cmd {
 

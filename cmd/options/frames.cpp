@@ -2,9 +2,7 @@
 #include "cmd/options/frames.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
-#include <optional>
+#include <cstdint>
 #include <unordered_set>
 
 #include "cmd/cli/parse.h"
@@ -16,7 +14,6 @@ namespace {
 
 constexpr std::size_t kMaxFrames = 1000000;
 constexpr std::int64_t kLargest = 2147483647;
-constexpr std::size_t kLoneHashDigits = 4, kMostDigits = 16;
 
 struct FrameRange {
     std::int64_t first = 0, last = 0, step = 1;
@@ -59,47 +56,6 @@ FrameRange parseFrameRange(std::string_view all) {
     return range;
 }
 
-/// A place for the frame's number in a name.
-struct Token {
-    std::size_t begin = 0, end = 0;
-    std::size_t digits = 0;        ///< least
-    bool sign_takes_room = false;  ///< as in printf
-};
-
-/// The next token at or after `from`.
-std::optional<Token> findToken(const std::string& name, std::size_t from) {
-    for (std::size_t i = from; i < name.size(); ++i) {
-        if (name[i] == '#') {
-            const std::size_t end = std::min(name.find_first_not_of('#', i), name.size());
-            return Token{i, end, end - i == 1 ? kLoneHashDigits : end - i, false};
-        }
-        if (name[i] != '%') continue;
-        if (name[i + 1] == '%') {  // the terminating zero, at least, is there
-            ++i;
-            continue;
-        }
-        const std::size_t d = std::min(name.find_first_not_of("0123456789", i + 1), name.size());
-        if (d == name.size() || name[d] != 'd') continue;
-        if (d == i + 1) return Token{i, d + 1, 1, true};
-        if (name[i + 1] == '0' && d - i <= 3)
-            return Token{i, d + 1, std::strtoul(&name[i + 1], nullptr, 10), true};
-    }
-    return std::nullopt;
-}
-
-std::string tokenText(int frame, const Token& token) {
-    std::string digits = std::to_string(std::abs(frame));
-    std::size_t wanted = std::min(token.digits, kMostDigits);
-    if (frame < 0 && token.sign_takes_room && wanted > 0) --wanted;
-    if (digits.size() < wanted) digits.insert(0, wanted - digits.size(), '0');
-    return frame < 0 ? '-' + digits : digits;
-}
-
-std::size_t nameBegin(const std::string& path) {
-    const std::size_t slash = path.rfind('/');
-    return slash == std::string::npos ? 0 : slash + 1;
-}
-
 }  // namespace
 
 std::vector<int> parseFrames(std::string_view text) {
@@ -121,24 +77,6 @@ std::vector<int> parseFrames(std::string_view text) {
         if (comma == text.size()) return frames;
         text.remove_prefix(comma + 1);
     }
-}
-
-bool hasFrameToken(const std::string& path) {
-    return findToken(path, nameBegin(path)).has_value();
-}
-
-std::string framePath(const std::string& path, int frame) {
-    std::string result = path.substr(0, nameBegin(path));
-    const std::string name = path.substr(result.size());
-    std::size_t done = 0;
-    while (const auto token = findToken(name, done)) {
-        result += name.substr(done, token->begin - done) + tokenText(frame, *token);
-        done = token->end;
-    }
-    result += name.substr(done);
-    for (std::size_t at = nameBegin(path); (at = result.find("%%", at)) != std::string::npos; ++at)
-        result.erase(at, 1);
-    return result;
 }
 
 }  // namespace peeler::cmd

@@ -8,7 +8,7 @@
 #include "cmd/cli/progress.h"
 #include "core/base/stage_times.h"
 #include "core/image/layers.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
 
 namespace peeler::cmd {
 

@@ -10,11 +10,12 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
-#include "cmd/options/frames.h"
 #include "core/base/error.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_layout.h"
+#include "formats/exr/layered_input.h"
 #include "formats/file/atomic_file.h"
+#include "formats/file/file_name.h"
 #include "formats/image/image_writer.h"
 
 namespace peeler::cmd {
@@ -31,28 +32,150 @@ bool sameFile(const fs::path& a, const fs::path& b) {
     return a.lexically_normal() == b.lexically_normal();
 }
 
-std::vector<std::string_view> toneMapNames() {
-    std::vector<std::string_view> names;
-    for (const ToneMap& row : toneMaps())
-        names.push_back(row.name);
-    return names;
-}
-
-std::string toneMapNamed(const std::string& text) {
-    const auto names = toneMapNames();
-    if (std::find(names.begin(), names.end(), text) == names.end())
-        refuseName("tone map", text, names);
-    return text;
-}
-
-double parseExposure(const std::string& text) {
+float parseExposure(const std::string& text) {
     const double stops = parseNumber(text);
     if (std::abs(stops) > 100) throw Error(ErrorKind::kUsage, "expected stops from -100 to 100");
-    return stops;
+    return static_cast<float>(stops);
 }
 
-bool holdsLayers(const OutputFormat& format) {
-    return format.kind == "ldi" || format.kind == "deep";
+/// Premultiplied.
+std::array<float, 4> parseBackground(const std::string& text) {
+    std::array<float, 4> color = parseColor(text);
+    for (std::size_t i = 0; i < 3; ++i)
+        color[i] *= color[3];
+    return color;
+}
+
+constexpr Choice<DeepMerge> kDeepMerges[] = {
+    {"off", DeepMerge::kOff, "every fragment is a sample"},
+    {"exact", DeepMerge::kExact, "those at the very same depth"},
+    {"by-id", DeepMerge::kById, "those of one object and material within the tolerances"},
+    {"by-z", DeepMerge::kByZ, "those within --deep-z-tolerance"},
+};
+
+/// Whether the layers are files of their own.
+bool isSet(const OutputFlags& flags) {
+    return findExrLayout(flags.options.layout).one_file_a_layer;
+}
+
+/// As addValue(), of an option of which not every format has a use.
+template <class T, class Parse>
+Option addGiven(VerbOptions& verb, OutputFlags& flags, const char* name, const char* value_name,
+                T& target, Parse parse, const std::string& help) {
+    return verb.addText(
+        name, value_name,
+        [&flags, &target, name, parse](const std::string& text) {
+            target = parse(text);
+            flags.given.insert(name);
+        },
+        help);
+}
+
+/// A name of a table with `name` and `summary` in each row, and the table as help.
+template <class Row>
+Option addNamed(VerbOptions& verb, OutputFlags& flags, const char* option, std::string& target,
+                std::span<const Row> rows, const std::string& kind, std::string help,
+                bool first_is_default) {
+    std::vector<std::string_view> names;
+    for (const Row& row : rows) {
+        help += '\n' + std::string(row.name) +
+                (names.empty() && first_is_default ? " (default): " : ": ") +
+                std::string(row.summary);
+        names.push_back(row.name);
+    }
+    return addGiven(
+        verb, flags, option, "NAME", target,
+        [names, kind](const std::string& text) {
+            if (std::ranges::find(names, text) == names.end()) refuseName(kind, text, names);
+            return text;
+        },
+        help);
+}
+
+float parseTolerance(const std::string& text) {
+    const double value = parseNumber(text);
+    if (value < 0) throw Error(ErrorKind::kUsage, "expected a number from 0");
+    return static_cast<float>(value);
+}
+
+/// --layout, --compression, --deep-merge, --deep-z-tolerance and --deep-alpha-tolerance.
+void addLayerFileOptions(VerbOptions& verb, OutputFlags& flags) {
+    constexpr const char* kGroup = "Layer files";
+    OutputOptions& options = flags.options;
+    addNamed(verb, flags, "--layout", options.layout, exrLayouts(), "layout",
+             "where the layers of --as ldi go", true)
+        .group(kGroup);
+    addNamed(verb, flags, "--compression", options.compression, exrCompressions(), "compression",
+             "lossless compression of layers; deep images take no zip", false)
+        .group(kGroup);
+    addChoice<DeepMerge>(verb, "--deep-merge", options.deep_merge.mode, kDeepMerges, "merge",
+                         "neighbouring samples of --as deep that become one, with the same "
+                         "composite and the nearest's depth:")
+        .group(kGroup);
+    addGiven(verb, flags, "--deep-z-tolerance", "X", options.deep_merge.z_tolerance, parseTolerance,
+             "how far samples that are merged may lie behind the nearest, scene units")
+        .group(kGroup);
+    addGiven(verb, flags, "--deep-alpha-tolerance", "X", options.deep_merge.alpha_tolerance,
+             parseTolerance,
+             "how far their alpha may be from the nearest's, by-id (default: 1, any)")
+        .group(kGroup);
+}
+
+void checkDeepMerge(const OutputFlags& flags) {
+    const DeepMerge mode = flags.options.deep_merge.mode;
+    const bool by_id = mode == DeepMerge::kById;
+    const bool near = by_id || mode == DeepMerge::kByZ;
+    if (near && !flags.isGiven("--deep-z-tolerance")) {
+        refuse("nothing says how near samples must be", "--deep-merge",
+               "add --deep-z-tolerance, in scene units");
+    }
+    if (flags.isGiven("--deep-z-tolerance") && !near)
+        refuse("no samples are merged by it", "--deep-z-tolerance",
+               "add --deep-merge by-id or by-z");
+    if (flags.isGiven("--deep-alpha-tolerance") && !by_id)
+        refuse("no samples are merged by it", "--deep-alpha-tolerance", "add --deep-merge by-id");
+}
+
+void checkLayerFileOptions(const OutputFlags& flags, const OutputFormat& format) {
+    const bool deep = format.holds(OutputContent::kSamples);
+    if (flags.isGiven("--layout") && !format.holds(OutputContent::kLayers))
+        refuse("only layered files have a layout", "--layout", "add --as ldi, or leave it out");
+    if (flags.isGiven("--compression")) {
+        if (!format.holdsFragments())
+            refuse("only layers are compressed as asked for", "--compression",
+                   "add --as ldi or --as deep, or leave it out");
+        findExrCompression(flags.options.compression, deep);
+    }
+    const bool merging = flags.options.deep_merge.mode != DeepMerge::kOff;
+    const bool by_z = flags.isGiven("--deep-z-tolerance");
+    if ((merging || by_z || flags.isGiven("--deep-alpha-tolerance")) && !deep) {
+        refuse("only the samples of deep images are merged",
+               merging ? "--deep-merge"
+               : by_z  ? "--deep-z-tolerance"
+                       : "--deep-alpha-tolerance",
+               "add --as deep, or leave it out");
+    }
+    checkDeepMerge(flags);
+}
+
+/// Throws Error (kUsage) if a file of a set would replace an input; (kOutput) under --no-clobber if
+/// a file of a set is there already.
+void checkLayerFiles(const OutputFlags& flags, const std::vector<fs::path>& inputs) {
+    if (!isSet(flags)) return;
+    for (const fs::path& input : inputs) {
+        for (const std::string& file : exrFilesOf(input.string())) {
+            if (isExrLayerFile(file, flags.path.string())) {
+                refuse("a layer's file could replace the input " + file, "--layout per-file",
+                       "choose another name for the output");
+            }
+        }
+    }
+    if (!flags.no_clobber) return;
+    std::error_code failure;
+    const fs::path folder = flags.path.has_parent_path() ? flags.path.parent_path() : fs::path(".");
+    for (const auto& entry : fs::directory_iterator(folder, failure)) {
+        if (isExrLayerFile(entry.path().string(), flags.path.string())) checkNotThere(entry.path());
+    }
 }
 
 }  // namespace
@@ -61,8 +184,8 @@ void addOutputFile(VerbOptions& verb, OutputFlags& flags, bool layers_only) {
     std::string extensions;
     std::set<std::string_view> known;
     for (const OutputFormat& format : outputFormats()) {
-        if (!flags.as.empty() && format.kind != flags.as) continue;
-        if (layers_only && !holdsLayers(format)) continue;
+        if (!flags.options.as.empty() && format.kind != flags.options.as) continue;
+        if (layers_only && !format.holdsFragments()) continue;
         for (const std::string_view extension : format.extensions) {
             if (!known.insert(extension).second) continue;
             extensions += (extensions.empty() ? "" : ", ") + std::string(extension);
@@ -78,25 +201,18 @@ void addOutputFile(VerbOptions& verb, OutputFlags& flags, bool layers_only) {
 }
 
 void addOutputOptions(VerbOptions& verb, OutputFlags& flags) {
-    const auto add = [&](const char* name, const char* value, auto& target, auto parse,
-                         const std::string& help) {
-        return addValue(verb, name, value, target, parse, help).group("Output");
-    };
+    OutputOptions& options = flags.options;
     addOutputFile(verb, flags);
-    add(
-        "--background", "COLOR", flags.background,
-        [](const std::string& text) { return parseColor(text); },
-        "behind a composite: transparent (default), r,g,b[,a] in linear light, or #rrggbb[aa] in "
-        "sRGB");
-    add("--exposure", "STOPS", flags.exposure, parseExposure,
-        "brightens (or darkens) what is not an EXR (default: 0)");
-    std::string maps;
-    for (const ToneMap& row : toneMaps()) {
-        maps += '\n' + std::string(row.name) + (maps.empty() ? " (default): " : ": ") +
-                std::string(row.summary);
-    }
-    add("--tone-map", "NAME", flags.tone_map, toneMapNamed,
-        "how what is not an EXR shows bright light" + maps);
+    addGiven(verb, flags, "--background", "COLOR", options.background, parseBackground,
+             "behind a composite: transparent (default), r,g,b[,a] in linear light, or "
+             "#rrggbb[aa] in sRGB")
+        .group("Output");
+    addGiven(verb, flags, "--exposure", "STOPS", options.exposure, parseExposure,
+             "brightens (or darkens) what is not an EXR (default: 0)")
+        .group("Output");
+    addNamed(verb, flags, "--tone-map", options.tone_map, toneMaps(), "tone map",
+             "how what is not an EXR shows bright light", true)
+        .group("Output");
 }
 
 void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark) {
@@ -109,13 +225,13 @@ void addLayerOutputOptions(VerbOptions& verb, OutputFlags& flags, bool layers_on
     std::set<std::string_view> known;
     std::vector<std::string_view> names;
     for (const OutputFormat& format : outputFormats()) {
-        if (layers_only && !holdsLayers(format)) continue;
+        if (layers_only && !format.holdsFragments()) continue;
         if (!known.insert(format.kind).second) continue;
         names.push_back(format.kind);
         kinds += (kinds.empty() ? "" : " or ") + std::string(format.kind);
     }
     addValue(
-        verb, "--as", "KIND", flags.as,
+        verb, "--as", "KIND", flags.options.as,
         [names](const std::string& text) {
             if (std::find(names.begin(), names.end(), text) == names.end()) {
                 refuseName("kind", text, names);
@@ -124,39 +240,52 @@ void addLayerOutputOptions(VerbOptions& verb, OutputFlags& flags, bool layers_on
         },
         kinds + " (default: by the extension; .exr holds layers)")
         .group("Output");
-    verb.addFlag("--no-composite", flags.no_composite,
+    verb.addFlag("--no-composite", flags.options.no_composite,
                  "layers only, without the part that shows them composited")
         .group("Output");
-    addLayerFileOptions(verb, flags.layers);
+    addLayerFileOptions(verb, flags);
 }
 
 void checkFolder(const fs::path& file) {
     const AtomicFile probe(file.string());
 }
 
+bool OutputFlags::asksForDisplay() const {
+    return isGiven("--background") || isGiven("--exposure") || isGiven("--tone-map");
+}
+
+OutputOptions OutputFlags::from(const Provenance& provenance) const {
+    OutputOptions asked = options;
+    asked.provenance = provenance;
+    return asked;
+}
+
 void checkFormat(const OutputFlags& flags) {
-    const OutputFormat& format = findOutputFormat(flags.path.string(), flags.as);
-    checkLayerFileOptions(flags.layers, format);
-    const bool composite = format.kind == "composite";
-    if (!composite && !format.encoded) {
+    const OutputFormat& format = findOutputFormat(flags.path.string(), flags.options.as);
+    checkLayerFileOptions(flags, format);
+    const auto refuse_if_given = [&](const char* what, const char* option, const char* hint) {
+        if (flags.isGiven(option)) refuse(what, option, hint);
+    };
+    if (!format.takesBackground()) {
         constexpr const char* kCompositeHint = "add --as composite, or choose another extension";
-        if (flags.background) refuse("layers have no background", "--background", kCompositeHint);
-        if (flags.exposure) refuse("layers are stored as rendered", "--exposure", kCompositeHint);
-        if (flags.tone_map) refuse("layers are stored as rendered", "--tone-map", kCompositeHint);
+        refuse_if_given("layers have no background", "--background", kCompositeHint);
+        refuse_if_given("layers are stored as rendered", "--exposure", kCompositeHint);
+        refuse_if_given("layers are stored as rendered", "--tone-map", kCompositeHint);
     }
-    if (flags.no_composite && composite) {
-        refuse("this output is nothing but the composite", "--no-composite", "leave it out");
+    if (flags.options.no_composite) {
+        if (format.holds(OutputContent::kComposite))
+            refuse("this output is nothing but the composite", "--no-composite", "leave it out");
+        if (!format.hasComposite())
+            refuse("this output has no composite", "--no-composite", "leave it out");
+        if (isSet(flags))
+            refuse("the composite's file is the one that names the others", "--no-composite",
+                   "leave it out, or choose another --layout");
     }
-    if (flags.no_composite && format.kind != "ldi")
-        refuse("this output has no composite", "--no-composite", "leave it out");
-    if (flags.no_composite && flags.layers.layout == kPerFileLayout)
-        refuse("the composite's file is the one that names the others", "--no-composite",
-               "leave it out, or choose another --layout");
-    if (format.encoded) return;
+    if (format.for_display) return;
     constexpr const char* kLinear = "an EXR holds linear light as rendered";
     constexpr const char* kDisplayHint = "write a .png, .jpg or .tif";
-    if (flags.exposure) refuse(kLinear, "--exposure", kDisplayHint);
-    if (flags.tone_map) refuse(kLinear, "--tone-map", kDisplayHint);
+    refuse_if_given(kLinear, "--exposure", kDisplayHint);
+    refuse_if_given(kLinear, "--tone-map", kDisplayHint);
 }
 
 void checkNotThere(const fs::path& file) {
@@ -177,7 +306,7 @@ void checkTarget(const OutputFlags& flags, const std::vector<fs::path>& inputs) 
         }
     }
     if (flags.no_clobber) checkNotThere(flags.path);
-    checkLayerFiles(flags.layers, flags.path, inputs, flags.no_clobber);
+    checkLayerFiles(flags, inputs);
 }
 
 std::vector<fs::path> checkSeries(const OutputFlags& flags, std::span<const int> numbers,
@@ -202,26 +331,30 @@ void checkOutput(const OutputFlags& flags, const std::vector<fs::path>& inputs) 
     checkFolder(flags.path);
 }
 
-OutputOptions outputOptions(const OutputFlags& flags, const Provenance& provenance) {
-    OutputOptions options;
-    options.as = flags.as;
-    options.composite_part = !flags.no_composite;
-    if (flags.background) {
-        options.background = *flags.background;
-        for (std::size_t i = 0; i < 3; ++i)
-            options.background[i] *= options.background[3];
-    }
-    if (flags.exposure) options.exposure = static_cast<float>(*flags.exposure);
-    if (flags.tone_map) options.tone_map = *flags.tone_map;
-    options.provenance = provenance;
-    applyLayerFileOptions(flags.layers, options);
-    return options;
+bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output) {
+    const OutputFormat& format = findOutputFormat(output.path.string(), output.options.as);
+    return input.has_cryptomatte && !input.provenance.ids.empty() && format.channels &&
+           format.hasComposite() && !output.options.no_composite;
 }
 
-bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output) {
-    const OutputFormat& format = findOutputFormat(output.path.string(), output.as);
-    return input.has_cryptomatte && !input.provenance.ids.empty() && format.channels &&
-           format.composite && !output.no_composite;
+void describeFiles(const OutputFlags& flags, PictureResult& result, Console& console) {
+    const std::string output = flags.path.string();
+    result.bytes = fileBytes(output);
+    if (isSet(flags)) {
+        for (std::size_t layer = 0; layer < result.layers; ++layer)
+            result.bytes += fileBytes(exrLayerFile(output, layer));
+        std::error_code failure;
+        const std::string next = exrLayerFile(output, result.layers);
+        if (fs::exists(next, failure)) {
+            console.warning(
+                "Files of layers that the picture does not have are there from earlier: " + next +
+                " and what may follow.");
+        }
+    }
+    if (flags.options.deep_merge.mode == DeepMerge::kOff) return;
+    const Plan plan = openLayered(output)->info().plan;
+    result.layers = plan.layers.size();
+    result.fragments_stored = plan.fragments_stored;
 }
 
 void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,

@@ -2,12 +2,13 @@
 // rays --parity: solids that rays enter and do not leave.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "cmd/cli/console.h"
-#include "cmd/rays/ray_output.h"
 #include "core/rays/solids.h"
+#include "formats/rays/ray_output.h"
 
 namespace peeler::cmd {
 
@@ -25,7 +26,7 @@ class RayParity : public RayOutput {
     /// Throws Error (kInput) that says what does not hold.
     [[noreturn]] void fail() const;
     /// "parity": {"holds", "oddRays", "solids": [of each that is hit]}.
-    void tell(nlohmann::ordered_json& result) const override;
+    void tell(nlohmann::ordered_json& result) const;
 
   private:
     std::string name(const Solid& solid) const;

@@ -7,8 +7,11 @@
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
-#include "cmd/rays/hit_output.h"
+#include "cmd/cli/report.h"
 #include "core/base/error.h"
+#include "core/rays/voxels.h"
+#include "formats/file/file_name.h"
+#include "formats/rays/ray_output.h"
 
 namespace peeler::cmd {
 
@@ -55,8 +58,8 @@ void checkVoxels(const RaysOptions& options) {
     if (options.bundles.asksForRays() || options.bundles.resolution || options.bundles.spacing)
         refuse("voxels say which rays are traced", "--voxels",
                "leave directions, cameras, --resolution and --spacing out");
-    if (options.writesFile() && !hasExtension(options.output.path, ".npz") &&
-        !hasExtension(options.output.path, ".vdb"))
+    const std::string extension = lowerExtension(options.output.path);
+    if (options.writesFile() && extension != ".npz" && extension != ".vdb")
         refuse("voxels cannot be written in this format", options.output.path.string(),
                "end the name in .npz or .vdb");
 }
@@ -68,7 +71,7 @@ void checkPoints(const RaysOptions& options) {
     if (options.bundles.usesCamera())
         refuse("points are looked from along parallel rays", "--points",
                "give directions, not a camera");
-    if (options.writesFile() && !hasExtension(options.output.path, ".npz"))
+    if (options.writesFile() && lowerExtension(options.output.path) != ".npz")
         refuse("what is next to points is written as arrays", options.output.path.string(),
                "end the name in .npz");
 }
@@ -80,7 +83,7 @@ void checkOutputs(const RaysOptions& options) {
         refuse("nothing to write", "", "add --output FILE, or --parity");
     if (!options.writesFile() && special)
         refuse("there is no file to write to", "--output", "add --output FILE");
-    if (options.double_points && !hasExtension(options.output.path, ".ply"))
+    if (options.double_points && lowerExtension(options.output.path) != ".ply")
         refuse("only points can be stored in 64 bits", "--double", "leave it out, or write a .ply");
     if (options.writesFile() && !options.writesPictures() && !options.voxels)
         checkHitFormat(options.output.path.string());
@@ -186,6 +189,14 @@ nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> b
     if (options.voxels) settings["voxels"] = *options.voxels;
     if (options.points) settings["points"] = true;
     return settings;
+}
+
+void checkVoxelMemory(const AxisBundles& lattice, const MemoryBudget& memory) {
+    const std::uint64_t cells = VoxelVotes::cellsOf(lattice);
+    if (memory == 0 || cells <= memory) return;
+    throw Error(ErrorKind::kMemory,
+                groupedText(cells) + " voxels do not fit into " + bytesText(memory), memory.where(),
+                "a byte each is needed: ask for fewer of them, or allow more memory");
 }
 
 }  // namespace peeler::cmd

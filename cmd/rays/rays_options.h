@@ -15,9 +15,10 @@
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/output_options.h"
-#include "cmd/rays/ray_map_output.h"
+#include "core/base/memory_budget.h"
 #include "core/rays/bundle.h"
 #include "core/scene/posed_scene.h"
+#include "formats/rays/ray_output.h"
 
 namespace peeler::cmd {
 
@@ -106,5 +107,8 @@ void checkRaysOptions(const RaysOptions& options);
 /// traced, whichever options they come from. What is in the file of --points is input, as the scene
 /// is.
 nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> bundles);
+
+/// Throws Error (kMemory) if the cells, a byte each, are more than all that may be taken.
+void checkVoxelMemory(const AxisBundles& lattice, const MemoryBudget& memory);
 
 }  // namespace peeler::cmd

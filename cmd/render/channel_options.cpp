@@ -89,13 +89,13 @@ std::vector<Channel> capturedChannels(const ChannelOptions& options) {
 }
 
 void checkChannelOptions(const ChannelOptions& options, const OutputFlags& output) {
-    const OutputFormat& format = findOutputFormat(output.path.string(), output.as);
+    const OutputFormat& format = findOutputFormat(output.path.string(), output.options.as);
     if ((!options.channels.empty() || options.cryptomatte) && !format.channels) {
         throw Error(
             ErrorKind::kUsage, "this output holds colour alone, no channels", output.path.string(),
             "write layers or a composite as .exr, or leave --channels and --cryptomatte out");
     }
-    if (options.cryptomatte && (!format.composite || output.no_composite)) {
+    if (options.cryptomatte && (!format.hasComposite() || output.options.no_composite)) {
         throw Error(ErrorKind::kUsage, "Cryptomatte belongs to a composite, and there is none",
                     "--cryptomatte", "leave it out, or --no-composite");
     }

@@ -91,16 +91,18 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
 
 CaptureSettings captureSettings(const RenderOptions& options) {
     CaptureSettings capture = options.capture;
-    const OutputFormat& format = findOutputFormat(options.output.path.string(), options.output.as);
-    capture.composite = format.kind == "composite";
+    const OutputFormat& format =
+        findOutputFormat(options.output.path.string(), options.output.options.as);
+    capture.composite = format.holds(OutputContent::kComposite);
+    const bool shadow_map = format.holds(OutputContent::kShadowMap);
     chooseChannels(options, capture);
-    if (format.casters) chooseCasters(capture);
+    if (shadow_map) chooseCasters(capture);
     checkSettings(capture);
     if (options.fxaa && !capture.composite && capture.channels.empty()) {
         throw Error(ErrorKind::kUsage, "a filter of finished pictures cannot smooth layers",
                     "--fxaa", "add --as composite, or use --samples instead");
     }
-    if (options.camera.tile && (options.fxaa || format.casters)) {
+    if (options.camera.tile && (options.fxaa || shadow_map)) {
         throw Error(ErrorKind::kUsage,
                     options.fxaa ? "the filter needs the pixels beyond the tile"
                                  : "tiles of a shadow map cannot be merged",

@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "cmd/options/frames.h"
 #include "core/base/error.h"
-#include "formats/file/hash_text.h"
-#include "formats/file/output_hash.h"
+#include "formats/file/content_hash.h"
+#include "formats/file/file_name.h"
+#include "formats/output_hash.h"
 
 namespace peeler::cmd {
 
@@ -129,7 +129,7 @@ Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& 
 }
 
 OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const {
-    OutputOptions output = outputOptions(picture.output, picture.provenance);
+    OutputOptions output = picture.output.from(picture.provenance);
     output.cryptomatte = options_.channels.cryptomatte;
     return output;
 }

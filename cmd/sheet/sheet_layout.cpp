@@ -86,10 +86,7 @@ Pixel over(const Pixel& front, const Pixel& back) {
 Pixel backgroundAt(const SheetStyle& style, int square, int x, int y) {
     const Pixel& board = (x / square + y / square) % 2 == 0 ? kLightSquare : kDarkSquare;
     if (!style.background) return board;
-    Pixel color = *style.background;
-    for (std::size_t c = 0; c < 3; ++c)
-        color[c] *= color[3];
-    return over(color, board);
+    return over(*style.background, board);
 }
 
 const ToneMap& findToneMap(const std::string& name) {

@@ -11,7 +11,7 @@
 #include "cmd/cli/progress.h"
 #include "cmd/options/layered_bands.h"
 #include "core/capture/method.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
 
 namespace peeler::cmd {
 

@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/image/statistics.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
 
 namespace peeler::cmd {
 

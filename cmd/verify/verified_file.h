@@ -8,7 +8,7 @@
 
 #include "core/image/sink.h"
 #include "core/image/statistics.h"
-#include "formats/exr/exr_info.h"
+#include "formats/exr/exr_files.h"
 
 namespace peeler::cmd {
 

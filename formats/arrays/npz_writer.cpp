@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // .npy: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 // ZIP64: APPNOTE.TXT, sections 4.3 and 4.5.3.
-#include "formats/arrays/npz_writer.h"
+#include "formats/arrays/table_writers.h"
 
 #include <libdeflate.h>
 

@@ -11,7 +11,6 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "formats/arrays/vdb_grid.h"
 #include "formats/file/module.h"
 
 namespace peeler {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <iosfwd>
 #include <span>
 #include <string>
 
@@ -27,5 +28,14 @@ struct VdbVoxels {
 /// bytes a cell on the boundary and little inside. `file` is not committed. Throws Error (kOutput),
 /// (kMemory).
 void writeVdb(AtomicFile& file, const VdbVoxels& voxels, const std::string& creator);
+
+/// What the module of OpenVDB (modules/vdb_grid.cpp), which is loaded for the first grid, exports,
+/// under the name kVdbModuleFunction: writes the grid of writeVdb() to a stream, its UUID as
+/// OpenVDB draws it, with at most so many threads (from 1). Throws what OpenVDB throws, all of it
+/// std::exception.
+using VdbModuleFunction = void(std::ostream& stream, const VdbVoxels& voxels,
+                               const std::string& creator, int threads);
+inline constexpr char kVdbModule[] = "peeler_vdb";
+inline constexpr char kVdbModuleFunction[] = "peelerWriteVdbGrid";
 
 }  // namespace peeler

@@ -11,11 +11,9 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "formats/exr/exr_carried_rows.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/exr_rows.h"
-#include "formats/exr/id_manifest.h"
 
 namespace peeler {
 namespace {
@@ -57,10 +55,10 @@ std::size_t pixelBytes(const std::vector<ExrChannel>& channels) {
 }  // namespace
 
 ExrBandWriter::ExrBandWriter(const std::vector<std::string>& paths, std::vector<ExrPart> parts,
-                             Plan plan, Provenance provenance, ExrBandOptions options)
+                             Plan plan, OutputOptions options)
     : plan_(std::move(plan)),
-      provenance_(std::move(provenance)),
-      options_(options),
+      options_(std::move(options)),
+      compression_(exrCompressionOf(options_.compression, false)),
       parts_(std::move(parts)),
       next_chunk_(parts_.size(), 0),
       next_row_(plan_.view.crop.y0) {
@@ -100,7 +98,7 @@ SinkMemory ExrBandWriter::memory() const {
     const std::uint64_t pixel =
         4 * pixelTypeSize(plan_.color_type) + sizeof(float) + plan_.channel_bytes;
     std::uint64_t composite = 0;  // besides colour and Z
-    if (options_.nearest_channels) composite += plan_.channel_bytes;
+    if (nearestChannels()) composite += plan_.channel_bytes;
     if (options_.cryptomatte) {
         for (const CryptomatteLayer& layer : cryptomatteLayers({}))
             composite += cryptomatteArray(layer).stride();
@@ -121,10 +119,14 @@ void ExrBandWriter::finish() {
     commitAll(files_);
 }
 
+bool ExrBandWriter::nearestChannels() const {
+    return std::ranges::any_of(parts_, &ExrPart::nearest_channels);
+}
+
 void ExrBandWriter::composite(const LayeredImage& image, CompositeImage& out) const {
     compositeOver(image, options_.background, out);
     out.extra.clear();
-    if (options_.nearest_channels) appendNearestChannels(image, out);
+    if (nearestChannels()) appendNearestChannels(image, out);
     if (options_.composited) return;
     for (const CryptomatteLayer& layer : cryptomatte_)
         appendCryptomatte(image, layer, out);
@@ -162,8 +164,8 @@ void ExrBandWriter::findChannels(const LayeredImage& first_band) {
     auto composite_channels =
         colorChannels(plan_.color_type, ExrChannel::kCompositeColor, ExrChannel::kCompositeZ);
     std::vector<FragmentArray> arrays;
-    if (options_.nearest_channels) arrays = emptyImage(first_band, 0).extra;
-    if (options_.cryptomatte) cryptomatte_ = cryptomatteLayers(provenance_.ids);
+    if (nearestChannels()) arrays = emptyImage(first_band, 0).extra;
+    if (options_.cryptomatte) cryptomatte_ = cryptomatteLayers(options_.provenance.ids);
     for (const CryptomatteLayer& layer : cryptomatte_)
         if (!options_.composited) arrays.push_back(cryptomatteArray(layer));
     appendExrChannels(arrays, composite_channels);
@@ -185,11 +187,11 @@ void ExrBandWriter::findChannels(const LayeredImage& first_band) {
 
 Imf::Header ExrBandWriter::header(std::size_t part) const {
     const ExrPart& shown = parts_[part];
-    Imf::Header header = exrHeader(plan_, provenance_, shown.window);
+    Imf::Header header = exrHeader(plan_, options_.provenance, shown.window);
     header.setName(shown.name);
-    header.compression() = options_.compression;
+    header.compression() = compression_;
     if (!options_.layout.empty())
-        header.insert("peeler:layout", Imf::StringAttribute(std::string(options_.layout)));
+        header.insert("peeler:layout", Imf::StringAttribute(options_.layout));
     if (shown.layers.size() == 1 && shown.layers.front() != ExrPart::kComposite)
         header.insert("peeler:layer", Imf::IntAttribute(shown.layers.front()));
     if (shown.fragments != 0) {
@@ -201,7 +203,7 @@ Imf::Header ExrBandWriter::header(std::size_t part) const {
             throw Error(ErrorKind::kInternal, "two channels of one name", channel.name);
         header.channels().insert(channel.name, Imf::Channel(exrPixelType(channel.type)));
     }
-    addIdManifest(header, provenance_.ids);
+    addIdManifest(header, options_.provenance.ids);
     const auto& layers = shown.layers;
     if (std::find(layers.begin(), layers.end(), ExrPart::kComposite) != layers.end()) {
         for (const CryptomatteLayer& layer : cryptomatte_) {

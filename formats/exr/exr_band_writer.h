@@ -2,11 +2,9 @@
 // From bands of any height to the chunks of every part of an OpenEXR file.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/image/composite.h"
@@ -14,11 +12,9 @@
 #include "formats/exr/cryptomatte.h"
 #include "formats/exr/exr_chunks.h"
 #include "formats/file/atomic_file.h"
+#include "formats/file/output_options.h"
 
 namespace peeler {
-
-inline constexpr int kDefaultZipLevel =
-    4;  ///< libdeflate's; higher ones gain little on float pixels
 
 /// What one part of a file shows.
 struct ExrPart {
@@ -31,6 +27,7 @@ struct ExrPart {
     std::size_t file = 0;   ///< which of the writer's files it is in
     /// What the layer holds, if a reader that opens the part's file alone should know; 0 = no.
     std::uint64_t fragments = 0;
+    bool nearest_channels = false;  ///< the composite has the other channels of the first fragment
 };
 
 /// Where a channel of a part comes from.
@@ -43,26 +40,18 @@ struct ExrChannel {
     int layer = ExrPart::kComposite;  ///< of the part's: whose fragments
 };
 
-struct ExrBandOptions {
-    std::array<float, 4> background{};  ///< premultiplied, behind the composite
-    int level = kDefaultZipLevel;
-    bool nearest_channels = false;  ///< the composite has the other channels of the first fragment
-    bool cryptomatte = false;       ///< the composite has ids' coverage; needs the channels id.*
-    /// Bands are a composite already, one entry a pixel: its channels, ids' coverage too, stay.
-    bool composited = false;
-    Imf::Compression compression = Imf::ZIP_COMPRESSION;  ///< or ZIPS, RLE or none
-    std::string_view layout = {};                         ///< for `peeler:layout`; "" = none
-};
-
-/// Streams bands into the parts of one file or several. The bytes of the file do not depend on how
-/// the picture is cut into bands or on the number of threads. Between bands it keeps the rows that
-/// unfinished chunks still need, at most
+/// Streams bands into the parts of one file or several. Of the options it takes the background
+/// behind the composite; whether the composite has the coverage of ids (cryptomatte), which needs
+/// the channels id.*; whether bands are a composite already, one entry a pixel, whose channels stay
+/// (composited); compression; and the layout as it stands in `peeler:layout`, "" = none. The bytes
+/// of the file do not depend on how the picture is cut into bands or on the number of threads.
+/// Between bands it keeps the rows that unfinished chunks still need, at most
 /// 15. A pixel without the layer is 0 in every channel but Z, which is +inf.
 class ExrBandWriter {
   public:
     /// Creates the hidden files. Throws Error (kOutput).
     ExrBandWriter(const std::vector<std::string>& paths, std::vector<ExrPart> parts, Plan plan,
-                  Provenance provenance, ExrBandOptions options);
+                  OutputOptions options);
     ~ExrBandWriter();
 
     /// Throws Error (kOutput) of the disk; (kInternal) if the band is not the next one, or is
@@ -88,7 +77,8 @@ class ExrBandWriter {
     void open(const LayeredImage& first_band);
     void findChannels(const LayeredImage& first_band);
     Imf::Header header(std::size_t part) const;
-    int rowsPerChunk() const { return exrRowsPerChunk(options_.compression); }
+    int rowsPerChunk() const { return exrRowsPerChunk(compression_); }
+    bool nearestChannels() const;
     void check(const LayeredImage& band) const;
     void composite(const LayeredImage& image, CompositeImage& out) const;
     std::vector<Job> finishedChunks(int end_row);
@@ -100,8 +90,8 @@ class ExrBandWriter {
     void carry(const LayeredImage& band);
 
     Plan plan_;
-    Provenance provenance_;
-    ExrBandOptions options_;
+    OutputOptions options_;
+    Imf::Compression compression_;
     std::vector<ExrPart> parts_;
     std::vector<CryptomatteLayer> cryptomatte_;
     std::vector<std::unique_ptr<AtomicFile>> files_;
@@ -115,7 +105,7 @@ class ExrBandWriter {
     LayeredImage carried_;
     CompositeImage carried_composite_, band_composite_;
     std::vector<ByteBuffer> packed_;  ///< of the chunks in flight
-    ExrPackerPool packers_{options_.level, options_.compression};
+    ExrPackerPool packers_{kDefaultZipLevel, compression_};
     std::uint64_t fragments_seen_ = 0, fragments_written_ = 0;
     StageTimes times_;
 };

@@ -17,6 +17,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "formats/exr/exr_layout.h"
 
 namespace peeler {
 namespace {
@@ -113,6 +114,10 @@ void packRuns(std::span<const std::byte> in, ByteBuffer& out) {
 }
 
 }  // namespace
+
+Imf::Compression exrCompressionOf(const std::string& name, bool deep) {
+    return static_cast<Imf::Compression>(findExrCompression(name, deep).value);
+}
 
 Imf::PixelType exrPixelType(PixelType type) {
     switch (type) {

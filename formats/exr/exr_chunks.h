@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The container of a scan-line OpenEXR file, flat or deep: headers, offset tables, chunks in any
-// order.
+// order; and chunks of others unpacked.
 //
 // OpenEXR's own multi-part writer compresses part after part and wants them written that way; this
 // one takes finished chunks of any part in any order, so bands can stream through all parts at
@@ -27,6 +27,8 @@ struct libdeflate_compressor;
 
 namespace peeler {
 
+/// libdeflate's; higher ones gain little on float pixels.
+inline constexpr int kDefaultZipLevel = 4;
 inline constexpr int kExrRowsPerChunk = 16;  ///< of ZIP compression
 
 /// What writers have in flight at a time, before packing: this bounds the memory.
@@ -37,6 +39,9 @@ inline constexpr std::size_t kExrCopiesInFlight = 3;  ///< of those: raw, filter
 inline int exrRowsPerChunk(Imf::Compression compression) {
     return compression == Imf::ZIP_COMPRESSION ? kExrRowsPerChunk : 1;
 }
+
+/// OpenEXR's name for one of exrCompressions(), "" being the default. Throws Error (kUsage).
+Imf::Compression exrCompressionOf(const std::string& name, bool deep);
 
 /// OpenEXR's name for a type.
 Imf::PixelType exrPixelType(PixelType type);
@@ -132,5 +137,19 @@ class ExrFile {
     std::uint64_t header_position_ = 0, table_position_ = 0;
     bool headers_changed_ = false;
 };
+
+/// The most bytes that `packed` ones can become: what a size in a file is held against before
+/// memory is allocated by it. 0 for a compression that deep data cannot have.
+std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t packed);
+
+/// Unpacks a chunk of "none", "rle", "zips" or "zip" (ExrInputPart::compression) into `out`, which
+/// has the size that it must have; one of that size is not packed. Returns false if it does not
+/// unpack to exactly that.
+bool exrUnpack(const std::string& compression, std::span<const std::byte> packed,
+               std::span<std::byte> out);
+
+/// The same of a chunk that is known to be packed, even if that has not made it smaller.
+bool exrUnpackAlways(const std::string& compression, std::span<const std::byte> packed,
+                     std::span<std::byte> out);
 
 }  // namespace peeler

@@ -7,8 +7,8 @@
 #include <cstring>
 #include <memory>
 
+#include "formats/exr/exr_chunks.h"
 #include "formats/exr/exr_input.h"
-#include "formats/exr/exr_unpack.h"
 
 namespace peeler {
 namespace {

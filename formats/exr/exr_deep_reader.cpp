@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Counts, then samples scattered to their fragments, then order.
-#include "formats/exr/exr_deep_reader.h"
+#include "formats/exr/exr_readers.h"
 
 #include <Imath/half.h>
 

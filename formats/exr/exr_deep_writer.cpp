@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/exr/exr_deep_writer.h"
+#include "formats/exr/exr_writers.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepImageStateAttribute.h>
@@ -14,9 +14,8 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "formats/exr/exr_deep_rows.h"
 #include "formats/exr/exr_header.h"
-#include "formats/exr/id_manifest.h"
+#include "formats/exr/exr_rows.h"
 
 namespace peeler {
 namespace {
@@ -44,10 +43,12 @@ std::string deepMergeText(const DeepMergeSettings& merge) {
     return text.str();
 }
 
-ExrDeepWriter::ExrDeepWriter(std::string path, Provenance provenance, ExrDeepOptions options)
-    : path_(std::move(path)), provenance_(std::move(provenance)), options_(options) {
-    if (options_.merge.mode != DeepMerge::kOff)
-        provenance_.deep_merge = deepMergeText(options_.merge);
+ExrDeepWriter::ExrDeepWriter(std::string path, OutputOptions options)
+    : path_(std::move(path)),
+      options_(std::move(options)),
+      compression_(exrCompressionOf(options_.compression, true)) {
+    if (options_.deep_merge.mode != DeepMerge::kOff)
+        options_.provenance.deep_merge = deepMergeText(options_.deep_merge);
 }
 
 ExrDeepWriter::~ExrDeepWriter() = default;
@@ -70,10 +71,10 @@ void ExrDeepWriter::write(LayeredImage&& band) {
     const int end = std::min(band.window.y1, window_.y1);
     for (int y = std::max(band.window.y0, window_.y0); y < end;) {
         const int next = std::min(end, y + rowsInFlight(band, y));
-        if (options_.merge.mode == DeepMerge::kOff) {
+        if (options_.deep_merge.mode == DeepMerge::kOff) {
             writeRows(band, y, next);
         } else {
-            mergeDeepSamples(band, y, next, options_.merge, merged_);
+            mergeDeepSamples(band, y, next, options_.deep_merge, merged_);
             writeRows(merged_, y, next);
         }
         y = next;
@@ -102,11 +103,11 @@ void ExrDeepWriter::open(const LayeredImage& first_band) {
     for (Part& part : parts_) {
         std::sort(part.channels.begin(), part.channels.end(),
                   [](const ExrChannel& a, const ExrChannel& b) { return a.name < b.name; });
-        Imf::Header header = exrHeader(plan_, provenance_, window_);
+        Imf::Header header = exrHeader(plan_, options_.provenance, window_);
         header.setName(part.name);
         header.setType(Imf::DEEPSCANLINE);
         header.setVersion(1);
-        header.compression() = options_.compression;
+        header.compression() = compression_;
         header.insert(kMaxSamples, Imf::IntAttribute(0));
         Imf::addDeepImageState(header, Imf::DIS_SORTED);
         for (const ExrChannel& channel : part.channels) {
@@ -114,7 +115,7 @@ void ExrDeepWriter::open(const LayeredImage& first_band) {
                 throw Error(ErrorKind::kInternal, "two channels of one name", channel.name);
             header.channels().insert(channel.name, Imf::Channel(exrPixelType(channel.type)));
         }
-        addIdManifest(header, provenance_.ids);
+        addIdManifest(header, options_.provenance.ids);
         headers.push_back(std::move(header));
     }
     exr_ = std::make_unique<ExrFile>(*file_, std::move(headers));
@@ -199,12 +200,12 @@ void ExrDeepWriter::boundBuffers() {
 }
 
 SinkMemory ExrDeepWriter::memory() const {
-    const bool merging = options_.merge.mode != DeepMerge::kOff;
+    const bool merging = options_.deep_merge.mode != DeepMerge::kOff;
     return {merging ? kMostRowsInFlight : 0, kExrCopiesInFlight * kExrBytesInFlight};
 }
 
 void ExrDeepWriter::finish() {
-    const bool merging = options_.merge.mode != DeepMerge::kOff;
+    const bool merging = options_.deep_merge.mode != DeepMerge::kOff;
     if (!exr_ || fragments_seen_ != plan_.fragments_stored ||
         (merging ? fragments_written_ > fragments_seen_ : fragments_written_ != fragments_seen_)) {
         throw Error(ErrorKind::kInternal,
@@ -235,7 +236,7 @@ void ExrDeepWriter::describeSamples() {
     for (std::size_t part = 0; part < parts_.size(); ++part) {
         exr_->setAttribute(part, "deepImageState", Imf::DeepImageStateAttribute(state));
         exr_->setAttribute(part, kMaxSamples, Imf::IntAttribute(most));
-        if (options_.merge.mode == DeepMerge::kOff) continue;
+        if (options_.deep_merge.mode == DeepMerge::kOff) continue;
         const bool complete = fragments_written_ == plan_.fragments_counted;
         exr_->setAttribute(part, kStored, Imf::StringAttribute(stored));
         exr_->setAttribute(part, "peeler:layers", Imf::IntAttribute(most));

@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/file/file_kind.h"
+#include "formats/file/file_name.h"
 
 namespace peeler {
 namespace {

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR headers: the camera, the colour space, and where the picture comes from.
+// OpenEXR headers: the camera, the colour space, where the picture comes from, and the names of ids
+// as OpenEXR 3 stores them.
 #pragma once
 
 #include <OpenEXR/ImfHeader.h>
 
+#include <cstddef>
+#include <span>
 #include <string>
 
 #include "core/image/sink.h"
+#include "core/scene/scene.h"
 
 namespace peeler {
 
@@ -43,5 +47,13 @@ std::string cameraJson(const View& view);
 
 /// The inverse. Throws Error (kInput) if the text is not what cameraJson() makes.
 View viewFromJson(const std::string& json);
+
+/// Adds the names of those channels of the header that are an id.object or id.material of some
+/// layer (scheme "id", not hashed, stable as long as the scene file is); nothing if there are none.
+void addIdManifest(Imf::Header& header, const IdNames& names);
+
+/// The inverse, from the bytes of the attribute. Nothing for channels that are not there. Throws
+/// Error (kInput) if the bytes are damaged or implausible.
+IdNames idNamesFromManifest(std::span<const std::byte> attribute);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/exr/exr_info.h"
+#include "formats/exr/exr_files.h"
 
 #include <algorithm>
 #include <string_view>
@@ -7,8 +7,7 @@
 #include "core/base/error.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/exr/id_manifest.h"
-#include "formats/file/file_kind.h"
+#include "formats/file/file_name.h"
 
 namespace peeler {
 namespace {

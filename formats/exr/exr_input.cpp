@@ -18,7 +18,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
-#include "formats/exr/exr_compression.h"
+#include "formats/exr/exr_layout.h"
 
 namespace peeler {
 namespace {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/exr/exr_layout.h"
 
+#include <OpenEXR/ImfCompression.h>
+
 #include <algorithm>
 #include <charconv>
+#include <string>
 #include <system_error>
 
 #include "core/base/error.h"
@@ -28,6 +31,13 @@ constexpr ExrLayout kLayouts[] = {
     {.name = kPerFileLayout,
      .summary = "OUT.exr holds the composite, OUT.layer_000.exr, … a layer each",
      .one_file_a_layer = true},
+};
+
+constexpr ExrCompression kCompressions[] = {
+    {"zip", "16 rows at once; layered files' default", 16, false, Imf::ZIP_COMPRESSION},
+    {"zips", "row by row; deep images' default", 1, true, Imf::ZIPS_COMPRESSION},
+    {"rle", "run lengths: quicker and larger", 1, true, Imf::RLE_COMPRESSION},
+    {"none", "as they are", 1, true, Imf::NO_COMPRESSION},
 };
 
 }  // namespace
@@ -61,6 +71,23 @@ int layerNumber(std::string_view name) {
     const char* end = name.data() + name.size();
     const auto [stop, failure] = std::from_chars(name.data() + kLayerPrefix.size(), end, number);
     return failure == std::errc() && stop == end ? number : -1;
+}
+
+std::span<const ExrCompression> exrCompressions() {
+    return kCompressions;
+}
+
+const ExrCompression& findExrCompression(std::string_view name, bool deep) {
+    std::string names;
+    for (const ExrCompression& row : kCompressions) {
+        if (deep && !row.deep) continue;
+        if (name.empty() || row.name == name) return row;
+        names += (names.empty() ? "" : ", ") + std::string(row.name);
+    }
+    throw Error(ErrorKind::kUsage,
+                (deep ? "deep images cannot be compressed as \"" : "there is no compression \"") +
+                    std::string(name) + "\"",
+                "--compression", "choose one of: " + names);
 }
 
 }  // namespace peeler

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of layouts: how the layers of a picture are spread over channels, parts and files.
+// The tables of layouts (how the layers of a picture are spread over channels, parts and files) and
+// of the lossless ways to compress OpenEXR files that peeler writes.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
@@ -34,5 +36,23 @@ std::string layerName(std::size_t layer);
 
 /// The number in "layer_012" or before the first dot of "layer_012.R"; −1 if the name is another.
 int layerNumber(std::string_view name);
+
+struct ExrCompression {
+    std::string_view name;  ///< for --compression; ExrInputPart::compression
+    std::string_view summary;
+    int rows = 1;      ///< that are compressed together
+    bool deep = true;  ///< deep images may have it
+    int value = 0;     ///< Imf::Compression
+};
+
+/// What zlib cannot beat (1032:1) with some room.
+inline constexpr std::uint64_t kMostZlibRatio = 1100;
+
+/// All of them; the first is the default of layered files, the second that of deep ones.
+std::span<const ExrCompression> exrCompressions();
+
+/// The one with this name; "" is the default of flat or deep images. Throws Error (kUsage) that
+/// lists the choices if there is none for such images.
+const ExrCompression& findExrCompression(std::string_view name, bool deep);
 
 }  // namespace peeler

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parts decoded into planes, planes gathered into fragment lists.
-#include "formats/exr/exr_ldi_reader.h"
+#include "formats/exr/exr_readers.h"
 
 #include <algorithm>
 #include <cstdlib>

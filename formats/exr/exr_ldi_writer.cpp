@@ -1,36 +1,52 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of a layered depth image.
-#include "formats/exr/exr_ldi_writer.h"
+// The parts of a layered depth image, and the one of a composite.
+#include "formats/exr/exr_writers.h"
 
 #include <algorithm>
 #include <utility>
 
 #include "core/base/error.h"
+#include "formats/exr/exr_chunks.h"
 #include "formats/exr/exr_files.h"
 
 namespace peeler {
 
-ExrLdiWriter::ExrLdiWriter(std::string path, Provenance provenance, ExrLdiOptions options)
-    : path_(std::move(path)), provenance_(std::move(provenance)), options_(std::move(options)) {}
+ExrPartsSink::ExrPartsSink(std::string path, OutputOptions options)
+    : path_(std::move(path)), options_(std::move(options)) {}
 
-ExrLdiWriter::~ExrLdiWriter() = default;
+ExrPartsSink::~ExrPartsSink() = default;
+
+void ExrPartsSink::write(LayeredImage&& band) {
+    writer_->write(band);
+}
+
+void ExrPartsSink::finish() {
+    writer_->finish();
+    times_ = writer_->times();
+    writer_.reset();
+}
+
+ExrLdiWriter::ExrLdiWriter(std::string path, OutputOptions options)
+    : ExrPartsSink(std::move(path), std::move(options)) {
+    exrCompressionOf(options_.compression, false);
+    // The composite part is of what is stored, on nothing.
+    options_.composited = false;
+    options_.background = {};
+}
 
 void ExrLdiWriter::begin(const Plan& plan) {
     const ExrLayout& layout = findExrLayout(options_.layout);
+    options_.layout = layout.name;
     std::vector<std::string> paths = {path_};
     for (std::size_t i = 0; layout.one_file_a_layer && i < plan.layers.size(); ++i)
         paths.push_back(exrLayerFile(path_, i));
     fragments_planned_ = plan.fragments_stored;
-    writer_ = std::make_unique<ExrBandWriter>(paths, partsOf(plan, layout), plan, provenance_,
-                                              ExrBandOptions{.level = options_.level,
-                                                             .cryptomatte = options_.cryptomatte,
-                                                             .compression = options_.compression,
-                                                             .layout = layout.name});
+    writer_ = std::make_unique<ExrBandWriter>(paths, partsOf(plan, layout), plan, options_);
 }
 
 std::vector<ExrPart> ExrLdiWriter::partsOf(const Plan& plan, const ExrLayout& layout) const {
     std::vector<ExrPart> parts;
-    if (options_.composite || plan.layers.empty() || layout.one_file_a_layer)
+    if (!options_.no_composite || plan.layers.empty() || layout.one_file_a_layer)
         parts.push_back({.name = std::string(layout.composite_part), .window = plan.view.crop});
     for (std::size_t i = 0; i < plan.layers.size(); ++i) {
         const Window& window = plan.layers[i].data_window;
@@ -57,10 +73,6 @@ std::vector<ExrPart> ExrLdiWriter::partsOf(const Plan& plan, const ExrLayout& la
     return parts;
 }
 
-void ExrLdiWriter::write(LayeredImage&& band) {
-    writer_->write(band);
-}
-
 void ExrLdiWriter::finish() {
     if (writer_->fragmentsSeen() != fragments_planned_ ||
         writer_->fragmentsWritten() != fragments_planned_) {
@@ -70,9 +82,20 @@ void ExrLdiWriter::finish() {
                         ", the layers " + std::to_string(writer_->fragmentsWritten()),
                     path_, "please report this with the scene");
     }
-    writer_->finish();
-    times_ = writer_->times();
-    writer_.reset();
+    ExrPartsSink::finish();
+}
+
+ExrCompositeWriter::ExrCompositeWriter(std::string path, OutputOptions options)
+    : ExrPartsSink(std::move(path), std::move(options)) {
+    // Both are of layers.
+    options_.layout.clear();
+    options_.compression.clear();
+}
+
+void ExrCompositeWriter::begin(const Plan& plan) {
+    std::vector<ExrPart> parts = {
+        {.name = "composite", .window = plan.view.crop, .nearest_channels = true}};
+    writer_ = std::make_unique<ExrBandWriter>(std::vector{path_}, std::move(parts), plan, options_);
 }
 
 }  // namespace peeler

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flat OpenEXR images of numbers: one or several a pixel, in one part or several.
+// Flat OpenEXR images of numbers: one or several a pixel, in one part or several; midpoints and
+// counts of fragments as such images.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "core/image/sink.h"
+#include "formats/file/output_options.h"
 
 namespace peeler {
 
@@ -64,6 +66,55 @@ class ExrPlaneWriter {
     std::vector<std::byte> rows_;     ///< of chunks that are not complete yet, as in the file
     int next_chunk_ = 0;
     StageTimes times_;
+};
+
+/// Writes a single-part file with one channel, Z (float): camera Z of the midpoint between the two
+/// nearest surfaces as core/image/statistics.h has it, +inf where a pixel has no second surface: a
+/// midpoint shadow map. dataWindow = crop, with the attributes of a layered file but
+/// `peeler:layer`. What counts as a surface is the capture's choice (CaptureSettings::opaque_only).
+class ExrMidpointWriter : public Sink {
+  public:
+    explicit ExrMidpointWriter(std::string path, OutputOptions options = {});
+
+    /// Throws Error (kOutput) if the file cannot be created.
+    void begin(const Plan& plan) override;
+    void write(LayeredImage&& band) override;
+    /// Throws Error (kInternal) if rows are missing.
+    void finish() override;
+    SinkMemory memory() const override;
+    StageTimes times() const override;
+
+  private:
+    std::string path_;
+    OutputOptions options_;
+    Projection projection_;
+    std::unique_ptr<ExrPlaneWriter> plane_;
+    std::vector<float> midpoints_;  ///< of a band
+    StageTimes times_;
+};
+
+/// The number of fragments of every pixel. EXR: a channel `count` (uint); PNG, JPEG, TIFF: black
+/// (0) to yellow (as many as the plan has layers).
+class CountMap : public Sink {
+  public:
+    CountMap(std::string path, OutputOptions options);
+
+    void begin(const Plan& plan) override;
+    void write(LayeredImage&& band) override;
+    void finish() override;
+    StageTimes times() const override;
+
+    std::uint32_t largest() const { return largest_; }  ///< so far
+
+  private:
+    std::string path_;
+    OutputOptions options_;
+    std::unique_ptr<ExrPlaneWriter> plane_;  ///< one of the two
+    std::unique_ptr<Sink> picture_;
+    float ramp_end_ = 1;
+    std::uint32_t largest_ = 0;
+    std::vector<std::uint32_t> counts_;
+    LayeredImage colors_;
 };
 
 }  // namespace peeler

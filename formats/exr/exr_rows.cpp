@@ -3,6 +3,7 @@
 
 #include <Imath/half.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <limits>
@@ -54,6 +55,70 @@ std::byte* gatherColor(std::span<const T> values, std::span<const std::uint32_t>
         out += sizeof(T);
     }
     return out + 3 * plane;
+}
+
+template <class T>
+std::byte* copyComponent(std::span<const T> values, const ExrChannel& channel, std::size_t begin,
+                         std::size_t end, std::byte* out) {
+    const T* first = values.data() + channel.component;
+    for (std::size_t f = begin; f < end; ++f, out += sizeof(T))
+        std::memcpy(out, first + f * channel.components, sizeof(T));
+    return out;
+}
+
+std::byte* copyChannel(const LayeredImage& image, const ExrChannel& channel, std::size_t begin,
+                       std::size_t end, std::byte* out) {
+    if (channel.source == ExrChannel::kZ)
+        return copyComponent(std::span(image.z), channel, begin, end, out);
+    const FragmentArray& array = channel.source == ExrChannel::kColor
+                                     ? image.color
+                                     : image.extra[static_cast<std::size_t>(channel.source)];
+    // Bits are copied as they are, so float and uint are alike.
+    return pixelTypeSize(channel.type) == sizeof(std::uint16_t)
+               ? copyComponent(array.as<std::uint16_t>(), channel, begin, end, out)
+               : copyComponent(array.as<std::uint32_t>(), channel, begin, end, out);
+}
+
+/// Appends the fragments [begin, end) of `from`.
+void appendFragments(const LayeredImage& from, std::size_t begin, std::size_t end,
+                     LayeredImage& to) {
+    const auto append = [&](const FragmentArray& source, FragmentArray& target) {
+        const auto* data = source.data.data();
+        target.data.insert(target.data.end(), data + begin * source.stride(),
+                           data + end * source.stride());
+    };
+    to.z.insert(to.z.end(), from.z.data() + begin, from.z.data() + end);
+    append(from.color, to.color);
+    for (std::size_t i = 0; i < from.extra.size(); ++i)
+        append(from.extra[i], to.extra[i]);
+}
+
+/// Room in `to` for the rows of `from` from y0 on, so that appending them moves nothing.
+void reserveRows(const LayeredImage& from, int y0, LayeredImage& to) {
+    if (y0 >= from.window.y1) return;
+    const std::size_t first = from.pixelIndex(from.window.x0, std::max(y0, from.window.y0));
+    const std::size_t pixels = from.window.pixels() - first;
+    const std::size_t fragments = from.fragments() - from.offsets[first];
+    const auto reserve = [](auto& values, std::size_t more) {
+        values.reserve(values.capacity() + more);
+    };
+    reserve(to.offsets, pixels + 1);
+    reserve(to.z, fragments);
+    reserve(to.color.data, fragments * to.color.stride());
+    for (FragmentArray& array : to.extra)
+        reserve(array.data, fragments * array.stride());
+}
+
+/// Appends the rows [y0, y1) of `from` below those of `to`, which is as wide.
+void appendRows(const LayeredImage& from, int y0, int y1, LayeredImage& to) {
+    const std::size_t first = from.pixelIndex(from.window.x0, y0);
+    const std::size_t last = from.pixelIndex(from.window.x0, y1);
+    const auto base = static_cast<std::uint32_t>(to.fragments());
+    for (std::size_t p = first; p < last; ++p) {
+        to.offsets.push_back(base + from.offsets[p + 1] - from.offsets[first]);
+    }
+    appendFragments(from, from.offsets[first], from.offsets[last], to);
+    to.window.y1 += y1 - y0;
 }
 
 }  // namespace
@@ -120,6 +185,54 @@ std::byte* gatherExrComposite(const CompositeImage& image, std::span<const ExrCh
         }
     }
     return out;
+}
+
+std::vector<ExrChannel> deepChannels(const FragmentArray& array, int source) {
+    std::vector<ExrChannel> channels;
+    for (std::size_t c = 0; c < array.components(); ++c)
+        channels.push_back({array.channels[c], array.type, source, c, array.components()});
+    return channels;
+}
+
+void packDeepRow(const LayeredImage& image, std::span<const ExrChannel> channels,
+                 const Window& window, int y, ExrChunkPacker& packer, ExrDeepChunk& chunk) {
+    const auto width = static_cast<std::size_t>(window.width());
+    const std::uint32_t* offsets = image.offsets.data() + image.pixelIndex(window.x0, y);
+    std::byte* out = packer.raw(width * sizeof(std::uint32_t)).data();
+    for (std::size_t x = 1; x <= width; ++x, out += sizeof(std::uint32_t)) {
+        const std::uint32_t samples = offsets[x] - offsets[0];
+        std::memcpy(out, &samples, sizeof samples);
+    }
+    packer.pack(chunk.counts);
+
+    const std::size_t begin = offsets[0], end = offsets[width];
+    std::size_t bytes = 0;
+    for (const ExrChannel& channel : channels)
+        bytes += (end - begin) * pixelTypeSize(channel.type);
+    chunk.unpacked = bytes;
+    out = packer.raw(bytes).data();
+    for (const ExrChannel& channel : channels)
+        out = copyChannel(image, channel, begin, end, out);
+    packer.pack(chunk.samples);
+}
+
+LayeredImage emptyImage(const LayeredImage& like, int y) {
+    LayeredImage image;
+    image.window = {like.window.x0, y, like.window.x1, y};
+    image.offsets = {0};
+    image.color = {like.color.channels, like.color.type, {}};
+    for (const auto& array : like.extra)
+        image.extra.push_back({array.channels, array.type, {}});
+    return image;
+}
+
+LayeredImage rowsFrom(int y, const LayeredImage& upper, const LayeredImage& lower) {
+    LayeredImage kept = emptyImage(lower, y);
+    reserveRows(upper, y, kept);
+    reserveRows(lower, y, kept);
+    if (y < upper.window.y1) appendRows(upper, y, upper.window.y1, kept);
+    appendRows(lower, std::max(y, lower.window.y0), lower.window.y1, kept);
+    return kept;
 }
 
 }  // namespace peeler

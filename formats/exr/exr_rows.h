@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of one layer, or of a composite, as flat scan lines hold them: channel after channel.
+// Rows of images as chunks hold them: of one layer or a composite, channel after channel, as flat
+// scan lines; of fragment lists, which already are what a deep scan line holds; and the rows at the
+// end of a band that chunks of the next one still need.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
 #include "formats/exr/exr_band_writer.h"
+#include "formats/exr/exr_chunks.h"
 
 namespace peeler {
 
@@ -25,5 +29,20 @@ std::byte* gatherExrLayer(const LayeredImage& image, std::span<const ExrChannel>
 /// The same of `count` pixels of a composite from the pixel `first` on.
 std::byte* gatherExrComposite(const CompositeImage& image, std::span<const ExrChannel> channels,
                               std::size_t first, std::size_t count, std::byte* out);
+
+/// The channels of an array of fragments: `source` is ExrChannel::kColor or an index into
+/// LayeredImage::extra.
+std::vector<ExrChannel> deepChannels(const FragmentArray& array, int source);
+
+/// Packs row y of an image: the pixels of `window`, which the image has, and of each fragment these
+/// channels, sorted by name.
+void packDeepRow(const LayeredImage& image, std::span<const ExrChannel> channels,
+                 const Window& window, int y, ExrChunkPacker& packer, ExrDeepChunk& chunk);
+
+/// No rows yet, the first to come being `y`; the arrays of `like`.
+LayeredImage emptyImage(const LayeredImage& like, int y);
+
+/// The rows from `y` on of two images of the same width and arrays, the second below the first.
+LayeredImage rowsFrom(int y, const LayeredImage& upper, const LayeredImage& lower);
 
 }  // namespace peeler

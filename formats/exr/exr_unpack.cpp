@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // zlib or run lengths, then sums of differences, then bytes together again.
-#include "formats/exr/exr_unpack.h"
+#include "formats/exr/exr_chunks.h"
 
 #include <libdeflate.h>
 

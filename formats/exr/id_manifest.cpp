@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/exr/id_manifest.h"
+#include "formats/exr/exr_header.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfIDManifest.h>
@@ -14,7 +14,7 @@
 #include <set>
 
 #include "core/base/error.h"
-#include "formats/exr/exr_compression.h"
+#include "formats/exr/exr_layout.h"
 
 namespace peeler {
 namespace {

@@ -4,10 +4,44 @@
 #define XXH_INLINE_ALL  // it is one function: no library to load
 #include <xxhash.h>
 
+#include <cstdio>
+
 namespace peeler {
+namespace {
+
+constexpr std::string_view kOutputHashName = "peeler:outputHash ";
+constexpr std::size_t kHashDigits = 16;
+
+}  // namespace
 
 std::uint64_t contentHash(std::span<const std::byte> bytes, std::uint64_t seed) {
     return XXH64(bytes.data(), bytes.size(), seed);
+}
+
+std::string hashText(const std::string& text) {
+    std::uint64_t hash = 0xcbf29ce484222325U;
+    for (const char c : text) {
+        hash ^= static_cast<unsigned char>(c);
+        hash *= 0x100000001b3U;
+    }
+    return hexText(hash);
+}
+
+std::string hexText(std::uint64_t value) {
+    char digits[kHashDigits + 1];
+    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(value));
+    return digits;
+}
+
+std::string outputHashText(const std::string& hash) {
+    return hash.empty() ? "" : std::string(kOutputHashName) + hash;
+}
+
+std::string outputHashIn(std::string_view text) {
+    const std::size_t at = text.find(kOutputHashName);
+    if (at == std::string_view::npos || text.size() < at + kOutputHashName.size() + kHashDigits)
+        return "";
+    return std::string(text.substr(at + kOutputHashName.size(), kHashDigits));
 }
 
 }  // namespace peeler

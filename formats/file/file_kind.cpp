@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/file/file_kind.h"
+#include "formats/file/file_name.h"
 
 #include <algorithm>
 #include <array>

@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 #include "formats/file/content_hash.h"
-#include "formats/file/file_kind.h"
+#include "formats/file/file_name.h"
 #include "formats/image/flat_image.h"
 
 namespace peeler {

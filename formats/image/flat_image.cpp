@@ -13,7 +13,7 @@
 #include "core/base/color.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "formats/file/file_kind.h"
+#include "formats/file/file_name.h"
 #include "formats/image/image_library.h"
 #include "formats/image/image_metadata.h"
 

@@ -2,13 +2,13 @@
 #include "formats/image/image_library.h"
 
 #include <atomic>
+#include <cstdlib>
 #include <mutex>
 #include <stdexcept>
 #include <string_view>
 
 #include "formats/file/module.h"
-#include "formats/image/jpeg_codec.h"
-#include "formats/image/png_codec.h"
+#include "formats/image/image_codecs.h"
 
 namespace peeler {
 namespace {
@@ -49,7 +49,10 @@ const ImageLibrary& imageLibrary() {
     return *loaded_library;
 }
 
-void setImageLibraryThreads(int threads) {
+void setLibraryThreads(int threads) {
+    // OpenImageIO's pool is made on the first use with as many as CUE_THREADS says, be that a
+    // number or not; its own variable comes before that.
+    setenv("OPENIMAGEIO_THREADS", std::to_string(threads).c_str(), 1);
     const std::lock_guard lock(library_mutex);
     wanted_threads = threads;
     if (loaded_library) loaded_library->setThreads(threads);

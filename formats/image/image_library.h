@@ -84,8 +84,11 @@ class ImageLibrary {
 /// Loads it at the first call. Throws Error (kInternal) if it cannot be loaded.
 const ImageLibrary& imageLibrary();
 
-/// setThreads(), now or when it is loaded.
-void setImageLibraryThreads(int threads);
+/// At most so many threads (from 1) in OpenImageIO and in OpenEXR where OpenImageIO reads or writes
+/// with it, the caller's among them: setThreads(), now or when it is loaded. Our own EXR files are
+/// packed and unpacked by parallelFor, and OpenVDB is told how many when it is called. Call before
+/// the first file.
+void setLibraryThreads(int threads);
 
 /// limitDecodedSize(), now or when it is loaded, and of what is built in.
 void limitDecodedSize(int megabytes);

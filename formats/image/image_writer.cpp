@@ -16,9 +16,9 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "formats/file/atomic_file.h"
-#include "formats/file/output_hash.h"
+#include "formats/file/content_hash.h"
+#include "formats/file/file_name.h"
 #include "formats/image/image_library.h"
-#include "formats/image/srgb_bytes.h"
 
 namespace peeler {
 namespace {
@@ -227,29 +227,49 @@ const ToneMap& findToneMap(const std::string& name) {
                 "choose one of: " + names);
 }
 
-ImageWriter::ImageWriter(std::string path, std::string format, ImageOptions options)
+std::span<const ImageFormat> imageFormats() {
+    static const std::array<ImageFormat, 3> formats = {{
+        {"png", {".png"}, "8-bit sRGB with straight alpha"},
+        {"jpeg", {".jpg", ".jpeg"}, "8-bit sRGB without alpha"},
+        {"tiff", {".tif", ".tiff"}, "16-bit sRGB with straight alpha", 16},
+    }};
+    return formats;
+}
+
+const ImageFormat* findImageFormat(const std::string& path) {
+    const std::string extension = lowerExtension(path);
+    for (const ImageFormat& format : imageFormats())
+        if (std::ranges::find(format.extensions, extension) != format.extensions.end())
+            return &format;
+    return nullptr;
+}
+
+ImageWriter::ImageWriter(std::string path, OutputOptions options)
     : path_(std::move(path)),
-      format_(std::move(format)),
       options_(std::move(options)),
-      tone_map_(&findToneMap(options_.tone_map)) {}
+      format_(findImageFormat(path_)),
+      tone_map_(&findToneMap(options_.tone_map)) {
+    if (format_ == nullptr) throw Error(ErrorKind::kInternal, "no picture has this name", path_);
+}
 
 ImageWriter::~ImageWriter() = default;
 
 void ImageWriter::begin(const Plan& plan) {
     const StageTimer timer(times_, "encode");
-    auto encoder = imageEncoder(format_);  // first: without it there is no file to begin
+    auto encoder =
+        imageEncoder(std::string(format_->name));  // first: without it there is no file to begin
     output_ = std::make_unique<Output>(path_);
     Output& output = *output_;
     output.encoder = std::move(encoder);
 
     const Window& crop = plan.view.crop;
     ImageToEncode image{path_, crop.width(), crop.height(), output.encoder->keepsAlpha() ? 4 : 3};
-    image.bits = format_ == "tiff" ? 16 : 8;
-    image.software = options_.software;
-    image.description = outputHashText(options_.output_hash);
+    image.bits = format_->bits;
+    image.software = "peeler " + options_.provenance.version;
+    image.description = outputHashText(options_.provenance.output_hash);
     // For TIFF this becomes an Exif directory, which OpenImageIO 2.4.7 links wrongly when it writes
     // through a proxy: the file is then unreadable. TIFF is taken for sRGB anyway.
-    image.srgb = format_ != "tiff";
+    image.srgb = format_->name != "tiff";
     output.checked([&] { output.encoder->open(image, output.target); });
     output.image = image;
 }
@@ -261,7 +281,7 @@ void ImageWriter::write(LayeredImage&& band) {
     }
     const StageTimer timer(times_, "encode");  // the plugin writes as it encodes
     const float gain = std::exp2(options_.exposure);
-    if (format_ == "tiff") {
+    if (format_->bits == 16) {
         output_->writeRows<std::uint16_t>(composite_, gain, *tone_map_);
     } else {
         output_->writeRows<std::uint8_t>(composite_, gain, *tone_map_);

@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flat display-referred images: PNG, JPEG, TIFF.
+// Flat display-referred images: PNG, JPEG, TIFF; tone maps and sRGB.
 #pragma once
 
 #include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/image/composite.h"
 #include "core/image/sink.h"
+#include "formats/file/output_options.h"
 
 namespace peeler {
 
@@ -27,22 +32,26 @@ const ToneMap& findToneMap(const std::string& name);
 /// The sRGB transfer function (IEC 61966-2-1), linear to encoded, clipped to 0–1; NaN becomes 0.
 float encodeSrgb(float linear);
 
-struct ImageOptions {
-    std::array<float, 4> background{};  ///< premultiplied linear RGBA
-    float exposure = 0;                 ///< stops: colours are multiplied by 2^exposure
-    std::string tone_map = "none";
-    std::string software;     ///< said in the file; empty = nothing
-    std::string output_hash;  ///< likewise
+struct ImageFormat {
+    std::string_view name;  ///< OpenImageIO's
+    std::vector<std::string_view> extensions;
+    std::string_view summary;
+    int bits = 8;  ///< of a sample
 };
+/// The table.
+std::span<const ImageFormat> imageFormats();
+/// The row for a path's extension; null if it is another format's.
+const ImageFormat* findImageFormat(const std::string& path);
 
-/// Writes the crop of the picture, all layers composited over the background, sRGB-encoded, in 8
-/// bits (TIFF: 16). PNG and TIFF keep alpha, straight: colours are divided by it before tone
-/// mapping and encoding, so light without coverage (emission at alpha 0) is lost. JPEG has none:
-/// what the background leaves open is black.
+/// Writes the crop of the picture, all layers composited over the background, times 2^exposure,
+/// sRGB-encoded, in the format of the path's extension. PNG and TIFF keep alpha, straight: colours
+/// are divided by it before tone mapping and encoding, so light without coverage (emission at alpha
+/// 0) is lost. JPEG has none: what the background leaves open is black.
 class ImageWriter : public Sink {
   public:
-    /// `format`: "png", "jpeg" or "tiff". Throws Error (kUsage) if there is no such tone map.
-    ImageWriter(std::string path, std::string format, ImageOptions options);
+    /// Throws Error (kUsage) if there is no such tone map; (kInternal) if the path ends in no
+    /// extension of the table.
+    ImageWriter(std::string path, OutputOptions options);
     ~ImageWriter() override;
 
     /// Throws Error (kOutput) if the file cannot be created or the format cannot hold the picture.
@@ -53,12 +62,41 @@ class ImageWriter : public Sink {
 
   private:
     struct Output;
-    std::string path_, format_;
-    ImageOptions options_;
+    std::string path_;
+    OutputOptions options_;
+    const ImageFormat* format_ = nullptr;
     const ToneMap* tone_map_ = nullptr;
     std::unique_ptr<Output> output_;
     CompositeImage composite_;
     StageTimes times_;
+};
+
+/// round(255 · encodeSrgb(linear)) exactly, for every float; NaN becomes 0.
+class SrgbBytes {
+  public:
+    /// Finds by bisection where each byte begins.
+    SrgbBytes();
+
+    std::uint8_t operator()(float linear) const {
+        if (!(linear >= begins_[1])) return 0;
+        if (linear >= 1) return 255;
+        std::size_t byte = first_[bucketOf(linear)];
+        while (linear >= begins_[byte + 1])
+            ++byte;
+        return static_cast<std::uint8_t>(byte);
+    }
+
+  private:
+    /// Exponent and 6 bits of the mantissa, from 2^-13 on: about one byte begins in each.
+    static constexpr unsigned kShift = 17;
+    static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-13F) >> kShift,
+                                   kEnd = std::bit_cast<std::uint32_t>(1.0F) >> kShift;
+    static std::size_t bucketOf(float linear) {
+        return (std::bit_cast<std::uint32_t>(linear) >> kShift) - kFirst;
+    }
+
+    std::array<float, 257> begins_;                    ///< the least float of each byte; the end
+    std::array<std::uint8_t, kEnd - kFirst> first_{};  ///< byte at the beginning of each bucket
 };
 
 }  // namespace peeler

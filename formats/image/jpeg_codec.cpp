@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // TurboJPEG decodes with the same defaults as libjpeg: accurate transforms, smooth upsampling.
-#include "formats/image/jpeg_codec.h"
+#include "formats/image/image_codecs.h"
 
 #include <turbojpeg.h>
 
@@ -8,8 +8,6 @@
 #include <new>
 #include <utility>
 #include <vector>
-
-#include "formats/image/stored_samples.h"
 
 namespace peeler {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // libspng leaves the pixels as they are stored or expands them, and does nothing else to them.
-#include "formats/image/png_codec.h"
+#include "formats/image/image_codecs.h"
 
 #include <spng.h>
 
@@ -12,8 +12,6 @@
 #include <stdexcept>
 #include <string_view>
 #include <vector>
-
-#include "formats/image/stored_samples.h"
 
 namespace peeler {
 namespace {

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The order of positive floats is that of their bits, so halving these finds a float.
-#include "formats/image/srgb_bytes.h"
+#include "formats/image/image_writer.h"
 
 #include <cmath>
 #include <limits>
-
-#include "formats/image/image_writer.h"
 
 namespace peeler {
 

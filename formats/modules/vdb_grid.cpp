@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The module peeler_vdb: OpenVDB behind formats/arrays/vdb_grid.h.
+// The module peeler_vdb: OpenVDB behind formats/arrays/vdb_writer.h.
 // https://www.openvdb.org/documentation/doxygen/
-#include "formats/arrays/vdb_grid.h"
+#include "formats/arrays/vdb_writer.h"
 
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>

@@ -24,8 +24,7 @@
 #include "core/scene/view.h"
 #include "core/views/surface_cells.h"
 #include "formats/file/atomic_file.h"
-#include "formats/file/output_hash.h"
-#include "formats/page/view_page.h"
+#include "formats/file/content_hash.h"
 
 namespace peeler {
 namespace {
@@ -228,11 +227,10 @@ void appendArray(FragmentArray& to, const FragmentArray& from) {
 
 }  // namespace
 
-HtmlViewWriter::HtmlViewWriter(std::string path, Provenance provenance, HtmlViewOptions options)
+HtmlViewWriter::HtmlViewWriter(std::string path, OutputOptions options)
     : path_(std::move(path)),
-      provenance_(std::move(provenance)),
       options_(std::move(options)),
-      tone_map_(&findToneMap(options_.image.tone_map)) {}
+      tone_map_(&findToneMap(options_.tone_map)) {}
 
 void HtmlViewWriter::begin(const Plan& plan) {
     if (plan.fragments_stored > options_.max_fragments) {
@@ -278,7 +276,7 @@ void HtmlViewWriter::finish() {
                 codes.add(depthMeasure(rays, planar));
         codes = codes.widened();
 
-        const float exposure = std::exp2(options_.image.exposure);
+        const float exposure = std::exp2(options_.exposure);
         Packer packer(order.places.size());
         for (const auto& [fragment, pixel] : order.places) {
             std::array<std::uint16_t, kCorners> corners{};
@@ -294,8 +292,9 @@ void HtmlViewWriter::finish() {
         data = base64(deflated(packer.bytes()));
 
         Json about = describeView(view, image_, order, codes);
-        about["title"] = provenance_.scene.empty() ? "A scene" : provenance_.scene;
-        Rgba background = options_.image.background;
+        const std::string& scene = options_.provenance.scene;
+        about["title"] = scene.empty() ? "A scene" : scene;
+        Rgba background = options_.background;
         if (background == Rgba{}) background.fill(linearFromSrgb(0.86F));
         about["background"] = {background[0], background[1], background[2]};
         json = scriptText(about);
@@ -303,7 +302,7 @@ void HtmlViewWriter::finish() {
     const StageTimer timer(times_, "write");
     AtomicFile file(path_);
     std::string_view rest = viewPage();
-    const std::string hash = outputHashText(provenance_.output_hash);
+    const std::string hash = outputHashText(options_.provenance.output_hash);
     const std::array<std::pair<std::string_view, std::string_view>, 3> fields = {
         {{"{{hash}}", hash}, {"{{view}}", json}, {"{{fragments}}", data}}};
     const auto append = [&](std::string_view text) { file.append(std::as_bytes(std::span(text))); };

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "core/image/layered_image.h"
 #include "core/image/sink.h"
@@ -11,21 +12,16 @@
 
 namespace peeler {
 
-struct HtmlViewOptions {
-    ImageOptions image;  ///< exposure and tone map go over each fragment; a background that is all
-                         ///< zero is the page's own
-    std::uint64_t max_fragments = 4'000'000;
-};
-
 /// Writes one HTML file that needs nothing else: the cells of all fragments
 /// (core/views/surface_cells.h), packed, and a page that draws them with WebGL 2
 /// (formats/page/view_page.html). Colours are sRGB in 8 bits, premultiplied and clipped fragment by
-/// fragment; depths have 16 bits, of log2 Z for a perspective camera. Holds the picture until
-/// finish(), with about 80 bytes a fragment beside it.
+/// fragment, exposure and tone map included; a background that is all zero is the page's own.
+/// Depths have 16 bits, of log2 Z for a perspective camera. Holds the picture until finish(), with
+/// about 80 bytes a fragment beside it.
 class HtmlViewWriter : public Sink {
   public:
     /// Throws Error (kUsage) if there is no such tone map.
-    HtmlViewWriter(std::string path, Provenance provenance, HtmlViewOptions options);
+    HtmlViewWriter(std::string path, OutputOptions options);
 
     /// Throws Error (kUsage) if there are too many fragments.
     void begin(const Plan& plan) override;
@@ -36,12 +32,15 @@ class HtmlViewWriter : public Sink {
 
   private:
     std::string path_;
-    Provenance provenance_;
-    HtmlViewOptions options_;
+    OutputOptions options_;
     const ToneMap* tone_map_ = nullptr;
     Plan plan_;
     LayeredImage image_;
     StageTimes times_;
 };
+
+/// The page that shows layers in a browser, formats/page/view_page.html, embedded at build time:
+/// with {{view}} where its JSON goes and {{fragments}} where its data goes.
+std::string_view viewPage();
 
 }  // namespace peeler

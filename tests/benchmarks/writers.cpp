@@ -27,8 +27,7 @@
 #include "core/base/parallel.h"
 #include "core/gl/context.h"
 #include "core/image/composite.h"
-#include "formats/exr/exr_deep_writer.h"
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_writers.h"
 #include "support/capture.h"
 #include "support/test_support.h"
 
@@ -239,7 +238,7 @@ double writeDeep(const Picture& picture, const LayeredImage& image, DeepPointers
 template <class Writer>
 double writeOurs(const Picture& picture, const std::string& path) {
     Watch watch;
-    Writer writer(path, {});
+    Writer writer(path);
     watch.time([&] { writer.begin(picture.plan); });
     for (const LayeredImage& band : picture.bands) {
         LayeredImage copy = band;

@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "cmd/tiny_gltf.h"
-#include "formats/exr/exr_ldi_reader.h"
+#include "formats/exr/exr_readers.h"
 #include "support/capture.h"
 #include "support/test_support.h"
 

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "core/base/color.h"
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_writers.h"
 #include "formats/image/flat_image.h"
-#include "formats/image/picture_file.h"
 #include "formats/synthetic_image.h"
+#include "formats/writers.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -29,7 +29,7 @@ class CompareCommand : public testing::Test {
         options.color_type = PixelType::kFloat;
         SyntheticPicture picture = makePicture(options);
         if (change) change(picture);
-        ExrLdiWriter writer(path(name), {}, {});
+        ExrLdiWriter writer(path(name));
         writePicture(writer, picture);
         return path(name);
     }
@@ -209,7 +209,7 @@ TEST_F(CompareCommand, OtherCropsCannotBeCompared) {
     const auto cropped = [&](const std::string& name, const Window& crop) {
         SyntheticOptions options;
         options.crop = crop;
-        ExrLdiWriter writer(path(name), {}, {});
+        ExrLdiWriter writer(path(name));
         writePicture(writer, makePicture(options));
         return path(name);
     };

@@ -11,8 +11,8 @@
 
 #include "core/base/color.h"
 #include "formats/cut_window.h"
-#include "formats/exr/exr_ldi_reader.h"
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_readers.h"
+#include "formats/exr/exr_writers.h"
 #include "formats/image/flat_image.h"
 #include "support/capture.h"
 #include "support/python.h"
@@ -119,7 +119,7 @@ class ExtractCommand : public testing::Test {
         provenance.version = "test";
         provenance.scene = "s.glb";
         provenance.frame = 3;
-        ExrLdiWriter writer(path(name), provenance);
+        ExrLdiWriter writer(path(name), {.provenance = provenance});
         writePicture(writer, picture);
         return path(name);
     }

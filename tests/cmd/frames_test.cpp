@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "formats/file/file_name.h"
 
 namespace peeler::cmd {
 namespace {

@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "formats/cut_window.h"
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_writers.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -30,7 +30,7 @@ class MergeCommand : public testing::Test {
                               .time = 0.1,
                               .frames_per_second = 24};
         if (change) change(provenance);
-        ExrLdiWriter writer(path(name), provenance);
+        ExrLdiWriter writer(path(name), {.provenance = provenance});
         writePicture(writer, picture);
         return path(name);
     }

@@ -18,7 +18,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/options/capture_job.h"
 #include "core/base/error.h"
-#include "formats/file/hash_text.h"
+#include "formats/file/content_hash.h"
 
 namespace peeler::cmd {
 namespace {

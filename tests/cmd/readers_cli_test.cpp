@@ -2,7 +2,7 @@
 // The programs of examples/readers print what `peeler info` prints.
 #include <gtest/gtest.h>
 
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_writers.h"
 #include "formats/synthetic_image.h"
 #include "support/python.h"
 #include "support/test_support.h"
@@ -33,7 +33,7 @@ class Readers : public testing::Test {
         files_.push_back(scratch_ / name);
     }
     void write(const std::string& name, const SyntheticPicture& picture) {
-        ExrLdiWriter writer(scratch_ / name, {});
+        ExrLdiWriter writer(scratch_ / name);
         writePicture(writer, picture);
         files_.push_back(scratch_ / name);
     }

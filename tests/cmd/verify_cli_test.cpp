@@ -17,8 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/tiny_gltf.h"
-#include "formats/exr/exr_composite_writer.h"
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_writers.h"
 #include "formats/synthetic_image.h"
 #include "support/test_support.h"
 
@@ -79,7 +78,7 @@ class VerifyCommand : public testing::Test {
         provenance.scene_hash = "ab";
         provenance.settings_hash = "cd";
         if (change) change(provenance);
-        ExrLdiWriter writer(path(name), provenance);
+        ExrLdiWriter writer(path(name), {.provenance = provenance});
         writePicture(writer, picture);
         return path(name);
     }
@@ -137,7 +136,7 @@ TEST_F(VerifyCommand, GoodFiles) {
     expect(write("c.exr", {}, makePicture(options)), 0, "good, 0 layers, 0 fragments");
     Provenance provenance;
     provenance.version = "test";
-    ExrCompositeWriter writer(path("flat.exr"), provenance);
+    ExrCompositeWriter writer(path("flat.exr"), {.provenance = provenance});
     writePicture(writer, picture_);
     expect(path("flat.exr"), 0, "good, without layers");
 }

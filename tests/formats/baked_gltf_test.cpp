@@ -7,9 +7,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "formats/exr/texture_files.h"
 #include "formats/gltf/gltf_container.h"
 #include "formats/gltf_builder.h"
-#include "formats/image/texture_files.h"
 #include "formats/meshopt_gltf.h"
 
 namespace peeler::test {

@@ -15,9 +15,9 @@
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
 #include "formats/deep_file.h"
-#include "formats/exr/exr_deep_reader.h"
-#include "formats/exr/exr_deep_writer.h"
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_layout.h"
+#include "formats/exr/exr_readers.h"
+#include "formats/exr/exr_writers.h"
 #include "formats/read_all.h"
 #include "formats/same_image.h"
 #include "formats/synthetic_image.h"
@@ -48,10 +48,9 @@ SyntheticPicture makeRichPicture(test::SyntheticOptions options) {
 }
 
 void writeDeep(const fs::path& path, const SyntheticPicture& picture,
-               const std::vector<int>& heights = {1 << 20}, const ExrDeepOptions& options = {}) {
-    Provenance provenance;
-    provenance.version = "1.2.3";
-    ExrDeepWriter writer(path, provenance, options);
+               const std::vector<int>& heights = {1 << 20}, OutputOptions options = {}) {
+    options.provenance.version = "1.2.3";
+    ExrDeepWriter writer(path, options);
     writePicture(writer, picture, heights);
 }
 
@@ -97,13 +96,14 @@ class ExrDeep : public testing::Test {
 };
 
 TEST_F(ExrDeep, EverySampleReadsBackWithOpenExr) {
-    for (const Imf::Compression compression :
-         {Imf::ZIPS_COMPRESSION, Imf::RLE_COMPRESSION, Imf::NO_COMPRESSION}) {
-        SCOPED_TRACE(compression);
+    for (const ExrCompression& compression : exrCompressions()) {
+        if (!compression.deep) continue;
+        SCOPED_TRACE(compression.name);
         const SyntheticPicture picture =
             makeRichPicture({.seed = 11, .width = 41, .height = 33, .crop = {2, 3, 40, 33}});
         const LayeredImage& image = picture.image;
-        writeDeep(scratch / "out.exr", picture, {13}, {.compression = compression});
+        writeDeep(scratch / "out.exr", picture, {13},
+                  {.compression = std::string(compression.name)});
         Imf::MultiPartInputFile file((scratch / "out.exr").c_str());
         ASSERT_EQ(file.parts(), 2);
         EXPECT_EQ(file.header(0).name(), "color");
@@ -166,13 +166,13 @@ TEST_F(ExrDeep, BytesDoNotDependOnBandsOrThreads) {
     const DeepMergeSettings merges[] = {{}, {DeepMerge::kByZ, 0.4F, 1}};
     for (const DeepMergeSettings& merge : merges) {
         setThreadCount(1);
-        writeDeep(scratch / "a.exr", picture, {1 << 20}, {.merge = merge});
+        writeDeep(scratch / "a.exr", picture, {1 << 20}, {.deep_merge = merge});
         const std::string whole = test::bytesOf(scratch / "a.exr");
         ASSERT_FALSE(whole.empty());
         const std::vector<std::vector<int>> cuts = {{1}, {2, 15}, {17}, {31, 1, 64}};
         for (std::size_t i = 0; i < cuts.size(); ++i) {
             setThreadCount(static_cast<int>(i) + 1);
-            writeDeep(scratch / "b.exr", picture, cuts[i], {.merge = merge});
+            writeDeep(scratch / "b.exr", picture, cuts[i], {.deep_merge = merge});
             EXPECT_TRUE(test::bytesOf(scratch / "b.exr") == whole) << "cut " << i;
         }
     }
@@ -202,7 +202,7 @@ TEST_F(ExrDeep, TheStateSaysWhetherSamplesCoincide) {
 
 TEST_F(ExrDeep, MergedFilesSayWhatIsLeftAndCompositeAlike) {
     const SyntheticPicture picture = makePicture({.seed = 41, .color_type = PixelType::kFloat});
-    writeDeep(scratch / "out.exr", picture, {7}, {.merge = {DeepMerge::kExact, 0, 1}});
+    writeDeep(scratch / "out.exr", picture, {7}, {.deep_merge = {DeepMerge::kExact, 0, 1}});
     ExrDeepReader reader(scratch / "out.exr");
     LayeredImage merged;
     reader.read(picture.image.window, merged);
@@ -262,12 +262,12 @@ TEST_F(ExrDeep, ABandThatDoesNotFitThePlanIsRefused) {
         }
     };
     expectInternal([&] {  // a gap
-        ExrDeepWriter writer(scratch / "out.exr", {});
+        ExrDeepWriter writer(scratch / "out.exr");
         writer.begin(picture.plan);
         writer.write(test::cutRows(picture.image, 1, 5));
     });
     expectInternal([&] {  // rows missing at the end
-        ExrDeepWriter writer(scratch / "out.exr", {});
+        ExrDeepWriter writer(scratch / "out.exr");
         writer.begin(picture.plan);
         writer.write(test::cutRows(picture.image, 0, 5));
         writer.finish();
@@ -428,12 +428,14 @@ void expectErrorsNotCrashes(const fs::path& path, std::uint32_t seed, int turns)
 TEST_F(ExrDeep, DamagedFilesAreErrorsNotCrashes) {
     const SyntheticPicture picture = makeRichPicture({.seed = 81, .width = 30, .height = 24});
     std::uint32_t seed = 5;
-    for (const auto compression :
-         {Imf::ZIPS_COMPRESSION, Imf::RLE_COMPRESSION, Imf::NO_COMPRESSION}) {
-        writeDeep(scratch / "ours.exr", picture, {7}, {.compression = compression});
+    for (const ExrCompression& compression : exrCompressions()) {
+        if (!compression.deep) continue;
+        writeDeep(scratch / "ours.exr", picture, {7},
+                  {.compression = std::string(compression.name)});
         expectErrorsNotCrashes(scratch / "ours.exr", seed++, 150);
-        test::writeDeepFile(scratch / "tiles.exr", {foreignPart(Imf::HALF)},
-                            {.compression = compression, .tile = 4});
+        test::writeDeepFile(
+            scratch / "tiles.exr", {foreignPart(Imf::HALF)},
+            {.compression = static_cast<Imf::Compression>(compression.value), .tile = 4});
         expectErrorsNotCrashes(scratch / "tiles.exr", seed++, 150);
     }
 }

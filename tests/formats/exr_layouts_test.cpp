@@ -9,12 +9,10 @@
 
 #include "core/base/error.h"
 #include "core/image/layers.h"
-#include "formats/exr/exr_composite_writer.h"
-#include "formats/exr/exr_deep_writer.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/exr/exr_ldi_writer.h"
-#include "formats/layered_input.h"
+#include "formats/exr/exr_writers.h"
+#include "formats/exr/layered_input.h"
 #include "formats/read_all.h"
 #include "formats/same_image.h"
 #include "formats/synthetic_image.h"
@@ -38,12 +36,11 @@ Provenance shortProvenance() {
 }
 
 void writeLayout(const fs::path& path, const SyntheticPicture& picture, std::string_view layout,
-                 bool composite = true, Imf::Compression compression = Imf::ZIP_COMPRESSION) {
-    ExrLdiOptions options;
-    options.layout = layout;
-    options.composite = composite;
-    options.compression = compression;
-    ExrLdiWriter writer(path, shortProvenance(), options);
+                 bool composite = true, const std::string& compression = "") {
+    ExrLdiWriter writer(path, {.no_composite = !composite,
+                               .layout = std::string(layout),
+                               .compression = compression,
+                               .provenance = shortProvenance()});
     test::writePicture(writer, picture, {7, 20});
 }
 
@@ -102,12 +99,11 @@ TEST_F(ExrLayouts, WithoutCompositeAndEmptyAndCompressedOtherwise) {
         SCOPED_TRACE(layout.name);
         const fs::path path = scratch / "out.exr";
         const SyntheticPicture picture = makePicture({.seed = 6, .width = 40, .height = 37});
-        for (const auto compression :
-             {Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION}) {
-            writeLayout(path, picture, layout.name, true, compression);
+        for (const ExrCompression& compression : exrCompressions()) {
+            writeLayout(path, picture, layout.name, true, std::string(compression.name));
             expectSame(readAll(path), picture.image);
             Imf::MultiPartInputFile file(path.c_str());
-            EXPECT_EQ(file.header(0).compression(), compression);
+            EXPECT_EQ(file.header(0).compression(), compression.value);
         }
         writeLayout(path, picture, layout.name, false);
         expectSame(readAll(path), picture.image);
@@ -133,17 +129,16 @@ TEST_F(ExrLayouts, LayeredToDeepAndBackIsTheSameFile) {
                                back = scratch / "back.exr";
                 writeLayout(path, picture, layout.name);
                 {
-                    ExrDeepWriter direct(scratch / "direct.exr", shortProvenance());
+                    ExrDeepWriter direct(scratch / "direct.exr", {.provenance = shortProvenance()});
                     test::writePicture(direct, picture);
                 }
                 {
-                    ExrDeepWriter writer(deep, shortProvenance());
+                    ExrDeepWriter writer(deep, {.provenance = shortProvenance()});
                     convert(path, writer);
                 }
                 EXPECT_TRUE(test::bytesOf(deep) == test::bytesOf(scratch / "direct.exr"));
-                ExrLdiOptions options;
-                options.layout = layout.name;
-                ExrLdiWriter writer(back, shortProvenance(), options);
+                ExrLdiWriter writer(
+                    back, {.layout = std::string(layout.name), .provenance = shortProvenance()});
                 convert(deep, writer);
                 EXPECT_TRUE(test::bytesOf(back) == test::bytesOf(path));
                 for (std::size_t k = 0; layout.one_file_a_layer && k < picture.plan.layers.size();
@@ -222,9 +217,8 @@ TEST_F(ExrLayouts, ASetThatCannotBeFinishedLeavesNothing) {
     const SyntheticPicture picture = makePicture({.seed = 12});
     const fs::path path = scratch / "out.exr";
     {
-        ExrLdiOptions options;
-        options.layout = kPerFileLayout;
-        ExrLdiWriter writer(path, shortProvenance(), options);
+        ExrLdiWriter writer(
+            path, {.layout = std::string(kPerFileLayout), .provenance = shortProvenance()});
         writer.begin(picture.plan);
         writer.write(LayeredImage(picture.image));
         // In the way of the last layer's file, so that others have their names already.
@@ -238,7 +232,7 @@ TEST_F(ExrLayouts, ASetThatCannotBeFinishedLeavesNothing) {
 
 TEST_F(ExrLayouts, APictureOfOthersIsOneLayer) {
     const SyntheticPicture picture = makePicture({.seed = 13});
-    ExrCompositeWriter writer(scratch / "ours.exr", shortProvenance());
+    ExrCompositeWriter writer(scratch / "ours.exr", {.provenance = shortProvenance()});
     test::writePicture(writer, picture);
     // Ours had layers, which are gone.
     EXPECT_THROW(openLayered(scratch / "ours.exr"), Error);

@@ -11,9 +11,8 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
-#include "formats/exr/exr_composite_writer.h"
-#include "formats/exr/exr_ldi_reader.h"
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_readers.h"
+#include "formats/exr/exr_writers.h"
 #include "formats/same_image.h"
 #include "formats/synthetic_image.h"
 #include "support/numbers.h"
@@ -45,8 +44,9 @@ Provenance fullProvenance() {
 }
 
 void writeLdi(const fs::path& path, const SyntheticPicture& picture,
-              const std::vector<int>& heights = {1 << 20}, ExrLdiOptions options = {}) {
-    ExrLdiWriter writer(path, fullProvenance(), options);
+              const std::vector<int>& heights = {1 << 20}, OutputOptions options = {}) {
+    options.provenance = fullProvenance();
+    ExrLdiWriter writer(path, options);
     writePicture(writer, picture, heights);
 }
 
@@ -207,7 +207,7 @@ TEST_F(ExrLdi, PartsAreCroppedToTheirLayersAndShareTheDisplayWindow) {
     }
     EXPECT_EQ(file.header(0).name(), "composite");
     EXPECT_EQ(file.header(1).name(), "layer_000");
-    writeLdi(scratch / "bare.exr", picture, {7}, {.composite = false});
+    writeLdi(scratch / "bare.exr", picture, {7}, {.no_composite = true});
     Imf::MultiPartInputFile bare((scratch / "bare.exr").c_str());
     EXPECT_EQ(bare.parts(), static_cast<int>(picture.plan.layers.size()));
     EXPECT_EQ(bare.header(0).name(), "layer_000");
@@ -222,7 +222,7 @@ TEST_F(ExrLdi, AnEmptyPictureIsAFileWithItsCompositeAlone) {
         const SyntheticPicture picture = makePicture({.most_layers = 0});
         ASSERT_EQ(picture.image.fragments(), 0U);
         const fs::path path = scratch / "empty.exr";
-        writeLdi(path, picture, {9}, {.composite = composite});
+        writeLdi(path, picture, {9}, {.no_composite = !composite});
         ExrLdiReader reader(path);
         EXPECT_EQ(reader.info().layers.size(), 0U);
         LayeredImage image;
@@ -323,12 +323,12 @@ TEST_F(ExrLdi, ABandThatDoesNotFitThePlanIsRefused) {
         }
     };
     expectInternal([&] {  // a gap
-        ExrLdiWriter writer(path, fullProvenance());
+        ExrLdiWriter writer(path, {.provenance = fullProvenance()});
         writer.begin(picture.plan);
         writer.write(test::cutRows(picture.image, 1, 5));
     });
     expectInternal([&] {  // rows missing at the end
-        ExrLdiWriter writer(path, fullProvenance());
+        ExrLdiWriter writer(path, {.provenance = fullProvenance()});
         writer.begin(picture.plan);
         writer.write(test::cutRows(picture.image, 0, 5));
         writer.finish();
@@ -383,7 +383,7 @@ TEST_F(ExrLdi, DamagedFilesAreErrorsNotCrashes) {
 TEST_F(ExrLdi, WhatIsNotLayeredIsSaid) {
     const SyntheticPicture picture = makePicture({.seed = 91});
     const fs::path path = scratch / "flat.exr";
-    ExrCompositeWriter writer(path, fullProvenance());
+    ExrCompositeWriter writer(path, {.provenance = fullProvenance()});
     writePicture(writer, picture);
     EXPECT_THROW(ExrLdiReader{path}, Error);
     EXPECT_EQ(readExrInfo(path).parts.size(), 1U);
@@ -396,7 +396,7 @@ TEST_F(ExrLdi, FlatFileHoldsTheCompositeOverTheBackground) {
     const SyntheticPicture picture = makePicture({.seed = 95});
     const std::array<float, 4> background = {0.25F, 0.5F, 0.75F, 1};
     const fs::path path = scratch / "flat.exr";
-    ExrCompositeWriter writer(path, fullProvenance(), {.background = background});
+    ExrCompositeWriter writer(path, {.background = background, .provenance = fullProvenance()});
     writePicture(writer, picture, {6});
     CompositeImage wanted;
     compositeOver(picture.image, background, wanted);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Chunks of every small size packed and unpacked: the sums that unpacking makes go over words of 8
 // bytes, and what is left of them.
-#include "formats/exr/exr_unpack.h"
+#include "formats/exr/exr_chunks.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "formats/exr/exr_chunks.h"
 
 namespace peeler {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "core/base/color.h"
 #include "core/base/error.h"
-#include "formats/image/picture_file.h"
+#include "formats/writers.h"
 #include "support/test_support.h"
 
 namespace peeler {

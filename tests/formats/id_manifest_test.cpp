@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Names of ids: through OpenEXR's own manifest, and back from the bytes of the attribute.
-#include "formats/exr/id_manifest.h"
+#include "formats/exr/exr_header.h"
 
 #include <gtest/gtest.h>
 
@@ -13,8 +13,8 @@
 #include <random>
 
 #include "core/base/error.h"
-#include "formats/exr/exr_info.h"
-#include "formats/exr/exr_ldi_writer.h"
+#include "formats/exr/exr_files.h"
+#include "formats/exr/exr_writers.h"
 #include "support/test_support.h"
 #include "synthetic_image.h"
 
@@ -58,7 +58,7 @@ TEST(IdManifest, IsInEveryPartWithIdsAndReadByOpenExr) {
     provenance.version = "test";
     provenance.ids = kNames;
     {
-        ExrLdiWriter writer(path, provenance, {.cryptomatte = true});
+        ExrLdiWriter writer(path, {.cryptomatte = true, .provenance = provenance});
         writer.begin(picture.plan);
         writer.write(LayeredImage(image));
         writer.finish();

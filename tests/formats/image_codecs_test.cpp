@@ -11,10 +11,9 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "formats/image/image_codecs.h"
 #include "formats/image/image_library.h"
 #include "formats/image/image_metadata.h"
-#include "formats/image/jpeg_codec.h"
-#include "formats/image/png_codec.h"
 #include "formats/png_builder.h"
 #include "support/test_support.h"
 

@@ -8,8 +8,9 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "formats/file/output_hash.h"
+#include "formats/file/content_hash.h"
 #include "formats/image/flat_image.h"
+#include "formats/output_hash.h"
 #include "formats/synthetic_image.h"
 #include "formats/writers.h"
 #include "support/test_support.h"

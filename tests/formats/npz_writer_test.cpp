@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // .npz as numpy and zipfile read it.
-#include "formats/arrays/npz_writer.h"
+#include "formats/arrays/table_writers.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every format says what its file was made of, as long as it is whole.
-#include "formats/file/output_hash.h"
+#include "formats/output_hash.h"
 
 #include <gtest/gtest.h>
 
@@ -123,7 +123,7 @@ TEST(OutputHash, IsOfAllThatDecidesWhatIsInTheFile) {
     EXPECT_TRUE(isNew());
     options.layout = "single-part";
     EXPECT_TRUE(isNew());
-    options.composite_part = false;
+    options.no_composite = true;
     EXPECT_TRUE(isNew());
 }
 

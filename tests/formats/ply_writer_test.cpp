@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formats/arrays/ply_writer.h"
+#include "formats/arrays/table_writers.h"
 
 #include <gtest/gtest.h>
 

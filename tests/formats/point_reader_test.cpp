@@ -11,7 +11,7 @@
 #include <random>
 
 #include "core/base/error.h"
-#include "formats/arrays/npz_writer.h"
+#include "formats/arrays/table_writers.h"
 #include "support/python.h"
 #include "support/test_support.h"
 

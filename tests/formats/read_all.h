@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "formats/layered_input.h"
+#include "formats/exr/layered_input.h"
 
 namespace peeler::test {
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The table gives the byte that the function gives, wherever the byte changes and in between.
-#include "formats/image/srgb_bytes.h"
+#include "formats/image/image_writer.h"
 
 #include <gtest/gtest.h>
 
 #include <bit>
 #include <cmath>
 
-#include "formats/image/image_writer.h"
 #include "support/numbers.h"
 
 namespace peeler {

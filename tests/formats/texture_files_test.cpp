@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Textures of numbers through OpenImageIO's and OpenEXR's own readers.
-#include "formats/image/texture_files.h"
+#include "formats/exr/texture_files.h"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>

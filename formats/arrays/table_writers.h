@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tables of numbers: arrays for numpy (.npz), all of them growing at once, and point clouds (binary
+// PLY), row after row.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/file/atomic_file.h"
+
+namespace peeler {
+
+enum class NumberType : std::uint8_t {
+    kUint8,
+    kInt32,
+    kUint32,
+    kInt64,
+    kHalf,
+    kFloat,
+    kDouble,
+};
+
+struct NumberTypeInfo {
+    std::size_t size;        ///< bytes
+    std::string_view numpy;  ///< the dtype string of .npy headers
+    std::string_view ply;    ///< "" = PLY has no such type
+};
+
+inline constexpr NumberTypeInfo kNumberTypes[] = {
+    {1, "|u1", "uchar"}, {4, "<i4", "int"},   {4, "<u4", "uint"},   {8, "<i8", ""},
+    {2, "<f2", ""},      {4, "<f4", "float"}, {8, "<f8", "double"},
+};
+
+inline constexpr const NumberTypeInfo& infoOf(NumberType type) {
+    return kNumberTypes[static_cast<std::size_t>(type)];
+}
+
+// Numbers are written as they lie in memory.
+static_assert(std::endian::native == std::endian::little);
+
+/// An array, C order. An empty shape is one number.
+struct NpzArray {
+    std::string name;  ///< the key in numpy's mapping
+    NumberType type = NumberType::kFloat;
+    std::vector<std::uint64_t> shape{};
+
+    std::uint64_t bytes() const;
+};
+
+/// Writes a ZIP archive of .npy files (numpy.lib.format 1.0; PKWARE APPNOTE 6.3), not compressed as
+/// numpy.savez does it, always with ZIP64 fields, dated 1980 so that the same arrays make the same
+/// bytes. Shapes are said first, so every array has its place in the file and they can be filled
+/// side by side, each front to back. Nothing is kept in memory. numpy.load(path) reads it without
+/// pickle.
+class NpzWriter {
+  public:
+    /// Creates the hidden file. Throws Error (kOutput); (kInternal) if two arrays have one name, or
+    /// there are more than 65535.
+    NpzWriter(const std::string& path, std::vector<NpzArray> arrays);
+
+    std::size_t size() const { return entries_.size(); }
+    /// The next numbers of the array with this index, as they lie in memory. Throws Error
+    /// (kOutput); (kInternal) if there are too many.
+    void append(std::size_t array, std::span<const std::byte> numbers);
+    /// Throws Error (kInternal) if an array is not full.
+    void finish();
+
+  private:
+    struct Entry {
+        NpzArray array;
+        std::string header;         ///< of the .npy file
+        std::uint64_t offset = 0;   ///< of the local header
+        std::uint64_t written = 0;  ///< bytes of the numbers
+        std::uint32_t crc = 0;      ///< of header and numbers so far
+
+        std::string fileName() const { return array.name + ".npy"; }
+        std::uint64_t bytes() const { return header.size() + array.bytes(); }
+    };
+
+    std::string localHeader(const Entry& entry) const;
+    std::string directory(std::uint64_t start) const;
+
+    AtomicFile file_;
+    std::vector<Entry> entries_;
+    std::uint64_t end_ = 0;  ///< of the last array
+};
+
+/// The numbers of an array as bytes.
+template <class Range>
+std::span<const std::byte> asBytes(const Range& numbers) {
+    return std::as_bytes(std::span(numbers));
+}
+
+/// One number of every point. Names that readers know: x y z, nx ny nz, red green blue alpha
+/// (uchar, sRGB, straight alpha).
+struct PlyProperty {
+    std::string name;  ///< without white space
+    NumberType type = NumberType::kFloat;
+};
+
+/// Writes a PLY 1.0 file (G. Turk, "The PLY Polygon File Format", 1994), binary_little_endian, with
+/// one element `vertex`. How many points there will be need not be known: the header is filled in
+/// by finish(). Nothing is kept in memory.
+class PlyWriter {
+  public:
+    /// Creates the hidden file. Throws Error (kOutput); (kInternal) if a property has a type that
+    /// PLY lacks, or a name or comment breaks the header.
+    PlyWriter(const std::string& path, std::vector<PlyProperty> properties,
+              std::vector<std::string> comments = {});
+
+    /// Bytes of a point: its properties packed in their order.
+    std::size_t pointSize() const { return point_size_; }
+    /// Whole points. Throws Error (kOutput).
+    void append(std::span<const std::byte> points);
+    std::uint64_t points() const { return points_; }
+    void finish();
+
+  private:
+    std::string header() const;
+
+    AtomicFile file_;
+    std::vector<PlyProperty> properties_;
+    std::vector<std::string> comments_;
+    std::size_t point_size_ = 0;
+    std::uint64_t points_ = 0;
+};
+
+}  // namespace peeler

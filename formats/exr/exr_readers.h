@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Layered depth images and deep images back as fragment lists.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/image/composite.h"
+#include "core/image/layered_image.h"
+#include "formats/exr/exr_files.h"
+#include "formats/exr/layered_input.h"
+
+namespace peeler {
+
+/// Reads files of ExrLdiWriter in every layout, and any other whose parts `layer_*` hold R, G, B,
+/// A, Z. A fragment is where Z is less than +inf.
+///
+/// A flat picture of others is read as one layer: the first scan-line part with R, G, B or Y. Where
+/// it has no A, alpha is 1; where it has no Z, a pixel that is not all 0 has a fragment, at Z = 0.
+/// A composite of our own is read, where it is asked for, as pixels: each is one entry, with
+/// Z = +inf where there is no fragment.
+class ExrLdiReader : public LayeredInput {
+  public:
+    /// Throws Error (kInput) if the file is not layered; `where` names the part.
+    explicit ExrLdiReader(OpenedExr opened, bool composite = false);
+    explicit ExrLdiReader(const std::string& path) : ExrLdiReader(OpenedExr(path)) {}
+    ~ExrLdiReader() override;
+
+    const ExrInfo& info() const override { return info_; }
+    void read(const Window& window, LayeredImage& out) override;
+    void readComposite(const Window& window, CompositeImage& out) override;
+    int rowsFor(std::uint64_t bytes) const override;
+
+  private:
+    struct Layer;
+    /// A part, and what stands before the names of its channels.
+    struct Source {
+        std::size_t part;
+        std::string prefix;
+    };
+    std::vector<Layer> decode(const Window& window, std::span<const Source> sources,
+                              std::span<const ExrInputChannel> channels) const;
+    void checkLayers() const;
+    void findChannels();
+    void takeComposite();
+    void takeFlatPicture();
+    void completeFlatPicture(Layer& layer) const;
+
+    ExrFiles input_;
+    ExrInfo info_;
+    bool flat_ = false;                      ///< a flat picture, as one layer
+    bool pixels_ = false;                    ///< a composite, every pixel of it
+    std::vector<Source> sources_;            ///< of the layers
+    std::vector<ExrInputChannel> channels_;  ///< R, G, B, A, Z, then those of extra_
+    std::vector<FragmentArray> extra_;       ///< without data
+};
+
+/// Reads files of ExrDeepWriter and deep scan lines or tiles of others: the first deep part with Z,
+/// and what other deep parts say of the same samples. Our own files' parts must have the same
+/// samples; a foreign part joins if it has the same data window, the same blocks and as many
+/// samples in every pixel, and no channel of the same name but Z and ZBack.
+///
+/// What is no point sample in front of the camera is made one as well as may be: samples are
+/// sorted by Z (stably); a Z that is infinite or no number becomes the largest finite one, since
+/// +inf means "nothing here" in a layered file; ZBack is kept as a channel, and overlapping volumes
+/// are not split. Where there is no A, alpha is 1; where R, G or B is missing it is Y, or 0.
+///
+/// Opening reads all sample counts, so that info().plan has the layers with their windows and
+/// pixels, and the fragments as they are.
+class ExrDeepReader : public LayeredInput {
+  public:
+    /// Throws Error (kInput) if no deep part has Z, or the counts are damaged; `where` names the
+    /// part.
+    explicit ExrDeepReader(OpenedExr opened);
+    explicit ExrDeepReader(const std::string& path) : ExrDeepReader(OpenedExr(path)) {}
+    ~ExrDeepReader() override;
+
+    const ExrInfo& info() const override { return info_; }
+    void read(const Window& window, LayeredImage& out) override;
+    void readComposite(const Window& window, CompositeImage& out) override;
+    int rowsFor(std::uint64_t bytes) const override;
+
+  private:
+    /// Where the values of one channel of a part go.
+    struct Route {
+        static constexpr int kNowhere = -4, kGrey = -3, kZ = -2, kColor = -1;
+        PixelType type = PixelType::kHalf;  ///< in the file
+        int target = kNowhere;              ///< one of these, or the index of LayeredImage::extra
+        std::size_t component = 0;
+    };
+    struct Part {
+        std::size_t index;          ///< in ExrInfo::parts
+        std::vector<Route> routes;  ///< of all its channels, in their order
+    };
+    struct CountedBlock {
+        ExrDeepBlock main, other;            ///< without samples
+        std::vector<std::size_t> different;  ///< parts
+    };
+
+    std::size_t findMainPart() const;
+    std::vector<std::size_t> findOthers(std::size_t main) const;
+    bool sameBlocks(std::size_t a, std::size_t b) const;
+    void count(std::size_t block, CountedBlock& out) const;
+    void countSamples();
+    void findChannels();
+    std::vector<std::size_t> blocksIn(const Window& window, std::size_t part) const;
+    void readCounts(const Window& window, LayeredImage& out) const;
+    void readSamples(const Window& window, LayeredImage& out) const;
+    static void store(const Route& route, const std::byte* from, std::size_t begin, std::size_t end,
+                      LayeredImage& out);
+    void scatter(const ExrDeepBlock& block, const Part& part, LayeredImage& out) const;
+
+    ExrFiles input_;
+    ExrInfo info_;
+    std::vector<Part> parts_;           ///< the first has Z and colour
+    std::vector<FragmentArray> extra_;  ///< without data
+    bool opaque_ = false;               ///< there is no channel A
+    std::uint64_t most_row_bytes_ = 0;  ///< of the fragments of a row
+};
+
+}  // namespace peeler

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/exr/layered_input.h"
+
+#include <limits>
+#include <utility>
+
+#include "core/base/error.h"
+#include "formats/exr/exr_readers.h"
+
+namespace peeler {
+
+void LayeredInput::countsToOffsets(std::vector<std::uint32_t>& counts, const std::string& path) {
+    std::uint64_t total = 0;
+    for (std::uint32_t& count : counts) {
+        total += count;
+        if (total > std::numeric_limits<std::uint32_t>::max()) {
+            throw Error(ErrorKind::kMemory, "over 2^32 fragments in one band", path,
+                        "read fewer rows at once");
+        }
+        count = static_cast<std::uint32_t>(total);
+    }
+}
+
+bool holdsBundles(const ExrInfo& info) {
+    return info.deep.size() > 1 &&
+           info.parts[info.deep.front()].attributes.contains("peeler:bundle");
+}
+
+bool isLayered(const ExrInfo& info) {
+    if (holdsBundles(info)) return false;
+    const auto layers = info.attributes().find("peeler:layers");
+    return !info.layers.empty() || !info.deep.empty() ||
+           (layers != info.attributes().end() && layers->second == "0");
+}
+
+std::unique_ptr<LayeredInput> openLayered(const std::string& path) {
+    return openLayered(OpenedExr(path));
+}
+
+std::unique_ptr<LayeredInput> openLayered(OpenedExr opened) {
+    if (holdsBundles(opened.info)) {
+        throw Error(ErrorKind::kInput,
+                    "it holds the hits of " + std::to_string(opened.info.deep.size()) +
+                        " bundles of rays, not one picture",
+                    opened.files.path(), "trace one bundle into a file, or read it with OpenEXR");
+    }
+    if (opened.info.deep.empty()) return std::make_unique<ExrLdiReader>(std::move(opened));
+    return std::make_unique<ExrDeepReader>(std::move(opened));
+}
+
+std::unique_ptr<LayeredInput> openComposite(OpenedExr opened) {
+    return std::make_unique<ExrLdiReader>(std::move(opened), true);
+}
+
+std::unique_ptr<LayeredInput> openBundle(OpenedExr opened, std::size_t n) {
+    opened.info.deep = {opened.info.deep[n]};
+    return std::make_unique<ExrDeepReader>(std::move(opened));
+}
+
+}  // namespace peeler

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// A file that is read back as fragment lists, whatever holds them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/image/composite.h"
+#include "core/image/layered_image.h"
+#include "formats/exr/exr_files.h"
+
+namespace peeler {
+
+/// An open layered file. Memory grows with the window that is read, not with the file.
+class LayeredInput {
+  public:
+    virtual ~LayeredInput() = default;
+
+    virtual const ExrInfo& info() const = 0;
+
+    /// The fragments of a window inside `info().plan.view.crop`, which may be all of it, or a band
+    /// for a Sink. Colours are half if they are half in every layer, else float. Other channels
+    /// come after them: those of the first layer, names that agree up to the last dot (N.X, N.Y,
+    /// N.Z) in one array, sorted by name; a layer that lacks one has 0. Overwrites `out`, reuses
+    /// its storage. Throws Error (kInput) if a chunk is damaged, (kMemory) if there are over 2^32
+    /// fragments.
+    virtual void read(const Window& window, LayeredImage& out) = 0;
+
+    /// The part `composite` as it is stored. Throws Error (kInput) if there is none.
+    virtual void readComposite(const Window& window, CompositeImage& out) = 0;
+
+    /// Rows of full width whose read() takes about `bytes`, at least one chunk's.
+    virtual int rowsFor(std::uint64_t bytes) const = 0;
+
+  protected:
+    /// Turns the counts of the pixels, after a leading 0, into LayeredImage::offsets. Throws Error
+    /// (kMemory).
+    static void countsToOffsets(std::vector<std::uint32_t>& counts, const std::string& path);
+};
+
+/// Whether the headers promise fragments, be they of an empty picture: what openLayered() is for.
+bool isLayered(const ExrInfo& info);
+/// Whether they promise several pictures: the hits of bundles of rays, a deep part each.
+bool holdsBundles(const ExrInfo& info);
+
+/// Opens layered files in any layout, deep files, and flat pictures of other programs as one layer.
+/// Throws Error (kInput) for what has no fragments to read (our own composites, too); `where` names
+/// path and part.
+std::unique_ptr<LayeredInput> openLayered(const std::string& path);
+std::unique_ptr<LayeredInput> openLayered(OpenedExr opened);
+/// A composite of ours as pixels: one entry in each, of Z = +inf where there is no fragment. What
+/// the plan says of its layers is their number.
+std::unique_ptr<LayeredInput> openComposite(OpenedExr opened);
+/// One of the bundles: the n-th of ExrInfo::deep.
+std::unique_ptr<LayeredInput> openBundle(OpenedExr opened, std::size_t n);
+
+}  // namespace peeler

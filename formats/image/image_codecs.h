@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// The decoders and encoders that are built in, since their libraries load in a millisecond: PNG
+// (ISO/IEC 15948) with libspng, JPEG (ITU-T T.81) with libjpeg-turbo's own interface.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+#include <type_traits>
+
+#include "formats/image/image_library.h"
+
+namespace peeler {
+
+/// Every kind of PNG. Grey of less than 8 bits comes as 8, a palette as its colours, transparent
+/// colours as alpha. Nothing is allocated for the pixels before they are read. Throws
+/// std::runtime_error.
+std::unique_ptr<ImageDecoder> pngDecoder(const std::string& path,
+                                         std::span<const std::uint8_t> bytes);
+
+/// Of 1 to 4 channels. If it is destroyed before close(), what it has written is left as it is.
+std::unique_ptr<ImageEncoder> pngEncoder();
+
+/// Grey and colour; CMYK becomes RGB. Nothing is allocated for the pixels before they are read.
+/// Nothing is returned for what is left to the module: unusual subsampling, damaged headers, and
+/// files without `bytes`, since their descriptions are in Exif too. Pixels that are damaged are
+/// read by it as well. Throws std::bad_alloc.
+std::unique_ptr<ImageDecoder> jpegDecoder(const std::string& path,
+                                          std::span<const std::uint8_t> bytes);
+
+/// A stored sample as another type, with the bits that OpenImageIO gives: the whole range of an
+/// integer is 0 to 1; 16 bits are rounded to 8.
+template <class To, class From>
+To convertedSample(From sample) {
+    constexpr auto kMost = std::numeric_limits<From>::max();
+    if constexpr (std::is_same_v<To, From>) {
+        return sample;
+    } else if constexpr (std::is_floating_point_v<To>) {
+        return static_cast<To>(sample) * (To(1) / To(kMost));  // not a quotient: another last bit
+    } else {
+        constexpr unsigned kStep = kMost / std::numeric_limits<To>::max();
+        return static_cast<To>((sample + kStep / 2) / kStep);
+    }
+}
+
+/// The channels [begin, end) of `pixels` pixels that have `channels` of them.
+template <class To, class From>
+void convertSamples(const From* from, std::size_t pixels, std::size_t channels, std::size_t begin,
+                    std::size_t end, To* to) {
+    if (begin == 0 && end == channels) {  // a loop that compilers know to be simple
+        for (std::size_t i = 0; i < pixels * channels; ++i)
+            to[i] = convertedSample<To>(from[i]);
+        return;
+    }
+    for (std::size_t pixel = 0; pixel < pixels; ++pixel, from += channels)
+        for (std::size_t c = begin; c < end; ++c)
+            *to++ = convertedSample<To>(from[c]);
+}
+
+}  // namespace peeler

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/output_hash.h"
+
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "formats/exr/exr_files.h"
+#include "formats/exr/exr_header.h"
+#include "formats/exr/exr_layout.h"
+#include "formats/exr/exr_writers.h"
+#include "formats/file/content_hash.h"
+#include "formats/file/file_name.h"
+#include "formats/image/flat_image.h"
+
+namespace peeler {
+namespace {
+
+std::string ofExr(const std::string& path) {
+    const ExrFiles files(path);
+    for (std::size_t part = 0; part < files.parts().size(); ++part)
+        files.checkChunks(part);
+    return files.parts().front().attribute("peeler:outputHash");
+}
+
+std::string ofPage(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    if (!text.ends_with("</html>\n")) return "";
+    return outputHashIn(std::string_view(text).substr(0, text.find("</head>")));
+}
+
+/// libjpeg takes a file that ends early for one with grey rows.
+bool endsLikeJpeg(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    char last[2] = {};
+    return file.seekg(-2, std::ios::end) && file.read(last, 2) && last[0] == '\xff' &&
+           last[1] == '\xd9';
+}
+
+std::string ofImage(const std::string& path) {
+    const bool jpeg = fileKind(path) == FileKind::kJpeg;
+    if (jpeg && !endsLikeJpeg(path)) return "";
+    readFlatImage(path);
+    return outputHashIn(imageDescription(path));
+}
+
+struct HashedKind {
+    std::string_view extension;
+    std::string (*hash)(const std::string& path);
+};
+constexpr HashedKind kKinds[] = {
+    {".exr", ofExr}, {".html", ofPage}, {".htm", ofPage}, {"", ofImage}};  // "": any other
+
+}  // namespace
+
+std::string outputHash(const View& view, const std::string& path, const OutputOptions& output) {
+    const Provenance& provenance = output.provenance;
+    const std::string merge = deepMergeText(output.deep_merge);
+    const nlohmann::json all = {
+        {"scene", provenance.scene_hash},
+        {"settings", provenance.settings_hash},
+        {"frame", provenance.frame},
+        {"time", provenance.time},
+        {"camera", cameraJson(view)},
+        {"extension", lowerExtension(path)},
+        {"kind", findOutputFormat(path, output.as).kind},
+        {"composite", !output.no_composite},
+        {"cryptomatte", output.cryptomatte},
+        {"layout", findExrLayout(output.layout).name},
+        {"compression", output.compression},
+        {"merge", merge.empty() ? provenance.deep_merge : merge},
+        {"background", output.background},
+        {"exposure", output.exposure},
+        {"toneMap", output.tone_map},
+    };
+    return hashText(all.dump());
+}
+
+std::string outputHashFrom(const ExrInfo& input, const View& view, const std::string& path,
+                           const OutputOptions& output) {
+    if (!input.attributes().contains("peeler:outputHash")) return "";
+    if (output.composited) return "";  // what is behind a composite is not told
+    // Colours of several samples were rounded before they are composited.
+    if (input.plan.samples > 1 && !findOutputFormat(path, output.as).holdsFragments()) return "";
+    return outputHash(view, path, output);
+}
+
+std::string outputHashOf(const std::string& path) {
+    if (!std::ifstream(path)) return "";
+    const std::string extension = lowerExtension(path);
+    const HashedKind* kind = kKinds;
+    while (!kind->extension.empty() && kind->extension != extension)
+        ++kind;
+    try {
+        return kind->hash(path);
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kInput) throw;
+        return "";
+    }
+}
+
+}  // namespace peeler

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the files of hits share: the columns of arrays and point clouds, and who makes them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <glm/glm.hpp>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/image/channels.h"
+#include "core/image/layered_image.h"
+#include "core/rays/bundle.h"
+#include "core/scene/posed_scene.h"
+#include "formats/arrays/table_writers.h"
+#include "formats/rays/ray_output.h"
+
+namespace peeler {
+
+struct Hit {
+    double t = 0;
+    glm::dvec3 position{0};
+    KeyOrigin origin;
+    const MeshInstance* instance = nullptr;
+    const Primitive* primitive = nullptr;
+    std::uint32_t material = 0;  ///< index into the file's, 0xFFFFFFFF = none
+    std::uint32_t ordinal = 0;   ///< of the instance among those of its node
+    std::array<float, 2> barycentric{};
+    float facing = 1;
+    glm::vec3 normal{0}, geometric_normal{0};  ///< on the side that is the triangle's front
+    std::uint32_t bundle = 0;
+};
+
+/// One row of the table.
+struct HitColumn {
+    std::string_view name;  ///< of the array
+    NumberType type;
+    std::vector<std::string_view> properties;  ///< of a point, one a component
+    void (*put)(const Hit&, std::byte* out);
+
+    std::size_t components() const { return properties.size(); }
+    std::size_t bytes() const { return components() * infoOf(type).size; }
+};
+/// t_hit, geometry_ids, primitive_ids and primitive_uvs as Open3D's
+/// RaycastingScene.list_intersections() has them, then our own.
+std::span<const HitColumn> hitColumns();
+
+/// What HitReader needs of every fragment.
+std::vector<Channel> hitChannels();
+
+/// Looks up what the keys of hits stand for.
+class HitReader {
+  public:
+    explicit HitReader(PosedScene posed);
+
+    /// Calls use(hits) for all of a band, in order, some rows at a time, so that memory is bounded.
+    void read(const Bundle& bundle, std::size_t index, const LayeredImage& band,
+              const std::function<void(std::span<const Hit>)>& use);
+
+  private:
+    PosedScene posed_;
+    std::vector<std::uint32_t> ordinals_;
+    std::vector<Hit> hits_;
+};
+
+/// Of makeHitOutput(): .npz, .ply and .exr.
+std::unique_ptr<RayOutput> makeHitArrays(const std::string& path, const HitOptions& options);
+std::unique_ptr<RayOutput> makeHitPoints(const std::string& path, const HitOptions& options);
+std::unique_ptr<RayOutput> makeHitImage(const std::string& path, const HitOptions& options);
+
+}  // namespace peeler

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hits as a deep image.
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDeepImageStateAttribute.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "core/capture/supersampling.h"
+#include "core/rays/bundle.h"
+#include "formats/exr/exr_chunks.h"
+#include "formats/exr/exr_header.h"
+#include "formats/exr/exr_rows.h"
+#include "formats/file/atomic_file.h"
+#include "formats/rays/hit_columns.h"
+
+namespace peeler {
+namespace {
+
+constexpr int kHitRowsInFlight = 32;
+
+/// A deep scan-line part a bundle, its data window being the crop. Every hit of a ray is a point
+/// sample of its pixel, in the order of the list: Z (camera Z) and the components of the extra
+/// arrays but the keys, integers among them, and no colours. Compressed ZIPS. Parts come one after
+/// the other. The same hits make the same bytes, however cut into bands.
+class HitImage final : public RayOutput {
+  public:
+    HitImage(std::string path, const HitOptions& options)
+        : path_(std::move(path)), provenance_(options.provenance) {
+        provenance_.ids = idNames(options.posed.scene());
+    }
+
+    std::vector<Channel> channels() const override {
+        std::vector<Channel> channels = hitChannels();
+        channels.push_back(Channel::kId);
+        channels.push_back(Channel::kDistance);
+        std::ranges::sort(channels);
+        return channels;
+    }
+    bool needsHits() const override { return true; }
+
+    void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override {
+        const std::vector<View> views = withCommonDisplay(bundles);
+        for (std::size_t i = 0; i < bundles.size(); ++i)
+            parts_.push_back({bundles[i].name, views[i], hits[i]});
+        file_ = std::make_unique<AtomicFile>(path_);
+    }
+    void take(std::size_t bundle, const LayeredImage& band) override;
+    void finish() override {
+        exr_->finish();
+        file_->commit();
+    }
+
+  private:
+    /// Its view's pixels are the rays.
+    struct Part {
+        std::string name;
+        View view;
+        std::uint64_t hits = 0;
+        int next_row = 0;
+    };
+
+    void open(const LayeredImage& first_band);
+    Imf::Header header(std::size_t part) const;
+
+    std::string path_;
+    Provenance provenance_;
+    std::vector<Part> parts_;
+    std::unique_ptr<AtomicFile> file_;
+    std::unique_ptr<ExrFile> exr_;  ///< from the first band on: it says which channels there are
+    std::vector<ExrChannel> channels_;
+    std::vector<ExrDeepChunk> packed_;
+    ExrPackerPool packers_{kDefaultZipLevel, Imf::ZIPS_COMPRESSION};
+};
+
+void HitImage::open(const LayeredImage& first_band) {
+    channels_ = {{"Z", PixelType::kFloat, ExrChannel::kZ}};
+    for (std::size_t i = 0; i < first_band.extra.size(); ++i) {
+        const FragmentArray& array = first_band.extra[i];
+        if (array.channels.front() == kKeyChannel) continue;
+        const auto more = deepChannels(array, static_cast<int>(i));
+        channels_.insert(channels_.end(), more.begin(), more.end());
+    }
+    std::ranges::sort(channels_, {}, &ExrChannel::name);
+    std::vector<Imf::Header> headers;
+    for (std::size_t part = 0; part < parts_.size(); ++part)
+        headers.push_back(header(part));
+    exr_ = std::make_unique<ExrFile>(*file_, std::move(headers));
+}
+
+Imf::Header HitImage::header(std::size_t part) const {
+    const auto& [name, view, hits, next_row] = parts_[part];
+    Plan plan;
+    plan.view = view;
+    plan.fragments_counted = plan.fragments_stored = hits;
+    Imf::Header header = exrHeader(plan, provenance_, view.crop);
+    header.setName(name);
+    header.setType(Imf::DEEPSCANLINE);
+    header.setVersion(1);
+    header.compression() = Imf::ZIPS_COMPRESSION;
+    Imf::addDeepImageState(header, Imf::DIS_SORTED);
+    header.insert("peeler:bundle", Imf::IntAttribute(static_cast<int>(part)));
+    for (const ExrChannel& channel : channels_)
+        header.channels().insert(channel.name, Imf::Channel(exrPixelType(channel.type)));
+    addIdManifest(header, provenance_.ids);
+    return header;
+}
+
+void HitImage::take(std::size_t bundle, const LayeredImage& band) {
+    if (!exr_) open(band);
+    packed_.resize(kHitRowsInFlight);
+    for (int y = band.window.y0; y < band.window.y1; y += kHitRowsInFlight) {
+        const int rows = std::min(kHitRowsInFlight, band.window.y1 - y);
+        parallelFor(static_cast<std::size_t>(rows), [&](std::size_t row) {
+            packers_.with([&](ExrChunkPacker& packer) {
+                packDeepRow(band, channels_, band.window, y + static_cast<int>(row), packer,
+                            packed_[row]);
+            });
+        });
+        for (int row = 0; row < rows; ++row)
+            exr_->append(bundle, parts_[bundle].next_row++, packed_[static_cast<std::size_t>(row)]);
+    }
+}
+
+}  // namespace
+
+std::unique_ptr<RayOutput> makeHitImage(const std::string& path, const HitOptions& options) {
+    return std::make_unique<HitImage>(path, options);
+}
+
+}  // namespace peeler

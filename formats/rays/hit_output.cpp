@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of files that hold hits.
+#include <string_view>
+
+#include "core/base/error.h"
+#include "formats/file/file_name.h"
+#include "formats/rays/hit_columns.h"
+#include "formats/rays/ray_output.h"
+
+namespace peeler {
+namespace {
+
+/// One row.
+struct HitFormat {
+    std::string_view extension;  ///< lower case
+    std::unique_ptr<RayOutput> (*make)(const std::string& path, const HitOptions& options);
+};
+
+constexpr HitFormat kHitFormats[] = {
+    {".npz", makeHitArrays},
+    {".ply", makeHitPoints},
+    {".exr", makeHitImage},
+};
+
+const HitFormat& hitFormatOf(const std::string& path) {
+    const std::string extension = lowerExtension(path);
+    for (const HitFormat& format : kHitFormats)
+        if (format.extension == extension) return format;
+    throw Error(ErrorKind::kUsage, "hits cannot be written in this format", path,
+                "end the name in .npz, .ply or .exr; --map writes pictures");
+}
+
+}  // namespace
+
+void checkHitFormat(const std::string& path) {
+    hitFormatOf(path);
+}
+
+std::unique_ptr<RayOutput> makeHitOutput(const std::string& path, const HitOptions& options) {
+    return hitFormatOf(path).make(path, options);
+}
+
+}  // namespace peeler

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/rays/ray_map_output.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/rays/bundle.h"
+#include "formats/exr/exr_plane_writer.h"
+#include "formats/file/file_name.h"
+#include "formats/image/image_writer.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::size_t kValuesAtOnce = std::size_t{1} << 22;
+
+/// Scene units squared that a parallel ray stands for.
+double rayArea(const View& view) {
+    return 4 * view.projection.half_width * view.projection.half_height /
+           (double(view.width) * view.height);
+}
+
+/// A part a bundle, a channel a map or a material.
+class RayMapFile : public RayMapOutput {
+  public:
+    RayMapFile(std::string path, const PosedScene& posed, const Solids* solids,
+               const RayMapOptions& options)
+        : RayMapOutput(posed, solids, options.settings),
+          path_(std::move(path)),
+          provenance_(options.provenance) {}
+
+    void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override {
+        RayMapOutput::begin(bundles, hits);
+        const std::vector<View> views = withCommonDisplay(bundles);
+        std::vector<ExrPlanePart> parts;
+        for (std::size_t i = 0; i < bundles.size(); ++i) {
+            Plan plan;
+            plan.view = views[i];
+            parts.push_back({bundles[i].name, plan, false});
+        }
+        std::vector<ExrPlaneChannel> channels;
+        for (const RayMapChannel& channel : maps().channels())
+            channels.push_back({channel.name, infoOf(channel.map).type});
+        writer_ = std::make_unique<ExrPlaneWriter>(path_, parts, provenance_, channels);
+    }
+    void finish() override { writer_->finish(); }
+
+  protected:
+    void beginBundle(std::size_t) override {}
+    void writeRows(const Window& rows, std::span<const float> planes) override {
+        numbers_.resize(planes.size());
+        const std::size_t plane = rows.pixels();
+        for (std::size_t c = 0; c < maps().channels().size(); ++c) {
+            const auto from = planes.subspan(c * plane, plane);
+            const bool whole = infoOf(maps().channels()[c].map).type == PixelType::kUint;
+            std::ranges::transform(from, &numbers_[c * plane], [&](float value) {
+                return whole ? static_cast<std::uint32_t>(value)
+                             : std::bit_cast<std::uint32_t>(value);
+            });
+        }
+        writer_->append(std::as_bytes(std::span(numbers_)));
+    }
+    void finishBundle() override {}
+    std::string pathOf(std::size_t) const override { return path_; }
+
+  private:
+    std::string path_;
+    Provenance provenance_;
+    std::unique_ptr<ExrPlaneWriter> writer_;
+    std::vector<std::uint32_t> numbers_;  ///< bits, as in the file
+};
+
+bool hasMap(const RayMapSettings& settings, RayMap map) {
+    return std::ranges::find(settings.maps, map) != settings.maps.end();
+}
+
+void checkMapSettings(const RayMapSettings& settings) {
+    if (hasMap(settings, RayMap::kTransmission) && settings.attenuation.empty()) {
+        throw Error(ErrorKind::kUsage, "what passes depends on how materials attenuate",
+                    "transmission", "give --attenuation MATERIAL=MU");
+    }
+    if (!hasMap(settings, RayMap::kOverlap)) return;
+    const auto& [a, b] = settings.parts;
+    if (a.empty() || b.empty()) {
+        throw Error(ErrorKind::kUsage, "an overlap is one of two parts", "overlap",
+                    "give --part twice");
+    }
+    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+        if (a[i] && b[i]) {
+            throw Error(ErrorKind::kUsage, "a node belongs to both parts",
+                        "/nodes/" + std::to_string(i), "give --part other names");
+        }
+    }
+}
+
+void addValues(std::span<const float> values, RayMapStatistics& statistics) {
+    for (const float value : values) {
+        if (!std::isfinite(value)) continue;
+        const double number = value;
+        statistics.least = std::min(statistics.least.value_or(number), number);
+        statistics.greatest = std::max(statistics.greatest.value_or(number), number);
+        statistics.sum += number;
+    }
+}
+
+}  // namespace
+
+void RayMapOutput::begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) {
+    bundles_.assign(bundles.begin(), bundles.end());
+    std::vector<RayMapStatistics> none;
+    for (const RayMapChannel& channel : maps_.channels())
+        none.push_back({.name = channel.name});
+    statistics_.assign(bundles.size(), none);
+}
+
+void RayMapOutput::take(std::size_t bundle, const LayeredImage& band) {
+    const Window& window = band.window;
+    const Window& crop = bundles_[bundle].view.crop;
+    if (window.y0 == crop.y0) beginBundle(bundle);
+    const std::size_t channels = maps_.channels().size();
+    const std::size_t row = std::max<std::size_t>(1, channels * std::size_t(window.width()));
+    const int at_once = static_cast<int>(std::clamp<std::size_t>(kValuesAtOnce / row, 1, 1024));
+    for (int y = window.y0; y < window.y1; y += at_once) {
+        const Window rows{window.x0, y, window.x1, std::min(y + at_once, window.y1)};
+        maps_.evaluateRows(bundles_[bundle], band, rows.y0, rows.y1, planes_);
+        const std::span<const float> planes(planes_);
+        for (std::size_t c = 0; c < channels; ++c)
+            addValues(planes.subspan(c * rows.pixels(), rows.pixels()), statistics_[bundle][c]);
+        writeRows(rows, planes);
+    }
+    if (window.y1 == crop.y1) finishBundle();
+}
+
+RayResults RayMapOutput::results() const {
+    RayResults results;
+    for (std::size_t i = 0; i < bundles_.size(); ++i) {
+        RayMapResult& result =
+            results.maps.emplace_back(RayMapResult{bundles_[i].name, pathOf(i), statistics_[i]});
+        if (!bundles_[i].parallel()) continue;
+        for (std::size_t c = 0; c < result.channels.size(); ++c)
+            if (infoOf(maps_.channels()[c].map).length)
+                result.channels[c].volume = result.channels[c].sum * rayArea(bundles_[i].view);
+    }
+    return results;
+}
+
+bool needsSolids(std::span<const RayMap> maps) {
+    return std::ranges::any_of(maps, [](RayMap map) { return infoOf(map).solids; });
+}
+
+std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const PosedScene& posed,
+                                            const Solids* solids, RayMapOptions options) {
+    std::vector<RayMap>& maps = options.settings.maps;
+    checkMapSettings(options.settings);
+    const bool picture = findImageFormat(path) != nullptr;
+    const auto paths = std::ranges::find(maps, RayMap::kPathLength);
+    if (paths != maps.end() && !options.settings.attenuation.empty() &&
+        !hasMap(options.settings, RayMap::kTransmission)) {
+        if (picture) {
+            *paths = RayMap::kTransmission;
+        } else {
+            maps.insert(paths + 1, RayMap::kTransmission);
+        }
+    }
+    if (picture) return makeRayMapPictures(path, posed, solids, options);
+    if (lowerExtension(path) != ".exr") {
+        throw Error(ErrorKind::kUsage, "maps cannot be written in this format", path,
+                    "end the name in .exr, .png, .jpg or .tif");
+    }
+    if (options.range) {
+        throw Error(ErrorKind::kUsage, "an EXR holds the numbers as they are", "--range",
+                    "leave it out, or write .png, .jpg or .tif");
+    }
+    return std::make_unique<RayMapFile>(path, posed, solids, options);
+}
+
+}  // namespace peeler

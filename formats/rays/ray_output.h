@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// What becomes of the hits of traced bundles: arrays, points, deep images, maps, voxels. A new kind
+// of output is one new file.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/image/channels.h"
+#include "core/image/layered_image.h"
+#include "core/image/sink.h"
+#include "core/rays/bundle.h"
+#include "core/rays/ray_maps.h"
+#include "core/rays/solids.h"
+#include "core/scene/posed_scene.h"
+
+namespace peeler {
+
+/// What is known of a channel of a map of a bundle.
+struct RayMapStatistics {
+    std::string name;                           ///< of the channel
+    std::optional<double> least{}, greatest{};  ///< of the finite values, if there are any
+    double sum = 0;                             ///< of those
+    std::optional<double> volume{};  ///< of lengths along parallel rays, scene units cubed
+};
+/// One bundle's.
+struct RayMapResult {
+    std::string bundle, path;
+    std::vector<RayMapStatistics> channels;
+};
+struct VoxelResult {
+    std::string path;
+    glm::ivec3 cells{0};
+    double spacing = 0;          ///< side of a cell, scene units
+    std::uint64_t occupied = 0;  ///< cells inside
+    std::uint64_t disputed = 0;  ///< cells of which the rays disagree
+    double volume = 0;           ///< of those inside, scene units cubed
+};
+/// How many hits were found next to points, over all directions.
+struct NextHitsResult {
+    std::uint64_t points = 0, before = 0, after = 0;
+    std::uint64_t beside_bundles = 0;  ///< points that no ray of a bundle passes
+};
+
+/// What an output knows when it is finished, by the kind that it is.
+struct RayResults {
+    std::vector<RayMapResult> maps;
+    std::optional<VoxelResult> voxels;
+    std::optional<NextHitsResult> next_hits;
+};
+
+/// Takes bundle after bundle, each band by band, top to bottom. One that is destroyed before
+/// finish() leaves nothing behind.
+class RayOutput {
+  public:
+    virtual ~RayOutput() = default;
+    /// What it needs of every hit besides t and key, in the order of the table.
+    virtual std::vector<Channel> channels() const { return {}; }
+    /// Whether begin() has to be told how many hits there are, which takes a count pass more.
+    virtual bool needsHits() const { return false; }
+    /// `hits[i]` are those of bundle i; empty unless needed. Throws Error (kOutput) if the file
+    /// cannot be created.
+    virtual void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) = 0;
+    /// Hits of some rows of bundle i: z is camera Z (Bundle::tScale makes it t), extra[0] the keys
+    /// (kKeyChannel), then channels(), perhaps among others.
+    virtual void take(std::size_t bundle, const LayeredImage& band) = 0;
+    virtual void finish() = 0;
+    virtual RayResults results() const { return {}; }
+};
+
+struct HitOptions {
+    PosedScene posed;
+    Provenance provenance;          ///< of an image's headers
+    std::string comment{};          ///< of a point cloud: one line
+    bool double_positions = false;  ///< of a point cloud: 64 bits, not 32
+};
+
+/// Every hit of every ray, by the extension:
+/// - .npz: ray_splits, the columns of hitColumns() (hit_columns.h) and the bundles;
+/// formats/README.md
+///   says more.
+/// - .ply: a binary point cloud, a point a hit: x y z, the columns, and the number of its bundle.
+/// - .exr: a deep part a bundle, of views withCommonDisplay().
+/// Throws Error (kUsage) for any other.
+std::unique_ptr<RayOutput> makeHitOutput(const std::string& path, const HitOptions& options);
+/// Throws Error (kUsage) unless there is such an output.
+void checkHitFormat(const std::string& path);
+
+/// The hits next to points, before and after them. .npz, of d parallel bundles and n points:
+/// `t_before`, `t_after` (d, n; float, scene units, inf = no hit), `geometry_ids_before`,
+/// `geometry_ids_after`, `primitive_ids_before`, `primitive_ids_after` (d, n; uint32, 0xFFFFFFFF =
+/// no hit, Open3D's INVALID_ID), `points` (n, 3) and `directions` (d, 3; unit vectors), double.
+/// Bundle after bundle is written; what is found takes 32 bytes a point, however many bundles there
+/// are.
+std::unique_ptr<RayOutput> makeNextHitOutput(std::string path, const PosedScene& posed,
+                                             std::vector<glm::dvec3> points);
+
+struct RayMapOptions {
+    RayMapSettings settings;
+    std::optional<std::pair<double, double>> range;  ///< pictures: black and the brightest colour
+    Provenance provenance;
+};
+
+/// Numbers a ray. EXR: a part a bundle, with its name; a channel a map, or, of path-length, a
+/// material. PNG, JPEG, TIFF: one map, a file a bundle: of several bundles the path has a place for
+/// the number ("####"). Without a range a picture goes from 0 (first, last: the least value) to the
+/// greatest value of its bundle, and all its values are kept until then, 4 bytes a ray;
+/// transmission goes from 0 to 1 and is shown like a radiograph. Where there is no hit, first and
+/// last are transparent. Path lengths come with the transmission if there is attenuation; a picture
+/// shows that.
+///
+/// `solids` may be null if no map needs them (needsSolids()). Everything referred to must outlive
+/// the output. Pictures of bundles that are done stand under their names before finish(). Throws
+/// Error (kUsage) for maps that do not fit the format or lack what they need.
+std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const PosedScene& posed,
+                                            const Solids* solids, RayMapOptions options);
+
+/// Whether one of the maps needs to know what is inside of what.
+bool needsSolids(std::span<const RayMap> maps);
+
+/// Takes the three bundles of `lattice` and writes which cells' centres are inside of some solid,
+/// by the majority of the three axes.
+///
+/// .npz: `occupancy` (uint8, 0 or 1; shape (nx, ny, nz), so that occupancy[x, y, z] is the cell at
+/// corner + (x, y, z) · spacing), `votes` (uint8, likewise: how many axes found it inside),
+/// `corner` (double, 3: least corner of the first cell, world space), `spacing` (double).
+/// .vdb: see formats/arrays/vdb_writer.h; `creator` stands in it.
+///
+/// One byte a cell is kept, and for .vdb what OpenVDB takes. `solids` must outlive it. Throws Error
+/// (kUsage) unless the path ends in one of those, and (kMemory) if there is no room for the cells.
+std::unique_ptr<RayOutput> makeVoxelOutput(std::string path, const Solids& solids,
+                                           AxisBundles lattice, std::string creator);
+
+}  // namespace peeler

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is inside of solids, cell by cell: arrays or a grid.
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/rays/voxels.h"
+#include "formats/arrays/table_writers.h"
+#include "formats/arrays/vdb_writer.h"
+#include "formats/file/atomic_file.h"
+#include "formats/file/file_name.h"
+#include "formats/rays/ray_output.h"
+
+namespace peeler {
+namespace {
+
+bool isVdb(const std::string& path) {
+    const std::string extension = lowerExtension(path);
+    if (extension == ".vdb") return true;
+    if (extension == ".npz") return false;
+    throw Error(ErrorKind::kUsage, "expected a name that ends in .npz or .vdb", path);
+}
+
+class VoxelOutput final : public RayOutput {
+  public:
+    VoxelOutput(std::string path, const Solids& solids, AxisBundles lattice, std::string creator)
+        : path_(std::move(path)),
+          lattice_(std::move(lattice)),
+          creator_(std::move(creator)),
+          is_grid_(isVdb(path_)),
+          votes_(lattice_, solids) {}
+
+    void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override;
+    void take(std::size_t bundle, const LayeredImage& band) override {
+        votes_.add(bundle, lattice_.bundles[bundle], band);
+    }
+    void finish() override;
+    RayResults results() const override;
+
+  private:
+    void writeArrays();
+
+    std::string path_;
+    AxisBundles lattice_;
+    std::string creator_;
+    bool is_grid_;                    ///< .vdb
+    std::optional<AtomicFile> grid_;  ///< one of the two
+    std::optional<NpzWriter> arrays_;
+    VoxelVotes votes_;
+};
+
+void VoxelOutput::begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) {
+    if (bundles.size() != 3) {
+        throw Error(ErrorKind::kInternal, "voxels are made of three bundles", path_);
+    }
+    if (is_grid_) {
+        grid_.emplace(path_);
+        return;
+    }
+    std::vector<std::uint64_t> shape;
+    for (int axis = 0; axis < 3; ++axis)
+        shape.push_back(static_cast<std::uint64_t>(lattice_.cells[axis]));
+    arrays_.emplace(path_, std::vector<NpzArray>{{"occupancy", NumberType::kUint8, shape},
+                                                 {"votes", NumberType::kUint8, shape},
+                                                 {"corner", NumberType::kDouble, {3}},
+                                                 {"spacing", NumberType::kDouble, {}}});
+}
+
+void VoxelOutput::finish() {
+    if (!is_grid_) return writeArrays();
+    writeVdb(
+        *grid_,
+        {lattice_.cells, lattice_.corner, lattice_.spacing, votes_.votes(), VoxelVotes::kMajority},
+        creator_);
+    grid_->commit();
+}
+
+void VoxelOutput::writeArrays() {
+    constexpr std::size_t kAtOnce = std::size_t{1} << 20;
+    const std::span<const std::uint8_t> votes = votes_.votes();
+    std::vector<std::uint8_t> inside;
+    for (std::size_t i = 0; i < votes.size(); i += kAtOnce) {
+        const auto some = votes.subspan(i, std::min(kAtOnce, votes.size() - i));
+        inside.resize(some.size());
+        std::ranges::transform(some, inside.begin(), VoxelVotes::inside);
+        arrays_->append(0, asBytes(inside));
+    }
+    arrays_->append(1, asBytes(votes));
+    const std::array<double, 3> corner{lattice_.corner.x, lattice_.corner.y, lattice_.corner.z};
+    arrays_->append(2, asBytes(corner));
+    arrays_->append(3, asBytes(std::span(&lattice_.spacing, 1)));
+    arrays_->finish();
+}
+
+RayResults VoxelOutput::results() const {
+    const std::uint64_t occupied = votes_.occupied();
+    const double cell = lattice_.spacing * lattice_.spacing * lattice_.spacing;
+    RayResults results;
+    results.voxels = {path_,    lattice_.cells,    lattice_.spacing,
+                      occupied, votes_.disputed(), static_cast<double>(occupied) * cell};
+    return results;
+}
+
+}  // namespace
+
+std::unique_ptr<RayOutput> makeVoxelOutput(std::string path, const Solids& solids,
+                                           AxisBundles lattice, std::string creator) {
+    return std::make_unique<VoxelOutput>(std::move(path), solids, std::move(lattice),
+                                         std::move(creator));
+}
+
+}  // namespace peeler
