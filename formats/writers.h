@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/image/composite.h"
 #include "core/image/sink.h"
 #include "formats/file/output_options.h"
 
