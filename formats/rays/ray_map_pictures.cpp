@@ -47,7 +47,6 @@ class RayMapPictures : public RayMapOutput {
                         path_, "put #### where the number of the bundle goes, or write .exr");
         }
         RayMapOutput::begin(bundles, hits);
-        colors_.color = {{"R", "G", "B", "A"}, PixelType::kFloat, {}};
     }
     void finish() override {}
 
@@ -93,24 +92,16 @@ class RayMapPictures : public RayMapOutput {
         }
     }
 
-    /// An opaque fragment in every pixel: what the writers of pictures take.
     void paint(const Window& rows, std::span<const float> values, const ValueRange& range) {
         const auto ramp = map_ == RayMap::kTransmission ? film : inferno;
         const auto [low, high] = range;
-        colors_.window = rows;
-        colors_.color.channels = {"R", "G", "B", "A"};
-        colors_.color.type = PixelType::kFloat;
-        colors_.offsets.resize(values.size() + 1);
-        colors_.z.assign(values.size(), 0.0F);
-        colors_.color.data.resize(values.size() * colors_.color.stride());
-        const std::span<float> out = colors_.color.as<float>();
+        const std::span<float> out = onePerPixel(rows, colors_);
         for (std::size_t i = 0; i < values.size(); ++i) {
             const bool known = std::isfinite(values[i]);
             const double share = high > low ? (values[i] - low) / (high - low) : 0;
             const auto color = known ? ramp(static_cast<float>(share)) : std::array<float, 3>{};
             std::ranges::copy(color, &out[4 * i]);
             out[4 * i + 3] = known ? 1.0F : 0.0F;
-            colors_.offsets[i + 1] = static_cast<std::uint32_t>(i + 1);
         }
         picture_->write(std::move(colors_));
     }
