@@ -78,15 +78,15 @@ class RayMapPictures : public RayMapOutput {
   private:
     /// The values that were kept.
     void paintAll() {
-        constexpr int kRows = 64;
+        constexpr int kRowsAtOnce = 64;
         const RayMapStatistics& found = statistics(bundle_).front();
         const bool distance = map_ == RayMap::kFirst || map_ == RayMap::kLast;
         // Without a finite value there is none to be shown, whatever the range.
         const ValueRange range{distance ? found.least.value_or(0) : 0, found.greatest.value_or(0)};
         const Window& crop = bundles()[bundle_].view.crop;
         const auto width = static_cast<std::size_t>(crop.width());
-        for (int y = crop.y0; y < crop.y1; y += kRows) {
-            const Window rows{crop.x0, y, crop.x1, std::min(y + kRows, crop.y1)};
+        for (int y = crop.y0; y < crop.y1; y += kRowsAtOnce) {
+            const Window rows{crop.x0, y, crop.x1, std::min(y + kRowsAtOnce, crop.y1)};
             const std::size_t first = static_cast<std::size_t>(y - crop.y0) * width;
             paint(rows, std::span(values_).subspan(first, rows.pixels()), range);
         }
