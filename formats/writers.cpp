@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <numeric>
 
 #include "core/base/error.h"
 #include "formats/exr/exr_plane_writer.h"
@@ -130,17 +129,11 @@ void writePicture(const std::string& path, const CompositeImage& picture,
     constexpr int kRowsAtOnce = 256;
     for (int y = 0; y < height; y += kRowsAtOnce) {
         LayeredImage band;
-        band.window = {0, y, plan.view.width, std::min(y + kRowsAtOnce, height)};
-        const std::size_t pixels = band.window.pixels();
-        band.color.channels = {"R", "G", "B", "A"};
-        band.color.type = PixelType::kFloat;
-        band.offsets.resize(pixels + 1);
-        std::iota(band.offsets.begin(), band.offsets.end(), 0U);
-        band.z.assign(pixels, 1);
-        band.color.data.resize(pixels * band.color.stride());
-        std::memcpy(band.color.data.data(),
-                    picture.rgba.data() + static_cast<std::size_t>(y) * width,
-                    band.color.data.size());
+        const std::span<float> out =
+            onePerPixel({0, y, plan.view.width, std::min(y + kRowsAtOnce, height)}, band);
+        std::memcpy(out.data(), picture.rgba.data() + static_cast<std::size_t>(y) * width,
+                    out.size_bytes());
+        std::ranges::fill(band.z, 1.0F);
         sink->write(std::move(band));
     }
     sink->finish();

@@ -24,9 +24,8 @@ struct VdbVoxels {
 
 /// Writes a fog volume: a grid `density` of floats that is 1 and active inside, 0 elsewhere. Whole
 /// index coordinates are cell centres. The same voxels make the same bytes: the file's UUID, which
-/// OpenVDB draws by chance, is a hash of its content. In memory it takes about 4
-/// bytes a cell on the boundary and little inside. `file` is not committed. Throws Error (kOutput),
-/// (kMemory).
+/// OpenVDB draws by chance, is a hash of its content. In memory it takes about 4 bytes a cell on
+/// the boundary and little inside. `file` is not committed. Throws Error (kOutput), (kMemory).
 void writeVdb(AtomicFile& file, const VdbVoxels& voxels, const std::string& creator);
 
 /// What the module of OpenVDB (modules/vdb_grid.cpp), which is loaded for the first grid, exports,

@@ -45,8 +45,8 @@ struct ExrChannel {
 /// the channels id.*; whether bands are a composite already, one entry a pixel, whose channels stay
 /// (composited); compression; and the layout as it stands in `peeler:layout`, "" = none. The bytes
 /// of the file do not depend on how the picture is cut into bands or on the number of threads.
-/// Between bands it keeps the rows that unfinished chunks still need, at most
-/// 15. A pixel without the layer is 0 in every channel but Z, which is +inf.
+/// Between bands it keeps the rows that unfinished chunks still need, at most 15. A pixel without
+/// the layer is 0 in every channel but Z, which is +inf.
 class ExrBandWriter {
   public:
     /// Creates the hidden files. Throws Error (kOutput).

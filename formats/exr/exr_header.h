@@ -19,22 +19,19 @@ namespace peeler {
 ///
 /// - displayWindow is the full picture, dataWindow is `data_window`.
 /// - worldToCamera and worldToNDC as ImfStandardAttributes.h defines them: row vectors (p' = p·M),
-/// camera
-///   space left-handed with +z forward, NDC (0,0)–(1,1) = corners of the display window, y down,
-///   after the division by w. NDC z is free by that definition; it is chosen to keep the matrix
-///   invertible and finite: f(z − n)/(f − n) before the division by w = z for a perspective camera,
-///   its limit z − n for an infinite far plane, and (z − n)/(f − n) for an orthographic one.
+///   camera space left-handed with +z forward, NDC (0,0)–(1,1) = corners of the display window, y
+///   down, after the division by w. NDC z is free by that definition; it is chosen to keep the
+///   matrix invertible and finite: f(z − n)/(f − n) before the division by w = z for a perspective
+///   camera, its limit z − n for an infinite far plane, and (z − n)/(f − n) for an orthographic
+///   one.
 /// - `near`, `far` (inf where there is none), `orthographicWidth`, `orthographicHeight` in scene
-/// units;
-///   `fieldOfViewHorizontal`, `fieldOfViewVertical` full angles in degrees. These names are not
-///   OpenEXR's.
+///   units; `fieldOfViewHorizontal`, `fieldOfViewVertical` full angles in degrees. These names are
+///   not OpenEXR's.
 /// - screenWindowCenter (0,0); screenWindowWidth is the width of the picture at distance 1
-/// (perspective) or
-///   in scene units (orthographic).
+///   (perspective) or in scene units (orthographic).
 /// - `peeler:fragmentsCounted` and `peeler:fragmentsStored` are strings of decimal digits, since
-/// they may
-///   exceed 32 bits; `peeler:layers`, `peeler:complete` and `peeler:frame` int; `peeler:time`
-///   double; the rest strings, left out where empty.
+///   they may exceed 32 bits; `peeler:layers`, `peeler:complete` and `peeler:frame` int;
+///   `peeler:time` double; the rest strings, left out where empty.
 /// - `peeler:cameraJson`: see cameraJson().
 /// - Nothing of the camera if it is not known (View::known).
 /// - capDate (UTC) only if SOURCE_DATE_EPOCH is set.

@@ -52,8 +52,8 @@ T numberIn(const std::string& text) {
     return number;
 }
 
-/// Where decoded values of a channel go: pixel (x, y) to first + (x − window.x0)·size + (y −
-/// window.y0)· stride, converted to `type`.
+/// Where decoded values of a channel go, converted to `type`: pixel (x, y) to
+/// first + (x − window.x0)·size + (y − window.y0)·stride.
 struct ExrTarget {
     std::string name;
     PixelType type = PixelType::kFloat;

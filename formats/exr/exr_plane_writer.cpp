@@ -192,19 +192,11 @@ void CountMap::write(LayeredImage&& band) {
         plane_->append(std::as_bytes(std::span(counts_)));
         return;
     }
-    // An opaque fragment in every pixel: what the writers of pictures take.
-    colors_.window = band.window;
-    colors_.color.channels = {"R", "G", "B", "A"};
-    colors_.color.type = PixelType::kFloat;
-    colors_.offsets.resize(pixels + 1);
-    colors_.z.assign(pixels, 0.0F);
-    colors_.color.data.resize(pixels * colors_.color.stride());
-    const std::span<float> out = colors_.color.as<float>();
+    const std::span<float> out = onePerPixel(band.window, colors_);
     for (std::size_t p = 0; p < pixels; ++p) {
         const auto color = inferno(static_cast<float>(counts_[p]) / ramp_end_);
         std::copy(color.begin(), color.end(), &out[4 * p]);
         out[4 * p + 3] = 1;
-        colors_.offsets[p + 1] = static_cast<std::uint32_t>(p + 1);
     }
     picture_->write(std::move(colors_));
 }

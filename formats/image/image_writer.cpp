@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <exception>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -242,6 +243,18 @@ const ImageFormat* findImageFormat(const std::string& path) {
         if (std::ranges::find(format.extensions, extension) != format.extensions.end())
             return &format;
     return nullptr;
+}
+
+std::span<float> onePerPixel(const Window& window, LayeredImage& image) {
+    const std::size_t pixels = window.pixels();
+    image.window = window;
+    image.offsets.resize(pixels + 1);
+    std::iota(image.offsets.begin(), image.offsets.end(), 0U);
+    image.z.assign(pixels, 0.0F);
+    image.color.channels = {"R", "G", "B", "A"};
+    image.color.type = PixelType::kFloat;
+    image.color.data.resize(pixels * image.color.stride());
+    return image.color.as<float>();
 }
 
 ImageWriter::ImageWriter(std::string path, OutputOptions options)

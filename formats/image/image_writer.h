@@ -71,6 +71,10 @@ class ImageWriter : public Sink {
     StageTimes times_;
 };
 
+/// One fragment in every pixel of the window, at Z 0: a finished picture as the writers take it.
+/// Returns the room for their colours, premultiplied RGBA in float. Reuses the storage of `image`.
+std::span<float> onePerPixel(const Window& window, LayeredImage& image);
+
 /// round(255 · encodeSrgb(linear)) exactly, for every float; NaN becomes 0.
 class SrgbBytes {
   public:

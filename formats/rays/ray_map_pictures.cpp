@@ -47,7 +47,6 @@ class RayMapPictures : public RayMapOutput {
                         path_, "put #### where the number of the bundle goes, or write .exr");
         }
         RayMapOutput::begin(bundles, hits);
-        colors_.color = {{"R", "G", "B", "A"}, PixelType::kFloat, {}};
     }
     void finish() override {}
 
@@ -79,38 +78,30 @@ class RayMapPictures : public RayMapOutput {
   private:
     /// The values that were kept.
     void paintAll() {
-        constexpr int kRows = 64;
+        constexpr int kRowsAtOnce = 64;
         const RayMapStatistics& found = statistics(bundle_).front();
         const bool distance = map_ == RayMap::kFirst || map_ == RayMap::kLast;
         // Without a finite value there is none to be shown, whatever the range.
         const ValueRange range{distance ? found.least.value_or(0) : 0, found.greatest.value_or(0)};
         const Window& crop = bundles()[bundle_].view.crop;
         const auto width = static_cast<std::size_t>(crop.width());
-        for (int y = crop.y0; y < crop.y1; y += kRows) {
-            const Window rows{crop.x0, y, crop.x1, std::min(y + kRows, crop.y1)};
+        for (int y = crop.y0; y < crop.y1; y += kRowsAtOnce) {
+            const Window rows{crop.x0, y, crop.x1, std::min(y + kRowsAtOnce, crop.y1)};
             const std::size_t first = static_cast<std::size_t>(y - crop.y0) * width;
             paint(rows, std::span(values_).subspan(first, rows.pixels()), range);
         }
     }
 
-    /// An opaque fragment in every pixel: what the writers of pictures take.
     void paint(const Window& rows, std::span<const float> values, const ValueRange& range) {
         const auto ramp = map_ == RayMap::kTransmission ? film : inferno;
         const auto [low, high] = range;
-        colors_.window = rows;
-        colors_.color.channels = {"R", "G", "B", "A"};
-        colors_.color.type = PixelType::kFloat;
-        colors_.offsets.resize(values.size() + 1);
-        colors_.z.assign(values.size(), 0.0F);
-        colors_.color.data.resize(values.size() * colors_.color.stride());
-        const std::span<float> out = colors_.color.as<float>();
+        const std::span<float> out = onePerPixel(rows, colors_);
         for (std::size_t i = 0; i < values.size(); ++i) {
             const bool known = std::isfinite(values[i]);
             const double share = high > low ? (values[i] - low) / (high - low) : 0;
             const auto color = known ? ramp(static_cast<float>(share)) : std::array<float, 3>{};
             std::ranges::copy(color, &out[4 * i]);
             out[4 * i + 3] = known ? 1.0F : 0.0F;
-            colors_.offsets[i + 1] = static_cast<std::uint32_t>(i + 1);
         }
         picture_->write(std::move(colors_));
     }
