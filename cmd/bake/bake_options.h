@@ -16,8 +16,8 @@
 #include "core/bake/receivers.h"
 #include "core/capture/capture_settings.h"
 #include "core/scene/posed_scene.h"
-#include "formats/gltf/baked_gltf.h"
 #include "formats/exr/texture_files.h"
+#include "formats/gltf/baked_gltf.h"
 
 namespace peeler::cmd {
 
