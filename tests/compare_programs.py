@@ -49,10 +49,15 @@ UNIFIED = ()
 BEGINNING_AND_END = ("input", "output", "bytes", "outputs", "settingsHash", "renderer", "backend", "peakMemory",
                      "milliseconds")
 ADDED = (
+    ("render", ("input", "settingsHash", "frames.input", "frames.settingsHash")),
+    ("flatten", ("input", "settingsHash")),
+    ("merge", ("inputs", "settingsHash")),
+    ("convert", ("input", "settingsHash")),
+    ("view", ("input", "settingsHash")),
     ("rays", BEGINNING_AND_END),
     ("bake", BEGINNING_AND_END),
     ("extract", BEGINNING_AND_END),
-    ("sheet", ("settingsHash",)),
+    ("sheet", ("input", "settingsHash")),
     ("batch", tuple(f"result.{key}" for key in BEGINNING_AND_END)),
 )
 
