@@ -76,11 +76,11 @@ class Bake {
     Console& console_;
     CaptureJob job_;
     CaptureSettings capture_;
-    const OpenedScene* scene_ = nullptr;  ///< the job's
+    const OpenedScene* scene_ = nullptr;  ///< owned by job_
     std::optional<PosedScene> posed_;
     std::optional<VertexReceivers> vertices_;
-    std::optional<TexelReceivers> texels_;  ///< if those are the target
-    std::vector<fs::path> outputs_;         ///< one, or of .png one for each texture
+    std::optional<TexelReceivers> texels_;  ///< if texels are the target
+    std::vector<fs::path> outputs_;         ///< one file, or a .png for each texture
     std::vector<float> values_;
 };
 
@@ -90,14 +90,15 @@ std::vector<fs::path> Bake::inputs() const {
     return files;
 }
 
-/// Nothing that is written may replace anything that is read, or each other. Returns the outputs.
+/// Throws Error (kUsage, kOutput) if anything that is written would replace what is read, or each
+/// other. Returns the outputs.
 std::vector<fs::path> Bake::checkFiles(std::span<const int> materials) const {
     const std::vector<fs::path> read = inputs();
     OutputFlags flags;
     flags.path = options_.bake.output;
     flags.no_clobber = options_.bake.no_clobber;
     std::vector<fs::path> outputs = checkSeries(flags, materials, read);
-    const AtomicFile probe(flags.path.string());  // of the folder
+    const AtomicFile probe(flags.path.string());  // throws if the folder takes no file
     std::vector<fs::path> others = read;
     others.insert(others.end(), outputs.begin(), outputs.end());
     checkReport(options_.report, others);
@@ -152,7 +153,8 @@ std::string Bake::materialName(int material) const {
     return name.empty() ? number : number + " (" + printable(name) + ")";
 }
 
-/// Only now is known how many textures there are, and which files the scene is made of.
+/// Names the outputs: only now is known how many textures there are, and which files the scene is
+/// made of.
 void Bake::nameOutputs() {
     std::vector<int> materials;
     if (texels_)
@@ -182,7 +184,7 @@ void Bake::gather() {
         values_ = bake(renderer, receivers(), settings, capture_, lookup,
                        [&](double share) { progress.update(share); });
     }
-    // What the captures have taken counts as what it is, and as "bake" what is left.
+    // The captures are booked under stages of their own; what is left of the time is "bake".
     const StageTimes captures = renderer.takeTimes();
     for (const auto& [stage, milliseconds] : captures)
         job_.times()["bake"] -= milliseconds;
@@ -198,7 +200,7 @@ void Bake::write() {
         writeVertices();
 }
 
-/// Viewers open a file with its default scene and in no variant.
+/// Makes the file open as it was baked: viewers show its default scene, and no variant.
 void Bake::showWhatWasBaked(GltfPackage& package) const {
     if (options_.scene.scene) setDefaultScene(package, scene_->index());
     if (const auto variant = chosenVariant(scene(), options_.appearance))
@@ -258,7 +260,7 @@ void Bake::writeTextures() {
 void Bake::report() {
     RunResult result;
     job_.finish(result);
-    // Of the result alone: what is baked has never had the attribute, and keeps its bytes.
+    // The hash stands in the result alone: baked files have never had it, and keep their bytes.
     result.settings_hash = job_.settingsHash(capture_, bakeSettings(options_.bake));
     result.setFiles(options_.bake.output, outputs_);
     const ValueRange range = rangeOf(values_);

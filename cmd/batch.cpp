@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler batch: the jobs of a file, each a process of its own, so many at a time.
+// peeler batch: the jobs of a file, each in a process of its own, several at a time.
 #include <poll.h>
 
 #include <algorithm>
@@ -44,7 +44,8 @@ struct BatchOptions {
     ReportOptions report;  ///< results are always JSON
 };
 
-/// From the file of jobs to the last of their results. Nothing runs before all of it is checked.
+/// One batch, from the file of jobs to the last result. No job runs before the whole file is
+/// checked.
 class Batch {
   public:
     Batch(const BatchOptions& options, Console& console) : options_(options), console_(console) {}
@@ -79,15 +80,15 @@ class Batch {
     std::vector<std::optional<Json>> results_;  ///< one a job
     std::size_t printed_ = 0, done_ = 0, next_ = 0;
     int worst_ = 0;
-    int threads_ = 0;           ///< of each job that leaves it to us; 0 = its own choice
-    std::uint64_t memory_ = 0;  ///< likewise
+    int threads_ = 0;           ///< for each job without --threads; 0 = the job chooses
+    std::uint64_t memory_ = 0;  ///< bytes, likewise for --memory
     std::optional<SignalFile> signals_;
     std::list<Running> running_;
     std::optional<ProgressReport> progress_;
 };
 
-/// Whether all that a job writes is there. (How many files a job without frames makes of a name
-/// with a place for a number is not known.)
+/// Whether all that a job writes is there. (A name with a place for a number counts as there: how
+/// many files a job without frames makes of it is not known.)
 bool outputsExist(const Job& job) {
     return std::ranges::all_of(job.outputs, [](const fs::path& output) {
         std::error_code failure;
@@ -143,7 +144,8 @@ void Batch::openReport() {
     takeEarlierResults(report_->lines());
 }
 
-/// What is done already is not done again; what it has written has to be there still.
+/// Takes over the results of jobs that an earlier batch has done, so that they are not run again;
+/// what they have written has to be there still.
 void Batch::takeEarlierResults(const std::vector<Json>& lines) {
     std::map<std::string, const Json*> last;
     for (const Json& line : lines)
@@ -162,7 +164,8 @@ void Batch::takeEarlierResults(const std::vector<Json>& lines) {
     }
 }
 
-/// An equal part for each of the jobs that run at a time.
+/// Gives each of the jobs that run at a time an equal part of threads and memory. Throws Error
+/// (kMemory) if that is less than kLeastMemory.
 void Batch::share() {
     const auto parts = static_cast<std::uint64_t>(std::clamp<std::size_t>(jobs_.size(), 1, 1024));
     const std::uint64_t jobs = std::min(parts, static_cast<std::uint64_t>(options_.jobs));
@@ -170,7 +173,7 @@ void Batch::share() {
                                               : allowedThreads().amount;
     if (jobs > 1 || options_.threads > 0)
         threads_ = static_cast<int>(std::max<std::uint64_t>(1, threads / jobs));
-    // Alone it finds out by itself, and says whose limit it is.
+    // A job that runs alone finds an inherited limit by itself, and can say whose it is.
     if (jobs > 1 || options_.memory.source.empty()) memory_ = options_.memory / jobs;
     if (memory_ != 0 && memory_ < kLeastMemory) {
         throw Error(ErrorKind::kMemory,
@@ -222,7 +225,7 @@ void Batch::runJobs() {
     std::vector<Json> lines;
     for (const auto& result : results_)
         if (result) lines.push_back(*result);
-    // Behind a job that --fail-fast left out.
+    // Results behind a job that --fail-fast left out are not printed yet.
     for (std::size_t i = printed_; i < results_.size(); ++i)
         if (results_[i]) console_.result(lineText(*results_[i]));
     if (report_) report_->finish(lines);
@@ -240,11 +243,11 @@ void Batch::startJobs() {
 void Batch::wait() {
     std::vector<pollfd> files{{signals_->file(), POLLIN, 0}};
     for (const Running& running : running_) {
-        // A file of −1 is left out by poll.
+        // A file of −1 is left out by poll().
         files.push_back({running.process.outFile(), POLLIN, 0});
         files.push_back({running.process.errFile(), POLLIN, 0});
     }
-    // EINTR is as good as an event: all are asked in turn.
+    // EINTR is as good as an event: all files are read in turn.
     poll(files.data(), files.size(), -1);
 }
 
@@ -253,7 +256,7 @@ void Batch::takeSignals() {
         if (number != SIGCHLD) endBySignal(number);
 }
 
-/// Of the jobs that run, those that have ended become results.
+/// Turns the running jobs that have ended into results.
 void Batch::takeEnded() {
     for (auto running = running_.begin(); running != running_.end();) {
         running->process.read();
@@ -266,7 +269,8 @@ void Batch::takeEnded() {
     }
 }
 
-/// The jobs remove their temporary files and end; what takes longer than that is killed.
+/// Hands a signal on to the jobs, which remove their temporary files and end; those that take too
+/// long are killed.
 void Batch::endBySignal(int number) {
     using namespace std::chrono_literals;
     takeEnded();
@@ -288,7 +292,7 @@ void Batch::endBySignal(int number) {
             std::erase_if(running_, [](Running& running) { return running.process.ended(); });
         }
     }
-    // What not even that ends hangs in the system, and is no reason to hang, too.
+    // What not even SIGKILL ends hangs in the system: that is no reason for the batch to hang, too.
     for (Running& running : running_)
         running.process.abandon();
     running_.clear();

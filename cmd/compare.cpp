@@ -33,7 +33,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the bands of each of the two files may take.
+/// Bytes that a band of each of the two files may take.
 constexpr std::uint64_t kComparedBandBytes = std::uint64_t{192} << 20;
 
 struct CompareOptions {
@@ -55,17 +55,17 @@ class ComparedImage {
     const std::string& path() const { return path_; }
     bool layered() const { return reader_ != nullptr; }
     std::size_t layers() const { return layered() ? reader_->info().plan.layers.size() : 0; }
-    int width() const;  ///< of the display window
+    int width() const;  ///< of the display window, pixels
     int height() const;
-    Window window() const;  ///< what has pixels
+    Window window() const;  ///< the rectangle that has pixels
     /// Whether the file tells where the pixels lie in the display window (OpenEXR).
     bool placed() const { return layered() || flat_.placed; }
 
-    /// Rows that read() can deliver with about so many bytes.
+    /// How many rows read() can deliver at once in about `bytes`.
     int rowsFor(std::uint64_t bytes) const;
-    /// `rows` rows from `first` on, counted from the top of window(). Layered images only.
+    /// Reads `rows` rows from `first` on, counted from the top of window(). Layered images only.
     void read(int first, int rows, LayeredImage& out);
-    /// The same of the composite over nothing.
+    /// The same rows composited over nothing, of any image.
     void read(int first, int rows, CompositeImage& out);
 
   private:
@@ -178,7 +178,7 @@ class Compare {
     Console& console_;
     std::unique_ptr<ComparedImage> a_, b_;
     Comparison comparison_;
-    std::vector<float> differences_;  ///< of every pixel, if there will be a heat map
+    std::vector<float> differences_;  ///< of every pixel; empty without a heat map
     std::optional<HeatmapResult> heatmap_;
 };
 

@@ -90,8 +90,9 @@ void Convert::forEachBand(const Stage& stage, Take&& take) {
     cmd::forEachBand(*reader_, 0, result_.milliseconds, progress, take);
 }
 
-/// Headers come before pixels and tell where each layer lies. A deep file's counts have been read;
-/// other headers promise windows that may be wider than what they hold.
+/// Counts the fragments of every layer: the output's header comes before its pixels and says where
+/// each layer lies. Deep input comes with its counts; of other input the header promises windows
+/// that may be wider than what they hold.
 void Convert::count() {
     if (!reader_->info().deep.empty()) return;
     DepthComplexity complexity(plan_.view.crop);

@@ -72,7 +72,7 @@ std::string toText(const gl::Device& device) {
     return text;
 }
 
-/// What a command has of the machine unless it is told otherwise.
+/// The threads and the memory that a command takes unless its options say otherwise.
 nlohmann::ordered_json machineJson() {
     const Limit threads = allowedThreads();
     nlohmann::ordered_json json;

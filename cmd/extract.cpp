@@ -33,20 +33,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of a band; the writers of layers keep a band of their layer each.
+/// Bytes of a band, fewer than kBandBytes: the writer of each layer keeps a band of it, too.
 constexpr std::uint64_t kExtractBandBytes = std::uint64_t{64} << 20;
 
 struct ExtractOptions {
     fs::path input;
     OutputFlags output;  ///< of layers; an empty path = none
     std::optional<fs::path> counts, points, arrays;
-    std::vector<int> layers;  ///< empty = all
-    std::uint32_t max_layers = 0;
+    std::vector<int> layers;       ///< empty = all
+    std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
     bool double_points = false;
     int threads = 0;
     ReportOptions report;
 };
 
+/// An output besides the layers: how the result calls it, its file, and what writes it.
 struct Product {
     std::string kind;
     fs::path path;
@@ -98,7 +99,7 @@ class Extract {
     LayerSelection selection_;
     std::optional<LayerFiles> layers_;
     std::vector<Product> products_;
-    CountMap* counts_ = nullptr;  ///< one of them
+    CountMap* counts_ = nullptr;  ///< the sink of one of products_; null = no counts
     std::uint64_t fragments_ = 0;
     RunResult result_;
 };
@@ -212,14 +213,14 @@ void Extract::selectLayers() {
     }
 }
 
-/// Headers tell how many fragments follow, and come before them: count first, where there are such
-/// headers.
+/// Counts first, where an output has a header: it says how many fragments follow, and comes before
+/// them.
 void Extract::count() {
     const bool partial_counts = options_.counts && !selection_.all();
     if (!options_.arrays && !writesExrLayers() && !partial_counts) return;
     DepthComplexity complexity(whole_.view.crop);
     forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });
-    // A window may be larger than it has to be, in files of others.
+    // In files of other programs a window may be larger than its layer.
     const std::vector<LayerPlan> found = complexity.layers();
     chosen_.fragments_stored = 0;
     for (std::size_t layer = 0; layer < found.size(); ++layer) {
@@ -254,7 +255,7 @@ void Extract::extract() {
     for (Product& product : products_)
         product.sink->begin(chosen_);
     LayeredImage copy;
-    // Everything in the first reading but for the layers that are too many for it.
+    // The first reading serves every output; later ones only layers that were too many for it.
     for (bool first = true; first || (layers_ && layers_->left()); first = false) {
         if (layers_) layers_->begin(whole_);
         forEachBand("extract", [&](LayeredImage& band) {
@@ -313,7 +314,8 @@ void Extract::report() {
     reportResult(options_.report, toJson(result_, found), lines, console_);
 }
 
-/// The grammar of frames, but for the sign.
+/// Adds layers to a list that is written like one of frames, but without negative numbers. Throws
+/// Error (kUsage).
 void takeLayers(const std::string& text, std::vector<int>& layers) {
     std::vector<int> more;
     try {

@@ -57,7 +57,8 @@ class Flatten {
     void composite();
     void report();
 
-    /// Reads the picture top to bottom, limited, and hands each band to `take`.
+    /// Reads the picture from top to bottom, the nearest layers only if so asked, and hands each
+    /// band to `take`.
     template <class Take>
     void forEachBand(const Stage& stage, Take&& take);
 
@@ -91,7 +92,7 @@ void Flatten::limitLayers() {
     const bool limited = options_.max_layers != 0 && options_.max_layers < plan_.layers.size();
     const bool known = reader_->info().is_peeler || plan_.fragments_stored != 0;
     if (!limited && known) return;
-    // The header tells how many fragments the picture shows, and comes before them: count first.
+    // The header says how many fragments the picture shows, and comes before them: count first.
     if (limited) plan_.layers.resize(options_.max_layers);
     plan_.fragments_stored = 0;
     forEachBand({"count", kCountEnd},
@@ -103,7 +104,7 @@ void Flatten::composite() {
     Provenance provenance = reader_->info().provenance;
     provenance.version = PEELER_VERSION;
     OutputOptions output = options_.output.from(provenance);
-    // Nothing in the input says what is left out of it here.
+    // A hash made of the input's would not know of --layers and --fxaa.
     if (options_.max_layers == 0 && !options_.fxaa) {
         output.provenance.output_hash =
             outputHashFrom(reader_->info(), plan_.view, options_.output.path.string(), output);

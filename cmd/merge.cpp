@@ -98,14 +98,15 @@ void Merge::open() {
     tiles_.emplace(options_.inputs, composites_wanted, console_);
 }
 
-/// The same kind of file, unless another is asked for. Composites are merged as they are.
+/// Chooses the kind of the output: that of the tiles, unless another is asked for. Composites are
+/// merged as they are.
 void Merge::chooseKind() {
     const std::string path = output_.path.string();
     if (tiles_->kind() == PictureTiles::Kind::kDeep && output_.options.as.empty() &&
         findOutputFormat(path, "").holds(OutputContent::kLayers))
         output_.options.as = "deep";
     if (composites() && output_.options.as.empty()) output_.options.as = "composite";
-    checkFormat(output_);  // options that suit layered files may not suit these
+    checkFormat(output_);  // what suits layered files may not suit the chosen kind
     if (!composites()) return;
     if (output_.isGiven("--background")) {
         throw Error(ErrorKind::kUsage, "composites are merged as they are, background and all",
@@ -170,7 +171,8 @@ void Merge::plan() {
     plan_.fragments_counted = plan_.fragments_stored;
 }
 
-/// Where tiles overlap, only their union tells.
+/// Counts layers and fragments of the joined tiles, which the tiles' headers do not tell where
+/// tiles overlap.
 void Merge::countLayers() {
     DepthComplexity complexity(plan_.view.crop);
     forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });

@@ -41,7 +41,7 @@ class BundleSink final : public Sink {
             output->take(bundle_, band);
     }
     void finish() override {}
-    /// Outputs take some rows at a time.
+    /// What the outputs take besides the band, which they go through some rows at a time.
     SinkMemory memory() const override { return {0, std::uint64_t{48} << 20}; }
 
   private:
@@ -91,19 +91,19 @@ class Rays {
     Console& console_;
     CaptureJob job_;
     CaptureSettings capture_;
-    const OpenedScene* scene_ = nullptr;  ///< the job's
+    const OpenedScene* scene_ = nullptr;  ///< owned by job_
     std::optional<PosedScene> posed_;
     std::vector<Bundle> bundles_;
-    std::optional<AxisBundles> lattice_;  ///< of voxels
+    std::optional<AxisBundles> lattice_;  ///< of --voxels
     std::unique_ptr<Solids> solids_;      ///< if something needs them
     std::vector<std::unique_ptr<RayOutput>> outputs_;
-    const RayParity* parity_ = nullptr;  ///< one of them
-    std::vector<fs::path> files_;        ///< that are written
-    Renderer* renderer_ = nullptr;       ///< the job's
-    std::vector<std::uint64_t> hits_;    ///< of each bundle, if an output needs them before
+    const RayParity* parity_ = nullptr;  ///< one of outputs_; null without --parity
+    std::vector<fs::path> files_;        ///< the files that are written
+    Renderer* renderer_ = nullptr;       ///< owned by job_
+    std::vector<std::uint64_t> hits_;    ///< of each bundle; empty if no output needs them first
     std::uint64_t hits_found_ = 0;
     double largest_correction_ = 0;
-    bool failed_ = false;  ///< --parity fail: no file is written
+    bool failed_ = false;  ///< --parity fail found an odd ray: no file is written
 };
 
 void Rays::checkOptions() {
@@ -111,11 +111,11 @@ void Rays::checkOptions() {
     checkRaysOptions(options_);
     checkFiles();
     capture_ = options_.capture;
-    // Of what is next to points, t is found from the primitive anyway.
+    // Outputs of --points find t from the triangle anyway.
     const bool refine = options_.refine && !options_.points;
     capture_.hit_mode = refine ? HitMode::kRefined : HitMode::kRaw;
     capture_.color_type = PixelType::kFloat;  // normals, too
-    // A camera sees from near to far; other rays have no ends.
+    // A camera sees from its near to its far plane; other rays have no ends.
     capture_.depth_clamp = !options_.bundles.usesCamera();
 }
 
@@ -143,7 +143,8 @@ void Rays::checkFiles() const {
     checkReport(options_.report, others);
 }
 
-/// Only now is known which files the scene is made of, and how many pictures there are.
+/// Names and checks the outputs: only now is known which files the scene is made of, and how many
+/// pictures there are.
 void Rays::checkOutputs() {
     if (options_.writesPictures()) {
         std::vector<int> numbers(bundles_.size());
@@ -228,7 +229,8 @@ void Rays::openRenderer() {
     renderer_ = &job_.openRenderer(*posed_);
 }
 
-/// Headers and arrays say how many hits follow, and come before them.
+/// Counts first where an output needs it: its header or arrays say how many hits follow, and come
+/// before them.
 void Rays::count() {
     if (std::ranges::any_of(outputs_, [](const auto& output) { return output->needsHits(); })) {
         ProgressReport progress(console_, options_.report.shownProgress(), {"count", kCountEnd});
@@ -246,7 +248,7 @@ void Rays::trace() {
     ProgressReport progress(console_, options_.report.shownProgress(), "trace");
     const auto all = static_cast<double>(bundles_.size());
     for (std::size_t i = 0; i < bundles_.size(); ++i) {
-        // The plan of a lone bundle is still there.
+        // The Renderer still has the plan of a lone bundle from count().
         if (hits_.size() != 1) {
             const Plan plan = renderer_->plan(bundles_[i].view, capture_);
             hits_found_ += plan.fragments_counted;
@@ -265,7 +267,7 @@ void Rays::trace() {
 void Rays::report() {
     RunResult result;
     job_.finish(result);
-    // Of the result alone: the files of rays have never had the attribute, and keep their bytes.
+    // The hash stands in the result alone: files of rays have never had it, and keep their bytes.
     result.settings_hash = job_.settingsHash(capture_, raySettings(options_, bundles_));
     const std::uint64_t rays = std::accumulate(
         bundles_.begin(), bundles_.end(), std::uint64_t{0},

@@ -30,17 +30,18 @@ using Clock = std::chrono::steady_clock;
 /// What became of the pictures of a run: reported as each ends, and together at the end.
 class SequenceResults {
   public:
-    /// `sequence`: of frames; else there is one picture. Flags and console must outlive it.
+    /// `sequence`: the pictures are frames; else there is one picture. Flags and console must
+    /// outlive this object.
     SequenceResults(const ReportOptions& flags, bool sequence, Console& console)
         : flags_(flags), sequence_(sequence), console_(console) {}
 
     void add(const PictureResult& result);
-    /// Of a picture that the others go on without.
+    /// Reports the failure of a picture that the others go on without.
     void addFailure(const std::filesystem::path& output, std::optional<int> frame,
                     const Error& error);
 
     bool empty() const { return finished_.empty() && failed_.empty(); }
-    int worst() const { return worst_; }  ///< exit code
+    int worst() const { return worst_; }  ///< the greatest exit code of a failure; 0 = none
     /// The results of a sequence as asked for: {"frames": [one result a frame]} and, if there are
     /// any, "failed". (A lone picture's are reported when it ends.)
     void report() const;
@@ -99,7 +100,7 @@ struct Picture {
     Plan plan{};
     PictureResult result{};
     std::unique_ptr<Sink> writer{};
-    BackgroundSink* background = nullptr;  ///< the writer, if it goes on by itself
+    BackgroundSink* background = nullptr;  ///< the writer, if it has a thread of its own; else null
 };
 
 /// The run of one request. Scene, shaders and context are there once for all pictures, and a
@@ -165,7 +166,7 @@ void Render::renderAll() {
             render(i);
     } catch (...) {
         const Error error = currentError();
-        endPending(true);  // the picture before is none the worse for it
+        endPending(true);  // the picture before is not at fault
         throw error;
     }
     endPending();
@@ -186,8 +187,8 @@ void Render::render(std::size_t index) {
         if (!options_.sequence.keep_going || of_all) throw error;
         endPending();
         results_.addFailure(request_.outputFile(index), request_.frame(index), error);
-        job_.closeRenderer();  // whatever state it was left in
-        job_.takeTimes();      // of no picture
+        job_.closeRenderer();  // the failure may have left it in any state
+        job_.takeTimes();      // these times belong to no picture
         return;
     }
     endPending();

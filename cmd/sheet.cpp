@@ -132,7 +132,7 @@ void Sheet::writeSheet() {
     style.columns = options_.columns;
     const OutputOptions& asked = options_.output.options;
     if (options_.output.isGiven("--background")) style.background = asked.background;
-    // Grey means depth there, so what is behind it is not grey.
+    // Grey means depth, so what lies behind the depths is not grey.
     constexpr std::array<float, 4> kBehindDepth{0.42F, 0.55F, 0.74F, 1};
     if (options_.request.cells.show == SheetShow::kDepth && !style.background)
         style.background = kBehindDepth;
@@ -142,7 +142,7 @@ void Sheet::writeSheet() {
     content_.result.width = page.window.width();
     content_.result.height = page.window.height();
     const StageTimer timer(job_.times(), "encode");
-    OutputOptions output;  // the page is finished: nothing is mapped once more
+    OutputOptions output;  // the page is finished: no exposure or tone map any more
     output.provenance.version = PEELER_VERSION;
     writePicture(options_.output.path.string(), page, output);
 }
@@ -201,7 +201,7 @@ void addCellOptions(VerbOptions& verb, SheetOptions& options) {
         .group(kGroup);
 }
 
-/// The options that have a meaning for scenes only, as far as they are on the command line.
+/// The options on the command line that have a meaning for scenes only.
 std::set<std::string> sceneOptionsGiven(const VerbOptions& verb) {
     const std::set<std::string> groups{"Scene",  "Animation", "Camera", "Picture",
                                        "Layers", "Clipping",  "Light",  "Machine"};

@@ -34,7 +34,7 @@ bool isOurs(const VerifiedFile& file) {
     return file.kind == VerifiedKind::kLayered || file.kind == VerifiedKind::kFlat;
 }
 
-/// What files of one sequence have in common.
+/// What the files of one sequence have in common.
 struct SharedAttribute {
     const char* name;
     std::string (*text)(const VerifiedFile& file);
@@ -61,10 +61,10 @@ void checkSettings(std::vector<VerifiedFile>& files) {
     }
 }
 
-/// Frames between the first and the last, at the distance that all have in common, of which there
-/// is no file.
+/// The frames of which there is no file: those between the first and the last, at the step that all
+/// files have in common.
 std::vector<int> missingFrames(const std::vector<VerifiedFile>& files) {
-    constexpr std::int64_t kMost = 1000000;  // as many as can be asked for
+    constexpr std::int64_t kMost = 1000000;  // as many frames as --frames takes
     std::set<std::int64_t> frames;
     for (const VerifiedFile& file : files) {
         if (isOurs(file)) frames.insert(file.provenance.frame);

@@ -54,7 +54,7 @@ struct ViewCameraOptions {
 struct ViewOptions {
     fs::path input;
     std::uint32_t max_layers = 0;                ///< nearest layers; 0 = all
-    std::optional<std::uint64_t> max_fragments;  ///< of a page; 0 = any number
+    std::optional<std::uint64_t> max_fragments;  ///< of a page; 0 = any number, none = the default
     int threads = 0;
     ViewCameraOptions camera;
     OutputFlags output;
@@ -78,7 +78,7 @@ glm::dmat4 orbited(const glm::dmat4& camera, const glm::dvec3& center, const glm
     return about(-degrees.y, glm::dvec3(yawed[0])) * yawed;
 }
 
-/// A distance from `view`'s camera that nothing in the file exceeds.
+/// A distance from the camera of `view`, in scene units, that nothing in the file exceeds.
 double farthest(const LayeredImage& image, const View& own, const View& view) {
     const double depth = image.z.empty() ? 1 : *std::max_element(image.z.begin(), image.z.end());
     const double scale = own.projection.perspective ? depth : 1;
@@ -141,9 +141,9 @@ glm::dvec3 centerOfInterest(const LayeredImage& image, const View& view) {
     return glm::dvec3(place[3]) - glm::dvec3(place[2]) * medianDepth(image, view).value_or(1);
 }
 
-/// `own`, the file's camera, with what the options change; near plane close enough to clip nothing
-/// that the file holds, no far plane. The file's crop stays only while its camera and size do.
-/// Throws Error (kUsage) for a camera that cannot be.
+/// The file's camera `own` with what the options change, its planes such that they clip nothing
+/// that the file holds. The file's crop stays only while its camera and size do. Throws Error
+/// (kUsage) for a camera that cannot be.
 View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOptions& options) {
     View view = own;
     Projection& projection = view.projection;
@@ -185,7 +185,7 @@ View viewFrom(const View& own, const LayeredImage& image, const ViewCameraOption
                        projection.perspective != own.projection.perspective;
     if (moved) {
         view.camera_name.clear();
-        // The file's planes have clipped what it holds; here they would clip once more.
+        // The file's planes have clipped what it holds; moved, they would clip once more.
         const double distance = glm::length(target - glm::dvec3(view.camera_to_world[3]));
         projection.near = projection.perspective ? 1e-4 * distance : 0;
         projection.far = projection.perspective ? std::numeric_limits<double>::infinity()
@@ -220,7 +220,7 @@ class ViewRun {
     void checkOptions();
     void load();
     void render();
-    /// The picture from `view`, in bands.
+    /// Writes the picture from `view`, band by band.
     void reprojectInto(Sink& writer, const View& view);
     void report();
 
@@ -228,8 +228,8 @@ class ViewRun {
     bool page_ = false;
     Console& console_;
     std::unique_ptr<LayeredInput> reader_;
-    LayeredImage image_;  ///< all of the file, limited
-    Plan plan_;           ///< what the layers were captured by
+    LayeredImage image_;  ///< all of the file, or its nearest layers
+    Plan plan_;           ///< of the file
     PictureResult result_;
 };
 
@@ -268,7 +268,7 @@ void ViewRun::load() {
         plan_.layers.resize(std::min<std::size_t>(plan_.layers.size(), options_.max_layers));
     }
     plan_.fragments_stored = image_.fragments();
-    // Files of others do not say how many there were.
+    // Files of other programs do not say how many fragments there were.
     plan_.fragments_counted = std::max(plan_.fragments_counted, plan_.fragments_stored);
 }
 
@@ -278,7 +278,7 @@ void ViewRun::render() {
     Provenance provenance = reader_->info().provenance;
     provenance.version = PEELER_VERSION;
     provenance.method = kMethod;
-    provenance.settings_hash.clear();  // of other settings
+    provenance.settings_hash.clear();  // it is that of the input's settings
     OutputOptions output = options_.output.from(provenance);
     if (page_ && options_.max_layers == 0) {
         const ExrInfo& input = reader_->info();
@@ -314,7 +314,7 @@ void ViewRun::reprojectInto(Sink& writer, const View& view) {
             progress.update(share);
         });
     }
-    // Bands were written in between.
+    // The writer's times are those of bands that were written in between.
     for (const auto& [stage, milliseconds] : writer.times())
         result_.milliseconds["capture"] -= milliseconds;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is baked, how finely, and where to.
+// The options of bake: what is baked, how finely, and where to.
 #include "cmd/bake/bake_options.h"
 
 #include <algorithm>
@@ -31,7 +31,7 @@ constexpr Choice<BakeFile> kFiles[] = {
 
 constexpr int kMostDirections = 1 << 20;
 constexpr int kMostResolution = 16384;
-constexpr int kMostTexels = 8192;  // a side; receivers of all of them take some GiB
+constexpr int kMostTexels = 8192;  // a side; receivers of so many take some GiB
 
 int evenNumber(const std::string& text) {
     const auto number = parseInteger(text, 2, kMostDirections);

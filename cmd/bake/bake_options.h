@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is baked, how finely, and where to; and what files hold of it.
+// The options of peeler bake, and what files hold of the values.
 #pragma once
 
 #include <filesystem>
@@ -36,15 +36,16 @@ inline constexpr Choice<BakeQuantity> kBakeQuantities[] = {
 
 enum class BakeTarget { kVertices, kTexture };
 
-/// What a file of some extension takes.
+/// The kinds of files that are written, by their extensions.
 enum class BakeFile { kGltf, kExr, kPng };
 
 struct BakeOptions {
     std::filesystem::path output;
     bool no_clobber = false;
-    bool values_alone = false;  ///< a .glb that shows them and no materials
+    bool values_alone = false;  ///< a .glb that shows the values and no materials
     BakeSettings settings;
     std::optional<BakeTarget> target;  ///< none = vertices for a .glb, else texture
+    /// The UV set, texels a side, texels of padding, and bounces of light; none = the default.
     std::optional<int> uv_set, size, padding, bounces;
     Faces faces = Faces::kBoth;
 
@@ -54,33 +55,34 @@ struct BakeOptions {
     int texelPadding() const { return padding.value_or(8); }
 };
 
-/// Declares -o, --no-clobber and all that is in BakeOptions. `options` must outlive the parse.
+/// Declares -o, --no-clobber and the options of all that is in BakeOptions. `options` must outlive
+/// the parse.
 void addBakeOptions(VerbOptions& verb, BakeOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkBakeOptions(const BakeOptions& options, const AppearanceOptions& appearance);
 
-/// "vertices"
+/// What the command line calls a target: "vertices".
 std::string_view targetName(BakeTarget target);
 
-/// What of them changes values or the textures they go to, for the settings' hash.
+/// What of the options changes values or the textures they go to, for the settings' hash.
 nlohmann::json bakeSettings(const BakeOptions& options);
 
 /// Throws Error (kUsage) if nothing gives off the light that irradiance is made of.
 void checkBakedLight(const PosedScene& posed);
 
-/// Whether it makes surfaces darker, and is what a material's occlusion texture means.
+/// Whether the quantity makes surfaces darker, and is what a material's occlusion texture means.
 bool isOcclusion(BakeQuantity quantity);
 
-/// Least, mean and greatest component.
+/// The least, mean and greatest component of values; all 0 if there are none.
 struct ValueRange {
     double least = 0, mean = 0, greatest = 0;
 };
 ValueRange rangeOf(std::span<const float> values);
 
-/// What of a quantity can be shown, 0 to 1: ao and sky visibility as they are, bent normals as
-/// n / 2 + 1 / 2, thickness as a share of the greatest, irradiance as the light that a white
-/// surface sends back, E / π.
+/// Turns values of a quantity into what can be shown, 0 to 1: ao and sky visibility as they are,
+/// bent normals as n / 2 + 1 / 2, thickness as a share of the greatest, irradiance as the light
+/// that a white surface sends back, E / π (whoever stores it clips it at 1).
 class ShownValues {
   public:
     ShownValues(BakeQuantity quantity, const ValueRange& range);
@@ -90,12 +92,12 @@ class ShownValues {
     float scale_ = 1, offset_ = 0;
 };
 
-/// "_AO": what the values are called as an attribute of vertices.
+/// What the values are called as an attribute of vertices: "_AO".
 std::string attributeOf(BakeQuantity quantity);
 
-/// The values of every primitive of every node. COLOR_0 is what can be shown, linear; occlusion
-/// darkens the colour that is there. Instances that one node makes (EXT_mesh_gpu_instancing) get
-/// their mean.
+/// The values of the receivers `vertices`, for every primitive of every node. COLOR_0 is what can
+/// be shown, linear; occlusion darkens the colour that is there. Instances that one node makes
+/// (EXT_mesh_gpu_instancing) get their mean.
 std::vector<BakedPrimitive> bakedPrimitives(const PosedScene& posed,
                                             const VertexReceivers& vertices,
                                             std::span<const float> values, BakeQuantity quantity,

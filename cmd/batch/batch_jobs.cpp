@@ -29,7 +29,8 @@ namespace fs = std::filesystem;
     throw Error(ErrorKind::kUsage, what, where, hint);
 }
 
-/// Like nlohmann::json::parse, which takes the last of keys that are alike.
+/// Parses a line like nlohmann::json::parse, but refuses keys that are alike, of which that takes
+/// the last.
 nlohmann::json parseLine(const std::string& line) {
     std::vector<std::set<std::string>> keys;
     const auto check = [&](int, nlohmann::json::parse_event_t event, nlohmann::json& parsed) {
@@ -51,7 +52,7 @@ nlohmann::json parseLine(const std::string& line) {
     }
 }
 
-/// What a process can be given.
+/// Returns `text`. Throws Error (kUsage) if no process can be given it as an argument.
 std::string argumentText(const std::string& text, const std::string& key) {
     if (text.find('\0') != std::string::npos)
         refuseJob("a null character cannot be passed on", key);
@@ -158,10 +159,10 @@ class ParsedVerb {
   private:
     ArgumentParser parser_;
     VerbOptions options_;
-    VerbAction action_;  ///< owns where the values are stored
+    VerbAction action_;  ///< owns what the options are stored in
 };
 
-/// Options that name a file that is written; of a verb, or of all.
+/// An option that names a file that is written, of one verb or ("") of all.
 struct WritingOption {
     std::string_view verb;
     const char* option;
@@ -172,7 +173,7 @@ constexpr WritingOption kWritingOptions[] = {
     {"extract", "--points"}, {"extract", "--npz"},
 };
 
-/// A name with a place for the frame's number becomes that of each frame.
+/// Turns an output with a place for the frame's number into the outputs of all frames.
 void nameFrames(const std::string& list, const std::string& chunk, Job& job) {
     const std::vector<int> frames = parseFrames(list);
     const auto [first, end] = (chunk.empty() ? Shard() : parseShard(chunk)).of(frames.size());
@@ -188,7 +189,7 @@ void nameFrames(const std::string& list, const std::string& chunk, Job& job) {
     job.outputs = std::move(files);
 }
 
-/// What else is known of the arguments once the verb has read them.
+/// Reads the arguments as the verb does, and fills in what the batch has to know of them.
 void readArguments(Job& job) {
     if (job.verb == "batch") refuseJob("a batch in a batch", job.verb, "put its jobs here");
     const ParsedVerb parsed(verbNamed(job.verb), job.arguments);

@@ -28,12 +28,13 @@ struct Job {
     std::string id;        ///< "" = none
     std::string verb;
     std::vector<std::string> arguments;  ///< the verb's
-    /// Of all but the id, as hexadecimal digits: the order of keys is not in it.
+    /// Hash of the line but for its id, as hexadecimal digits; the order of keys does not matter.
     std::string hash;
-    /// All files that it writes, frame by frame; where their numbers are no frames', the name with
-    /// the place for them.
+    /// All files that the job writes, frame by frame. Where the numbers in a name are not those of
+    /// frames, this is the name with the place for them.
     std::vector<std::filesystem::path> outputs;
-    // Whether the verb has the option and the job leaves it to the batch.
+    // Whether the verb has --json, --quiet, --threads and --memory, and the job leaves them to the
+    // batch.
     bool wants_json = false, wants_quiet = false, wants_threads = false, wants_memory = false;
 };
 
@@ -54,18 +55,18 @@ nlohmann::ordered_json resultLine(std::size_t number, const Job& job, const Chil
 
 /// A file of result lines that outlives the batch, however it ends. While jobs run their lines are
 /// added in the order in which they end; finish() puts them into the order of the jobs. Lines of
-/// other jobs stay. One batch at a time has it.
+/// other jobs stay. Only one batch at a time can have it open.
 class BatchReport {
   public:
     /// Opens or makes the file and reads it. The rest of a line that was being written when a batch
-    /// was killed is taken off. Throws Error (kUsage) if it holds anything but results (it is left
-    /// as it is), (kOutput) if it cannot be opened or another batch has it.
+    /// was killed is taken off. Throws Error (kUsage) if the file holds anything but results, and
+    /// leaves it as it is; (kOutput) if it cannot be opened or another batch has it.
     explicit BatchReport(std::filesystem::path path);
     ~BatchReport();
     BatchReport(const BatchReport&) = delete;
     BatchReport& operator=(const BatchReport&) = delete;
 
-    /// What was in it.
+    /// The results that were in the file.
     const std::vector<nlohmann::ordered_json>& lines() const { return lines_; }
 
     /// Writes a line at once. Throws Error (kOutput).
@@ -83,11 +84,11 @@ class BatchReport {
     std::vector<nlohmann::ordered_json> lines_;
 };
 
-/// A result as one line, with its end; bytes that are not UTF-8 replaced.
+/// A result as one line with a newline at its end; bytes that are not UTF-8 are replaced.
 std::string lineText(const nlohmann::ordered_json& line);
 
-/// The results of an earlier batch, read only; none if there is no such file. `whole` is how many
-/// bytes are whole lines. Throws Error (kUsage) if it holds anything else.
+/// Reads the results of an earlier batch; none if there is no such file. `whole`, unless null,
+/// receives how many bytes are whole lines. Throws Error (kUsage) if the file holds anything else.
 std::vector<nlohmann::ordered_json> readBatchReport(const std::filesystem::path& path,
                                                     std::size_t* whole = nullptr);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The results of peeler batch.
+// The results of peeler batch as lines, and the file that keeps them.
 #include "cmd/batch/batch_jobs.h"
 
 #include <fcntl.h>
@@ -39,7 +39,7 @@ bool isResult(const Json& line) {
            code->is_number_integer();
 }
 
-/// The lines of a job's stderr that begin so, without it.
+/// The lines of a job's stderr that begin with "peeler: WORD: ", without that beginning.
 std::vector<std::string> messagesOf(const std::string& err, const std::string& word) {
     std::vector<std::string> lines;
     std::istringstream stream(err);
@@ -96,7 +96,7 @@ std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
     const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
     std::vector<Json> lines;
     std::size_t at = 0;
-    // What has no end of line is what a killed batch was writing.
+    // What has no end of line is what a batch was writing when it was killed.
     for (std::size_t end; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
         Json line = Json::parse(text.begin() + static_cast<std::ptrdiff_t>(at),
                                 text.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
@@ -108,7 +108,7 @@ std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
         }
         lines.push_back(std::move(line));
     }
-    // It would be one if it were not cut off; anything else is another kind of file.
+    // A result that was cut off begins so; anything else is another kind of file.
     if (at < text.size() && lines.empty() && !text.starts_with("{\"job\":")) {
         throw Error(ErrorKind::kUsage, "this file holds no results of a batch",
                     "--report " + path.string(), "choose another name for the report");
@@ -142,7 +142,7 @@ void BatchReport::open() {
             throw Error(ErrorKind::kOutput, "another batch writes this report", path_.string(),
                         "wait for it, or choose another name");
         }
-        // A batch that has just ended may have put another file in its place.
+        // A batch that has just ended may have put another file in the place of this one.
     } while (fstat(file_, &locked) == 0 && stat(path_.c_str(), &named) == 0 &&
              locked.st_ino != named.st_ino);
 }

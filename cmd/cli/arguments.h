@@ -26,7 +26,7 @@ class Option {
 
     /// The heading under which the help lists it.
     Option group(const std::string& heading);
-    /// Whether arguments without it are wrong.
+    /// Whether arguments that lack it are wrong.
     Option required(bool is_required = true);
     /// Replaces its help.
     Option description(const std::string& help);
@@ -38,13 +38,13 @@ class Option {
     CLI::Option* option_;
 };
 
-/// The options of one verb: declares them, and tells which are given once arguments are parsed. A
+/// The options of one verb: declares them, and says which are given once arguments are parsed. A
 /// copy stands for the same verb; none outlives the ArgumentParser.
 ///
 /// A name is "-o,--output", "SCENE" of an argument that needs no name, or "--refine,!--no-refine"
 /// of a flag and its opposite. `value_name` is what the help calls the value; help is broken into
-/// lines. Targets and what callbacks refer to must outlive the parse, whose errors are those of
-/// the callbacks, which throw Error (kUsage).
+/// lines. Targets, and what callbacks refer to, must outlive the parse. Callbacks throw Error
+/// (kUsage), which the parse passes on.
 class VerbOptions {
   public:
     using Take = std::function<void(const std::string&)>;
@@ -71,13 +71,13 @@ class VerbOptions {
     /// What the help ends with, in lines of its own.
     void footer(const std::string& text);
 
-    /// The option with this name ("--output"), which is declared.
+    /// The option with this name ("--output"), which must have been declared.
     Option option(const std::string& name) const;
     bool knows(const std::string& name) const;
     bool given(const std::string& name) const;
-    /// Its text, the last one if it is given several times; "" if it is not given.
+    /// The text of an option, the last one if it is given several times; "" if it is not given.
     std::string value(const std::string& name) const;
-    /// Those that are given, in the order in which they are declared.
+    /// The options that are given, in the order in which they are declared.
     std::vector<Option> given() const;
 
   private:
@@ -116,10 +116,10 @@ enum class Asked { kVerb, kHelp, kVersion, kNothing };
 /// Reads the arguments of the program: a verb, and what its options take.
 class ArgumentParser {
   public:
-    /// Of a verb's arguments that are no command line: without --version, and without the limit to
-    /// one verb, so that its name among its own arguments is passed over.
+    /// For arguments of a verb that are no command line: without --version, and without the limit
+    /// to one verb, so that its name among its own arguments is passed over.
     ArgumentParser();
-    /// Of the command line; `summary` and `footer` begin and end the help of the program.
+    /// For the command line; `summary` and `footer` begin and end the help of the program.
     ArgumentParser(const std::string& summary, const std::string& footer);
     ~ArgumentParser();
     ArgumentParser(const ArgumentParser&) = delete;

@@ -32,18 +32,19 @@ std::vector<std::string_view> choiceNames(std::span<const Choice<T>> choices) {
 /// count one), letters compared without case; empty if none is near enough to be what was meant.
 std::string_view nearestName(std::string_view text, std::span<const std::string_view> names);
 
-/// "did you mean 'a'?\nthe methods are: a, b" — the first line only if one is near. Lists at
-/// most 20.
+/// A hint for an unknown name: "did you mean 'a'?\nthe methods are: a, b". The first line is there
+/// only if a name is near; at most 20 are listed.
 std::string choiceHint(std::string_view text, const std::string& plural,
                        std::span<const std::string_view> names);
 
-/// The place in `names` of a name (each entry lists the names of one thing), else of an index; a
-/// name that looks like a number wins. Nothing if it is neither.
+/// The index into `names` of the thing that `text` names (each entry lists the names of one thing),
+/// or that `text` is the index of, from 0; a name that looks like a number wins. Nothing if it is
+/// neither.
 std::optional<std::size_t> findNameOrIndex(std::string_view text,
                                            const std::vector<std::vector<std::string>>& names);
 
-/// The same. Throws Error (kUsage) with the list for what is not there; `kind` is also the option:
-/// "camera" for --camera.
+/// The same, but throws Error (kUsage) with the list of names for what is not there. `kind` is also
+/// the option: "camera" for --camera.
 std::size_t chooseFrom(const std::string& kind, const std::string& text,
                        const std::vector<std::vector<std::string>>& names);
 
@@ -51,7 +52,7 @@ std::size_t chooseFrom(const std::string& kind, const std::string& text,
 [[noreturn]] void refuseName(const std::string& kind, std::string_view text,
                              std::span<const std::string_view> names);
 
-/// The value with this name.
+/// The value with this name. Throws like refuseName() for an unknown one.
 template <class T>
 T choose(const std::string& kind, std::span<const Choice<T>> choices, std::string_view text) {
     for (const auto& choice : choices) {
@@ -60,7 +61,7 @@ T choose(const std::string& kind, std::span<const Choice<T>> choices, std::strin
     refuseName(kind, text, choiceNames(choices));
 }
 
-/// The name with this value.
+/// The name with this value. Throws Error (kInternal) if the table lacks it.
 template <class T>
 std::string_view nameOf(std::span<const Choice<T>> choices, T value) {
     for (const auto& choice : choices) {

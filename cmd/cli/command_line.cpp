@@ -49,7 +49,8 @@ int dispatch(const std::vector<std::string>& arguments, Console& console) {
     return actions.at(parser.verb())(console);
 }
 
-/// Wrong arguments are told to the scheduler, too, though nobody has read them yet.
+/// Whether a scheduler reads stderr (--progress openjd): it is told of wrong arguments, too, so
+/// this is known before they are parsed.
 bool schedulerReads(const std::vector<std::string>& arguments) {
     constexpr std::string_view kTwoWords[] = {"--progress", "openjd"};
     const auto end = arguments.end();

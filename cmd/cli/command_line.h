@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From arguments to a verb's action.
+// The table of verbs, and the way from arguments to a verb's action.
 #pragma once
 
 #include <functional>
@@ -20,15 +20,14 @@ using VerbAction = std::function<int(Console&)>;
 struct Verb {
     std::string_view name;
     std::string_view summary;  ///< one line for --help
-    /// Declares the verb's options; the action owns where they are stored.
+    /// Declares the verb's options. The action owns what they are stored in.
     VerbAction (*declare)(VerbOptions&);
 };
 
 /// Every verb, in the order of --help. The table is in cmd/verbs.cpp.
 std::span<const Verb> verbs();
 
-/// Runs `peeler ARGUMENTS…`. Returns the exit code (cmd/README.md, "Exit codes"); throws
-/// nothing.
+/// Runs `peeler ARGUMENTS…`. Returns the exit code (cmd/README.md, "Exit codes"); throws nothing.
 int runCommandLine(const std::vector<std::string>& arguments, Console& console);
 
 }  // namespace peeler::cmd

@@ -26,8 +26,8 @@ class Console {
     bool quiet() const { return quiet_; }
     bool terminal() const { return terminal_; }
 
-    /// The asked-for result, to stdout, at once. Throws ReaderGone if nobody reads it any more, and
-    /// Error (kOutput) if it cannot be written for another reason.
+    /// Writes the result that was asked for to stdout at once. Throws ReaderGone if nobody reads it
+    /// any more, and Error (kOutput) if it cannot be written for another reason.
     void result(std::string_view text);
 
     void error(std::string_view text);
@@ -35,13 +35,13 @@ class Console {
     void warning(std::string_view text) { message("warning: ", text); }
     /// What a person may want to know and a script need not.
     void note(std::string_view text);
-    /// A line for programs, as it is.
+    /// Writes a line for programs to stderr as it is, even if quiet.
     void machineLine(std::string_view line);
 
-    /// A prefix under which every error is reported once more, for a scheduler; "" = it is not.
+    /// A prefix under which every error is written once more, for a scheduler; "" = it is not.
     void setFailurePrefix(std::string prefix) { failure_prefix_ = std::move(prefix); }
-    /// The share of the command's work that has been reported to a scheduler as done: never to
-    /// fall. Below 0 if nothing has been reported.
+    /// The share of the command's work that a scheduler has been told is done, which must never
+    /// fall. Below 0 if it has been told nothing.
     double reported() const { return reported_; }
     void setReported(double share) { reported_ = share; }
 

@@ -11,7 +11,7 @@
 
 namespace peeler::cmd {
 
-/// Throws Error (kUsage): what is asked for cannot be.
+/// Throws Error (kUsage), for what is asked for and cannot be.
 [[noreturn]] void refuse(const std::string& what, const std::string& where = "",
                          const std::string& hint = "");
 
@@ -20,10 +20,11 @@ namespace peeler::cmd {
 /// SIGPIPE would have it) without a word, anything else 1.
 int runReported(Console& console, const std::function<int()>& work);
 
-/// What is being handled, as an Error. To be called in a catch block; ReaderGone goes on.
+/// The exception that is being handled, as an Error. To be called in a catch block. ReaderGone is
+/// thrown on.
 Error currentError();
 
-/// Reports an error, with a hint. Returns its exit code.
+/// Reports an error, with a hint, on stderr. Returns its exit code.
 int reportError(Console& console, const Error& error);
 
 }  // namespace peeler::cmd

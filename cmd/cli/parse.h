@@ -14,11 +14,12 @@
 
 namespace peeler::cmd {
 
-/// All of these throw Error (kUsage) that says what is expected; `where` is the caller's to add
-/// (addValue in cmd/cli/arguments.h does).
+/// All readers below throw Error (kUsage) that says what is expected. Its `where` is the caller's
+/// to add, which VerbOptions::addText() does (cmd/cli/arguments.h).
 
 /// A finite decimal number.
 double parseNumber(std::string_view text);
+/// A finite number greater than 0.
 double parsePositive(std::string_view text);
 /// A positive number, or "inf".
 double parsePositiveOrInfinite(std::string_view text);
@@ -26,14 +27,14 @@ double parsePositiveOrInfinite(std::string_view text);
 /// A whole number in [least, most].
 std::int64_t parseInteger(std::string_view text, std::int64_t least, std::int64_t most);
 
-/// So many numbers with commas between; `expected` shows them: "a,b,c,d".
+/// `count` numbers (2, 4 or 6) with commas between; `expected` shows them: "a,b,c,d".
 template <std::size_t count>
 std::array<double, count> parseNumbers(std::string_view text, std::string_view expected);
 
 /// "x,y,z".
 glm::dvec3 parseVector(std::string_view text);
 
-/// "x,y,z" with a length.
+/// "x,y,z", not all of them 0.
 glm::dvec3 parseDirection(std::string_view text);
 
 /// A field of view in degrees, between 0 and 180.
@@ -53,10 +54,10 @@ struct Size {
 /// "1920x1080" or "1920".
 Size parseSize(std::string_view text);
 
-/// Throws if a picture of this size is larger than is allowed.
+/// Throws Error (kUsage) if a picture of this size is larger than is allowed.
 void checkPixels(const Size& size);
 
-/// "x,y,w,h" in pixels; neither negative nor empty.
+/// "x,y,w,h" in pixels, whose window is not empty and begins at (0, 0) or beyond.
 Window parseCrop(std::string_view text);
 
 /// Bytes: "8G", "512MiB", "1.5GB", "1000000". K, M, G, T and KiB, MiB, … are powers of 1024; KB,
@@ -69,7 +70,7 @@ std::array<float, 4> parseColor(std::string_view text);
 /// Layers to keep: "all" and "0" are 0, no limit; else 1 or more.
 std::uint32_t parseLayers(std::string_view text);
 
-/// One of so many parts, for work that several processes divide among themselves.
+/// One of `count` parts, for work that several processes divide among themselves.
 struct Shard {
     int index = 1;  ///< from 1 to count
     int count = 1;

@@ -76,7 +76,7 @@ void ProgressReport::bar(double share) {
 }
 
 void ProgressReport::plain(double share) {
-    // The end is told by what comes after it.
+    // What comes after the stage tells its end.
     if (share >= 1 || secondsSince(last_) < kPlainSeconds ||
         share - last_share_ < kPlainShare - 1e-9)
         return;

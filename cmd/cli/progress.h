@@ -25,16 +25,16 @@ inline constexpr Choice<ProgressStyle> kProgressStyles[] = {
     {"json", ProgressStyle::kJson, "JSON lines"},
 };
 
-/// What a report is of.
+/// The stage of a command that a ProgressReport is of.
 struct Stage {
     Stage(std::string stage_name, double ends_at = 1) : name(std::move(stage_name)), end(ends_at) {}
     Stage(const char* stage_name) : Stage(std::string(stage_name)) {}
 
     std::string name;
-    double end;  ///< share of the command that is done after it, where stages follow each other
+    double end;  ///< share of the command that is done after it; 1 = all
 };
 
-/// Where counting ends that comes before the work.
+/// Share of the command that is done after a count that comes before the work.
 inline constexpr double kCountEnd = 0.3;
 
 /// One stage's progress, from construction to destruction, on the console's stderr.
@@ -51,15 +51,16 @@ class ProgressReport {
   public:
     using Clock = std::function<std::chrono::steady_clock::time_point()>;
 
+    /// The stage begins. The console must outlive the report.
     ProgressReport(Console& console, ProgressStyle style, Stage stage,
                    Clock clock = std::chrono::steady_clock::now);
     ~ProgressReport();
     ProgressReport(const ProgressReport&) = delete;
     ProgressReport& operator=(const ProgressReport&) = delete;
 
-    /// `share` done, 0 to 1.
+    /// Reports that `share` of the stage is done, 0 to 1.
     void update(double share);
-    /// What is being done, in a few words, for styles that can say it.
+    /// Says what is being done, in a few words, in styles that can say it.
     void status(const std::string& text);
 
   private:
@@ -76,8 +77,8 @@ class ProgressReport {
     Clock clock_;
     std::chrono::steady_clock::time_point start_, last_;
     double begin_;           ///< share of the command that was done before
-    bool shown_ = false;     ///< anything at all
-    double last_share_ = 0;  ///< of the last line
+    bool shown_ = false;     ///< whether anything has been shown
+    double last_share_ = 0;  ///< share of the stage in the last line
 };
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers as people and as programs read them.
+// Results as JSON and as text for people.
 #include "cmd/cli/report.h"
 
 #include <cmath>
@@ -18,7 +18,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// In the order in which a picture passes them; a verb's own stages come before the last.
+/// In the order in which a picture passes them; the stages of a verb come after these, before the
+/// total.
 constexpr const char* kStages[] = {"load", "context",   "upload", "count", "capture",
                                    "sort", "composite", "encode", "write"};
 constexpr const char* kTotal = "total";
@@ -41,7 +42,7 @@ Json stagesJson(const StageTimes& times) {
     return json;
 }
 
-/// What was read, and what stands on the disk now.
+/// The input and the files that were written.
 Json filesJson(const RunResult& run) {
     Json json;
     if (run.inputs.size() == 1) {

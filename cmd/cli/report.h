@@ -28,6 +28,7 @@ struct ReportOptions {
     std::optional<std::filesystem::path> file;
     ProgressStyle progress = ProgressStyle::kAuto;
 
+    /// The style to use: none for a quiet command, unless the style is one for programs.
     ProgressStyle shownProgress() const;
     void applyTo(Console& console) const { console.setQuiet(quiet); }
 };
@@ -45,20 +46,21 @@ struct WrittenFile {
 /// What every verb reports of a run that reads something and writes something made of it.
 struct RunResult {
     std::vector<std::filesystem::path> inputs{};  ///< the scene, or images
-    /// As it was asked for; "" = nothing was written, or under several names.
+    /// The name that was asked for; "" = nothing was written, or files under several names.
     std::filesystem::path output{};
     std::uint64_t bytes = 0;  ///< of all files of that name together
-    /// Each of the files, for verbs that write several under one name, or under several.
+    /// Each of the files, of verbs that write several under one name, or under several names.
     std::optional<std::vector<WrittenFile>> files{};
-    std::string settings_hash{};    ///< peeler:settingsHash; "" = not known
-    std::string renderer{};         ///< GL_RENDERER; of an image's own, if a verb renders nothing
+    std::string settings_hash{};  ///< peeler:settingsHash; "" = not known
+    /// GL_RENDERER; of a verb that renders nothing, what its input says.
+    std::string renderer{};
     std::string backend{};          ///< "" = nothing was rendered
     std::uint64_t peak_memory = 0;  ///< bytes
     StageTimes milliseconds{};
 
-    /// What was written is the file of this name. Throws Error (kOutput) if it is not there.
+    /// Sets the one file that was written. Throws Error (kOutput) if it is not there.
     void setFile(const std::filesystem::path& file);
-    /// Lists what was written under a name. Throws Error (kOutput) if one is not there.
+    /// Sets the files that were written under one name. Throws Error (kOutput) if one is not there.
     void setFiles(const std::filesystem::path& name, const std::vector<std::filesystem::path>& all);
     /// Adds a file to the list, which is there from then on. Throws Error (kOutput) if it is not
     /// there.
@@ -69,7 +71,7 @@ struct RunResult {
 struct PictureResult : RunResult {
     std::optional<int> frame;   ///< of a sequence
     double time = 0;            ///< of the frame, seconds
-    bool skipped = false;       ///< it was there already; of the rest only `bytes` is known
+    bool skipped = false;       ///< it was there already; only its `bytes` are known
     int width = 0, height = 0;  ///< display window
     std::uint64_t layers = 0;
     std::uint64_t fragments_counted = 0, fragments_stored = 0;
@@ -88,10 +90,11 @@ void describePicture(const Plan& plan, const Provenance& provenance, PictureResu
 /// `milliseconds`. Every stage is there, 0 where it did not happen.
 Json toJson(const RunResult& run, const Json& findings);
 
-/// What is found of a picture, for toJson(); `frame` and `time` only of a sequence.
+/// What toJson() says of a picture besides what it says of every run; `frame` and `time` only of a
+/// sequence.
 Json findingsOf(const PictureResult& result);
 
-/// A picture as JSON; of one that was skipped nothing is known but its file.
+/// A picture as JSON; of one that was skipped only its file, frame and time.
 Json toJson(const PictureResult& result);
 
 /// "out.exr: 24 layers, 7,123,456 fragments, 12.3 MB, 812 ms"
@@ -115,7 +118,7 @@ std::string jsonText(const Json& json);
 /// Stores a result under `path`, whole or not at all. Throws Error (kOutput).
 void writeReport(const std::filesystem::path& path, const Json& json);
 
-/// The size of a file that is there for all we know. Throws Error (kOutput) if it is not.
+/// The size in bytes of a file that has been written. Throws Error (kOutput) if it is gone.
 std::uint64_t fileBytes(const std::filesystem::path& file);
 
 /// "7,123,456"

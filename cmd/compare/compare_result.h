@@ -12,11 +12,12 @@
 
 namespace peeler::cmd {
 
-/// None of the three about colour given: colours must be identical. Otherwise only what is given
-/// counts.
+/// How far two pictures may be apart. Colours must be identical if none of the three limits of
+/// colour is given; otherwise only those that are given count.
 struct Thresholds {
     std::uint64_t max_count = 0;  ///< pixels whose number of fragments may differ
     double max_depth = 0;         ///< scene units
+    /// Of linear premultiplied colour; the last in dB.
     std::optional<double> max_color, max_rmse, min_psnr;
 };
 
@@ -52,17 +53,19 @@ struct Comparison {
     bool identical() const;
 };
 
-/// Every threshold that applies.
+/// Every threshold that applies to the comparison.
 std::vector<ThresholdResult> judge(const Comparison& comparison, const Thresholds& thresholds);
 
+/// The comparison as lines for people.
 std::string toText(const Comparison& comparison, const std::optional<HeatmapResult>& heatmap);
 
-/// Numbers that JSON does not have are the strings "inf" and "-inf".
+/// The comparison as JSON (cmd/README.md, "JSON"). Infinite numbers are the strings "inf" and
+/// "-inf".
 nlohmann::ordered_json toJson(const Comparison& comparison,
                               const std::vector<ThresholdResult>& thresholds,
                               const std::optional<HeatmapResult>& heatmap);
 
-/// "exceeded --max-color 0.01: the largest colour difference is 0.5"
+/// "beyond --max-color 0.01: the largest difference of colour is 0.5"
 std::string toText(const ThresholdResult& result);
 
 }  // namespace peeler::cmd

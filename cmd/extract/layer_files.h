@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layers as files of their own.
+// Layers of a picture, each in a file of its own.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +18,8 @@ namespace peeler::cmd {
 /// rows in memory, so many layers take several readings of the picture.
 class LayerFiles {
   public:
-    /// `flags.path` is one name, or has a token for the layer's number. Throws Error (kUsage) if
-    /// two layers would have one name, and whatever checkOutput() does.
+    /// `flags.path` is one name, or has a place for the layer's number. Throws Error (kUsage) if
+    /// two layers would have one name, and like checkOutput().
     LayerFiles(const OutputFlags& flags, const Provenance& provenance,
                std::vector<std::size_t> layers, const std::filesystem::path& input);
 
@@ -29,10 +29,11 @@ class LayerFiles {
     /// Whether begin() has layers left to open.
     bool left() const { return next_ < layers_.size(); }
     /// Opens the next files. `whole` is the plan of the picture, LayerPlan::pixels included if
-    /// counts are needed.
+    /// counts are needed. Throws Error (kOutput).
     void begin(const Plan& whole);
     /// Takes the bands of all layers, as a Sink does.
     void write(const LayeredImage& band);
+    /// Ends the files that are open, and adds what they took to `times`. Throws Error (kOutput).
     void finish(StageTimes& times);
 
     std::filesystem::path path(std::size_t layer) const;
@@ -42,7 +43,7 @@ class LayerFiles {
     OutputFlags flags_;
     Provenance provenance_;
     std::vector<std::size_t> layers_;
-    std::size_t next_ = 0;  ///< of layers_
+    std::size_t next_ = 0;  ///< index into layers_ of the next one to open
     std::vector<std::pair<std::size_t, std::unique_ptr<Sink>>> open_;
     LayeredImage layer_;
 };

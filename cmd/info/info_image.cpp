@@ -34,6 +34,7 @@ struct ImageFacts {
 
     bool countsKnown() const { return info.attributes().contains("peeler:fragmentsStored"); }
     bool cameraKnown() const { return info.attributes().contains("peeler:cameraJson"); }
+    /// Whether as many fragments were found as the header says.
     bool agrees() const {
         return !layered || !countsKnown() || fragments == info.plan.fragments_stored;
     }
@@ -54,7 +55,7 @@ void readLayers(OpenedExr opened, ImageFacts& facts) {
     facts.fragments = complexity.counted();
     facts.histogram = complexity.histogram();
     facts.layers = complexity.layers();
-    // Layers of which there is nothing are there all the same.
+    // Layers without a pixel are layers all the same.
     facts.layers.resize(std::max(facts.layers.size(), facts.info.plan.layers.size()));
     for (std::size_t k = 0; k < facts.info.plan.layers.size(); ++k)
         facts.layers[k].data_window = facts.info.plan.layers[k].data_window;
@@ -95,7 +96,7 @@ Json partJson(const ExrInputPart& part) {
     return json;
 }
 
-/// Six significant digits: what other programs that add the same numbers print as well.
+/// To six significant digits, which other programs that add the same numbers print as well.
 std::string pointText(const glm::dvec3& p) {
     std::array<char, 96> text{};
     std::snprintf(text.data(), text.size(), "(%.6g, %.6g, %.6g)", p.x, p.y, p.z);
@@ -171,7 +172,7 @@ std::string layersText(const ImageFacts& facts) {
     return text;
 }
 
-/// Where the fragments are. The programs in examples/readers print the same three lines.
+/// Where the fragments lie. The programs in examples/readers print the same three lines.
 std::string pointsText(const PointStatistics& points) {
     std::string text = "points: " + std::to_string(points.points) + '\n';
     if (points.empty()) return text;

@@ -11,13 +11,15 @@ namespace peeler::cmd {
 struct InfoOptions {
     std::filesystem::path file;
     bool json = false;
-    bool allow_outside = false;  ///< of a scene: GltfOptions
+    bool allow_outside = false;  ///< as in GltfOptions, for a scene
 };
 
-/// The node tree, what is drawn, materials, cameras, bounds, extensions, warnings.
+/// Prints the node tree, what is drawn, materials, cameras, bounds, extensions, warnings. Throws
+/// Error (kInput) like readGltf().
 void printSceneInfo(const InfoOptions& options, Console& console);
 
-/// Windows, layers with their pixels, completeness, where the picture comes from.
+/// Prints windows, layers with their pixels, completeness, where the picture comes from. Throws
+/// Error (kInput) if the file is damaged.
 void printImageInfo(const InfoOptions& options, Console& console);
 
 }  // namespace peeler::cmd

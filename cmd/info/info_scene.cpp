@@ -22,7 +22,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Drawn elements by what they are.
+/// How many elements of each kind are drawn.
 struct Elements {
     std::uint64_t triangles = 0, lines = 0, points = 0;
 
@@ -98,9 +98,9 @@ struct SceneFacts {
     Scene scene;
     Elements elements;
     std::optional<Bounds> box;
-    std::vector<CameraInstance> cameras;  ///< of the default scene, as the rest
+    std::vector<CameraInstance> cameras;  ///< of the default scene, like the rest
     std::vector<std::string> camera_names;
-    std::vector<PlacedLight> lights;  ///< none of peeler's own
+    std::vector<PlacedLight> lights;  ///< without the built-in one
     std::vector<ExtensionUse> extensions;
     std::array<std::uint64_t, 3> materials{};
 };

@@ -55,10 +55,10 @@ sigset_t watchedSignals() {
     return set;
 }
 
-/// Between fork and exec: calls that are safe there, and no return.
+/// What the child does between fork and exec: only calls that are safe there, and no return.
 [[noreturn]] void becomeProgram(char* const* arguments, pid_t parent, int out, int err) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (getppid() != parent) _exit(128 + SIGTERM);  // it ended before that was set
+    if (getppid() != parent) _exit(128 + SIGTERM);  // the parent ended before prctl()
     const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
     dup2(nothing, STDIN_FILENO);
     dup2(out, STDOUT_FILENO);
@@ -144,7 +144,7 @@ bool ChildProcess::ended() {
     int status = 0;
     const pid_t found = waitpid(process_, &status, WNOHANG);
     if (found == 0 || (found < 0 && errno == EINTR)) return false;
-    // Somebody else has taken its end: nothing is known of it.
+    // Somebody else has waited for it: nothing is known of its end.
     if (found < 0) status = static_cast<int>(ErrorKind::kInternal) << 8;
     process_ = -1;
     const std::chrono::duration<double, std::milli> passed =
@@ -167,7 +167,7 @@ void ChildProcess::signal(int number) const {
 }
 
 SignalFile::SignalFile() {
-    // Whoever has started us may ignore it, and then nobody would be told.
+    // Whoever has started us may have left SIGCHLD ignored, and then it would never come.
     std::signal(SIGCHLD, SIG_DFL);
     const sigset_t set = watchedSignals();
     file_ = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);

@@ -11,7 +11,7 @@
 namespace peeler::cmd {
 
 /// The program itself with other arguments, nothing on its stdin, both streams read here. It gets a
-/// SIGTERM when this process ends, however it ends. Ended by the destructor if it still runs.
+/// SIGTERM when this process ends, however it ends. The destructor ends it if it still runs.
 class ChildProcess {
   public:
     /// Throws Error (kInternal) if the system has no process or pipe left.
@@ -24,8 +24,9 @@ class ChildProcess {
     void read();
     /// Whether it has ended; then all that it wrote has been read.
     bool ended();
+    /// Sends it a signal; does nothing once it has ended.
     void signal(int number) const;
-    /// Neither waits for it nor ends it.
+    /// From here on nobody waits for it or ends it.
     void abandon();
 
     /// Files to poll for input; −1 once they are at their end.
@@ -34,11 +35,12 @@ class ChildProcess {
 
     /// Once it has ended: the exit code, 128 + n if signal n ended it.
     int exitCode() const { return exit_code_; }
-    /// 0 if it ended by itself.
+    /// The signal that ended it; 0 if it ended by itself.
     int endingSignal() const { return ending_signal_; }
     const std::string& out() const { return out_.text; }
-    /// The last 64 KiB of it.
+    /// The last 64 KiB of its stderr.
     const std::string& err() const { return err_.text; }
+    /// From its start to its end.
     double milliseconds() const { return milliseconds_; }
 
   private:
@@ -59,7 +61,8 @@ class ChildProcess {
 };
 
 /// Signals as something to poll for, while it lives: SIGCHLD, and those of SIGINT, SIGTERM and
-/// SIGHUP that are not ignored. They do nothing else meanwhile.
+/// SIGHUP that are not ignored. They have no other effect meanwhile. Throws Error (kInternal) if
+/// the system has no file left.
 class SignalFile {
   public:
     SignalFile();
@@ -68,7 +71,7 @@ class SignalFile {
     SignalFile& operator=(const SignalFile&) = delete;
 
     int file() const { return file_; }
-    /// The next one that is there; 0 = none.
+    /// Takes the next signal that has come; 0 = none.
     int take() const;
 
   private:

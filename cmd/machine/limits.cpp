@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Control groups by /proc, and the tables of limits.
+// What control groups (by /proc) and schedulers limit processors and memory to.
 #include "cmd/machine/resources.h"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether a list with commas has the word.
+/// Whether a list with commas between its words has this one.
 bool lists(std::string_view list, std::string_view word) {
     while (true) {
         const std::size_t end = list.find(',');
@@ -58,10 +58,11 @@ fs::path below(const std::string& top, const std::string& path) {
 
 constexpr std::uint64_t kKibi = 1024, kMebi = kKibi * 1024;
 
-/// Memory without a limit is the largest whole page of 63 bits in version 1.
+/// Bytes of memory from here on mean no limit: version 1 then writes the largest whole page of 63
+/// bits.
 constexpr std::uint64_t kNoLimit = std::uint64_t{1} << 62;
 
-/// A whole number from 1; nothing for "max", −1, and what is none.
+/// A whole number from 1; nothing for "max", −1, and what is no number.
 std::optional<std::uint64_t> positive(std::string_view text) {
     std::uint64_t value = 0;
     const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -131,8 +132,10 @@ constexpr LimitFile kMemoryFiles[] = {
 
 struct LimitVariable {
     const char* name;
+    /// What a value of 1 stands for, in processors or bytes.
     std::uint64_t unit;
-    /// The first of these that is set says how many of them there are; none = one.
+    /// The first of these variables that is set says how many times the limit is granted; none =
+    /// once.
     std::span<const char* const> times;
 };
 
@@ -190,7 +193,7 @@ Cgroups::Cgroups(fs::path root) : root_(std::move(root)) {
         if (auto mount = mountIn(line)) mounts_.push_back(std::move(*mount));
 }
 
-/// Number, controllers and path with colons between; the path may hold more of them.
+/// A line has number, controllers and path with colons between; the path may hold more colons.
 std::optional<Cgroups::Membership> Cgroups::membershipIn(const std::string& line) {
     const std::size_t first = line.find(':');
     if (first == std::string::npos) return std::nullopt;
@@ -199,8 +202,8 @@ std::optional<Cgroups::Membership> Cgroups::membershipIn(const std::string& line
     return Membership{line.substr(first + 1, second - first - 1), line.substr(second + 1)};
 }
 
-/// Four fields, the mount point, its options, any number of others, "-", type, source and the
-/// options of the file system.
+/// A line has four fields, the mount point, its options, any number of other fields, "-", type,
+/// source and the options of the file system.
 std::optional<Cgroups::Mount> Cgroups::mountIn(const std::string& line) {
     std::istringstream stream(line);
     const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What limits mean for a command; memory by /proc.
+// What limits mean for a command, and the memory it used by /proc.
 #include "cmd/machine/resources.h"
 
 #include <sys/resource.h>
@@ -15,7 +15,7 @@
 namespace peeler::cmd {
 
 Limit allowedThreads() {
-    // First: it is named where another limit is the same.
+    // Affinity comes first, so that it is named where another limit is the same.
     std::vector<Limit> limits{{static_cast<std::uint64_t>(affinityCount()), "CPU affinity"}};
     for (const Limit& limit : processorLimits(processLimitSources()))
         limits.push_back(limit);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a command may use of the machine, and what it used: control groups, what schedulers and the
-// kernel limit processors and memory to, threads.
+// What a command may use of the machine, and what it used: the limits that control groups,
+// schedulers and the kernel set to processors and memory, threads, resident memory.
 #pragma once
 
 #include <cstdint>
@@ -23,13 +23,13 @@ struct Cgroup {
 /// (cgroups(7), proc(5): mountinfo.)
 class Cgroups {
   public:
-    /// Those of the process that reads `root`/proc/self.
+    /// Reads the groups of this process, and where groups are mounted, below `root`/proc/self.
     explicit Cgroups(std::filesystem::path root);
 
-    /// Its group, and those above it as far up as they are mounted, its own first. `controller` is
-    /// one of version 1 ("memory"), or "" for the hierarchy of version 2. Empty if that is not
-    /// mounted. A container may see its own group as the root; limits above it are not to be seen
-    /// then.
+    /// The group of the process and those above it as far up as they are mounted, its own first.
+    /// `controller` is one of version 1 ("memory"), or "" for the hierarchy of version 2. Empty if
+    /// that is not mounted. A container may see its own group as the root; limits above it are not
+    /// to be seen then.
     std::vector<Cgroup> of(const std::string& controller) const;
 
   private:
@@ -39,9 +39,9 @@ class Cgroups {
         std::string name;  ///< of the group that the process is in
     };
     struct Mount {
-        std::string controllers;  ///< with other options among them
+        std::string controllers;  ///< among other options of the mount
         std::string top;          ///< the group that is mounted
-        std::string point;        ///< where
+        std::string point;        ///< where it is mounted
     };
     static std::optional<Membership> membershipIn(const std::string& line);
     static std::optional<Mount> mountIn(const std::string& line);
@@ -51,14 +51,15 @@ class Cgroups {
     std::vector<Mount> mounts_;
 };
 
-/// An amount, and who limits to it: "the cgroup /job_7 (memory.max)", "SLURM_CPUS_PER_TASK".
+/// A number of processors or bytes, and who limits to it: "the cgroup /job_7 (memory.max)",
+/// "SLURM_CPUS_PER_TASK".
 struct Limit {
     std::uint64_t amount = 0;
     std::string source;
     bool operator==(const Limit&) const = default;
 };
 
-/// Where limits are read: files of the system and variables of the environment. Tests have their
+/// Where limits are read: files of the system and variables of the environment. Tests make up their
 /// own.
 struct LimitSources {
     Cgroups cgroups;
@@ -66,7 +67,7 @@ struct LimitSources {
     std::function<const char*(const char* name)> variable;
 };
 
-/// Those of this process.
+/// The files and variables of this process.
 const LimitSources& processLimitSources();
 
 /// Every limit of processors that there is, CPU affinity aside:
@@ -83,10 +84,11 @@ std::vector<Limit> processorLimits(const LimitSources& sources);
 ///   SLURM_CPUS_ON_NODE), CUE_MEMORY (KiB; OpenCue's reservation)
 std::vector<Limit> memoryLimits(const LimitSources& sources);
 
-/// The first of the least.
+/// The least of some limits, of equal ones the first; nothing if there are none.
 std::optional<Limit> least(const std::vector<Limit>& limits);
 
-/// The least --memory: below it the driver and the shader compiler alone are over the budget.
+/// The least --memory, in bytes: below it the driver and the shader compiler alone are over the
+/// budget.
 inline constexpr std::uint64_t kLeastMemory = std::uint64_t{64} << 20;
 
 /// The least of CPU affinity and processorLimits(); at least 1.
@@ -95,10 +97,10 @@ Limit allowedThreads();
 /// The least of memoryLimits(), bytes; nothing if nobody limits it.
 std::optional<Limit> allowedMemory();
 
-/// What a render holds to under such a limit unless --memory says otherwise: seven eighths of it.
-/// The rest is for what is charged to the process, or its job, and is not resident in it: pages of
-/// its files that are still to be written, page tables, the driver's own memory, the shell around
-/// it.
+/// What a render holds to under a limit of memory unless --memory says otherwise: seven eighths of
+/// it. The rest is for what is charged to the process, or its job, and is not resident in it: pages
+/// of its files that are still to be written, page tables, the driver's own memory, the shell
+/// around it.
 MemoryBudget budgetUnder(const Limit& limit);
 
 /// budgetUnder() of allowedMemory(); no budget without a limit.
@@ -109,7 +111,7 @@ MemoryBudget inheritedBudget();
 /// once. One that the user has set is left alone unless `threads` says otherwise.
 void setThreads(int threads);
 
-/// Most bytes that were resident at once, so far (VmHWM); 0 if the system does not say.
+/// The most bytes that have been resident at once so far (VmHWM); 0 if the system does not say.
 std::uint64_t peakMemory();
 
 }  // namespace peeler::cmd

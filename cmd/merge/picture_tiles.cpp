@@ -26,11 +26,11 @@ std::string channelsText(const LayeredImage& image) {
     return text.empty() ? "none" : text.substr(0, text.size() - 2);
 }
 
-/// Whatever the crop.
+/// The camera as the header has it, but for its crop; "" if there is none.
 std::string wholeCamera(const ExrInfo& info) {
     const auto text = info.attributes().find("peeler:cameraJson");
     if (text == info.attributes().end()) return "";
-    nlohmann::json json = nlohmann::json::parse(text->second);  // describe() has read it already
+    nlohmann::json json = nlohmann::json::parse(text->second);  // valid: OpenedExr has parsed it
     json.erase("crop");
     return json.dump();
 }
@@ -39,7 +39,7 @@ std::string wholeCamera(const ExrInfo& info) {
 struct CommonAttribute {
     const char* name;
     std::string (*text)(const ExrInfo& info);
-    bool must;  ///< else the first tile's is kept, with a warning
+    bool must;  ///< else they may differ: the first tile's is kept, with a warning
 };
 
 constexpr CommonAttribute kCommon[] = {
@@ -61,7 +61,8 @@ constexpr CommonAttribute kCommon[] = {
     {"peeler:version", [](const ExrInfo& i) { return i.provenance.version; }, false},
 };
 
-/// One of them may be empty like any other tile.
+/// Whether the tiles are merged as composites: all have one and none has layers, and not all of
+/// them are empty layered files, unless composites are wanted.
 bool areComposites(const std::vector<OpenedExr>& opened, bool wanted) {
     const auto flat = [](const OpenedExr& tile) {
         return tile.info.composite >= 0 && tile.info.layers.empty() && tile.info.deep.empty();
@@ -177,7 +178,7 @@ int PictureTiles::rowsFor(std::uint64_t bytes) const {
     }
     int rows = window_.height();
     for (const PictureTile& tile : tiles_) {
-        // A low tile that fits says its height, which is no limit for its neighbours.
+        // A tile that fits as a whole says its height, which is no limit for higher ones beside it.
         constexpr int kUsualRows = 128;
         const int fitting = tile.input->rowsFor(bytes / across);
         const bool all_of_it = fitting >= tile.window().height();

@@ -14,23 +14,24 @@
 
 namespace peeler::cmd {
 
-/// A file with a part of the picture.
+/// A file with a part of the picture, open for reading.
 struct PictureTile {
     std::string path;
     std::unique_ptr<LayeredInput> input{};
-    LayeredImage arrays{};  ///< the names and types of its fragments' arrays
+    LayeredImage arrays{};  ///< the first row: names and types of its arrays
 
     const ExrInfo& info() const { return input->info(); }
     const Window& window() const { return info().plan.view.crop; }
     bool hasLayers() const { return !info().plan.layers.empty(); }
 };
 
+/// The files that a picture is merged from.
 class PictureTiles {
   public:
     /// What the files hold; composites are read as pixels (openComposite()).
     enum class Kind { kLayered, kDeep, kComposite };
 
-    /// Opens the files. Tiles without any fragment are composites or layers as the others are, or
+    /// Opens the files. Tiles without any fragment are composites or layers as the others are, or,
     /// if all are empty, as `composites_wanted` says. Throws Error (kInput) for what is no tile of
     /// peeler's, and for tiles that are not of one picture; warns of lesser differences.
     PictureTiles(const std::vector<std::filesystem::path>& paths, bool composites_wanted,
@@ -38,20 +39,23 @@ class PictureTiles {
 
     Kind kind() const { return kind_; }
     const std::vector<PictureTile>& all() const { return tiles_; }
-    /// That of the first speaks for all.
+    /// The headers of the first tile, which stand for those of all.
     const ExrInfo& info() const { return tiles_.front().info(); }
-    const Window& window() const { return window_; }  ///< that holds all of them
+    const Window& window() const { return window_; }  ///< the least that holds all tiles
+    /// Whether two tiles share a pixel.
     bool overlap() const;
     /// A rectangle of the window that no tile has; none if they cover it.
     std::optional<Window> gap() const;
-    /// One of "--tile I/N" that is not there although all others are of N, too: the window does not
-    /// miss one at its top or bottom. "" = none.
+    /// The first of the strips "--tile I/N" that is missing, if all tiles are strips of the same N;
+    /// "" = none. (Where one is missing at the top or bottom, the window does not show it.) Throws
+    /// Error (kInput) for an attribute peeler:tile that names no strip.
     std::string missingStrip() const;
 
     /// Rows to read at once within `bytes`, whether the tiles lie side by side or not.
     int rowsFor(std::uint64_t bytes) const;
-    /// The pixels of a window, with the arrays of the first tile that has layers. Returns a pixel
-    /// on which tiles do not agree; then `band` is of no use.
+    /// Reads the pixels of a window, with the arrays of the first tile that has layers. Returns a
+    /// pixel on which tiles do not agree, if there is one; then `band` is of no use. Throws Error
+    /// (kInput) for a damaged file.
     std::optional<Window> read(const Window& window, LayeredImage& band);
 
   private:
@@ -62,8 +66,8 @@ class PictureTiles {
     std::vector<PictureTile> tiles_;
     std::vector<Window> windows_;
     Window window_;
-    LayeredImage arrays_;               ///< of tiles with layers
-    std::vector<LayeredImage> images_;  ///< that are being joined
+    LayeredImage arrays_;               ///< names and types, of tiles with layers
+    std::vector<LayeredImage> images_;  ///< the tiles' parts of a band
 };
 
 }  // namespace peeler::cmd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of when a scene is shown, and the moments they make.
+// Options that say when a scene is shown, and the moments they make.
 #include "cmd/options/scene_options.h"
 
 #include <numeric>

@@ -20,7 +20,7 @@ namespace peeler::cmd {
 
 namespace {
 
-// The value: whether light passes.
+// The value says whether light passes.
 constexpr Choice<bool> kTransmissions[] = {
     {"alpha", true, "its layer lets through what it transmits, unrefracted"},
     {"opaque", false, "it is shown as if it let no light through"},
@@ -38,7 +38,7 @@ std::size_t variantNamed(const Scene& scene, const std::string& text) {
     throw Error(ErrorKind::kUsage, "unknown variant", "--variant " + text, hint);
 }
 
-/// Whole turns taken off, so that a rotation by 360 degrees is none.
+/// The rotation of the environment in degrees, without whole turns, so that 360 is none.
 double turn(const AppearanceOptions& appearance) {
     return std::remainder(appearance.environment_rotation.value_or(0), 360.0);
 }

@@ -45,10 +45,10 @@ bool namesLight(const std::string& camera) {
     return camera.starts_with(kLightPrefix);
 }
 
-/// What the light sees (lightView in core/scene/lights.h): the projection as tight as that, the
-/// size not set. NAME is the light's, its node's, or an index in draw order; "key" is the built-in
-/// light of a scene without any. Throws Error (kUsage) for an unknown light, with the list, and for
-/// a point light; (kInput) if there is nothing to fit a view to.
+/// The view that a light has (lightView in core/scene/lights.h), its projection as tight as it can
+/// be, its size not set. NAME is the light's, its node's, or an index in draw order; "key" is the
+/// built-in light of a scene without any. Throws Error (kUsage) for an unknown light, with the
+/// list, and for a point light; (kInput) if there is nothing to fit a view to.
 View lightCamera(const PosedScene& posed, const std::string& camera) {
     const std::vector<PlacedLight> lights = placedLights(posed);
     const PlacedLight& light = chooseLight(lights, camera);
@@ -76,7 +76,8 @@ void setSize(View& view, const Size& size, double aspect) {
     view.height = whole.height;
 }
 
-/// One of the scene's cameras: its half height and aspect ratio, near and far, its place.
+/// The view of one of the scene's cameras: its half height and aspect ratio, near and far, its
+/// place.
 View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::string& name,
                  const Size& size) {
     const Camera& camera = scene.cameras[static_cast<std::size_t>(instance.camera)];
@@ -115,7 +116,7 @@ View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::
     return view;
 }
 
-/// One of the lights: at least what it lights, more where the size has another aspect ratio.
+/// The view of a light: at least what it lights, more where the size has another aspect ratio.
 View viewOfLight(const CameraOptions& options, const PosedScene& posed) {
     View view = lightCamera(posed, *options.camera);
     Projection& projection = view.projection;
@@ -125,7 +126,8 @@ View viewOfLight(const CameraOptions& options, const PosedScene& posed) {
     return view;
 }
 
-/// A camera from numbers, or none at all: what is not given is found by framing the scene.
+/// The view of a camera that is built from numbers, all of which may be missing: what is not given
+/// is found by framing the scene.
 View builtCamera(const CameraOptions& options, const SceneExtent& extent) {
     const Bounds bounds = extent.bounds();
     View view;
@@ -174,7 +176,8 @@ View builtCamera(const CameraOptions& options, const SceneExtent& extent) {
     return view;
 }
 
-/// Near and far as asked for, and a far plane beyond the bounds where the projection needs one.
+/// Sets near and far as asked for, and a far plane beyond the bounds where the projection needs
+/// one. Throws Error (kUsage, or kInput for planes of the scene's own) if they make no range.
 void setDepthRange(View& view, const CameraOptions& options, const Bounds& bounds) {
     Projection& projection = view.projection;
     if (options.near) projection.near = *options.near;

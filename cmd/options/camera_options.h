@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which camera, which picture: from options to a View.
+// Which camera and which picture are asked for, and the View that follows.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -18,13 +18,14 @@ class VerbOptions;
 
 struct CameraOptions {
     std::optional<std::string> camera;  ///< name or index; none = the first, in draw order
+    /// World space; `up` is not 0.
     std::optional<glm::dvec3> eye, target, up;
     std::optional<double> fov;           ///< vertical, degrees
     std::optional<double> ortho_height;  ///< scene units
     std::optional<double> near, far;     ///< scene units
     Size size{1280, 720};
-    std::optional<Window> crop;
-    std::optional<Shard> tile;  ///< of the rows of the crop, or of the picture
+    std::optional<Window> crop;  ///< pixels of the picture
+    std::optional<Shard> tile;   ///< of the rows of the crop, or of the picture
 
     /// Whether a camera is built from these numbers rather than taken from the scene.
     bool buildsCamera() const { return eye || target || up || fov || ortho_height; }
@@ -36,15 +37,15 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options);
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkCameraOptions(const CameraOptions& options);
 
-/// The size with a height, from the aspect ratio (width / height) where it has none. Throws Error
-/// (kUsage) if that is too high a picture.
+/// `size`, its height taken from the aspect ratio (width / height) if it has none. Throws Error
+/// (kUsage) if the picture would be too high or too large.
 Size sizeWithAspect(Size size, double aspect);
 
 /// Throws Error (kUsage) for a crop that reaches outside the picture.
 void checkCrop(const Window& crop, int width, int height);
 
-/// What a camera in its place is called: its own name, else its node's, else "camera N" by draw
-/// order.
+/// What the cameras of the scene are called, in draw order: by their own names, else their nodes',
+/// else "camera N".
 std::vector<std::string> cameraNames(const PosedScene& posed);
 
 /// The view of the chosen, built or framed camera; `extent` is what it has to see. A scene's camera

@@ -21,12 +21,12 @@
 
 namespace peeler::cmd {
 
-/// What every one of them is asked for.
+/// What every verb that captures a scene is asked for.
 struct CaptureJobOptions {
     SceneOptions scene;
     AnimationOptions animation;
     AppearanceOptions appearance;
-    CaptureSettings capture;  ///< as declared
+    CaptureSettings capture;  ///< as options say it; a verb adjusts a copy
     gl::ContextRequest device;
     int threads = 0;
     ReportOptions report;
@@ -34,9 +34,10 @@ struct CaptureJobOptions {
 
 /// Declares SCENE, an argument.
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options);
-/// Declares addSceneOptions() and addTimeOptions().
+/// Declares the options of addSceneOptions() and addTimeOptions().
 void addShownOptions(VerbOptions& verb, CaptureJobOptions& options);
-/// Declares addMachineOptions() and addReportOptions(); `memory` says how a verb keeps to --memory.
+/// Declares the options of addMachineOptions() and addReportOptions(); `memory` says how a verb
+/// keeps to --memory.
 void addRunOptions(VerbOptions& verb, CaptureJobOptions& options,
                    const std::string& memory = "the picture is rendered in bands that fit");
 
@@ -45,9 +46,8 @@ struct ShownScene {
     int scene = 0;                  ///< index
     std::vector<int> animations{};  ///< indices
     std::vector<std::string> include{}, exclude{};
-    double frames_per_second = 0;  ///< that motion is measured by; 0 = it is not
-    /// The pixels that a share of them is taken of, for --occlusion-ratio: tiles keep other layers
-    /// than the whole.
+    double frames_per_second = 0;  ///< by which motion is measured; 0 = it is not
+    /// The pixels of which --occlusion-ratio takes a share: tiles keep other layers than the whole.
     Window crop{};
 };
 
@@ -63,24 +63,28 @@ std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture
 /// A scene file as a command shows it: read once, seen at any time.
 class OpenedScene {
   public:
-    /// Reads the file and warns of what it must. Throws like loadScene, chooseScene, selectNodes
-    /// and chooseAnimations.
+    /// Reads the file, chooses what is shown of it, and passes on the warnings of its readers.
+    /// Throws like loadScene(), chooseScene(), selectNodes() and chooseAnimations().
     OpenedScene(const CaptureJobOptions& options, Console& console);
 
     const Scene& scene() const { return scene_; }
-    int index() const { return index_; }                             ///< of the scene shown
-    const std::vector<int>& animations() const { return playing_; }  ///< that move it
+    /// Index of the scene that is shown.
+    int index() const { return index_; }
+    /// Indices of the animations that move it.
+    const std::vector<int>& animations() const { return playing_; }
 
+    /// The scene at a time, in seconds. It refers to this object, which must outlive it.
     PosedScene at(double time) const;
 
     /// The camera's view of what at() has given. A scene that moves is framed by all its times.
+    /// Throws like makeView().
     View view(const PosedScene& posed, const CameraOptions& camera) const;
 
   private:
     Scene scene_;
     int index_ = 0;
     std::vector<int> playing_;
-    std::optional<SceneExtent> all_times_;  ///< of a scene that moves
+    std::optional<SceneExtent> all_times_;  ///< only of a scene that moves
 };
 
 /// One run over one scene, from options to a result, stage after stage: checkOptions(),
@@ -89,7 +93,7 @@ class CaptureJob {
   public:
     using Clock = std::chrono::steady_clock;
 
-    /// The run begins; from here on the console is as quiet as it was asked to be. Options and
+    /// Begins the run; from here on the console is as quiet as it was asked to be. Options and
     /// console must outlive the job.
     CaptureJob(const CaptureJobOptions& options, Console& console);
 
@@ -104,23 +108,23 @@ class CaptureJob {
     /// The scene at the time that was asked for.
     PosedScene pose();
 
-    /// Opens a context as openContext() does, and uploads the scene. A Renderer that is there has
-    /// to be closed before.
+    /// Opens a context as openContext() does, throwing like it, and uploads the scene. A Renderer
+    /// that is open has to be closed before.
     Renderer& openRenderer(const PosedScene& posed);
     void closeRenderer();
-    /// Null if none is open: its context may be there nevertheless, if the scene had no room in it.
+    /// The open Renderer, or null. The context may be there without it, if the scene had no room.
     Renderer* renderer() { return renderer_ ? &*renderer_ : nullptr; }
     bool hasContext() const { return context_ != nullptr; }
     const gl::Device& device() const { return *device_; }  ///< of the Renderer opened last
 
     Clock::time_point start() const { return start_; }
-    /// What stages have taken: a verb adds its own.
+    /// What stages have taken, in milliseconds; a verb adds its own.
     StageTimes& times() { return times_; }
-    /// Those and the Renderer's, since the last call.
+    /// The times and those of the Renderer, since the last call.
     StageTimes takeTimes();
 
-    /// settingsHash() of the opened scene and how it looks. `crop` and `frames_per_second`: as in
-    /// ShownScene.
+    /// settingsHash() of the opened scene and of how it looks. `crop` and `frames_per_second` are
+    /// as in ShownScene.
     std::string settingsHash(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}, double frames_per_second = 0) const;
 
@@ -135,7 +139,7 @@ class CaptureJob {
     StageTimes times_;
     std::optional<OpenedScene> scene_;
     std::optional<gl::Device> device_;
-    std::unique_ptr<gl::Context> context_;  // before what lives in it
+    std::unique_ptr<gl::Context> context_;  // before the Renderer, which needs it to the end
     std::optional<Renderer> renderer_;
 };
 

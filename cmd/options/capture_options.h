@@ -34,7 +34,7 @@ inline constexpr Choice<Faces> kFaces[] = {
     {"back", Faces::kBack, "back faces only"},
     {"both", Faces::kBoth, "both, whatever the material says"},
 };
-/// The same with the default that rays have.
+/// The same choices, with the default of rays first.
 inline constexpr Choice<Faces> kRayFaces[] = {kFaces[3], kFaces[0], kFaces[1], kFaces[2]};
 inline constexpr Choice<Shading> kShading[] = {
     {"pbr", Shading::kPbr, "metallic-roughness under the scene's lights, or the built-in one"},
@@ -49,17 +49,17 @@ inline constexpr Choice<PixelType> kPrecisions[] = {
 /// --shading and --precision.
 void addLayerOptions(VerbOptions& verb, CaptureSettings& capture);
 
-/// Declares --faces for rays: both unless told.
+/// Declares --faces for rays, which hit both by default.
 void addRayFacesOption(VerbOptions& verb, CaptureSettings& capture);
 
-/// Declares --shadows and --shadow-size.
+/// Declares --shadows and --shadow-size (texels a side of a shadow map; none = not given).
 void addLightOptions(VerbOptions& verb, CaptureSettings& capture, std::optional<int>& shadow_size);
 
-/// Throws Error (kUsage) for a size without shadows.
+/// Sets the size of shadow maps if it is given. Throws Error (kUsage) for a size without shadows.
 void setShadowSize(CaptureSettings& capture, const std::optional<int>& shadow_size);
 
-/// Declares --memory, whose default is inheritedBudget() (cmd/machine/resources.h); `remark` says
-/// how a verb keeps to it.
+/// Declares --memory (bytes), whose default is inheritedBudget() (cmd/machine/resources.h);
+/// `remark` says how a verb keeps to it.
 void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string& remark);
 
 /// Declares --backend, --device, --require-gpu, --threads and --memory; `memory` says how a verb
@@ -67,14 +67,15 @@ void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string&
 void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threads,
                        CaptureSettings& capture, const std::string& memory);
 
-/// The context that is asked for; says so if it is a software one that nobody chose.
+/// The context that is asked for; a note says so if it is a software one that nobody chose. Throws
+/// like gl::createContext().
 std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console);
 
 /// --clip-box, --clip-plane, --clip-mesh and --clip.
 struct ClipOptions {
     ClipVolume volume;                ///< without nodes
     std::vector<std::string> meshes;  ///< names or indices of nodes
-    bool side_given = false;          ///< --clip
+    bool side_given = false;          ///< --clip is given
 };
 
 /// Declares the options; `options` must outlive the parse.

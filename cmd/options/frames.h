@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers of frames.
+// Lists of frames on the command line.
 #pragma once
 
 #include <string_view>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A layered file band by band, as verbs go through it.
+// Going through a layered file band by band.
 #pragma once
 
 #include <algorithm>
@@ -12,10 +12,12 @@
 
 namespace peeler::cmd {
 
-/// What a band may take: enough for wide chunks of many layers, little beside what a render takes.
+/// Bytes that a band may take: enough for wide chunks of many layers, little beside what a render
+/// takes.
 inline constexpr std::uint64_t kBandBytes = std::uint64_t{256} << 20;
 
-/// Reads the picture top to bottom and hands each band to `take`, which may hand it on to a sink.
+/// Reads the picture from top to bottom in bands of about `band_bytes`, and hands each to `take`,
+/// which may move from it. Throws like LayeredInput::read().
 template <class Take>
 void forEachBand(LayeredInput& reader, std::uint64_t band_bytes, Take&& take) {
     const Window& crop = reader.info().plan.view.crop;
@@ -27,8 +29,8 @@ void forEachBand(LayeredInput& reader, std::uint64_t band_bytes, Take&& take) {
     }
 }
 
-/// The same with progress: the nearest `max_layers`
-/// fragments of every pixel (0 = all). Reading counts as "load".
+/// The same with progress, of the nearest `max_layers` fragments of every pixel (0 = all). Reading
+/// counts as "load" among `times`.
 template <class Take>
 void forEachBand(LayeredInput& reader, std::uint32_t max_layers, StageTimes& times,
                  ProgressReport& progress, Take&& take, std::uint64_t band_bytes = kBandBytes) {

@@ -38,7 +38,7 @@ float parseExposure(const std::string& text) {
     return static_cast<float>(stops);
 }
 
-/// Premultiplied.
+/// A background as OutputOptions has it: premultiplied.
 std::array<float, 4> parseBackground(const std::string& text) {
     std::array<float, 4> color = parseColor(text);
     for (std::size_t i = 0; i < 3; ++i)
@@ -58,7 +58,7 @@ bool isSet(const OutputFlags& flags) {
     return findExrLayout(flags.options.layout).one_file_a_layer;
 }
 
-/// As addValue(), of an option of which not every format has a use.
+/// As addValue(), for an option that only some formats have a use for: notes that it is given.
 template <class T, class Parse>
 Option addGiven(VerbOptions& verb, OutputFlags& flags, const char* name, const char* value_name,
                 T& target, Parse parse, const std::string& help) {
@@ -71,7 +71,7 @@ Option addGiven(VerbOptions& verb, OutputFlags& flags, const char* name, const c
         help);
 }
 
-/// A name of a table with `name` and `summary` in each row, and the table as help.
+/// As addGiven(), for a name of a table with `name` and `summary` in each row; the help lists it.
 template <class Row>
 Option addNamed(VerbOptions& verb, OutputFlags& flags, const char* option, std::string& target,
                 std::span<const Row> rows, const std::string& kind, std::string help,
@@ -98,7 +98,7 @@ float parseTolerance(const std::string& text) {
     return static_cast<float>(value);
 }
 
-/// --layout, --compression, --deep-merge, --deep-z-tolerance and --deep-alpha-tolerance.
+/// Declares --layout, --compression, --deep-merge, --deep-z-tolerance and --deep-alpha-tolerance.
 void addLayerFileOptions(VerbOptions& verb, OutputFlags& flags) {
     constexpr const char* kGroup = "Layer files";
     OutputOptions& options = flags.options;

@@ -21,27 +21,29 @@ namespace peeler::cmd {
 
 class VerbOptions;
 
-/// An output file on the command line.
+/// What the command line says of an output file.
 struct OutputFlags {
     std::filesystem::path path;
     bool no_clobber = false;
-    OutputOptions options;  ///< but its provenance
-    /// "--exposure": of the options of which only some formats have a use, those that are given.
+    OutputOptions options;  ///< without its provenance
+    /// The options that are given ("--exposure"), of those that only some formats have a use for.
     std::set<std::string_view> given;
 
     bool isGiven(std::string_view option) const { return given.contains(option); }
-    /// Whether something is asked for that layers, which stay as they were rendered, do not have.
+    /// Whether one of the options is given (--background, --exposure, --tone-map) that do not go
+    /// with layers, which stay as they were rendered.
     bool asksForDisplay() const;
-    /// The options, of a picture that comes from there.
+    /// The options with the provenance of a picture.
     OutputOptions from(const Provenance& provenance) const;
 };
 
-/// Declares -o and --no-clobber; with `layers_only` for a verb that writes no composites.
+/// Declares -o and --no-clobber. `layers_only` is for a verb that writes no composites: the help
+/// lists no formats of theirs.
 void addOutputFile(VerbOptions& verb, OutputFlags& flags, bool layers_only = false);
-/// Declares those and --background, --exposure and --tone-map.
+/// Declares the options of addOutputFile(), and --background, --exposure and --tone-map.
 void addOutputOptions(VerbOptions& verb, OutputFlags& flags);
-/// Declares --as, --no-composite and those of layer files (--layout, --compression, --deep-merge,
-/// --deep-z-tolerance, --deep-alpha-tolerance), for verbs that have layers to write.
+/// Declares --as, --no-composite and the options of layer files (--layout, --compression,
+/// --deep-merge, --deep-z-tolerance, --deep-alpha-tolerance), for verbs that have layers to write.
 void addLayerOutputOptions(VerbOptions& verb, OutputFlags& flags, bool layers_only = false);
 
 /// Declares --fxaa; `remark` ends its description.
@@ -51,39 +53,41 @@ void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark);
 /// apply to it or the output is one of the inputs; (kOutput) if the folder cannot be written to, or
 /// the file is there and must stay.
 void checkOutput(const OutputFlags& flags, const std::vector<std::filesystem::path>& inputs);
-/// What of it can be told from the options alone: that they apply to the format, and have what they
-/// need.
+/// The part of checkOutput() that depends on the options alone: that they apply to the format, and
+/// have what they need.
 void checkFormat(const OutputFlags& flags);
-/// What of it depends on the file's name alone: not to replace what must stay; of the layout
-/// "per-file", no file of the set.
+/// The part of checkOutput() that depends on the file's name: that nothing is replaced that must
+/// stay, in the layout "per-file" by no file of the set.
 void checkTarget(const OutputFlags& flags, const std::vector<std::filesystem::path>& inputs);
-/// What --no-clobber asks for: throws Error (kOutput) if anything has that name.
+/// Throws Error (kOutput) if there is anything of that name, as --no-clobber asks.
 void checkNotThere(const std::filesystem::path& file);
-/// What of it depends on the folder: that it takes a new file. Nothing of that stays.
+/// The part of checkOutput() that depends on the folder: that it takes a new file. Leaves nothing
+/// behind.
 void checkFolder(const std::filesystem::path& file);
 
-/// checkTarget for every file of a series: flags.path with each number in it as framePath does it,
-/// or itself if it has no place for one. Returns their names.
+/// checkTarget() for every file of a series: `flags.path` with each number in it, as framePath()
+/// does it, or itself if it has no place for one. Returns their names.
 std::vector<std::filesystem::path> checkSeries(const OutputFlags& flags,
                                                std::span<const int> numbers,
                                                const std::vector<std::filesystem::path>& inputs);
 
 /// Whether an output made of `input` is to have Cryptomatte layers: the input has them, and a
-/// composite is written. They are made anew of the ids.
+/// composite is written. They are made anew from the ids.
 bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output);
 
 /// Fills in what the finished files themselves tell: their bytes, and layers and fragments if
 /// samples were merged, of which the plan knows nothing. `result` has the layers of the plan. Warns
-/// if files of layers beyond them are left of another picture of that name.
+/// if there are files of more layers under that name, which an earlier picture has left. Throws
+/// Error (kOutput) if a file is gone.
 void describeFiles(const OutputFlags& flags, PictureResult& result, Console& console);
 
-/// Throws like checkOutput if another file that a verb writes (`what`, by `option`) cannot be
-/// written, or would replace one of the others.
+/// Throws like checkOutput() if another file that a verb writes (`what`, by `option`) cannot be
+/// written, or would replace one of `others`.
 void checkExtraFile(const std::filesystem::path& file,
                     const std::vector<std::filesystem::path>& others, const std::string& what,
                     const std::string& option);
 
-/// Throws like checkOutput if the report cannot be written, or would replace one of the others.
+/// Throws like checkOutput() if the report cannot be written, or would replace one of `others`.
 void checkReport(const ReportOptions& options, const std::vector<std::filesystem::path>& others);
 
 /// Throws Error (kUsage) if one of `outputs` (a report, too) is a file that the scene is made of:

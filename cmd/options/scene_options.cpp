@@ -11,7 +11,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Whether each node's name matches one of the globs.
+/// Marks the nodes whose names match one of the globs. Throws like nodesMatching().
 std::vector<char> matching(const Scene& scene, const std::vector<std::string>& globs,
                            const char* option) {
     std::vector<char> result(scene.nodes.size(), 0);

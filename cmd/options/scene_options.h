@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is shown of a scene's file: one of its scenes, some of its nodes; how that looks; and when.
+// What is shown of a scene's file: one of its scenes, some of its nodes; how they look; and when.
 #pragma once
 
 #include <filesystem>
@@ -29,10 +29,10 @@ void addSceneOptions(VerbOptions& verb, SceneOptions& options);
 /// Declares --allow-outside alone.
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);
 
-/// The scene's index. Throws Error (kUsage) with the list for one that is not there.
+/// The index of the scene to show. Throws Error (kUsage), with the list, for one that is not there.
 int chooseScene(const Scene& scene, const SceneOptions& options);
 
-/// Of every node whether it has a name that matches one of the globs, or is below one that has.
+/// For every node, whether it has a name that matches one of the globs or is below one that has.
 /// Throws Error (kUsage) for a glob that no node matches; `option` is where it comes from.
 std::vector<char> nodesMatching(const Scene& scene, const std::vector<std::string>& globs,
                                 const char* option);
@@ -45,7 +45,7 @@ void selectNodes(Scene& scene, const SceneOptions& options);
 /// What makes a scene look otherwise than its file says.
 struct AppearanceOptions {
     std::optional<std::string> variant;  ///< name or index
-    bool transmission = true;            ///< light passes through what the file says
+    bool transmission = true;            ///< light passes through what transmits it
     std::optional<std::filesystem::path> environment;
     std::optional<double> environment_rotation;  ///< degrees
 };
@@ -54,7 +54,7 @@ struct AppearanceOptions {
 void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance);
 /// Declares --variant, --transmission, --environment and --environment-rotation.
 void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
-/// Declares those that can change what is baked: --variant, --environment and
+/// Declares the options that can change what is baked: --variant, --environment and
 /// --environment-rotation.
 void addBakedAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
 
@@ -67,10 +67,12 @@ void checkAppearanceOptions(const AppearanceOptions& appearance);
 Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
                 const AppearanceOptions& appearance, bool shadows);
 
-/// Index of the variant that was chosen. Throws Error (kUsage) for an unknown one, with the list.
+/// Index of the variant that was chosen; nothing if none was. Throws Error (kUsage) for an unknown
+/// one, with the list.
 std::optional<std::size_t> chosenVariant(const Scene& scene, const AppearanceOptions& appearance);
 
-/// What of it changes pixels, for the settings' hash; an empty object if nothing was asked for.
+/// What of the appearance changes pixels, for the settings' hash; an empty object if nothing was
+/// asked for.
 nlohmann::json appearanceSettings(const AppearanceOptions& appearance, const Scene& scene);
 
 /// When a scene is shown: at rest, at a time, at the times of frames.
@@ -79,7 +81,7 @@ struct AnimationOptions {
     std::optional<double> time;              ///< seconds
     std::optional<std::vector<int>> frames;  ///< at least one
     std::optional<Shard> chunk;              ///< of the frames
-    std::optional<double> fps;
+    std::optional<double> fps;               ///< frames a second
 };
 
 /// A picture of a sequence, or the only one.
@@ -88,7 +90,7 @@ struct Moment {
     double time = 0;               ///< seconds
     double next_time = 0;          ///< of the next frame, whether it is asked for or not
     double frames_per_second = 0;  ///< 0 = it is not one of a sequence
-    double motion_rate = 0;        ///< frames a second, of a sequence or not
+    double motion_rate = 0;        ///< frames a second by which motion is measured
 };
 
 /// Declares --animation and --time. `options` must outlive the parse.
@@ -104,8 +106,8 @@ void checkAnimationOptions(const AnimationOptions& options);
 /// the list for one that is not there.
 std::vector<int> chooseAnimations(const Scene& scene, const AnimationOptions& options);
 
-/// The times to show, in the order asked for: frame N is at N / fps seconds. None if there are more
-/// chunks than frames and this one is empty.
+/// The moments to show, in the order asked for: frame N is at N / fps seconds. None if there are
+/// more chunks than frames and this one is empty.
 std::vector<Moment> momentsOf(const AnimationOptions& options);
 
 /// What an animation is called: its own name, else "animation N".

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of bundles, and the bundles they make.
+// Options of bundles of rays, and the bundles they make.
 #include "cmd/rays/rays_options.h"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 constexpr int kMostBundles = 1'000'000;
 constexpr std::uint64_t kMostDirectionBytes = 256U << 20;
 
-/// Of any length: neither underflows nor overflows.
+/// A unit vector, from a direction of any length: neither underflows nor overflows.
 glm::dvec3 unitDirection(std::string_view text) {
     const glm::dvec3 direction = parseDirection(text), size = glm::abs(direction);
     return glm::normalize(direction / std::max({size.x, size.y, size.z}));

@@ -52,7 +52,8 @@ std::string materialName(const Scene& scene, std::size_t material) {
     return name.empty() ? "material " + std::to_string(material) : name;
 }
 
-/// Of all materials that the glob (or index) names.
+/// Sets the attenuation of all materials that the glob (or index) names. Throws Error (kUsage) if
+/// there is none.
 void setAttenuation(const Scene& scene, const std::string& glob, double mu,
                     std::vector<double>& attenuation) {
     std::vector<std::string> names;

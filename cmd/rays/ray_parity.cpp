@@ -12,10 +12,10 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Solids that are named one by one on the console; JSON has them all.
+/// How many solids are named one by one on the console; JSON has them all.
 constexpr std::size_t kNamed = 10;
 
-/// Where the ray of a pixel goes.
+/// The direction of a ray in world space, a unit vector.
 glm::dvec3 directionOf(const Bundle& bundle, const OddRay& ray) {
     if (bundle.parallel()) return bundle.direction();
     const glm::dvec2 at = glm::dvec2(ray.x, ray.y) + bundle.view.sample;

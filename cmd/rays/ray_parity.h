@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// rays --parity: solids that rays enter and do not leave.
+// rays --parity: finds solids that rays enter and do not leave.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,8 +12,8 @@
 
 namespace peeler::cmd {
 
-/// finish() warns of every solid that rays hit an odd number of times. Writes no file. Everything
-/// referred to must outlive it.
+/// Counts how often rays hit each solid. finish() warns of those that some ray hits an odd number
+/// of times. Writes no file. Everything referred to must outlive it.
 class RayParity : public RayOutput {
   public:
     RayParity(const Scene& scene, const Solids& solids, Console& console)
@@ -25,7 +25,7 @@ class RayParity : public RayOutput {
     bool holds() const { return parity_.holds(); }
     /// Throws Error (kInput) that says what does not hold.
     [[noreturn]] void fail() const;
-    /// "parity": {"holds", "oddRays", "solids": [of each that is hit]}.
+    /// Adds "parity" to a result, with an entry for each solid that is hit (cmd/README.md, "JSON").
     void tell(nlohmann::ordered_json& result) const;
 
   private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What rays tells of its files besides their names.
+// What the result of rays says of its files besides their names.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,7 +8,7 @@
 
 namespace peeler::cmd {
 
-/// Adds those that there are: "maps", "voxels" and "points" (cmd/README.md, "JSON").
+/// Adds "maps", "voxels" and "points" to a result, as far as there are any (cmd/README.md, "JSON").
 void addRayResults(const RayResults& results, nlohmann::ordered_json& json);
 
 }  // namespace peeler::cmd

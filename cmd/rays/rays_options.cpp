@@ -105,7 +105,8 @@ nlohmann::json bundleJson(const Bundle& bundle) {
             {"sample", {view.sample.x, view.sample.y}}};
 }
 
-/// Who enters by a front face leaves by a back face.
+/// Throws Error (kUsage) unless both sides count where solids matter: who enters one by a front
+/// face leaves it by a back face.
 void checkFaces(const RaysOptions& options) {
     const bool inside =
         options.voxels || options.parity ||

@@ -27,14 +27,15 @@ class VerbOptions;
 /// Which bundles of rays.
 struct BundleOptions {
     std::vector<glm::dvec3> directions;         ///< unit vectors, one by one
-    std::optional<int> count;                   ///< so many more, evenly
-    bool hemisphere = false;                    ///< over the upper half only
-    std::optional<std::filesystem::path> file;  ///< still more
+    std::optional<int> count;                   ///< so many more, evenly over the sphere
+    bool hemisphere = false;                    ///< of those only the upper half
+    std::optional<std::filesystem::path> file;  ///< a text file of still more
     bool axes = false;                          ///< along X, Y and Z, on one lattice
-    CameraOptions camera;                       ///< if any of them is given: its pixels' rays
+    CameraOptions camera;                       ///< if any of them is given: the rays of its pixels
+    /// Rays along the longer side of a bundle, or scene units from ray to ray.
     std::optional<int> resolution;
-    std::optional<double> spacing;  ///< scene units
-    std::optional<Bounds> bounds;   ///< what bundles cover; none = the scene
+    std::optional<double> spacing;
+    std::optional<Bounds> bounds;  ///< the box that bundles cover; none = the scene's
 
     /// Whether any rays are asked for.
     bool asksForRays() const {
@@ -46,15 +47,17 @@ struct BundleOptions {
     RayGrid grid() const;
 };
 
-/// Declares --direction … --bounds and those of the camera. `options` must outlive the parse.
+/// Declares --direction … --bounds and the options of addCameraOptions(). `options` must outlive
+/// the parse.
 void addBundleOptions(VerbOptions& verb, BundleOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is, and if there is nothing
 /// to trace.
 void checkBundleOptions(const BundleOptions& options);
 
-/// The directions of a text file, three numbers a line, separated by blanks or commas; empty lines
-/// and what follows # do not count. Of any length but 0. Throws Error (kInput) with the line.
+/// The directions of a text file as unit vectors: three numbers a line, separated by blanks or
+/// commas, of any length but 0; empty lines and what follows # do not count. Throws Error (kInput)
+/// with the line.
 std::vector<glm::dvec3> readDirections(const std::filesystem::path& file);
 
 /// All bundles but a camera's, in the order of the options, those of the axes last. `scene` bounds
@@ -64,8 +67,8 @@ std::vector<Bundle> parallelBundles(const BundleOptions& options, const Bounds& 
 /// Which maps of rays, and what they need to know.
 struct RayMapFlags {
     std::vector<RayMap> maps;  ///< none: hits are written
-    std::vector<std::pair<std::string, double>>
-        attenuation;                 ///< by material: a glob of names, or an index
+    /// Of materials, per scene unit, by a glob of their names or an index.
+    std::vector<std::pair<std::string, double>> attenuation;
     std::vector<std::string> parts;  ///< globs of node names
     std::optional<std::pair<double, double>> range;
 };
@@ -76,18 +79,21 @@ void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags);
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkRayMapFlags(const RayMapFlags& flags);
 
-/// Throws Error (kUsage) for a material or a node that the scene does not have.
+/// What the maps need, of this scene. Throws Error (kUsage) for a material or a node that the scene
+/// does not have.
 RayMapOptions rayMapOptions(const RayMapFlags& flags, const Scene& scene);
 
 /// What becomes of solids that rays enter and do not leave.
 enum class ParityUse : std::uint8_t { kReport, kFail };
 
-/// All of them; of `appearance` the variant alone.
+/// All options of peeler rays; of `appearance` the variant alone.
 struct RaysOptions : CaptureJobOptions {
     BundleOptions bundles;
     bool refine = true;
     bool double_points = false;
+    /// A file of points of which the next hits are asked for, not all hits.
     std::optional<std::filesystem::path> points;
+    /// Cells along the longest side of a lattice.
     std::optional<int> voxels;
     std::optional<ParityUse> parity;
     RayMapFlags maps;
@@ -103,12 +109,12 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options);
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkRaysOptions(const RaysOptions& options);
 
-/// What of them changes hits or what is made of hits, for the settings' hash: `bundles` as they are
-/// traced, whichever options they come from. What is in the file of --points is input, as the scene
-/// is.
+/// What of the options changes hits or what is made of hits, for the settings' hash: `bundles` as
+/// they are traced, whichever options they come from. What is in the file of --points is input, as
+/// the scene is.
 nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> bundles);
 
-/// Throws Error (kMemory) if the cells, a byte each, are more than all that may be taken.
+/// Throws Error (kMemory) if the cells of a lattice, a byte each, do not fit into the budget.
 void checkVoxelMemory(const AxisBundles& lattice, const MemoryBudget& memory);
 
 }  // namespace peeler::cmd

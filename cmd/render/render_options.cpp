@@ -11,7 +11,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// What shadows are made of, for an output that shows nothing else.
+/// Captures what casts shadows, for an output that shows nothing else. Throws Error (kUsage) for
+/// options that ask for other fragments.
 void chooseCasters(CaptureSettings& capture) {
     const CaptureSettings usual;
     if (capture.max_layers != usual.max_layers || capture.surfaces != usual.surfaces ||
@@ -27,7 +28,8 @@ void chooseCasters(CaptureSettings& capture) {
     capture.shading = Shading::kUnlit;
 }
 
-/// A composite with channels is made of layers, by its writer.
+/// Chooses the channels to capture. A composite with channels is made of layers, by its writer.
+/// Throws Error (kUsage) where there can be no channels.
 void chooseChannels(const RenderOptions& options, CaptureSettings& capture) {
     checkChannelOptions(options.channels, options.output);
     capture.channels = capturedChannels(options.channels);

@@ -41,7 +41,7 @@ void RenderRequest::checkFiles() const {
     std::vector<fs::path> others = inputs;
     for (std::size_t i = 0; i < moments_.size(); ++i) {
         OutputFlags output = outputOf(i);
-        // What is there may be what is wanted, or no reason to stop.
+        // A file that is there may be the one that is wanted, or no reason to stop.
         const SequenceOptions& sequence = options_.sequence;
         if (sequence.skip_existing || sequence.keep_going || sequence.dry_run)
             output.no_clobber = false;

@@ -33,15 +33,15 @@ struct ChannelOptions {
 /// Declares --channels, --cryptomatte and --manifest.
 void addChannelOptions(VerbOptions& verb, ChannelOptions& options);
 
-/// What has to be captured: the channels, and ids for what needs them.
+/// The channels that have to be captured: those that are asked for, and ids for Cryptomatte.
 std::vector<Channel> capturedChannels(const ChannelOptions& options);
 
 /// Throws Error (kUsage) if the output holds no channels, or no composite for Cryptomatte, or if a
-/// manifest would name ids that it has not.
+/// manifest would name ids that nothing asks for.
 void checkChannelOptions(const ChannelOptions& options, const OutputFlags& output);
 
-/// Writes the manifest: {"object": [{"id", "name", "cryptomatte"}], "material": [likewise]}, the
-/// last being the hash in hexadecimal. Throws Error (kOutput).
+/// Writes the manifest: {"object": [{"id", "name", "cryptomatte"}], "material": [likewise]};
+/// "cryptomatte" is the hash in hexadecimal digits. Throws Error (kOutput).
 void writeIdManifest(const std::filesystem::path& path, const IdNames& names);
 
 /// How a run over many pictures meets what is there already, and what fails.
@@ -51,7 +51,7 @@ struct SequenceOptions {
     bool dry_run = false;
 };
 
-/// All options; of `capture` see captureSettings().
+/// All options of peeler render; captureSettings() adapts `capture` to the output.
 struct RenderOptions : CaptureJobOptions {
     CameraOptions camera;
     ChannelOptions channels;
@@ -63,14 +63,14 @@ struct RenderOptions : CaptureJobOptions {
     SequenceOptions sequence;
 };
 
-/// Declares all of them. `options` must outlive the parse.
+/// Declares all options of the verb. `options` must outlive the parse.
 void addRenderOptions(VerbOptions& verb, RenderOptions& options);
 
 /// What to capture for the output that was asked for. Throws Error (kUsage) for what contradicts
 /// itself whatever the scene is.
 CaptureSettings captureSettings(const RenderOptions& options);
 
-/// One picture.
+/// One picture that is asked for.
 struct PictureRequest {
     std::size_t index = 0;     ///< among all that are asked for
     std::optional<int> frame;  ///< of a sequence
@@ -80,9 +80,10 @@ struct PictureRequest {
     std::optional<NextFrame> next{};  ///< if motion is asked for
     View view{};
     CaptureSettings capture{};
-    Provenance provenance{};  ///< but its renderer
+    Provenance provenance{};  ///< without its renderer
 };
 
+/// All pictures of a run, one after the other.
 class RenderRequest {
   public:
     /// Checks the options, then opens the job's scene. Nothing that is to be written may replace
@@ -96,15 +97,16 @@ class RenderRequest {
 
     std::optional<int> frame(std::size_t index) const;
     std::filesystem::path outputFile(std::size_t index) const { return outputOf(index).path; }
-    /// Poses the scene. Throws Error (kUsage) and (kInput) like OpenedScene::view().
+    /// The picture with this index, the scene posed at its time. Throws Error (kUsage) and (kInput)
+    /// like OpenedScene::view().
     PictureRequest picture(std::size_t index) const;
-    /// What the writer of its format is told.
+    /// The options of the writer of a picture, its provenance included.
     OutputOptions writerOptions(const PictureRequest& picture) const;
-    /// Whether its file is there, whole, and made of the same request. Never under --strict if it
-    /// may be incomplete: that is found out by counting.
+    /// Whether the file of a picture is there, whole, and made of the same request. Never under
+    /// --strict if it may be incomplete: that is found out by counting.
     bool isUpToDate(const PictureRequest& picture) const;
 
-    /// What would be done, for --dry-run.
+    /// What would be done, for --dry-run (cmd/README.md, "JSON").
     nlohmann::ordered_json plan() const;
 
   private:
@@ -117,7 +119,7 @@ class RenderRequest {
     std::vector<Moment> moments_;
     CaptureSettings capture_;
     const CaptureJob& job_;
-    const OpenedScene* scene_ = nullptr;  ///< the job's
+    const OpenedScene* scene_ = nullptr;  ///< owned by job_
 };
 
 }  // namespace peeler::cmd

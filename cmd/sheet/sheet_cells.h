@@ -17,6 +17,7 @@
 
 namespace peeler::cmd {
 
+/// What the cells of layers show.
 enum class SheetShow {
     kColor,
     kDepth  ///< grey, near = white
@@ -26,7 +27,7 @@ enum class SheetShow {
 struct SheetCell {
     std::string label, detail;  ///< one line each
     CompositeImage picture;     ///< linear, premultiplied; window from (0, 0)
-    /// From the exact composite, for cells that show another.
+    /// How far a cell that shows another composite than the exact one is from that.
     DifferenceStatistics error;
     bool has_error = false;
     int passes = 0;  ///< geometry passes, for cells that show a method; else 0
@@ -39,7 +40,7 @@ struct SheetSettings {
     int cell_width = 320;  ///< pixels; a picture that is smaller stays as it is
 };
 
-/// The size of a cell that shows this crop.
+/// Width and height in pixels of a cell that shows this crop.
 std::pair<int, int> cellSize(const Window& crop, int cell_width);
 
 /// "RMSE 0.0123, 38.2 dB"
@@ -68,7 +69,7 @@ class SheetCells : public Sink {
   private:
     /// What a cell shows, and its pixels so far.
     struct Pending {
-        std::uint32_t layer = 0;  ///< which one, or how many of the nearest
+        std::uint32_t layer = 0;  ///< which one; of composites, how many of the nearest
         bool composites = false;
         std::uint64_t fragments = 0;  ///< that it shows
         BoxFilter filter;
@@ -108,7 +109,7 @@ CompositeImage layOut(const std::vector<SheetCell>& cells, const SheetStyle& sty
 
 // Labels without a font file: machines of a farm have none.
 
-/// Of a glyph of printable ASCII, in dots; an advance holds the gap to the next one.
+/// The height of a glyph of printable ASCII and its distance to the next one, in dots.
 inline constexpr int kTextHeight = 7, kTextAdvance = 6;
 
 /// Draws one line with its upper left corner at (x, y) of the picture's window, a dot being `scale`

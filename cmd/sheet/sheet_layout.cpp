@@ -18,7 +18,7 @@ namespace {
 
 using Pixel = std::array<float, 4>;
 
-/// From an sRGB byte.
+/// Opaque grey in linear light, from an sRGB byte.
 Pixel grey(int byte) {
     const float value = linearFromSrgb(static_cast<float>(byte) / 255);
     return {value, value, value, 1};
@@ -31,7 +31,7 @@ const Pixel kLightSquare = grey(238), kDarkSquare = grey(218);
 struct Layout {
     int columns = 1, rows = 1;
     int cell_width = 0, cell_height = 0;
-    int scale = 1;  ///< of a font's dot
+    int scale = 1;  ///< pixels a dot of the font
     int gap = 0, caption = 0;
 
     int x(int column) const { return gap + column * (cell_width + gap); }

@@ -20,7 +20,7 @@ namespace {
 /// Keeps the composite of all bands that pass through it at full size, 20 bytes a pixel.
 class CompositeKeeper : public Sink {
   public:
-    /// Both must outlive it.
+    /// Composite and sink must outlive it.
     CompositeKeeper(CompositeImage& composite, Sink& next) : composite_(composite), next_(next) {}
 
     void begin(const Plan& plan) override;
@@ -174,7 +174,8 @@ void SceneSheet::openScene() {
     renderer_ = &job_.openRenderer(posed);
 }
 
-/// Blending without a limit stands beside the composite of everything, and of colours only.
+/// Whether a cell of unsorted blending is shown: it blends everything, in colour, so it stands only
+/// beside the colour composite of all layers.
 bool SceneSheet::showsUnsorted() const {
     return request_.methods == SheetMethods::kUnsorted && capture_.max_layers == 0 &&
            !(capture_.occlusion_ratio > 0) && request_.cells.show == SheetShow::kColor &&
@@ -231,16 +232,17 @@ void SceneSheet::compareMethods() {
     }
 }
 
-/// The cell of a method; of the exact one, whose composite is kept, or with the difference from it.
+/// The cell of a method. If `exact`, its composite is kept as the reference; else the cell has its
+/// difference from that.
 SheetCell SceneSheet::capture(const MethodInfo& method, bool exact) {
     const CompositeImage nothing;
     CompositeCell cell(request_.cells.cell_width, exact ? nothing : exact_);
     CompositeKeeper keeper(exact_, cell);
     Sink& sink = exact ? static_cast<Sink&>(keeper) : cell;
     CaptureSettings settings = capture_;
-    // Differences of methods, not of how colours are rounded.
+    // Colours of 32 bits, so that differences are those of methods, not of rounding.
     if (request_.methods == SheetMethods::kAll) settings.color_type = PixelType::kFloat;
-    // Cells that are there and those that are left out are all that will be.
+    // Of `all` cells that will be made, `cells` are done with this one.
     const auto cells = static_cast<double>(content_.cells.size() + 1);
     const bool last = request_.methods != SheetMethods::kAll;
     const auto all = static_cast<double>(peelMethods().size() - content_.omitted);

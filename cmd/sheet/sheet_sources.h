@@ -21,14 +21,14 @@ enum class SheetMethods {
     kNone
 };
 
-/// What is asked for. Of a layered file count the name in `scene`, `capture.max_layers` and the
-/// cells; of a scene all of it. Its clip volume is in `clip`.
+/// What is asked for. Of a layered file only the name in `scene`, `capture.max_layers` and `cells`
+/// count; of a scene all of it. The clip volume is in `clip`, not in `capture`.
 struct SheetRequest : CaptureJobOptions {
     CameraOptions camera;
     ClipOptions clip;
     SheetSettings cells;
     SheetMethods methods = SheetMethods::kUnsorted;
-    std::filesystem::path output{};  ///< the sheet, which may be no file of the scene
+    std::filesystem::path output{};  ///< the sheet, which may not replace a file of the scene
 };
 
 struct SheetContent {
@@ -37,7 +37,9 @@ struct SheetContent {
     PictureResult result;     ///< what the cells were made of, and with
 };
 
+/// Opens and captures the scene of `job`. Throws like CaptureJob and Renderer::capture().
 SheetContent sheetOfScene(const SheetRequest& request, CaptureJob& job, Console& console);
+/// Reads a layered file; `job` keeps the times. Throws Error (kInput) like openLayered().
 SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Console& console);
 
 }  // namespace peeler::cmd

@@ -17,7 +17,7 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Of a band, beside which its composite is read.
+/// Bytes of a band; its composite is read beside it.
 constexpr std::uint64_t kVerifiedBytes = std::uint64_t{128} << 20;
 
 std::string at(const std::map<std::string, std::string>& attributes, const std::string& name) {
@@ -60,11 +60,12 @@ void checkFragments(LayeredInput& input, VerifiedFile& file) {
 
 void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
     const Plan& plan = info.plan;
-    // A layer's file tells of the whole picture, whose fragments are in other files, too.
+    // The file of one layer has the numbers of the whole picture, whose other fragments are in
+    // other files.
     if (at(info.attributes(), "peeler:layout") == kPerFileLayout &&
         !at(info.attributes(), "peeler:layer").empty())
         return;
-    // Numbers of pixels that are no picture's layers, and bundles of rays.
+    // Hits of bundles of rays, and pictures without layers, have no numbers of fragments.
     if (holdsBundles(info)) return;
     if (info.layers.empty() && info.deep.empty() && at(info.attributes(), "peeler:layers").empty())
         return;

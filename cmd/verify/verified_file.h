@@ -16,7 +16,7 @@ namespace peeler::cmd {
 enum class VerifiedKind {
     kUnknown,  ///< it cannot be opened
     kForeign,  ///< not written by peeler: only whether every chunk can be decoded
-    kFlat,     ///< peeler's, without layers: that, and its completeness
+    kFlat,     ///< peeler's, without layers: its chunks, and its completeness
     kLayered,  ///< peeler's, with layers: everything
 };
 
@@ -31,10 +31,11 @@ struct VerifiedFile {
     Provenance provenance;              ///< of peeler's files
     int width = 0, height = 0;
     std::size_t layers = 0;
-    std::uint64_t fragments = 0;  ///< found
+    std::uint64_t fragments = 0;  ///< as many as were found
 
+    /// Adds a problem; the verdict becomes `found` unless it is worse already.
     void blame(Verdict found, const std::string& problem);
-    /// Nothing if no pixel is broken.
+    /// Adds a problem of these pixels, which is bad; does nothing if no pixel is broken.
     void blame(const BrokenPixels& broken, const std::string& what);
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of layers as they are stored.
+// The parts of layers as they are stored, where fragment lists do not show what is wrong.
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -24,10 +24,11 @@ class PartRows {
 
     const Window& window() const { return window_; }
     bool hasFragment(std::size_t pixel) const { return depth(pixel) < kNone; }
-    /// Of pixels without a fragment.
+    /// Whether Z is +infinity to the bit, as it has to be in a pixel without a fragment.
     bool hasNoDepth(std::size_t pixel) const {
         return std::bit_cast<std::uint32_t>(depth(pixel)) == std::bit_cast<std::uint32_t>(kNone);
     }
+    /// Whether any channel but Z has a bit that is not 0.
     bool hasColor(std::size_t pixel) const;
 
   private:
@@ -52,7 +53,7 @@ void PartRows::read(const ExrInput& input, std::size_t part, const std::string& 
     const ExrInputPart& info = input.parts()[part];
     window_ = window;
     if (window.empty()) return;
-    planes_.resize(info.channels.size());  // of which those of other layers stay empty
+    planes_.resize(info.channels.size());  // those of other layers stay empty
     std::vector<ExrTarget> targets;
     for (std::size_t c = 0; c < info.channels.size(); ++c) {
         Plane& plane = planes_[c];
@@ -83,6 +84,8 @@ bool PartRows::hasColor(std::size_t pixel) const {
     return false;
 }
 
+/// Pixels without a fragment whose Z is not +infinity, those that have colour, and fragments
+/// without one in the layer before.
 struct LayerFindings {
     BrokenPixels no_number, colored, orphaned;
 };
@@ -110,7 +113,8 @@ void checkRows(const PartRows& rows, const Window& band, const std::vector<bool>
     }
 }
 
-/// Deep layers have no pixels without a fragment, and those in other files are not looked at.
+/// Whether every layer has a scan-line part of this file. Deep layers have no pixels without a
+/// fragment, and those in other files are not looked at.
 bool hasPartsOfLayers(const ExrInput& input, const ExrInfo& info) {
     for (std::size_t k = 0; k < info.layers.size(); ++k) {
         if (info.layers[k] >= input.parts().size()) return false;
