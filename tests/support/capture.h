@@ -33,7 +33,8 @@ class SceneBuilder {
     int instance(int mesh, const glm::dmat4& placement);
     /// A light in a node of its own, which shines along −Z of `placement`.
     void light(const Light& light, const glm::dmat4& placement);
-    /// The same material, shaded by the lights instead of unlit: dielectric, roughness 1.
+    /// Makes a material dielectric, of roughness 1, and shaded by the lights instead of unlit.
+    /// Returns its index.
     int lit(int material);
 
     const Scene& scene() const { return scene_; }
@@ -57,6 +58,7 @@ class CollectSink : public Sink {
     std::vector<Window> bands;
 };
 
+/// What a capture has given.
 struct Captured {
     Plan plan;
     CaptureReport report;
@@ -64,7 +66,8 @@ struct Captured {
     std::vector<Window> bands;
 };
 
-/// The context of testBackend(), made once for the process. Throws if there is none.
+/// The context of testBackend(), made once for the process. Throws Error (kDevice) if there is
+/// none.
 gl::Context& sharedContext();
 
 /// Runs `test` in a thread of its own and waits for it: a context belongs to the thread that makes
@@ -74,10 +77,11 @@ void inOwnThread(const std::function<void()>& test);
 Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings = {},
                  gl::Context& context = sharedContext());
 
-/// The same with what is uploaded and compiled already, for tests that render a scene many times.
+/// The same with a Renderer that is open already, for tests that render a scene many times.
 Captured capture(Renderer& renderer, const View& view, const CaptureSettings& settings = {});
 
-/// Bit for bit: windows, offsets, depth, colour, extra arrays. Returns "" or what differs first.
+/// Compares bit for bit: windows, offsets, depth, colour, extra arrays. Returns "" or what differs
+/// first.
 std::string difference(const LayeredImage& a, const LayeredImage& b);
 
 /// The colour of a fragment as floats.

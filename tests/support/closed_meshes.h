@@ -55,7 +55,8 @@ inline Primitive icosphere(int level) {
     return sphere;
 }
 
-/// Around Y: the tube's middle at distance 1, its radius `minor`; `around` times `across` quads.
+/// A torus around Y: the tube's middle at distance 1, its radius `minor`; `around` times `across`
+/// quads.
 inline Primitive torus(double minor, std::uint32_t around, std::uint32_t across) {
     Primitive torus;
     for (std::uint32_t i = 0; i < around; ++i) {
@@ -72,7 +73,7 @@ inline Primitive torus(double minor, std::uint32_t around, std::uint32_t across)
     return torus;
 }
 
-/// From −1 to 1.
+/// A cube from −1 to 1 along every axis.
 inline Primitive cube() {
     Primitive cube;
     for (int i = 0; i < 8; ++i)
@@ -82,7 +83,7 @@ inline Primitive cube() {
     return cube;
 }
 
-/// Signed, by the divergence theorem.
+/// The volume inside, negative if triangles face inwards (by the divergence theorem).
 inline double volumeOf(const Primitive& mesh) {
     double volume = 0;
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
@@ -99,7 +100,7 @@ inline Primitive placed(Primitive mesh, float size, const glm::vec3& at) {
     return mesh;
 }
 
-/// Meshes in nodes of their own, with materials "m0", "m1", …
+/// A scene of meshes in nodes of their own, with materials "m0", "m1", …
 inline Scene sceneOf(std::vector<Mesh> meshes) {
     Scene scene;
     scene.scenes.resize(1);

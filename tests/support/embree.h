@@ -11,7 +11,7 @@
 
 namespace peeler::test {
 
-/// What a query hands to filters. A struct that begins with one is found again from there.
+/// What a query hands to its filters. A filter finds a struct that begins with one from there.
 #if RTC_VERSION_MAJOR >= 4
 using EmbreeContext = RTCRayQueryContext;
 #else

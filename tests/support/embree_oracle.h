@@ -117,7 +117,9 @@ class AllHits {
     AllHits(const AllHits&) = delete;
     AllHits& operator=(const AllHits&) = delete;
 
-    /// Distances, in any order. May be called by several threads at once.
+    /// Distances along the ray (scene units if `direction` is a unit vector), in any order. `cull`:
+    /// the backs of surfaces that are not double-sided are not hit. May be called by several
+    /// threads at once.
     std::vector<float> operator()(const glm::dvec3& origin, const glm::dvec3& direction,
                                   bool cull) const {
         std::vector<float> t;

@@ -6,7 +6,7 @@
 
 namespace peeler::test {
 
-/// Over nothing.
+/// Composites an image over nothing.
 inline CompositeImage flat(const LayeredImage& image) {
     CompositeImage out;
     compositeOver(image, {}, out);

@@ -13,7 +13,7 @@ struct HardScene {
     Scene scene;
 };
 
-/// The same every time.
+/// The scenes, which are the same every time.
 std::vector<HardScene> hardScenes();
 
 }  // namespace peeler::test

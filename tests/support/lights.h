@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights and surroundings.
+// Lights and environments for tests.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -16,7 +16,7 @@ inline Light lightOf(LightType type, double intensity, const glm::dvec3& rgb = g
     return light;
 }
 
-/// The same light from everywhere.
+/// An environment that shines alike from everywhere.
 inline Environment uniformEnvironment(const glm::vec3& radiance) {
     Environment environment;
     environment.width = 2;

@@ -9,7 +9,7 @@
 
 namespace peeler::test {
 
-/// Those that are exact, or the others.
+/// The names of the exact methods, or those of the others.
 inline std::vector<std::string> methodNames(bool exact) {
     std::vector<std::string> names;
     for (const auto& method : peelMethods())

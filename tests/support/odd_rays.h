@@ -27,7 +27,7 @@ inline std::uint64_t oddRays(const LayeredImage& image) {
     return odd;
 }
 
-/// Of the same rays as Embree sees them.
+/// How many of a bundle's rays have an odd number of hits as Embree finds them.
 inline std::uint64_t oddRays(const AllHits& embree, const Bundle& bundle) {
     std::atomic<std::uint64_t> odd = 0;
     const Window& crop = bundle.view.crop;
@@ -45,7 +45,7 @@ inline std::uint64_t oddRays(const AllHits& embree, const Bundle& bundle) {
 
 struct OddRays {
     std::uint64_t rays = 0, hits = 0;
-    std::uint64_t raw = 0, refined = 0;                ///< ours that are odd
+    std::uint64_t raw = 0, refined = 0;                ///< ours that have an odd number of hits
     std::uint64_t embree_fast = 0, embree_robust = 0;  ///< on every fourth bundle
 };
 

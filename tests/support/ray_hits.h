@@ -26,7 +26,8 @@ inline Primitive tetrahedron(int material = 0, float size = 1) {
     return primitive;
 }
 
-/// So many nodes "body 0", "body 1", … each with a closed mesh of its own material "m0", "m1", …
+/// A scene of `count` nodes "body 0", "body 1", … each with a closed mesh of its own material "m0",
+/// "m1", …
 inline Scene bodies(int count) {
     Scene scene;
     scene.scenes.resize(1);
@@ -44,7 +45,7 @@ inline Scene bodies(int count) {
     return scene;
 }
 
-/// A key of the n-th of bodies().
+/// The draw-order key of the first triangle of the n-th node of bodies().
 inline std::uint32_t keyOf(int body) {
     return 1 + 4 * static_cast<std::uint32_t>(body);
 }
@@ -54,8 +55,8 @@ struct Hit {
     std::uint32_t key = 0;
 };
 
-/// A bundle's hits: `at(start, direction)` gives those of a ray in any order; t is the distance
-/// from the start, which for a pinhole bundle is the eye.
+/// The hits of a bundle: `at(start, direction)` gives those of a ray in any order; t is the
+/// distance from the start, which for a pinhole bundle is the eye.
 inline LayeredImage rayHits(
     const Bundle& bundle,
     const std::function<std::vector<Hit>(const glm::dvec3&, const glm::dvec3&)>& at) {
@@ -88,7 +89,7 @@ struct Sphere {
     double radius = 1;
 };
 
-/// Where a ray meets the n-th sphere, with a key of the n-th of bodies().
+/// The hits of a bundle with spheres; those of the n-th have a key of the n-th node of bodies().
 inline LayeredImage sphereHits(const Bundle& bundle, const std::vector<Sphere>& spheres) {
     return rayHits(bundle, [&](const glm::dvec3& start, const glm::dvec3& direction) {
         std::vector<Hit> hits;

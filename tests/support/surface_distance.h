@@ -31,6 +31,7 @@ inline glm::dvec3 nearestPoint(const Triangle& triangle, const glm::dvec3& p) {
     return a + vb * scale * ab + vc * scale * ac;
 }
 
+/// Distances from points to the nearest triangle of a soup, which must outlive it.
 class SurfaceDistance {
   public:
     explicit SurfaceDistance(const TriangleSoup& soup) : soup_(soup) {
@@ -57,7 +58,7 @@ class SurfaceDistance {
     SurfaceDistance(const SurfaceDistance&) = delete;
     SurfaceDistance& operator=(const SurfaceDistance&) = delete;
 
-    /// At most `limit`: what is farther away is not looked for.
+    /// The distance in scene units, at most `limit`: what is farther away is not looked for.
     double operator()(const glm::dvec3& point, double limit) const {
         Search search{&soup_, point, limit};
         RTCPointQueryContext context;

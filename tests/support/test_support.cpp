@@ -61,8 +61,8 @@ bool contains(const std::string& text, const std::string& part) {
 
 namespace {
 
-/// Linux counts to what a child had resident at most what its parent ever had, as both share their
-/// memory until the child is another program. From here on that is what the parent has now.
+/// Until a child is another program it shares its parent's memory, so Linux counts the most that
+/// its parent ever had as the child's. From here on that is what the parent has now.
 void forgetPeakMemory() {
     std::ofstream("/proc/self/clear_refs") << 5;
 }

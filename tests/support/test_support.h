@@ -26,7 +26,7 @@ std::optional<std::filesystem::path> assetsDir();
 /// The contents of a file; empty if it is not there.
 std::string bytesOf(const std::filesystem::path& path);
 
-/// Does a text hold these words?
+/// Whether a text holds these words.
 bool contains(const std::string& text, const std::string& part);
 
 /// A folder that is made fresh and removed with the object.
@@ -43,19 +43,19 @@ class ScratchDir {
     std::filesystem::path path_;
 };
 
-/// What a command came to.
+/// The exit code and the streams of a command that has ended.
 struct Outcome {
     int exit_code = -1;  ///< of a process: 128 + n if signal n ended it
     std::string out, err;
 };
 
-/// What a finished process left behind.
+/// The same of a command that was a process, and what it took of the machine.
 struct CommandResult : Outcome {
     double cpu_seconds = 0;         ///< of all threads; what the machine does besides is not in it
     std::uint64_t peak_memory = 0;  ///< most bytes resident at once
 };
 
-/// Is this a build with AddressSanitizer, whose memory says nothing of the product's?
+/// Whether this is a build with AddressSanitizer, whose memory says nothing of the product's.
 #ifdef __SANITIZE_ADDRESS__
 inline constexpr bool kAddressSanitizer = true;
 #else
@@ -63,7 +63,7 @@ inline constexpr bool kAddressSanitizer = false;
 #endif
 
 /// Processor seconds that no refusal takes on the slowest machine: what needs more does not end, or
-/// does far more work than its input asks for. How fast it is, benchmarks tell.
+/// does far more work than its input asks for. Benchmarks tell how fast it is.
 inline constexpr double kEndlessSeconds = kAddressSanitizer ? 300 : 60;
 
 /// Runs a command line of `peeler` in this process, which takes half the time of starting one.
@@ -79,7 +79,7 @@ CommandResult runPeelerProcess(const std::vector<std::string>& arguments,
                                const std::vector<std::string>& environment = {},
                                const std::filesystem::path& directory = {});
 
-/// The command line of that.
+/// The command line that runPeelerProcess() runs.
 std::vector<std::string> peelerCommand(const std::vector<std::string>& arguments);
 
 /// A command that runs while the test does something else; killed with the object unless it has
@@ -102,13 +102,13 @@ class StartedCommand {
     pid_t pid_ = 0;
 };
 
-/// The same for any program, looked up in PATH.
+/// Runs any program, looked up in PATH, and waits for it; otherwise like runPeelerProcess().
 CommandResult runCommand(const std::vector<std::string>& command,
                          const std::vector<std::string>& environment = {},
                          const std::filesystem::path& directory = {});
 
-/// The folder of a libEGL.so.1 with GPUs that are not there, for LD_LIBRARY_PATH; what it does is
-/// told by variables (support/fake_egl/fake_egl.cpp).
+/// The folder of a libEGL.so.1 with GPUs that are not there, for LD_LIBRARY_PATH. Variables say
+/// what it does (support/fake_egl/fake_egl.cpp).
 std::filesystem::path fakeEglDir();
 
 /// "egl" or "osmesa" from PEELER_TEST_BACKEND (default egl).

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The triangles of a list, strip or fan (glTF 2.0 §3.7.2.1), told anew: what core makes of them is
-// under test.
+// The triangles of a list, strip or fan (glTF 2.0 §3.7.2.1), found once more: what core makes of
+// them is under test.
 #pragma once
 
 #include <cstddef>

@@ -53,7 +53,7 @@ int deviceCount() {
     return std::clamp(std::atoi(variable("PEELER_FAKE_EGL_DEVICES")), 0, kMostDevices);
 }
 
-/// What the process started with, whoever changes the variable later.
+/// What the variable was when the process started, whoever changes it later.
 const std::string visible_at_start = [] {
     const char* text = std::getenv("CUDA_VISIBLE_DEVICES");
     return std::string(text ? text : "all");
@@ -125,7 +125,7 @@ void demandString(const FakeDevice& device) {
     std::abort();
 }
 
-/// The number as the driver tells it, -1 = hidden from CUDA.
+/// The device's number as the driver tells it; -1 = hidden from CUDA.
 int cudaOrdinal(const FakeDevice& device) {
     const int ordinal = deviceCount() - 1 - device.index;
     if (*variable("PEELER_FAKE_EGL_REMAPS") == '\0' || visible_at_start == "all") return ordinal;
