@@ -17,7 +17,6 @@
 #include "cmd/verbs.h"
 #include "core/bake/receivers.h"
 #include "core/base/error.h"
-#include "formats/file/atomic_file.h"
 #include "formats/file/file_name.h"
 #include "formats/gltf/gltf_package.h"
 
@@ -94,11 +93,11 @@ std::vector<fs::path> Bake::inputs() const {
 /// other. Returns the outputs.
 std::vector<fs::path> Bake::checkFiles(std::span<const int> materials) const {
     const std::vector<fs::path> read = inputs();
-    OutputFlags flags;
-    flags.path = options_.bake.output;
-    flags.no_clobber = options_.bake.no_clobber;
-    std::vector<fs::path> outputs = checkSeries(flags, materials, read);
-    const AtomicFile probe(flags.path.string());  // throws if the folder takes no file
+    OutputRequest output;
+    output.path = options_.bake.output;
+    output.no_clobber = options_.bake.no_clobber;
+    std::vector<fs::path> outputs = checkSeries(output, materials, read);
+    checkFolder(output.path);
     std::vector<fs::path> others = read;
     others.insert(others.end(), outputs.begin(), outputs.end());
     checkReport(options_.report, others);

@@ -330,9 +330,7 @@ void Batch::printInOrder() {
 
 VerbAction declareBatch(VerbOptions& verb) {
     const auto options = std::make_shared<BatchOptions>();
-    addValue(
-        verb, "JOBS", "", options->file, [](const std::string& text) { return fs::path(text); },
-        "a file with a job a line, or - for standard input: {\"verb\": \"render\", \"args\": "
+    addFile(verb, "JOBS", "", options->file, "a file with a job a line, or - for standard input: {\"verb\": \"render\", \"args\": "
         "[\"scene.glb\", \"-o\", \"out.exr\"], \"options\": {\"size\": \"640x360\", \"shadows\": "
         "true}, \"id\": \"first\"}; args, options and id may be left out. Verbs are those with "
         "--output; ids are strings, each once. No job waits for another. A job's result is a JSON "
@@ -344,10 +342,7 @@ VerbAction declareBatch(VerbOptions& verb) {
         "how many run at a time, each a process with its part of the threads and the memory "
         "(default: 1)")
         .group("Jobs");
-    addValue(
-        verb, "--report", "FILE", options->report.file,
-        [](const std::string& text) { return fs::path(text); },
-        "keep the results in a file, too; run again with the same file, jobs are left out that "
+    addFile(verb, "--report", "FILE", options->report.file, "keep the results in a file, too; run again with the same file, jobs are left out that "
         "are done there and whose output exists")
         .group("Jobs");
     verb.addFlag("--fail-fast", options->fail_fast,

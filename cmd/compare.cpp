@@ -75,11 +75,6 @@ class ComparedImage {
     LayeredImage band_;
 };
 
-std::string comparedWindowText(const Window& window) {
-    return std::to_string(window.width()) + " x " + std::to_string(window.height()) + " at (" +
-           std::to_string(window.x0) + ", " + std::to_string(window.y0) + ')';
-}
-
 std::string comparedSizeText(int width, int height) {
     return std::to_string(width) + " x " + std::to_string(height);
 }
@@ -141,7 +136,7 @@ void checkComparable(const ComparedImage& a, const ComparedImage& b) {
         }
         if (wa != wb) {
             throw Error(ErrorKind::kUsage, "the images differ in their crops", where,
-                        "they hold " + comparedWindowText(wa) + " and " + comparedWindowText(wb) +
+                        "they hold " + windowText(wa) + " and " + windowText(wb) +
                             "; compare images of one crop");
         }
     }
@@ -185,7 +180,7 @@ class Compare {
 void Compare::checkOptions() {
     options_.report.applyTo(console_);
     const fs::path heatmap = options_.heatmap.value_or(fs::path());
-    OutputFlags output;
+    OutputRequest output;
     output.path = heatmap;
     output.options.as = "composite";
     if (options_.heatmap) checkOutput(output, {options_.a, options_.b});
@@ -312,10 +307,7 @@ void addThresholds(VerbOptions& verb, Thresholds& thresholds) {
 }
 
 void addHeatmap(VerbOptions& verb, CompareOptions& options) {
-    addValue(
-        verb, "--heatmap", "FILE", options.heatmap,
-        [](const std::string& text) { return fs::path(text); },
-        "a picture (.png, .jpg, .tif) of every pixel's largest colour difference, black to "
+    addFile(verb, "--heatmap", "FILE", options.heatmap, "a picture (.png, .jpg, .tif) of every pixel's largest colour difference, black to "
         "yellow; pixels whose fragment counts differ go from blue to cyan")
         .group("Output");
     addValue(
@@ -337,9 +329,8 @@ constexpr const char* kCompareFooter =
 
 VerbAction declareCompare(VerbOptions& verb) {
     const auto options = std::make_shared<CompareOptions>();
-    const auto path = [](const std::string& text) { return fs::path(text); };
-    addValue(verb, "A", "", options->a, path, "an image").required();
-    addValue(verb, "B", "", options->b, path, "another of the same size and crop").required();
+    addFile(verb, "A", "", options->a, "an image").required();
+    addFile(verb, "B", "", options->b, "another of the same size and crop").required();
     verb.addFlag("--composites", options->composites,
                  "compare the composites of layered files, not their layers");
     addThresholds(verb, options->thresholds);

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 struct ConvertOptions {
     fs::path input;
     int threads = 0;
-    OutputFlags output;
+    OutputRequest output;
     ReportOptions report;
 };
 
@@ -134,9 +134,7 @@ constexpr const char* kConvertFooter =
 
 VerbAction declareConvert(VerbOptions& verb) {
     const auto options = std::make_shared<ConvertOptions>();
-    addValue(
-        verb, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
-        "a layered or deep image (.exr)")
+    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)")
         .required();
     addOutputFile(verb, options->output, true);
     addLayerOutputOptions(verb, options->output, true);

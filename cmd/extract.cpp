@@ -38,7 +38,7 @@ constexpr std::uint64_t kExtractBandBytes = std::uint64_t{64} << 20;
 
 struct ExtractOptions {
     fs::path input;
-    OutputFlags output;  ///< of layers; an empty path = none
+    OutputRequest output;  ///< of layers; an empty path = none
     std::optional<fs::path> counts, points, arrays;
     std::vector<int> layers;       ///< empty = all
     std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
@@ -115,10 +115,10 @@ void Extract::checkFile(const fs::path& path, const char* extension) const {
         throw Error(ErrorKind::kUsage, std::string("expected a name that ends in ") + extension,
                     path.string());
     }
-    OutputFlags flags;
-    flags.path = path;
-    flags.no_clobber = options_.output.no_clobber;
-    checkTarget(flags, {options_.input});
+    OutputRequest output;
+    output.path = path;
+    output.no_clobber = options_.output.no_clobber;
+    checkTarget(output, {options_.input});
 }
 
 void Extract::checkOptions() const {
@@ -133,11 +133,11 @@ void Extract::checkOptions() const {
         outputs.push_back(options_.output.path);
     }
     if (options_.counts) {
-        OutputFlags flags;
-        flags.path = *options_.counts;
-        flags.no_clobber = options_.output.no_clobber;
-        flags.options.as = "composite";
-        checkOutput(flags, {options_.input});
+        OutputRequest output;
+        output.path = *options_.counts;
+        output.no_clobber = options_.output.no_clobber;
+        output.options.as = "composite";
+        checkOutput(output, {options_.input});
         outputs.push_back(*options_.counts);
     }
     if (options_.points) checkFile(outputs.emplace_back(*options_.points), ".ply");
@@ -346,8 +346,7 @@ constexpr const char* kExtractFooter =
 
 VerbAction declareExtract(VerbOptions& verb) {
     const auto options = std::make_shared<ExtractOptions>();
-    const auto path = [](const std::string& text) { return fs::path(text); };
-    addValue(verb, "IN", "", options->input, path, "a layered or deep image (.exr)").required();
+    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)").required();
     addOutputOptions(verb, options->output);
     verb.option("--output")
         .required(false)
@@ -355,7 +354,7 @@ VerbAction declareExtract(VerbOptions& verb) {
             "every layer as a file of its own, #### or %04d being its number: .exr (all channels, "
             "cropped to the layer), .png, .jpg, .tif");
     const auto add = [&](const char* name, auto& target, const char* help) {
-        addValue(verb, name, "FILE", target, path, help).group("Output");
+        addFile(verb, name, "FILE", target, help).group("Output");
     };
     add("--depth-complexity", options->counts,
         "how many fragments every pixel has: .exr (a channel count), or a picture, black to "

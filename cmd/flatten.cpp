@@ -29,7 +29,7 @@ struct FlattenOptions {
     std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
     int threads = 0;
     bool fxaa = false;
-    OutputFlags output;
+    OutputRequest output;
     ReportOptions report;
 };
 
@@ -129,9 +129,7 @@ void Flatten::report() {
 VerbAction declareFlatten(VerbOptions& verb) {
     const auto options = std::make_shared<FlattenOptions>();
     options->output.options.as = "composite";
-    addValue(
-        verb, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
-        "a layered or deep image (.exr)")
+    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)")
         .required();
     addOutputOptions(verb, options->output);
     addFxaaOption(verb, options->fxaa, "quick, but render --samples sees more");

@@ -30,7 +30,7 @@ struct MergeOptions {
     std::vector<fs::path> inputs;
     bool allow_gaps = false;
     int threads = 0;
-    OutputFlags output;
+    OutputRequest output;
     ReportOptions report;
 };
 
@@ -70,7 +70,7 @@ class Merge {
 
     const MergeOptions& options_;
     Console& console_;
-    OutputFlags output_;
+    OutputRequest output_;
     std::optional<PictureTiles> tiles_;
     Plan plan_;
     PictureResult result_;

@@ -129,7 +129,7 @@ std::vector<fs::path> Rays::inputs() const {
 void Rays::checkFiles() const {
     std::vector<fs::path> others = inputs();
     if (options_.writesFile()) {
-        OutputFlags output = options_.output;
+        OutputRequest output = options_.output;
         if (options_.writesPictures()) {
             output.options.as = "composite";
             output.path = framePath(output.path.string(), 0);
@@ -290,7 +290,7 @@ void Rays::report() {
     found["hits"] = hits_found_;
     found["largestCorrection"] =
         capture_.hit_mode == HitMode::kRaw ? Json() : Json(largest_correction_);
-    if (parity_) parity_->tell(found);
+    if (parity_) parity_->addTo(found);
     for (const auto& output : outputs_)
         addRayResults(output->results(), found);
     reportResult(options_.report, toJson(result, found),

@@ -32,8 +32,8 @@ class SequenceResults {
   public:
     /// `sequence`: the pictures are frames; else there is one picture. Flags and console must
     /// outlive this object.
-    SequenceResults(const ReportOptions& flags, bool sequence, Console& console)
-        : flags_(flags), sequence_(sequence), console_(console) {}
+    SequenceResults(const ReportOptions& report, bool sequence, Console& console)
+        : report_(report), sequence_(sequence), console_(console) {}
 
     void add(const PictureResult& result);
     /// Reports the failure of a picture that the others go on without.
@@ -47,7 +47,7 @@ class SequenceResults {
     void report() const;
 
   private:
-    const ReportOptions& flags_;
+    const ReportOptions& report_;
     bool sequence_;
     Console& console_;
     std::vector<PictureResult> finished_;
@@ -59,7 +59,7 @@ void SequenceResults::add(const PictureResult& result) {
     if (sequence_)
         console_.note(summary(result));
     else
-        reportResult(flags_, result, console_);
+        reportResult(report_, result, console_);
     finished_.push_back(result);
 }
 
@@ -86,8 +86,8 @@ void SequenceResults::report() const {
     for (const PictureResult& result : finished_)
         json["frames"].push_back(toJson(result));
     if (!failed_.empty()) json["failed"] = failed_;
-    if (flags_.file) writeReport(*flags_.file, json);
-    if (flags_.json) console_.result(jsonText(json));
+    if (report_.file) writeReport(*report_.file, json);
+    if (report_.json) console_.result(jsonText(json));
     if (failed_.empty()) return;
     console_.error(std::to_string(failed_.size()) + " of " +
                    countText(finished_.size() + failed_.size(), "frame") + " failed");

@@ -41,7 +41,7 @@ struct SheetOptions {
     SheetRequest request;
     std::optional<int> shadow_size;
     int columns = 0;  ///< 0 = near-square
-    OutputFlags output;
+    OutputRequest output;
     std::set<std::string> given;  ///< options for scenes that are on the command line
 };
 
@@ -228,10 +228,7 @@ constexpr const char* kSheetFooter =
 VerbAction declareSheet(VerbOptions& verb) {
     const auto options = std::make_shared<SheetOptions>();
     options->output.options.as = "composite";
-    addValue(
-        verb, "IN", "", options->request.scene.file,
-        [](const std::string& text) { return fs::path(text); },
-        "a layered or deep image (.exr) or a glTF scene (.gltf, .glb)")
+    addFile(verb, "IN", "", options->request.scene.file, "a layered or deep image (.exr) or a glTF scene (.gltf, .glb)")
         .required();
     addOutputOptions(verb, options->output);
     verb.option("--output").description(kOutputHelp);

@@ -57,7 +57,7 @@ struct ViewOptions {
     std::optional<std::uint64_t> max_fragments;  ///< of a page; 0 = any number, none = the default
     int threads = 0;
     ViewCameraOptions camera;
-    OutputFlags output;
+    OutputRequest output;
     ReportOptions report;
 };
 
@@ -335,9 +335,7 @@ void ViewRun::report() {
 
 VerbAction declareView(VerbOptions& verb) {
     const auto options = std::make_shared<ViewOptions>();
-    addValue(
-        verb, "IN", "", options->input, [](const std::string& text) { return fs::path(text); },
-        "a layered or deep image (.exr)")
+    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)")
         .required();
     addViewCameraOptions(verb, options->camera);
     addOutputOptions(verb, options->output);

@@ -89,12 +89,12 @@ void addBakeOptions(VerbOptions& verb, BakeOptions& options) {
                          auto parse, const std::string& help) {
         return addValue(verb, name, value, target, parse, help).group(group);
     };
-    add(
-        "Output", "-o,--output", "FILE", options.output,
-        [](const std::string& text) { return std::filesystem::path(text); },
+    addFile(
+        verb, "-o,--output", "FILE", options.output,
         "the file to write: .glb (the scene with what was baked), .exr (32-bit floats, a part a "
         "material) or .png (16 bits; of several materials one each: #### or %04d in the name "
         "becomes the material's number)")
+        .group("Output")
         .required();
     verb.addFlag("--no-clobber", options.no_clobber, "fail if the file is there already")
         .group("Output");

@@ -93,6 +93,15 @@ Option addValue(VerbOptions& verb, const std::string& name, const std::string& v
         help);
 }
 
+/// Adds an option that is a file, or a folder; `target` may be optional.
+template <class T>
+Option addFile(VerbOptions& verb, const std::string& name, const std::string& value_name, T& target,
+               const std::string& help) {
+    return addValue(
+        verb, name, value_name, target,
+        [](const std::string& text) { return std::filesystem::path(text); }, help);
+}
+
 /// Adds an option with a table of names; the help lists them, the first as the default. `kind` is
 /// what the error for an unknown one calls them.
 template <class T>

@@ -22,7 +22,7 @@ inline constexpr Choice<ProgressStyle> kProgressStyles[] = {
     {"plain", ProgressStyle::kPlain, "a line now and then"},
     {"alf", ProgressStyle::kAlf, "ALF_PROGRESS lines: Tractor, Afanasy"},
     {"openjd", ProgressStyle::kOpenJd, "openjd_progress and openjd_status lines: Deadline Cloud"},
-    {"json", ProgressStyle::kJson, "JSON lines"},
+    {"json", ProgressStyle::kJson, "JSON lines, stage by stage"},
 };
 
 /// The stage of a command that a ProgressReport is of.

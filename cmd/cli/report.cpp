@@ -75,10 +75,7 @@ ProgressStyle ReportOptions::shownProgress() const {
 void addReportOptions(VerbOptions& verb, ReportOptions& options) {
     constexpr const char* kGroup = "Messages";
     verb.addFlag("--json", options.json, "print the result as JSON").group(kGroup);
-    addValue(
-        verb, "--report", "FILE", options.file,
-        [](const std::string& text) { return std::filesystem::path(text); },
-        "write the result as JSON to a file")
+    addFile(verb, "--report", "FILE", options.file, "write the result as JSON to a file")
         .group(kGroup);
     addChoice<ProgressStyle>(verb, "--progress", options.progress, kProgressStyles,
                              "progress style", "how progress is told on stderr:")
@@ -206,6 +203,11 @@ std::uint64_t fileBytes(const std::filesystem::path& file) {
     if (!failure) return bytes;
     throw Error(ErrorKind::kOutput, "the file is gone: " + failure.message(), file.string(),
                 "something else has removed it, or its folder");
+}
+
+std::string windowText(const Window& window) {
+    return std::to_string(window.width()) + " x " + std::to_string(window.height()) + " at (" +
+           std::to_string(window.x0) + ", " + std::to_string(window.y0) + ')';
 }
 
 std::string groupedText(std::uint64_t value) {

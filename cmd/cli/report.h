@@ -121,6 +121,9 @@ void writeReport(const std::filesystem::path& path, const Json& json);
 /// The size in bytes of a file that has been written. Throws Error (kOutput) if it is gone.
 std::uint64_t fileBytes(const std::filesystem::path& file);
 
+/// "640 x 480 at (0, 0)"
+std::string windowText(const Window& window);
+
 /// "7,123,456"
 std::string groupedText(std::uint64_t value);
 

@@ -16,36 +16,36 @@ constexpr std::size_t kOpenAtOnce = 32;
 
 }  // namespace
 
-LayerFiles::LayerFiles(const OutputFlags& flags, const Provenance& provenance,
+LayerFiles::LayerFiles(const OutputRequest& output, const Provenance& provenance,
                        std::vector<std::size_t> layers, const std::filesystem::path& input)
-    : flags_(flags), provenance_(provenance), layers_(std::move(layers)) {
-    flags_.options.as = needCounts(flags) ? "ldi" : "composite";
+    : output_(output), provenance_(provenance), layers_(std::move(layers)) {
+    output_.options.as = needCounts(output) ? "ldi" : "composite";
     std::set<std::filesystem::path> names;
     for (const std::size_t layer : layers_) {
-        OutputFlags one = flags_;
+        OutputRequest one = output_;
         one.path = path(layer);
         if (!names.insert(one.path).second) {
             throw Error(ErrorKind::kUsage, "the layers would have the same name",
-                        "--output " + flags.path.string(),
+                        "--output " + output.path.string(),
                         "put #### or %04d into the file's name, where the layer's number goes, or "
                         "choose one with --layer");
         }
         checkOutput(one, {input});
     }
-    flags_.options.no_composite = true;
+    output_.options.no_composite = true;
 }
 
-bool LayerFiles::needCounts(const OutputFlags& flags) {
-    return findOutputFormat(flags.path.string(), "").holds(OutputContent::kLayers);
+bool LayerFiles::needCounts(const OutputRequest& output) {
+    return findOutputFormat(output.path.string(), "").holds(OutputContent::kLayers);
 }
 
 std::filesystem::path LayerFiles::path(std::size_t layer) const {
-    const std::string pattern = flags_.path.string();
+    const std::string pattern = output_.path.string();
     return hasFrameToken(pattern) ? framePath(pattern, static_cast<int>(layer)) : pattern;
 }
 
 void LayerFiles::begin(const Plan& whole) {
-    const OutputOptions options = flags_.from(provenance_);
+    const OutputOptions options = output_.from(provenance_);
     for (; left() && open_.size() < kOpenAtOnce; ++next_) {
         const std::size_t layer = layers_[next_];
         Plan plan = whole;

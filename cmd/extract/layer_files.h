@@ -18,13 +18,13 @@ namespace peeler::cmd {
 /// rows in memory, so many layers take several readings of the picture.
 class LayerFiles {
   public:
-    /// `flags.path` is one name, or has a place for the layer's number. Throws Error (kUsage) if
+    /// `output.path` is one name, or has a place for the layer's number. Throws Error (kUsage) if
     /// two layers would have one name, and like checkOutput().
-    LayerFiles(const OutputFlags& flags, const Provenance& provenance,
+    LayerFiles(const OutputRequest& output, const Provenance& provenance,
                std::vector<std::size_t> layers, const std::filesystem::path& input);
 
     /// Whether write() has to be told how many fragments each layer has.
-    static bool needCounts(const OutputFlags& flags);
+    static bool needCounts(const OutputRequest& output);
 
     /// Whether begin() has layers left to open.
     bool left() const { return next_ < layers_.size(); }
@@ -40,7 +40,7 @@ class LayerFiles {
     const std::vector<std::size_t>& layers() const { return layers_; }
 
   private:
-    OutputFlags flags_;
+    OutputRequest output_;
     Provenance provenance_;
     std::vector<std::size_t> layers_;
     std::size_t next_ = 0;  ///< index into layers_ of the next one to open

@@ -75,11 +75,6 @@ Json windowJson(const Window& window) {
     return {window.x0, window.y0, window.width(), window.height()};
 }
 
-std::string windowText(const Window& window) {
-    return std::to_string(window.width()) + " x " + std::to_string(window.height()) + " at (" +
-           std::to_string(window.x0) + ", " + std::to_string(window.y0) + ')';
-}
-
 Json partJson(const ExrInputPart& part) {
     Json json;
     json["name"] = part.name;
@@ -96,23 +91,12 @@ Json partJson(const ExrInputPart& part) {
     return json;
 }
 
-/// To six significant digits, which other programs that add the same numbers print as well.
-std::string pointText(const glm::dvec3& p) {
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), "(%.6g, %.6g, %.6g)", p.x, p.y, p.z);
-    return text.data();
-}
-
-Json pointJson(const glm::dvec3& p) {
-    return {p.x, p.y, p.z};
-}
-
 Json pointsJson(const PointStatistics& points) {
     if (points.empty()) return {{"count", 0}};
     return {{"count", points.points},
-            {"min", pointJson(points.boxMin())},
-            {"max", pointJson(points.boxMax())},
-            {"mean", pointJson(points.mean())}};
+            {"min", vectorJson(points.boxMin())},
+            {"max", vectorJson(points.boxMax())},
+            {"mean", vectorJson(points.mean())}};
 }
 
 Json provenanceJson(const Provenance& p) {
@@ -176,8 +160,8 @@ std::string layersText(const ImageFacts& facts) {
 std::string pointsText(const PointStatistics& points) {
     std::string text = "points: " + std::to_string(points.points) + '\n';
     if (points.empty()) return text;
-    return text + "bounds: " + pointText(points.boxMin()) + " to " + pointText(points.boxMax()) +
-           "\nmean: " + pointText(points.mean()) + '\n';
+    return text + "bounds: " + vectorText(points.boxMin()) + " to " + vectorText(points.boxMax()) +
+           "\nmean: " + vectorText(points.mean()) + '\n';
 }
 
 std::string cameraText(const View& view) {
@@ -194,7 +178,7 @@ std::string cameraText(const View& view) {
     }
     return "camera: " +
            (view.camera_name.empty() ? std::string() : printable(view.camera_name) + ", ") +
-           size.data() + ", at " + pointText(eye) + " looking along " + pointText(forward) + '\n';
+           size.data() + ", at " + vectorText(eye) + " looking along " + vectorText(forward) + '\n';
 }
 
 std::string provenanceText(const Provenance& p) {

@@ -3,8 +3,11 @@
 #pragma once
 
 #include <filesystem>
+#include <glm/glm.hpp>
+#include <string>
 
 #include "cmd/cli/console.h"
+#include "cmd/cli/report.h"
 
 namespace peeler::cmd {
 
@@ -21,5 +24,9 @@ void printSceneInfo(const InfoOptions& options, Console& console);
 /// Prints windows, layers with their pixels, completeness, where the picture comes from. Throws
 /// Error (kInput) if the file is damaged.
 void printImageInfo(const InfoOptions& options, Console& console);
+
+/// To six significant digits, which other programs that add the same numbers print as well.
+std::string vectorText(const glm::dvec3& v);
+Json vectorJson(const glm::dvec3& v);
 
 }  // namespace peeler::cmd

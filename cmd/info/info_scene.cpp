@@ -123,10 +123,6 @@ SceneFacts gather(const InfoOptions& options) {
     return facts;
 }
 
-Json vectorJson(const glm::dvec3& v) {
-    return {v.x, v.y, v.z};
-}
-
 Json cameraJson(const Camera& camera) {
     Json json;
     json["projection"] = camera.perspective ? "perspective" : "orthographic";
@@ -282,12 +278,6 @@ std::string elementsText(const Elements& elements) {
     return text.empty() ? "nothing" : text;
 }
 
-std::string vectorText(const glm::dvec3& v) {
-    char text[96];
-    std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g)", v.x, v.y, v.z);
-    return text;
-}
-
 /// The default scene's nodes, indented. Without recursion: a file may nest as deep as it likes.
 std::string treeText(const Scene& scene) {
     std::string text;
@@ -368,6 +358,16 @@ std::string toText(const SceneFacts& facts, const InfoOptions& options) {
 }
 
 }  // namespace
+
+std::string vectorText(const glm::dvec3& v) {
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), "(%.6g, %.6g, %.6g)", v.x, v.y, v.z);
+    return text.data();
+}
+
+Json vectorJson(const glm::dvec3& v) {
+    return {v.x, v.y, v.z};
+}
 
 void printSceneInfo(const InfoOptions& options, Console& console) {
     const SceneFacts facts = gather(options);

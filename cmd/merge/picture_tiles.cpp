@@ -39,7 +39,7 @@ std::string wholeCamera(const ExrInfo& info) {
 struct CommonAttribute {
     const char* name;
     std::string (*text)(const ExrInfo& info);
-    bool must;  ///< else they may differ: the first tile's is kept, with a warning
+    bool required;  ///< else they may differ: the first tile's is kept, with a warning
 };
 
 constexpr CommonAttribute kCommon[] = {
@@ -118,7 +118,7 @@ void PictureTiles::checkCommon(Console& console) {
         for (const PictureTile& tile : tiles_) {
             const std::string a = attribute.text(first.info()), b = attribute.text(tile.info());
             if (a == b) continue;
-            if (attribute.must) differ(first, tile, attribute.name, a, b);
+            if (attribute.required) differ(first, tile, attribute.name, a, b);
             std::string text = first.path + " and " + tile.path;
             text.append(" differ in ").append(attribute.name).append(": ").append(a);
             text.append(" and ").append(b).append("; the file will say the first");

@@ -55,10 +55,7 @@ void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance, const st
 
 void addEnvironmentOptions(VerbOptions& verb, AppearanceOptions& appearance,
                            const std::string& remark) {
-    addValue(
-        verb, "--environment", "FILE", appearance.environment,
-        [](const std::string& text) { return std::filesystem::path(text); },
-        "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z" + remark)
+    addFile(verb, "--environment", "FILE", appearance.environment, "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z" + remark)
         .group("Light");
     addValue(
         verb, "--environment-rotation", "DEGREES", appearance.environment_rotation,

@@ -23,10 +23,7 @@ nlohmann::json clipJson(const ClipVolume& clip) {
 }  // namespace
 
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options) {
-    addValue(
-        verb, "SCENE", "", options.scene.file,
-        [](const std::string& text) { return std::filesystem::path(text); },
-        "a glTF scene (.gltf or .glb)")
+    addFile(verb, "SCENE", "", options.scene.file, "a glTF scene (.gltf or .glb)")
         .required();
 }
 

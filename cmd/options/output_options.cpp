@@ -54,26 +54,26 @@ constexpr Choice<DeepMerge> kDeepMerges[] = {
 };
 
 /// Whether the layers are files of their own.
-bool isSet(const OutputFlags& flags) {
-    return findExrLayout(flags.options.layout).one_file_a_layer;
+bool hasFilePerLayer(const OutputRequest& output) {
+    return findExrLayout(output.options.layout).one_file_a_layer;
 }
 
 /// As addValue(), for an option that only some formats have a use for: notes that it is given.
 template <class T, class Parse>
-Option addGiven(VerbOptions& verb, OutputFlags& flags, const char* name, const char* value_name,
+Option addGiven(VerbOptions& verb, OutputRequest& output, const char* name, const char* value_name,
                 T& target, Parse parse, const std::string& help) {
     return verb.addText(
         name, value_name,
-        [&flags, &target, name, parse](const std::string& text) {
+        [&output, &target, name, parse](const std::string& text) {
             target = parse(text);
-            flags.given.insert(name);
+            output.given.insert(name);
         },
         help);
 }
 
 /// As addGiven(), for a name of a table with `name` and `summary` in each row; the help lists it.
 template <class Row>
-Option addNamed(VerbOptions& verb, OutputFlags& flags, const char* option, std::string& target,
+Option addNamed(VerbOptions& verb, OutputRequest& output, const char* option, std::string& target,
                 std::span<const Row> rows, const std::string& kind, std::string help,
                 bool first_is_default) {
     std::vector<std::string_view> names;
@@ -84,7 +84,7 @@ Option addNamed(VerbOptions& verb, OutputFlags& flags, const char* option, std::
         names.push_back(row.name);
     }
     return addGiven(
-        verb, flags, option, "NAME", target,
+        verb, output, option, "NAME", target,
         [names, kind](const std::string& text) {
             if (std::ranges::find(names, text) == names.end()) refuseName(kind, text, names);
             return text;
@@ -99,118 +99,116 @@ float parseTolerance(const std::string& text) {
 }
 
 /// Declares --layout, --compression, --deep-merge, --deep-z-tolerance and --deep-alpha-tolerance.
-void addLayerFileOptions(VerbOptions& verb, OutputFlags& flags) {
+void addLayerFileOptions(VerbOptions& verb, OutputRequest& output) {
     constexpr const char* kGroup = "Layer files";
-    OutputOptions& options = flags.options;
-    addNamed(verb, flags, "--layout", options.layout, exrLayouts(), "layout",
+    OutputOptions& options = output.options;
+    addNamed(verb, output, "--layout", options.layout, exrLayouts(), "layout",
              "where the layers of --as ldi go", true)
         .group(kGroup);
-    addNamed(verb, flags, "--compression", options.compression, exrCompressions(), "compression",
+    addNamed(verb, output, "--compression", options.compression, exrCompressions(), "compression",
              "lossless compression of layers; deep images take no zip", false)
         .group(kGroup);
     addChoice<DeepMerge>(verb, "--deep-merge", options.deep_merge.mode, kDeepMerges, "merge",
                          "neighbouring samples of --as deep that become one, with the same "
                          "composite and the nearest's depth:")
         .group(kGroup);
-    addGiven(verb, flags, "--deep-z-tolerance", "X", options.deep_merge.z_tolerance, parseTolerance,
+    addGiven(verb, output, "--deep-z-tolerance", "X", options.deep_merge.z_tolerance, parseTolerance,
              "how far samples that are merged may lie behind the nearest, scene units")
         .group(kGroup);
-    addGiven(verb, flags, "--deep-alpha-tolerance", "X", options.deep_merge.alpha_tolerance,
+    addGiven(verb, output, "--deep-alpha-tolerance", "X", options.deep_merge.alpha_tolerance,
              parseTolerance,
              "how far their alpha may be from the nearest's, by-id (default: 1, any)")
         .group(kGroup);
 }
 
-void checkDeepMerge(const OutputFlags& flags) {
-    const DeepMerge mode = flags.options.deep_merge.mode;
+void checkDeepMerge(const OutputRequest& output) {
+    const DeepMerge mode = output.options.deep_merge.mode;
     const bool by_id = mode == DeepMerge::kById;
     const bool near = by_id || mode == DeepMerge::kByZ;
-    if (near && !flags.isGiven("--deep-z-tolerance")) {
+    if (near && !output.isGiven("--deep-z-tolerance")) {
         refuse("nothing says how near samples must be", "--deep-merge",
                "add --deep-z-tolerance, in scene units");
     }
-    if (flags.isGiven("--deep-z-tolerance") && !near)
+    if (output.isGiven("--deep-z-tolerance") && !near)
         refuse("no samples are merged by it", "--deep-z-tolerance",
                "add --deep-merge by-id or by-z");
-    if (flags.isGiven("--deep-alpha-tolerance") && !by_id)
+    if (output.isGiven("--deep-alpha-tolerance") && !by_id)
         refuse("no samples are merged by it", "--deep-alpha-tolerance", "add --deep-merge by-id");
 }
 
-void checkLayerFileOptions(const OutputFlags& flags, const OutputFormat& format) {
+void checkLayerFileOptions(const OutputRequest& output, const OutputFormat& format) {
     const bool deep = format.holds(OutputContent::kSamples);
-    if (flags.isGiven("--layout") && !format.holds(OutputContent::kLayers))
+    if (output.isGiven("--layout") && !format.holds(OutputContent::kLayers))
         refuse("only layered files have a layout", "--layout", "add --as ldi, or leave it out");
-    if (flags.isGiven("--compression")) {
+    if (output.isGiven("--compression")) {
         if (!format.holdsFragments())
             refuse("only layers are compressed as asked for", "--compression",
                    "add --as ldi or --as deep, or leave it out");
-        findExrCompression(flags.options.compression, deep);
+        findExrCompression(output.options.compression, deep);
     }
-    const bool merging = flags.options.deep_merge.mode != DeepMerge::kOff;
-    const bool by_z = flags.isGiven("--deep-z-tolerance");
-    if ((merging || by_z || flags.isGiven("--deep-alpha-tolerance")) && !deep) {
+    const bool merging = output.options.deep_merge.mode != DeepMerge::kOff;
+    const bool by_z = output.isGiven("--deep-z-tolerance");
+    if ((merging || by_z || output.isGiven("--deep-alpha-tolerance")) && !deep) {
         refuse("only the samples of deep images are merged",
                merging ? "--deep-merge"
                : by_z  ? "--deep-z-tolerance"
                        : "--deep-alpha-tolerance",
                "add --as deep, or leave it out");
     }
-    checkDeepMerge(flags);
+    checkDeepMerge(output);
 }
 
 /// Throws Error (kUsage) if a file of a set would replace an input; (kOutput) under --no-clobber if
 /// a file of a set is there already.
-void checkLayerFiles(const OutputFlags& flags, const std::vector<fs::path>& inputs) {
-    if (!isSet(flags)) return;
+void checkLayerFiles(const OutputRequest& output, const std::vector<fs::path>& inputs) {
+    if (!hasFilePerLayer(output)) return;
     for (const fs::path& input : inputs) {
         for (const std::string& file : exrFilesOf(input.string())) {
-            if (isExrLayerFile(file, flags.path.string())) {
+            if (isExrLayerFile(file, output.path.string())) {
                 refuse("a layer's file could replace the input " + file, "--layout per-file",
                        "choose another name for the output");
             }
         }
     }
-    if (!flags.no_clobber) return;
+    if (!output.no_clobber) return;
     std::error_code failure;
-    const fs::path folder = flags.path.has_parent_path() ? flags.path.parent_path() : fs::path(".");
+    const fs::path folder = output.path.has_parent_path() ? output.path.parent_path() : fs::path(".");
     for (const auto& entry : fs::directory_iterator(folder, failure)) {
-        if (isExrLayerFile(entry.path().string(), flags.path.string())) checkNotThere(entry.path());
+        if (isExrLayerFile(entry.path().string(), output.path.string())) checkNotThere(entry.path());
     }
 }
 
 }  // namespace
 
-void addOutputFile(VerbOptions& verb, OutputFlags& flags, bool layers_only) {
+void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only) {
     std::string extensions;
     std::set<std::string_view> known;
     for (const OutputFormat& format : outputFormats()) {
-        if (!flags.options.as.empty() && format.kind != flags.options.as) continue;
+        if (!output.options.as.empty() && format.kind != output.options.as) continue;
         if (layers_only && !format.holdsFragments()) continue;
         for (const std::string_view extension : format.extensions) {
             if (!known.insert(extension).second) continue;
             extensions += (extensions.empty() ? "" : ", ") + std::string(extension);
         }
     }
-    addValue(
-        verb, "-o,--output", "FILE", flags.path,
-        [](const std::string& text) { return fs::path(text); }, "the file to write: " + extensions)
+    addFile(verb, "-o,--output", "FILE", output.path, "the file to write: " + extensions)
         .group("Output")
         .required();
-    verb.addFlag("--no-clobber", flags.no_clobber, "fail if the file is there already")
+    verb.addFlag("--no-clobber", output.no_clobber, "fail if the file is there already")
         .group("Output");
 }
 
-void addOutputOptions(VerbOptions& verb, OutputFlags& flags) {
-    OutputOptions& options = flags.options;
-    addOutputFile(verb, flags);
-    addGiven(verb, flags, "--background", "COLOR", options.background, parseBackground,
+void addOutputOptions(VerbOptions& verb, OutputRequest& output) {
+    OutputOptions& options = output.options;
+    addOutputFile(verb, output);
+    addGiven(verb, output, "--background", "COLOR", options.background, parseBackground,
              "behind a composite: transparent (default), r,g,b[,a] in linear light, or "
              "#rrggbb[aa] in sRGB")
         .group("Output");
-    addGiven(verb, flags, "--exposure", "STOPS", options.exposure, parseExposure,
+    addGiven(verb, output, "--exposure", "STOPS", options.exposure, parseExposure,
              "brightens (or darkens) what is not an EXR (default: 0)")
         .group("Output");
-    addNamed(verb, flags, "--tone-map", options.tone_map, toneMaps(), "tone map",
+    addNamed(verb, output, "--tone-map", options.tone_map, toneMaps(), "tone map",
              "how what is not an EXR shows bright light", true)
         .group("Output");
 }
@@ -220,7 +218,7 @@ void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark) {
         .group("Output");
 }
 
-void addLayerOutputOptions(VerbOptions& verb, OutputFlags& flags, bool layers_only) {
+void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers_only) {
     std::string kinds;
     std::set<std::string_view> known;
     std::vector<std::string_view> names;
@@ -231,7 +229,7 @@ void addLayerOutputOptions(VerbOptions& verb, OutputFlags& flags, bool layers_on
         kinds += (kinds.empty() ? "" : " or ") + std::string(format.kind);
     }
     addValue(
-        verb, "--as", "KIND", flags.options.as,
+        verb, "--as", "KIND", output.options.as,
         [names](const std::string& text) {
             if (std::find(names.begin(), names.end(), text) == names.end()) {
                 refuseName("kind", text, names);
@@ -240,31 +238,31 @@ void addLayerOutputOptions(VerbOptions& verb, OutputFlags& flags, bool layers_on
         },
         kinds + " (default: by the extension; .exr holds layers)")
         .group("Output");
-    verb.addFlag("--no-composite", flags.options.no_composite,
+    verb.addFlag("--no-composite", output.options.no_composite,
                  "layers only, without the part that shows them composited")
         .group("Output");
-    addLayerFileOptions(verb, flags);
+    addLayerFileOptions(verb, output);
 }
 
 void checkFolder(const fs::path& file) {
     const AtomicFile probe(file.string());
 }
 
-bool OutputFlags::asksForDisplay() const {
+bool OutputRequest::asksForDisplay() const {
     return isGiven("--background") || isGiven("--exposure") || isGiven("--tone-map");
 }
 
-OutputOptions OutputFlags::from(const Provenance& provenance) const {
+OutputOptions OutputRequest::from(const Provenance& provenance) const {
     OutputOptions asked = options;
     asked.provenance = provenance;
     return asked;
 }
 
-void checkFormat(const OutputFlags& flags) {
-    const OutputFormat& format = findOutputFormat(flags.path.string(), flags.options.as);
-    checkLayerFileOptions(flags, format);
+void checkFormat(const OutputRequest& output) {
+    const OutputFormat& format = findOutputFormat(output.path.string(), output.options.as);
+    checkLayerFileOptions(output, format);
     const auto refuse_if_given = [&](const char* what, const char* option, const char* hint) {
-        if (flags.isGiven(option)) refuse(what, option, hint);
+        if (output.isGiven(option)) refuse(what, option, hint);
     };
     if (!format.takesBackground()) {
         constexpr const char* kCompositeHint = "add --as composite, or choose another extension";
@@ -272,12 +270,12 @@ void checkFormat(const OutputFlags& flags) {
         refuse_if_given("layers are stored as rendered", "--exposure", kCompositeHint);
         refuse_if_given("layers are stored as rendered", "--tone-map", kCompositeHint);
     }
-    if (flags.options.no_composite) {
+    if (output.options.no_composite) {
         if (format.holds(OutputContent::kComposite))
             refuse("this output is nothing but the composite", "--no-composite", "leave it out");
         if (!format.hasComposite())
             refuse("this output has no composite", "--no-composite", "leave it out");
-        if (isSet(flags))
+        if (hasFilePerLayer(output))
             refuse("the composite's file is the one that names the others", "--no-composite",
                    "leave it out, or choose another --layout");
     }
@@ -295,64 +293,64 @@ void checkNotThere(const fs::path& file) {
                 "remove it, choose another name, or leave --no-clobber out");
 }
 
-void checkTarget(const OutputFlags& flags, const std::vector<fs::path>& inputs) {
+void checkTarget(const OutputRequest& output, const std::vector<fs::path>& inputs) {
     for (const fs::path& input : inputs) {
         for (const std::string& file : exrFilesOf(input.string())) {
-            if (!sameFile(flags.path, file)) continue;
+            if (!sameFile(output.path, file)) continue;
             throw Error(ErrorKind::kUsage,
                         file == input.string() ? "the output is the input"
                                                : "the output is a file of the input",
-                        flags.path.string(), "choose another name for the output");
+                        output.path.string(), "choose another name for the output");
         }
     }
-    if (flags.no_clobber) checkNotThere(flags.path);
-    checkLayerFiles(flags, inputs);
+    if (output.no_clobber) checkNotThere(output.path);
+    checkLayerFiles(output, inputs);
 }
 
-std::vector<fs::path> checkSeries(const OutputFlags& flags, std::span<const int> numbers,
+std::vector<fs::path> checkSeries(const OutputRequest& output, std::span<const int> numbers,
                                   const std::vector<fs::path>& inputs) {
-    if (!hasFrameToken(flags.path.string())) {
-        checkTarget(flags, inputs);
-        return {flags.path};
+    if (!hasFrameToken(output.path.string())) {
+        checkTarget(output, inputs);
+        return {output.path};
     }
     std::vector<fs::path> files;
-    OutputFlags file = flags;
+    OutputRequest file = output;
     for (const int number : numbers) {
-        file.path = framePath(flags.path.string(), number);
+        file.path = framePath(output.path.string(), number);
         checkTarget(file, inputs);
         files.push_back(file.path);
     }
     return files;
 }
 
-void checkOutput(const OutputFlags& flags, const std::vector<fs::path>& inputs) {
-    checkFormat(flags);
-    checkTarget(flags, inputs);
-    checkFolder(flags.path);
+void checkOutput(const OutputRequest& output, const std::vector<fs::path>& inputs) {
+    checkFormat(output);
+    checkTarget(output, inputs);
+    checkFolder(output.path);
 }
 
-bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output) {
+bool keepsCryptomatte(const ExrInfo& input, const OutputRequest& output) {
     const OutputFormat& format = findOutputFormat(output.path.string(), output.options.as);
     return input.has_cryptomatte && !input.provenance.ids.empty() && format.channels &&
            format.hasComposite() && !output.options.no_composite;
 }
 
-void describeFiles(const OutputFlags& flags, PictureResult& result, Console& console) {
-    const std::string output = flags.path.string();
-    result.bytes = fileBytes(output);
-    if (isSet(flags)) {
+void describeFiles(const OutputRequest& output, PictureResult& result, Console& console) {
+    const std::string file = output.path.string();
+    result.bytes = fileBytes(file);
+    if (hasFilePerLayer(output)) {
         for (std::size_t layer = 0; layer < result.layers; ++layer)
-            result.bytes += fileBytes(exrLayerFile(output, layer));
+            result.bytes += fileBytes(exrLayerFile(file, layer));
         std::error_code failure;
-        const std::string next = exrLayerFile(output, result.layers);
+        const std::string next = exrLayerFile(file, result.layers);
         if (fs::exists(next, failure)) {
             console.warning(
                 "Files of layers that the picture does not have are there from earlier: " + next +
                 " and what may follow.");
         }
     }
-    if (flags.options.deep_merge.mode == DeepMerge::kOff) return;
-    const Plan plan = openLayered(output)->info().plan;
+    if (output.options.deep_merge.mode == DeepMerge::kOff) return;
+    const Plan plan = openLayered(file)->info().plan;
     result.layers = plan.layers.size();
     result.fragments_stored = plan.fragments_stored;
 }

@@ -22,7 +22,7 @@ namespace peeler::cmd {
 class VerbOptions;
 
 /// What the command line says of an output file.
-struct OutputFlags {
+struct OutputRequest {
     std::filesystem::path path;
     bool no_clobber = false;
     OutputOptions options;  ///< without its provenance
@@ -39,12 +39,12 @@ struct OutputFlags {
 
 /// Declares -o and --no-clobber. `layers_only` is for a verb that writes no composites: the help
 /// lists no formats of theirs.
-void addOutputFile(VerbOptions& verb, OutputFlags& flags, bool layers_only = false);
+void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only = false);
 /// Declares the options of addOutputFile(), and --background, --exposure and --tone-map.
-void addOutputOptions(VerbOptions& verb, OutputFlags& flags);
+void addOutputOptions(VerbOptions& verb, OutputRequest& output);
 /// Declares --as, --no-composite and the options of layer files (--layout, --compression,
 /// --deep-merge, --deep-z-tolerance, --deep-alpha-tolerance), for verbs that have layers to write.
-void addLayerOutputOptions(VerbOptions& verb, OutputFlags& flags, bool layers_only = false);
+void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers_only = false);
 
 /// Declares --fxaa; `remark` ends its description.
 void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark);
@@ -52,34 +52,34 @@ void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark);
 /// Throws before any work is done: Error (kUsage) if the path names no format, an option does not
 /// apply to it or the output is one of the inputs; (kOutput) if the folder cannot be written to, or
 /// the file is there and must stay.
-void checkOutput(const OutputFlags& flags, const std::vector<std::filesystem::path>& inputs);
+void checkOutput(const OutputRequest& output, const std::vector<std::filesystem::path>& inputs);
 /// The part of checkOutput() that depends on the options alone: that they apply to the format, and
 /// have what they need.
-void checkFormat(const OutputFlags& flags);
+void checkFormat(const OutputRequest& output);
 /// The part of checkOutput() that depends on the file's name: that nothing is replaced that must
 /// stay, in the layout "per-file" by no file of the set.
-void checkTarget(const OutputFlags& flags, const std::vector<std::filesystem::path>& inputs);
+void checkTarget(const OutputRequest& output, const std::vector<std::filesystem::path>& inputs);
 /// Throws Error (kOutput) if there is anything of that name, as --no-clobber asks.
 void checkNotThere(const std::filesystem::path& file);
 /// The part of checkOutput() that depends on the folder: that it takes a new file. Leaves nothing
 /// behind.
 void checkFolder(const std::filesystem::path& file);
 
-/// checkTarget() for every file of a series: `flags.path` with each number in it, as framePath()
+/// checkTarget() for every file of a series: `output.path` with each number in it, as framePath()
 /// does it, or itself if it has no place for one. Returns their names.
-std::vector<std::filesystem::path> checkSeries(const OutputFlags& flags,
+std::vector<std::filesystem::path> checkSeries(const OutputRequest& output,
                                                std::span<const int> numbers,
                                                const std::vector<std::filesystem::path>& inputs);
 
 /// Whether an output made of `input` is to have Cryptomatte layers: the input has them, and a
 /// composite is written. They are made anew from the ids.
-bool keepsCryptomatte(const ExrInfo& input, const OutputFlags& output);
+bool keepsCryptomatte(const ExrInfo& input, const OutputRequest& output);
 
 /// Fills in what the finished files themselves tell: their bytes, and layers and fragments if
 /// samples were merged, of which the plan knows nothing. `result` has the layers of the plan. Warns
 /// if there are files of more layers under that name, which an earlier picture has left. Throws
 /// Error (kOutput) if a file is gone.
-void describeFiles(const OutputFlags& flags, PictureResult& result, Console& console);
+void describeFiles(const OutputRequest& output, PictureResult& result, Console& console);
 
 /// Throws like checkOutput() if another file that a verb writes (`what`, by `option`) cannot be
 /// written, or would replace one of `others`.

@@ -78,7 +78,7 @@ void RayParity::fail() const {
                 "close the meshes, leave them out with --exclude, or use --parity report");
 }
 
-void RayParity::tell(nlohmann::ordered_json& result) const {
+void RayParity::addTo(nlohmann::ordered_json& result) const {
     auto solids = nlohmann::ordered_json::array();
     for (const auto& [index, parity] : parity_.solids()) {
         const Solid& solid = solids_.all()[index];

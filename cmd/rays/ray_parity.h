@@ -26,7 +26,7 @@ class RayParity : public RayOutput {
     /// Throws Error (kInput) that says what does not hold.
     [[noreturn]] void fail() const;
     /// Adds "parity" to a result, with an entry for each solid that is hit (cmd/README.md, "JSON").
-    void tell(nlohmann::ordered_json& result) const;
+    void addTo(nlohmann::ordered_json& result) const;
 
   private:
     std::string name(const Solid& solid) const;

@@ -97,7 +97,7 @@ struct RaysOptions : CaptureJobOptions {
     std::optional<int> voxels;
     std::optional<ParityUse> parity;
     RayMapFlags maps;
-    OutputFlags output;
+    OutputRequest output;
 
     bool writesFile() const { return !output.path.empty(); }
     bool writesPictures() const { return !maps.maps.empty(); }

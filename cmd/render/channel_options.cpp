@@ -73,10 +73,7 @@ void addChannelOptions(VerbOptions& verb, ChannelOptions& options) {
                  "Cryptomatte 1.4 (objects and materials) in the composite part; implies "
                  "--channels id")
         .group(kGroup);
-    addValue(
-        verb, "--manifest", "FILE", options.manifest,
-        [](const std::string& text) { return std::filesystem::path(text); },
-        "write the names of the ids as JSON")
+    addFile(verb, "--manifest", "FILE", options.manifest, "write the names of the ids as JSON")
         .group(kGroup);
 }
 
@@ -88,7 +85,7 @@ std::vector<Channel> capturedChannels(const ChannelOptions& options) {
     return channels;
 }
 
-void checkChannelOptions(const ChannelOptions& options, const OutputFlags& output) {
+void checkChannelOptions(const ChannelOptions& options, const OutputRequest& output) {
     const OutputFormat& format = findOutputFormat(output.path.string(), output.options.as);
     if ((!options.channels.empty() || options.cryptomatte) && !format.channels) {
         throw Error(

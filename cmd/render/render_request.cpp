@@ -40,7 +40,7 @@ void RenderRequest::checkFiles() const {
     if (options_.appearance.environment) inputs.push_back(*options_.appearance.environment);
     std::vector<fs::path> others = inputs;
     for (std::size_t i = 0; i < moments_.size(); ++i) {
-        OutputFlags output = outputOf(i);
+        OutputRequest output = outputOf(i);
         // A file that is there may be the one that is wanted, or no reason to stop.
         const SequenceOptions& sequence = options_.sequence;
         if (sequence.skip_existing || sequence.keep_going || sequence.dry_run)
@@ -78,8 +78,8 @@ std::optional<int> RenderRequest::frame(std::size_t index) const {
 }
 
 /// A lone picture keeps the name it is given, whatever is in it.
-OutputFlags RenderRequest::outputOf(std::size_t index) const {
-    OutputFlags output = options_.output;
+OutputRequest RenderRequest::outputOf(std::size_t index) const {
+    OutputRequest output = options_.output;
     if (isSequence()) output.path = framePath(output.path.string(), moments_[index].frame);
     return output;
 }

@@ -38,7 +38,7 @@ std::vector<Channel> capturedChannels(const ChannelOptions& options);
 
 /// Throws Error (kUsage) if the output holds no channels, or no composite for Cryptomatte, or if a
 /// manifest would name ids that nothing asks for.
-void checkChannelOptions(const ChannelOptions& options, const OutputFlags& output);
+void checkChannelOptions(const ChannelOptions& options, const OutputRequest& output);
 
 /// Writes the manifest: {"object": [{"id", "name", "cryptomatte"}], "material": [likewise]};
 /// "cryptomatte" is the hash in hexadecimal digits. Throws Error (kOutput).
@@ -59,7 +59,7 @@ struct RenderOptions : CaptureJobOptions {
     std::optional<int> shadow_size;
     bool strict = false;
     bool fxaa = false;
-    OutputFlags output;
+    OutputRequest output;
     SequenceOptions sequence;
 };
 
@@ -75,7 +75,7 @@ struct PictureRequest {
     std::size_t index = 0;     ///< among all that are asked for
     std::optional<int> frame;  ///< of a sequence
     double time = 0;           ///< seconds
-    OutputFlags output{};
+    OutputRequest output{};
     std::optional<PosedScene> posed{};
     std::optional<NextFrame> next{};  ///< if motion is asked for
     View view{};
@@ -112,7 +112,7 @@ class RenderRequest {
   private:
     void checkFiles() const;
     std::vector<std::filesystem::path> outputs() const;
-    OutputFlags outputOf(std::size_t index) const;
+    OutputRequest outputOf(std::size_t index) const;
     Provenance provenanceOf(std::size_t index, const PictureRequest& picture) const;
 
     const RenderOptions& options_;

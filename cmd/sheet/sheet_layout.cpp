@@ -89,13 +89,6 @@ Pixel backgroundAt(const SheetStyle& style, int square, int x, int y) {
     return over(*style.background, board);
 }
 
-const ToneMap& findToneMap(const std::string& name) {
-    for (const ToneMap& map : toneMaps()) {
-        if (map.name == name) return map;
-    }
-    throw Error(ErrorKind::kInternal, "there is no tone map " + name);
-}
-
 void drawPicture(const SheetCell& cell, const SheetStyle& style, const Window& place, int square,
                  CompositeImage& page) {
     const float gain = std::exp2(style.exposure);

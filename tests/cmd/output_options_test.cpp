@@ -11,7 +11,7 @@ namespace peeler::cmd {
 namespace {
 
 /// Where the refusal points; "" if there is none.
-std::string refusal(OutputFlags flags, const std::string& as) {
+std::string refusal(OutputRequest flags, const std::string& as) {
     flags.path = "out.exr";
     flags.options.as = as;
     try {
@@ -26,7 +26,7 @@ std::string refusal(OutputFlags flags, const std::string& as) {
 
 TEST(OutputOptionsTest, NothingIsRefusedByDefault) {
     for (const OutputFormat& format : outputFormats()) {
-        OutputFlags flags;
+        OutputRequest flags;
         flags.path = "out" + std::string(format.extensions.front());
         flags.options.as = format.kind;
         EXPECT_NO_THROW(checkFormat(flags)) << format.kind;
@@ -35,7 +35,7 @@ TEST(OutputOptionsTest, NothingIsRefusedByDefault) {
 
 TEST(OutputOptionsTest, LayoutsAreForLayeredFiles) {
     for (const ExrLayout& layout : exrLayouts()) {
-        OutputFlags flags;
+        OutputRequest flags;
         flags.options.layout = layout.name;
         flags.given = {"--layout"};
         EXPECT_EQ(refusal(flags, "ldi"), "");
@@ -46,7 +46,7 @@ TEST(OutputOptionsTest, LayoutsAreForLayeredFiles) {
 
 TEST(OutputOptionsTest, DeepImagesTakeWhatTheFormatAllows) {
     for (const ExrCompression& compression : exrCompressions()) {
-        OutputFlags flags;
+        OutputRequest flags;
         flags.options.compression = compression.name;
         flags.given = {"--compression"};
         EXPECT_EQ(refusal(flags, "ldi"), "");
@@ -74,7 +74,7 @@ TEST(OutputOptionsTest, MergingIsForDeepFilesAndNeedsItsTolerances) {
         {DeepMerge::kByZ, 1.0F, 1.0F, "--deep-alpha-tolerance"},
     };
     for (const Case& one : cases) {
-        OutputFlags flags;
+        OutputRequest flags;
         flags.options.deep_merge = {one.merge, one.z.value_or(0), one.alpha.value_or(1)};
         if (one.z) flags.given.insert("--deep-z-tolerance");
         if (one.alpha) flags.given.insert("--deep-alpha-tolerance");
@@ -85,7 +85,7 @@ TEST(OutputOptionsTest, MergingIsForDeepFilesAndNeedsItsTolerances) {
 }
 
 TEST(OutputOptionsTest, TheCompositeOfASetNamesItAndDeepImagesHaveNone) {
-    OutputFlags flags;
+    OutputRequest flags;
     flags.path = "out.exr";
     flags.options.no_composite = true;
     flags.options.layout = kPerFileLayout;

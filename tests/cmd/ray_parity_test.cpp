@@ -50,7 +50,7 @@ TEST_F(RayParityTest, IsReported) {
         RayParity parity(scene_, solids_, console);
         trace(parity, bundles_);
         Json result;
-        parity.tell(result);
+        parity.addTo(result);
         EXPECT_EQ(result.at("parity").at("holds"), true);
         EXPECT_EQ(result.at("parity").at("solids").size(), 2U);
         EXPECT_EQ(err.str(), "");
@@ -83,7 +83,7 @@ TEST_F(RayParityTest, IsReported) {
               std::string::npos)
         << err.str();
     Json result;
-    parity.tell(result);
+    parity.addTo(result);
     const Json& first = result.at("parity").at("solids").at(0);
     EXPECT_EQ(first.at("node"), "body 0");
     EXPECT_EQ(first.at("oddRays"), 1);
