@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// What an output hash is made of, and where each kind of file keeps it.
 #include "formats/output_hash.h"
 
 #include <fstream>
@@ -32,7 +33,8 @@ std::string ofPage(const std::string& path) {
     return outputHashIn(std::string_view(text).substr(0, text.find("</head>")));
 }
 
-/// libjpeg takes a file that ends early for one with grey rows.
+/// Whether a JPEG is whole: libjpeg takes a file that ends early for one with grey rows, so its
+/// last two bytes have to be the marker EOI (ITU-T T.81 §B.1.1.3).
 bool endsLikeJpeg(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     char last[2] = {};
@@ -82,8 +84,9 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
 std::string outputHashFrom(const ExrInfo& input, const View& view, const std::string& path,
                            const OutputOptions& output) {
     if (!input.attributes().contains("peeler:outputHash")) return "";
-    if (output.composited) return "";  // what is behind a composite is not told
-    // Colours of several samples were rounded before they are composited.
+    if (output.composited) return "";  // the layers of a composite are not known
+    // A composite is made here of fragments that were merged and rounded when they were stored,
+    // which a render of several samples a pixel does not do.
     if (input.plan.samples > 1 && !findOutputFormat(path, output.as).holdsFragments()) return "";
     return outputHash(view, path, output);
 }

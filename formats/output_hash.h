@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a finished file says that it was made of, for whoever would make it again.
+// Output hashes: what a finished file says that it was made of, so that a command can tell whether
+// it would make the same file again.
 #pragma once
 
 #include <string>
@@ -10,19 +11,22 @@
 
 namespace peeler {
 
-/// What decides the pixels of a file and how they are stored: scene and settings hash, frame, time,
-/// camera, size and crop, and what its format's writer is told. Not: the version, the renderer and
-/// which of the exact methods it is. Tiles that are merged get the whole picture's.
+/// The hash, 16 hexadecimal digits, of everything that decides the pixels of a file and how they
+/// are stored: scene and settings hash, frame, time, camera, size and crop, and the options of its
+/// format. The version, the renderer and the choice among the exact methods do not enter it. Tiles
+/// that are merged get the hash of the whole picture.
 std::string outputHash(const View& view, const std::string& path, const OutputOptions& output);
 
-/// The same of a file that is made of all layers of another one of ours, whose headers are
-/// `input`, where a render would have made it, too; "" where that is not known.
+/// The same for a file that is made of all layers of another file of ours, whose headers are
+/// `input`: the hash that the file would have if it had been rendered. "" if a render would make
+/// another file, or if that is not known.
 std::string outputHashFrom(const ExrInfo& input, const View& view, const std::string& path,
                            const OutputOptions& output);
 
-/// Provenance::output_hash of a file that a Sink has written, by the file's extension; "" if there
-/// is no such file, it does not say, or it is not whole. Of an OpenEXR file the headers are read
-/// and every chunk's place is checked (of a set, those of all files); flat images are decoded.
+/// Provenance::output_hash of a file that a Sink has written, found by the file's extension; "" if
+/// there is no such file, it does not say, or it is not whole. Of an OpenEXR file the headers are
+/// read and the place of every chunk is checked (of a set, in all its files); flat images are
+/// decoded. Throws Error of any kind but kInput.
 std::string outputHashOf(const std::string& path);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One row a format: a new one is a new file and a row here.
+// The table of output formats, a row each: a new format is a new file and a row here.
 #include "formats/writers.h"
 
 #include <algorithm>
@@ -110,7 +110,8 @@ std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& opt
     return findOutputFormat(path, options.as).make(path, options);
 }
 
-// A pixel is handed over as a list of one fragment: "over" of a single fragment is itself.
+// Every pixel is handed over as a list of one fragment, since a fragment composited over nothing is
+// itself.
 void writePicture(const std::string& path, const CompositeImage& picture,
                   const OutputOptions& options) {
     OutputOptions flat = options;

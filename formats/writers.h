@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of output formats.
+// The table of output formats: by which extension and kind one is chosen, what its files hold, and
+// who writes them.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +21,8 @@ enum class OutputContent : std::uint8_t {
     kLayers,     ///< the layers of every pixel, in a layout, with their composite unless left out
     kSamples,    ///< the same fragments as deep samples, which may be merged
     kComposite,  ///< the layers composited, over a background
-    /// What casts shadows: of both faces of OPAQUE and MASK surfaces, every layer of them.
+    /// A midpoint shadow map, which needs every layer of OPAQUE and MASK surfaces, both faces of
+    /// each.
     kShadowMap,
     kPage,  ///< a viewer of the layers, with a background
 };
@@ -28,7 +30,7 @@ enum class OutputContent : std::uint8_t {
 /// One way to write a picture.
 struct OutputFormat {
     std::vector<std::string_view> extensions{};  ///< lower case, with the dot
-    std::string_view kind;                       ///< for --as
+    std::string_view kind;                       ///< the word for --as
     std::string_view summary;
     std::unique_ptr<Sink> (*make)(const std::string& path, const OutputOptions& options);
     OutputContent content = OutputContent::kComposite;
@@ -61,7 +63,8 @@ const OutputFormat& findOutputFormat(std::string_view path, std::string_view as)
 std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& options);
 
 /// Writes a finished picture to `path`, whole or not at all, in the flat format of its extension.
-/// The window becomes the picture. Throws like makeSink() and the sink.
+/// The window of `picture` becomes the whole picture, with its upper left corner at (0, 0). Throws
+/// like makeSink() and the sink.
 void writePicture(const std::string& path, const CompositeImage& picture,
                   const OutputOptions& options);
 

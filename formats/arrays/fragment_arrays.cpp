@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fragments as .npz.
+// Writes fragments as a .npz.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -22,7 +22,7 @@ NumberType numberTypeOf(PixelType type) {
     return kTypes[static_cast<std::size_t>(type)];
 }
 
-/// A key that is no path in the archive and not taken yet.
+/// The key of a channel, which is no path in the archive, and not taken yet.
 std::string arrayKey(std::string channel, std::set<std::string>& taken) {
     std::ranges::replace_if(
         channel, [](unsigned char c) { return c < ' ' || c == '/' || c == '\\' || c >= 0x7f; },

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fragments as .ply.
+// Writes fragments as a .ply.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -23,7 +23,8 @@ std::byte* putNumber(T number, std::byte* out) {
     return out + sizeof number;
 }
 
-/// Straight, sRGB-encoded, 8 bits: what viewers of point clouds show.
+/// A premultiplied linear colour as viewers of point clouds show it: straight, sRGB-encoded, 8
+/// bits.
 std::array<std::uint8_t, 4> displayColor(const std::array<float, 4>& color) {
     const float alpha = color[3], scale = alpha > 0 ? 1 / alpha : 0;
     const auto byte = [](float value) {

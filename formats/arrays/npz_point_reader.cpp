@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Finds the array of points in a .npz, unpacks it and reads its numbers.
 // ZIP: APPNOTE.TXT 6.3, sections 4.3 and 4.5.3.
 // .npy: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 #include <libdeflate.h>
@@ -21,7 +22,7 @@ namespace {
 using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::size_t kMostNpyHeader = std::size_t{1} << 16;
-// DEFLATE makes no more of a byte: 258 bytes for two bits.
+// The most bytes that DEFLATE makes of one: two bits can stand for 258 bytes.
 constexpr std::uint64_t kMostInflation = 1032;
 
 [[noreturn]] void damaged(const std::string& what, const std::string& where) {
@@ -80,7 +81,8 @@ Directory directoryOf(const ArchiveFields& file, const std::string& where) {
     damaged("there is no directory", where);
 }
 
-/// Sizes that do not fit 32 bits stand in an extra field, in this order.
+/// Takes sizes and offsets that do not fit 32 bits from an extra field, where they stand in this
+/// order (section 4.5.3).
 void takeZip64(const ArchiveFields& file, std::uint64_t extra, std::uint64_t size, Member& member) {
     const std::uint64_t end = extra + size;
     while (end - extra >= 4) {
@@ -122,7 +124,7 @@ std::vector<Member> membersOf(const ArchiveFields& file, const std::string& wher
     return members;
 }
 
-/// The bytes of a member: in the file, or unpacked into `storage`.
+/// The bytes of a member, in the file itself or unpacked into `storage`.
 Bytes contentsOf(const ArchiveFields& file, const Member& member,
                  std::vector<std::uint8_t>& storage, const std::string& where) {
     constexpr std::uint64_t kLocal = 30;
@@ -154,11 +156,11 @@ Bytes contentsOf(const ArchiveFields& file, const Member& member,
 /// What a .npy header says of an array of points.
 struct Points {
     std::uint64_t count = 0;
-    bool is_double = false, swapped = false, columns = false;  ///< Fortran order
+    bool is_double = false, swapped = false, columns = false;  ///< column by column
     Bytes numbers;
 };
 
-/// What stands behind a key of the header's dictionary.
+/// The text behind a key of the header's dictionary, "" if it has no such key.
 std::string_view after(std::string_view header, std::string_view key) {
     const std::size_t at = header.find(key);
     if (at == std::string_view::npos) return {};
@@ -167,7 +169,7 @@ std::string_view after(std::string_view header, std::string_view key) {
     return header;
 }
 
-/// Of "(n, 3)" n.
+/// The n of a shape that is "(n, 3)".
 std::optional<std::uint64_t> rowsOfShape(std::string_view shape) {
     if (!shape.starts_with('(')) return {};
     std::uint64_t rows = 0;
@@ -179,7 +181,7 @@ std::optional<std::uint64_t> rowsOfShape(std::string_view shape) {
     return rows;
 }
 
-/// Nothing if the array is of another shape or type.
+/// The points of a .npy file; nothing if the array is of another shape or type.
 std::optional<Points> pointsIn(Bytes file, const std::string& where) {
     constexpr std::string_view kMagic = "\x93NUMPY";
     const ArchiveFields fields(file, where);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes the headers of a .npz, and numbers to their places.
 // .npy: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 // ZIP64: APPNOTE.TXT, sections 4.3 and 4.5.3.
 #include "formats/arrays/table_writers.h"
@@ -47,7 +48,7 @@ std::string npyHeader(const NpzArray& array) {
     if (array.shape.size() == 1) shape.pop_back();
     std::string text = "{'descr': '" + std::string(infoOf(array.type).numpy) +
                        "', 'fortran_order': False, 'shape': (" + shape + "), }";
-    // Numbers begin at a multiple of 64 bytes.
+    // The numbers have to begin at a multiple of 64 bytes.
     constexpr std::size_t kAlignment = 64, kPreamble = 10;
     const std::size_t end = kPreamble + text.size() + 1;
     text.append((kAlignment - end % kAlignment) % kAlignment, ' ');
@@ -103,7 +104,7 @@ void NpzWriter::finish() {
             throw Error(ErrorKind::kInternal, "numbers are missing",
                         file_.path() + ": " + entry.array.name);
         }
-        // Only now, when the checksum is known.
+        // The headers are written only now, when the checksum is known.
         file_.writeAt(entry.offset, asBytes(localHeader(entry) + entry.header));
     }
     file_.writeAt(end_, asBytes(directory(end_)));
@@ -174,7 +175,7 @@ std::string NpzWriter::directory(std::uint64_t start) const {
         .add(count)
         .add(static_cast<std::uint64_t>(list.size()))
         .add(start)
-        .add(std::uint32_t{0x07064b50})  // where that is
+        .add(std::uint32_t{0x07064b50})  // locator of that record
         .add(std::uint32_t{0})
         .add(start + list.size())
         .add(std::uint32_t{1})

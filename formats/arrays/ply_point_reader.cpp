@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Reads the points of a PLY file: its header line by line, then numbers, as text or binary.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -16,7 +17,7 @@ namespace {
 
 constexpr std::size_t kMostPlyHeader = std::size_t{1} << 20;
 
-/// One row: a type by its old and its new name, and how a number of it is read.
+/// A type by its old and its new name, and how a number of it is read.
 struct PlyType {
     std::string_view name, other_name;
     std::size_t size;
@@ -38,9 +39,9 @@ constexpr PlyType kPlyTypes[] = {
 };
 
 struct Property {
-    const PlyType* count = nullptr;  ///< of a list
+    const PlyType* count = nullptr;  ///< of the length of a list; null = it is a number
     const PlyType* type = nullptr;
-    int axis = -1;  ///< 0–2 of x, y, z
+    int axis = -1;  ///< 0–2 for x, y, z; −1 = none of them
 };
 
 struct Element {
@@ -49,7 +50,8 @@ struct Element {
     std::vector<Property> properties;
 };
 
-/// Numbers one after the other. What they throw says what is wrong; where is added by the caller.
+/// The numbers behind a header, one after the other. Errors say what is wrong; the caller adds
+/// where.
 class Numbers {
   public:
     virtual ~Numbers() = default;
@@ -116,7 +118,7 @@ class TextNumbers final : public Numbers {
         for (; count > 0; --count)
             next(type);
     }
-    /// A digit and a blank each.
+    /// A number takes at least a digit and a blank.
     std::uint64_t most(const Element& element) const override {
         return (text_.size() + 1) / (2 * element.properties.size());
     }
@@ -149,11 +151,11 @@ class Header {
                     where_ + ":" + std::to_string(line_), "is it a PLY file, and whole?");
     }
 
-    /// Whether there is another one.
+    /// Reads a line; false if it was the last one of the header.
     bool readLine() {
         ++line_;
         const std::size_t end = text_.find('\n', at_);
-        if (end > kMostPlyHeader) fail("there is no end_header");  // or there is no end
+        if (end > kMostPlyHeader) fail("there is no end_header");  // or this line has no end
         const std::vector<std::string_view> words = wordsOf(text_.substr(at_, end - at_));
         at_ = end + 1;
         if (words.empty() || words[0] == "comment" || words[0] == "obj_info") return true;
@@ -209,7 +211,7 @@ class Header {
     std::vector<Element> elements_;
 };
 
-/// Reads one row; coordinates that it has go to `point`.
+/// Reads one row; the coordinates among its numbers go to `point`.
 void readRow(const Element& element, Numbers& numbers, glm::dvec3& point) {
     for (const Property& property : element.properties) {
         if (property.count) {
@@ -244,7 +246,7 @@ std::vector<glm::dvec3> plyPoints(std::span<const std::uint8_t> file, const std:
         if (element.properties.empty()) continue;
         std::uint64_t row = 0;
         try {
-            // Before anything is allocated.
+            // This is checked before anything is allocated.
             if (element.rows > numbers->most(element)) endsEarly();
             if (is_vertex && element.rows > kMostPoints)
                 throw Error(ErrorKind::kInput, "there are more points than are taken at once");

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes a PLY header whose length does not depend on the number of points, and points behind it.
 #include "formats/arrays/table_writers.h"
 
 #include <limits>
@@ -35,7 +36,8 @@ PlyWriter::PlyWriter(const std::string& path, std::vector<PlyProperty> propertie
     file_.append(std::as_bytes(std::span(text)));
 }
 
-/// As long for any number of points: a comment fills the line up.
+/// The header, which is as long for any number of points: a comment of dots makes up for the digits
+/// that the number lacks.
 std::string PlyWriter::header() const {
     const std::string count = std::to_string(points_);
     std::string text = "ply\nformat binary_little_endian 1.0\n";

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Chooses the format of a file of points by its first bytes, and checks the points.
 #include "formats/arrays/point_reader.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kMostFileBytes = std::uint64_t{8} << 30;
 
-/// One row.
+/// A format, the bytes that its files begin with, and who reads them.
 struct PointFormat {
     std::string_view magic;
     std::vector<glm::dvec3> (*read)(std::span<const std::uint8_t> file, const std::string& where);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points from files of others: point clouds and arrays.
+// Reads points from files of other programs: point clouds and arrays.
 #pragma once
 
 #include <cstddef>
@@ -15,20 +15,21 @@ namespace peeler {
 /// The most points that are taken from a file.
 inline constexpr std::uint64_t kMostPoints = std::uint64_t{1} << 28;
 
-/// The points of a PLY file or a .npz, told apart by how they begin. Files up to 8 GiB; the bytes
-/// of the file are in memory meanwhile. Throws Error (kInput) if it is neither, is damaged, has no
-/// point or more than kMostPoints, or a coordinate that is no number or beyond 32-bit floats.
+/// The points of a PLY file or a .npz, told apart by how they begin, with the coordinates that
+/// stand there. Files up to 8 GiB; the bytes of the file are in memory meanwhile. Throws Error
+/// (kInput) if it is neither, is damaged, has no point or more than kMostPoints, or a coordinate
+/// that is no number or beyond 32-bit floats.
 std::vector<glm::dvec3> readPoints(const std::filesystem::path& path);
 
-/// Of a PLY 1.0 file (G. Turk, "The PLY Polygon File Format", 1994), text or binary of either byte
-/// order: x, y, z of the element `vertex`, of any type; all else is skipped. `where` is the file's
-/// name. Throws Error (kInput).
+/// The points of a PLY 1.0 file (G. Turk, "The PLY Polygon File Format", 1994), text or binary of
+/// either byte order: x, y, z of the element `vertex`, of any type; all else is skipped. `where` is
+/// the file's name. Throws Error (kInput).
 std::vector<glm::dvec3> plyPoints(std::span<const std::uint8_t> file, const std::string& where);
 
-/// Of a .npz as numpy.savez and savez_compressed write it (ZIP, PKWARE APPNOTE 6.3, with ZIP64; in
-/// it numpy.lib.format 1 to 3): the array `points`, else the only one of shape (n, 3), of 32- or
-/// 64-bit floats in either byte order and C or Fortran order. Pickles are never opened. Throws
-/// Error (kInput).
+/// The points of a .npz as numpy.savez and savez_compressed write it (ZIP, PKWARE APPNOTE 6.3, with
+/// ZIP64; in it numpy.lib.format 1 to 3): the array `points`, else the only one of shape (n, 3), of
+/// 32- or 64-bit floats in either byte order and C or Fortran order. Pickles are never opened.
+/// `where` is the file's name. Throws Error (kInput).
 std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std::string& where);
 
 }  // namespace peeler

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of numbers: arrays for numpy (.npz), all of them growing at once, and point clouds (binary
-// PLY), row after row.
+// Writes tables of numbers: arrays for numpy (.npz), all of them growing at once, and point clouds
+// (binary PLY), point after point.
 #pragma once
 
 #include <bit>
@@ -54,9 +54,9 @@ struct NpzArray {
 
 /// Writes a ZIP archive of .npy files (numpy.lib.format 1.0; PKWARE APPNOTE 6.3), not compressed as
 /// numpy.savez does it, always with ZIP64 fields, dated 1980 so that the same arrays make the same
-/// bytes. Shapes are said first, so every array has its place in the file and they can be filled
-/// side by side, each front to back. Nothing is kept in memory. numpy.load(path) reads it without
-/// pickle.
+/// bytes. Shapes are given at the start, so every array has its place in the file, and they can be
+/// filled side by side, each front to back. No numbers are kept in memory. numpy.load(path) reads
+/// the file without pickle.
 class NpzWriter {
   public:
     /// Creates the hidden file. Throws Error (kOutput); (kInternal) if two arrays have one name, or
@@ -64,10 +64,11 @@ class NpzWriter {
     NpzWriter(const std::string& path, std::vector<NpzArray> arrays);
 
     std::size_t size() const { return entries_.size(); }
-    /// The next numbers of the array with this index, as they lie in memory. Throws Error
+    /// Adds the next numbers of the array with this index, as they lie in memory. Throws Error
     /// (kOutput); (kInternal) if there are too many.
     void append(std::size_t array, std::span<const std::byte> numbers);
-    /// Throws Error (kInternal) if an array is not full.
+    /// Writes headers and directory, and commits the file. Throws Error (kOutput); (kInternal) if
+    /// an array is not full.
     void finish();
 
   private:
@@ -87,7 +88,7 @@ class NpzWriter {
 
     AtomicFile file_;
     std::vector<Entry> entries_;
-    std::uint64_t end_ = 0;  ///< of the last array
+    std::uint64_t end_ = 0;  ///< of the last array in the file
 };
 
 /// The numbers of an array as bytes.
@@ -96,7 +97,7 @@ std::span<const std::byte> asBytes(const Range& numbers) {
     return std::as_bytes(std::span(numbers));
 }
 
-/// One number of every point. Names that readers know: x y z, nx ny nz, red green blue alpha
+/// A property of every point. Names that readers know: x y z, nx ny nz, red green blue alpha
 /// (uchar, sRGB, straight alpha).
 struct PlyProperty {
     std::string name;  ///< without white space
@@ -115,7 +116,7 @@ class PlyWriter {
 
     /// Bytes of a point: its properties packed in their order.
     std::size_t pointSize() const { return point_size_; }
-    /// Whole points. Throws Error (kOutput).
+    /// Adds whole points, pointSize() bytes each. Throws Error (kOutput).
     void append(std::span<const std::byte> points);
     std::uint64_t points() const { return points_; }
     void finish();

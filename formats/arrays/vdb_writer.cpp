@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file around the grid; OpenVDB itself is in modules/vdb_grid.cpp.
+// Writes the file around a grid; OpenVDB itself is in formats/modules/vdb_grid.cpp.
 #include "formats/arrays/vdb_writer.h"
 
 #include <array>
@@ -16,8 +16,8 @@
 namespace peeler {
 namespace {
 
-// Archive::writeHeader of OpenVDB 10: magic number (8 bytes), version of the format (4), of the
-// library (2 × 4), whether there are offsets (1), UUID as text.
+// A file begins as Archive::writeHeader of OpenVDB 10 has it: magic number (8 bytes), version of
+// the format (4), of the library (2 × 4), whether there are offsets (1), UUID as text.
 constexpr std::uint64_t kUuidAt = 21, kUuidSize = 36;
 
 /// 64-bit FNV-1a of the bytes of a file but those of its UUID.
@@ -27,7 +27,7 @@ class ContentHash {
 
     void add(std::uint64_t position, std::span<const char> bytes) {
         for (const char byte : bytes) {
-            if (position - kUuidAt >= kUuidSize) {  // wraps around before it
+            if (position - kUuidAt >= kUuidSize) {  // wraps around before the UUID
                 hash_ = (hash_ ^ static_cast<std::uint8_t>(byte)) * 0x100000001B3U;
             }
             ++position;
@@ -45,7 +45,7 @@ class FileBuffer : public std::streambuf {
   public:
     explicit FileBuffer(AtomicFile& file) : file_(file) {}
 
-    /// Of all that was written.
+    /// A UUID made of the hash of all that was written.
     std::string uuid() const {
         std::array<char, 33> hex{};
         std::snprintf(hex.data(), hex.size(), "%016llx%016llx",
@@ -77,7 +77,7 @@ class FileBuffer : public std::streambuf {
         const char byte = traits_type::to_char_type(letter);
         return xsputn(&byte, 1) == 1 ? letter : traits_type::eof();
     }
-    /// Where the end is; nothing else can be asked for.
+    /// Tells where the end is, which is all that can be asked for.
     pos_type seekoff(off_type offset, std::ios_base::seekdir from,
                      std::ios_base::openmode) override {
         if (offset != 0 || from == std::ios_base::beg) return pos_type(off_type(-1));

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Hashes names, and ranks by coverage the names in every pixel.
 #include "formats/exr/cryptomatte.h"
 
 #include <OpenEXR/ImfIDManifest.h>
@@ -21,7 +22,8 @@ struct Cover {
     float coverage;
 };
 
-/// Adds up what each name covers of a pixel; most first, equal ones by hash.
+/// Adds up what each name covers of a pixel. Ranked, the greatest coverage comes first, and equal
+/// ones are ordered by hash.
 class PixelCoverage {
   public:
     void add(std::uint32_t hash, float coverage) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which chunks a band completes.
+// Finds the chunks that a band completes, gathers their pixels, packs them and writes them.
 #include "formats/exr/exr_band_writer.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -28,7 +28,7 @@ std::vector<ExrChannel> colorChannels(PixelType type, int color, int z) {
             {"Z", PixelType::kFloat, z, 0, 1}};
 }
 
-/// Those of other arrays.
+/// Appends the channels of arrays besides colour and Z.
 void appendExrChannels(const std::vector<FragmentArray>& arrays,
                        std::vector<ExrChannel>& channels) {
     for (std::size_t i = 0; i < arrays.size(); ++i) {
@@ -157,7 +157,7 @@ void ExrBandWriter::open(const LayeredImage& first_band) {
     }
 }
 
-/// Of each part, from what a layer and a composite have.
+/// Lists the channels of each part, from those that a layer and a composite have.
 void ExrBandWriter::findChannels(const LayeredImage& first_band) {
     auto layer_channels = colorChannels(plan_.color_type, ExrChannel::kColor, ExrChannel::kZ);
     appendExrChannels(first_band.extra, layer_channels);
@@ -243,7 +243,7 @@ std::vector<ExrBandWriter::Job> ExrBandWriter::finishedChunks(int end_row) {
             jobs.push_back({part, chunk, y0, y1});
         }
     }
-    // By the row that completes the chunk: an order that knows nothing of bands.
+    // Chunks are ordered by the row that completes them, which does not depend on the bands.
     std::sort(jobs.begin(), jobs.end(), [](const Job& a, const Job& b) {
         return a.y1 != b.y1 ? a.y1 < b.y1 : a.part < b.part;
     });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From bands of any height to the chunks of every part of an OpenEXR file.
+// Streams bands of any height into the chunks of every part of an OpenEXR file.
 #pragma once
 
 #include <cstdint>
@@ -21,11 +21,12 @@ struct ExrPart {
     static constexpr int kComposite = -1;
     std::string name;
     Window window;
-    /// Indices of fragments in every pixel's list, or kComposite.
+    /// The layers that it shows: indices into the list of fragments of every pixel, or kComposite.
     std::vector<int> layers = {kComposite};
     bool prefixed = false;  ///< a layer's channels are layer_000.R, …
     std::size_t file = 0;   ///< which of the writer's files it is in
-    /// What the layer holds, if a reader that opens the part's file alone should know; 0 = no.
+    /// Fragments of the layer, if its header is to say them for a reader that opens this file
+    /// alone; 0 = it is not.
     std::uint64_t fragments = 0;
     bool nearest_channels = false;  ///< the composite has the other channels of the first fragment
 };
@@ -37,7 +38,7 @@ struct ExrChannel {
     PixelType type = PixelType::kHalf;
     int source = kColor;  ///< a Source, or the index among the extra arrays
     std::size_t component = 0, components = 1;
-    int layer = ExrPart::kComposite;  ///< of the part's: whose fragments
+    int layer = ExrPart::kComposite;  ///< one of ExrPart::layers: whose fragments
 };
 
 /// Streams bands into the parts of one file or several. Of the options it takes the background
@@ -54,14 +55,14 @@ class ExrBandWriter {
                   OutputOptions options);
     ~ExrBandWriter();
 
-    /// Throws Error (kOutput) of the disk; (kInternal) if the band is not the next one, or is
-    /// malformed.
+    /// Writes the chunks that the band completes. Throws Error (kOutput); (kInternal) if the band
+    /// is not the next one, or is malformed.
     void write(const LayeredImage& band);
-    /// Several files get their final names only when all of them are whole. Throws Error
-    /// (kInternal) if rows are missing.
+    /// Finishes the files; several get their final names only when all of them are whole. Throws
+    /// Error (kOutput); (kInternal) if rows are missing.
     void finish();
 
-    /// The rows it keeps, and what a chunk of the widest part takes while it is packed.
+    /// The rows that it keeps, and what a chunk of the widest part takes while it is packed.
     SinkMemory memory() const;
     const StageTimes& times() const { return times_; }
     std::uint64_t fragmentsSeen() const { return fragments_seen_; }        ///< in all bands
@@ -95,11 +96,11 @@ class ExrBandWriter {
     std::vector<ExrPart> parts_;
     std::vector<CryptomatteLayer> cryptomatte_;
     std::vector<std::unique_ptr<AtomicFile>> files_;
-    /// Of each file, from the first band on: it says which channels there are.
+    /// A container for each file, from the first band on, which says what channels there are.
     std::vector<std::unique_ptr<ExrFile>> exr_;
     std::vector<std::size_t> place_;                 ///< of each part in its file
     std::vector<std::vector<ExrChannel>> channels_;  ///< of each part
-    bool composite_ = false;                         ///< a part shows it
+    bool composite_ = false;                         ///< a part shows the composite
     std::vector<int> chunks_, next_chunk_;           ///< of each part
     int next_row_ = 0;
     LayeredImage carried_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chunk compression and file assembly.
+// Compresses chunks, and assembles files of them.
 #include "formats/exr/exr_chunks.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -141,13 +141,13 @@ ExrChunkPacker::~ExrChunkPacker() {
 }
 
 std::span<std::byte> ExrChunkPacker::raw(std::size_t bytes) {
-    raw_.clear();  // what is in it need not move
+    raw_.clear();  // what is in it need not be moved
     raw_.resize(bytes);
     return raw_;
 }
 
-/// The even bytes, then the odd ones, and of that sequence the differences, biased by 128
-/// (ImfZip.cpp). Both at once here.
+/// OpenEXR stores the even bytes, then the odd ones, and of that sequence the differences, biased
+/// by 128 (ImfZip.cpp). Both steps are one loop here.
 void ExrChunkPacker::filter() {
     const std::size_t size = raw_.size();
     filtered_.clear();

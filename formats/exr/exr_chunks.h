@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The container of a scan-line OpenEXR file, flat or deep: headers, offset tables, chunks in any
-// order; and chunks of others unpacked.
+// The container of a scan-line OpenEXR file, flat or deep: writes headers, offset tables, and
+// chunks in any order; and unpacks chunks that are read.
 //
 // OpenEXR's own multi-part writer compresses part after part and wants them written that way; this
 // one takes finished chunks of any part in any order, so bands can stream through all parts at
@@ -27,20 +27,21 @@ struct libdeflate_compressor;
 
 namespace peeler {
 
-/// libdeflate's; higher ones gain little on float pixels.
+/// A level of libdeflate; higher ones gain little on float pixels.
 inline constexpr int kDefaultZipLevel = 4;
 inline constexpr int kExrRowsPerChunk = 16;  ///< of ZIP compression
 
-/// What writers have in flight at a time, before packing: this bounds the memory.
+/// Bytes of pixels, before packing, that a writer packs at once: this bounds its memory.
 inline constexpr std::size_t kExrBytesInFlight = 16U << 20;
-inline constexpr std::size_t kExrCopiesInFlight = 3;  ///< of those: raw, filtered, packed
+inline constexpr std::size_t kExrCopiesInFlight = 3;  ///< copies of them: raw, filtered, packed
 
 /// Rows that are compressed together: 16 for ZIP, else 1.
 inline int exrRowsPerChunk(Imf::Compression compression) {
     return compression == Imf::ZIP_COMPRESSION ? kExrRowsPerChunk : 1;
 }
 
-/// OpenEXR's name for one of exrCompressions(), "" being the default. Throws Error (kUsage).
+/// OpenEXR's name for one of exrCompressions(), "" being the default of flat or deep images. Throws
+/// Error (kUsage).
 Imf::Compression exrCompressionOf(const std::string& name, bool deep);
 
 /// OpenEXR's name for a type.
@@ -57,8 +58,8 @@ class ExrChunkPacker {
 
     /// The caller's room for the pixels of the next chunk, `bytes` of them, contents undefined.
     std::span<std::byte> raw(std::size_t bytes);
-    /// Packs raw() into `out`: bytes apart, differences, then zlib or run lengths; or as it is
-    /// where that does not shrink it.
+    /// Packs raw() into `out`: even and odd bytes apart, then differences, then zlib or run
+    /// lengths; `out` is raw() as it is where that is no larger.
     void pack(ByteBuffer& out);
     std::size_t bytesKept() const { return raw_.capacity() + filtered_.capacity(); }
 
@@ -70,7 +71,7 @@ class ExrChunkPacker {
     ByteBuffer raw_, filtered_;
 };
 
-/// Packers that are kept for whoever needs one next, on any thread.
+/// Keeps packers for the threads that need one next.
 class ExrPackerPool {
   public:
     ExrPackerPool(int level, Imf::Compression compression)
@@ -84,7 +85,7 @@ class ExrPackerPool {
         const std::lock_guard lock(mutex_);
         idle_.push_back(std::move(packer));
     }
-    /// Of the packers that are idle.
+    /// Bytes that the idle packers keep.
     std::size_t bytesKept() const;
     void clear() { idle_.clear(); }
 
@@ -99,7 +100,7 @@ class ExrPackerPool {
 
 /// A packed row of deep samples.
 struct ExrDeepChunk {
-    ByteBuffer counts;         ///< for each pixel, how many samples it and those left have
+    ByteBuffer counts;         ///< for each pixel, samples in it and to the left of it
     ByteBuffer samples;        ///< channel after channel
     std::size_t unpacked = 0;  ///< bytes of the samples before packing
 };
@@ -114,14 +115,14 @@ class ExrFile {
     ExrFile(AtomicFile& file, std::vector<Imf::Header> headers);
 
     int chunkCount(std::size_t part) const { return headers_[part].chunkCount(); }
-    /// Adds a packed chunk of a flat part; each exactly once.
+    /// Adds a packed chunk of a flat part. Every chunk is to be added exactly once.
     void append(std::size_t part, int chunk, std::span<const std::byte> packed);
-    /// The same of a deep part. Throws Error (kOutput) if a row has more than OpenEXR's 2 GiB.
+    /// Likewise for a deep part. Throws Error (kOutput) if a row has more than OpenEXR's 2 GiB.
     void append(std::size_t part, int chunk, const ExrDeepChunk& packed);
-    /// Replaces the value of an attribute of a part by one that takes as many bytes.
+    /// Replaces the value of an attribute of a part; the new value has to take as many bytes.
     void setAttribute(std::size_t part, const char* name, const Imf::Attribute& value);
-    /// Fills in the offset tables and reads headers and tables back with OpenEXR.
-    /// Throws Error (kInternal) if a chunk is missing.
+    /// Fills in the offset tables, and reads headers and tables back with OpenEXR. Throws Error
+    /// (kInternal) if a chunk is missing; (kOutput) if the file reads back differently.
     void finish();
 
   private:
@@ -138,17 +139,17 @@ class ExrFile {
     bool headers_changed_ = false;
 };
 
-/// The most bytes that `packed` ones can become: what a size in a file is held against before
-/// memory is allocated by it. 0 for a compression that deep data cannot have.
+/// The most bytes that `packed` bytes can become; a size in a file is held against it before memory
+/// is allocated by that size. 0 for a compression that deep data cannot have.
 std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t packed);
 
 /// Unpacks a chunk of "none", "rle", "zips" or "zip" (ExrInputPart::compression) into `out`, which
-/// has the size that it must have; one of that size is not packed. Returns false if it does not
-/// unpack to exactly that.
+/// has the size that it must have; a chunk of that size is not packed. Returns false if it does not
+/// unpack to exactly that size.
 bool exrUnpack(const std::string& compression, std::span<const std::byte> packed,
                std::span<std::byte> out);
 
-/// The same of a chunk that is known to be packed, even if that has not made it smaller.
+/// Likewise for a chunk that is known to be packed, even if that has not made it smaller.
 bool exrUnpackAlways(const std::string& compression, std::span<const std::byte> packed,
                      std::span<std::byte> out);
 

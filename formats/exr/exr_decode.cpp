@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every chunk of a flat part decoded, to know that it can be.
+// Decodes every chunk of a flat part, to know that it can be decoded.
 #include <OpenEXR/openexr.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-/// Chunks are looked up in batches, so that a header cannot ask for much memory.
+/// Chunks that are looked up before they are decoded, so that a header cannot ask for much memory.
 constexpr std::size_t kBatch = 1024;
 constexpr std::uint64_t kMaxUnpacked = std::uint64_t{1} << 30;  ///< bytes of a chunk
 

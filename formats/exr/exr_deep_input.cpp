@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-/// Width and height of the blocks, and how many there are across.
+/// Width and height of the blocks in pixels, and how many there are across and down.
 struct Grid {
     int width = 0, height = 1, across = 1, down = 1;
 };
@@ -27,7 +27,7 @@ Grid gridOf(const ExrInputPart& part) {
     return grid;
 }
 
-/// From sums along each row of a block to counts; false if they are no sums.
+/// Turns sums along each row of a block into counts; false if they are no sums.
 bool toCounts(std::span<std::uint32_t> table, std::size_t width) {
     for (std::size_t begin = 0; begin < table.size(); begin += width) {
         std::uint32_t last = 0;
@@ -41,9 +41,9 @@ bool toCounts(std::span<std::uint32_t> table, std::size_t width) {
     return true;
 }
 
-/// The table of a block. OpenEXR's writer packs it if that makes it smaller than the table of a
-/// whole tile, though a tile at the edge has fewer entries; else it stores a whole tile's, of which
-/// the first entries count.
+/// Unpacks the table of sample counts of a block. OpenEXR's writer packs it if that makes it
+/// smaller than the table of a whole tile, though a tile at the edge has fewer entries; else it
+/// stores a whole tile's, of which the first entries count.
 bool unpackTable(const ExrInputPart& part, std::span<const std::byte> table,
                  std::span<std::byte> out) {
     const Grid grid = gridOf(part);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts, then samples scattered to their fragments, then order.
+// Reads sample counts, then the samples, which are scattered to their fragments, and sorts those.
 #include "formats/exr/exr_readers.h"
 
 #include <Imath/half.h>
@@ -22,10 +22,11 @@ namespace {
 constexpr std::uint32_t kMostSamples = 1 << 16;  ///< in a pixel: as many layers as can be stored
 constexpr std::uint16_t kHalfOne = 0x3c00;
 constexpr std::array kColors = {"R", "G", "B", "A"};
-/// More at once gains nothing, and memory that is touched for the first time costs time.
+/// Bytes of samples to read at once. More gain nothing, and memory that is touched for the first
+/// time costs time.
 constexpr std::uint64_t kMostSampleBytes = std::uint64_t{64} << 20U;
 
-/// A sample at infinity is there, and must not look like none.
+/// A sample at infinity is a fragment, and must not look like a pixel without one.
 float finiteDepth(float z) {
     constexpr float kFarthest = std::numeric_limits<float>::max();
     return z < std::numeric_limits<float>::infinity() ? z : kFarthest;
@@ -42,7 +43,7 @@ float floatAt(const std::byte* from, PixelType type) {
     return imath_half_to_float(bits);
 }
 
-/// Values in a row become one component of the fragments [begin, end).
+/// Stores values that follow one another as one component of the fragments [begin, end).
 template <class T>
 void storeComponent(const std::byte* from, FragmentArray& array, std::size_t component,
                     std::size_t begin, std::size_t end) {
@@ -62,7 +63,7 @@ void storeComponent(const std::byte* from, PixelType type, FragmentArray& color,
         }
         return;
     }
-    // Half in the file: another channel of it is float.
+    // The channel is half in the file, and colours are float because another channel is.
     for (std::size_t f = begin; f < end; ++f, from += pixelTypeSize(type))
         color.as<float>()[f * 4 + component] = floatAt(from, type);
 }
@@ -159,7 +160,7 @@ bool ExrDeepReader::sameBlocks(std::size_t a, std::size_t b) const {
            input_.deepBlockWindow(a, 0) == input_.deepBlockWindow(b, 0);
 }
 
-/// Reads the sample counts of a block, and which parts have others than the first.
+/// Reads the sample counts of a block, and lists the parts that have other counts than the first.
 void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
     const std::size_t main = parts_.front().index;
     input_.readDeepBlock(main, block, true, out.main);
@@ -175,7 +176,7 @@ void ExrDeepReader::count(std::size_t block, CountedBlock& out) const {
     }
 }
 
-/// Fills in the plan; parts that have other counts are left out, or are an error in our own files.
+/// Fills in the plan. Parts that have other counts are left out, or are an error in our own files.
 void ExrDeepReader::countSamples() {
     const std::size_t main = parts_.front().index;
     const Window& all = info_.parts[main].data_window;
@@ -346,7 +347,8 @@ void ExrDeepReader::scatter(const ExrDeepBlock& block, const Part& part, Layered
             begin = offsets[0];
             end = offsets[columns];
             for (std::size_t x = 0; x < columns; ++x) {
-                // The file may change while it is read; the memory must not be another's.
+                // The file may change while it is read. Samples must then not be stored beyond the
+                // row.
                 if (offsets[x + 1] - offsets[x] != counts[left + x]) {
                     throw Error(ErrorKind::kInput, "the sample counts have changed",
                                 input_.where(part.index), "read it again");
@@ -376,7 +378,7 @@ void ExrDeepReader::read(const Window& window, LayeredImage& out) {
     out.color = {{"R", "G", "B", "A"}, info_.plan.color_type, std::move(out.color.data)};
     const ExrInputPart& main = info_.parts[parts_.front().index];
     const auto missing = [&](const char* name) { return main.channel(name) == nullptr; };
-    if (std::ranges::any_of(kColors, missing)) out.color.data.clear();  // what is reused is not 0
+    if (std::ranges::any_of(kColors, missing)) out.color.data.clear();  // reused storage is not 0
     out.color.data.resize(fragments * out.color.stride());
     out.extra.resize(extra_.size());
     for (std::size_t i = 0; i < extra_.size(); ++i) {

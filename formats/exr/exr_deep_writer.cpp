@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes deep images: a row a chunk, in each of the parts.
 #include "formats/exr/exr_writers.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -164,7 +165,7 @@ void ExrDeepWriter::writeRows(const LayeredImage& image, int y0, int y1) {
     boundBuffers();
 }
 
-/// Takes note of what the header will say of the samples.
+/// Keeps what the header will say of the samples.
 void ExrDeepWriter::look(const LayeredImage& image, int y0, int y1) {
     const auto width = static_cast<std::size_t>(window_.width());
     for (int y = y0; y < y1; ++y) {
@@ -179,7 +180,7 @@ void ExrDeepWriter::look(const LayeredImage& image, int y0, int y1) {
     }
 }
 
-/// Row after row, of each all parts.
+/// Packs the rows from y0 on, each of them in all parts.
 void ExrDeepWriter::encode(const LayeredImage& image, int y0, std::size_t chunks) {
     parallelFor(chunks, [&](std::size_t i) {
         const int y = y0 + static_cast<int>(i / parts_.size());
@@ -220,7 +221,7 @@ void ExrDeepWriter::finish() {
     file_->commit();
 }
 
-/// What is known only now. No attribute changes its size.
+/// Sets the attributes that are known only now. None of them changes its size.
 void ExrDeepWriter::describeSamples() {
     const auto has_back = [](const FragmentArray& array) {
         return std::find(array.channels.begin(), array.channels.end(), "ZBack") !=

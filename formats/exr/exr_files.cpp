@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of several files in one list, and whether the files belong together.
+// Lists the parts of several files as one, and checks whether the files belong together.
 #include "formats/exr/exr_files.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace peeler {
 namespace {
 
-/// What must agree in all files of a set.
+/// The attributes that must agree in all files of a set.
 constexpr const char* kShared[] = {
     "peeler:layers", "peeler:sceneHash", "peeler:settingsHash",    "peeler:cameraJson",
     "peeler:frame",  "peeler:time",      "peeler:fragmentsCounted"};
@@ -60,7 +60,7 @@ std::vector<std::string> exrFilesOf(const std::string& path) {
         for (int layer = 0; layer < std::min(layers, kMostLayers); ++layer)
             files.push_back(exrLayerFile(path, static_cast<std::size_t>(layer)));
     } catch (const Error&) {
-        // Whoever reads it will say what is wrong.
+        // Whoever reads the file will say what is wrong with it.
     }
     return files;
 }

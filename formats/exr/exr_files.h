@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files that one layered picture is in (one, or of the layout "per-file" a set), and what their
+// The files that hold one layered picture (one, or in the layout "per-file" a set), and what their
 // headers say about it: layers, camera, where it comes from.
 #pragma once
 
@@ -15,7 +15,8 @@
 
 namespace peeler {
 
-/// The file of one layer beside the one that is named: "out.exr" has "out.layer_007.exr".
+/// The name of the file of one layer beside the head of its set: of "out.exr" it is
+/// "out.layer_007.exr".
 std::string exrLayerFile(const std::string& path, std::size_t layer);
 
 /// Whether `path` names the file of a layer beside `head`, however both are spelt.
@@ -38,7 +39,7 @@ class ExrFiles {
     /// The path of the file that a part is in, and the part's name: for messages.
     std::string where(std::size_t part) const;
 
-    /// The members of ExrInput, by the place of a part in parts().
+    /// These are as in ExrInput, with the part as an index into parts().
     int rowsPerChunk(std::size_t part) const;
     void readChunk(std::size_t part, int y, const Window& window,
                    std::span<const ExrTarget> targets) const;
@@ -86,7 +87,7 @@ struct ExrInfo {
     }
 };
 
-/// Throws Error (kInput) if the picture has no plausible parts.
+/// What the headers of an open picture say. Throws Error (kInput) if it has no plausible parts.
 ExrInfo describe(const ExrFiles& files);
 
 /// An open picture with what its headers say, for whoever decides by them how to read it.
@@ -98,7 +99,7 @@ struct OpenedExr {
     ExrInfo info;
 };
 
-/// Reads headers only. Throws Error (kInput).
+/// What the headers of the picture at `path` say; no pixels are read. Throws Error (kInput).
 ExrInfo readExrInfo(const std::string& path);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a View and a Provenance to OpenEXR attributes, and the camera back from JSON.
+// Turns a View and a Provenance into OpenEXR attributes, and reads the camera back from JSON.
 #include "formats/exr/exr_header.h"
 
 #include <OpenEXR/ImfDoubleAttribute.h>

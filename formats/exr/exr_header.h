@@ -42,15 +42,15 @@ Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Wind
 /// 4×4 matrix cameraToWorld as rows for column vectors (OpenGL's camera: looks along −Z, +Y up).
 std::string cameraJson(const View& view);
 
-/// The inverse. Throws Error (kInput) if the text is not what cameraJson() makes.
+/// The inverse of cameraJson(). Throws Error (kInput) if the text is none of its texts.
 View viewFromJson(const std::string& json);
 
 /// Adds the names of those channels of the header that are an id.object or id.material of some
 /// layer (scheme "id", not hashed, stable as long as the scene file is); nothing if there are none.
 void addIdManifest(Imf::Header& header, const IdNames& names);
 
-/// The inverse, from the bytes of the attribute. Nothing for channels that are not there. Throws
-/// Error (kInput) if the bytes are damaged or implausible.
+/// The inverse of addIdManifest(), from the bytes of the attribute. No names for channels that are
+/// not there. Throws Error (kInput) if the bytes are damaged or implausible.
 IdNames idNamesFromManifest(std::span<const std::byte> attribute);
 
 }  // namespace peeler

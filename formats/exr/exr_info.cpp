@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Finds in headers which part is a layer, the composite or deep, and what is known of the render.
 #include "formats/exr/exr_files.h"
 
 #include <algorithm>
@@ -36,8 +37,8 @@ Provenance provenanceOf(const ExrInputPart& part) {
     return p;
 }
 
-/// Camera and windows. What the JSON says must agree with the windows, which are what pixels are
-/// read by.
+/// The view with its camera and windows. What the JSON says must agree with the windows, which are
+/// what pixels are read by.
 View viewOf(const ExrInfo& info, const std::string& path) {
     View view;
     const ExrInputPart& first = info.parts.front();
@@ -85,7 +86,7 @@ PixelType colorType(const ExrInfo& info) {
     return any ? PixelType::kFloat : PixelType::kHalf;
 }
 
-/// Where a layer is.
+/// The part that a layer is in, and what stands there before the names of its channels.
 struct Place {
     std::size_t part = 0;
     std::string prefix;
@@ -113,7 +114,7 @@ Layers findLayers(const ExrFiles& files) {
         for (const ExrInputChannel& channel : parts[i].channels) {
             const int number = layerNumber(channel.name);
             const std::size_t dot = channel.name.find('.');
-            // Others name layers so that are no depth layers.
+            // Other programs give such names to layers that have no depth.
             const bool depth = dot != std::string::npos && channel.name.substr(dot) == ".Z";
             if (number < 0 || !depth || parts[i].deep()) continue;
             layers.try_emplace(number, Place{i, channel.name.substr(0, dot + 1)});
@@ -122,7 +123,8 @@ Layers findLayers(const ExrFiles& files) {
     return layers;
 }
 
-/// The part that shows all layers: one with its name, or, beside layers in the same part, that.
+/// The part with the composite: one with its name, or, beside layers in the same part, that part.
+/// −1 = there is none.
 int findComposite(const ExrFiles& files, const ExrInfo& info) {
     const std::vector<ExrInputPart>& parts = files.parts();
     const std::string layout = parts.front().attribute("peeler:layout");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXRCore behind a checked interface.
+// Reads OpenEXR files by OpenEXRCore, and checks what it says.
 //
 // The C library is used for reading, since it decodes chunks of one part on several threads and
 // keeps no buffers for a part between them, which with hundreds of parts the C++ classes do.
@@ -28,7 +28,7 @@ constexpr int kMaxCoordinate = 1 << 28;
 constexpr int kMaxParts = 1 << 16;
 constexpr int kMaxChannels = 1 << 16;  ///< of a part: all layers may be in one
 
-/// OpenEXRCore says the details of a failure to a callback, on the thread that made the call.
+/// OpenEXRCore tells the details of a failure to a callback, on the thread that made the call.
 thread_local std::string last_message;
 
 void keepMessage(exr_const_context_t, exr_result_t, const char* message) {
@@ -36,8 +36,7 @@ void keepMessage(exr_const_context_t, exr_result_t, const char* message) {
 }
 
 Window toWindow(const exr_attr_box2i_t& box) {
-    // Saturated, so that hostile corners do not overflow; such sizes are refused before this is
-    // used.
+    // Saturated, so that hostile corners do not overflow; such sizes are refused before use.
     constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
     return {std::max(box.min.x, -static_cast<int>(kMost)),
             std::max(box.min.y, -static_cast<int>(kMost)),
@@ -84,7 +83,7 @@ std::string toText(T number) {
     return {text.data(), end};
 }
 
-/// Nothing for types that are not read.
+/// The value of an attribute as text; "" for types that are not read.
 std::string attributeText(const exr_attribute_t& attribute) {
     switch (attribute.type) {
         case EXR_ATTR_STRING:
@@ -108,7 +107,7 @@ bool hasBoundedRatio(const std::string& compression) {
            compression == "zip";
 }
 
-/// Frees the pipeline whatever happens.
+/// A decoding pipeline, which is freed whatever happens.
 class DecodePipeline {
   public:
     explicit DecodePipeline(exr_const_context_t context) : context_(context) {}
@@ -285,7 +284,8 @@ void ExrInput::readChunk(std::size_t part, int y, const Window& window,
     exr_decode_pipeline_t& pipeline = decoder.pipeline;
     check(exr_decoding_initialize(context_, index, &chunk, &pipeline), info.name);
 
-    // Decoded as planes of the whole chunk, from which the wanted rows and columns are copied.
+    // The chunk is decoded into planes as large as itself, from which the wanted rows and columns
+    // are copied.
     const auto chunk_width = static_cast<std::size_t>(info.data_window.width());
     const auto chunk_height = static_cast<std::size_t>(chunk.height);
     std::vector<std::vector<std::byte>> planes(targets.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR files as they are: parts, attributes as text, chunks of pixels.
+// Reads OpenEXR files as they are: parts, attributes as text, chunks of pixels.
 #pragma once
 
 #include <charconv>
@@ -34,8 +34,8 @@ struct ExrInputPart {
     int tile_width = 0, tile_height = 0;  ///< of tiled parts
     Window data_window, display_window;
     std::vector<ExrInputChannel> channels;  ///< sorted by name
-    std::map<std::string, std::string>
-        attributes;                        ///< those of type string, int, float, double, rational
+    /// The text of those of type string, int, float, double and rational, by name.
+    std::map<std::string, std::string> attributes;
     std::vector<std::byte> id_manifest{};  ///< the attribute idManifest as it is stored
 
     const ExrInputChannel* channel(const std::string& wanted) const;
@@ -44,7 +44,7 @@ struct ExrInputPart {
     bool deep() const { return type == "deepscanline" || type == "deeptile"; }
 };
 
-/// The number that the text of an attribute begins with, 0 if with none.
+/// The number that the text of an attribute begins with, 0 if it begins with none.
 template <class T>
 T numberIn(const std::string& text) {
     T number{};
@@ -65,7 +65,7 @@ struct ExrTarget {
 struct ExrDeepBlock {
     Window window;
     std::vector<std::uint32_t> counts;  ///< samples of each pixel, row-major
-    /// Row after row, of each channel after channel (by name), of each pixel after pixel.
+    /// Row after row; in a row, channel after channel (by name); in a channel, pixel after pixel.
     ByteBuffer samples;
 };
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The tables of layouts and compressions, and the names of layers.
 #include "formats/exr/exr_layout.h"
 
 #include <OpenEXR/ImfCompression.h>

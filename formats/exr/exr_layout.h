@@ -11,19 +11,19 @@
 
 namespace peeler {
 
-/// One layout. The composite, where there is one, comes first and has plain channel names.
+/// A layout. The composite, where there is one, comes first and has plain channel names.
 struct ExrLayout {
     std::string_view name;     ///< for --layout and `peeler:layout`
     std::string_view summary;  ///< for --help
     bool one_part = false;     ///< all layers and the composite in one part
     bool prefixed = false;     ///< a layer's channels are layer_000.R, …
     bool one_file_a_layer = false;
-    std::string_view composite_part = "composite";  ///< its name
+    std::string_view composite_part = "composite";  ///< the name of its part
 };
 
 inline constexpr std::string_view kPerFileLayout = "per-file";
 
-inline constexpr int kMostLayers = 1 << 16;  ///< that a picture is read with
+inline constexpr int kMostLayers = 1 << 16;  ///< of a picture that is read
 
 /// Every layout; the first is the default.
 std::span<const ExrLayout> exrLayouts();
@@ -45,14 +45,14 @@ struct ExrCompression {
     int value = 0;     ///< Imf::Compression
 };
 
-/// What zlib cannot beat (1032:1) with some room.
+/// The most bytes that zlib can make of one are 1032; this is that with some room.
 inline constexpr std::uint64_t kMostZlibRatio = 1100;
 
 /// All of them; the first is the default of layered files, the second that of deep ones.
 std::span<const ExrCompression> exrCompressions();
 
-/// The one with this name; "" is the default of flat or deep images. Throws Error (kUsage) that
-/// lists the choices if there is none for such images.
+/// The compression with this name; "" is the default of flat or deep images. Throws Error (kUsage)
+/// that lists the choices if there is none for such images.
 const ExrCompression& findExrCompression(std::string_view name, bool deep);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts decoded into planes, planes gathered into fragment lists.
+// Decodes parts into planes, and gathers fragment lists from planes.
 #include "formats/exr/exr_readers.h"
 
 #include <algorithm>
@@ -19,8 +19,8 @@ constexpr std::size_t kColorChannels = 4, kAlphaChannel = 3, kDepthChannel = 4, 
 
 }  // namespace
 
-/// The decoded channels of a part in the window that is read, planar; empty where the part lacks
-/// one.
+/// The decoded channels of a layer in the window that is read, a plane each; a plane is empty where
+/// the layer lacks its channel.
 struct ExrLdiReader::Layer {
     Window window;
     std::vector<std::vector<std::byte>> planes;
@@ -65,7 +65,8 @@ ExrLdiReader::ExrLdiReader(OpenedExr opened, bool composite)
 
 ExrLdiReader::~ExrLdiReader() = default;
 
-/// How many layers it was made of is known, and nothing else of them.
+/// Takes the composite for the only layer. How many layers it was made of is known, and nothing
+/// else of them.
 void ExrLdiReader::takeComposite() {
     if (info_.composite < 0 || !info_.layers.empty()) {
         throw Error(ErrorKind::kInput, "it is not a composite", input_.path(),
@@ -181,7 +182,7 @@ std::vector<ExrLdiReader::Layer> ExrLdiReader::decode(
     return layers;
 }
 
-/// Alpha and Z where a flat picture has none, and three colours of one.
+/// Adds alpha and Z where a flat picture has none, and makes three colours of grey.
 void ExrLdiReader::completeFlatPicture(Layer& layer) const {
     const std::size_t pixels = layer.window.pixels();
     const std::size_t size = pixelTypeSize(info_.plan.color_type);
@@ -227,8 +228,8 @@ void ExrLdiReader::read(const Window& window, LayeredImage& out) {
     const auto width = static_cast<std::size_t>(window.width());
     const auto height = static_cast<std::size_t>(window.height());
 
-    // Calls visit(x, layer, column in the layer) for each fragment of a row, front to back in each
-    // pixel.
+    // Calls visit(x, layer, column in the layer) for each fragment of a row. Those of a pixel come
+    // front to back.
     const auto forEachFragment = [&](int y, auto&& visit) {
         for (const Layer& layer : layers) {
             if (layer.window.empty() || y < layer.window.y0 || y >= layer.window.y1) continue;

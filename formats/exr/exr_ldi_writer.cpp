@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of a layered depth image, and the one of a composite.
+// Says which parts a layered depth image has, and which one a composite has.
 #include "formats/exr/exr_writers.h"
 
 #include <algorithm>
@@ -29,7 +29,7 @@ void ExrPartsSink::finish() {
 ExrLdiWriter::ExrLdiWriter(std::string path, OutputOptions options)
     : ExrPartsSink(std::move(path), std::move(options)) {
     exrCompressionOf(options_.compression, false);
-    // The composite part is of what is stored, on nothing.
+    // The part `composite` is made of what is stored, over nothing.
     options_.composited = false;
     options_.background = {};
 }
@@ -87,7 +87,7 @@ void ExrLdiWriter::finish() {
 
 ExrCompositeWriter::ExrCompositeWriter(std::string path, OutputOptions options)
     : ExrPartsSink(std::move(path), std::move(options)) {
-    // Both are of layers.
+    // Layout and compression are options of layered files.
     options_.layout.clear();
     options_.compression.clear();
 }

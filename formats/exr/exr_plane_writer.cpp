@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Part after part, row after row.
+// Writes images of numbers, part after part and row after row.
 #include "formats/exr/exr_plane_writer.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -43,7 +43,7 @@ struct ExrPlaneWriter::File {
     explicit File(const std::string& path) : atomic(path), packer(kDefaultZipLevel) {}
 
     AtomicFile atomic;
-    std::unique_ptr<ExrFile> exr;  // after the file it writes to
+    std::unique_ptr<ExrFile> exr;  // declared after the file that it writes to
     ExrChunkPacker packer;
     ByteBuffer packed;
 };
@@ -51,7 +51,7 @@ struct ExrPlaneWriter::File {
 ExrPlaneWriter::ExrPlaneWriter(const std::string& path, std::span<const ExrPlanePart> parts,
                                const Provenance& provenance, std::vector<ExrPlaneChannel> channels)
     : file_(std::make_unique<File>(path)), order_(channels.size()) {
-    // OpenEXR keeps channels by name.
+    // OpenEXR orders channels by name.
     std::iota(order_.begin(), order_.end(), std::size_t{0});
     std::ranges::sort(order_, {}, [&](std::size_t i) { return channels[i].name; });
     std::vector<Imf::Header> headers;
@@ -130,7 +130,7 @@ std::uint64_t ExrPlaneWriter::memory() const {
     std::size_t widest = 0;
     for (const Part& part : parts_)
         widest = std::max(widest, part.width);
-    // The rows of a chunk: kept, raw, filtered and packed.
+    // The rows of a chunk exist four times: kept, raw, filtered and packed.
     return 4 * widest * order_.size() * kNumberBytes * kExrRowsPerChunk;
 }
 
@@ -157,7 +157,8 @@ void ExrMidpointWriter::finish() {
 }
 
 SinkMemory ExrMidpointWriter::memory() const {
-    // The midpoints of a band are what other sinks composite into.
+    // The midpoints of a band take no more than the composite of one, for which there is room
+    // anyway.
     return {0, plane_->memory()};
 }
 

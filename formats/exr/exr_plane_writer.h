@@ -15,7 +15,7 @@
 
 namespace peeler {
 
-/// A picture of a file of numbers. Its dataWindow is the crop.
+/// A part of a file of numbers. Its dataWindow is the crop.
 struct ExrPlanePart {
     std::string name;
     Plan plan;
@@ -35,7 +35,7 @@ class ExrPlaneWriter {
     /// Creates the hidden file. Display windows must be of one size. Throws Error (kOutput).
     ExrPlaneWriter(const std::string& path, std::span<const ExrPlanePart> parts,
                    const Provenance& provenance, std::vector<ExrPlaneChannel> channels);
-    /// One part, one channel.
+    /// A file of one part with one channel.
     ExrPlaneWriter(const std::string& path, const Plan& plan, const Provenance& provenance,
                    const std::string& part, const std::string& channel, PixelType type);
     ~ExrPlaneWriter();
@@ -62,7 +62,7 @@ class ExrPlaneWriter {
     std::vector<Part> parts_;
     std::vector<std::size_t> order_;  ///< of the channels in the file, as indices of ours
     std::size_t part_ = 0;            ///< the one at hand
-    std::size_t rows_seen_ = 0;       ///< of it
+    std::size_t rows_seen_ = 0;       ///< of that part
     std::vector<std::byte> rows_;     ///< of chunks that are not complete yet, as in the file
     int next_chunk_ = 0;
     StageTimes times_;
@@ -93,8 +93,8 @@ class ExrMidpointWriter : public Sink {
     StageTimes times_;
 };
 
-/// The number of fragments of every pixel. EXR: a channel `count` (uint); PNG, JPEG, TIFF: black
-/// (0) to yellow (as many as the plan has layers).
+/// Writes the number of fragments of every pixel. EXR: a channel `count` (uint); PNG, JPEG, TIFF:
+/// black (0) to yellow (as many as the plan has layers).
 class CountMap : public Sink {
   public:
     CountMap(std::string path, OutputOptions options);
@@ -109,7 +109,7 @@ class CountMap : public Sink {
   private:
     std::string path_;
     OutputOptions options_;
-    std::unique_ptr<ExrPlaneWriter> plane_;  ///< one of the two
+    std::unique_ptr<ExrPlaneWriter> plane_;  ///< else picture_
     std::unique_ptr<Sink> picture_;
     float ramp_end_ = 1;
     std::uint32_t largest_ = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layered depth images and deep images back as fragment lists.
+// Reads layered depth images and deep images as fragment lists.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ class ExrLdiReader : public LayeredInput {
 
   private:
     struct Layer;
-    /// A part, and what stands before the names of its channels.
+    /// The part that a layer is in, and what stands there before the names of its channels.
     struct Source {
         std::size_t part;
         std::string prefix;
@@ -87,7 +87,7 @@ class ExrDeepReader : public LayeredInput {
     struct Route {
         static constexpr int kNowhere = -4, kGrey = -3, kZ = -2, kColor = -1;
         PixelType type = PixelType::kHalf;  ///< in the file
-        int target = kNowhere;              ///< one of these, or the index of LayeredImage::extra
+        int target = kNowhere;  ///< a constant above, or an index into LayeredImage::extra
         std::size_t component = 0;
     };
     struct Part {
@@ -96,7 +96,7 @@ class ExrDeepReader : public LayeredInput {
     };
     struct CountedBlock {
         ExrDeepBlock main, other;            ///< without samples
-        std::vector<std::size_t> different;  ///< parts
+        std::vector<std::size_t> different;  ///< parts with other counts
     };
 
     std::size_t findMainPart() const;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Gathers and copies channels of fragments, one component after the other.
 #include "formats/exr/exr_rows.h"
 
 #include <Imath/half.h>
@@ -19,7 +20,8 @@ std::byte* storeNumber(T value, std::byte* out) {
     return out + sizeof value;
 }
 
-/// One component of the fragments in `row` (kNoFragment: `fill`), to `out`. Returns the end.
+/// Writes one component of the fragments in `row` to `out`, `fill` for kNoFragment. Returns the
+/// end.
 template <class T>
 std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel, T fill,
                            std::span<const std::uint32_t> row, std::byte* out) {
@@ -41,7 +43,8 @@ bool areColor(std::span<const ExrChannel> channels) {
     return true;
 }
 
-/// These four in one pass, since what takes the time is to reach the fragments.
+/// Writes the four channels of a colour in one pass, since what takes the time is to reach the
+/// fragments.
 template <class T>
 std::byte* gatherColor(std::span<const T> values, std::span<const std::uint32_t> row,
                        std::byte* out) {

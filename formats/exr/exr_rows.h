@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of images as chunks hold them: of one layer or a composite, channel after channel, as flat
-// scan lines; of fragment lists, which already are what a deep scan line holds; and the rows at the
-// end of a band that chunks of the next one still need.
+// Puts rows of images into the order of chunks: layers and composites channel after channel, as
+// flat scan lines; fragment lists, which are what a deep scan line holds. Keeps the rows at the end
+// of a band that chunks of the next one still need.
 #pragma once
 
 #include <cstddef>
@@ -16,17 +16,18 @@
 
 namespace peeler {
 
-/// The index of the k-th fragment of each pixel of a row from (x0, y) on, or a number that stands
-/// for none. Returns how many there are.
+/// Finds the index of the k-th fragment of each pixel of a row from (x0, y) on, kNoFragment where
+/// there is none. Returns how many there are.
 std::size_t findExrFragments(const LayeredImage& image, std::uint32_t k, int x0, int y,
                              std::span<std::uint32_t> row);
 
-/// Writes the channels of such a row, as they are; a pixel without the layer is 0 in each but Z,
-/// which is +inf. Returns the end of what is written.
+/// Writes the channels of the fragments in `row`, which findExrFragments() has found, as they are;
+/// a pixel without one is 0 in each channel but Z, which is +inf. Returns the end of what is
+/// written.
 std::byte* gatherExrLayer(const LayeredImage& image, std::span<const ExrChannel> channels,
                           std::span<const std::uint32_t> row, std::byte* out);
 
-/// The same of `count` pixels of a composite from the pixel `first` on.
+/// Likewise for `count` pixels of a composite from the pixel `first` on.
 std::byte* gatherExrComposite(const CompositeImage& image, std::span<const ExrChannel> channels,
                               std::size_t first, std::size_t count, std::byte* out);
 
@@ -39,7 +40,7 @@ std::vector<ExrChannel> deepChannels(const FragmentArray& array, int source);
 void packDeepRow(const LayeredImage& image, std::span<const ExrChannel> channels,
                  const Window& window, int y, ExrChunkPacker& packer, ExrDeepChunk& chunk);
 
-/// No rows yet, the first to come being `y`; the arrays of `like`.
+/// An image without rows, as wide as `like` and with its arrays; the first row to come is `y`.
 LayeredImage emptyImage(const LayeredImage& like, int y);
 
 /// The rows from `y` on of two images of the same width and arrays, the second below the first.

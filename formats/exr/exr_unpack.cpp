@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// zlib or run lengths, then sums of differences, then bytes together again.
+// Unpacks chunks: zlib or run lengths, then sums of differences, then even and odd bytes together.
 #include "formats/exr/exr_chunks.h"
 
 #include <libdeflate.h>
@@ -12,7 +12,7 @@ namespace peeler {
 namespace {
 
 bool inflate(std::span<const std::byte> packed, std::span<std::byte> out) {
-    // Making one takes longer than the few bytes of a deep row.
+    // It is kept, since making one takes longer than the few bytes of a deep row.
     thread_local const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)>
         inflater(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
     // Without a place for the actual size the result must fill `out`.
@@ -21,7 +21,7 @@ bool inflate(std::span<const std::byte> packed, std::span<std::byte> out) {
                                       out.size(), nullptr) == LIBDEFLATE_SUCCESS;
 }
 
-/// See packRuns() in exr_chunks.cpp.
+/// Undoes packRuns() of exr_chunks.cpp, which has the format.
 bool unpackRuns(std::span<const std::byte> packed, std::span<std::byte> out) {
     std::size_t filled = 0;
     for (std::size_t i = 0; i < packed.size();) {

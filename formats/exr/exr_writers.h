@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layered depth images, one part of an OpenEXR file for each layer; their composite alone; and deep
-// images: every fragment of a pixel as a sample of a deep scan line.
+// Writes layered depth images, a part of an OpenEXR file for each layer; their composite alone; and
+// deep images, every fragment of a pixel a sample of a deep scan line.
 #pragma once
 
 #include <OpenEXR/ImfCompression.h>
@@ -19,7 +19,7 @@
 
 namespace peeler {
 
-/// What both share: parts that bands are streamed into.
+/// What ExrLdiWriter and ExrCompositeWriter share: parts that bands are streamed into.
 class ExrPartsSink : public Sink {
   public:
     ~ExrPartsSink() override;
@@ -73,7 +73,7 @@ class ExrCompositeWriter : public ExrPartsSink {
     void begin(const Plan& plan) override;
 };
 
-/// Provenance::deep_merge: "by-z z 0.1"; "" if samples are not merged.
+/// The text of Provenance::deep_merge, such as "by-z z 0.1"; "" if samples are not merged.
 std::string deepMergeText(const DeepMergeSettings& merge);
 
 /// Writes part `color` (R,G,B,A as they are captured, Z float, the other channels that are no

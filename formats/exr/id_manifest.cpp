@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The names of ids as OpenEXR's idManifest, and back.
 #include "formats/exr/exr_header.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -52,7 +53,7 @@ std::vector<std::string> namesOf(const Imf::IDManifest& manifest, const char* na
                          [name](const std::string& channel) { return isOf(channel, name); }))
             continue;
         for (auto i = manifest[g].begin(); i != manifest[g].end(); ++i) {
-            // Ours are 1, 2, 3, …; those of a stranger may be any.
+            // Our ids are 1, 2, 3, …; those of other programs may be any.
             if (i.id() != names.size() + 1 || i.text().empty()) return {};
             names.push_back(i.text().front());
         }
@@ -70,7 +71,7 @@ void addIdManifest(Imf::Header& header, const IdNames& names) {
 }
 
 IdNames idNamesFromManifest(std::span<const std::byte> attribute) {
-    // The little-endian 64-bit size of what zlib has packed, and that.
+    // The attribute is the unpacked size (64 bits, little-endian), then what zlib has packed.
     std::uint64_t unpacked = 0;
     if (attribute.size() < sizeof unpacked || attribute.size() > std::numeric_limits<int>::max())
         throw Error(ErrorKind::kInput, "the manifest is cut off", "idManifest");

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Chooses the reader of a file by what its headers say.
 #include "formats/exr/layered_input.h"
 
 #include <limits>

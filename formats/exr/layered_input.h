@@ -36,13 +36,14 @@ class LayeredInput {
 
   protected:
     /// Turns the counts of the pixels, after a leading 0, into LayeredImage::offsets. Throws Error
-    /// (kMemory).
+    /// (kMemory) if they do not fit 32 bits.
     static void countsToOffsets(std::vector<std::uint32_t>& counts, const std::string& path);
 };
 
-/// Whether the headers promise fragments, be they of an empty picture: what openLayered() is for.
+/// Whether the headers promise fragments that openLayered() can read, be it those of an empty
+/// picture.
 bool isLayered(const ExrInfo& info);
-/// Whether they promise several pictures: the hits of bundles of rays, a deep part each.
+/// Whether the headers promise several pictures: the hits of bundles of rays, a deep part each.
 bool holdsBundles(const ExrInfo& info);
 
 /// Opens layered files in any layout, deep files, and flat pictures of other programs as one layer.
@@ -50,10 +51,10 @@ bool holdsBundles(const ExrInfo& info);
 /// path and part.
 std::unique_ptr<LayeredInput> openLayered(const std::string& path);
 std::unique_ptr<LayeredInput> openLayered(OpenedExr opened);
-/// A composite of ours as pixels: one entry in each, of Z = +inf where there is no fragment. What
-/// the plan says of its layers is their number.
+/// Opens a composite of ours as pixels: one entry in each, of Z = +inf where there is no fragment.
+/// Of its layers the plan says their number alone. Throws Error (kInput) if it is none.
 std::unique_ptr<LayeredInput> openComposite(OpenedExr opened);
-/// One of the bundles: the n-th of ExrInfo::deep.
+/// Opens one of the bundles of holdsBundles(): the n-th of ExrInfo::deep.
 std::unique_ptr<LayeredInput> openBundle(OpenedExr opened, std::size_t n);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Textures of numbers, not of colours: PNG and OpenEXR.
+// Writes textures of numbers, not of colours, as PNG and OpenEXR.
 #pragma once
 
 #include <cstdint>
@@ -17,16 +17,17 @@ struct ValueTexture {
     std::vector<float> values;
 };
 
-/// A grey or RGB PNG of 8 or 16 bits; 0 to 1 is the whole range, linearly, no transfer function.
-/// What is outside is clipped, NaN becomes 0. Throws Error (kOutput).
+/// The texture as a grey or RGB PNG of 8 or 16 bits; 0 to 1 is the whole range, linearly, without a
+/// transfer function. Numbers outside are clipped, NaN becomes 0. Throws Error (kOutput).
 std::vector<std::uint8_t> encodePng(const ValueTexture& texture, int bits);
 
-/// Writes one, with 16 bits, whole or not at all. Throws Error (kOutput).
+/// Writes the texture as a PNG of 16 bits, whole or not at all. Throws Error (kOutput).
 void writePngTexture(const std::string& path, const ValueTexture& texture,
                      const std::string& software);
 
-/// Writes a part of 32-bit floats for each, in order, with channels Y or R, G, B. The names have to
-/// differ. Whole or not at all. Throws Error (kOutput).
+/// Writes an OpenEXR file with a part of 32-bit floats for each texture, in order, with channels Y
+/// or R, G, B. The names of the textures have to differ. Whole or not at all. Throws Error
+/// (kOutput).
 void writeExrTextures(const std::string& path, std::span<const ValueTexture> textures,
                       const std::string& software);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Temporary name, checked writes, sync, rename.
+// The steps of an AtomicFile: a temporary name, checked writes, a sync, a rename.
 #include "formats/file/atomic_file.h"
 
 #include <fcntl.h>
@@ -38,7 +38,7 @@ struct Slot {
     char path[PATH_MAX]{};
 };
 static_assert(std::atomic<int>::is_always_lock_free);
-constexpr std::size_t kSlots = 1024;       // a file a layer needs many
+constexpr std::size_t kSlots = 1024;       // many, for a file a layer
 constinit std::array<Slot, kSlots> slots;  // 4 MiB that cost nothing before they are used
 
 int occupySlot(const std::string& path) {
@@ -84,7 +84,7 @@ std::string text(int error) {
     return std::generic_category().message(error);
 }
 
-/// The folder that a path names a file in; "." where it names none.
+/// The folder of the file that a path names; "." where the path has none.
 std::string folderOf(const std::string& path) {
     const std::string folder = fs::path(path).parent_path().string();
     return folder.empty() ? "." : folder;
@@ -92,7 +92,7 @@ std::string folderOf(const std::string& path) {
 
 constexpr std::string_view kMark = ".peeler-", kTemporary = ".tmp";
 
-/// Of this machine, in letters that file names may have.
+/// The name of this machine, with an underscore for what is neither a letter nor a digit.
 const std::string& hostName() {
     static const std::string name = [] {
         char text[65] = {};
@@ -105,16 +105,16 @@ const std::string& hostName() {
     return name;
 }
 
-/// Locks a new file for as long as it is open, however the process ends. False if somebody else
-/// has locked or removed it; where files cannot be locked it is never cleaned up, either.
+/// Locks a new file for as long as it is open, however the process ends. False if somebody else has
+/// locked or removed it. True where files cannot be locked: there nobody removes leftovers, either.
 bool lockIsMine(int descriptor) {
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return errno != EWOULDBLOCK;
     struct stat status {};
     return fstat(descriptor, &status) != 0 || status.st_nlink > 0;
 }
 
-/// Whether the process that wrote a hidden file is gone: its lock is. Locks may not reach from one
-/// machine to another (NFS), so that a file of another one has to be a day old, too.
+/// Whether the process that wrote a hidden file is gone, which is so if its lock is. Locks may not
+/// reach from one machine to another (NFS), so a file of another machine has to be a day old, too.
 bool isLeftover(int descriptor, std::string_view name) {
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return false;
     if (name.find(std::string(kMark) + hostName() + '-') != std::string_view::npos) return true;
@@ -123,7 +123,8 @@ bool isLeftover(int descriptor, std::string_view name) {
     return fstat(descriptor, &status) == 0 && status.st_mtime < std::time(nullptr) - kDay;
 }
 
-/// Removes what killed processes have left in a folder, once a process and folder.
+/// Removes the hidden files that killed processes have left in a folder; for each folder once in
+/// this process.
 void removeLeftovers(const std::string& folder) {
     static std::mutex mutex;
     static std::set<std::string> seen;
@@ -167,7 +168,7 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
     }
 
     const std::string folder = folderOf(destination_);
-    // The hidden name is shorter, so that only the last step would fail.
+    // The hidden name may be shorter, so that without this check only the last step would fail.
     const long most = pathconf(folder.c_str(), _PC_NAME_MAX);
     if (most > 0 &&
         fs::path(destination_).filename().string().size() > static_cast<std::size_t>(most))
@@ -183,12 +184,12 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
                                    std::to_string(getpid()) + "-" + std::to_string(counter++) +
                                    std::string(kTemporary);
         temporary_path_ = (fs::path(destination_).parent_path() / hidden).string();
-        // Registered before it exists: a signal in between finds nothing to unlink, which is
-        // harmless.
+        // Registered before it exists: a signal in between finds nothing to unlink, which does no
+        // harm.
         slot_ = occupySlot(temporary_path_);
         descriptor_ = open(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        // Whoever cleans up at this very moment may have been faster than the lock: then it is
-        // gone.
+        // A process that removes leftovers at this very moment may have been faster than the lock;
+        // then the file is gone.
         if (descriptor_ >= 0 && lockIsMine(descriptor_)) return;
         const int cause = descriptor_ >= 0 ? EEXIST : errno;
         if (descriptor_ >= 0) {
@@ -252,8 +253,9 @@ void AtomicFile::sync() {
 
 void AtomicFile::commit() {
     sync();
-    // Network file systems report a full quota as late as when a descriptor is closed: another one,
-    // since the lock goes with the last, and without it the file is a leftover.
+    // Network file systems report a full quota only when a descriptor is closed. A duplicate is
+    // closed, since the lock goes with the last descriptor, and a file without its lock is taken
+    // for a leftover.
     if (const int other = dup(descriptor_); other >= 0 && close(other) != 0)
         fail("cannot write: " + text(errno), errno);
     if (std::rename(temporary_path_.c_str(), destination_.c_str()) != 0) {
@@ -269,7 +271,7 @@ void AtomicFile::commit() {
     const int result = fsync(folder);
     const int cause = errno;
     close(folder);
-    // The file system cannot sync folders; the file itself is on disk.
+    // A file system that cannot sync folders is no error: the file itself is on disk.
     const bool unable = cause == EINVAL || cause == ENOTSUP || cause == ENOSYS;
     if (result != 0 && !unable) fail("cannot sync the folder: " + text(cause), cause);
 }
@@ -283,8 +285,9 @@ void AtomicFile::writeOut(std::uint64_t offset, std::span<const std::byte> bytes
             pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) fail("cannot write: " + text(errno), errno);
-        // A short write is no error yet: the next one says why (most often: no space).
-        // Begun now, sync() has less to wait for in the end. Where that cannot be, it waits.
+        // A short write is no error yet: the next one says why (most often: no space). The transfer
+        // to the disk begins now, so that sync() has less to wait for; where it cannot begin,
+        // sync() waits for all of it.
         sync_file_range(descriptor_, static_cast<off_t>(offset), n, SYNC_FILE_RANGE_WRITE);
         offset += static_cast<std::uint64_t>(n);
         bytes = bytes.subspan(static_cast<std::size_t>(n));
@@ -305,12 +308,12 @@ void commitAll(std::span<const std::unique_ptr<AtomicFile>> files) {
     if (files.size() == 1) return files.front()->commit();
     for (const auto& file : files)
         file->sync();
-    // The first last: it is the one that names the others.
+    // The first file is renamed last, since it is the one that names the others.
     for (std::size_t i = files.size(); i-- > 0;) {
         try {
             files[i]->commit();
         } catch (...) {
-            // It may have its name already, where only the folder could not be synced.
+            // The failed file has its name already if only the folder could not be synced.
             const std::size_t first = files[i]->temporaryPath().empty() ? i : i + 1;
             for (std::size_t done = first; done < files.size(); ++done)
                 unlink(files[done]->destination().c_str());

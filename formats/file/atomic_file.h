@@ -28,18 +28,18 @@ class AtomicFile {
     AtomicFile(const AtomicFile&) = delete;
     AtomicFile& operator=(const AtomicFile&) = delete;
 
-    /// Adds to the end; buffered.
+    /// Adds to the end of the file, through a buffer.
     void append(std::span<const std::byte> bytes);
-    /// Overwrites [offset, offset + bytes) or extends the file; what was appended before is on disk
-    /// first.
+    /// Overwrites [offset, offset + bytes) or extends the file. What was appended before is written
+    /// out first.
     void writeAt(std::uint64_t offset, std::span<const std::byte> bytes);
     /// Reads what was written. Returns how many bytes there were before the end.
     std::size_t readAt(std::uint64_t offset, std::span<std::byte> bytes);
     /// Hands the buffer to the operating system, so that temporaryPath() can be opened and read.
     void flush();
-    /// flush and fsync: what can fail for want of space has not.
+    /// Flushes and fsyncs; what can fail for want of space fails here.
     void sync();
-    /// sync, close, rename, fsync of the folder. Nothing may be written after it.
+    /// Syncs, closes and renames the file, and fsyncs its folder. Nothing may be written after it.
     void commit();
 
     std::uint64_t size() const { return size_; }  ///< bytes, those in the buffer included
@@ -62,12 +62,13 @@ class AtomicFile {
     std::uint64_t size_ = 0;
 };
 
-/// commit() of files that are worth something only together: first every one is synced. If one
-/// cannot be renamed nevertheless, those that were are removed, so that no half set stands there.
+/// Commits files that are worth something only together. All are synced before one is renamed; if
+/// one cannot be renamed nevertheless, those that have been are removed, so that no half set is
+/// left. Throws Error (kOutput).
 void commitAll(std::span<const std::unique_ptr<AtomicFile>> files);
 
-/// Unlinks the hidden file of every AtomicFile alive. Async-signal-safe: for handlers that are
-/// about to end the process.
+/// Unlinks the hidden file of every AtomicFile that is alive. It is async-signal-safe, for handlers
+/// that are about to end the process.
 void removeTemporaryFiles() noexcept;
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bytes for somebody to fill: a plain std::vector would set them to zero first.
+// A buffer of bytes for somebody to fill, which a plain std::vector would set to zero first.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace peeler {
 
-/// Leaves values that nobody gives undefined.
+/// An allocator that leaves elements uninitialised if no value is given for them.
 template <class T>
 struct UnsetAllocator : std::allocator<T> {
     UnsetAllocator() = default;
@@ -30,7 +30,7 @@ struct UnsetAllocator : std::allocator<T> {
     }
 };
 
-/// What resize() adds is undefined.
+/// A vector of bytes; those that resize() adds are undefined.
 using ByteBuffer = std::vector<std::byte, UnsetAllocator<std::byte>>;
 
 }  // namespace peeler

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+// XXH64 for contents, FNV-1a for texts, and the line in which files carry an output hash.
 #include "formats/file/content_hash.h"
 
-#define XXH_INLINE_ALL  // it is one function: no library to load
+#define XXH_INLINE_ALL  // one function is used, and no library need be loaded
 #include <xxhash.h>
 
 #include <cstdio>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hashes: what tells one scene, or one set of options, from another, and how it stands in files.
+// Hashes: what tells one scene, or one set of options, from another, and how a hash stands in
+// files.
 #pragma once
 
 #include <cstddef>
@@ -15,6 +16,7 @@ std::uint64_t contentHash(std::span<const std::byte> bytes, std::uint64_t seed);
 
 /// 64-bit FNV-1a of the text, as 16 hexadecimal digits.
 std::string hashText(const std::string& text);
+/// The value as 16 hexadecimal digits, lower case.
 std::string hexText(std::uint64_t value);
 
 /// Provenance::output_hash as it stands in flat images (ImageDescription) and pages (meta).

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Finds the places for numbers in names, and holds the table of first bytes.
 #include "formats/file/file_name.h"
 
 #include <algorithm>
@@ -20,11 +21,11 @@ constexpr std::size_t kLoneHashDigits = 4, kMostDigits = 16;
 /// A place for the frame's number in a name.
 struct Token {
     std::size_t begin = 0, end = 0;
-    std::size_t digits = 0;        ///< least
-    bool sign_takes_room = false;  ///< as in printf
+    std::size_t digits = 0;        ///< at least so many
+    bool sign_takes_room = false;  ///< among the digits, as in printf
 };
 
-/// The next token at or after `from`.
+/// The first token that begins at or after `from`; none if there is none.
 std::optional<Token> findToken(const std::string& name, std::size_t from) {
     for (std::size_t i = from; i < name.size(); ++i) {
         if (name[i] == '#') {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a file is, by its name or by how it begins; and where a number goes in a name.
+// What a file is, by its name or by how it begins; and where the number of a frame goes in a name.
 #pragma once
 
 #include <filesystem>
@@ -13,14 +13,14 @@ std::string lowerExtension(const std::filesystem::path& path);
 /// Whether a file name has a place for the frame's number: "####" or "%04d".
 bool hasFrameToken(const std::string& path);
 
-/// The name with the frame's number in it: so many digits as there are '#' (a lone one stands for
+/// The name with the frame's number in it: as many digits as there are '#' (a lone one stands for
 /// four), or as printf does for "%04d" and "%d"; "%%" is a '%'. A sign comes before the digits.
-/// Tokens count in the last component of the path only.
+/// Only the last component of the path is looked at.
 std::string framePath(const std::string& path, int frame);
 
 enum class FileKind { kUnknown, kGltf, kExr, kPng, kJpeg, kTiff, kHdr };
 
-/// Reads the first bytes. Throws Error (kInput) if the file cannot be read.
+/// The kind of a file by its first bytes. Throws Error (kInput) if the file cannot be read.
 FileKind fileKind(const std::string& path);
 
 }  // namespace peeler

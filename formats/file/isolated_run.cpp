@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a decoder that is not to be trusted with any input in a process of its own.
+// Forks, limits the child, and carries its result or its error through a pipe.
 #include "formats/file/isolated_run.h"
 
 #include <fcntl.h>
@@ -21,7 +21,7 @@
 namespace peeler {
 namespace {
 
-// AddressSanitizer reserves terabytes of address space.
+// AddressSanitizer reserves terabytes of address space, so that no limit of it would be right.
 #ifdef __SANITIZE_ADDRESS__
 constexpr bool kLimitsMemory = false;
 #else
@@ -100,7 +100,7 @@ std::vector<std::uint8_t> answerOf(const std::function<std::vector<std::uint8_t>
 
 [[noreturn]] void runChild(const std::function<std::vector<std::uint8_t>()>& work,
                            const IsolationLimits& limits, int out) {
-    // The parent's handlers would remove the parent's files.
+    // The handlers that the child has inherited would remove the parent's files.
     for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE})
         std::signal(number, SIG_DFL);
     limit(RLIMIT_CORE, 0);
@@ -112,7 +112,7 @@ std::vector<std::uint8_t> answerOf(const std::function<std::vector<std::uint8_t>
         const std::vector<std::uint8_t> answer = answerOf(work);
         written = writeAll(out, answer.data(), answer.size());
     } catch (const std::exception&) {
-        // No memory even to say so.
+        // There is no memory left even to say so.
     }
     _exit(written ? 0 : 1);
 }
@@ -135,8 +135,8 @@ std::vector<std::uint8_t> readAll(int fd) {
 
 std::vector<std::uint8_t> runIsolated(const std::function<std::vector<std::uint8_t>()>& work,
                                       const IsolationLimits& limits, const char* hint) {
-    // A child that another thread starts meanwhile would keep this pipe open: its reader would wait
-    // for that child, too.
+    // A child that another thread starts meanwhile would keep the writing end of this pipe open,
+    // and the reader would wait for that child, too.
     static std::mutex starting;
     std::unique_lock lock(starting);
     int ends[2];

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Finds modules by the place of the executable, and opens them.
 #include "formats/file/module.h"
 
 #include <dlfcn.h>
@@ -16,7 +17,8 @@ namespace fs = std::filesystem;
 void* opened(const std::string& file) {
     std::error_code failure;
     const fs::path program = fs::read_symlink("/proc/self/exe", failure).parent_path();
-    // As in an archive that was unpacked anywhere, and as installed.
+    // The first is where they lie in a build folder or an unpacked archive, the second where they
+    // are installed.
     const fs::path folders[] = {program / PEELER_MODULES, program.parent_path() / PEELER_MODULES};
     for (const fs::path& folder : folders) {
         if (!fs::exists(folder / file, failure)) continue;

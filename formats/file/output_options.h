@@ -16,7 +16,7 @@ struct OutputOptions {
     std::string as{};                         ///< kind; "" = the extension's first row in the table
     bool no_composite = false;                ///< ldi: leave the part `composite` out
     bool cryptomatte = false;                 ///< ldi, composite: in the composite; needs id.*
-    bool composited = false;                  ///< composite: bands are one already, as it is stored
+    bool composited = false;                  ///< composite: bands are a composite, as it is stored
     std::string layout{};                     ///< ldi: a name in exrLayouts(), "" = plain
     DeepMergeSettings deep_merge{};           ///< deep
     std::string compression{};                ///< ldi, deep: one of exrCompressions(), "" = default

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Opens, checks and reads a file by one descriptor, so that all three are of the same file.
 #include "formats/file/regular_file.h"
 
 #include <fcntl.h>

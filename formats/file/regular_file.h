@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bytes of a regular file, at once and capped: for input that is not trusted.
+// Reads the bytes of a regular file at once, up to a limit: for input that is not trusted.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,8 @@ namespace peeler {
 std::vector<std::uint8_t> readRegularFile(const std::filesystem::path& path,
                                           std::uint64_t max_bytes);
 
-/// Throws that error for a file or folder that cannot be opened; `error` as errno has it.
+/// Throws the Error (kInput) that readRegularFile() throws for a file or folder that cannot be
+/// opened; `error` is a value of errno.
 [[noreturn]] void failToOpen(const std::filesystem::path& path, int error);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adds baked values to a glTF file: to vertices, or as occlusion textures.
+// Changes the JSON of a glTF file so that it names the baked values.
 #include "formats/gltf/baked_gltf.h"
 
 #include <cstring>
@@ -17,8 +17,7 @@ using nlohmann::ordered_json;
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr int kColorComponent = 5123, kValueComponent = 5126;  // unsigned short, float
 
-/// The bytes of an element for each of the file's vertices; those that the scene has not kept are
-/// 0.
+/// The bytes of as many elements as the file has vertices, 0 for those that the scene has not kept.
 template <class T>
 std::vector<std::uint8_t> bytesOfAll(const std::vector<T>& values, std::size_t a_vertex,
                                      const PrimitiveSource& source) {
@@ -64,7 +63,8 @@ class VertexValues {
                           [](const auto* one, const auto* other) { return *one == *other; });
     }
 
-    /// Nodes without values keep the mesh, else those with the first values.
+    /// Gives the nodes that show a mesh their versions of it. Nodes without values keep the mesh
+    /// itself; if there are none, those with the first values do.
     void share(std::size_t mesh, const std::vector<std::size_t>& users) {
         struct Version {
             const Values* values;
@@ -167,7 +167,8 @@ std::set<std::size_t> materialsWithout(ordered_json& gltf, const std::string& at
     return materials;
 }
 
-/// What the values were made for must be there. Whoever changes the file meanwhile gets an error.
+/// Changes the JSON. What the values were made for must be there; if it is not, the file has been
+/// changed since it was read.
 template <class Change>
 void changing(const Change& change) {
     try {

@@ -26,12 +26,12 @@ struct BakedPrimitive {
     }
 };
 
-/// COLOR_0 in place of what was there, and the values as `attribute`, an application-specific name
-/// (glTF 2.0 §3.7.2.1: "_AO"). Nodes that show a mesh with different values get a copy of it that
-/// shares all other accessors; nodes without values keep the mesh as it was. In Draco-compressed
-/// primitives (KHR_draco_mesh_compression allows attributes beside the compressed ones) the new
-/// ones stand in the order of the decoded vertices, and a compressed COLOR_0 is no longer named.
-/// Throws Error(kInput) if the file is not the one that the values were made for.
+/// Adds COLOR_0 in place of what was there, and the values as `attribute`, an application-specific
+/// name (glTF 2.0 §3.7.2.1: "_AO"). Nodes that show a mesh with different values get a copy of it
+/// that shares all other accessors; nodes without values keep the mesh as it was. In
+/// Draco-compressed primitives (KHR_draco_mesh_compression allows attributes beside the compressed
+/// ones) the new ones stand in the order of the decoded vertices, and a compressed COLOR_0 is no
+/// longer named. Throws Error (kInput) if the file is not the one that the values were made for.
 void addVertexValues(GltfPackage& package, const std::string& attribute,
                      const std::vector<BakedPrimitive>& primitives);
 
@@ -39,7 +39,7 @@ void addVertexValues(GltfPackage& package, const std::string& attribute,
 /// COLOR_0 and nothing else.
 void showVertexColorsAlone(GltfPackage& package);
 
-/// Opens the file with one of its scenes.
+/// Makes one of the file's scenes the default one, which viewers show.
 void setDefaultScene(GltfPackage& package, int scene);
 
 /// Gives every primitive its material of a variant (KHR_materials_variants), so that those who do

@@ -31,11 +31,12 @@ draco::DecoderBuffer bufferOf(std::span<const std::uint8_t> bytes) {
     return buffer;
 }
 
-// A flat regular grid of 8 million triangles, encoded at its slowest and smallest, has 13 a byte.
-// Entropy coding sets no limit of its own, so a few bytes could make us allocate without end.
+// Triangles that a byte may promise. A flat regular grid of 8 million triangles, encoded at its
+// slowest and smallest, has 13 a byte. Entropy coding sets no limit of its own, so a few bytes
+// could make us allocate without end.
 constexpr std::uint64_t kMostFacesPerByte = 100;
 
-/// What the beginning of the data promises.
+/// What the data promises at its beginning.
 struct Promise {
     std::uint32_t faces = 0, points = 0;
 };
@@ -48,8 +49,8 @@ std::uint32_t number(draco::DecoderBuffer& buffer, bool fixed) {
     return value;
 }
 
-/// Draco bitstream specification, §2 to §4. libdraco 1.5.5 allocates for the faces of an
-/// Edgebreaker mesh what this number says, so it has to be read first.
+/// Reads the headers (Draco bitstream specification, §2 to §4). libdraco 1.5.5 allocates memory for
+/// as many faces as the header of an Edgebreaker mesh says, so this number has to be read first.
 Promise promiseOf(std::span<const std::uint8_t> bytes) {
     draco::DecoderBuffer buffer = bufferOf(bytes);
     draco::DracoHeader header;
@@ -217,8 +218,8 @@ std::vector<std::uint8_t> decodePacked(std::span<const std::uint8_t> bytes,
     return std::move(packed.bytes());
 }
 
-/// What a mesh of so many triangles may need: some 200 bytes a triangle while its connectivity is
-/// decoded, its values several times over, and the result with its copy.
+/// The bytes that a mesh of so many triangles may need: some 200 a triangle while its connectivity
+/// is decoded, its values several times over, and the result with its copy.
 std::uint64_t memoryFor(const Promise& promise, std::size_t attributes) {
     return (std::uint64_t{256} << 20) +
            std::uint64_t{promise.faces} * (512 + std::uint64_t{192} * attributes);

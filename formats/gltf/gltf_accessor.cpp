@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the numbers of glTF accessors, checked: ranges, strides, types, normalised, sparse.
+// Finds the bytes of an accessor, checks that they are there, and converts them.
 #include "formats/gltf/gltf_accessor.h"
 
 #include <algorithm>

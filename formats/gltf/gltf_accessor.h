@@ -34,7 +34,7 @@ class AccessorReader {
   public:
     explicit AccessorReader(const GltfDocument& document) : document_(document) {}
 
-    /// How many elements the accessor has, and numbers in each.
+    /// How many elements the accessor has, and how many numbers each of them has.
     std::size_t count(int accessor) const;
     int components(int accessor) const;
 

@@ -47,7 +47,7 @@ Interpolation interpolationOf(const json& sampler) {
     return name == "CUBICSPLINE" ? Interpolation::kCubicSpline : Interpolation::kLinear;
 }
 
-/// Bytes that may still be taken.
+/// The bytes that keyframes may still take.
 struct Budget {
     std::uint64_t limit, left;
 
@@ -109,7 +109,7 @@ class AnimationReader {
             {keyframes(sampler, *property, width), static_cast<int>(node), *property});
     }
 
-    /// Numbers that make a value.
+    /// How many numbers make a value.
     std::size_t widthOf(AnimatedProperty property, std::size_t node) const {
         if (property == AnimatedProperty::kRotation) return 4;
         if (property != AnimatedProperty::kWeights) return 3;
@@ -119,7 +119,8 @@ class AnimationReader {
         return primitives.empty() ? 0 : primitives.front().targets.size();
     }
 
-    /// Channels may share a sampler, even as different properties.
+    /// Where the keyframes of a sampler are; they are read once. Channels may share a sampler, even
+    /// as different properties.
     std::size_t keyframes(std::size_t sampler, AnimatedProperty property, std::size_t width) {
         const auto [entry, fresh] =
             read_.try_emplace({sampler, width, property}, result_.keyframes.size());

@@ -24,7 +24,7 @@ bool isVersion2(const json& version, bool only_2_0) {
     return only_2_0 ? text == "2.0" : text == "2" || text.rfind("2.", 0) == 0;
 }
 
-/// Reports the first node of the ring that this one is in.
+/// Fails with the first node of the ring that this node is in.
 [[noreturn]] void failRing(const std::vector<int>& parents, std::size_t node) {
     std::size_t first = node;
     for (auto next = static_cast<std::size_t>(parents[node]); next != node;

@@ -18,18 +18,19 @@ struct GltfContainer {
     std::optional<std::span<const std::uint8_t>> binary;  ///< the BIN chunk, if there is one
 };
 
-/// Does it begin with "glTF"?
+/// Whether the bytes begin with "glTF".
 bool isGlb(std::span<const std::uint8_t> bytes);
 
-/// A .glb's chunks, or all of it as JSON if it is none. Throws Error(kInput) with `path` as `where`
-/// if the container is damaged or of another version; oddities that do no harm become warnings.
+/// The chunks of a .glb; of anything else all of it as JSON. Throws Error(kInput) with `path` as
+/// `where` if the container is damaged or of another version; oddities that do no harm become
+/// warnings.
 GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std::string& path,
                                  std::vector<std::string>& warnings);
 
-/// Parses it, a byte order mark aside. Throws Error(kInput) with `path` as `where` if it is no JSON
-/// object, damaged, or nested deeper than any exporter writes.
+/// Parses the JSON of a glTF file, a byte order mark aside. Throws Error(kInput) with `path` as
+/// `where` if it is no JSON object, damaged, or nested deeper than any exporter writes.
 nlohmann::json parseGltfJson(std::string_view text, const std::string& path);
-/// The same, members in the order in which they stand there.
+/// Likewise, with the members of objects in the order in which they stand in the text.
 nlohmann::ordered_json parseOrderedGltfJson(std::string_view text, const std::string& path);
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A glTF file in memory: its model with every index checked, and the bytes of its buffers.
+// Reads the file, checks it, and hands tinygltf no more than it handles well.
 #include "formats/gltf/gltf_document.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-// A reader of warnings has seen enough then; a hostile file could have one for each of its bytes.
+// Who reads so many warnings has seen enough; a hostile file could have one for each of its bytes.
 constexpr std::size_t kMaxWarnings = 100;
 
 /// Moves an array out of the root object; an empty one if it is not there.
@@ -46,7 +46,7 @@ json takeNodeExtensions(json& gltf) {
 
 /// tinygltf reads and decodes whatever buffers and images name, in the current folder too, wants a
 /// buffer view for every index accessor, and gives up where an animation or a light is odd. It
-/// never sees these: the arrays have been taken out before, the rest goes here.
+/// never sees any of these: the arrays have been taken out before, and the rest is taken out here.
 json withoutWhatTinygltfMishandles(json gltf) {
     gltf.erase("extensions");
     if (const auto meshes = gltf.find("meshes"); meshes != gltf.end())
@@ -80,7 +80,7 @@ tinygltf::Model parseModel(const json& gltf, const std::string& path) {
         throw Error(ErrorKind::kInput, "the JSON has more than 4 GiB", path,
                     "move the data URIs to files of their own");
     tinygltf::TinyGLTF parser;
-    // Nothing in the text makes it open a file; these make sure.
+    // Nothing in the text makes it open a file; these callbacks make sure.
     parser.SetFsCallbacks(noFiles<tinygltf::FsCallbacks>());
     tinygltf::Model model;
     std::string problems, remarks;
@@ -134,8 +134,8 @@ void readBuffers(GltfDocument& document, const json& buffers, const GltfContaine
         if (!isMeshoptFallback(buffers[i])) readBuffer(document, buffers, i, container);
 }
 
-/// Decodes the compressed views. Where that fails, the view's own bytes stand in for it, if it has
-/// some and nobody insists.
+/// Decodes the compressed views. Where that fails, the view's own bytes stand in for it, if there
+/// are any and options.strict is off.
 void decompressViews(GltfDocument& document, const json& gltf, const json& buffers,
                      const GltfContainer& container, const GltfOptions& options) {
     const auto views = gltf.find("bufferViews");
@@ -148,7 +148,7 @@ void decompressViews(GltfDocument& document, const json& gltf, const json& buffe
             try {
                 readBuffer(document, buffers, buffer, container);
             } catch (const Error&) {
-                throw problem.error;  // the cause
+                throw problem.error;  // it is the cause
             }
         }
         if (document.buffers[buffer].empty()) throw problem.error;
@@ -167,7 +167,7 @@ void listImages(GltfDocument& document, const json& images) {
     }
 }
 
-/// Of what buffers and images name.
+/// Lists the files that buffers and images name.
 void listFiles(GltfDocument& document, const json& buffers, const json& images) {
     std::set<std::string> uris;
     for (const json* owners : {&buffers, &images})

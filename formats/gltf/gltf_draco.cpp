@@ -81,7 +81,7 @@ class DracoReader {
             std::vector<tinygltf::Primitive>& primitives = document_.model.meshes[i].primitives;
             for (std::size_t j = 0; j < primitives.size(); ++j) {
                 const auto extension = primitives[j].extensions.find(kDracoExtension);
-                // Without positions it is left out anyway.
+                // Without positions the primitive is left out anyway.
                 if (extension == primitives[j].extensions.end() ||
                     !primitives[j].attributes.contains("POSITION"))
                     continue;
@@ -112,7 +112,8 @@ class DracoReader {
         request.position = primitive.attributes.at("POSITION");
         request.mode = primitive.mode;
         const tinygltf::Value& ids = extension.Get("attributes");
-        // Those that the primitive does not have describe nothing that could be drawn.
+        // Compressed attributes that the primitive does not name describe nothing that could be
+        // drawn.
         for (const auto& [name, index] : primitive.attributes)
             if (ids.Has(name))
                 request.attributes.push_back(
@@ -159,8 +160,9 @@ class DracoReader {
         }
     }
 
-    /// Throws the first problem, by job, that no fallback excuses. What comes after it is not
-    /// decoded any more: each of thousands of hostile primitives could take its time.
+    /// Decodes all jobs. Throws the first problem, by job, that no fallback excuses. What comes
+    /// after it is not decoded any more: each of thousands of hostile primitives could take its
+    /// time.
     void decodeAll() {
         const AccessorReader accessors(document_);
         std::atomic<std::size_t> first_fatal = jobs_.size();
@@ -195,7 +197,7 @@ class DracoReader {
         }
     }
 
-    /// An accessor to bytes that the document keeps from now on.
+    /// Adds an accessor to bytes that the document keeps from now on, and returns its index.
     int addAccessor(std::vector<std::uint8_t> bytes, tinygltf::Accessor info) {
         document_.decoded_views.resize(document_.model.bufferViews.size());
         tinygltf::BufferView view;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files that a glTF may name: inside its own folder, regular files, capped.
+// Decodes data URIs, and finds and reads files inside a folder.
 #include "formats/gltf/gltf_files.h"
 
 #include <algorithm>
@@ -120,7 +120,7 @@ GltfFolder::GltfFolder(const fs::path& scene_file, std::uint64_t max_file_bytes,
 std::optional<fs::path> GltfFolder::find(const std::string& uri) const {
     const fs::path name(percentDecoded(uri));
     if (hasScheme(uri) || name.empty() || name.native().find('\0') != std::string::npos) return {};
-    // Not even asked whether it is there: that alone can mount what is far away.
+    // It is not even asked whether the file is there: that alone can mount what is far away.
     if (!allow_outside_ &&
         (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end()))
         return {};

@@ -11,16 +11,16 @@
 
 namespace peeler {
 
-/// Is this a `data:` URI?
+/// Whether this is a `data:` URI.
 bool isDataUri(std::string_view uri);
 
-/// The bytes of a `data:` URI (RFC 2397), base64 or percent-encoded, of any media type.
-/// Throws Error(kInput) with `where` if it is malformed.
+/// The bytes of a `data:` URI (RFC 2397), base64 or percent-encoded, of any media type. Throws
+/// Error(kInput) with `where` if it is malformed.
 std::vector<std::uint8_t> decodeDataUri(std::string_view uri, const std::string& where);
 
 /// What the URIs of a glTF may reach. A scene from a stranger must not read the user's other files,
 /// so: relative references only, no "..", and nothing that symbolic links lead out of the folder.
-/// The user may lift that; regular files under the size cap it has to be in any case.
+/// The user may allow all of that; it has to be a regular file under the size cap in any case.
 class GltfFolder {
   public:
     /// The folder of this scene file.
@@ -31,8 +31,8 @@ class GltfFolder {
     /// data: URI, and for a path that leads out of the folder without leave.
     std::optional<std::filesystem::path> find(const std::string& uri) const;
 
-    /// The bytes of the file that a URI names. Throws Error(kInput), `where` being
-    /// the JSON pointer handed in.
+    /// The bytes of the file that a URI names. Throws Error(kInput), `where` being the JSON pointer
+    /// handed in.
     std::vector<std::uint8_t> read(const std::string& uri, const std::string& where) const;
 
   private:

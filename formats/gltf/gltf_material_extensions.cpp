@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The extensions of glTF materials, a function and a row of a table each.
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>

@@ -15,7 +15,8 @@
 namespace peeler {
 namespace {
 
-/// Absent members keep what stands in `numbers`. The schema check has seen types and lengths.
+/// Reads an array of numbers; without it `numbers` keeps what it holds. The schema check has seen
+/// types and lengths.
 template <std::size_t n>
 void readNumbers(const tinygltf::Value& object, const char* name, std::array<double, n>& numbers) {
     if (!object.Has(name)) return;
@@ -24,8 +25,8 @@ void readNumbers(const tinygltf::Value& object, const char* name, std::array<dou
         numbers[i] = array.Get(static_cast<int>(i)).GetNumberAsDouble();
 }
 
-/// KHR_texture_transform: translation · rotation · scale. Angles count counter-clockwise as seen in
-/// the picture, whose v points down.
+/// The matrix of KHR_texture_transform: translation · rotation · scale. Angles count
+/// counter-clockwise as seen in the picture, whose v points down.
 glm::mat3 textureTransform(const tinygltf::Value& extension) {
     std::array<double, 2> offset = {0, 0}, scale = {1, 1};
     readNumbers(extension, "offset", offset);
@@ -105,7 +106,8 @@ class MaterialReader {
         return out;
     }
 
-    /// §5.19, §5.22: from 0 to 1. Others would make alpha, and so composites, meaningless.
+    /// A factor, clamped to what §5.19 and §5.22 allow, 0 to 1. Others would make alpha, and so
+    /// composites, meaningless.
     float factor(double value, const std::string& where) {
         if (value < 0 || value > 1)
             document_.warn("The material " + where +
@@ -156,7 +158,7 @@ class MaterialReader {
         return -1;
     }
 
-    /// The place in scene.images, which holds used images only.
+    /// The place of an image in scene.images, which holds used images only.
     int sceneImage(int image, int fallback = -1) {
         int& place = places_[static_cast<std::size_t>(image)];
         if (place < 0) {
@@ -186,7 +188,7 @@ class MaterialReader {
         return document_.keep(document_.folder.read(source.uri, where + "/uri"));
     }
 
-    /// What became of a used image.
+    /// A used image, or what is wrong with it.
     struct Decoded {
         Image image;
         std::optional<Error> problem;

@@ -79,7 +79,7 @@ class PrimitiveReader {
     PrimitiveReader(GltfDocument& document, const tinygltf::Primitive& source, std::string where)
         : document_(document), accessors_(document), source_(source), where_(std::move(where)) {}
 
-    /// False if it draws nothing.
+    /// Reads the primitive; false if it draws nothing.
     bool read(Primitive& out) {
         const auto position = source_.attributes.find("POSITION");
         if (position == source_.attributes.end()) {
@@ -110,8 +110,8 @@ class PrimitiveReader {
   private:
     using Attributes = std::map<std::string, int>;
 
-    /// The numbers of an attribute in `from`, whose JSON pointer is `where`; none if it is not
-    /// there.
+    /// The numbers of an attribute in `from`, whose JSON pointer is `where`; none if it has no such
+    /// attribute.
     std::vector<float> numbers(const Attributes& from, const std::string& where,
                                const std::string& name, const AccessorFormat& format,
                                int& components) {
@@ -202,8 +202,9 @@ class PrimitiveReader {
         return result;
     }
 
-    /// Exporters like to let all primitives share one large vertex array and index a stretch of it
-    /// each: without this, the array would be copied for every primitive.
+    /// Keeps the range of vertices that are indexed. Exporters like to let all primitives share one
+    /// large vertex array and index a stretch of it each; without this, the array would be copied
+    /// for every primitive.
     void keepUsedVertices(std::vector<std::uint32_t>& indices) {
         const auto [first, last] = std::minmax_element(indices.begin(), indices.end());
         used_ = {*first, std::size_t{*last} - *first + 1};
@@ -212,7 +213,8 @@ class PrimitiveReader {
             index -= static_cast<std::uint32_t>(used_.first);
     }
 
-    /// §3.7.2.1: vertices that do not fill a last point, line or triangle are ignored.
+    /// Drops vertices that do not fill a last point, line or triangle, which are to be ignored
+    /// (§3.7.2.1). False if nothing is left to draw.
     bool dropIncomplete(Primitive& out) {
         const std::size_t count = out.indices.empty() ? used_.count : out.indices.size();
         std::size_t usable = count, least = 1;

@@ -14,10 +14,11 @@ namespace {
 
 using nlohmann::json;
 
-// One JSON for both. A view must not have both; if it does, the older one is sure to be decoded.
+// Both have the same JSON. A view must not have both; if it does, the older one is sure to be
+// decoded.
 constexpr const char* kExtensions[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
-/// The member of that name in `extensions`, or null.
+/// The extension of that name of `owner`, or null.
 const json* extensionOf(const json& owner, const char* name) {
     const auto extensions = owner.find("extensions");
     if (extensions == owner.end()) return nullptr;

@@ -20,8 +20,8 @@ using nlohmann::json;
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 constexpr const char* kVisibility = "KHR_node_visibility";
 
-// What an instance takes in all: its matrix, its place in the scene and in the draw list, and what
-// the GPU has of it.
+// The bytes that an instance takes in all: its matrix, its place in the scene and in the draw list,
+// and what the GPU has of it.
 constexpr std::uint64_t kInstanceBytes = 4 * sizeof(glm::dmat4);
 
 const AccessorFormat kInstanceVector = {{3}, {{5126}}};
@@ -160,7 +160,7 @@ class NodeReader {
         return result;
     }
 
-    /// Of a small file, many nodes may need room of their own.
+    /// Takes bytes from what the limit allows: the nodes of a small file may need much room.
     void takeBytes(std::uint64_t bytes, const std::string& where) {
         bytes_ += bytes;
         if (bytes_ > options_.max_geometry_bytes)

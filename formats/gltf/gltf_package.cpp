@@ -27,7 +27,7 @@ std::uint64_t padded(std::uint64_t bytes) {
     return (bytes + kContainerAlignment - 1) / kContainerAlignment * kContainerAlignment;
 }
 
-/// How the formats that images of glTF files come in begin.
+/// How the formats begin that the images of glTF files have.
 struct ImageMagic {
     std::size_t offset;
     std::string_view bytes;
@@ -39,7 +39,7 @@ constexpr ImageMagic kImageMagic[] = {
     {0, "DDS ", "image/vnd-ms.dds"}, {4, "ftypavif", "image/avif"},
 };
 
-/// Null if it is none of them.
+/// The media type of an image; null if it is in none of these formats.
 const char* mimeTypeOf(std::span<const std::uint8_t> bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     for (const ImageMagic& magic : kImageMagic)
@@ -80,7 +80,7 @@ GltfPackage::GltfPackage(const std::filesystem::path& path, const GltfOptions& o
     const std::span<const std::uint8_t> bytes =
         storage_.emplace_back(readRegularFile(path, options.max_file_bytes));
     const GltfContainer container = splitGltfContainer(bytes, path_, warnings_);
-    warnings_.clear();  // the reader has said them
+    warnings_.clear();  // readGltf() has given them
     json checked = parseGltfJson(container.json, path_);
     checkGltfSchema(checked);
     json_ = parseOrderedGltfJson(container.json, path_);
@@ -96,7 +96,7 @@ std::uint64_t GltfPackage::append(std::span<const std::uint8_t> bytes) {
     return start;
 }
 
-/// None for one that only marks the place of decompressed data.
+/// The bytes of a buffer of the source; none if it only marks the place of decompressed data.
 std::optional<std::span<const std::uint8_t>> GltfPackage::bufferBytes(
     const json& buffer, std::size_t index, std::optional<std::span<const std::uint8_t>> binary) {
     const std::string where = childPointer("/buffers", index);
@@ -157,7 +157,7 @@ void GltfPackage::takeBuffers(const json& checked,
     }
 }
 
-/// `place` names a buffer and an offset in it.
+/// Makes `place`, which names a buffer and an offset in it, name those of the .glb.
 void GltfPackage::relocate(ordered_json& place) const {
     const auto buffer = place["buffer"].get<std::size_t>();
     if (!starts_[buffer]) {

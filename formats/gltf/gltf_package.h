@@ -26,8 +26,8 @@ struct NewAccessor {
 
 /// Nothing of the source is interpreted that need not be, so nothing is lost: extras, unknown
 /// extensions, compressed data and the order of members stay. The buffers become one (placeholders
-/// for decompressed data stay behind it), images move into it, and indices of everything stay what
-/// they are.
+/// for decompressed data stay behind it), images move into it, and all other indices stay as they
+/// are.
 class GltfPackage {
   public:
     /// Reads the file and what its buffers and images name, in the same sandbox as readGltf, which
@@ -41,13 +41,13 @@ class GltfPackage {
     nlohmann::ordered_json& gltf() { return json_; }
     const std::vector<std::string>& warnings() const { return warnings_; }
 
-    /// These return the index of what they add. `target` as glTF 2.0 §5.11.5: 34962 = vertices.
+    /// Add something and return its index. `target` is as in glTF 2.0 §5.11.5: 34962 = vertices.
     std::size_t addBufferView(std::vector<std::uint8_t> bytes, std::optional<int> target = {});
     std::size_t addAccessor(std::vector<std::uint8_t> bytes, const NewAccessor& accessor);
     std::size_t addImage(std::vector<std::uint8_t> bytes, const std::string& mime_type,
                          const std::string& name);
 
-    /// The file as .glb (glTF 2.0 §4.4), whole or not at all. Throws Error (kOutput).
+    /// Writes the file as .glb (glTF 2.0 §4.4), whole or not at all. Throws Error (kOutput).
     /// Nothing may be added afterwards.
     void write(const std::string& path);
 
@@ -64,13 +64,13 @@ class GltfPackage {
     std::string path_;
     GltfFolder folder_;
     nlohmann::ordered_json json_;
-    std::deque<std::vector<std::uint8_t>> storage_;     ///< what the spans point into
-    std::vector<std::span<const std::uint8_t>> parts_;  ///< of the binary chunk, each from a
-                                                        ///< multiple of 4 bytes on
-    std::uint64_t size_ = 0;                            ///< of all parts, padded
-    /// Of each buffer of the source: where it begins in the binary chunk; none = it is not there.
+    std::deque<std::vector<std::uint8_t>> storage_;  ///< what the spans point into
+    /// The parts of the binary chunk; each begins at a multiple of 4 bytes.
+    std::vector<std::span<const std::uint8_t>> parts_;
+    std::uint64_t size_ = 0;  ///< of all parts, padded
+    /// Of each buffer of the source: where it begins in the binary chunk; none if it is not there.
     std::vector<std::optional<std::uint64_t>> starts_;
-    std::vector<std::size_t> placeholders_;  ///< … and its new index if it is not
+    std::vector<std::size_t> placeholders_;  ///< of each buffer that is not there, its new index
     std::vector<std::string> warnings_;
 };
 

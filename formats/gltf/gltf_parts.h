@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What reading a glTF file is made of: what loadGltfDocument() carries out to fill a document, and
-// then what readGltf() carries out to make a scene of it, both in this order, each in a file of its
-// own. What is wrong with a file is an Error(kInput) with a JSON pointer as `where`.
+// The steps of reading a glTF file, each in a file of its own, in the order in which they are
+// carried out: first those by which loadGltfDocument() fills a document, then those by which
+// readGltf() makes a scene of it. What is wrong with a file is an Error(kInput) with a JSON pointer
+// as `where`.
 #pragma once
 
 #include <tiny_gltf.h>
@@ -21,15 +22,15 @@ namespace peeler {
 
 // gltf_checks.cpp: what glTF 2.0 demands beyond types and indices.
 
-/// The file must be a glTF 2.x that 2.0 readers may read. `path` is for errors about the whole
-/// file.
+/// Checks that the file is a glTF 2.x that readers of 2.0 may read. `path` is the `where` of errors
+/// about the file as a whole.
 void checkGltfVersion(const nlohmann::json& gltf, const std::string& path);
 
-/// Everything in extensionsRequired must be supported.
+/// Checks that everything in extensionsRequired is supported.
 void checkRequiredExtensions(const nlohmann::json& gltf);
 
-/// Nodes form a forest, scenes list roots, far planes lie behind near planes, the field of view is
-/// one. Indices must have been checked (checkGltfSchema).
+/// Checks that nodes form a forest, that scenes list roots, and that cameras have far planes behind
+/// their near planes and fields of view below π. Indices must have been checked (checkGltfSchema).
 void checkGltfModel(const tinygltf::Model& model);
 
 // gltf_lights.cpp: KHR_lights_punctual.
@@ -51,8 +52,8 @@ std::vector<int> variantMaterials(const tinygltf::Primitive& primitive, std::siz
 
 // gltf_meshopt.cpp: buffer views of EXT_meshopt_compression and KHR_meshopt_compression.
 
-/// Does the buffer say that it is only a place for decompressed data? Then it is not loaded, even
-/// if it has a URI, unless the compressed data turns out to be damaged.
+/// Whether the buffer says that it is only a place for decompressed data. Then it is not loaded,
+/// even if it has a URI, unless the compressed data turns out to be damaged.
 bool isMeshoptFallback(const nlohmann::json& buffer);
 
 /// A buffer view that could not be decoded, and why; `error` points to its extension object.
@@ -61,7 +62,7 @@ struct MeshoptProblem {
     Error error;
 };
 
-/// Decodes all compressed ones of `buffer_views` (which have passed checkGltfSchema) into
+/// Decodes all compressed views of `buffer_views` (which have passed checkGltfSchema) into
 /// `decoded_views` of the document, in parallel. All sizes together are checked against
 /// max_geometry_bytes before anything is allocated. The result lists the failures by view.
 std::vector<MeshoptProblem> decodeMeshoptViews(const nlohmann::json& buffer_views,
@@ -97,8 +98,8 @@ const tinygltf::Value* findMember(const tinygltf::Value& object, const char* nam
 const tinygltf::Value* findExtension(const tinygltf::ExtensionMap& extensions, const char* name);
 
 /// Adds what the material's extensions say. Numbers outside the range of their extension are
-/// clamped with a warning. Of an unlit material nothing is read that changes what it looks
-/// like: KHR_materials_unlit goes with no such other. `where` is the material's JSON pointer.
+/// clamped with a warning. Of an unlit material nothing is read that changes what it looks like:
+/// KHR_materials_unlit goes with no such other. `where` is the material's JSON pointer.
 void readMaterialExtensions(const tinygltf::Material& source, const std::string& where,
                             const GltfOptions& options, GltfDocument& document,
                             const ReadTexture& read_texture, Material& material);

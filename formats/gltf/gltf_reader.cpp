@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads glTF 2.0 (.gltf and .glb) into a Scene.
+// Carries out the steps of reading, and reads scenes and cameras.
 #include "formats/gltf/gltf_reader.h"
 
 #include <algorithm>
@@ -84,7 +84,7 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kMemory, "not enough memory to read the scene", path.string());
     } catch (const std::exception& problem) {
-        // What the checks before tinygltf and OpenImageIO let through.
+        // This is something that the checks before tinygltf and OpenImageIO let through.
         failGltf("the scene cannot be read: " + std::string(problem.what()), path.string());
     }
 }

@@ -12,8 +12,8 @@
 namespace peeler {
 
 struct GltfOptions {
-    /// A texture that is missing or cannot be decoded is an error instead of a warning.
-    /// Nor are damaged compressed data and WebP images then excused by an uncompressed fallback.
+    /// A texture that is missing or cannot be decoded is an error instead of a warning. Nor are
+    /// damaged compressed data and WebP images then excused by an uncompressed fallback.
     bool strict = false;
     /// URIs may lead out of the scene's folder: absolute paths, "..", symbolic links.
     bool allow_outside = false;
@@ -28,10 +28,11 @@ struct GltfOptions {
     int max_image_dimension = 16384;  ///< width and height, pixels
 };
 
-/// Reads the scene; whether it is JSON or binary is told by the content. Every index, range and
-/// type is checked before use. What the file has but we do not evaluate (optional extensions)
-/// becomes one sentence each in Scene::warnings.
-/// Throws Error(kInput): `where` is the path if the file as a whole is bad, else a JSON pointer.
+/// Reads the scene; whether it is JSON or binary is told by the content. Coordinates stay those of
+/// the file (right-handed, +Y up, metres: glTF 2.0 §3.4). Every index, range and type is checked
+/// before use. What the file has but we do not evaluate (optional extensions) becomes one sentence
+/// each in Scene::warnings. Throws Error(kInput): `where` is the path if the file as a whole is
+/// bad, else a JSON pointer.
 Scene readGltf(const std::filesystem::path& path, const GltfOptions& options = {});
 
 /// A glTF extension that we know.
@@ -44,7 +45,7 @@ struct GltfExtension {
 /// The known extensions, by name.
 const std::vector<GltfExtension>& gltfExtensions();
 
-/// Those that may be required, by name.
+/// The known extensions that may be required, by name.
 const std::vector<GltfExtension>& supportedGltfExtensions();
 
 }  // namespace peeler

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The rows of one owner.
+/// The rows of the table for the objects called `owner`.
 const std::vector<const SchemaRow*>& schemaRowsOf(std::string_view owner) {
     static const auto rows = [] {
         std::map<std::string_view, std::vector<const SchemaRow*>> result;
@@ -278,7 +278,7 @@ void failGltf(const std::string& what, const std::string& where, const char* hin
 
 void checkGltfSchema(json& gltf) {
     SchemaCheck(gltf).object(gltf, "", "root");
-    // What a table cannot say.
+    // No table can say these rules.
     if (const auto views = gltf.find("bufferViews"); views != gltf.end()) checkStrides(*views);
     if (const auto accessors = gltf.find("accessors"); accessors != gltf.end())
         checkSparseCounts(*accessors);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The rows of the table: every member of a glTF file that we read, and what it must be.
 #include "formats/gltf/gltf_schema.h"
 
 namespace peeler {

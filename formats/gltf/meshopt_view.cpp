@@ -22,8 +22,9 @@ namespace {
 
 constexpr std::uint64_t kGroup = 16;  // elements that the attribute codec treats together
 
-/// The extension's Appendix A, mode 0: blocks of at most 8 KiB and 256 elements; in each, for every
-/// byte of an element, two bits a group; then the tail with the first element.
+/// The least bytes of mode 0 (the extension's Appendix A): blocks of at most 8 KiB and 256
+/// elements; in each, for every byte of an element, two bits a group; then the tail with the first
+/// element.
 std::uint64_t leastAttributeBytes(std::uint64_t count, std::uint64_t stride) {
     const std::uint64_t block = std::min<std::uint64_t>(8192 / stride / kGroup * kGroup, 256);
     const auto headers = [&](std::uint64_t elements) {
@@ -33,12 +34,12 @@ std::uint64_t leastAttributeBytes(std::uint64_t count, std::uint64_t stride) {
            std::max<std::uint64_t>(stride, 32);
 }
 
-/// Mode 1: a byte for each triangle between the header and a table of 16.
+/// The least bytes of mode 1: a byte for each triangle between the header and a table of 16.
 std::uint64_t leastTriangleBytes(std::uint64_t count, std::uint64_t) {
     return 1 + count / 3 + 16;
 }
 
-/// Mode 2: a byte at least for each index between the header and four of padding.
+/// The least bytes of mode 2: a byte for each index between the header and four of padding.
 std::uint64_t leastIndexBytes(std::uint64_t count, std::uint64_t) {
     return 1 + count + 4;
 }
@@ -59,8 +60,8 @@ constexpr Mode kModes[] = {
     {"INDICES", 0xD0, 1, leastIndexBytes, meshopt_decodeIndexSequence},
 };
 
-/// KHR_meshopt_compression, Appendix B, filter 4: YCo-Cg of K bits and an alpha whose highest bit
-/// tells K. Decoders of the library have it since version 0.25.
+/// Decodes KHR_meshopt_compression, Appendix B, filter 4: YCo-Cg of K bits and an alpha whose
+/// highest bit tells K. Decoders of the library have it since version 0.25.
 template <typename Unsigned, typename Signed>
 void decodeColors(std::uint8_t* bytes, std::size_t count) {
     constexpr int kMax = std::numeric_limits<Unsigned>::max();
@@ -94,7 +95,7 @@ void decodeColorFilter(void* bytes, std::size_t count, std::size_t stride) {
 
 struct Filter {
     const char* name;
-    bool any_stride;  ///< else those of the next two
+    bool any_stride;  ///< else only those that the next two allow
     bool four, eight;
     void (*decode)(void* bytes, std::size_t count, std::size_t stride);
 };

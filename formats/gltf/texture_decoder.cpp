@@ -43,7 +43,8 @@ void checkTextureSize(const StoredImage& stored, const TextureLimits& limits) {
                     "scale it down");
 }
 
-/// In place, from the last pixel to the first: `rgba` holds the stored pixels at its beginning.
+/// Expands pixels to RGBA in place, from the last one to the first: `rgba` holds the stored pixels
+/// at its beginning.
 void expandToRgba(std::vector<std::uint8_t>& rgba, std::size_t channels) {
     for (std::size_t pixel = rgba.size() / 4; pixel-- > 0;) {
         const std::uint8_t* from = rgba.data() + pixel * channels;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Turns a flat picture into an environment, and checks its numbers.
 #include "formats/image/environment_file.h"
 
 #include <algorithm>

@@ -14,10 +14,11 @@ struct EnvironmentLimits {
     std::uint64_t max_bytes = std::uint64_t{2} << 30;  ///< decoded, 16 bytes a pixel
 };
 
-/// Linear Rec. 709 radiance of the whole display window (of OpenEXR: of the first part); pixels
-/// outside the data window are black, negative numbers become 0, and alpha is left aside. The
-/// format is told by the first bytes. Throws Error (kInput) for anything else, for what is larger
-/// than the limits, and for numbers that are not finite, naming the pixel; (kMemory).
+/// Linear Rec. 709 radiance of the whole display window (of OpenEXR: of the first part), row-major,
+/// top to bottom; pixels outside the data window are black, negative numbers become 0, and alpha is
+/// left aside. The format is told by the first bytes. Throws Error (kInput) for any other format,
+/// for what is larger than the limits, and for numbers that are not finite, naming the pixel;
+/// (kMemory).
 Environment readEnvironment(const std::string& path, const EnvironmentLimits& limits = {});
 
 }  // namespace peeler

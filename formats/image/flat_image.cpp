@@ -46,7 +46,7 @@ const Plugin& pluginFor(const std::string& path) {
     failFlatImage("neither an OpenEXR nor a PNG, JPEG or TIFF image");
 }
 
-/// An open file with what it reads from.
+/// A decoder, and the bytes that it reads from.
 struct Input {
     std::vector<std::uint8_t> bytes;
     std::unique_ptr<ImageDecoder> decoder;
@@ -157,7 +157,7 @@ FlatImage readNamed(const std::string& path, const FlatImageLimits& limits) {
     return flat;
 }
 
-/// What `action` returns; its errors name the file.
+/// What `action` returns. Errors without a place get the path as theirs.
 template <class Action>
 auto named(const std::string& path, Action&& action) {
     try {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flat pictures as numbers to calculate with: PNG, JPEG, TIFF, Radiance, and OpenEXR without
+// Reads flat pictures as numbers to calculate with: PNG, JPEG, TIFF, Radiance, and OpenEXR without
 // layers.
 #pragma once
 
@@ -17,18 +17,19 @@ struct FlatImageLimits {
 
 struct FlatImage {
     CompositeImage image;  ///< linear Rec. 709, premultiplied; z is +inf
-    /// Display window's size, and whether the file tells where in it the image lies (EXR). If not,
-    /// the image's window begins at (0, 0) and is all there is.
+    /// Size of the display window in pixels, and whether the file tells where in it the image lies
+    /// (EXR). If not, the window of the image begins at (0, 0) and is as large.
     int width = 0, height = 0;
     bool placed = false;
 };
 
-/// Integer samples of PNG, JPEG and TIFF are taken for sRGB, floating-point ones for linear;
-/// profiles are not used. Grey becomes R = G = B, no alpha becomes 1. Of an OpenEXR file the first
-/// part is read, its channels R, G, B, A (or Y). Throws Error (kInput), (kMemory).
+/// Reads a picture. Integer samples of PNG, JPEG and TIFF are taken for sRGB, floating-point ones
+/// for linear; profiles are not used. Grey becomes R = G = B, no alpha becomes 1. Of an OpenEXR
+/// file the first part is read, its channels R, G, B, A (or Y). Throws Error (kInput) for what is
+/// no such picture, deep, damaged or larger than the limits; (kMemory).
 FlatImage readFlatImage(const std::string& path, const FlatImageLimits& limits = {});
 
-/// What such a file says of itself (PNG's Description, Exif's ImageDescription); "" = nothing.
+/// What such a file says of itself (PNG's Description, Exif's ImageDescription); "" if nothing.
 /// Throws likewise.
 std::string imageDescription(const std::string& path);
 

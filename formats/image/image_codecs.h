@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The decoders and encoders that are built in, since their libraries load in a millisecond: PNG
-// (ISO/IEC 15948) with libspng, JPEG (ITU-T T.81) with libjpeg-turbo's own interface.
+// (ISO/IEC 15948) by libspng, JPEG (ITU-T T.81) by TurboJPEG, libjpeg-turbo's own interface.
 #pragma once
 
 #include <cstddef>
@@ -15,19 +15,20 @@
 
 namespace peeler {
 
-/// Every kind of PNG. Grey of less than 8 bits comes as 8, a palette as its colours, transparent
-/// colours as alpha. Nothing is allocated for the pixels before they are read. Throws
+/// A decoder of every kind of PNG. Grey of less than 8 bits comes as 8, a palette as its colours,
+/// transparent colours as alpha. No memory is allocated for pixels before they are read. Throws
 /// std::runtime_error.
 std::unique_ptr<ImageDecoder> pngDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
 
-/// Of 1 to 4 channels. If it is destroyed before close(), what it has written is left as it is.
+/// An encoder of 1 to 4 channels. If it is destroyed before close(), what it has written is left as
+/// it is.
 std::unique_ptr<ImageEncoder> pngEncoder();
 
-/// Grey and colour; CMYK becomes RGB. Nothing is allocated for the pixels before they are read.
-/// Nothing is returned for what is left to the module: unusual subsampling, damaged headers, and
-/// files without `bytes`, since their descriptions are in Exif too. Pixels that are damaged are
-/// read by it as well. Throws std::bad_alloc.
+/// A decoder of grey, colour and CMYK, which becomes RGB. No memory is allocated for pixels before
+/// they are read. Null for what is left to the module of image_library.h: unusual subsampling,
+/// damaged headers, and files without `bytes`, since their descriptions may be in Exif. A file
+/// whose pixels are damaged is decoded by the module as well. Throws std::bad_alloc.
 std::unique_ptr<ImageDecoder> jpegDecoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
 
@@ -39,14 +40,15 @@ To convertedSample(From sample) {
     if constexpr (std::is_same_v<To, From>) {
         return sample;
     } else if constexpr (std::is_floating_point_v<To>) {
-        return static_cast<To>(sample) * (To(1) / To(kMost));  // not a quotient: another last bit
+        return static_cast<To>(sample) * (To(1) / To(kMost));  // a quotient has another last bit
     } else {
         constexpr unsigned kStep = kMost / std::numeric_limits<To>::max();
         return static_cast<To>((sample + kStep / 2) / kStep);
     }
 }
 
-/// The channels [begin, end) of `pixels` pixels that have `channels` of them.
+/// Converts the channels [begin, end) of `pixels` pixels that have `channels` channels each. `to`
+/// has room for pixels · (end − begin) samples.
 template <class To, class From>
 void convertSamples(const From* from, std::size_t pixels, std::size_t channels, std::size_t begin,
                     std::size_t end, To* to) {

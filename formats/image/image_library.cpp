@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Chooses between the codecs that are built in and the module, and loads the module.
 #include "formats/image/image_library.h"
 
 #include <atomic>
@@ -16,9 +17,10 @@ namespace {
 std::mutex library_mutex;
 const ImageLibrary* loaded_library = nullptr;
 int wanted_threads = 0;               ///< 0 = nothing was said
-std::atomic<int> most_megabytes = 0;  ///< likewise
+std::atomic<int> most_megabytes = 0;  ///< 0 = nothing was said
 
-/// What needs no module. A decoder that is not returned is one that does need it.
+/// A format with codecs that need no module. Where `decoder` returns null, the module has to decode
+/// the file.
 struct BuiltIn {
     std::string_view format;
     std::unique_ptr<ImageDecoder> (*decoder)(const std::string&, std::span<const std::uint8_t>);
@@ -50,8 +52,8 @@ const ImageLibrary& imageLibrary() {
 }
 
 void setLibraryThreads(int threads) {
-    // OpenImageIO's pool is made on the first use with as many as CUE_THREADS says, be that a
-    // number or not; its own variable comes before that.
+    // OpenImageIO makes its pool at the first use, with as many threads as the variable CUE_THREADS
+    // says, be that a number or not; its own variable goes before that one.
     setenv("OPENIMAGEIO_THREADS", std::to_string(threads).c_str(), 1);
     const std::lock_guard lock(library_mutex);
     wanted_threads = threads;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decoders and encoders of flat pictures. Of PNG and JPEG they are built in; of everything else
-// they are OpenImageIO's. It brings 240 libraries, so it is a module, loaded for the first picture
-// of another kind; modules/image_library.cpp is all that includes it.
+// Decoders and encoders of flat pictures. Those of PNG and JPEG are built in; all others are
+// OpenImageIO's. It brings 240 libraries, so it is a module (formats/modules/image_library.cpp
+// alone includes it), which is loaded for the first picture of another kind.
 #pragma once
 
 #include <cstddef>
@@ -29,13 +29,15 @@ class ImageDecoder {
   public:
     virtual ~ImageDecoder() = default;
     virtual const StoredImage& image() const = 0;
-    /// The channels [begin, end) of every pixel.
+    /// Decodes the channels [begin, end) of every pixel, row-major, top to bottom, into `samples`,
+    /// which has room for them: as floats, in which the range of an integer is 0 to 1, or as
+    /// integers of 8 bits.
     virtual void read(int begin, int end, float* samples) = 0;
     virtual void read(int begin, int end, std::uint8_t* samples) = 0;
 };
 
-/// The file that an encoder makes. Members must not throw (some encoders are C inside); they return
-/// how many bytes they took or gave.
+/// The file that an encoder writes. Members must not throw (some encoders are C inside); they
+/// return how many bytes they took or gave.
 class EncodedFile {
   public:
     virtual ~EncodedFile() = default;
@@ -49,9 +51,9 @@ struct ImageToEncode {
     std::string path;  ///< for messages
     int width = 0, height = 0, channels = 4;
     int bits = 8;               ///< of an unsigned sample, 8 or 16; alpha is straight
-    std::string software{};     ///< said in the file; empty = nothing
+    std::string software{};     ///< stands in the file unless empty
     std::string description{};  ///< likewise
-    bool srgb = false;          ///< likewise
+    bool srgb = false;          ///< the file is to say that it is
 };
 
 /// Members throw std::runtime_error with the library's message.
@@ -61,12 +63,14 @@ class ImageEncoder {
     virtual bool keepsAlpha() const = 0;
     /// `file` must outlive the encoder.
     virtual void open(const ImageToEncode& image, EncodedFile& file) = 0;
-    /// The rows [begin, end), in order, top to bottom.
+    /// Encodes the rows [begin, end), which come in order, top to bottom; `samples` has their
+    /// pixels, each with all its channels, as ImageToEncode says.
     virtual void writeRows(int begin, int end, const void* samples) = 0;
     virtual void close() = 0;
 };
 
-/// OpenImageIO. Formats have its names. May be used from several threads.
+/// OpenImageIO as its module offers it; `format` is its name of a format, such as "png". May be
+/// used from several threads.
 class ImageLibrary {
   public:
     virtual ~ImageLibrary() = default;
@@ -77,24 +81,25 @@ class ImageLibrary {
     virtual std::unique_ptr<ImageEncoder> encoder(const std::string& format) const = 0;
     /// Larger pictures are refused from now on.
     virtual void limitDecodedSize(int megabytes) const = 0;
-    /// At most so many threads (from 1), those of OpenEXR behind it too.
+    /// Limits the threads (from 1) of OpenImageIO, and of OpenEXR where OpenImageIO reads or writes
+    /// with it.
     virtual void setThreads(int threads) const = 0;
 };
 
-/// Loads it at the first call. Throws Error (kInternal) if it cannot be loaded.
+/// The library, which the first call loads. Throws Error (kInternal) if it cannot be loaded.
 const ImageLibrary& imageLibrary();
 
-/// At most so many threads (from 1) in OpenImageIO and in OpenEXR where OpenImageIO reads or writes
-/// with it, the caller's among them: setThreads(), now or when it is loaded. Our own EXR files are
-/// packed and unpacked by parallelFor, and OpenVDB is told how many when it is called. Call before
-/// the first file.
+/// Limits the threads (from 1, the caller's among them) of OpenImageIO, and of OpenEXR where
+/// OpenImageIO reads or writes with it, by setThreads(), now or when the library is loaded. Our own
+/// EXR files are packed and unpacked by parallelFor, and OpenVDB is told how many when it is
+/// called. To be called before the first file is opened.
 void setLibraryThreads(int threads);
 
-/// limitDecodedSize(), now or when it is loaded, and of what is built in.
+/// Refuses larger pictures from now on, whether their decoder is built in or the library's.
 void limitDecodedSize(int megabytes);
 
-/// What is built in, or the library's. Of what is stored at `path`, or of `bytes` where there are
-/// any; they must outlive the decoder. Alpha is left straight where the file has it so. Throws
+/// A decoder of the picture stored at `path`, or of `bytes` where there are any, which must outlive
+/// it; built in, or else the library's. Alpha is left straight where the file has it so. Throws
 /// std::runtime_error, and what imageLibrary() throws.
 std::unique_ptr<ImageDecoder> imageDecoder(const std::string& format, const std::string& path,
                                            std::span<const std::uint8_t> bytes = {});

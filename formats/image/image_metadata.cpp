@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reduces PNG and JPEG files to what decoding their pixels needs.
+// Copies chunk by chunk, or segment by segment, what is kept.
 #include "formats/image/image_metadata.h"
 
 #include <libdeflate.h>

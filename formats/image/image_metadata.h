@@ -10,12 +10,13 @@ namespace peeler {
 
 /// The PNG (ISO/IEC 15948) with its critical chunks and tRNS only. A texture's colour profile,
 /// gamma and texts are not used (glTF 2.0 §3.8.3), parsing them is where decoders have their
-/// vulnerabilities, and libpng writes complaints about them to stderr.
-/// Throws Error(kInput) with an empty `where` if chunks are truncated or their checksums are wrong.
+/// vulnerabilities, and libpng writes complaints about them to stderr. Throws Error (kInput) with
+/// an empty `where` if chunks are truncated or their checksums are wrong.
 std::vector<std::uint8_t> withoutPngMetadata(std::span<const std::uint8_t> bytes);
 
 /// The JPEG (ITU-T T.81) without Exif, IPTC, profiles and comments, for the same reasons; Adobe's
-/// APP14 stays, since it says how the colours are stored. Throws alike.
+/// APP14 stays, since it says how the colours are stored. Throws Error (kInput) likewise if it is
+/// truncated or its markers are damaged.
 std::vector<std::uint8_t> withoutJpegMetadata(std::span<const std::uint8_t> bytes);
 
 }  // namespace peeler

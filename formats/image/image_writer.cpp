@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tone mapping, sRGB, and an encoder on top of an AtomicFile.
+// Tone maps, quantises and encodes rows, by an encoder on top of an AtomicFile.
 #include "formats/image/image_writer.h"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ Rgb keep(Rgb color) {
     return color;
 }
 
-/// Khronos PBR Neutral: leaves base colours below 0.8 as they are (but for Fresnel's 4 %) and
+/// Khronos PBR Neutral leaves base colours below 0.8 as they are (but for Fresnel's 4 %) and
 /// compresses highlights. github.com/KhronosGroup/ToneMapping, PBR_Neutral.
 Rgb neutral(Rgb color) {
     constexpr float kStart = 0.8F - 0.04F, kDesaturation = 0.15F, kRoom = 1 - kStart;
@@ -105,7 +105,7 @@ float encodeSrgb(float linear) {
 }
 
 /// What the encoder writes goes through the AtomicFile, so that a full disk is noticed at once and
-/// said as for every other format. Exceptions wait in `failure`.
+/// reported as for every other format. Exceptions wait in `failure`.
 class AtomicTarget final : public EncodedFile {
   public:
     explicit AtomicTarget(AtomicFile& file) : file_(file) {}
@@ -149,7 +149,7 @@ struct ImageWriter::Output {
     explicit Output(const std::string& path) : file(path), target(file) {}
     ~Output() { abandon(); }
 
-    /// What the disk said goes before what the encoder made of it.
+    /// Runs `action`; an error of the disk goes before the one that the encoder made of it.
     template <class F>
     void checked(F&& action) {
         std::string problem;
@@ -269,8 +269,8 @@ ImageWriter::~ImageWriter() = default;
 
 void ImageWriter::begin(const Plan& plan) {
     const StageTimer timer(times_, "encode");
-    auto encoder =
-        imageEncoder(std::string(format_->name));  // first: without it there is no file to begin
+    // The encoder comes first: without it no file is to be created.
+    auto encoder = imageEncoder(std::string(format_->name));
     output_ = std::make_unique<Output>(path_);
     Output& output = *output_;
     output.encoder = std::move(encoder);
@@ -292,7 +292,7 @@ void ImageWriter::write(LayeredImage&& band) {
         const StageTimer timer(times_, "composite");
         compositeOver(band, options_.background, composite_);
     }
-    const StageTimer timer(times_, "encode");  // the plugin writes as it encodes
+    const StageTimer timer(times_, "encode");  // the encoder writes as it encodes
     const float gain = std::exp2(options_.exposure);
     if (format_->bits == 16) {
         output_->writeRows<std::uint16_t>(composite_, gain, *tone_map_);

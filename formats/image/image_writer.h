@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flat display-referred images: PNG, JPEG, TIFF; tone maps and sRGB.
+// Writes flat pictures for displays (PNG, JPEG, TIFF), with tone maps and sRGB.
 #pragma once
 
 #include <array>
@@ -24,23 +24,23 @@ struct ToneMap {
     std::string_view name, summary;
     std::array<float, 3> (*map)(std::array<float, 3>);
 };
-/// The table: the first row is the default.
+/// The table of tone maps; the first row is the default.
 std::span<const ToneMap> toneMaps();
-/// Throws Error (kUsage) that lists them.
+/// The tone map with this name. Throws Error (kUsage) that lists all of them if there is none.
 const ToneMap& findToneMap(const std::string& name);
 
 /// The sRGB transfer function (IEC 61966-2-1), linear to encoded, clipped to 0–1; NaN becomes 0.
 float encodeSrgb(float linear);
 
 struct ImageFormat {
-    std::string_view name;  ///< OpenImageIO's
+    std::string_view name;  ///< as OpenImageIO has it
     std::vector<std::string_view> extensions;
     std::string_view summary;
     int bits = 8;  ///< of a sample
 };
-/// The table.
+/// The table of the formats that ImageWriter writes.
 std::span<const ImageFormat> imageFormats();
-/// The row for a path's extension; null if it is another format's.
+/// The row for the extension of a path; null if the extension is in no row.
 const ImageFormat* findImageFormat(const std::string& path);
 
 /// Writes the crop of the picture, all layers composited over the background, times 2^exposure,
@@ -71,14 +71,15 @@ class ImageWriter : public Sink {
     StageTimes times_;
 };
 
-/// One fragment in every pixel of the window, at Z 0: a finished picture as the writers take it.
-/// Returns the room for their colours, premultiplied RGBA in float. Reuses the storage of `image`.
+/// Makes `image` one fragment at Z = 0 in every pixel of the window, which is how writers take a
+/// finished picture. Returns the room for their colours, row-major: premultiplied linear RGBA in
+/// float. Reuses the storage of `image`.
 std::span<float> onePerPixel(const Window& window, LayeredImage& image);
 
-/// round(255 · encodeSrgb(linear)) exactly, for every float; NaN becomes 0.
+/// Calculates round(255 · encodeSrgb(linear)) exactly, for every float, by a table; NaN becomes 0.
 class SrgbBytes {
   public:
-    /// Finds by bisection where each byte begins.
+    /// Fills the table: finds by bisection where each byte begins.
     SrgbBytes();
 
     std::uint8_t operator()(float linear) const {
@@ -91,7 +92,8 @@ class SrgbBytes {
     }
 
   private:
-    /// Exponent and 6 bits of the mantissa, from 2^-13 on: about one byte begins in each.
+    /// A bucket is the exponent and 6 bits of the mantissa, from 2^-13 on: about one byte begins in
+    /// each.
     static constexpr unsigned kShift = 17;
     static constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-13F) >> kShift,
                                    kEnd = std::bit_cast<std::uint32_t>(1.0F) >> kShift;
@@ -99,7 +101,7 @@ class SrgbBytes {
         return (std::bit_cast<std::uint32_t>(linear) >> kShift) - kFirst;
     }
 
-    std::array<float, 257> begins_;                    ///< the least float of each byte; the end
+    std::array<float, 257> begins_;                    ///< the least float of each byte, then +inf
     std::array<std::uint8_t, kEnd - kFirst> first_{};  ///< byte at the beginning of each bucket
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// TurboJPEG decodes with the same defaults as libjpeg: accurate transforms, smooth upsampling.
+// Decodes JPEG by TurboJPEG, which has the same defaults as libjpeg: accurate transforms, smooth
+// upsampling.
 #include "formats/image/image_codecs.h"
 
 #include <turbojpeg.h>
@@ -12,7 +13,7 @@
 namespace peeler {
 namespace {
 
-/// How a kind of colours is decoded, by TJCS.
+/// How a colour space is decoded; the table is by TurboJPEG's TJCS.
 struct Decoding {
     int format;
     std::size_t channels;  ///< TurboJPEG's
@@ -24,7 +25,7 @@ constexpr Decoding kDecodings[] = {kRgb, kRgb, kGrey, kCmyk, kCmyk};
 static_assert(TJCS_RGB == 0 && TJCS_YCbCr == 1 && TJCS_GRAY == 2 && TJCS_CMYK == 3 &&
               TJCS_YCCK == 4);
 
-/// In place, at the beginning. JPEG stores what is not covered by ink.
+/// Replaces CMYK by RGB, at the beginning of `pixels`. JPEG stores what is not covered by ink.
 void rgbFromCmyk(std::vector<std::uint8_t>& pixels) {
     std::uint8_t* rgb = pixels.data();
     for (std::size_t i = 0; i < pixels.size(); i += 4) {
@@ -64,8 +65,8 @@ class JpegDecoder final : public ImageDecoder {
         std::vector<std::uint8_t> stored(pixels() * decoding_.channels);
         if (tjDecompress2(handle_.get(), bytes_.data(), bytes_.size(), stored.data(), image_.width,
                           0, image_.height, decoding_.format, TJFLAG_STOPONWARNING) != 0) {
-            // What ends early is grey from there on, other damage is fatal: TurboJPEG 2.1 does not
-            // tell one from the other if both are there.
+            // A file that ends early is grey from there on, any other damage is an error. TurboJPEG
+            // 2.1 does not tell one from the other if both are there, OpenImageIO does.
             imageLibrary().decoder("jpeg", path_, bytes_)->read(begin, end, samples);
             return;
         }

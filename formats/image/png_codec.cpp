@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// libspng leaves the pixels as they are stored or expands them, and does nothing else to them.
+// Decodes and encodes PNG by libspng, which leaves the pixels as they are stored or expands them,
+// and does nothing else to them.
 #include "formats/image/image_codecs.h"
 
 #include <spng.h>
@@ -21,7 +22,7 @@ void check(int result) {
     if (result != SPNG_OK) throw std::runtime_error("PNG: " + std::string(spng_strerror(result)));
 }
 
-/// Of functions that go from row to row: false after the last one.
+/// Checks the result of a function that goes from row to row; false after the last row.
 bool more(int result) {
     if (result == SPNG_EOI) return false;
     check(result);
@@ -101,7 +102,7 @@ class PngDecoder final : public ImageDecoder {
             throw std::runtime_error("could not open file \"" + path + "\"");
         const Context png = opened();
         check(spng_get_ihdr(png.get(), &header_));
-        // Reads on to the pixels, so it tells what is wrong with anything before them.
+        // This reads on to the pixels, so it tells what is wrong with anything before them.
         spng_trns transparency{};
         const int result = spng_get_trns(png.get(), &transparency);
         if (result != SPNG_ECHUNKAVAIL) check(result);
@@ -121,7 +122,8 @@ class PngDecoder final : public ImageDecoder {
   private:
     Context opened() const {
         Context png = newContext(0);
-        // Texts may be zipped: a small file may hold large ones. (Pixels are not meant.)
+        // Texts may be zipped, so that a small file may hold large ones. The limit is not one of
+        // pixels.
         constexpr std::size_t kMost = std::size_t{1} << 26U;
         check(spng_set_chunk_limits(png.get(), kMost, kMost));
         if (file_) {
@@ -152,7 +154,7 @@ class PngDecoder final : public ImageDecoder {
             convertSamples(from, width, channels, first, last,
                            samples + row * width * (last - first));
         };
-        // A row of an interlaced picture comes in parts: it is whole when all are.
+        // A row of an interlaced picture comes in parts, and is whole when all of them have come.
         const bool interlaced = header_.interlace_method != SPNG_INTERLACE_NONE;
         std::vector<From> rows(width * channels * (interlaced ? header_.height : 1));
         spng_row_info row{};
@@ -166,7 +168,7 @@ class PngDecoder final : public ImageDecoder {
             convert(rows.data() + y * width * channels, y);
     }
 
-    File file_;  // without bytes: no more of it is read than is asked for
+    File file_;  // open where there are no bytes: no more of it is read than is asked for
     std::span<const std::uint8_t> bytes_;
     spng_ihdr header_{};
     const Expansion* expansion_ = nullptr;
@@ -216,7 +218,8 @@ class PngEncoder final : public ImageEncoder {
     void close() override { check(spng_encode_chunks(png_.get())); }
 
   private:
-    /// §11.3.2.5 of the specification: with gAMA and cHRM for those who do not know sRGB.
+    /// Says that it is sRGB, with gAMA and cHRM for readers that do not know sRGB (ISO/IEC 15948
+    /// §11.3.2.5).
     void setSrgb() {
         constexpr std::uint8_t kAbsoluteColorimetric = 3;
         spng_chrm_int primaries{31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000};
@@ -225,7 +228,7 @@ class PngEncoder final : public ImageEncoder {
         check(spng_set_chrm_int(png_.get(), &primaries));
     }
 
-    /// Nothing if it is empty.
+    /// Adds a text, unless it is empty.
     void addText(std::string_view keyword, const std::string& text) {
         if (text.empty()) return;
         spng_text& added = texts_.emplace_back();
@@ -246,8 +249,8 @@ class PngEncoder final : public ImageEncoder {
     EncodedFile* file_ = nullptr;
     std::uint64_t offset_ = 0;
     std::size_t row_bytes_ = 0;
-    std::vector<spng_text> texts_;      // libspng copies neither these
-    std::deque<std::string> contents_;  // nor these, which do not move
+    std::vector<spng_text> texts_;      // not copied by libspng
+    std::deque<std::string> contents_;  // what texts_ points to, which does not move
     Context png_ = newContext(SPNG_CTX_ENCODER);
 };
 

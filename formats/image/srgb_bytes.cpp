@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The order of positive floats is that of their bits, so halving these finds a float.
+// Fills the table of SrgbBytes. Positive floats are ordered as their bits are, so halving a range
+// of bits finds the float where a byte begins.
 #include "formats/image/image_writer.h"
 
 #include <cmath>

@@ -33,7 +33,7 @@ class Decoder final : public ImageDecoder {
             std::span<const std::uint8_t> bytes) {
         input_ = OIIO::ImageInput::create(format);
         if (!input_) {
-            OIIO::geterror();  // leave none behind for others
+            OIIO::geterror();  // so that no message is left behind for others
             fail("no decoder for " + format + " is installed");
         }
         OIIO::ImageSpec config;
@@ -110,10 +110,12 @@ class Encoder final : public ImageEncoder {
         type_ = image.bits == 16 ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::UINT8;
         OIIO::ImageSpec spec(image.width, image.height, image.channels, type_);
         if (image.srgb) spec.attribute("oiio:ColorSpace", "sRGB");
-        spec.attribute("oiio:UnassociatedAlpha", 1);  // it is so already: do not divide once more
+        // Alpha is straight already, and colours must not be divided once more.
+        spec.attribute("oiio:UnassociatedAlpha", 1);
         if (!image.software.empty()) spec.attribute("Software", image.software);
         if (!image.description.empty()) spec.attribute("ImageDescription", image.description);
-        if (format_ == "tiff") spec.attribute("DateTime", "");  // else it says when it was written
+        // Otherwise the file would say when it was written.
+        if (format_ == "tiff") spec.attribute("DateTime", "");
         if (format_ == "jpeg") {
             spec.attribute("Compression", "jpeg:95");
             spec.attribute("jpeg:subsampling", "4:4:4");
@@ -136,7 +138,7 @@ class Encoder final : public ImageEncoder {
 
     std::string format_;
     OIIO::TypeDesc type_;
-    std::optional<Proxy> proxy_;  // before what uses it
+    std::optional<Proxy> proxy_;  // declared before what uses it
     std::unique_ptr<OIIO::ImageOutput> output_;
 };
 

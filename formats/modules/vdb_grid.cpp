@@ -29,8 +29,8 @@ void forEachInside(const VdbVoxels& voxels, const glm::ivec3& begin, const glm::
     }
 }
 
-/// Block by block as OpenVDB's leaves are: one that is full becomes a tile, so that what is inside
-/// takes no room.
+/// Fills the grid block by block, as large as OpenVDB's leaves: a full block becomes a tile, so
+/// that the inside takes no room.
 void fill(Grid& grid, const VdbVoxels& voxels) {
     constexpr int kSide = Grid::TreeType::LeafNodeType::DIM;
     Grid::Accessor accessor = grid.getAccessor();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fragments in 16 bytes each, as differences that deflate well.
+// Packs fragments in 16 bytes each, as differences that deflate well, and puts them into the page.
 #include "formats/page/html_view_writer.h"
 
 #include <libdeflate.h>
@@ -35,7 +35,7 @@ using Rgba = std::array<float, 4>;
 constexpr std::size_t kPlanes = 16;     ///< bytes of a fragment before compression
 constexpr std::uint64_t kScratch = 80;  ///< bytes a fragment takes in finish()
 
-/// Fragments in the order of the page: layer after layer, row by row.
+/// The fragments in the order of the page: layer after layer, row by row.
 struct LayerOrder {
     struct Place {
         std::uint32_t fragment, pixel;
@@ -75,14 +75,15 @@ struct Range {
         low = std::min(low, value);
         high = std::max(high, value);
     }
-    /// Never empty, so that one can divide by its length.
+    /// The range if it has a length by which one can divide, else a little more.
     Range widened() const {
         if (!(low <= high)) return {0, 1};
         return {low, high > low ? high : low + std::max(1e-6, 1e-6 * std::abs(low))};
     }
 };
 
-/// The page takes off these differences again; see unpack() there.
+/// Packs fragments, each as what differs from the one before; unpack() in view_page.html adds the
+/// differences up again.
 class Packer {
   public:
     explicit Packer(std::size_t count) : count_(count), planes_(kPlanes * count) {}
@@ -131,7 +132,7 @@ std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
     return packed;
 }
 
-/// RFC 4648, section 4.
+/// Base64 (RFC 4648, section 4).
 std::string base64(std::span<const std::uint8_t> bytes) {
     constexpr std::string_view kDigits =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -148,7 +149,7 @@ std::string base64(std::span<const std::uint8_t> bytes) {
     return text;
 }
 
-/// For a <script> element: nothing in it may look like a tag.
+/// JSON for a <script> element: nothing in it may look like a tag.
 std::string scriptText(const Json& value) {
     std::string text;
     for (const char c : value.dump(-1, ' ', true, Json::error_handler_t::replace)) {
@@ -178,8 +179,8 @@ std::array<std::uint8_t, 4> encodedColor(const Rgba& color, float exposure,
     return bytes;
 }
 
-/// World +Y in the camera's space: what the page turns about. The picture's own upwards direction
-/// if the camera looks along it.
+/// World +Y in the camera's space, about which the page turns; the picture's own upwards direction
+/// if the camera looks along +Y.
 glm::dvec3 turningAxis(const View& view) {
     const glm::dvec3 up(view.camera_to_world[0].y, view.camera_to_world[1].y,
                         view.camera_to_world[2].y);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layers as a web page in which one can look around.
+// Writes layers as a web page in which one can look around.
 #pragma once
 
 #include <cstdint>
@@ -39,8 +39,9 @@ class HtmlViewWriter : public Sink {
     StageTimes times_;
 };
 
-/// The page that shows layers in a browser, formats/page/view_page.html, embedded at build time:
-/// with {{view}} where its JSON goes and {{fragments}} where its data goes.
+/// The page that shows layers in a browser, formats/page/view_page.html, embedded at build time.
+/// {{hash}} stands where its output hash goes, {{view}} where its JSON goes, and {{fragments}}
+/// where its data goes.
 std::string_view viewPage();
 
 }  // namespace peeler

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hits as .npz.
+// Writes hits as a .npz.
 #include <algorithm>
 #include <numeric>
 #include <optional>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The table of columns, and how a fragment becomes a hit.
 #include "formats/rays/hit_columns.h"
 
 #include <algorithm>
@@ -107,14 +108,14 @@ void HitReader::read(const Bundle& bundle, std::size_t index, const LayeredImage
         hit.origin = posed_.drawList().originOf(number);
         hit.instance = &posed_.meshes()[hit.origin.instance];
         hit.primitive = &posed_.primitive(hit.origin);
-        // The last one is glTF's default material, which no file has.
+        // The last material of a scene is glTF's default one, which is in no file.
         const auto material = static_cast<std::size_t>(hit.primitive->material);
         hit.material = material + 1 < posed_.scene().materials.size()
                            ? static_cast<std::uint32_t>(material)
                            : 0xFFFFFFFFU;
         hit.ordinal = ordinals_[hit.origin.instance];
         hit.facing = facing.value(f);
-        // Channels have them on the side that the ray comes from.
+        // Channels have normals on the side that the ray comes from, hits have them on the front.
         hit.normal =
             hit.facing * glm::vec3(vectors[0].value(f), vectors[1].value(f), vectors[2].value(f));
         hit.geometric_normal =
@@ -126,7 +127,7 @@ void HitReader::read(const Bundle& bundle, std::size_t index, const LayeredImage
     const auto width = static_cast<std::size_t>(band.window.width());
     const std::size_t pixels = band.window.pixels();
     for (std::size_t first = 0; first < pixels;) {
-        // Whole pixels, at least one.
+        // Hits are read by whole pixels, at least one at a time.
         std::size_t last = first + 1;
         while (last < pixels && band.offsets[last + 1] - band.offsets[first] <= kHitsAtOnce)
             ++last;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the files of hits share: the columns of arrays and point clouds, and who makes them.
+// What the writers of hits share: the columns of arrays and point clouds, and the function that
+// makes each writer.
 #pragma once
 
 #include <array>
@@ -23,37 +24,37 @@
 namespace peeler {
 
 struct Hit {
-    double t = 0;
-    glm::dvec3 position{0};
+    double t = 0;            ///< distance from where the ray starts, scene units
+    glm::dvec3 position{0};  ///< world space
     KeyOrigin origin;
     const MeshInstance* instance = nullptr;
     const Primitive* primitive = nullptr;
-    std::uint32_t material = 0;  ///< index into the file's, 0xFFFFFFFF = none
+    std::uint32_t material = 0;  ///< index into those of the scene's file, 0xFFFFFFFF = none
     std::uint32_t ordinal = 0;   ///< of the instance among those of its node
     std::array<float, 2> barycentric{};
-    float facing = 1;
-    glm::vec3 normal{0}, geometric_normal{0};  ///< on the side that is the triangle's front
-    std::uint32_t bundle = 0;
+    float facing = 1;                          ///< 1 = the ray meets the front, −1 = the back
+    glm::vec3 normal{0}, geometric_normal{0};  ///< world space, on the front's side
+    std::uint32_t bundle = 0;                  ///< number of the bundle
 };
 
-/// One row of the table.
+/// A column: one or several numbers of every hit.
 struct HitColumn {
     std::string_view name;  ///< of the array
     NumberType type;
-    std::vector<std::string_view> properties;  ///< of a point, one a component
+    std::vector<std::string_view> properties;  ///< names in a point cloud, one a component
     void (*put)(const Hit&, std::byte* out);
 
     std::size_t components() const { return properties.size(); }
     std::size_t bytes() const { return components() * infoOf(type).size; }
 };
-/// t_hit, geometry_ids, primitive_ids and primitive_uvs as Open3D's
+/// The columns: t_hit, geometry_ids, primitive_ids and primitive_uvs as Open3D's
 /// RaycastingScene.list_intersections() has them, then our own.
 std::span<const HitColumn> hitColumns();
 
-/// What HitReader needs of every fragment.
+/// The channels that HitReader needs of every fragment.
 std::vector<Channel> hitChannels();
 
-/// Looks up what the keys of hits stand for.
+/// Makes hits of fragments, by looking up what their keys stand for.
 class HitReader {
   public:
     explicit HitReader(PosedScene posed);
@@ -68,7 +69,7 @@ class HitReader {
     std::vector<Hit> hits_;
 };
 
-/// Of makeHitOutput(): .npz, .ply and .exr.
+/// The outputs of makeHitOutput() for .npz, .ply and .exr.
 std::unique_ptr<RayOutput> makeHitArrays(const std::string& path, const HitOptions& options);
 std::unique_ptr<RayOutput> makeHitPoints(const std::string& path, const HitOptions& options);
 std::unique_ptr<RayOutput> makeHitImage(const std::string& path, const HitOptions& options);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hits as a deep image.
+// Writes hits as a deep image.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepImageStateAttribute.h>
 #include <OpenEXR/ImfIntAttribute.h>
@@ -27,8 +27,8 @@ constexpr int kHitRowsInFlight = 32;
 
 /// A deep scan-line part a bundle, its data window being the crop. Every hit of a ray is a point
 /// sample of its pixel, in the order of the list: Z (camera Z) and the components of the extra
-/// arrays but the keys, integers among them, and no colours. Compressed ZIPS. Parts come one after
-/// the other. The same hits make the same bytes, however cut into bands.
+/// arrays but the keys, integers among them, and no colours. Compressed ZIPS. The parts follow one
+/// another in the file. The same hits make the same bytes, however they are cut into bands.
 class HitImage final : public RayOutput {
   public:
     HitImage(std::string path, const HitOptions& options)
@@ -58,7 +58,7 @@ class HitImage final : public RayOutput {
     }
 
   private:
-    /// Its view's pixels are the rays.
+    /// A bundle, whose rays are the pixels of the view.
     struct Part {
         std::string name;
         View view;
@@ -73,7 +73,7 @@ class HitImage final : public RayOutput {
     Provenance provenance_;
     std::vector<Part> parts_;
     std::unique_ptr<AtomicFile> file_;
-    std::unique_ptr<ExrFile> exr_;  ///< from the first band on: it says which channels there are
+    std::unique_ptr<ExrFile> exr_;  ///< from the first band on, which says what channels there are
     std::vector<ExrChannel> channels_;
     std::vector<ExrDeepChunk> packed_;
     ExrPackerPool packers_{kDefaultZipLevel, Imf::ZIPS_COMPRESSION};

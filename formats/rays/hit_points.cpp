@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hits as .ply.
+// Writes hits as a .ply.
 #include <cstring>
 #include <optional>
 #include <utility>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hits next to points.
+// Writes the hits next to points as a .npz.
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -58,7 +58,7 @@ class NextHitOutput final : public RayOutput {
     }
 
   private:
-    /// All of a bundle.
+    /// Writes what was found of the bundle at hand.
     void write() {
         for (std::size_t first = 0; first < found_.size(); first += kPointsAtOnce) {
             const auto some =
@@ -68,7 +68,8 @@ class NextHitOutput final : public RayOutput {
         }
     }
 
-    /// Returns how many there are.
+    /// Writes the hits on one side to the three arrays from `array` on. Returns how many hits there
+    /// are.
     std::uint64_t writeSide(std::size_t array, std::span<const PointHits> hits,
                             NextHit PointHits::*side) {
         std::uint64_t count = 0;

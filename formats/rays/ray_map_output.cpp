@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Checks what maps are asked for, evaluates them, and writes them as OpenEXR.
 #include "formats/rays/ray_map_output.h"
 
 #include <algorithm>
@@ -16,13 +17,13 @@ namespace {
 
 constexpr std::size_t kValuesAtOnce = std::size_t{1} << 22;
 
-/// Scene units squared that a parallel ray stands for.
+/// The area that a parallel ray stands for, scene units squared.
 double rayArea(const View& view) {
     return 4 * view.projection.half_width * view.projection.half_height /
            (double(view.width) * view.height);
 }
 
-/// A part a bundle, a channel a map or a material.
+/// Maps as OpenEXR: a part a bundle, a channel a map or a material.
 class RayMapFile : public RayMapOutput {
   public:
     RayMapFile(std::string path, const PosedScene& posed, const Solids* solids,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the two kinds of files of maps share: evaluating them and their statistics.
+// What the two kinds of files of maps share: evaluating the maps, and their statistics.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace peeler {
 
-/// Evaluates the maps a few rows at a time; what becomes of them is up to those below.
+/// Evaluates the maps a few rows at a time; a derived class writes them.
 class RayMapOutput : public RayOutput {
   public:
     RayMapOutput(const PosedScene& posed, const Solids* solids, const RayMapSettings& settings)
@@ -23,16 +23,17 @@ class RayMapOutput : public RayOutput {
     RayResults results() const override;
 
   protected:
-    /// Before the first rows of a bundle.
+    /// Called before the first rows of a bundle.
     virtual void beginBundle(std::size_t bundle) = 0;
-    /// Rows of the bundle at hand, a plane of them a channel.
+    /// Called with the values of some rows of the bundle at hand: channel after channel, each
+    /// row-major.
     virtual void writeRows(const Window& rows, std::span<const float> planes) = 0;
     virtual void finishBundle() = 0;
     virtual std::string pathOf(std::size_t bundle) const = 0;
 
     const RayMaps& maps() const { return maps_; }
     const std::vector<Bundle>& bundles() const { return bundles_; }
-    /// Of the bundle, in the order of the channels.
+    /// The statistics of a bundle so far, in the order of the channels.
     const std::vector<RayMapStatistics>& statistics(std::size_t bundle) const {
         return statistics_[bundle];
     }
@@ -44,7 +45,7 @@ class RayMapOutput : public RayOutput {
     std::vector<float> planes_;
 };
 
-/// One map, a file a bundle; of makeRayMapOutput().
+/// The output of makeRayMapOutput() for PNG, JPEG and TIFF: one map, a file a bundle.
 std::unique_ptr<RayOutput> makeRayMapPictures(const std::string& path, const PosedScene& posed,
                                               const Solids* solids, const RayMapOptions& options);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A map as PNG, JPEG or TIFF, in colours for numbers.
+// Writes a map as PNG, JPEG or TIFF, its numbers as colours.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -15,8 +15,8 @@ namespace {
 
 using ValueRange = std::pair<double, double>;
 
-/// Like a film: black where all passes, white where nothing does; even to the eye, so that dense
-/// parts keep their details.
+/// The colour of a transmission (0 to 1), like a film: black where all passes, white where nothing
+/// does; even to the eye, so that dense parts keep their details.
 std::array<float, 3> film(float transmission) {
     const float grey = linearFromSrgb(std::clamp(1 - transmission, 0.0F, 1.0F));
     return {grey, grey, grey};
@@ -76,12 +76,12 @@ class RayMapPictures : public RayMapOutput {
     }
 
   private:
-    /// The values that were kept.
+    /// Paints the values that were kept until their range was known.
     void paintAll() {
         constexpr int kRowsAtOnce = 64;
         const RayMapStatistics& found = statistics(bundle_).front();
         const bool distance = map_ == RayMap::kFirst || map_ == RayMap::kLast;
-        // Without a finite value there is none to be shown, whatever the range.
+        // Without a finite value nothing is shown, whatever the range.
         const ValueRange range{distance ? found.least.value_or(0) : 0, found.greatest.value_or(0)};
         const Window& crop = bundles()[bundle_].view.crop;
         const auto width = static_cast<std::size_t>(crop.width());
@@ -110,9 +110,9 @@ class RayMapPictures : public RayMapOutput {
     OutputOptions output_;
     std::optional<ValueRange> given_;
     RayMap map_ = RayMap::kFirst;
-    std::size_t bundle_ = 0;  ///< the one at hand
+    std::size_t bundle_ = 0;  ///< the bundle at hand
     std::unique_ptr<Sink> picture_;
-    std::vector<float> values_;  ///< of its rows so far, if their range is not known yet
+    std::vector<float> values_;  ///< of that bundle so far, if their range is not known yet
     LayeredImage colors_;
 };
 

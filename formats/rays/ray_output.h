@@ -22,14 +22,14 @@
 
 namespace peeler {
 
-/// What is known of a channel of a map of a bundle.
+/// Statistics of a channel of the map of a bundle, in the units of the map.
 struct RayMapStatistics {
     std::string name;                           ///< of the channel
     std::optional<double> least{}, greatest{};  ///< of the finite values, if there are any
-    double sum = 0;                             ///< of those
+    double sum = 0;                             ///< of the finite values
     std::optional<double> volume{};  ///< of lengths along parallel rays, scene units cubed
 };
-/// One bundle's.
+/// The maps of a bundle: its name, the file that they are in, and their channels.
 struct RayMapResult {
     std::string bundle, path;
     std::vector<RayMapStatistics> channels;
@@ -40,7 +40,7 @@ struct VoxelResult {
     double spacing = 0;          ///< side of a cell, scene units
     std::uint64_t occupied = 0;  ///< cells inside
     std::uint64_t disputed = 0;  ///< cells of which the rays disagree
-    double volume = 0;           ///< of those inside, scene units cubed
+    double volume = 0;           ///< of the cells inside, scene units cubed
 };
 /// How many hits were found next to points, over all directions.
 struct NextHitsResult {
@@ -48,27 +48,27 @@ struct NextHitsResult {
     std::uint64_t beside_bundles = 0;  ///< points that no ray of a bundle passes
 };
 
-/// What an output knows when it is finished, by the kind that it is.
+/// What an output knows when it is finished; which of these depends on its kind.
 struct RayResults {
     std::vector<RayMapResult> maps;
     std::optional<VoxelResult> voxels;
     std::optional<NextHitsResult> next_hits;
 };
 
-/// Takes bundle after bundle, each band by band, top to bottom. One that is destroyed before
-/// finish() leaves nothing behind.
+/// Takes bundle after bundle, each band by band, top to bottom. An output that is destroyed before
+/// finish() leaves no file behind.
 class RayOutput {
   public:
     virtual ~RayOutput() = default;
-    /// What it needs of every hit besides t and key, in the order of the table.
+    /// The channels that it needs of every hit besides t and key, in the order of the table.
     virtual std::vector<Channel> channels() const { return {}; }
     /// Whether begin() has to be told how many hits there are, which takes a count pass more.
     virtual bool needsHits() const { return false; }
-    /// `hits[i]` are those of bundle i; empty unless needed. Throws Error (kOutput) if the file
-    /// cannot be created.
+    /// `hits[i]` is the number of hits of bundle i; empty unless needsHits(). Throws Error
+    /// (kOutput) if the file cannot be created.
     virtual void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) = 0;
-    /// Hits of some rows of bundle i: z is camera Z (Bundle::tScale makes it t), extra[0] the keys
-    /// (kKeyChannel), then channels(), perhaps among others.
+    /// Takes the hits of some rows of bundle i: z is camera Z (Bundle::tScale makes it t), extra[0]
+    /// the keys (kKeyChannel), then channels(), perhaps among others.
     virtual void take(std::size_t bundle, const LayeredImage& band) = 0;
     virtual void finish() = 0;
     virtual RayResults results() const { return {}; }
@@ -81,23 +81,22 @@ struct HitOptions {
     bool double_positions = false;  ///< of a point cloud: 64 bits, not 32
 };
 
-/// Every hit of every ray, by the extension:
+/// An output of every hit of every ray, by the extension:
 /// - .npz: ray_splits, the columns of hitColumns() (hit_columns.h) and the bundles;
-/// formats/README.md
-///   says more.
+///   formats/README.md says more.
 /// - .ply: a binary point cloud, a point a hit: x y z, the columns, and the number of its bundle.
 /// - .exr: a deep part a bundle, of views withCommonDisplay().
-/// Throws Error (kUsage) for any other.
+/// Throws Error (kUsage) for any other extension.
 std::unique_ptr<RayOutput> makeHitOutput(const std::string& path, const HitOptions& options);
-/// Throws Error (kUsage) unless there is such an output.
+/// Throws Error (kUsage) unless makeHitOutput() knows the extension of the path.
 void checkHitFormat(const std::string& path);
 
-/// The hits next to points, before and after them. .npz, of d parallel bundles and n points:
-/// `t_before`, `t_after` (d, n; float, scene units, inf = no hit), `geometry_ids_before`,
-/// `geometry_ids_after`, `primitive_ids_before`, `primitive_ids_after` (d, n; uint32, 0xFFFFFFFF =
-/// no hit, Open3D's INVALID_ID), `points` (n, 3) and `directions` (d, 3; unit vectors), double.
-/// Bundle after bundle is written; what is found takes 32 bytes a point, however many bundles there
-/// are.
+/// An output of the hits next to points, before and after them: a .npz of d parallel bundles and n
+/// points, with `t_before`, `t_after` (d, n; float, scene units, inf = no hit),
+/// `geometry_ids_before`, `geometry_ids_after`, `primitive_ids_before`, `primitive_ids_after` (d,
+/// n; uint32, 0xFFFFFFFF = no hit, Open3D's INVALID_ID), `points` (n, 3; world space) and
+/// `directions` (d, 3; unit vectors), double. Bundle after bundle is written; what is found takes
+/// 32 bytes a point, however many bundles there are.
 std::unique_ptr<RayOutput> makeNextHitOutput(std::string path, const PosedScene& posed,
                                              std::vector<glm::dvec3> points);
 
@@ -107,13 +106,13 @@ struct RayMapOptions {
     Provenance provenance;
 };
 
-/// Numbers a ray. EXR: a part a bundle, with its name; a channel a map, or, of path-length, a
-/// material. PNG, JPEG, TIFF: one map, a file a bundle: of several bundles the path has a place for
-/// the number ("####"). Without a range a picture goes from 0 (first, last: the least value) to the
-/// greatest value of its bundle, and all its values are kept until then, 4 bytes a ray;
-/// transmission goes from 0 to 1 and is shown like a radiograph. Where there is no hit, first and
-/// last are transparent. Path lengths come with the transmission if there is attenuation; a picture
-/// shows that.
+/// An output of maps, which are numbers for every ray. EXR: a part a bundle, with its name; a
+/// channel a map, or, of path-length, a material. PNG, JPEG, TIFF: one map, a file a bundle: of
+/// several bundles the path has a place for the number ("####"). Without a range the colours of a
+/// picture go from 0 (of first and last: the least value) to the greatest value of its bundle, and
+/// all its values are kept until then, 4 bytes a ray; those of transmission go from 0 to 1, and it
+/// is shown like a radiograph. Where there is no hit, first and last are transparent. If there is
+/// attenuation, path lengths come with the transmission; a picture then shows the transmission.
 ///
 /// `solids` may be null if no map needs them (needsSolids()). Everything referred to must outlive
 /// the output. Pictures of bundles that are done stand under their names before finish(). Throws
@@ -124,16 +123,17 @@ std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const Posed
 /// Whether one of the maps needs to know what is inside of what.
 bool needsSolids(std::span<const RayMap> maps);
 
-/// Takes the three bundles of `lattice` and writes which cells' centres are inside of some solid,
-/// by the majority of the three axes.
+/// An output that takes the three bundles of `lattice` and writes which cells' centres are inside
+/// of some solid, by the majority of the three axes.
 ///
 /// .npz: `occupancy` (uint8, 0 or 1; shape (nx, ny, nz), so that occupancy[x, y, z] is the cell at
 /// corner + (x, y, z) · spacing), `votes` (uint8, likewise: how many axes found it inside),
-/// `corner` (double, 3: least corner of the first cell, world space), `spacing` (double).
-/// .vdb: see formats/arrays/vdb_writer.h; `creator` stands in it.
+/// `corner` (double, 3: least corner of the first cell, world space), `spacing` (double, scene
+/// units). .vdb: see formats/arrays/vdb_writer.h; `creator` stands in it.
 ///
-/// One byte a cell is kept, and for .vdb what OpenVDB takes. `solids` must outlive it. Throws Error
-/// (kUsage) unless the path ends in one of those, and (kMemory) if there is no room for the cells.
+/// One byte a cell is kept, and for .vdb what OpenVDB takes. `solids` must outlive the output.
+/// Throws Error (kUsage) unless the path ends in .npz or .vdb, and (kMemory) if there is no room
+/// for the cells.
 std::unique_ptr<RayOutput> makeVoxelOutput(std::string path, const Solids& solids,
                                            AxisBundles lattice, std::string creator);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is inside of solids, cell by cell: arrays or a grid.
+// Writes what is inside of solids, cell by cell, as arrays or as a grid.
 
 #include <algorithm>
 #include <array>
@@ -48,7 +48,7 @@ class VoxelOutput final : public RayOutput {
     AxisBundles lattice_;
     std::string creator_;
     bool is_grid_;                    ///< .vdb
-    std::optional<AtomicFile> grid_;  ///< one of the two
+    std::optional<AtomicFile> grid_;  ///< else arrays_
     std::optional<NpzWriter> arrays_;
     VoxelVotes votes_;
 };
