@@ -27,7 +27,7 @@ std::string parseMethod(const std::string& text) {
 }
 
 std::string methodHelp() {
-    std::string help = "how layers are found; all give the same ones:";
+    std::string help = "how layers are found; these give the same ones:";
     bool exact = true;
     for (const MethodInfo& method : peelMethods()) {
         const bool first = &method == &peelMethods().front();

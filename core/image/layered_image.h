@@ -39,6 +39,9 @@ struct FragmentArray {
     }
 };
 
+/// No index of a fragment: where a pixel has none.
+inline constexpr std::uint32_t kNoFragment = 0xFFFFFFFFU;
+
 /// Per-pixel fragment lists in CSR form: pixel p (row-major inside `window`) owns the fragments
 /// [offsets[p], offsets[p + 1]), front to back, coincident ones in draw order. It is at once a deep
 /// image, a layered depth image (layer k is the k-th entry of every pixel that has one) and a set

@@ -14,8 +14,6 @@
 
 namespace peeler {
 
-inline constexpr std::uint32_t kNoFragment = 0xFFFFFFFFU;
-
 /// Clockwise: the side after next is the opposite one.
 enum Side : std::uint8_t { kLeft, kUp, kRight, kDown };
 inline constexpr std::size_t kSides = 4;

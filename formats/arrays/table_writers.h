@@ -63,7 +63,6 @@ class NpzWriter {
     /// there are more than 65535.
     NpzWriter(const std::string& path, std::vector<NpzArray> arrays);
 
-    std::size_t size() const { return entries_.size(); }
     /// Adds the next numbers of the array with this index, as they lie in memory. Throws Error
     /// (kOutput); (kInternal) if there are too many.
     void append(std::size_t array, std::span<const std::byte> numbers);
@@ -118,7 +117,6 @@ class PlyWriter {
     std::size_t pointSize() const { return point_size_; }
     /// Adds whole points, pointSize() bytes each. Throws Error (kOutput).
     void append(std::span<const std::byte> points);
-    std::uint64_t points() const { return points_; }
     void finish();
 
   private:

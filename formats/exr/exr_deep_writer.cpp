@@ -154,7 +154,7 @@ void ExrDeepWriter::writeRows(const LayeredImage& image, int y0, int y1) {
     packed_.resize(std::max(packed_.size(), chunks));
     {
         const StageTimer timer(times_, "encode");
-        look(image, y0, y1);
+        noteSamples(image, y0, y1);
         encode(image, y0, chunks);
     }
     const StageTimer timer(times_, "write");
@@ -166,7 +166,7 @@ void ExrDeepWriter::writeRows(const LayeredImage& image, int y0, int y1) {
 }
 
 /// Keeps what the header will say of the samples.
-void ExrDeepWriter::look(const LayeredImage& image, int y0, int y1) {
+void ExrDeepWriter::noteSamples(const LayeredImage& image, int y0, int y1) {
     const auto width = static_cast<std::size_t>(window_.width());
     for (int y = y0; y < y1; ++y) {
         const std::size_t first = image.pixelIndex(window_.x0, y);

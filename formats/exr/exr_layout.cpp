@@ -35,10 +35,10 @@ constexpr ExrLayout kLayouts[] = {
 };
 
 constexpr ExrCompression kCompressions[] = {
-    {"zip", "16 rows at once; layered files' default", 16, false, Imf::ZIP_COMPRESSION},
-    {"zips", "row by row; deep images' default", 1, true, Imf::ZIPS_COMPRESSION},
-    {"rle", "run lengths: quicker and larger", 1, true, Imf::RLE_COMPRESSION},
-    {"none", "as they are", 1, true, Imf::NO_COMPRESSION},
+    {"zip", "16 rows at once; layered files' default", false, Imf::ZIP_COMPRESSION},
+    {"zips", "row by row; deep images' default", true, Imf::ZIPS_COMPRESSION},
+    {"rle", "run lengths: quicker and larger", true, Imf::RLE_COMPRESSION},
+    {"none", "as they are", true, Imf::NO_COMPRESSION},
 };
 
 }  // namespace

@@ -40,7 +40,6 @@ int layerNumber(std::string_view name);
 struct ExrCompression {
     std::string_view name;  ///< for --compression; ExrInputPart::compression
     std::string_view summary;
-    int rows = 1;      ///< that are compressed together
     bool deep = true;  ///< deep images may have it
     int value = 0;     ///< Imf::Compression
 };

@@ -9,8 +9,6 @@
 #include <cstring>
 #include <limits>
 
-#include "core/views/surface_cells.h"
-
 namespace peeler {
 namespace {
 

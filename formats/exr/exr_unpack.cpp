@@ -8,6 +8,8 @@
 #include <cstring>
 #include <memory>
 
+#include "formats/exr/exr_layout.h"
+
 namespace peeler {
 namespace {
 
@@ -83,11 +85,10 @@ void unfilter(std::span<std::uint8_t> filtered, std::span<std::byte> out) {
 }  // namespace
 
 std::uint64_t exrMostUnpacked(const std::string& compression, std::uint64_t packed) {
-    constexpr std::uint64_t kZlib = 1100;  // it cannot beat 1032:1; some room
-    constexpr std::uint64_t kRuns = 64;    // 128 bytes from two
+    constexpr std::uint64_t kRuns = 64;  // 128 bytes from two
     if (compression == "none") return packed;
     if (compression == "rle") return packed * kRuns;
-    return compression == "zips" || compression == "zip" ? packed * kZlib : 0;
+    return compression == "zips" || compression == "zip" ? packed * kMostZlibRatio : 0;
 }
 
 bool exrUnpack(const std::string& compression, std::span<const std::byte> packed,

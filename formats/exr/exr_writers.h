@@ -111,7 +111,7 @@ class ExrDeepWriter : public Sink {
     void check(const LayeredImage& band) const;
     int rowsInFlight(const LayeredImage& band, int y) const;
     void writeRows(const LayeredImage& image, int y0, int y1);
-    void look(const LayeredImage& image, int y0, int y1);
+    void noteSamples(const LayeredImage& image, int y0, int y1);
     void encode(const LayeredImage& image, int y0, std::size_t chunks);
     void boundBuffers();
     void describeSamples();

@@ -15,7 +15,7 @@ namespace {
     throw std::runtime_error(message);
 }
 
-StoredImage told(const OIIO::ImageSpec& spec) {
+StoredImage storedImage(const OIIO::ImageSpec& spec) {
     StoredImage image{spec.x,      spec.y,      spec.width,      spec.height,     spec.depth,
                       spec.full_x, spec.full_y, spec.full_width, spec.full_height};
     image.channels = spec.channelnames;
@@ -46,7 +46,7 @@ class Decoder final : public ImageDecoder {
         }
         OIIO::ImageSpec spec;
         check(input_->open(path, spec, config));
-        image_ = told(spec);
+        image_ = storedImage(spec);
     }
 
     const StoredImage& image() const override { return image_; }
