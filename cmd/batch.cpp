@@ -330,7 +330,9 @@ void Batch::printInOrder() {
 
 VerbAction declareBatch(VerbOptions& verb) {
     const auto options = std::make_shared<BatchOptions>();
-    addFile(verb, "JOBS", "", options->file, "a file with a job a line, or - for standard input: {\"verb\": \"render\", \"args\": "
+    addFile(
+        verb, "JOBS", "", options->file,
+        "a file with a job a line, or - for standard input: {\"verb\": \"render\", \"args\": "
         "[\"scene.glb\", \"-o\", \"out.exr\"], \"options\": {\"size\": \"640x360\", \"shadows\": "
         "true}, \"id\": \"first\"}; args, options and id may be left out. Verbs are those with "
         "--output; ids are strings, each once. No job waits for another. A job's result is a JSON "
@@ -342,8 +344,9 @@ VerbAction declareBatch(VerbOptions& verb) {
         "how many run at a time, each a process with its part of the threads and the memory "
         "(default: 1)")
         .group("Jobs");
-    addFile(verb, "--report", "FILE", options->report.file, "keep the results in a file, too; run again with the same file, jobs are left out that "
-        "are done there and whose output exists")
+    addFile(verb, "--report", "FILE", options->report.file,
+            "keep the results in a file, too; run again with the same file, jobs are left out that "
+            "are done there and whose output exists")
         .group("Jobs");
     verb.addFlag("--fail-fast", options->fail_fast,
                  "start no further job once one has failed (default: the others run, and the "

@@ -307,8 +307,9 @@ void addThresholds(VerbOptions& verb, Thresholds& thresholds) {
 }
 
 void addHeatmap(VerbOptions& verb, CompareOptions& options) {
-    addFile(verb, "--heatmap", "FILE", options.heatmap, "a picture (.png, .jpg, .tif) of every pixel's largest colour difference, black to "
-        "yellow; pixels whose fragment counts differ go from blue to cyan")
+    addFile(verb, "--heatmap", "FILE", options.heatmap,
+            "a picture (.png, .jpg, .tif) of every pixel's largest colour difference, black to "
+            "yellow; pixels whose fragment counts differ go from blue to cyan")
         .group("Output");
     addValue(
         verb, "--heatmap-max", "X", options.heatmap_max,

@@ -129,8 +129,7 @@ void Flatten::report() {
 VerbAction declareFlatten(VerbOptions& verb) {
     const auto options = std::make_shared<FlattenOptions>();
     options->output.options.as = "composite";
-    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)")
-        .required();
+    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)").required();
     addOutputOptions(verb, options->output);
     addFxaaOption(verb, options->fxaa, "quick, but render --samples sees more");
     addValue(

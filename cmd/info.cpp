@@ -42,7 +42,8 @@ int printInfo(const InfoOptions& options, Console& console) {
 
 VerbAction declareInfo(VerbOptions& verb) {
     const auto options = std::make_shared<InfoOptions>();
-    addFile(verb, "FILE", "", options->file, "a scene (.gltf, .glb) or a layered or deep image (.exr)")
+    addFile(verb, "FILE", "", options->file,
+            "a scene (.gltf, .glb) or a layered or deep image (.exr)")
         .required();
     addSandboxOption(verb, options->allow_outside);
     verb.addFlag("--json", options->json, "print JSON");

@@ -228,7 +228,8 @@ constexpr const char* kSheetFooter =
 VerbAction declareSheet(VerbOptions& verb) {
     const auto options = std::make_shared<SheetOptions>();
     options->output.options.as = "composite";
-    addFile(verb, "IN", "", options->request.scene.file, "a layered or deep image (.exr) or a glTF scene (.gltf, .glb)")
+    addFile(verb, "IN", "", options->request.scene.file,
+            "a layered or deep image (.exr) or a glTF scene (.gltf, .glb)")
         .required();
     addOutputOptions(verb, options->output);
     verb.option("--output").description(kOutputHelp);

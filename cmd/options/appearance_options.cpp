@@ -55,7 +55,9 @@ void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance, const st
 
 void addEnvironmentOptions(VerbOptions& verb, AppearanceOptions& appearance,
                            const std::string& remark) {
-    addFile(verb, "--environment", "FILE", appearance.environment, "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z" + remark)
+    addFile(
+        verb, "--environment", "FILE", appearance.environment,
+        "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z" + remark)
         .group("Light");
     addValue(
         verb, "--environment-rotation", "DEGREES", appearance.environment_rotation,

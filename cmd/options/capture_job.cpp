@@ -23,8 +23,7 @@ nlohmann::json clipJson(const ClipVolume& clip) {
 }  // namespace
 
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options) {
-    addFile(verb, "SCENE", "", options.scene.file, "a glTF scene (.gltf or .glb)")
-        .required();
+    addFile(verb, "SCENE", "", options.scene.file, "a glTF scene (.gltf or .glb)").required();
 }
 
 void addShownOptions(VerbOptions& verb, CaptureJobOptions& options) {

@@ -112,7 +112,8 @@ void addLayerFileOptions(VerbOptions& verb, OutputRequest& output) {
                          "neighbouring samples of --as deep that become one, with the same "
                          "composite and the nearest's depth:")
         .group(kGroup);
-    addGiven(verb, output, "--deep-z-tolerance", "X", options.deep_merge.z_tolerance, parseTolerance,
+    addGiven(verb, output, "--deep-z-tolerance", "X", options.deep_merge.z_tolerance,
+             parseTolerance,
              "how far samples that are merged may lie behind the nearest, scene units")
         .group(kGroup);
     addGiven(verb, output, "--deep-alpha-tolerance", "X", options.deep_merge.alpha_tolerance,
@@ -172,9 +173,11 @@ void checkLayerFiles(const OutputRequest& output, const std::vector<fs::path>& i
     }
     if (!output.no_clobber) return;
     std::error_code failure;
-    const fs::path folder = output.path.has_parent_path() ? output.path.parent_path() : fs::path(".");
+    const fs::path folder =
+        output.path.has_parent_path() ? output.path.parent_path() : fs::path(".");
     for (const auto& entry : fs::directory_iterator(folder, failure)) {
-        if (isExrLayerFile(entry.path().string(), output.path.string())) checkNotThere(entry.path());
+        if (isExrLayerFile(entry.path().string(), output.path.string()))
+            checkNotThere(entry.path());
     }
 }
 

@@ -71,7 +71,8 @@ void addBundleOptions(VerbOptions& verb, BundleOptions& options) {
         .group(kGroup);
     verb.addFlag("--hemisphere", options.hemisphere, "--directions over the half around +Y only")
         .group(kGroup);
-    addFile(verb, "--directions-file", "FILE", options.file, "a bundle for every line of a text: x y z; what follows # does not count")
+    addFile(verb, "--directions-file", "FILE", options.file,
+            "a bundle for every line of a text: x y z; what follows # does not count")
         .group(kGroup);
     verb.addFlag("--axes", options.axes,
                  "bundles along +X, +Y and +Z, their rays on one lattice of cubes: a layered depth "

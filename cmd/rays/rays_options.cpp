@@ -127,8 +127,9 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
         .description(
             "hits: .npz (arrays for numpy), .ply (points), .exr (deep); of --map .exr, .png, .jpg "
             "or .tif; of --voxels .npz or .vdb");
-    addFile(verb, "--points", "FILE", options.points, "write the next hits before and after each of these points along every direction, not "
-        "all hits: a .ply, or a .npz with the array points (n, 3)")
+    addFile(verb, "--points", "FILE", options.points,
+            "write the next hits before and after each of these points along every direction, not "
+            "all hits: a .ply, or a .npz with the array points (n, 3)")
         .group("Output");
     verb.addFlag("--double", options.double_points, "x, y, z of a .ply in 64 bits, not 32")
         .group("Output");

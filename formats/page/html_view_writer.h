@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes layers as a web page in which one can look around. The page, view_page.html, is longer than
-// other files because a page that needs nothing else is one file; a reason in its own head would
-// stand in every page that is written.
+// Writes layers as a web page in which one can look around. The page, view_page.html, is longer
+// than other files because a page that needs nothing else is one file; a reason in its own head
+// would stand in every page that is written.
 #pragma once
 
 #include <cstdint>
