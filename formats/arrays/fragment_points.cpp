@@ -12,16 +12,11 @@
 #include "core/image/layered_image.h"
 #include "formats/arrays/fragment_tables.h"
 #include "formats/arrays/table_writers.h"
+#include "formats/file/byte_buffer.h"
 #include "formats/image/image_writer.h"
 
 namespace peeler {
 namespace {
-
-template <class T>
-std::byte* putNumber(T number, std::byte* out) {
-    std::memcpy(out, &number, sizeof number);
-    return out + sizeof number;
-}
 
 /// A premultiplied linear colour as viewers of point clouds show it: straight, sRGB-encoded, 8
 /// bits.
@@ -103,12 +98,12 @@ void FragmentPoints::write(LayeredImage&& band) {
                 const glm::dvec3 position = worldPosition(view_, x, y, band.z[f]);
                 for (int i = 0; i < 3; ++i) {
                     out = options_.double_positions
-                              ? putNumber(position[i], out)
-                              : putNumber(static_cast<float>(position[i]), out);
+                              ? storeNumber(position[i], out)
+                              : storeNumber(static_cast<float>(position[i]), out);
                 }
                 for (const FragmentChannel& component : normal)
-                    out = putNumber(component.value(f), out);
-                out = putNumber(displayColor(colorOf(band, f)), out);
+                    out = storeNumber(component.value(f), out);
+                out = storeNumber(displayColor(colorOf(band, f)), out);
                 for (const FragmentChannel& number : numbers) {
                     std::memcpy(out, number.data(f), sizeof(std::uint32_t));
                     out += sizeof(std::uint32_t);

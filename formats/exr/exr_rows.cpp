@@ -9,14 +9,10 @@
 #include <cstring>
 #include <limits>
 
+#include "formats/file/byte_buffer.h"
+
 namespace peeler {
 namespace {
-
-template <class T>
-std::byte* storeNumber(T value, std::byte* out) {
-    std::memcpy(out, &value, sizeof value);
-    return out + sizeof value;
-}
 
 /// Writes one component of the fragments in `row` to `out`, `fill` for kNoFragment. Returns the
 /// end.

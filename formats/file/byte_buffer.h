@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A buffer of bytes for somebody to fill, which a plain std::vector would set to zero first.
+// A buffer of bytes for somebody to fill, which a plain std::vector would set to zero first, and
+// how numbers are put into one.
 #pragma once
 
 #include <cstddef>
+#include <cstring>
 #include <memory>
 #include <new>
 #include <utility>
@@ -32,5 +34,13 @@ struct UnsetAllocator : std::allocator<T> {
 
 /// A vector of bytes; those that resize() adds are undefined.
 using ByteBuffer = std::vector<std::byte, UnsetAllocator<std::byte>>;
+
+/// Copies a number, or an array of them, to `out` as it lies in memory. Returns the end of the
+/// copy.
+template <class T>
+std::byte* storeNumber(const T& number, std::byte* out) {
+    std::memcpy(out, &number, sizeof number);
+    return out + sizeof number;
+}
 
 }  // namespace peeler

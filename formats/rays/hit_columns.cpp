@@ -8,19 +8,15 @@
 #include "core/base/parallel.h"
 #include "core/capture/supersampling.h"
 #include "core/image/layered_image.h"
+#include "formats/file/byte_buffer.h"
 
 namespace peeler {
 namespace {
 
 constexpr std::size_t kHitsAtOnce = std::size_t{1} << 16;
 
-template <class T>
-void storeValue(const T& value, std::byte* out) {
-    std::memcpy(out, &value, sizeof value);
-}
-
 void storeIndex(std::size_t value, std::byte* out) {
-    storeValue(static_cast<std::uint32_t>(value), out);
+    storeNumber(static_cast<std::uint32_t>(value), out);
 }
 
 }  // namespace
@@ -31,7 +27,7 @@ std::span<const HitColumn> hitColumns() {
         {"t_hit",
          kFloat,
          {"t"},
-         [](const Hit& h, std::byte* out) { storeValue(static_cast<float>(h.t), out); }},
+         [](const Hit& h, std::byte* out) { storeNumber(static_cast<float>(h.t), out); }},
         {"geometry_ids",
          kUint32,
          {"geometry"},
@@ -43,21 +39,21 @@ std::span<const HitColumn> hitColumns() {
         {"primitive_uvs",
          kFloat,
          {"u", "v"},
-         [](const Hit& h, std::byte* out) { storeValue(h.barycentric, out); }},
+         [](const Hit& h, std::byte* out) { storeNumber(h.barycentric, out); }},
         {"facing",
          kInt32,
          {"facing"},
          [](const Hit& h, std::byte* out) {
-             storeValue(static_cast<std::int32_t>(h.facing), out);
+             storeNumber(static_cast<std::int32_t>(h.facing), out);
          }},
         {"normals",
          kFloat,
          {"nx", "ny", "nz"},
-         [](const Hit& h, std::byte* out) { storeValue(h.normal, out); }},
+         [](const Hit& h, std::byte* out) { storeNumber(h.normal, out); }},
         {"geometric_normals",
          kFloat,
          {"ngx", "ngy", "ngz"},
-         [](const Hit& h, std::byte* out) { storeValue(h.geometric_normal, out); }},
+         [](const Hit& h, std::byte* out) { storeNumber(h.geometric_normal, out); }},
         {"node_ids",
          kUint32,
          {"node"},
@@ -77,7 +73,7 @@ std::span<const HitColumn> hitColumns() {
         {"material_ids",
          kUint32,
          {"material"},
-         [](const Hit& h, std::byte* out) { storeValue(h.material, out); }},
+         [](const Hit& h, std::byte* out) { storeNumber(h.material, out); }},
     };
     return kColumns;
 }

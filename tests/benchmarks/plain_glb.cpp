@@ -25,7 +25,8 @@ class PlainGlb {
             addMaterial(material);
         for (const Mesh& mesh : scene.meshes)
             addMesh(mesh);
-        for (const MeshInstance& instance : PosedScene(scene).meshes()) {
+        const PosedScene shown(scene);
+        for (const MeshInstance& instance : shown.meshes()) {
             json matrix = json::array();
             for (int i = 0; i < 16; ++i)
                 matrix.push_back(instance.world[i / 4][i % 4]);

@@ -191,8 +191,18 @@ def numbers_of(results: str) -> str:
     sections = split(results)
     lines = ["| at 1920 × 1080 | peeler | beside it | ratio |", "| --- | ---: | ---: | ---: |",
              *(number_row(number, sections) for number in NUMBERS)]
-    told = dict(re.findall(r"^- (commit|machine|renderer): (.*)$", sections["side-by-side"], re.M))
-    return "\n".join([*lines, "", f"*{told['machine']}; {told['renderer']}; commit {told['commit'][:10]}.*"])
+    return "\n".join([*lines, "", f"*{origin_of(sections)}*"])
+
+
+def origin_of(sections: Dict[str, str]) -> str:
+    """Where the numbers come from; of each section by itself, if they do not come from one machine and commit."""
+    origins = {}
+    for name in dict.fromkeys(number.section for number in NUMBERS):
+        told = dict(re.findall(r"^- (commit|machine|renderer): (.*)$", sections[name], re.M))
+        origins[SECTIONS[name].title] = f"{told['machine']}; {told['renderer']}; commit {told['commit'][:10]}."
+    if len(set(origins.values())) == 1:
+        return next(iter(origins.values()))
+    return "\n".join(f"{title}: {origin}" for title, origin in origins.items())
 
 
 def with_numbers(readme: str, results: str) -> str:
@@ -221,11 +231,17 @@ def main() -> int:
             print(text)
             continue
         sections = split(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
-        RESULTS.write_text(joined({**sections, name: text}), encoding="utf-8")
-        say(f"{name} is in {RESULTS}")
-    if not more:
-        readme = with_numbers(README.read_text(encoding="utf-8"), RESULTS.read_text(encoding="utf-8"))
+        results = joined({**sections, name: text})
+        try:
+            readme = with_numbers(README.read_text(encoding="utf-8"), results)
+        except LookupError as missing:
+            # The README would miss a row: what was measured is shown, and both files stay as they are.
+            print(text)
+            say(f"{name} is not written: {missing}")
+            return 1
+        RESULTS.write_text(results, encoding="utf-8")
         README.write_text(readme, encoding="utf-8")
+        say(f"{name} is in {RESULTS}")
     return 0
 
 

@@ -11,11 +11,11 @@ namespace peeler::cmd {
 namespace {
 
 /// Where the refusal points; "" if there is none.
-std::string refusal(OutputRequest flags, const std::string& as) {
-    flags.path = "out.exr";
-    flags.options.as = as;
+std::string refusal(OutputRequest output, const std::string& as) {
+    output.path = "out.exr";
+    output.options.as = as;
     try {
-        checkFormat(flags);
+        checkFormat(output);
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kUsage);
         EXPECT_NE(error.hint(), "");
@@ -26,32 +26,32 @@ std::string refusal(OutputRequest flags, const std::string& as) {
 
 TEST(OutputOptionsTest, NothingIsRefusedByDefault) {
     for (const OutputFormat& format : outputFormats()) {
-        OutputRequest flags;
-        flags.path = "out" + std::string(format.extensions.front());
-        flags.options.as = format.kind;
-        EXPECT_NO_THROW(checkFormat(flags)) << format.kind;
+        OutputRequest output;
+        output.path = "out" + std::string(format.extensions.front());
+        output.options.as = format.kind;
+        EXPECT_NO_THROW(checkFormat(output)) << format.kind;
     }
 }
 
 TEST(OutputOptionsTest, LayoutsAreForLayeredFiles) {
     for (const ExrLayout& layout : exrLayouts()) {
-        OutputRequest flags;
-        flags.options.layout = layout.name;
-        flags.given = {"--layout"};
-        EXPECT_EQ(refusal(flags, "ldi"), "");
-        EXPECT_EQ(refusal(flags, "deep"), "--layout");
-        EXPECT_EQ(refusal(flags, "composite"), "--layout");
+        OutputRequest output;
+        output.options.layout = layout.name;
+        output.given = {"--layout"};
+        EXPECT_EQ(refusal(output, "ldi"), "");
+        EXPECT_EQ(refusal(output, "deep"), "--layout");
+        EXPECT_EQ(refusal(output, "composite"), "--layout");
     }
 }
 
 TEST(OutputOptionsTest, DeepImagesTakeWhatTheFormatAllows) {
     for (const ExrCompression& compression : exrCompressions()) {
-        OutputRequest flags;
-        flags.options.compression = compression.name;
-        flags.given = {"--compression"};
-        EXPECT_EQ(refusal(flags, "ldi"), "");
-        EXPECT_EQ(refusal(flags, "deep"), compression.deep ? "" : "--compression");
-        EXPECT_EQ(refusal(flags, "composite"), "--compression");
+        OutputRequest output;
+        output.options.compression = compression.name;
+        output.given = {"--compression"};
+        EXPECT_EQ(refusal(output, "ldi"), "");
+        EXPECT_EQ(refusal(output, "deep"), compression.deep ? "" : "--compression");
+        EXPECT_EQ(refusal(output, "composite"), "--compression");
     }
 }
 
@@ -74,25 +74,25 @@ TEST(OutputOptionsTest, MergingIsForDeepFilesAndNeedsItsTolerances) {
         {DeepMerge::kByZ, 1.0F, 1.0F, "--deep-alpha-tolerance"},
     };
     for (const Case& one : cases) {
-        OutputRequest flags;
-        flags.options.deep_merge = {one.merge, one.z.value_or(0), one.alpha.value_or(1)};
-        if (one.z) flags.given.insert("--deep-z-tolerance");
-        if (one.alpha) flags.given.insert("--deep-alpha-tolerance");
-        EXPECT_EQ(refusal(flags, "deep"), one.refused);
-        EXPECT_NE(refusal(flags, "ldi"), "");
-        EXPECT_NE(refusal(flags, "composite"), "");
+        OutputRequest output;
+        output.options.deep_merge = {one.merge, one.z.value_or(0), one.alpha.value_or(1)};
+        if (one.z) output.given.insert("--deep-z-tolerance");
+        if (one.alpha) output.given.insert("--deep-alpha-tolerance");
+        EXPECT_EQ(refusal(output, "deep"), one.refused);
+        EXPECT_NE(refusal(output, "ldi"), "");
+        EXPECT_NE(refusal(output, "composite"), "");
     }
 }
 
 TEST(OutputOptionsTest, TheCompositeOfASetNamesItAndDeepImagesHaveNone) {
-    OutputRequest flags;
-    flags.path = "out.exr";
-    flags.options.no_composite = true;
-    flags.options.layout = kPerFileLayout;
-    EXPECT_THROW(checkOutput(flags, {}), Error);
-    flags.options.layout.clear();
-    flags.options.as = "deep";
-    EXPECT_THROW(checkOutput(flags, {}), Error);
+    OutputRequest output;
+    output.path = "out.exr";
+    output.options.no_composite = true;
+    output.options.layout = kPerFileLayout;
+    EXPECT_THROW(checkOutput(output, {}), Error);
+    output.options.layout.clear();
+    output.options.as = "deep";
+    EXPECT_THROW(checkOutput(output, {}), Error);
 }
 
 }  // namespace

@@ -18,30 +18,10 @@ namespace peeler::cmd {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using test::bodies;
 using test::Hit;
 using test::rayHits;
-using test::Sphere;
-using test::sphereHits;
 
-/// What a spheres' scene is traced with.
-class RayParityTest : public testing::Test {
-  protected:
-    void trace(RayOutput& output, std::span<const Bundle> bundles) const {
-        output.begin(bundles, {});
-        for (std::size_t i = 0; i < bundles.size(); ++i)
-            output.take(i, sphereHits(bundles[i], spheres_));
-        output.finish();
-    }
-
-    Scene scene_ = bodies(2);
-    PosedScene shown_{scene_};
-    Solids solids_{shown_};
-    std::vector<Sphere> spheres_ = {{{0, 0, 0}, 1}, {{0.1, 0, 0}, 0.5}};
-    Bounds box_{{-1.2, -1.1, -1}, {1.2, 1.1, 1}};
-    std::vector<Bundle> bundles_ = {parallelBundle("side", box_, box_, {1, 0, 0}, {50}),
-                                    parallelBundle("askew", box_, box_, {1, 2, -3}, {41})};
-};
+class RayParityTest : public testing::Test, protected test::TracedSpheres {};
 
 TEST_F(RayParityTest, IsReported) {
     std::ostringstream out, err;

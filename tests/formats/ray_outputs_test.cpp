@@ -24,27 +24,17 @@ namespace peeler {
 namespace {
 
 namespace fs = std::filesystem;
-using test::bodies;
 using test::bytesOf;
 using test::Outcome;
 using test::runCommand;
 using test::runPeeler;
 using test::runPython;
 using test::ScratchDir;
-using test::Sphere;
-using test::sphereHits;
 
-/// What a spheres' scene is traced with.
-class RayOutputs : public testing::Test {
+class RayOutputs : public testing::Test, protected test::TracedSpheres {
   protected:
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
 
-    void trace(RayOutput& output, std::span<const Bundle> bundles) const {
-        output.begin(bundles, {});
-        for (std::size_t i = 0; i < bundles.size(); ++i)
-            output.take(i, sphereHits(bundles[i], spheres_));
-        output.finish();
-    }
     std::unique_ptr<RayOutput> maps(const std::string& name, RayMapOptions options) const {
         return makeRayMapOutput(path(name), shown_, &solids_, std::move(options));
     }
@@ -57,13 +47,6 @@ class RayOutputs : public testing::Test {
     }
 
     ScratchDir scratch_;
-    Scene scene_ = bodies(2);
-    PosedScene shown_{scene_};
-    Solids solids_{shown_};
-    std::vector<Sphere> spheres_ = {{{0, 0, 0}, 1}, {{0.1, 0, 0}, 0.5}};
-    Bounds box_{{-1.2, -1.1, -1}, {1.2, 1.1, 1}};
-    std::vector<Bundle> bundles_ = {parallelBundle("side", box_, box_, {1, 0, 0}, {50}),
-                                    parallelBundle("askew", box_, box_, {1, 2, -3}, {41})};
 };
 
 /// The numbers of a channel, as bits.

@@ -12,7 +12,10 @@
 #include "core/capture/supersampling.h"
 #include "core/image/layered_image.h"
 #include "core/rays/bundle.h"
+#include "core/rays/solids.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/scene.h"
+#include "formats/rays/ray_output.h"
 
 namespace peeler::test {
 
@@ -105,5 +108,25 @@ inline LayeredImage sphereHits(const Bundle& bundle, const std::vector<Sphere>& 
         return hits;
     });
 }
+
+/// Two bodies, two spheres that stand for them, and two bundles of parallel rays to trace them
+/// with.
+class TracedSpheres {
+  protected:
+    void trace(RayOutput& output, std::span<const Bundle> bundles) const {
+        output.begin(bundles, {});
+        for (std::size_t i = 0; i < bundles.size(); ++i)
+            output.take(i, sphereHits(bundles[i], spheres_));
+        output.finish();
+    }
+
+    Scene scene_ = bodies(2);
+    PosedScene shown_{scene_};
+    Solids solids_{shown_};
+    std::vector<Sphere> spheres_ = {{{0, 0, 0}, 1}, {{0.1, 0, 0}, 0.5}};
+    Bounds box_{{-1.2, -1.1, -1}, {1.2, 1.1, 1}};
+    std::vector<Bundle> bundles_ = {parallelBundle("side", box_, box_, {1, 0, 0}, {50}),
+                                    parallelBundle("askew", box_, box_, {1, 2, -3}, {41})};
+};
 
 }  // namespace peeler::test
