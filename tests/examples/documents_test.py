@@ -18,6 +18,8 @@ COMMENTED = {
 CITED = re.compile(r'(?<![\w./*-])([\w-][\w./-]*\.md)\b(?:, "([^"]+)")?')
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 LONGEST_README = 130
+# What a merge that nobody finished leaves.
+CONFLICT = re.compile(r"^(?:<{7}|>{7}) ", re.M)
 # Options that documents mention and that are other programs'.
 FOREIGN = {"--prefix", "--version", "--help", "--cpus-per-task"}
 
@@ -75,6 +77,10 @@ def dead_links(text, path):
             yield f"no heading of {name or path.name} is called {place}"
 
 
+def conflicts(text):
+    return bool(CONFLICT.search(text))
+
+
 class Documents(unittest.TestCase):
     def test_comments_cite_what_is_there(self):
         dead, cited = [], 0
@@ -100,6 +106,12 @@ class Documents(unittest.TestCase):
         shown = "".join(path.read_text(encoding="utf-8") for path in documents())
         pictures = sorted(path.name for path in (SOURCE / "examples" / "images").iterdir())
         self.assertEqual([name for name in pictures if f"images/{name})" not in shown], [])
+
+    def test_no_merge_is_left_half_done(self):
+        kinds = {*COMMENTED, ".md", ".json"}
+        texts = (path for path in files() if path.suffix in kinds)
+        left = [path.relative_to(SOURCE) for path in texts if conflicts(path.read_text(errors="replace"))]
+        self.assertEqual(left, [])
 
     def verbs(self):
         found = re.findall(r"^  ([a-z]+) +[A-Z]", peeler("--help").stdout, re.M)
@@ -147,6 +159,10 @@ class Finding(unittest.TestCase):
             list(dead_links(text, path)),
             ["there is no lost.md", "no heading of core/README.md is called chaos"],
         )
+
+    def test_conflicts(self):
+        self.assertTrue(conflicts("one\n" + "<" * 7 + " HEAD\ntwo"))
+        self.assertFalse(conflicts("a table\n=======\n"))
 
 
 if __name__ == "__main__":
