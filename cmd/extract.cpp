@@ -333,7 +333,8 @@ void takeLayers(const std::string& text, std::vector<int>& layers) {
 constexpr const char* kExtractFooter =
     "Arrays of the .npz, for n fragments of w x h pixels: ray_splits (w*h + 1, int64; pixel p,\n"
     "row by row, has the fragments ray_splits[p] to ray_splits[p + 1], front to back), z (n),\n"
-    "rgba (n, 4; linear, premultiplied), layer (n, uint32), one array (n) for every other\n"
+    "rgba (n, 4; linear, premultiplied), opacity (n, 3; of R, G and B, where the file has AR, AG\n"
+    "and AB), layer (n, uint32), one array (n) for every other\n"
     "channel, by its name in the file; window (x, y, w, h of these pixels) and size (of the\n"
     "picture), int64; camera_to_world (4, 4; column vectors, looks along -Z), half_width,\n"
     "half_height, near, far, float64; perspective, 1 or 0. What lies behind pixel (i, j) at z:\n"

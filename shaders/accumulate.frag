@@ -12,6 +12,9 @@ layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  /
 
 layout(location = 0) out vec4 sum;  // of premultiplied colours
 layout(location = 1) out float count;
+#ifdef TINTED
+layout(location = 2) out vec4 opacity_sum;
+#endif
 
 void main() {
     Gradients gradients = surfaceGradients();
@@ -26,6 +29,10 @@ void main() {
 #else
     atomicMax(depth_bits[pixelIndex()], floatBitsToUint(key.depth));
 #endif
-    sum = compositedColor(base, gradients);
+    StoredColor stored = fragmentColor(base, gradients);
+    sum = compositedColor(stored);
+#ifdef TINTED
+    opacity_sum = unpackColor(stored.opacity);
+#endif
     count = 1.0;
 }

@@ -31,7 +31,7 @@ using glm::vec4;
 // A composite instead has, of every pixel:
 #define PEELER_DEPTHS 1      // float, buffer depth (reversed Z) of the nearest fragment
 #define PEELER_STAMPS 2      // two uints: the last pass that composited a front and a back fragment
-#define PEELER_COLORS 3      // four floats
+#define PEELER_COLORS 3      // four floats, or eight with TINTED
 #define PEELER_COUNTS 4      // uint: its fragments, as the count pass found them
 // The boundary of a clip mesh: pixel p owns [clip_first[p], clip_first[p + 1]) of the depths.
 #define PEELER_CLIP_FIRST 5
@@ -74,6 +74,9 @@ using glm::vec4;
 #define PEELER_BACK_UNIT 18
 #define PEELER_TAIL_SUM_UNIT 19
 #define PEELER_TAIL_COUNT_UNIT 20
+#define PEELER_BACK_OPACITY_UNIT 21
+#define PEELER_TAIL_OPACITY_UNIT 22
+#define PEELER_LAYER_OPACITY_UNIT 22
 
 #define PEELER_MAX_HALF_SPACES 32
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A fragment's colour as it is stored: four halfs or, with COLOR_FLOAT, four floats.
+// A fragment's colour as it is stored: four halfs or, with COLOR_FLOAT, four floats; with TINTED as many again, the opacity
+// of each channel and nothing.
 #ifdef COLOR_FLOAT
 #define PACKED_COLOR uvec4
 PACKED_COLOR packColor(vec4 color) { return floatBitsToUint(color); }
@@ -12,3 +13,11 @@ PACKED_COLOR packColor(vec4 color) { return uvec2(packHalf2x16(color.rg), packHa
 vec4 unpackColor(PACKED_COLOR color) { return vec4(unpackHalf2x16(color.r), unpackHalf2x16(color.g)); }
 PACKED_COLOR packedTexel(uvec4 texel) { return texel.rg; }
 #endif
+
+/// What is stored of a fragment's colour.
+struct StoredColor {
+    PACKED_COLOR color;  // premultiplied, and alpha
+#ifdef TINTED
+    PACKED_COLOR opacity;  // of each channel; alpha is their mean
+#endif
+};

@@ -9,6 +9,9 @@ layout(binding = PEELER_PREVIOUS_PRIMITIVE_UNIT) uniform usampler2D previous_pri
 
 layout(location = 0) out uint primitive;
 layout(location = 1) out PACKED_COLOR color;
+#ifdef TINTED
+layout(location = 2) out PACKED_COLOR opacity;
+#endif
 
 void main() {
     Gradients gradients = surfaceGradients();
@@ -24,6 +27,10 @@ void main() {
     if (!precedes(previous, key)) discard;
 #endif
     primitive = key.primitive;
-    color = fragmentColor(base, gradients);
+    StoredColor stored = fragmentColor(base, gradients);
+    color = stored.color;
+#ifdef TINTED
+    opacity = stored.opacity;
+#endif
     gl_FragDepth = key.depth;  // exactly what the next pass will compare with
 }

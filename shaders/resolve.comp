@@ -16,6 +16,29 @@ layout(binding = PEELER_TAIL_COUNT_UNIT) uniform sampler2D tail_count;
 layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
 layout(std430, binding = PEELER_COLORS) writeonly buffer Colors { vec4 colors[]; };
 
+#ifdef TINTED
+// Every channel by itself, of what has no order: with coloured opacity layers are composited on the CPU.
+layout(binding = PEELER_BACK_OPACITY_UNIT) uniform sampler2D back_opacity;
+layout(binding = PEELER_TAIL_OPACITY_UNIT) uniform sampler2D tail_opacity;
+
+void writeTinted(uint pixel, ivec2 at, vec4 back, vec4 tail, float n) {
+    vec3 color = vec3(0.0), opacity = vec3(0.0);
+#ifdef TAIL
+    color = tail.rgb;
+    opacity = texelFetch(tail_opacity, at, 0).rgb;
+#ifndef WEIGHTED_SUM
+    for (int c = 0; c < 3; ++c) {
+        float covered = opacity[c] > 0.0 ? 1.0 - pow(max(0.0, 1.0 - opacity[c] / n), n) : 0.0;
+        if (opacity[c] > 0.0) color[c] = color[c] / opacity[c] * covered;
+        opacity[c] = covered;
+    }
+#endif
+#endif
+    colors[2u * pixel] = vec4(color + (1.0 - opacity) * back.rgb, 0.0);
+    colors[2u * pixel + 1u] = vec4(opacity + (1.0 - opacity) * texelFetch(back_opacity, at, 0).rgb, 0.0);
+}
+#endif
+
 vec4 over(vec4 a, vec4 b) { return a + (1.0 - a.a) * b; }
 
 /// Weighted average (Bavoil & Myers 2008, section 4): n fragments, each of the average colour and opacity.
@@ -43,12 +66,17 @@ void main() {
 #ifdef TAIL
     float n = texelFetch(tail_count, at, 0).r;
     tail = texelFetch(tail_sum, at, 0);
-#ifndef WEIGHTED_SUM
+#if !defined(WEIGHTED_SUM) && !defined(TINTED)
     tail = average(tail, n);
 #endif
     slots[pixel] += uint(n);
 #endif
-#ifdef TAIL_FIRST
+#ifdef TINTED
+#ifndef TAIL
+    float n = 0.0;
+#endif
+    writeTinted(pixel, at, back, tail, n);
+#elif defined(TAIL_FIRST)
     colors[pixel] = over(tail, back);
 #else
     colors[pixel] = over(front, over(back, tail));

@@ -6,12 +6,20 @@
 #include "transmission.glsl"
 #endif
 
-/// Premultiplied linear colour of a fragment whose baseColor() is `base`.
-PACKED_COLOR fragmentColor(vec4 base, Gradients g) {
+/// Premultiplied linear colour of a fragment whose baseColor() is `base`; with TINTED the opacity of every channel, too.
+StoredColor fragmentColor(vec4 base, Gradients g) {
     vec3 rgb = base.rgb;
-    float alpha = coverage(base.a), passing = 0.0;
+    float alpha = coverage(base.a);
+    float passing = 0.0;  // the share of light that passes in place of being diffused
+    vec3 opacity = vec3(alpha);
 #ifdef TRANSMISSION
-    passing = passingLight(base.rgb, g);
+    if (isTintedGlass()) {
+        passing = transmittedShare(g);
+        opacity *= 1.0 - passingColors(base.rgb, passing, g);
+    } else {
+        passing = passingLight(base.rgb, g);
+        opacity *= 1.0 - passing;
+    }
     rgb = base.rgb * (1.0 - passing);
 #endif
 #ifndef UNLIT
@@ -22,8 +30,18 @@ PACKED_COLOR fragmentColor(vec4 base, Gradients g) {
     // What a half holds, whatever the vertex colours; no NaN (a degenerate facet), which would spoil the
     // composite; and nothing negative, which interpolation at a snapped vertex gives, and light is not.
     rgb = clamp(rgb * alpha, vec3(0.0), vec3(65504.0));
-    return packColor(vec4(mix(rgb, vec3(0.0), isnan(rgb)), alpha * (1.0 - passing)));
+    rgb = mix(rgb, vec3(0.0), isnan(rgb));
+    StoredColor stored;
+#ifdef TINTED
+    stored.opacity = packColor(vec4(opacity, 0.0));
+    opacity = unpackColor(stored.opacity).rgb;  // alpha is the mean of what is stored
+    bool grey = opacity.r == opacity.g && opacity.g == opacity.b;
+    opacity.r = grey ? opacity.r : (opacity.r + opacity.g + opacity.b) / 3.0;
+#endif
+    stored.color = packColor(vec4(rgb, opacity.r));
+    return stored;
 }
 
 /// The same as it is composited: what a stored fragment's colour unpacks to.
-vec4 compositedColor(vec4 base, Gradients g) { return unpackColor(fragmentColor(base, g)); }
+vec4 compositedColor(StoredColor stored) { return unpackColor(stored.color); }
+vec4 compositedColor(vec4 base, Gradients g) { return compositedColor(fragmentColor(base, g)); }

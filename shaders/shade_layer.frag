@@ -5,10 +5,17 @@
 layout(binding = PEELER_PREVIOUS_PRIMITIVE_UNIT) uniform usampler2D layer_primitive;
 
 layout(location = 0) out PACKED_COLOR color;
+#ifdef TINTED
+layout(location = 1) out PACKED_COLOR opacity;
+#endif
 
 void main() {
     Gradients gradients = surfaceGradients();
     // A primitive has one fragment a pixel, so its index says it all.
     if (fragmentKey().primitive != texelFetch(layer_primitive, ivec2(gl_FragCoord.xy), 0).r) discard;
-    color = fragmentColor(baseColor(gradients), gradients);
+    StoredColor stored = fragmentColor(baseColor(gradients), gradients);
+    color = stored.color;
+#ifdef TINTED
+    opacity = stored.opacity;
+#endif
 }

@@ -11,6 +11,9 @@ layout(location = 0) uniform ivec4 area;  // x0, y0, x1, y1 inside the tile, y u
 layout(binding = PEELER_PREVIOUS_DEPTH_UNIT) uniform sampler2D layer_depth;
 layout(binding = PEELER_PREVIOUS_PRIMITIVE_UNIT) uniform usampler2D layer_primitive;
 layout(binding = PEELER_PREVIOUS_COLOR_UNIT) uniform usampler2D layer_color;
+#ifdef TINTED
+layout(binding = PEELER_LAYER_OPACITY_UNIT) uniform usampler2D layer_opacity;
+#endif
 
 layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
 
@@ -25,5 +28,10 @@ void main() {
     uint slot = slots[pixel];
     slots[pixel] = slot + 1u;
     if (!hasSlot(slot)) return;
-    storeFragment(slot, texelFetch(layer_depth, at, 0).r, primitive, packedTexel(texelFetch(layer_color, at, 0)));
+    StoredColor color;
+    color.color = packedTexel(texelFetch(layer_color, at, 0));
+#ifdef TINTED
+    color.opacity = packedTexel(texelFetch(layer_opacity, at, 0));
+#endif
+    storeFragment(slot, texelFetch(layer_depth, at, 0).r, primitive, color);
 }

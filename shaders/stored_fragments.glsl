@@ -2,27 +2,29 @@
 // The fragments of a band, those of a pixel in a row, in the order in which they were captured. Each is two words of
 // key and what the band stores of it, side by side: to store one touches one place in memory, and llvmpipe, which
 // stores lane by lane, makes one loop of it.
-//   KEYS_ONLY: nothing else    SLOPES: two floats    COLOR_FLOAT: four floats    otherwise: four halfs
+//   KEYS_ONLY: nothing else    SLOPES: two floats    otherwise: a colour (packed_color.glsl)
 #include "packed_color.glsl"
 
+// Six words, or ten, have no layout of uvec4 without padding: they are uvec2, kWords of them.
 #if defined(KEYS_ONLY)
 #define FRAGMENT_WORDS uvec2
-#elif defined(COLOR_FLOAT)
-#define FRAGMENT_WORDS uvec2  // three of them: a uvec4 of six words has no layout without padding
-#else
+const uint kWords = 1u;
+#elif defined(SLOPES) || !(defined(COLOR_FLOAT) || defined(TINTED))
 #define FRAGMENT_WORDS uvec4
+const uint kWords = 1u;
+#elif defined(COLOR_FLOAT) && defined(TINTED)
+#define FRAGMENT_WORDS uvec2
+const uint kWords = 5u;
+#else
+#define FRAGMENT_WORDS uvec2
+const uint kWords = 3u;
 #endif
 
 layout(std430, binding = PEELER_FRAGMENTS) buffer Fragments { FRAGMENT_WORDS fragments[]; };
 
 /// Whether the band has room for the fragment. Where it has not, there are more than were counted: the check after the
 /// pass reports it.
-bool hasSlot(uint slot) {
-#if defined(COLOR_FLOAT) && !defined(KEYS_ONLY) && !defined(SLOPES)
-    slot = 3u * slot + 2u;
-#endif
-    return slot < uint(fragments.length());
-}
+bool hasSlot(uint slot) { return kWords * slot + kWords - 1u < uint(fragments.length()); }
 
 #if defined(KEYS_ONLY)
 void storeFragment(uint slot, float depth, uint primitive) {
@@ -33,21 +35,25 @@ void storeFragment(uint slot, float depth, uint primitive, vec2 slopes) {
     fragments[slot] = uvec4(floatBitsToUint(depth), primitive, floatBitsToUint(slopes));
 }
 #elif defined(COLOR_FLOAT)
-void storeFragment(uint slot, float depth, uint primitive, PACKED_COLOR color) {
-    fragments[3u * slot] = uvec2(floatBitsToUint(depth), primitive);
-    fragments[3u * slot + 1u] = color.xy;
-    fragments[3u * slot + 2u] = color.zw;
+void storeFragment(uint slot, float depth, uint primitive, StoredColor color) {
+    fragments[kWords * slot] = uvec2(floatBitsToUint(depth), primitive);
+    fragments[kWords * slot + 1u] = color.color.xy;
+    fragments[kWords * slot + 2u] = color.color.zw;
+#ifdef TINTED
+    fragments[kWords * slot + 3u] = color.opacity.xy;
+    fragments[kWords * slot + 4u] = color.opacity.zw;
+#endif
+}
+#elif defined(TINTED)
+void storeFragment(uint slot, float depth, uint primitive, StoredColor color) {
+    fragments[kWords * slot] = uvec2(floatBitsToUint(depth), primitive);
+    fragments[kWords * slot + 1u] = color.color;
+    fragments[kWords * slot + 2u] = color.opacity;
 }
 #else
-void storeFragment(uint slot, float depth, uint primitive, PACKED_COLOR color) {
-    fragments[slot] = uvec4(floatBitsToUint(depth), primitive, color);
+void storeFragment(uint slot, float depth, uint primitive, StoredColor color) {
+    fragments[slot] = uvec4(floatBitsToUint(depth), primitive, color.color);
 }
 #endif
 
-uint storedPrimitive(uint slot) {
-#if defined(COLOR_FLOAT) && !defined(KEYS_ONLY) && !defined(SLOPES)
-    return fragments[3u * slot].y;
-#else
-    return fragments[slot].y;
-#endif
-}
+uint storedPrimitive(uint slot) { return fragments[kWords * slot].y; }

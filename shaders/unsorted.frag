@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fragments as they come, for plain blending in draw order.
+// Fragments as they come, for plain blending in draw order. With TINTED that takes two passes, since what blends by a second
+// output has no other target: colours, which what is behind them gets through by channel; and opacities (OPACITY).
 #include "shade.glsl"
 
 layout(std430, binding = PEELER_SLOTS) buffer Slots { uint slots[]; };
 layout(std430, binding = PEELER_DEPTHS) buffer Depths { uint depth_bits[]; };  // they order like the floats
 
-layout(location = 0) out vec4 color;
+#ifdef OPACITY
+layout(location = 0) out vec4 opacity;
+#else
+layout(location = 0, index = 0) out vec4 color;
+#ifdef TINTED
+layout(location = 0, index = 1) out vec4 opacity;
+#endif
+#endif
 
 void main() {
     Gradients gradients = surfaceGradients();
@@ -13,8 +21,14 @@ void main() {
     if (!passesAlphaTest(base.a)) discard;
     Key key = fragmentKey();
     if (!inRange(key)) discard;
+    StoredColor stored = fragmentColor(base, gradients);
+#ifdef TINTED
+    opacity = unpackColor(stored.opacity);
+#endif
+#ifndef OPACITY
     uint pixel = pixelIndex();
     atomicAdd(slots[pixel], 1u);
     atomicMax(depth_bits[pixel], floatBitsToUint(key.depth));
-    color = compositedColor(base, gradients);
+    color = compositedColor(stored);
+#endif
 }

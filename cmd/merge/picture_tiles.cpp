@@ -54,6 +54,8 @@ constexpr CommonAttribute kCommon[] = {
          return std::string(i.plan.color_type == PixelType::kHalf ? "half" : "float");
      },
      true},
+    {"opacity", [](const ExrInfo& i) { return std::string(i.plan.tinted ? "A, AR, AG, AB" : "A"); },
+     true},
     {"peeler:settingsHash", [](const ExrInfo& i) { return i.provenance.settings_hash; }, true},
     {"peeler:deepMerge", [](const ExrInfo& i) { return i.provenance.deep_merge; }, true},
     {"peeler:method", [](const ExrInfo& i) { return i.provenance.method; }, false},
@@ -134,7 +136,7 @@ void PictureTiles::checkCommon(Console& console) {
         if (a != b) differ(*with_layers, tile, "channels", a, b);
     }
     arrays_ = with_layers ? with_layers->arrays : LayeredImage();
-    arrays_.color.channels = {"R", "G", "B", "A"};
+    arrays_.color.channels = colorNames(first.info().plan.tinted);
     arrays_.color.type = first.info().plan.color_type;
 }
 

@@ -20,10 +20,12 @@ namespace peeler::cmd {
 
 namespace {
 
-// The value says whether light passes.
-constexpr Choice<bool> kTransmissions[] = {
-    {"alpha", true, "its layer lets through what it transmits, unrefracted"},
-    {"opaque", false, "it is shown as if it let no light through"},
+constexpr Choice<Transmitted> kTransmissions[] = {
+    {"color", Transmitted::kColor,
+     "its layer filters what is behind it colour by colour, unrefracted: layers have AR, AG and AB "
+     "beside A, if anything in the scene is coloured glass"},
+    {"alpha", Transmitted::kAlpha, "its layer has one alpha, and veils what is behind it"},
+    {"opaque", Transmitted::kNothing, "it is shown as if it let no light through"},
 };
 
 std::size_t variantNamed(const Scene& scene, const std::string& text) {
@@ -74,8 +76,8 @@ void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance) {
 
 void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance) {
     addVariantOption(verb, appearance);
-    addChoice<bool>(verb, "--transmission", appearance.transmission, kTransmissions, "transmission",
-                    "glass and other surfaces that transmit light:")
+    addChoice<Transmitted>(verb, "--transmission", appearance.transmission, kTransmissions,
+                           "transmission", "glass and other surfaces that transmit light:")
         .group("Layers");
     addEnvironmentOptions(verb, appearance,
                           ". It is light only; the background stays what --background says. The "
@@ -100,7 +102,7 @@ void checkAppearanceOptions(const AppearanceOptions& appearance) {
 
 Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
                 const AppearanceOptions& appearance, bool shadows) {
-    gltf.transmission = appearance.transmission;
+    gltf.transmission = appearance.transmission != Transmitted::kNothing;
     Scene scene = readGltf(path, gltf);
     if (const auto variant = chosenVariant(scene, appearance)) chooseVariant(scene, *variant);
     if (!appearance.environment) return scene;
@@ -111,10 +113,14 @@ Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
     return scene;
 }
 
+bool wantsTint(const AppearanceOptions& appearance, const PosedScene& posed) {
+    return appearance.transmission == Transmitted::kColor && posed.hasTintedGlass();
+}
+
 nlohmann::json appearanceSettings(const AppearanceOptions& appearance, const Scene& scene) {
     nlohmann::json settings = nlohmann::json::object();
     if (const auto variant = chosenVariant(scene, appearance)) settings["variant"] = *variant;
-    if (!appearance.transmission) settings["transmission"] = "opaque";
+    if (appearance.transmission == Transmitted::kNothing) settings["transmission"] = "opaque";
     if (!scene.environment) return settings;
     settings["environment"] = hexText(scene.environment->content_hash);
     settings["environmentRotation"] = turn(appearance);

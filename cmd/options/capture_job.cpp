@@ -64,6 +64,7 @@ std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture
     if (capture.tail == Tail::kBlend) settings["tail"] = "blend";
     if (capture.clip.active()) settings["clip"] = clipJson(capture.clip);
     if (capture.opaque_only) settings["opaqueOnly"] = true;
+    if (capture.tinted) settings["transmission"] = "color";
     if (const MethodInfo* method = findPeelMethod(capture.method); method && !method->exact())
         settings["method"] = capture.method;
     settings.update(more);
@@ -136,6 +137,10 @@ void CaptureJob::closeRenderer() {
 StageTimes CaptureJob::takeTimes() {
     if (renderer_) add(times_, renderer_->takeTimes());
     return std::exchange(times_, {});
+}
+
+bool CaptureJob::wantsTint(const PosedScene& posed) const {
+    return cmd::wantsTint(options_.appearance, posed);
 }
 
 std::string CaptureJob::settingsHash(const CaptureSettings& capture, nlohmann::json more,

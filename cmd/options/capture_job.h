@@ -123,6 +123,9 @@ class CaptureJob {
     /// The times and those of the Renderer, since the last call.
     StageTimes takeTimes();
 
+    /// wantsTint() of the options.
+    bool wantsTint(const PosedScene& posed) const;
+
     /// settingsHash() of the opened scene and of how it looks. `crop` and `frames_per_second` are
     /// as in ShownScene.
     std::string settingsHash(const CaptureSettings& capture, nlohmann::json more,

@@ -2,6 +2,7 @@
 // What is shown of a scene's file: one of its scenes, some of its nodes; how they look; and when.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "cmd/cli/parse.h"
+#include "core/scene/posed_scene.h"
 #include "core/scene/scene.h"
 #include "formats/gltf/gltf_reader.h"
 
@@ -42,10 +44,17 @@ std::vector<char> nodesMatching(const Scene& scene, const std::vector<std::strin
 /// Cameras stay. Throws Error (kUsage) for a glob that no node matches.
 void selectNodes(Scene& scene, const SceneOptions& options);
 
+/// What layers hold of light that passes through glass and the like.
+enum class Transmitted : std::uint8_t {
+    kColor,   ///< coloured opacity, if anything tints the light
+    kAlpha,   ///< one alpha
+    kNothing  ///< no light passes
+};
+
 /// What makes a scene look otherwise than its file says.
 struct AppearanceOptions {
     std::optional<std::string> variant;  ///< name or index
-    bool transmission = true;            ///< light passes through what transmits it
+    Transmitted transmission = Transmitted::kColor;
     std::optional<std::filesystem::path> environment;
     std::optional<double> environment_rotation;  ///< degrees
 };
@@ -70,6 +79,9 @@ Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
 /// Index of the variant that was chosen; nothing if none was. Throws Error (kUsage) for an unknown
 /// one, with the list.
 std::optional<std::size_t> chosenVariant(const Scene& scene, const AppearanceOptions& appearance);
+
+/// Whether opacity is to be coloured (CaptureSettings::tinted).
+bool wantsTint(const AppearanceOptions& appearance, const PosedScene& posed);
 
 /// What of the appearance changes pixels, for the settings' hash; an empty object if nothing was
 /// asked for.

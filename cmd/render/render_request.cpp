@@ -95,6 +95,8 @@ PictureRequest RenderRequest::picture(std::size_t index) const {
     picture.view = scene_->view(*picture.posed, options_.camera);
     picture.capture = capture_;
     picture.capture.clip = clipVolume(options_.clip, *picture.posed);
+    // Nothing is coloured of shadow casters.
+    picture.capture.tinted = !picture.capture.opaque_only && job_.wantsTint(*picture.posed);
     if (options_.channels.wants(Channel::kMotion)) {
         const PosedScene next = scene_->at(moment.next_time);
         picture.next = NextFrame{next, scene_->view(next, options_.camera)};

@@ -36,9 +36,18 @@ std::string errorText(const DifferenceStatistics& error) {
 }
 
 void addRows(const CompositeImage& band, BoxFilter& filter) {
-    const auto width = static_cast<std::size_t>(band.window.width());
-    for (std::size_t first = 0; first < band.rgba.size(); first += width)
-        filter.addRow({band.rgba.data() + first, width});
+    std::vector<Pixel> row(static_cast<std::size_t>(band.window.width()));
+    for (std::size_t first = 0; first < band.rgba.size(); first += row.size()) {
+        for (std::size_t x = 0; x < row.size(); ++x)
+            row[x] = band.colorAt(first + x);
+        filter.addRow(row);
+    }
+}
+
+void setColors(const std::vector<Pixel>& pixels, CompositeImage& picture) {
+    picture.resizeColors(true);
+    for (std::size_t p = 0; p < pixels.size(); ++p)
+        picture.setColor(p, pixels[p]);
 }
 
 void SheetCells::addCell(std::uint32_t layer, bool composites) {
@@ -109,8 +118,8 @@ void SheetCells::addLayer(const LayeredImage& band, Pending& cell) const {
             const std::size_t fragment = band.offsets[pixel] + cell.layer;
             // Depths are averaged like colours: each times its coverage, which is 1.
             const float z = band.z[fragment];
-            row[x] =
-                settings_.show == SheetShow::kDepth ? Pixel{z, z, z, 1} : colorOf(band, fragment);
+            row[x] = settings_.show == SheetShow::kDepth ? tinted({z, z, z, 1})
+                                                         : tintedColorOf(band, fragment);
         }
         cell.filter.addRow(row);
     }
@@ -129,7 +138,7 @@ void SheetCells::findRange(const LayeredImage& band) {
 void SheetCells::showDepth(CompositeImage& picture) const {
     constexpr float kFarthestGrey = 0.06F;  // sRGB-encoded, as the eye sees even steps
     const float range = farthest_ - nearest_;
-    for (Pixel& pixel : picture.rgba) {
+    for (std::array<float, 4>& pixel : picture.rgba) {
         const float coverage = pixel[3];
         if (coverage <= 0) continue;
         const float depth = pixel[0] / coverage - nearest_;
@@ -142,7 +151,7 @@ void SheetCells::showDepth(CompositeImage& picture) const {
 SheetCell SheetCells::finishCell(const Pending& pending) const {
     SheetCell cell;
     cell.picture.window = {0, 0, width_, height_};
-    cell.picture.rgba = pending.filter.pixels();
+    setColors(pending.filter.pixels(), cell.picture);
     cell.picture.z.assign(cell.picture.rgba.size(), std::numeric_limits<float>::infinity());
     const bool everything = pending.composites && pending.layer >= layers_;
     if (settings_.progression) {

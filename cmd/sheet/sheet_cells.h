@@ -48,6 +48,8 @@ std::string errorText(const DifferenceStatistics& error);
 
 /// Adds a band's rows to a filter.
 void addRows(const CompositeImage& band, BoxFilter& filter);
+/// The colours of a filtered picture, whose window is set.
+void setColors(const std::vector<BoxFilter::Pixel>& pixels, CompositeImage& picture);
 
 /// Takes layers and makes cells of them: the composite and every layer, front to back; or the
 /// composites of the nearest 1, 2, … layers. Cells above the limit are left out: the deepest

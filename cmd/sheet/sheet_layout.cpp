@@ -76,13 +76,6 @@ Pixel shown(const Pixel& pixel, float gain, const ToneMap& tone_map) {
     return out;
 }
 
-Pixel over(const Pixel& front, const Pixel& back) {
-    Pixel sum = front;
-    for (std::size_t c = 0; c < 4; ++c)
-        sum[c] += (1 - front[3]) * back[c];
-    return sum;
-}
-
 Pixel backgroundAt(const SheetStyle& style, int square, int x, int y) {
     const Pixel& board = (x / square + y / square) % 2 == 0 ? kLightSquare : kDarkSquare;
     if (!style.background) return board;
@@ -100,8 +93,14 @@ void drawPicture(const SheetCell& cell, const SheetStyle& style, const Window& p
         Pixel* out = page.rgba.data() + (static_cast<std::size_t>(place.y0) + row) * page_width +
                      static_cast<std::size_t>(place.x0);
         for (std::size_t x = 0; x < width; ++x) {
-            out[x] = over(shown(in[x], gain, tone_map),
-                          backgroundAt(style, square, static_cast<int>(x), static_cast<int>(row)));
+            TintedColor front = tinted(shown(in[x], gain, tone_map));
+            if (cell.picture.tinted()) {
+                const auto& opacity = cell.picture.opacity[row * width + x];
+                std::copy(opacity.begin(), opacity.end(), front.begin() + kPlainComponents);
+            }
+            const Pixel back =
+                backgroundAt(style, square, static_cast<int>(x), static_cast<int>(row));
+            out[x] = untinted(over(front, tinted(back)));
             out[x][3] = 1;
         }
     });

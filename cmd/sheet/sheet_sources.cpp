@@ -17,7 +17,8 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Keeps the composite of all bands that pass through it at full size, 20 bytes a pixel.
+/// Keeps the composite of all bands that pass through it at full size, 20 bytes a pixel, or 32 with
+/// coloured opacity.
 class CompositeKeeper : public Sink {
   public:
     /// Composite and sink must outlive it.
@@ -65,12 +66,17 @@ void cutBand(const CompositeImage& all, const Window& band, CompositeImage& out)
     const std::size_t first = static_cast<std::size_t>(band.y0 - all.window.y0) * width;
     out.window = band;
     out.rgba.assign(all.rgba.data() + first, all.rgba.data() + first + band.pixels());
+    out.opacity.clear();
+    if (all.tinted())
+        out.opacity.assign(all.opacity.data() + first, all.opacity.data() + first + band.pixels());
 }
 
 void CompositeKeeper::begin(const Plan& plan) {
     composite_.window = plan.view.crop;
     composite_.rgba.clear();
     composite_.rgba.reserve(plan.view.crop.pixels());
+    composite_.opacity.clear();
+    composite_.opacity.reserve(plan.tinted ? plan.view.crop.pixels() : 0);
     composite_.z.clear();
     next_.begin(plan);
 }
@@ -78,13 +84,15 @@ void CompositeKeeper::begin(const Plan& plan) {
 void CompositeKeeper::write(LayeredImage&& band) {
     compositeOver(band, {}, band_);
     composite_.rgba.insert(composite_.rgba.end(), band_.rgba.begin(), band_.rgba.end());
+    composite_.opacity.insert(composite_.opacity.end(), band_.opacity.begin(), band_.opacity.end());
     composite_.z.insert(composite_.z.end(), band_.z.begin(), band_.z.end());
     next_.write(std::move(band));
 }
 
 SinkMemory CompositeKeeper::memory() const {
     SinkMemory memory = next_.memory();
-    memory.bytes += composite_.window.pixels() * 5 * sizeof(float);
+    const std::size_t floats = composite_.opacity.capacity() > 0 ? 8 : 5;
+    memory.bytes += composite_.window.pixels() * floats * sizeof(float);
     return memory;
 }
 
@@ -106,7 +114,7 @@ void CompositeCell::write(LayeredImage&& band) {
 }
 
 void CompositeCell::finish() {
-    cell_.picture.rgba = filter_->pixels();
+    setColors(filter_->pixels(), cell_.picture);
     cell_.picture.z.assign(cell_.picture.rgba.size(), std::numeric_limits<float>::infinity());
     filter_.reset();
 }
@@ -169,6 +177,7 @@ void SceneSheet::openScene() {
     const PosedScene posed = job_.pose();
     view_ = scene.view(posed, request_.camera);
     capture_.clip = clipVolume(request_.clip, posed);
+    capture_.tinted = job_.wantsTint(posed);
     content_.result.settings_hash =
         job_.settingsHash(capture_, nlohmann::json::object(), view_.crop);
     renderer_ = &job_.openRenderer(posed);

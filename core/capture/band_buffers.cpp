@@ -34,12 +34,12 @@ void BandBuffers::reserveClip(std::span<const std::uint32_t> first) {
     std::copy(first.begin(), first.end(), mapping.as<std::uint32_t>());
 }
 
-void BandBuffers::clearForComposite(std::span<const std::uint32_t> counts) {
+void BandBuffers::clearForComposite(std::span<const std::uint32_t> counts, bool tinted) {
     const std::size_t words = counts.size() * sizeof(std::uint32_t);
     reserveSlots(counts.size());
     reserve(depths_, words);
     reserve(stamps_, 2 * words);
-    reserve(colors_, 4 * words);
+    reserve(colors_, (tinted ? 8 : 4) * words);
     reserve(counts_, words);
     slots_.clearToZero(words);
     depths_.clearToZero(words);

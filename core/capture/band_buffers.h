@@ -28,7 +28,9 @@ class BandBuffers {
     }
 
     /// Bytes of one pixel of a composite.
-    static std::size_t compositeBytes() { return 5 * sizeof(std::uint32_t) + 4 * sizeof(float); }
+    static std::size_t compositeBytes(bool tinted) {
+        return 5 * sizeof(std::uint32_t) + (tinted ? 8 : 4) * sizeof(float);
+    }
 
     void reserveSlots(std::size_t pixels) { reserve(slots_, pixels * sizeof(std::uint32_t)); }
     void reserveFragments(std::size_t words) { reserve(fragments_, words * sizeof(std::uint32_t)); }
@@ -39,8 +41,9 @@ class BandBuffers {
     }
     /// Room for the boundary of a clip mesh: of each pixel where its surfaces begin, and one more.
     void reserveClip(std::span<const std::uint32_t> first);
-    /// Room for a composite of so many pixels: the counts are these, all else is 0.
-    void clearForComposite(std::span<const std::uint32_t> counts);
+    /// Room for a composite of so many pixels: the counts are these, all else is 0. `tinted`: with
+    /// coloured opacity.
+    void clearForComposite(std::span<const std::uint32_t> counts, bool tinted);
     /// Frees all.
     void free() {
         for (gl::Buffer* buffer : {&slots_, &fragments_, &depths_, &stamps_, &colors_, &counts_,

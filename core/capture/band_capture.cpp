@@ -19,9 +19,9 @@ std::uint32_t limitOf(const BandRequest& request) {
     return request.layers ? request.layers : kNoLimit;
 }
 
-std::vector<std::string> colorChannels(HitMode hit_mode) {
-    if (hit_mode == HitMode::kNone) return {"R", "G", "B", "A"};
-    if (hit_mode == HitMode::kSloped) return {"dDepth.X", "dDepth.Y"};
+std::vector<std::string> colorChannels(const CaptureSettings& settings) {
+    if (settings.hit_mode == HitMode::kNone) return colorNames(settings.tinted);
+    if (settings.hit_mode == HitMode::kSloped) return {"dDepth.X", "dDepth.Y"};
     return {};
 }
 
@@ -68,12 +68,12 @@ void BandCapture::free() {
 }
 
 std::uint64_t BandCapture::fragmentBytes() const {
-    return BandBuffers::fragmentWords(shot_.settings.colorBytes()) * sizeof(std::uint32_t) +
+    return BandBuffers::fragmentWords(shot_.settings.storedColorBytes()) * sizeof(std::uint32_t) +
            shadedComponents(shot_.settings.channels) * sizeof(float);
 }
 
 std::uint64_t BandCapture::pixelBytes() const {
-    return BandBuffers::compositeBytes();
+    return BandBuffers::compositeBytes(shot_.settings.tinted);
 }
 
 std::uint64_t BandCapture::tilePixels() const {
@@ -189,7 +189,7 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
     out.window = request.band;
     out.color.type =
         shot_.settings.hit_mode == HitMode::kSloped ? PixelType::kFloat : shot_.settings.color_type;
-    out.color.channels = colorChannels(shot_.settings.hit_mode);
+    out.color.channels = colorChannels(shot_.settings);
     out.extra.clear();
     const bool keyed = needsKeys(request);
     std::vector<std::uint32_t> sources;
@@ -205,7 +205,8 @@ int BandCapture::composite(LayerMethod& method, const BandRequest& request, Comp
     const auto stored = readFragments();
     out.window = request.band;
     depthSortComposite(capturedIn(stored), shot_.view.projection, request.layers,
-                       shot_.settings.tail, shot_.settings.color_type, out);
+                       shot_.settings.tail,
+                       {colorChannels(shot_.settings), shot_.settings.color_type, {}}, out);
     return passes;
 }
 
@@ -216,13 +217,13 @@ bool BandCapture::needsKeys(const BandRequest& request) const {
 
 gl::Buffer::Mapping BandCapture::readFragments() {
     return buffers_.fragments().read(first_.back() *
-                                     BandBuffers::fragmentWords(shot_.settings.colorBytes()) *
+                                     BandBuffers::fragmentWords(shot_.settings.storedColorBytes()) *
                                      sizeof(std::uint32_t));
 }
 
 CapturedFragments BandCapture::capturedIn(const gl::Buffer::Mapping& stored) const {
     return {first_, stored.as<const std::uint32_t>(),
-            BandBuffers::fragmentWords(shot_.settings.colorBytes())};
+            BandBuffers::fragmentWords(shot_.settings.storedColorBytes())};
 }
 
 int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers) {
@@ -237,7 +238,8 @@ int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std:
     const std::size_t fragments = first_[pixels];
     const bool target = method.takesSlotTarget() && SlotTarget::supported(context_);
     prepareClip(band);
-    buffers_.reserveFragments(fragments * BandBuffers::fragmentWords(shot_.settings.colorBytes()));
+    buffers_.reserveFragments(fragments *
+                              BandBuffers::fragmentWords(shot_.settings.storedColorBytes()));
     if (!target) setSlots({first_.data(), pixels});
     buffers_.bindForLayers();
     rasterizer_.setBand(band);
@@ -323,7 +325,7 @@ int BandCapture::composite(CompositeMethod& method, const BandRequest& request,
     const Window& band = request.band;
     const std::uint32_t limit = limitOf(request);
     prepareClip(band);
-    buffers_.clearForComposite(request.counts);
+    buffers_.clearForComposite(request.counts, shot_.settings.tinted);
     buffers_.bindForComposite();
     rasterizer_.setBand(band, limit);
     int passes = 0;
@@ -364,16 +366,23 @@ void BandCapture::readComposite(const BandRequest& request, CompositeImage& out)
         checkSlots(slots.as<const std::uint32_t>(), request.band, {}, expected);
     }
     const auto depths = buffers_.depths().read(pixels * sizeof(float));
-    const auto colors = buffers_.colors().read(pixels * 4 * sizeof(float));
+    const std::size_t records = shot_.settings.tinted ? 2 : 1;
+    const auto colors = buffers_.colors().read(pixels * records * 4 * sizeof(float));
     const auto* depth = depths.as<const float>();
     const auto* color = colors.as<const std::array<float, 4>>();
     out.window = request.band;
     // No method touches an area without fragments: the buffers may hold an earlier band's there.
     out.rgba.assign(pixels, {});
+    out.opacity.assign(shot_.settings.tinted ? pixels : 0, {});
     out.z.assign(pixels, std::numeric_limits<float>::infinity());
     for (std::size_t p = 0; p < pixels; ++p) {
         if (request.counts[p] == 0) continue;
-        out.rgba[p] = color[p];
+        out.rgba[p] = color[records * p];
+        if (out.tinted()) {
+            const auto& [r, g, b, unused] = color[records * p + 1];
+            out.opacity[p] = {r, g, b};
+            out.rgba[p][3] = meanOpacity(r, g, b);
+        }
         const double z = shot_.view.projection.linearZ(static_cast<double>(depth[p]));
         out.z[p] = static_cast<float>(z);
     }

@@ -52,6 +52,9 @@ struct CaptureSettings {
     bool opaque_only = false;  ///< nothing that is BLEND or transmits light
     ClipVolume clip{};         ///< fragments on the wrong side do not count
     PixelType color_type = PixelType::kHalf;  ///< or kFloat
+    /// Opacity is coloured: glass filters every channel by itself (LayeredImage::tinted). Worth its
+    /// memory where hasTintedGlass(); without it glass has one alpha.
+    bool tinted = false;
     HitMode hit_mode = HitMode::kNone;
     bool depth_clamp = false;  ///< nothing is cut off before the near or behind the far plane
     /// Of every fragment, in the order of the table; not of composites.
@@ -67,7 +70,12 @@ struct CaptureSettings {
 
     /// Bytes of what a fragment has in the place of its colour.
     std::size_t colorBytes() const {
-        if (hit_mode == HitMode::kNone) return 4 * pixelTypeSize(color_type);
+        if (hit_mode != HitMode::kNone) return storedColorBytes();
+        return (tinted ? kTintedComponents : kPlainComponents) * pixelTypeSize(color_type);
+    }
+    /// The same while it is captured (shaders/packed_color.glsl).
+    std::size_t storedColorBytes() const {
+        if (hit_mode == HitMode::kNone) return (tinted ? 8 : 4) * pixelTypeSize(color_type);
         return hit_mode == HitMode::kSloped ? 2 * sizeof(float) : 0;
     }
 };

@@ -80,11 +80,11 @@ struct SortedRow {
     std::uint32_t* sources;  ///< of all fragments of `out`, or null
 };
 
-template <std::size_t kColorWords>
+/// `kStride` words are captured of a fragment; of its colour `kColorBytes` are kept.
+template <std::size_t kStride, std::size_t kColorBytes>
 void sortRow(const CapturedFragments& captured, const SortedRow& row, ListSorter& sorter) {
-    constexpr std::size_t kStride = 2 + kColorWords;
     LayeredImage& out = row.out;
-    auto* const colors = reinterpret_cast<std::uint32_t*>(out.color.data.data());
+    std::byte* const colors = out.color.data.data();
     const std::uint32_t* const offsets = out.offsets.data() + row.to_pixel;
     for (std::size_t p = 0; p < row.pixels; ++p) {
         const std::uint32_t begin = captured.first[row.first_pixel + p];
@@ -96,10 +96,8 @@ void sortRow(const CapturedFragments& captured, const SortedRow& row, ListSorter
         for (std::uint32_t k = 0; k < kept; ++k) {
             const std::uint32_t* const fragment = words + order[k] * kStride;
             std::memcpy(&out.z[to + k], fragment, sizeof(float));
-            if (kColorWords > 0) {
-                std::memcpy(colors + (to + k) * kColorWords, fragment + 2,
-                            kColorWords * sizeof(std::uint32_t));
-            }
+            if (kColorBytes > 0)
+                std::memcpy(colors + (to + k) * kColorBytes, fragment + 2, kColorBytes);
             if (row.sources) row.sources[to + k] = begin + order[k];
         }
     }
@@ -107,9 +105,13 @@ void sortRow(const CapturedFragments& captured, const SortedRow& row, ListSorter
 
 using SortRow = void (*)(const CapturedFragments&, const SortedRow&, ListSorter&);
 
-SortRow rowSorterOf(std::size_t stride) {
-    if (stride == 2) return sortRow<0>;
-    return stride == 4 ? sortRow<2> : sortRow<4>;
+/// For colours as they are captured, and as they are kept: halfs or floats, plain or tinted.
+SortRow rowSorterOf(std::size_t stride, std::size_t color_bytes) {
+    if (stride == 2) return sortRow<2, 0>;
+    if (stride == 4) return sortRow<4, 8>;
+    if (stride == 10) return sortRow<10, kTintedComponents * sizeof(float)>;
+    return color_bytes == 16 ? sortRow<6, 16>
+                             : sortRow<6, kTintedComponents * sizeof(std::uint16_t)>;
 }
 
 /// Makes room in `out` for the nearest `max_layers` (0 = all) fragments of the pixels from `first`
@@ -134,7 +136,7 @@ void depthSort(const CapturedFragments& captured, const Projection& projection,
     layOut(captured, 0, out.window.pixels(), max_layers, out);
     if (sources) resizeAnew(*sources, out.fragments());
 
-    const SortRow sort_row = rowSorterOf(captured.stride);
+    const SortRow sort_row = rowSorterOf(captured.stride, out.color.stride());
     const auto width = static_cast<std::size_t>(out.window.width());
     const auto rows = static_cast<std::size_t>(out.window.height());
     parallelFor(rows, [&](std::size_t row) {
@@ -147,23 +149,25 @@ void depthSort(const CapturedFragments& captured, const Projection& projection,
 }
 
 void depthSortComposite(const CapturedFragments& captured, const Projection& projection,
-                        std::uint32_t layers, Tail tail, PixelType color, CompositeImage& out) {
-    resizeAnew(out.rgba, out.window.pixels());
-    resizeAnew(out.z, out.window.pixels());
+                        std::uint32_t layers, Tail tail, const FragmentArray& color,
+                        CompositeImage& out) {
+    const std::size_t pixels = out.window.pixels();
+    resizeAnew(out.rgba, pixels);
+    resizeAnew(out.opacity, color.components() == kTintedComponents ? pixels : 0);
+    resizeAnew(out.z, pixels);
     const std::uint32_t needed = tail == Tail::kBlend ? 0 : layers;
-    const SortRow sort_row = rowSorterOf(captured.stride);
+    const SortRow sort_row = rowSorterOf(captured.stride, color.stride());
     const auto width = static_cast<std::size_t>(out.window.width());
     parallelFor(static_cast<std::size_t>(out.window.height()), [&](std::size_t row) {
         thread_local ListSorter sorter;
         thread_local LayeredImage lists;
         const std::size_t first = row * width;
-        lists.color.type = color;
-        lists.color.channels = {"R", "G", "B", "A"};
+        lists.color.type = color.type;
+        lists.color.channels = color.channels;
         layOut(captured, first, width, needed, lists);
         sort_row(captured, {first, width, 0, lists, nullptr}, sorter);
         projection.toLinearZ(lists.z);
-        compositeNearest(lists, layers, tail, {out.rgba.data() + first, width},
-                         {out.z.data() + first, width});
+        compositeNearest(lists, layers, tail, first, out);
     });
 }
 

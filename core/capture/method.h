@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "core/base/window.h"
+#include "core/capture/capture_settings.h"
 
 namespace peeler {
 
@@ -38,7 +39,8 @@ class LayerMethod {
     virtual bool takesSlotTarget() const { return false; }
 
     /// Bytes of textures it needs for a raster tile of so many pixels.
-    virtual std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const = 0;
+    virtual std::uint64_t tileBytes(std::uint64_t tile_pixels,
+                                    const CaptureSettings& settings) const = 0;
 
     /// Captures the pixels of an area. The slot of each holds the index of its first fragment and
     /// must be advanced by one for every fragment stored. Returns the geometry passes it took.
@@ -63,7 +65,8 @@ class CompositeMethod {
     virtual ~CompositeMethod() = default;
 
     /// Bytes of textures it needs for a raster tile of so many pixels.
-    virtual std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const = 0;
+    virtual std::uint64_t tileBytes(std::uint64_t tile_pixels,
+                                    const CaptureSettings& settings) const = 0;
 
     /// Writes the colours (PEELER_COLORS) and nearest depths (PEELER_DEPTHS) of the pixels of
     /// `area`. Slots, depths and stamps are 0 before; each fragment that has been composited adds

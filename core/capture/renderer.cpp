@@ -101,7 +101,10 @@ void Renderer::State::chooseMethod() {
     checkSettings(shot.settings);
     method = findPeelMethod(shot.settings.method);
     layer_method = method->exact() ? method->layers() : nullptr;
-    composite_method = shot.settings.composite && method->composite ? method->composite() : nullptr;
+    // With coloured opacity layers are composited on the CPU: blending knows one alpha.
+    const bool on_the_fly =
+        shot.settings.composite && method->composite && !(shot.settings.tinted && method->exact());
+    composite_method = on_the_fly ? method->composite() : nullptr;
 }
 
 /// Moves the view to one of the sample positions for what is captured from now on.
@@ -220,6 +223,7 @@ void Renderer::State::limitLayers() {
 void Renderer::State::fillPlan() {
     const DepthComplexity& complexity = merged ? *merged : *samples;
     plan.color_type = shot.settings.color_type;
+    plan.tinted = shot.settings.tinted;
     plan.channel_bytes = channelBytes(shot.settings.channels, shot.settings.color_type);
     if (shot.settings.hit_mode != HitMode::kNone) plan.channel_bytes += sizeof(std::uint32_t);
     plan.samples = shot.settings.samples;

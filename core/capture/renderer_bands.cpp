@@ -30,37 +30,38 @@ BandCosts Renderer::State::costs() const {
     const PixelType type = shot.settings.color_type;
     const std::uint64_t color = shot.settings.colorBytes();
     const std::uint64_t tile = band_capture.tilePixels();
-    const bool float_color = type == PixelType::kFloat;
+    // Of a pixel's composite, besides RGBA and Z.
+    const std::uint64_t opacity = shot.settings.tinted ? 3 * sizeof(float) : 0;
     BandCosts costs;
     // The default is large enough that geometry is not drawn many times, and small enough that the
     // memory which bands share stays warm.
     costs.band_bytes = shot.settings.band_bytes;
-    costs.pixel_bytes = kPixelBytes;
+    costs.pixel_bytes = kPixelBytes + opacity;
     if (!clip_rows.empty()) costs.pixel_bytes += 3 * sizeof(std::uint32_t);
     costs.fixed_bytes = band_capture.tileBytes();
     if (composite_method) {
         // Every pixel counts as a fragment, as in rowFragments().
-        costs.fixed_bytes += composite_method->tileBytes(tile, float_color);
-        costs.fragment_bytes = band_capture.pixelBytes() + 15 * sizeof(float);
-        costs.largest_array_bytes = 4 * sizeof(float);
+        costs.fixed_bytes += composite_method->tileBytes(tile, shot.settings);
+        costs.fragment_bytes = band_capture.pixelBytes() + 15 * sizeof(float) + 3 * opacity;
+        costs.largest_array_bytes = (shot.settings.tinted ? 8 : 4) * sizeof(float);
     } else {
-        costs.fixed_bytes += layer_method->tileBytes(tile, float_color);
+        costs.fixed_bytes += layer_method->tileBytes(tile, shot.settings);
         const std::uint64_t channels = channelBytes(shot.settings.channels, type);
         costs.fragment_bytes = band_capture.fragmentBytes() + sizeof(float) + color + channels;
         // The key of a fragment, and where it was captured.
         if (channels > 0 || shot.settings.hit_mode != HitMode::kNone)
             costs.fragment_bytes += 2 * sizeof(std::uint32_t);
-        costs.largest_array_bytes =
-            std::max<std::uint64_t>(BandBuffers::fragmentWords(color) * sizeof(std::uint32_t),
-                                    shadedComponents(shot.settings.channels) * sizeof(float));
+        costs.largest_array_bytes = std::max<std::uint64_t>(
+            BandBuffers::fragmentWords(shot.settings.storedColorBytes()) * sizeof(std::uint32_t),
+            shadedComponents(shot.settings.channels) * sizeof(float));
         // All samples are held until they are merged, with their primitives and while sorting.
         if (mergesLayers()) {
-            costs.fragment_bytes += color + channels + 16 * sizeof(float);
+            costs.fragment_bytes += color + channels + 22 * sizeof(float);
             costs.pixel_bytes += (positions.size() + 1) * sizeof(std::uint32_t);
         }
         // The composite of a sample, and the one that is handed over.
         if (shot.settings.composite)
-            costs.pixel_bytes += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float));
+            costs.pixel_bytes += 2 * (sizeof(std::uint32_t) + 5 * sizeof(float) + opacity);
     }
     costs.storage_block_bytes =
         static_cast<std::uint64_t>(context.device().limits.shader_storage_block_size);

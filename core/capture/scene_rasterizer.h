@@ -54,6 +54,8 @@ class SceneRasterizer {
     bool bounded() const { return shot_.settings.surfaces != Surfaces::kAll; }
     HitMode hitMode() const { return shot_.settings.hit_mode; }
     bool floatColor() const { return shot_.settings.color_type == PixelType::kFloat; }
+    /// Whether opacity is coloured.
+    bool tinted() const { return shot_.settings.tinted; }
     const gl::Functions& functions() const { return context_.functions(); }
     /// Bytes of textures a tile needs for the opaque bound.
     std::uint64_t boundBytes(std::uint64_t tile_pixels) const;

@@ -49,7 +49,9 @@ unsigned alphaFeatures() {
 std::string_view storedAs(const CaptureSettings& settings) {
     if (settings.hit_mode == HitMode::kSloped) return "SLOPES";
     if (settings.hit_mode != HitMode::kNone) return "KEYS_ONLY";
-    return settings.color_type == PixelType::kFloat ? "COLOR_FLOAT" : "";
+    const bool floats = settings.color_type == PixelType::kFloat;
+    if (settings.tinted) return floats ? "COLOR_FLOAT TINTED" : "TINTED";
+    return floats ? "COLOR_FLOAT" : "";
 }
 
 }  // namespace

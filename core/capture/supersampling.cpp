@@ -11,7 +11,7 @@
 namespace peeler {
 namespace {
 
-using MergedColor = std::array<double, 4>;
+using MergedColor = std::array<double, kTintedComponents>;
 
 double radicalInverse(unsigned index) {
     double value = 0, digit = 0.5;
@@ -121,27 +121,34 @@ void RowMerger::group() {
 
 void RowMerger::composite(MergedRow& row) const {
     constexpr double kNothing = 1e-9;
-    std::vector<double> through(samples_.size(), 1.0);
+    using Through = std::array<double, 3>;  // of each channel, what still gets through
+    std::vector<Through> through(samples_.size(), {1, 1, 1});
+    const auto samples = static_cast<double>(samples_.size());
     for (const Group& group : groups_) {
-        double all_through = 0;
-        for (const double t : through)
-            all_through += t;
+        Through all_through{};
+        for (const Through& t : through)
+            for (std::size_t c = 0; c < 3; ++c)
+                all_through[c] += t[c];
         MergedColor seen{}, plain{};
         for (std::size_t s = 0; s < samples_.size(); ++s) {
             if (group.members[s] < 0) continue;
             const Entry& entry = entries_[static_cast<std::size_t>(group.members[s])];
-            const auto color = colorOf(samples_[s], entry.fragment);
-            for (std::size_t c = 0; c < 4; ++c) {
-                seen[c] += through[s] * static_cast<double>(color[c]);
-                plain[c] += static_cast<double>(color[c]);
+            const TintedColor color = tintedColorOf(samples_[s], entry.fragment);
+            for (std::size_t c = 0; c < 3; ++c) {
+                for (const std::size_t i : {c, 4 + c}) {
+                    seen[i] += through[s][c] * static_cast<double>(color[i]);
+                    plain[i] += static_cast<double>(color[i]);
+                }
+                through[s][c] *= 1 - static_cast<double>(color[4 + c]);
             }
-            through[s] *= 1 - static_cast<double>(color[3]);
         }
-        const bool hidden = all_through < kNothing;
-        const double weight = hidden ? static_cast<double>(samples_.size()) : all_through;
-        MergedColor merged = hidden ? plain : seen;
-        for (double& component : merged)
-            component /= weight;
+        MergedColor merged{};
+        for (std::size_t c = 0; c < 3; ++c) {
+            const bool hidden = all_through[c] < kNothing;
+            for (const std::size_t i : {c, 4 + c})
+                merged[i] = hidden ? plain[i] / samples : seen[i] / all_through[c];
+        }
+        merged[3] = meanOpacity(merged[4], merged[5], merged[6]);
         const Entry& nearest = entries_[group.nearest];
         row.z.push_back(nearest.z);
         row.nearest.emplace_back(nearest.sample, nearest.fragment);
@@ -149,9 +156,9 @@ void RowMerger::composite(MergedRow& row) const {
     }
 }
 
-std::array<float, 4> toFloats(const MergedColor& color) {
-    std::array<float, 4> result;
-    for (std::size_t c = 0; c < 4; ++c)
+TintedColor toFloats(const MergedColor& color) {
+    TintedColor result;
+    for (std::size_t c = 0; c < result.size(); ++c)
         result[c] = static_cast<float>(color[c]);
     return result;
 }
@@ -172,12 +179,15 @@ void addToMean(const CompositeImage& sample, int index, int samples, CompositeIm
     if (index == 0) {
         mean.window = sample.window;
         mean.rgba.assign(pixels, {});
+        mean.opacity.assign(sample.opacity.size(), {});
         mean.z.assign(pixels, std::numeric_limits<float>::infinity());
     }
     const float weight = 1.0F / static_cast<float>(samples);
     for (std::size_t p = 0; p < pixels; ++p) {
         for (std::size_t c = 0; c < 4; ++c)
             mean.rgba[p][c] += weight * sample.rgba[p][c];
+        for (std::size_t c = 0; c < 3 && sample.tinted(); ++c)
+            mean.opacity[p][c] += weight * sample.opacity[p][c];
         mean.z[p] = std::min(mean.z[p], sample.z[p]);
     }
 }
@@ -195,7 +205,7 @@ void mergeSamples(std::span<const LayeredImage> samples, const SurfaceOf& surfac
     });
 
     out.window = window;
-    out.color = {{"R", "G", "B", "A"}, color_type, {}};
+    out.color = {samples.front().color.channels, color_type, {}};
     out.extra.clear();
     out.z.clear();
     out.offsets.assign(1, 0);

@@ -36,9 +36,9 @@ using SurfaceOf = std::function<std::uint32_t(std::uint32_t primitive)>;
 /// covers of what the fragments in front of it leave uncovered, sample by sample, so that
 /// compositing the merged fragments gives the mean of the samples' composites: with T the light
 /// that still gets through each sample, alpha = Σ T·a / Σ T, likewise colour. Where nothing gets
-/// through it is the plain mean. (The same reasoning that makes deep images hold up at shared
-/// edges; cf. Egstad, Davis & Lacewell, "Improved Deep Image Compositing Using Subpixel Masks",
-/// DigiPro 2015.)
+/// through it is the plain mean. With coloured opacity each channel has its own T. (The same
+/// reasoning that makes deep images hold up at shared edges; cf. Egstad, Davis & Lacewell,
+/// "Improved Deep Image Compositing Using Subpixel Masks", DigiPro 2015.)
 void mergeSamples(std::span<const LayeredImage> samples, const SurfaceOf& surface_of,
                   PixelType color_type, LayeredImage& out);
 

@@ -118,9 +118,11 @@ enum class DepthTest {
 /// How what a pass writes meets what a colour attachment holds. Colours are premultiplied.
 enum class Blend : std::uint8_t {
     kOff,
-    kMax,    ///< every component keeps its largest value
-    kAdd,    ///< sums
-    kOver,   ///< in front of what is there: dst = src + (1 − src.a)·dst
+    kMax,            ///< every component keeps its largest value
+    kAdd,            ///< sums
+    kOver,           ///< in front of what is there: dst = src + (1 − src.a)·dst
+    kOverByOpacity,  ///< likewise by the shader's second output: dst = src + (1 − src1)·dst
+    kOverByItself,   ///< likewise, of opacities: dst = src + (1 − src)·dst
     kUnder,  ///< behind what is there; dst.a is the light that still gets through, 1 at first:
              ///< dst.rgb += dst.a·src.rgb, dst.a *= 1 − src.a
 };

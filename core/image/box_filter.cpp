@@ -7,7 +7,7 @@ namespace peeler {
 namespace {
 
 void addScaled(BoxFilter::Pixel& sum, const BoxFilter::Pixel& value, float factor) {
-    for (std::size_t c = 0; c < 4; ++c)
+    for (std::size_t c = 0; c < sum.size(); ++c)
         sum[c] += factor * value[c];
 }
 

@@ -26,73 +26,130 @@ std::array<float, 4> over(const std::array<float, 4>& a, const std::array<float,
     return sum;
 }
 
+TintedColor over(const TintedColor& a, const TintedColor& b) {
+    TintedColor sum = a;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const float rest = 1.0F - a[4 + c];
+        sum[c] += rest * b[c];
+        sum[4 + c] += rest * b[4 + c];
+    }
+    sum[3] = meanOpacity(sum[4], sum[5], sum[6]);
+    return sum;
+}
+
 namespace {
 
 using Color = std::array<float, 4>;
 
-Color colorOf(const float* components) {
-    return {components[0], components[1], components[2], components[3]};
+/// `C` is Color or TintedColor, whose components follow one another.
+template <class C>
+C load(const float* components) {
+    C color;
+    std::copy_n(components, color.size(), color.begin());
+    return color;
 }
-Color colorOf(const std::uint16_t* halfs) {
-    return {imath_half_to_float(halfs[0]), imath_half_to_float(halfs[1]),
-            imath_half_to_float(halfs[2]), imath_half_to_float(halfs[3])};
+template <class C>
+C load(const std::uint16_t* halfs) {
+    C color;
+    std::transform(halfs, halfs + color.size(), color.begin(), imath_half_to_float);
+    return color;
 }
 
-template <class T>
-Color overInOrder(const T* colors, std::size_t count) {
-    Color sum{};
+template <class C, class T>
+C overInOrder(const T* colors, std::size_t count) {
+    C sum{};
     for (std::size_t f = 0; f < count; ++f)
-        sum = over(sum, colorOf(colors + 4 * f));
+        sum = over(sum, load<C>(colors + sum.size() * f));
     return sum;
 }
 
-template <class T>
-Color sumOf(const T* colors, std::size_t count) {
-    Color sum{};
+template <class C, class T>
+C sumOf(const T* colors, std::size_t count) {
+    C sum{};
     for (std::size_t f = 0; f < count; ++f) {
-        const Color color = colorOf(colors + 4 * f);
-        for (std::size_t c = 0; c < 4; ++c)
+        const C color = load<C>(colors + sum.size() * f);
+        for (std::size_t c = 0; c < color.size(); ++c)
             sum[c] += color[c];
     }
     return sum;
 }
 
-template <class T>
-Color averageOf(const T* colors, std::size_t count) {
-    const Color sum = sumOf(colors, count);
+/// What n fragments cover whose opacities add up to `sum`.
+float averageCoverage(float sum, float n) {
+    return 1.0F - std::pow(std::max(0.0F, 1.0F - sum / n), n);
+}
+
+Color average(const Color& sum, float n) {
     if (!(sum[3] > 0)) return {sum[0], sum[1], sum[2], 0};  // reflections on glass
-    const auto n = static_cast<float>(count);
-    const float covered = 1.0F - std::pow(std::max(0.0F, 1.0F - sum[3] / n), n);
+    const float covered = averageCoverage(sum[3], n);
     const float scale = covered / sum[3];
     return {sum[0] * scale, sum[1] * scale, sum[2] * scale, covered};
 }
 
-/// Where the composites of pixels are written.
+TintedColor average(const TintedColor& sum, float n) {
+    TintedColor result = sum;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const float opacity = sum[4 + c];
+        result[4 + c] = 0;
+        if (!(opacity > 0)) continue;
+        result[4 + c] = averageCoverage(opacity, n);
+        result[c] = sum[c] * (result[4 + c] / opacity);
+    }
+    result[3] = meanOpacity(result[4], result[5], result[6]);
+    return result;
+}
+
+template <class C, class T>
+C averageOf(const T* colors, std::size_t count) {
+    return average(sumOf<C>(colors, count), static_cast<float>(count));
+}
+
+void setColor(CompositeImage& out, std::size_t pixel, const Color& color) {
+    out.rgba[pixel] = color;
+}
+void setColor(CompositeImage& out, std::size_t pixel, const TintedColor& color) {
+    out.rgba[pixel] = untinted(color);
+    out.opacity[pixel] = {color[4], color[5], color[6]};
+}
+
+/// Consecutive pixels of an image, and where they are composited.
 struct Pixels {
-    Color* rgba;
-    float* z;
+    const LayeredImage& image;
+    std::size_t begin, end;
+    CompositeImage& out;
+    std::size_t to = 0;  ///< in `out`, of the image's first pixel
 };
 
-/// Calls one(colors of the pixel, their number) for the pixels [begin, end) of the image; what it
-/// returns is put in front of the background.
-template <class T, class One>
-void compositePixels(const LayeredImage& image, std::size_t begin, std::size_t end,
-                     const Color& background, const Pixels& out, const One& one) {
+/// Calls one(colors of the pixel, their number) for these pixels; what it returns is put in front
+/// of the background.
+template <class C, class T, class One>
+void compositePixels(const Pixels& pixels, const C& background, const One& one) {
+    const LayeredImage& image = pixels.image;
     const T* colors = image.color.as<T>().data();
-    for (std::size_t p = begin; p < end; ++p) {
+    for (std::size_t p = pixels.begin; p < pixels.end; ++p) {
         const std::uint32_t first = image.offsets[p], count = image.count(p);
-        out.rgba[p] = over(one(colors + std::size_t{4} * first, count), background);
-        out.z[p] = count > 0 ? image.z[first] : std::numeric_limits<float>::infinity();
+        const C color = one.template operator()<C>(colors + background.size() * first, count);
+        setColor(pixels.out, pixels.to + p, over(color, background));
+        pixels.out.z[pixels.to + p] =
+            count > 0 ? image.z[first] : std::numeric_limits<float>::infinity();
+    }
+}
+
+template <class C, class One>
+void compositePixels(const Pixels& pixels, const C& background, const One& one) {
+    if (pixels.image.color.type == PixelType::kFloat) {
+        compositePixels<C, float>(pixels, background, one);
+    } else {
+        compositePixels<C, std::uint16_t>(pixels, background, one);
     }
 }
 
 template <class One>
-void compositePixels(const LayeredImage& image, std::size_t begin, std::size_t end,
-                     const Color& background, const Pixels& out, const One& one) {
-    if (image.color.type == PixelType::kFloat) {
-        compositePixels<float>(image, begin, end, background, out, one);
+void compositePixels(const Pixels& pixels, const Color& background, const One& one) {
+    if (pixels.image.tinted()) {
+        compositePixels<TintedColor>(pixels, tinted(background), one);
     } else {
-        compositePixels<std::uint16_t>(image, begin, end, background, out, one);
+        compositePixels<Color>(pixels, background, one);
     }
 }
 
@@ -100,12 +157,11 @@ template <class One>
 void compositeWith(const LayeredImage& image, const Color& background, CompositeImage& out,
                    const One& one) {
     out.window = image.window;
-    out.rgba.resize(image.window.pixels());
+    out.resizeColors(image.tinted());
     out.z.resize(image.window.pixels());
     const auto width = static_cast<std::size_t>(image.window.width());
     parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
-        compositePixels(image, row * width, (row + 1) * width, background,
-                        {out.rgba.data(), out.z.data()}, one);
+        compositePixels({image, row * width, (row + 1) * width, out}, background, one);
     });
 }
 
@@ -117,34 +173,45 @@ struct NearestLayers {
     NearestLayers(std::uint32_t layers, Tail tail_mode)
         : limit(layers ? layers : std::numeric_limits<std::size_t>::max()), tail(tail_mode) {}
 
-    template <class T>
-    Color operator()(const T* colors, std::size_t count) const {
+    template <class C, class T>
+    C operator()(const T* colors, std::size_t count) const {
         const std::size_t kept = std::min(count, limit);
-        const Color front = overInOrder(colors, kept);
+        const C front = overInOrder<C>(colors, kept);
         if (tail == Tail::kDrop || kept == count) return front;
-        return over(front, averageOf(colors + 4 * kept, count - kept));
+        return over(front, averageOf<C>(colors + front.size() * kept, count - kept));
     }
 };
 
 }  // namespace
 
 void compositeOver(const LayeredImage& image, const Color& background, CompositeImage& out) {
-    compositeWith(image, background, out,
-                  [](const auto* colors, std::size_t count) { return overInOrder(colors, count); });
+    compositeWith(image, background, out, []<class C>(const auto* colors, std::size_t count) {
+        return overInOrder<C>(colors, count);
+    });
 }
 
 Color colorOf(const LayeredImage& image, std::size_t fragment) {
+    const std::size_t first = image.color.components() * fragment;
     return image.color.type == PixelType::kFloat
-               ? colorOf(image.color.as<float>().data() + 4 * fragment)
-               : colorOf(image.color.as<std::uint16_t>().data() + 4 * fragment);
+               ? load<Color>(image.color.as<float>().data() + first)
+               : load<Color>(image.color.as<std::uint16_t>().data() + first);
 }
 
-void storeColor(const Color& color, FragmentArray& colors, std::size_t fragment) {
-    for (std::size_t c = 0; c < 4; ++c) {
+TintedColor tintedColorOf(const LayeredImage& image, std::size_t fragment) {
+    if (!image.tinted()) return tinted(colorOf(image, fragment));
+    const std::size_t first = kTintedComponents * fragment;
+    return image.color.type == PixelType::kFloat
+               ? load<TintedColor>(image.color.as<float>().data() + first)
+               : load<TintedColor>(image.color.as<std::uint16_t>().data() + first);
+}
+
+void storeColor(const TintedColor& color, FragmentArray& colors, std::size_t fragment) {
+    const std::size_t components = colors.components();
+    for (std::size_t c = 0; c < components; ++c) {
         if (colors.type == PixelType::kFloat) {
-            colors.as<float>()[4 * fragment + c] = color[c];
+            colors.as<float>()[components * fragment + c] = color[c];
         } else {
-            colors.as<std::uint16_t>()[4 * fragment + c] = imath_float_to_half(color[c]);
+            colors.as<std::uint16_t>()[components * fragment + c] = imath_float_to_half(color[c]);
         }
     }
 }
@@ -154,21 +221,23 @@ void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail
     compositeWith(image, {}, out, NearestLayers(layers, tail));
 }
 
-void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
-                      std::span<Color> rgba, std::span<float> z) {
-    compositePixels(image, 0, rgba.size(), {}, {rgba.data(), z.data()},
+void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail, std::size_t first,
+                      CompositeImage& out) {
+    compositePixels({image, 0, image.offsets.size() - 1, out, first}, Color{},
                     NearestLayers(layers, tail));
 }
 
 void compositeWeightedAverage(const LayeredImage& image, const Color& background,
                               CompositeImage& out) {
-    compositeWith(image, background, out,
-                  [](const auto* colors, std::size_t count) { return averageOf(colors, count); });
+    compositeWith(image, background, out, []<class C>(const auto* colors, std::size_t count) {
+        return averageOf<C>(colors, count);
+    });
 }
 
 void compositeWeightedSum(const LayeredImage& image, const Color& background, CompositeImage& out) {
-    compositeWith(image, background, out,
-                  [](const auto* colors, std::size_t count) { return sumOf(colors, count); });
+    compositeWith(image, background, out, []<class C>(const auto* colors, std::size_t count) {
+        return sumOf<C>(colors, count);
+    });
 }
 
 void appendNearestChannels(const LayeredImage& image, CompositeImage& out) {
@@ -196,16 +265,19 @@ void toSingleLayer(const CompositeImage& composite, LayeredImage& out) {
     out.offsets[0] = 0;
     for (std::size_t p = 0; p < width * height; ++p)
         out.offsets[p + 1] = out.offsets[p] + (hasFragment(p) ? 1 : 0);
-    out.color = {{"R", "G", "B", "A"}, PixelType::kFloat, std::move(out.color.data)};
-    out.color.data.resize(out.offsets.back() * sizeof(Color));
+    out.color = {colorNames(composite.tinted()), PixelType::kFloat, std::move(out.color.data)};
+    out.color.data.resize(out.offsets.back() * out.color.stride());
     out.extra.clear();
     out.z.resize(out.offsets.back());
-    auto* colors = out.color.as<Color>().data();
+    const std::size_t components = out.color.components();
+    float* const colors = out.color.as<float>().data();
     parallelFor(height, [&](std::size_t row) {
         for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
             if (!hasFragment(p)) continue;
             out.z[out.offsets[p]] = composite.z[p];
-            colors[out.offsets[p]] = composite.rgba[p];
+            float* const color = colors + components * out.offsets[p];
+            std::copy_n(composite.rgba[p].begin(), 4, color);
+            if (composite.tinted()) std::copy_n(composite.opacity[p].begin(), 3, color + 4);
         }
     });
 }

@@ -18,40 +18,87 @@ enum class Tail : std::uint8_t {
     kBlend  ///< composites: blended behind them as a weighted average
 };
 
+/// A colour with coloured opacity: R, G, B, A, AR, AG, AB, premultiplied. Light of channel c that
+/// comes from behind is multiplied by 1 − A_c. A is the mean of the three, for whoever takes one
+/// number, and nothing here reads it.
+using TintedColor = std::array<float, kTintedComponents>;
+
+/// The mean of three opacities: exactly theirs if they are equal.
+template <class T>
+T meanOpacity(T r, T g, T b) {
+    return r == g && g == b ? r : static_cast<T>((double{r} + double{g} + double{b}) / 3);
+}
+
+/// An ordinary colour as one whose channels are all as opaque as it is.
+inline TintedColor tinted(const std::array<float, 4>& c) {
+    return {c[0], c[1], c[2], c[3], c[3], c[3], c[3]};
+}
+/// Without the opacities of single channels.
+inline std::array<float, 4> untinted(const TintedColor& c) {
+    return {c[0], c[1], c[2], c[3]};
+}
+
 /// A flattened band: premultiplied linear RGBA in 32-bit float, and the camera Z of each pixel's
 /// first fragment (+inf where there is none). Row-major inside `window`.
 struct CompositeImage {
     Window window;
     std::vector<std::array<float, 4>> rgba;
     std::vector<float> z;
+    /// AR, AG, AB of every pixel where opacity is coloured; else empty, and A holds for all.
+    std::vector<std::array<float, 3>> opacity{};
     std::vector<FragmentArray> extra{};  ///< other quantities, a record a pixel
+
+    bool tinted() const { return !opacity.empty(); }
+    TintedColor colorAt(std::size_t pixel) const {
+        if (!tinted()) return peeler::tinted(rgba[pixel]);
+        const auto& [r, g, b, a] = rgba[pixel];
+        return {r, g, b, a, opacity[pixel][0], opacity[pixel][1], opacity[pixel][2]};
+    }
+    /// Of opacity what the picture has.
+    void setColor(std::size_t pixel, const TintedColor& color) {
+        rgba[pixel] = untinted(color);
+        if (tinted()) opacity[pixel] = {color[4], color[5], color[6]};
+    }
+    /// Room for the colours of the window.
+    void resizeColors(bool is_tinted) {
+        rgba.resize(window.pixels());
+        opacity.resize(is_tinted ? window.pixels() : 0);
+    }
 };
 
 /// Front to back "over" of premultiplied colours (Porter & Duff 1984): C += (1 − A)·c, A += (1 −
-/// A)·a, in 32-bit float, in list order. `background` (premultiplied) goes last; all zero adds
-/// nothing. `out` is overwritten; its storage is reused.
+/// A)·a, in 32-bit float, in list order; with coloured opacity in every channel by its own. The
+/// order of operations is the same, so where a pixel's opacities are all equal it has the same
+/// bits. `background` (premultiplied) goes last; all zero adds nothing. `out` is overwritten; its
+/// storage is reused.
 void compositeOver(const LayeredImage& image, const std::array<float, 4>& background,
                    CompositeImage& out);
 
 /// a in front of b, premultiplied: a + (1 − a.a)·b.
 std::array<float, 4> over(const std::array<float, 4>& a, const std::array<float, 4>& b);
+/// The same in every channel by a's opacity there.
+TintedColor over(const TintedColor& a, const TintedColor& b);
 
-/// The colour of one fragment.
+/// The colour of one fragment, without the opacities of single channels.
 std::array<float, 4> colorOf(const LayeredImage& image, std::size_t fragment);
-/// Stores the colour of one fragment, in half precision if `colors` is of that type.
-void storeColor(const std::array<float, 4>& color, FragmentArray& colors, std::size_t fragment);
+/// The same with them; all are A where the image has none.
+TintedColor tintedColorOf(const LayeredImage& image, std::size_t fragment);
+/// Stores the colour of one fragment, in half precision if `colors` is of that type; of coloured
+/// opacity what `colors` has room for.
+void storeColor(const TintedColor& color, FragmentArray& colors, std::size_t fragment);
 
 /// The nearest `layers` fragments of every pixel like that (0 = all), without a background; what is
 /// behind them as a weighted average, if `tail` says so. `out` is overwritten.
 void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
                       CompositeImage& out);
 
-/// The same of an image without a window, an entry of `rgba` and `z` a pixel; on one thread.
-void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail,
-                      std::span<std::array<float, 4>> rgba, std::span<float> z);
+/// The same of an image without a window, which are pixels of `out` from `first` on; on one thread.
+/// `out` has room for them, with coloured opacity if the image has it.
+void compositeNearest(const LayeredImage& image, std::uint32_t layers, Tail tail, std::size_t first,
+                      CompositeImage& out);
 
 /// Weighted average (Bavoil & Myers 2008, section 4) of n fragments: C = ΣA·C / ΣA, A = ΣA / n,
-/// C·(1 − (1 − A)^n) + background·(1 − A)^n.
+/// C·(1 − (1 − A)^n) + background·(1 − A)^n; with coloured opacity each channel by itself.
 void compositeWeightedAverage(const LayeredImage& image, const std::array<float, 4>& background,
                               CompositeImage& out);
 

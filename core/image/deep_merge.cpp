@@ -3,7 +3,6 @@
 #include "core/image/merge.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <string>
@@ -114,9 +113,9 @@ void mergeDeepSamples(const LayeredImage& image, int y0, int y1, const DeepMerge
                 for (std::size_t i = 0; i < image.extra.size(); ++i)
                     copyFragment(image.extra[i], f, out.extra[i], target);
                 if (next > f + 1) {
-                    std::array<float, 4> color = colorOf(image, f);
+                    TintedColor color = tintedColorOf(image, f);
                     for (++f; f < next; ++f)
-                        color = over(color, colorOf(image, f));
+                        color = over(color, tintedColorOf(image, f));
                     storeColor(color, out.color, target);
                 }
                 f = next;

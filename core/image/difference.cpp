@@ -4,7 +4,6 @@
 #include "core/image/difference.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -20,11 +19,16 @@ double absoluteDifference(double a, double b) {
     return std::isnan(apart) ? std::numeric_limits<double>::infinity() : apart;
 }
 
+/// How many channels a colour has in one picture or the other.
+std::size_t componentsIn(bool tinted_a, bool tinted_b) {
+    return tinted_a || tinted_b ? kTintedComponents : kPlainComponents;
+}
+
 /// Adds the channels of one colour; returns the largest difference.
-float addColor(const std::array<float, 4>& a, const std::array<float, 4>& b, int x, int y,
+float addColor(const TintedColor& a, const TintedColor& b, std::size_t components, int x, int y,
                DifferenceStatistics& sum) {
     double largest = 0;
-    for (std::size_t c = 0; c < 4; ++c) {
+    for (std::size_t c = 0; c < components; ++c) {
         sum.add(a[c], b[c], x, y);
         largest = std::max(largest, absoluteDifference(a[c], b[c]));
     }
@@ -37,13 +41,15 @@ float addPixel(const LayeredImage& a, const LayeredImage& b, std::size_t pixel, 
     const std::uint32_t in_a = a.count(pixel), in_b = b.count(pixel);
     const std::uint32_t all = std::max(in_a, in_b), both = std::min(in_a, in_b);
     if (sum.layers.size() < all) sum.layers.resize(all);
+    const std::size_t components = componentsIn(a.tinted(), b.tinted());
     float largest = 0;
     for (std::uint32_t k = 0; k < both; ++k) {
         const std::size_t f = a.offsets[pixel] + k, g = b.offsets[pixel] + k;
         FragmentDifference& layer = sum.layers[k];
         ++layer.both;
         layer.depth.add(a.z[f], b.z[g], x, y);
-        largest = std::max(largest, addColor(colorOf(a, f), colorOf(b, g), x, y, layer.color));
+        largest = std::max(largest, addColor(tintedColorOf(a, f), tintedColorOf(b, g), components,
+                                             x, y, layer.color));
     }
     for (std::uint32_t k = both; k < all; ++k)
         ++(in_a > in_b ? sum.layers[k].only_a : sum.layers[k].only_b);
@@ -147,7 +153,8 @@ void addDifference(const CompositeImage& a, const CompositeImage& b, DifferenceS
         for (std::size_t column = 0; column < width; ++column) {
             const std::size_t pixel = row * width + column;
             const float found =
-                addColor(a.rgba[pixel], b.rgba[pixel], a.window.x0 + static_cast<int>(column),
+                addColor(a.colorAt(pixel), b.colorAt(pixel), componentsIn(a.tinted(), b.tinted()),
+                         a.window.x0 + static_cast<int>(column),
                          a.window.y0 + static_cast<int>(row), rows[row]);
             if (!largest.empty()) largest[pixel] = found;
         }

@@ -32,7 +32,8 @@ struct DifferenceStatistics {
 struct FragmentDifference {
     std::uint64_t both = 0, only_a = 0, only_b = 0;  ///< fragments
     DifferenceStatistics depth;                      ///< of those in both
-    DifferenceStatistics color;                      ///< premultiplied R, G, B, A, each one a value
+    DifferenceStatistics color;  ///< premultiplied R, G, B, A, each one a value;
+                                 ///< AR, AG, AB, too, if one picture has them
 
     void merge(const FragmentDifference& later);
 };
@@ -43,7 +44,7 @@ struct LayeredDifference {
     std::uint32_t largest_count = 0;  ///< the largest such difference
     FragmentDifference all;
     std::vector<FragmentDifference> layers;  ///< front to back
-    DifferenceStatistics composite;          ///< R, G, B, A over nothing
+    DifferenceStatistics composite;          ///< likewise, over nothing
 
     void merge(const LayeredDifference& later);
 };
@@ -55,7 +56,7 @@ struct LayeredDifference {
 void addDifference(const LayeredImage& a, const LayeredImage& b, LayeredDifference& sum,
                    std::span<float> largest = {});
 
-/// The same for flat pictures: R, G, B, A, each one a value.
+/// The same for flat pictures.
 void addDifference(const CompositeImage& a, const CompositeImage& b, DifferenceStatistics& sum,
                    std::span<float> largest = {});
 

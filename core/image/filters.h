@@ -27,7 +27,7 @@ inline constexpr int kFxaaReach = 24;
 ///
 /// Contrast is that of the square root of Rec. 709 luma, as the eye has it. Where `background`
 /// (premultiplied) lets through what nobody knows yet, it is looked for over black and over white.
-/// All four premultiplied components are blended alike, in linear light: `background` itself is not
+/// All premultiplied components are blended alike, in linear light: `background` itself is not
 /// added. Z stays what it is; a pixel without any that gets colour from a neighbour gets the
 /// neighbour's Z (of two, the nearer), so that it counts as covered.
 ///
@@ -61,6 +61,7 @@ class FxaaFilter : public Sink {
     std::unique_ptr<Sink> next_;
     std::array<float, 4> background_;
     Window crop_;
+    bool tinted_ = false;       ///< opacity is coloured
     int slice_rows_ = 0;        ///< most rows filtered at once
     int next_row_ = 0;          ///< the first that has not been handed on
     CompositeImage composite_;  ///< the band
@@ -77,7 +78,7 @@ class FxaaFilter : public Sink {
 /// light, premultiplied.
 class BoxFilter {
   public:
-    using Pixel = std::array<float, 4>;
+    using Pixel = TintedColor;
 
     /// The result is no larger than the source, in either direction.
     BoxFilter(int source_width, int source_height, int width, int height);

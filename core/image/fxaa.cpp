@@ -44,8 +44,10 @@ class Luma {
         parallelFor(static_cast<std::size_t>(window_.height()), [&](std::size_t row) {
             for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
                 const Color& color = picture.rgba[p];
-                values_[p] =
-                    std::sqrt(std::max(0.0F, linear(color) + (1.0F - color[3]) * background_luma));
+                const float behind = picture.tinted()
+                                         ? linear(throughOf(picture.opacity[p], background))
+                                         : (1.0F - color[3]) * background_luma;
+                values_[p] = std::sqrt(std::max(0.0F, linear(color) + behind));
             }
         });
     }
@@ -58,6 +60,11 @@ class Luma {
     }
 
   private:
+    /// What of the background is seen through a pixel.
+    static Color throughOf(const std::array<float, 3>& opacity, const Color& background) {
+        return {(1.0F - opacity[0]) * background[0], (1.0F - opacity[1]) * background[1],
+                (1.0F - opacity[2]) * background[2], 0};
+    }
     static float linear(const Color& c) { return 0.2126F * c[0] + 0.7152F * c[1] + 0.0722F * c[2]; }
 
     Window window_;
@@ -141,7 +148,7 @@ float edgeShift(const Luma& luma, Pixel p, Pixel across) {
 
 /// A pixel of the result.
 struct Filtered {
-    Color color;
+    TintedColor color;
     float z;
 };
 
@@ -151,13 +158,13 @@ Filtered pixelOf(const CompositeImage& picture, Pixel at) {
     const auto y = std::clamp(at.y, w.y0, w.y1 - 1) - w.y0;
     const auto p = static_cast<std::size_t>(y) * static_cast<std::size_t>(w.width()) +
                    static_cast<std::size_t>(x);
-    return {picture.rgba[p], picture.z[p]};
+    return {picture.colorAt(p), picture.z[p]};
 }
 
 Filtered blend(const Filtered& own, const Filtered& other, float shift) {
     Filtered result = own;
     if (!(shift > 0)) return result;
-    for (std::size_t c = 0; c < 4; ++c)
+    for (std::size_t c = 0; c < own.color.size(); ++c)
         result.color[c] += shift * (other.color[c] - own.color[c]);
     if (own.z == std::numeric_limits<float>::infinity()) result.z = other.z;
     return result;
@@ -165,7 +172,7 @@ Filtered blend(const Filtered& own, const Filtered& other, float shift) {
 
 Filtered mean(const Filtered& a, const Filtered& b) {
     Filtered result{{}, std::min(a.z, b.z)};
-    for (std::size_t c = 0; c < 4; ++c)
+    for (std::size_t c = 0; c < a.color.size(); ++c)
         result.color[c] = (a.color[c] + b.color[c]) / 2;
     return result;
 }
@@ -226,7 +233,7 @@ class Filter {
 void applyFxaa(const CompositeImage& picture, const Color& background, int y0, int y1,
                CompositeImage& out) {
     out.window = {picture.window.x0, y0, picture.window.x1, y1};
-    out.rgba.resize(out.window.pixels());
+    out.resizeColors(picture.tinted());
     out.z.resize(out.window.pixels());
     if (out.window.empty()) return;
     const Filter filter(picture, background);
@@ -235,7 +242,7 @@ void applyFxaa(const CompositeImage& picture, const Color& background, int y0, i
         for (std::size_t column = 0; column < width; ++column) {
             const Filtered pixel = filter(
                 {out.window.x0 + static_cast<int>(column), out.window.y0 + static_cast<int>(row)});
-            out.rgba[row * width + column] = pixel.color;
+            out.setColor(row * width + column, pixel.color);
             out.z[row * width + column] = pixel.z;
         }
     });
@@ -247,14 +254,23 @@ namespace {
 constexpr std::uint64_t kSliceBytes = 32U << 20;
 constexpr int kLeastSlice = 16, kMostSlice = 256;  // rows
 
-constexpr std::uint64_t kCompositeBytes = sizeof(float) * (4 + 1);              // a pixel
-constexpr std::uint64_t kKeptPixelBytes = kCompositeBytes + 2 * sizeof(float);  // and its two lumas
-constexpr std::uint64_t kFilteredBytes = 2 * kCompositeBytes + sizeof(std::uint32_t);  // as a layer
+std::uint64_t compositeBytes(bool tinted) {  // a pixel
+    return sizeof(float) * ((tinted ? kTintedComponents : kPlainComponents) + 1);
+}
+std::uint64_t keptBytes(bool tinted) {
+    return compositeBytes(tinted) + 2 * sizeof(float);  // and its two lumas
+}
+std::uint64_t filteredBytes(bool tinted) {
+    return 2 * compositeBytes(tinted) + sizeof(std::uint32_t);  // as a layer
+}
 
 void appendRows(const CompositeImage& from, int y0, int y1, CompositeImage& to) {
     const auto width = static_cast<std::ptrdiff_t>(from.window.width());
     const auto first = (y0 - from.window.y0) * width, last = (y1 - from.window.y0) * width;
     to.rgba.insert(to.rgba.end(), from.rgba.begin() + first, from.rgba.begin() + last);
+    if (from.tinted())
+        to.opacity.insert(to.opacity.end(), from.opacity.begin() + first,
+                          from.opacity.begin() + last);
     to.z.insert(to.z.end(), from.z.begin() + first, from.z.begin() + last);
     to.window.y1 += y1 - y0;
 }
@@ -263,6 +279,7 @@ void dropRowsAbove(int y, CompositeImage& image) {
     if (y <= image.window.y0) return;
     const auto pixels = static_cast<std::ptrdiff_t>(y - image.window.y0) * image.window.width();
     image.rgba.erase(image.rgba.begin(), image.rgba.begin() + pixels);
+    if (image.tinted()) image.opacity.erase(image.opacity.begin(), image.opacity.begin() + pixels);
     image.z.erase(image.z.begin(), image.z.begin() + pixels);
     image.window.y0 = y;
 }
@@ -275,8 +292,9 @@ FxaaFilter::FxaaFilter(std::unique_ptr<Sink> next, const std::array<float, 4>& b
 void FxaaFilter::begin(const Plan& plan) {
     next_->begin(plan);
     crop_ = plan.view.crop;
-    const auto row_bytes =
-        static_cast<std::uint64_t>(std::max(1, crop_.width())) * (kKeptPixelBytes + kFilteredBytes);
+    tinted_ = plan.tinted;
+    const auto row_bytes = static_cast<std::uint64_t>(std::max(1, crop_.width())) *
+                           (keptBytes(tinted_) + filteredBytes(tinted_));
     slice_rows_ = static_cast<int>(
         std::clamp<std::uint64_t>(kSliceBytes / row_bytes, kLeastSlice, kMostSlice));
     next_row_ = crop_.y0;
@@ -329,7 +347,8 @@ SinkMemory FxaaFilter::memory() const {
     const auto width = static_cast<std::uint64_t>(crop_.width());
     const auto slice = static_cast<std::uint64_t>(slice_rows_);
     constexpr std::uint64_t kOverlap = std::uint64_t{2} * kFxaaReach;
-    memory.bytes += width * ((kOverlap + slice) * kKeptPixelBytes + slice * kFilteredBytes);
+    memory.bytes +=
+        width * ((kOverlap + slice) * keptBytes(tinted_) + slice * filteredBytes(tinted_));
     return memory;
 }
 

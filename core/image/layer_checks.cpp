@@ -53,10 +53,9 @@ void findWrongComposite(const LayeredImage& band, const CompositeImage& composit
     for (int y = band.window.y0; y < band.window.y1; ++y) {
         for (int x = band.window.x0; x < band.window.x1; ++x, ++pixel) {
             bool same = sameBits(made.z[pixel], composite.z[pixel]);
-            for (std::size_t c = 0; c < 4; ++c) {
-                same =
-                    same && sameBits(stored(made.rgba[pixel][c], type), composite.rgba[pixel][c]);
-            }
+            const TintedColor color = made.colorAt(pixel), there = composite.colorAt(pixel);
+            for (std::size_t c = 0; c < color.size(); ++c)
+                same = same && sameBits(stored(color[c], type), there[c]);
             if (!same) broken.add(x, y);
         }
     }

@@ -2,6 +2,7 @@
 // The one hand-over type: depth-sorted fragment lists of a rectangle of pixels.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -39,6 +40,17 @@ struct FragmentArray {
     }
 };
 
+/// What a colour consists of, as channels are called in files: premultiplied colour, its opacity,
+/// and, where glass may filter colour by colour, the opacity in each of them (OpenEXR's names; A is
+/// their mean then).
+inline constexpr std::array kColorNames = {"R", "G", "B", "A", "AR", "AG", "AB"};
+inline constexpr std::size_t kPlainComponents = 4, kTintedComponents = 7;
+
+/// The channels of a colour.
+inline std::vector<std::string> colorNames(bool tinted) {
+    return {kColorNames.begin(), kColorNames.begin() + (tinted ? 7 : 4)};
+}
+
 /// No index of a fragment: where a pixel has none.
 inline constexpr std::uint32_t kNoFragment = 0xFFFFFFFFU;
 
@@ -50,12 +62,15 @@ struct LayeredImage {
     Window window;
     std::vector<std::uint32_t> offsets;  ///< window.pixels() + 1 entries, offsets[0] = 0
     std::vector<float> z;                ///< camera Z, positive in front, scene units
-    /// R,G,B,A; linear Rec. 709, premultiplied; half or float. Of hits nothing, or dDepth.X and
-    /// dDepth.Y (float): by how much buffer depth grows to the next pixel's ray, y up.
+    /// R,G,B,A, or with coloured opacity R,G,B,A,AR,AG,AB (colorNames); linear Rec. 709,
+    /// premultiplied; half or float. Of hits nothing, or dDepth.X and dDepth.Y (float): by how much
+    /// buffer depth grows to the next pixel's ray, y up.
     FragmentArray color;
     std::vector<FragmentArray> extra;  ///< the other channels that were asked for
 
     std::size_t fragments() const { return z.size(); }
+    /// Whether opacity is coloured: AR, AG, AB are there beside A.
+    bool tinted() const { return color.components() == kTintedComponents; }
     std::size_t pixelIndex(int x, int y) const {
         return static_cast<std::size_t>(y - window.y0) * static_cast<std::size_t>(window.width()) +
                static_cast<std::size_t>(x - window.x0);

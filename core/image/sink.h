@@ -27,6 +27,7 @@ struct Plan {
     std::uint64_t fragments_stored = 0;   ///< after the layer limit
     std::uint64_t fragments_blended = 0;  ///< those beyond it, if a composite blends them
     PixelType color_type = PixelType::kHalf;
+    bool tinted = false;            ///< opacity is coloured (LayeredImage::tinted)
     std::size_t channel_bytes = 0;  ///< of a fragment, besides colour and Z
     int samples = 1;  ///< sub-pixel positions; of several, what they merge into is counted
 

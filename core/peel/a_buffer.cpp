@@ -10,7 +10,7 @@ namespace {
 class ABuffer final : public LayerMethod {
   public:
     bool takesAll() const override { return true; }
-    std::uint64_t tileBytes(std::uint64_t, bool) const override { return 0; }
+    std::uint64_t tileBytes(std::uint64_t, const CaptureSettings&) const override { return 0; }
 
     bool takesSlotTarget() const override { return true; }
 

@@ -9,8 +9,9 @@ namespace {
 /// summed up as the tail.
 class BackToFrontComposite final : public CompositeMethod {
   public:
-    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
-        return LayerTargets::bytes(tile_pixels, float_color) +
+    std::uint64_t tileBytes(std::uint64_t tile_pixels,
+                            const CaptureSettings& settings) const override {
+        return LayerTargets::bytes(tile_pixels, settings) +
                CompositeTargets::bytes(CompositeTargets::kBack | CompositeTargets::kTail,
                                        tile_pixels);
     }

@@ -19,7 +19,9 @@ struct Attachment {
 constexpr Attachment kAttachments[] = {{CompositeTargets::kFront, Blend::kUnder, 16},
                                        {CompositeTargets::kBack, Blend::kOver, 16},
                                        {CompositeTargets::kTail, Blend::kAdd, 16},
-                                       {CompositeTargets::kTail, Blend::kAdd, 4}};
+                                       {CompositeTargets::kTail, Blend::kAdd, 4},
+                                       {CompositeTargets::kBackOpacity, Blend::kOverByItself, 16},
+                                       {CompositeTargets::kTailOpacity, Blend::kAdd, 16}};
 
 }  // namespace
 
@@ -28,6 +30,11 @@ std::uint64_t CompositeTargets::bytes(unsigned parts, std::uint64_t tile_pixels)
     for (const Attachment& attachment : kAttachments)
         if (parts & attachment.part) bytes += attachment.bytes * tile_pixels;
     return bytes;
+}
+
+unsigned CompositeTargets::withOpacity(unsigned parts, bool tinted) {
+    if (!tinted) return parts;
+    return parts | ((parts & kBack) ? kBackOpacity : 0U) | ((parts & kTail) ? kTailOpacity : 0U);
 }
 
 void CompositeTargets::begin(SceneRasterizer& rasterizer, const Window& area, unsigned parts) {
@@ -44,6 +51,8 @@ void CompositeTargets::begin(SceneRasterizer& rasterizer, const Window& area, un
     make(back_, kBack, GL_RGBA32F);
     make(tail_sum_, kTail, GL_RGBA32F);
     make(tail_count_, kTail, GL_R32F);
+    make(back_opacity_, kBackOpacity, GL_RGBA32F);
+    make(tail_opacity_, kTailOpacity, GL_RGBA32F);
     parts_ = parts;
 
     const GLuint all = framebuffer(rasterizer, parts);
@@ -60,6 +69,8 @@ std::vector<GLuint> CompositeTargets::textures(unsigned parts) const {
     if (parts & kFront) names.push_back(front_.name());
     if (parts & kBack) names.push_back(back_.name());
     if (parts & kTail) names.insert(names.end(), {tail_sum_.name(), tail_count_.name()});
+    if (parts & kBackOpacity) names.push_back(back_opacity_.name());
+    if (parts & kTailOpacity) names.push_back(tail_opacity_.name());
     return names;
 }
 
@@ -90,34 +101,44 @@ int CompositeTargets::addTail(SceneRasterizer& rasterizer, const Window& area,
 }
 
 int CompositeTargets::addFragments(SceneRasterizer& rasterizer, const Window& area) {
+    const unsigned parts = withOpacity(kTail, rasterizer.tinted());
     rasterizer.draw({.fragment_shader = "accumulate.frag",
                      .shades = true,
                      .draws = rasterizer.bounded() ? Draws::kBlended : Draws::kAll,
-                     .framebuffer = framebuffer(rasterizer, kTail),
-                     .blend = blending(kTail)},
+                     .framebuffer = framebuffer(rasterizer, parts),
+                     .blend = blending(parts)},
                     area);
     return 1;
 }
 
+/// Into the back; `blended` over what is there. With coloured opacity the colours need two outputs
+/// for one target, and so the opacities a pass of their own.
+int CompositeTargets::drawUnsorted(SceneRasterizer& rasterizer, const Window& area, Draws draws,
+                                   bool blended) {
+    const bool tinted = rasterizer.tinted();
+    const auto draw = [&](unsigned part, const char* definitions, Blend blend) {
+        rasterizer.draw({.fragment_shader = "unsorted.frag",
+                         .definitions = definitions,
+                         .shades = true,
+                         .draws = draws,
+                         .framebuffer = framebuffer(rasterizer, part),
+                         .blend = {blended ? blend : Blend::kOff}},
+                        area);
+    };
+    draw(kBack, "", tinted ? Blend::kOverByOpacity : Blend::kOver);
+    if (tinted) draw(kBackOpacity, "OPACITY", Blend::kOverByItself);
+    return tinted ? 2 : 1;
+}
+
 int CompositeTargets::blendUnsorted(SceneRasterizer& rasterizer, const Window& area) {
-    rasterizer.draw({.fragment_shader = "unsorted.frag",
-                     .shades = true,
-                     .draws = rasterizer.bounded() ? Draws::kBlended : Draws::kAll,
-                     .framebuffer = framebuffer(rasterizer, kBack),
-                     .blend = blending(kBack)},
-                    area);
-    return 1;
+    return drawUnsorted(rasterizer, area, rasterizer.bounded() ? Draws::kBlended : Draws::kAll,
+                        true);
 }
 
 int CompositeTargets::addOpaque(SceneRasterizer& rasterizer, const Window& area) {
     if (!rasterizer.bounded()) return 0;
     // All opaque fragments but the bound itself lie behind it, so this draws the bound alone.
-    rasterizer.draw({.fragment_shader = "unsorted.frag",
-                     .shades = true,
-                     .draws = Draws::kOpaque,
-                     .framebuffer = framebuffer(rasterizer, kBack)},
-                    area);
-    return 1;
+    return drawUnsorted(rasterizer, area, Draws::kOpaque, false);
 }
 
 void CompositeTargets::blendOverBack(SceneRasterizer& rasterizer, const Window& area,
@@ -140,6 +161,8 @@ void CompositeTargets::resolve(SceneRasterizer& rasterizer, const Window& area,
     gl.BindTextureUnit(PEELER_BACK_UNIT, back_.name());
     gl.BindTextureUnit(PEELER_TAIL_SUM_UNIT, tail_sum_.name());
     gl.BindTextureUnit(PEELER_TAIL_COUNT_UNIT, tail_count_.name());
+    if (back_opacity_) gl.BindTextureUnit(PEELER_BACK_OPACITY_UNIT, back_opacity_.name());
+    if (tail_opacity_) gl.BindTextureUnit(PEELER_TAIL_OPACITY_UNIT, tail_opacity_.name());
     gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // slots
     rasterizer.compute("resolve.comp", all, area);
 }

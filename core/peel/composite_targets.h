@@ -20,9 +20,15 @@ class CompositeTargets {
     enum Part : unsigned {
         kFront = 1,  ///< RGBA; alpha is the light that still gets through
         kBack = 2,   ///< RGBA, premultiplied
-        kTail = 4    ///< RGBA sum of premultiplied colours, and the number of fragments
+        kTail = 4,   ///< RGBA sum of premultiplied colours, and the number of fragments
+        // Of each channel, where opacity is coloured.
+        kBackOpacity = 8,
+        kTailOpacity = 16
     };
     static std::uint64_t bytes(unsigned parts, std::uint64_t tile_pixels);
+
+    /// `parts`, with their opacities if opacity is coloured.
+    static unsigned withOpacity(unsigned parts, bool tinted);
 
     /// (Re)allocates for the rasterizer's tile and empties `area`.
     void begin(SceneRasterizer& rasterizer, const Window& area, unsigned parts);
@@ -39,10 +45,10 @@ class CompositeTargets {
                 std::uint32_t last);
     /// Sums up all fragments, or with an opaque bound those in front of it: one geometry pass.
     int addFragments(SceneRasterizer& rasterizer, const Window& area);
-    /// Blends the same fragments over the back in draw order: one geometry pass.
+    /// Blends the same fragments over the back in draw order: one geometry pass, or two where
+    /// opacity is coloured.
     int blendUnsorted(SceneRasterizer& rasterizer, const Window& area);
-    /// With --surfaces visible, puts the nearest opaque surface into the back: 1 geometry pass, or
-    /// none.
+    /// With --surfaces visible, puts the nearest opaque surface into the back: as many, or none.
     int addOpaque(SceneRasterizer& rasterizer, const Window& area);
     /// Blends a texture of premultiplied colours over the back.
     void blendOverBack(SceneRasterizer& rasterizer, const Window& area, GLuint texture);
@@ -52,7 +58,9 @@ class CompositeTargets {
     void resolve(SceneRasterizer& rasterizer, const Window& area, const char* definitions = "");
 
   private:
-    gl::Texture front_, back_, tail_sum_, tail_count_;
+    int drawUnsorted(SceneRasterizer& rasterizer, const Window& area, Draws draws, bool blended);
+
+    gl::Texture front_, back_, tail_sum_, tail_count_, back_opacity_, tail_opacity_;
     std::map<unsigned, gl::Framebuffer> framebuffers_;
     unsigned parts_ = 0;
     Window size_;
@@ -74,12 +82,15 @@ class Unordered final : public CompositeMethod {
     Unordered(unsigned parts, Pass pass, const char* formula)
         : parts_(parts), pass_(pass), formula_(formula) {}
 
-    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool) const override {
-        return CompositeTargets::bytes(parts_, tile_pixels);
+    std::uint64_t tileBytes(std::uint64_t tile_pixels,
+                            const CaptureSettings& settings) const override {
+        return CompositeTargets::bytes(CompositeTargets::withOpacity(parts_, settings.tinted),
+                                       tile_pixels);
     }
 
     int composite(SceneRasterizer& rasterizer, const CompositeArea& area) override {
-        targets_.begin(rasterizer, area.window, parts_);
+        targets_.begin(rasterizer, area.window,
+                       CompositeTargets::withOpacity(parts_, rasterizer.tinted()));
         int passes = targets_.addOpaque(rasterizer, area.window);
         passes += (targets_.*pass_)(rasterizer, area.window);
         targets_.resolve(rasterizer, area.window, formula_);

@@ -61,7 +61,7 @@ class Dual final : public LayerMethod {
   public:
     bool takesAll() const override { return true; }
 
-    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool) const override {
+    std::uint64_t tileBytes(std::uint64_t tile_pixels, const CaptureSettings&) const override {
         return tile_pixels * PingPong::kRangeBytes;
     }
 
@@ -95,8 +95,9 @@ class Dual final : public LayerMethod {
 /// that tell coincident fragments apart.
 class DualComposite : public CompositeMethod {
   public:
-    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
-        return tile_pixels * PingPong::kRangeBytes + LayerTargets::bytes(tile_pixels, float_color) +
+    std::uint64_t tileBytes(std::uint64_t tile_pixels,
+                            const CaptureSettings& settings) const override {
+        return tile_pixels * PingPong::kRangeBytes + LayerTargets::bytes(tile_pixels, settings) +
                CompositeTargets::bytes(kParts | CompositeTargets::kTail, tile_pixels);
     }
 
@@ -194,8 +195,9 @@ class IndependentBlending final : public DualComposite {
 /// grows, so each pass writes it anew from the last one's; the back is blended after each pass.
 class MaxBlending final : public DualComposite {
   public:
-    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
-        return DualComposite::tileBytes(tile_pixels, float_color) +
+    std::uint64_t tileBytes(std::uint64_t tile_pixels,
+                            const CaptureSettings& settings) const override {
+        return DualComposite::tileBytes(tile_pixels, settings) +
                3 * CompositeTargets::bytes(CompositeTargets::kBack, tile_pixels);
     }
 

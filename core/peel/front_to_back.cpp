@@ -11,8 +11,9 @@ namespace {
 /// Each layer goes under those before it by separate blend functions: C += T·c, T *= 1 − a.
 class FrontToBackComposite final : public CompositeMethod {
   public:
-    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
-        return LayerTargets::bytes(tile_pixels, float_color) +
+    std::uint64_t tileBytes(std::uint64_t tile_pixels,
+                            const CaptureSettings& settings) const override {
+        return LayerTargets::bytes(tile_pixels, settings) +
                CompositeTargets::bytes(CompositeTargets::kFront | CompositeTargets::kTail,
                                        tile_pixels);
     }

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/peel/layer_targets.h"
 
+#include <vector>
+
 #include "shaders/interface.glsl"
 
 namespace peeler {
 
-std::uint64_t LayerTargets::bytes(std::uint64_t tile_pixels, bool float_color) {
+std::uint64_t LayerTargets::bytes(std::uint64_t tile_pixels, const CaptureSettings& settings) {
     constexpr std::uint64_t kKeys = 2 * (sizeof(float) + sizeof(std::uint32_t));
-    return tile_pixels * (kKeys + (float_color ? 16 : 8));
+    return tile_pixels * (kKeys + settings.storedColorBytes());
 }
 
 void LayerTargets::allocate(const SceneRasterizer& rasterizer) {
@@ -15,16 +17,23 @@ void LayerTargets::allocate(const SceneRasterizer& rasterizer) {
     const Window size{0, 0, rasterizer.tile().width(), rasterizer.tile().height()};
     if (size == size_) return;
     color_ = {};
+    opacity_ = {};
     sides_ = {};
-    color_ =
-        gl::makeTexture2D(gl, rasterizer.floatColor() ? GL_RGBA32UI : GL_RG32UI, size.x1, size.y1);
-    color_only_ = gl::makeFramebuffer(gl, {color_.name()}, 0);
+    const GLenum format = rasterizer.floatColor() ? GL_RGBA32UI : GL_RG32UI;
+    color_ = gl::makeTexture2D(gl, format, size.x1, size.y1);
+    std::vector<GLuint> colors = {color_.name()};
+    if (rasterizer.tinted()) {
+        opacity_ = gl::makeTexture2D(gl, format, size.x1, size.y1);
+        colors.push_back(opacity_.name());
+    }
+    color_only_ = gl::makeFramebuffer(gl, colors, 0);
     for (auto& side : sides_) {
         side.depth = gl::makeTexture2D(gl, GL_DEPTH_COMPONENT32F, size.x1, size.y1);
         side.primitive = gl::makeTexture2D(gl, GL_R32UI, size.x1, size.y1);
         side.key = gl::makeFramebuffer(gl, {side.primitive.name()}, side.depth.name());
-        side.key_and_color =
-            gl::makeFramebuffer(gl, {side.primitive.name(), color_.name()}, side.depth.name());
+        std::vector<GLuint> all = colors;
+        all.insert(all.begin(), side.primitive.name());
+        side.key_and_color = gl::makeFramebuffer(gl, all, side.depth.name());
     }
     size_ = size;
 }
@@ -105,6 +114,7 @@ void LayerTargets::store(SceneRasterizer& rasterizer, const Window& area, int i)
     const auto& gl = rasterizer.functions();
     bindForReading(gl, i);
     gl.BindTextureUnit(PEELER_PREVIOUS_COLOR_UNIT, color_.name());
+    if (opacity_) gl.BindTextureUnit(PEELER_LAYER_OPACITY_UNIT, opacity_.name());
     rasterizer.compute("store_layer.comp", "", area);
 }
 

@@ -41,7 +41,7 @@ class LayerTargets {
     enum Attachments { kKey, kKeyAndColor, kColor };
 
     /// Bytes of all textures.
-    static std::uint64_t bytes(std::uint64_t tile_pixels, bool float_color);
+    static std::uint64_t bytes(std::uint64_t tile_pixels, const CaptureSettings& settings);
 
     /// Gets ready to peel from this end: (re)allocates for the rasterizer's tile, and sets the key
     /// before the first layer.
@@ -82,7 +82,7 @@ class LayerTargets {
         gl::Framebuffer key, key_and_color;
     };
     std::array<Side, 2> sides_;
-    gl::Texture color_;
+    gl::Texture color_, opacity_;  ///< the second where opacity is coloured
     gl::Framebuffer color_only_;
     Window size_;
 };
@@ -96,8 +96,9 @@ class PeeledLayers final : public LayerMethod {
     // lists are put in order afterwards.
     bool takesAll() const override { return !direction_.nearest_first; }
 
-    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
-        return LayerTargets::bytes(tile_pixels, float_color);
+    std::uint64_t tileBytes(std::uint64_t tile_pixels,
+                            const CaptureSettings& settings) const override {
+        return LayerTargets::bytes(tile_pixels, settings);
     }
 
     int capture(SceneRasterizer& rasterizer, const LayerArea& area) override {

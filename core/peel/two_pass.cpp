@@ -15,8 +15,9 @@ class TwoPass final : public LayerMethod {
   public:
     bool takesAll() const override { return false; }
 
-    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
-        return LayerTargets::bytes(tile_pixels, float_color);
+    std::uint64_t tileBytes(std::uint64_t tile_pixels,
+                            const CaptureSettings& settings) const override {
+        return LayerTargets::bytes(tile_pixels, settings);
     }
 
     int capture(SceneRasterizer& rasterizer, const LayerArea& area) override {
@@ -34,8 +35,9 @@ class TwoPass final : public LayerMethod {
 /// the composite of those before it, which is read from one texture and written to the other.
 class TwoPassComposite final : public CompositeMethod {
   public:
-    std::uint64_t tileBytes(std::uint64_t tile_pixels, bool float_color) const override {
-        return LayerTargets::bytes(tile_pixels, float_color) +
+    std::uint64_t tileBytes(std::uint64_t tile_pixels,
+                            const CaptureSettings& settings) const override {
+        return LayerTargets::bytes(tile_pixels, settings) +
                2 * CompositeTargets::bytes(CompositeTargets::kBack, tile_pixels) +
                CompositeTargets::bytes(CompositeTargets::kTail, tile_pixels);
     }

@@ -35,4 +35,13 @@ bool isTransmissive(const Material& material) {
     return material.transmission.factor > 0;
 }
 
+bool isTintedGlass(const Material& material) {
+    if (!isTransmissive(material)) return false;
+    const auto isGrey = [](const glm::vec3& c) { return c.r == c.g && c.g == c.b; };
+    const Transmission& t = material.transmission;
+    const bool volume = t.thickness > 0 && t.attenuation_distance > 0;
+    return material.base_color_texture || !isGrey(glm::vec3(material.base_color)) ||
+           (volume && !isGrey(t.attenuation_color));
+}
+
 }  // namespace peeler

@@ -135,4 +135,8 @@ float dielectricF0(float ior);
 /// Whether light passes through the surface, so that it hides nothing.
 bool isTransmissive(const Material& material);
 
+/// Whether that light may come out coloured, whatever the vertices' colours are: base colour, its
+/// texture, or the volume may tint one channel otherwise than another.
+bool isTintedGlass(const Material& material);
+
 }  // namespace peeler

@@ -274,6 +274,16 @@ std::vector<std::uint32_t> PosedScene::instanceOrdinals() const {
     return ordinals;
 }
 
+bool PosedScene::hasTintedGlass() const {
+    const auto tints = [this](const Primitive& p) {
+        const Material& material = scene().materials[static_cast<std::size_t>(p.material)];
+        return isTintedGlass(material) || (isTransmissive(material) && !p.colors.empty());
+    };
+    return std::ranges::any_of(meshes(), [&](const MeshInstance& instance) {
+        return std::ranges::any_of(primitives(instance), tints);
+    });
+}
+
 std::optional<Bounds> PosedScene::bounds() const {
     std::optional<Bounds> result;
     for (const MeshInstance& instance : meshes()) {

@@ -135,6 +135,10 @@ class PosedScene {
     /// Of every instance, which it is among those of its node.
     std::vector<std::uint32_t> instanceOrdinals() const;
 
+    /// Whether anything that is drawn lets coloured light through: isTintedGlass(), or what
+    /// transmits light and has colours at its vertices. The same at all times.
+    bool hasTintedGlass() const;
+
     /// The box around all vertices; nothing if there is none.
     std::optional<Bounds> bounds() const;
 

@@ -29,6 +29,7 @@ constexpr MaterialFeature kFeatures[] = {
     {"ANISOTROPY", [](const Material& m) { return m.anisotropy.strength > 0; }},
     {"IRIDESCENCE", [](const Material& m) { return m.iridescence.factor > 0; }},
     {"TRANSMISSION", isTransmissive, true},
+    {"TINTED_GLASS", isTintedGlass, true},
 };
 
 }  // namespace

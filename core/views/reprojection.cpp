@@ -119,7 +119,7 @@ class Reprojection {
                    std::vector<CellHit>& hits) const;
     void addHit(std::uint32_t fragment, const glm::dvec2& in_cell, std::uint32_t pixel,
                 std::vector<CellHit>& hits) const;
-    std::array<float, 4> colorAt(const CellHit& hit) const;
+    TintedColor colorAt(const CellHit& hit) const;
     void render(std::size_t strip, LayeredImage& out) const;
     static void join(const std::vector<LayeredImage>& parts, LayeredImage& band);
 
@@ -280,7 +280,7 @@ void Reprojection::addHit(std::uint32_t fragment, const glm::dvec2& in_cell, std
                     static_cast<float>(in_cell.y)});
 }
 
-std::array<float, 4> Reprojection::colorAt(const CellHit& hit) const {
+TintedColor Reprojection::colorAt(const CellHit& hit) const {
     const auto& links = cells_.links;
     const Side across = hit.u < 0 ? kLeft : kRight, along = hit.v < 0 ? kUp : kDown;
     const std::uint32_t side = links[hit.fragment][across], end = links[hit.fragment][along];
@@ -290,17 +290,18 @@ std::array<float, 4> Reprojection::colorAt(const CellHit& hit) const {
     const float u = std::abs(hit.u), v = std::abs(hit.v);
     const std::array<std::uint32_t, 4> around = {hit.fragment, side, end, far};
     const std::array<float, 4> shares = {(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v};
-    std::array<float, 4> color{};
+    TintedColor color{};
     float sum = 0;
     for (std::size_t i = 0; i < 4; ++i) {
         if (around[i] == kNoFragment || shares[i] <= 0) continue;
-        const std::array<float, 4> one = colorOf(image_, around[i]);
-        for (std::size_t c = 0; c < 4; ++c)
+        const TintedColor one = tintedColorOf(image_, around[i]);
+        for (std::size_t c = 0; c < one.size(); ++c)
             color[c] += shares[i] * one[c];
         sum += shares[i];
     }
     for (float& component : color)
         component /= sum;
+    color[3] = meanOpacity(color[4], color[5], color[6]);
     return color;
 }
 
@@ -318,10 +319,10 @@ void Reprojection::render(std::size_t strip, LayeredImage& out) const {
         return a.z != b.z ? a.z < b.z : a.fragment < b.fragment;
     });
 
-    out.color.channels = {"R", "G", "B", "A"};
+    out.color.channels = image_.color.channels;
     out.color.type = PixelType::kFloat;
     out.offsets.assign(out.window.pixels() + 1, 0);
-    std::vector<std::array<float, 4>> colors;
+    std::vector<TintedColor> colors;
     for (std::size_t i = 0; i < hits.size();) {
         const std::uint32_t pixel = hits[i].pixel;
         bool hidden = false;
@@ -330,13 +331,15 @@ void Reprojection::render(std::size_t strip, LayeredImage& out) const {
             colors.push_back(colorAt(hits[i]));
             out.z.push_back(hits[i].z);
             ++out.offsets[pixel + 1];
-            hidden = colors.back()[3] >= kOpaque;
+            const TintedColor& color = colors.back();
+            hidden = std::min({color[4], color[5], color[6]}) >= kOpaque;
         }
     }
     for (std::size_t p = 0; p + 1 < out.offsets.size(); ++p)
         out.offsets[p + 1] += out.offsets[p];
-    const auto bytes = std::as_bytes(std::span(colors));
-    out.color.data.assign(bytes.begin(), bytes.end());
+    out.color.data.resize(colors.size() * out.color.stride());
+    for (std::size_t f = 0; f < colors.size(); ++f)
+        storeColor(colors[f], out.color, f);
 }
 
 void Reprojection::join(const std::vector<LayeredImage>& parts, LayeredImage& band) {

@@ -55,11 +55,12 @@ class FragmentArrays final : public Sink {
         kHalfHeight,
         kNear,
         kFar,
-        kFirstChannel
+        kFirstChannel  ///< or, where opacity is coloured, that, and the channels after it
     };
 
     void open(const LayeredImage& band);
     void writeCamera();
+    void writeColors(const LayeredImage& band);
 
     std::string path_;
     bool camera_known_;
@@ -86,6 +87,7 @@ void FragmentArrays::open(const LayeredImage& band) {
         {"near", NumberType::kDouble, {}},
         {"far", NumberType::kDouble, {}},
     };
+    if (plan_.tinted) arrays.push_back({"opacity", numberTypeOf(band.color.type), {n, 3}});
     std::set<std::string> taken;
     for (const NpzArray& array : arrays)
         taken.insert(array.name);
@@ -122,6 +124,22 @@ void FragmentArrays::writeCamera() {
     }
 }
 
+void FragmentArrays::writeColors(const LayeredImage& band) {
+    if (!plan_.tinted) return writer_->append(kColor, band.color.data);
+    const std::size_t number = pixelTypeSize(band.color.type), stride = band.color.stride();
+    const auto components = [&](std::size_t first, std::size_t count) {
+        values_.resize(band.fragments() * count * number);
+        for (std::size_t f = 0; f < band.fragments(); ++f) {
+            std::memcpy(values_.data() + f * count * number,
+                        band.color.data.data() + f * stride + first * number, count * number);
+        }
+        return std::span<const std::byte>(values_);
+    };
+    writer_->append(kColor, components(0, kPlainComponents));
+    writer_->append(kFirstChannel,
+                    components(kPlainComponents, kTintedComponents - kPlainComponents));
+}
+
 void FragmentArrays::write(LayeredImage&& band) {
     if (!writer_) open(band);
     splits_.clear();
@@ -130,14 +148,15 @@ void FragmentArrays::write(LayeredImage&& band) {
     fragments_ += static_cast<std::int64_t>(band.fragments());
     writer_->append(kSplits, std::as_bytes(std::span(splits_)));
     writer_->append(kZ, std::as_bytes(std::span(band.z)));
-    writer_->append(kColor, band.color.data);
+    writeColors(band);
+    const std::size_t first_channel = kFirstChannel + (plan_.tinted ? 1U : 0U);
     for (std::size_t i = 0; i < channels_.size(); ++i) {
         const FragmentChannel channel = findChannel(band, channels_[i]);
         const std::size_t size = pixelTypeSize(channel.type());
         values_.resize(band.fragments() * size);
         for (std::size_t f = 0; f < band.fragments(); ++f)
             std::memcpy(values_.data() + f * size, channel.data(f), size);
-        writer_->append(kFirstChannel + i, values_);
+        writer_->append(first_channel + i, values_);
     }
 }
 

@@ -110,13 +110,15 @@ void appendCryptomatte(const LayeredImage& image, const CryptomatteLayer& layer,
         PixelCoverage coverage;
         for (std::size_t pixel = row * width; pixel < (row + 1) * width; ++pixel) {
             coverage.clear();
-            float through = 1;
+            std::array<float, 3> through = {1, 1, 1};  // of each channel
             for (std::uint32_t f = image.offsets[pixel]; f < image.offsets[pixel + 1]; ++f) {
                 const std::uint32_t id = ids.id(f);
-                const float alpha = colorOf(image, f)[3];
-                if (id > 0 && id <= hashes.size() && through * alpha > 0)
-                    coverage.add(hashes[id - 1], through * alpha);
-                through *= 1 - alpha;
+                const TintedColor color = tintedColorOf(image, f);
+                const float seen = meanOpacity(through[0] * color[4], through[1] * color[5],
+                                               through[2] * color[6]);
+                if (id > 0 && id <= hashes.size() && seen > 0) coverage.add(hashes[id - 1], seen);
+                for (std::size_t c = 0; c < 3; ++c)
+                    through[c] *= 1 - color[4 + c];
             }
             const std::vector<Cover>& ranked = coverage.ranked();
             float* out = values.data() + pixel * array.components();

@@ -20,12 +20,13 @@ namespace {
 
 constexpr std::size_t kFileBuffer = std::size_t{1} << 20;  ///< of an AtomicFile
 
-std::vector<ExrChannel> colorChannels(PixelType type, int color, int z) {
-    return {{"R", type, color, 0, 4},
-            {"G", type, color, 1, 4},
-            {"B", type, color, 2, 4},
-            {"A", type, color, 3, 4},
-            {"Z", PixelType::kFloat, z, 0, 1}};
+/// The channels of colour and Z.
+std::vector<ExrChannel> colorChannels(const Plan& plan, int color, int z) {
+    const std::vector<std::string> names = colorNames(plan.tinted);
+    std::vector<ExrChannel> channels = {{"Z", PixelType::kFloat, z, 0, 1}};
+    for (std::size_t c = 0; c < names.size(); ++c)
+        channels.push_back({names[c], plan.color_type, color, c, names.size()});
+    return channels;
 }
 
 /// Appends the channels of arrays besides colour and Z.
@@ -95,8 +96,8 @@ SinkMemory ExrBandWriter::memory() const {
         values = std::max(values, static_cast<std::uint64_t>(part.window.width()) *
                                       static_cast<std::uint64_t>(part.layers.size()));
     }
-    const std::uint64_t pixel =
-        4 * pixelTypeSize(plan_.color_type) + sizeof(float) + plan_.channel_bytes;
+    const std::uint64_t pixel = colorNames(plan_.tinted).size() * pixelTypeSize(plan_.color_type) +
+                                sizeof(float) + plan_.channel_bytes;
     std::uint64_t composite = 0;  // besides colour and Z
     if (nearestChannels()) composite += plan_.channel_bytes;
     if (options_.cryptomatte) {
@@ -159,10 +160,10 @@ void ExrBandWriter::open(const LayeredImage& first_band) {
 
 /// Lists the channels of each part, from those that a layer and a composite have.
 void ExrBandWriter::findChannels(const LayeredImage& first_band) {
-    auto layer_channels = colorChannels(plan_.color_type, ExrChannel::kColor, ExrChannel::kZ);
+    auto layer_channels = colorChannels(plan_, ExrChannel::kColor, ExrChannel::kZ);
     appendExrChannels(first_band.extra, layer_channels);
     auto composite_channels =
-        colorChannels(plan_.color_type, ExrChannel::kCompositeColor, ExrChannel::kCompositeZ);
+        colorChannels(plan_, ExrChannel::kCompositeColor, ExrChannel::kCompositeZ);
     std::vector<FragmentArray> arrays;
     if (nearestChannels()) arrays = emptyImage(first_band, 0).extra;
     if (options_.cryptomatte) cryptomatte_ = cryptomatteLayers(options_.provenance.ids);
@@ -221,7 +222,8 @@ void ExrBandWriter::check(const LayeredImage& band) const {
                 band.window.y0 == next_row_ && band.window.y1 <= crop.y1 &&
                 band.offsets.size() == band.window.pixels() + 1 && band.offsets.front() == 0 &&
                 band.offsets.back() == band.fragments() && band.color.type == type &&
-                band.color.data.size() == band.fragments() * 4 * pixelTypeSize(type) &&
+                band.tinted() == plan_.tinted &&
+                band.color.data.size() == band.fragments() * band.color.stride() &&
                 band.extra.size() == carried_.extra.size();
     for (std::size_t i = 0; good && i < band.extra.size(); ++i) {
         good = band.extra[i].channels == carried_.extra[i].channels &&

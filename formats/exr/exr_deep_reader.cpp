@@ -21,7 +21,6 @@ namespace {
 
 constexpr std::uint32_t kMostSamples = 1 << 16;  ///< in a pixel: as many layers as can be stored
 constexpr std::uint16_t kHalfOne = 0x3c00;
-constexpr std::array kColors = {"R", "G", "B", "A"};
 /// Bytes of samples to read at once. More gain nothing, and memory that is touched for the first
 /// time costs time.
 constexpr std::uint64_t kMostSampleBytes = std::uint64_t{64} << 20U;
@@ -65,7 +64,7 @@ void storeComponent(const std::byte* from, PixelType type, FragmentArray& color,
     }
     // The channel is half in the file, and colours are float because another channel is.
     for (std::size_t f = begin; f < end; ++f, from += pixelTypeSize(type))
-        color.as<float>()[f * 4 + component] = floatAt(from, type);
+        color.as<float>()[f * color.components() + component] = floatAt(from, type);
 }
 
 /// Puts the fragments [begin, end) of an array into the order that `order` names.
@@ -219,12 +218,14 @@ void ExrDeepReader::countSamples() {
 void ExrDeepReader::findChannels() {
     const ExrInputPart& main = info_.parts[parts_.front().index];
     info_.plan.color_type = PixelType::kHalf;
+    info_.plan.tinted = hasTint(main, "");
+    const std::vector<std::string> colors = colorNames(info_.plan.tinted);
     const bool grey = !main.channel("R") && !main.channel("G") && !main.channel("B");
     const auto routeOf = [&](const std::string& name, bool first) -> Route {
-        const auto* color = std::find(std::begin(kColors), std::end(kColors), name);
-        if (first && color != std::end(kColors))
+        const auto color = std::ranges::find(colors, name);
+        if (first && color != colors.end())
             return {.target = Route::kColor,
-                    .component = static_cast<std::size_t>(color - std::begin(kColors))};
+                    .component = static_cast<std::size_t>(color - colors.begin())};
         if (first && grey && name == "Y") return {.target = Route::kGrey};
         if (name == "Z") return {.target = first ? Route::kZ : Route::kNowhere};
         return {.target = !first && name == "ZBack" ? Route::kNowhere : 0};
@@ -375,10 +376,11 @@ void ExrDeepReader::read(const Window& window, LayeredImage& out) {
     readCounts(window, out);
     const std::size_t fragments = out.offsets.back();
     out.z.resize(fragments);
-    out.color = {{"R", "G", "B", "A"}, info_.plan.color_type, std::move(out.color.data)};
+    out.color = {colorNames(info_.plan.tinted), info_.plan.color_type, std::move(out.color.data)};
     const ExrInputPart& main = info_.parts[parts_.front().index];
-    const auto missing = [&](const char* name) { return main.channel(name) == nullptr; };
-    if (std::ranges::any_of(kColors, missing)) out.color.data.clear();  // reused storage is not 0
+    const auto missing = [&](const std::string& name) { return main.channel(name) == nullptr; };
+    if (std::ranges::any_of(out.color.channels, missing))
+        out.color.data.clear();  // reused storage is not 0
     out.color.data.resize(fragments * out.color.stride());
     out.extra.resize(extra_.size());
     for (std::size_t i = 0; i < extra_.size(); ++i) {

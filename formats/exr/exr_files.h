@@ -87,6 +87,9 @@ struct ExrInfo {
     }
 };
 
+/// Whether the part has R, G, B, A, AR, AG and AB, with this before their names, none an integer.
+bool hasTint(const ExrInputPart& part, const std::string& prefix);
+
 /// What the headers of an open picture say. Throws Error (kInput) if it has no plausible parts.
 ExrInfo describe(const ExrFiles& files);
 

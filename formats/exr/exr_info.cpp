@@ -69,21 +69,33 @@ View viewOf(const ExrInfo& info, const std::string& path) {
 }
 
 bool isFloat(const ExrInputPart& part, const std::string& prefix) {
-    for (const char* name : {"R", "G", "B", "A"}) {
+    for (const std::string& name : colorNames(hasTint(part, prefix))) {
         const ExrInputChannel* channel = part.channel(prefix + name);
         if (channel && channel->type != PixelType::kHalf) return true;
     }
     return false;
 }
 
-PixelType colorType(const ExrInfo& info) {
-    bool any = false;
+/// Calls visit(part, prefix) for every part that has the colours of fragments, or of a composite.
+template <class Visit>
+void forEachColors(const ExrInfo& info, Visit&& visit) {
     for (std::size_t i = 0; i < info.layers.size(); ++i)
-        any = any || isFloat(info.parts[info.layers[i]], info.prefixes[i]);
-    if (!info.deep.empty()) any = any || isFloat(info.parts[info.deep.front()], "");
+        visit(info.parts[info.layers[i]], info.prefixes[i]);
+    if (!info.deep.empty()) visit(info.parts[info.deep.front()], std::string());
     if (info.layers.empty() && info.composite >= 0)
-        any = any || isFloat(info.parts[static_cast<std::size_t>(info.composite)], "");
-    return any ? PixelType::kFloat : PixelType::kHalf;
+        visit(info.parts[static_cast<std::size_t>(info.composite)], std::string());
+}
+
+/// The type of the colours, and whether all have coloured opacity.
+void findColors(const ExrInfo& info, Plan& plan) {
+    bool floats = false, any = false, all_tinted = true;
+    forEachColors(info, [&](const ExrInputPart& part, const std::string& prefix) {
+        any = true;
+        floats = floats || isFloat(part, prefix);
+        all_tinted = all_tinted && hasTint(part, prefix);
+    });
+    plan.color_type = floats ? PixelType::kFloat : PixelType::kHalf;
+    plan.tinted = any && all_tinted;
 }
 
 /// The part that a layer is in, and what stands there before the names of its channels.
@@ -148,6 +160,13 @@ const std::string& imagePath(const std::string& path) {
 
 }  // namespace
 
+bool hasTint(const ExrInputPart& part, const std::string& prefix) {
+    return std::ranges::all_of(colorNames(true), [&](const std::string& name) {
+        const ExrInputChannel* channel = part.channel(prefix + name);
+        return channel && channel->type != PixelType::kUint;
+    });
+}
+
 ExrInfo describe(const ExrFiles& files) {
     ExrInfo info;
     info.parts = files.parts();
@@ -174,7 +193,7 @@ ExrInfo describe(const ExrFiles& files) {
         info.has_cryptomatte = part.channel("CryptoObject00.R") != nullptr;
     }
     info.plan.view = viewOf(info, files.path());
-    info.plan.color_type = colorType(info);
+    findColors(info, info.plan);
     info.plan.fragments_counted =
         numberIn<std::uint64_t>(first.attribute("peeler:fragmentsCounted"));
     info.plan.fragments_stored = numberIn<std::uint64_t>(first.attribute("peeler:fragmentsStored"));

@@ -15,7 +15,13 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kColorChannels = 4, kAlphaChannel = 3, kDepthChannel = 4, kFirstExtra = 5;
+// In the order of the planes; the opacities of single channels, if there are any, come after these.
+constexpr std::size_t kColorChannels = 4, kAlphaChannel = 3, kDepthChannel = 4;
+
+/// The plane of a component of a colour.
+std::size_t planeOf(std::size_t component) {
+    return component < kColorChannels ? component : component + 1;
+}
 
 }  // namespace
 
@@ -93,7 +99,10 @@ void ExrLdiReader::takeFlatPicture() {
         info_.plan.layers = {{part.data_window, 0}};
         info_.plan.view.crop = part.data_window;
         info_.plan.color_type = PixelType::kHalf;
-        for (const char* name : {"R", "G", "B", "A", "Y"}) {
+        info_.plan.tinted = hasTint(part, "");
+        std::vector<std::string> names = colorNames(info_.plan.tinted);
+        names.emplace_back("Y");
+        for (const std::string& name : names) {
             const ExrInputChannel* channel = part.channel(name);
             if (channel && channel->type != PixelType::kHalf)
                 info_.plan.color_type = PixelType::kFloat;
@@ -112,7 +121,7 @@ void ExrLdiReader::checkLayers() const {
                         "a layer is of type " + part.type + ", not scanlineimage",
                         input_.where(source.part), "oiiotool IN --scanline -o OUT changes tiles");
         }
-        for (std::size_t c = 0; c < kFirstExtra; ++c) {
+        for (std::size_t c = 0; c < first_extra_; ++c) {
             const ExrInputChannel* channel = part.channel(source.prefix + channels_[c].name);
             if (channel ? channel->type != PixelType::kUint : flat_) continue;
             throw Error(
@@ -124,9 +133,10 @@ void ExrLdiReader::checkLayers() const {
 }
 
 void ExrLdiReader::findChannels() {
-    for (const char* name : {"R", "G", "B", "A"})
+    for (const std::string& name : colorNames(info_.plan.tinted))
         channels_.push_back({name, info_.plan.color_type});
-    channels_.push_back({"Z", PixelType::kFloat});
+    channels_.insert(channels_.begin() + kDepthChannel, {"Z", PixelType::kFloat});
+    first_extra_ = channels_.size();
     if (sources_.empty()) return;
     const Source& first = sources_.front();
     std::vector<ExrInputChannel> others;
@@ -134,8 +144,7 @@ void ExrLdiReader::findChannels() {
         if (!channel.name.starts_with(first.prefix)) continue;
         const ExrInputChannel bare{channel.name.substr(first.prefix.size()), channel.type};
         const auto named = [&](const ExrInputChannel& c) { return c.name == bare.name; };
-        if (std::none_of(channels_.begin(), channels_.begin() + kFirstExtra, named))
-            others.push_back(bare);
+        if (std::ranges::none_of(channels_, named)) others.push_back(bare);
     }
     extra_ = fragmentArrays(others);
     channels_.insert(channels_.end(), others.begin(), others.end());
@@ -189,7 +198,7 @@ void ExrLdiReader::completeFlatPicture(Layer& layer) const {
     const bool half = info_.plan.color_type == PixelType::kHalf;
     for (std::size_t c = 0; c < 3; ++c) {
         if (!layer.planes[c].empty()) continue;
-        for (std::size_t e = kFirstExtra; e < channels_.size(); ++e) {
+        for (std::size_t e = first_extra_; e < channels_.size(); ++e) {
             if (channels_[e].name == "Y" && channels_[e].type == info_.plan.color_type)
                 layer.planes[c] = layer.planes[e];
         }
@@ -254,7 +263,8 @@ void ExrLdiReader::read(const Window& window, LayeredImage& out) {
     const std::size_t total = out.offsets.back();
 
     out.z.resize(total);
-    out.color = {{"R", "G", "B", "A"}, info_.plan.color_type, std::move(out.color.data)};
+    out.color = {colorNames(info_.plan.tinted), info_.plan.color_type, std::move(out.color.data)};
+    const std::size_t components = out.color.components();
     out.color.data.resize(total * out.color.stride());
     out.extra.resize(extra_.size());
     for (std::size_t i = 0; i < extra_.size(); ++i) {
@@ -275,10 +285,10 @@ void ExrLdiReader::read(const Window& window, LayeredImage& out) {
         forEachFragment(y, [&](std::size_t x, const Layer& layer, std::size_t column) {
             const std::size_t fragment = next[x]++;
             out.z[fragment] = layer.depths(y)[column];
-            for (std::size_t c = 0; c < kColorChannels; ++c) {
-                store(out.color, fragment, c, layer, c, column);
+            for (std::size_t c = 0; c < components; ++c) {
+                store(out.color, fragment, c, layer, planeOf(c), column);
             }
-            std::size_t channel = kFirstExtra;
+            std::size_t channel = first_extra_;
             for (FragmentArray& array : out.extra) {
                 for (std::size_t c = 0; c < array.components(); ++c, ++channel) {
                     store(array, fragment, c, layer, channel, column);
@@ -299,9 +309,12 @@ void ExrLdiReader::readComposite(const Window& window, CompositeImage& out) {
         throw Error(ErrorKind::kInternal, "the window is empty or outside the part", input_.path());
     }
     std::vector<ExrInputChannel> channels;
-    for (const char* name : {"R", "G", "B", "A", "Z"}) {
+    const bool tinted = hasTint(composite, "");
+    std::vector<std::string> names = colorNames(tinted);
+    names.insert(names.begin() + kDepthChannel, "Z");
+    for (const std::string& name : names) {
         if (!composite.channel(name) || composite.type != "scanlineimage") {
-            throw Error(ErrorKind::kInput, std::string("the composite has no channel ") + name,
+            throw Error(ErrorKind::kInput, "the composite has no channel " + name,
                         input_.where(part));
         }
         channels.push_back({name, PixelType::kFloat});
@@ -309,11 +322,12 @@ void ExrLdiReader::readComposite(const Window& window, CompositeImage& out) {
     const Source source{part, ""};
     const Layer layer = std::move(decode(window, {&source, 1}, channels).front());
     out.window = window;
-    out.rgba.resize(window.pixels());
+    out.resizeColors(tinted);
     out.z.resize(window.pixels());
     for (std::size_t p = 0; p < out.z.size(); ++p) {
-        for (std::size_t c = 0; c < kColorChannels; ++c) {
-            std::memcpy(&out.rgba[p][c], layer.planes[c].data() + p * sizeof(float), sizeof(float));
+        for (std::size_t c = 0; c < (tinted ? kTintedComponents : kPlainComponents); ++c) {
+            float& to = c < kColorChannels ? out.rgba[p][c] : out.opacity[p][c - kColorChannels];
+            std::memcpy(&to, layer.planes[planeOf(c)].data() + p * sizeof(float), sizeof(float));
         }
         std::memcpy(&out.z[p], layer.planes[kDepthChannel].data() + p * sizeof(float),
                     sizeof(float));

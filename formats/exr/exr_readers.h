@@ -15,7 +15,7 @@
 namespace peeler {
 
 /// Reads files of ExrLdiWriter in every layout, and any other whose parts `layer_*` hold R, G, B,
-/// A, Z. A fragment is where Z is less than +inf.
+/// A, Z; AR, AG, AB beside A are coloured opacity. A fragment is where Z is less than +inf.
 ///
 /// A flat picture of others is read as one layer: the first scan-line part with R, G, B or Y. Where
 /// it has no A, alpha is 1; where it has no Z, a pixel that is not all 0 has a fragment, at Z = 0.
@@ -50,11 +50,13 @@ class ExrLdiReader : public LayeredInput {
 
     ExrFiles input_;
     ExrInfo info_;
-    bool flat_ = false;                      ///< a flat picture, as one layer
-    bool pixels_ = false;                    ///< a composite, every pixel of it
-    std::vector<Source> sources_;            ///< of the layers
-    std::vector<ExrInputChannel> channels_;  ///< R, G, B, A, Z, then those of extra_
-    std::vector<FragmentArray> extra_;       ///< without data
+    bool flat_ = false;            ///< a flat picture, as one layer
+    bool pixels_ = false;          ///< a composite, every pixel of it
+    std::vector<Source> sources_;  ///< of the layers
+    /// R, G, B, A, Z, then AR, AG, AB of coloured opacity, then those of extra_.
+    std::vector<ExrInputChannel> channels_;
+    std::size_t first_extra_ = 0;       ///< of them
+    std::vector<FragmentArray> extra_;  ///< without data
 };
 
 /// Reads files of ExrDeepWriter and deep scan lines or tiles of others: the first deep part with Z,

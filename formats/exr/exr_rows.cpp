@@ -27,9 +27,9 @@ std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel,
     return out;
 }
 
-/// Whether the next channels are those of a colour, as they mostly stand: A, B, G, R.
+/// Whether the next channels are those of a plain colour, as they mostly stand: A, B, G, R.
 bool areColor(std::span<const ExrChannel> channels) {
-    if (channels.size() < 4) return false;
+    if (channels.size() < 4 || channels[0].components != kPlainComponents) return false;
     for (std::size_t c = 0; c < 4; ++c) {
         if (channels[c].source != ExrChannel::kColor || channels[c].component != 3 - c)
             return false;
@@ -171,14 +171,16 @@ std::byte* gatherExrComposite(const CompositeImage& image, std::span<const ExrCh
             }
             continue;
         }
+        const bool is_opacity = channel.component >= kPlainComponents;
         for (std::size_t p = first; p < first + count; ++p) {
             if (channel.source == ExrChannel::kCompositeZ) {
                 out = storeNumber(image.z[p], out);
-            } else if (channel.type == PixelType::kHalf) {
-                out = storeNumber(half(image.rgba[p][channel.component]).bits(), out);
-            } else {
-                out = storeNumber(image.rgba[p][channel.component], out);
+                continue;
             }
+            const float value = is_opacity ? image.opacity[p][channel.component - kPlainComponents]
+                                           : image.rgba[p][channel.component];
+            out = channel.type == PixelType::kHalf ? storeNumber(half(value).bits(), out)
+                                                   : storeNumber(value, out);
         }
     }
     return out;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Packs fragments in 16 bytes each, as differences that deflate well, and puts them into the page.
+// Packs fragments in 16 bytes each (19 with coloured opacity), as differences that deflate well,
+// and puts them into the page.
 #include "formats/page/html_view_writer.h"
 
 #include <libdeflate.h>
@@ -32,7 +33,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Rgba = std::array<float, 4>;
 
-constexpr std::size_t kPlanes = 16;     ///< bytes of a fragment before compression
+/// Bytes of a fragment before compression, and more with coloured opacity.
+constexpr std::size_t kPlanes = 16, kOpacityPlanes = 3;
 constexpr std::uint64_t kScratch = 80;  ///< bytes a fragment takes in finish()
 
 /// The fragments in the order of the page: layer after layer, row by row.
@@ -82,14 +84,20 @@ struct Range {
     }
 };
 
+/// Bytes of R, G, B, A, AR, AG, AB.
+using EncodedColor = std::array<std::uint8_t, kTintedComponents>;
+
 /// Packs fragments, each as what differs from the one before; unpack() in view_page.html adds the
 /// differences up again.
 class Packer {
   public:
-    explicit Packer(std::size_t count) : count_(count), planes_(kPlanes * count) {}
+    Packer(std::size_t count, bool tinted)
+        : count_(count),
+          colors_(tinted ? kTintedComponents : kPlainComponents),
+          planes_((kPlanes + (tinted ? kOpacityPlanes : 0)) * count) {}
 
     void add(std::uint32_t pixel, const std::array<std::uint16_t, kCorners>& corners,
-             const std::array<std::uint8_t, 4>& color) {
+             const EncodedColor& color) {
         plane_ = 0;
         put(pixel - pixel_, 4);
         pixel_ = pixel;
@@ -101,7 +109,7 @@ class Packer {
         put(corners[kLowerRight] - std::uint32_t{corners[kLowerLeft]} - rise, 2);
         corners_ = corners;
         rise_ = rise;
-        for (std::size_t c = 0; c < 4; ++c)
+        for (std::size_t c = 0; c < colors_; ++c)
             put(std::uint32_t{color[c]} - color_[c], 1);
         color_ = color;
         ++at_;
@@ -115,11 +123,11 @@ class Packer {
             planes_[plane_++ * count_ + at_] = static_cast<std::uint8_t>(value >> (8 * i));
     }
 
-    std::size_t count_, at_ = 0, plane_ = 0;
+    std::size_t count_, colors_, at_ = 0, plane_ = 0;
     std::vector<std::uint8_t> planes_;
     std::uint32_t pixel_ = 0, rise_ = 0;
     std::array<std::uint16_t, kCorners> corners_{};
-    std::array<std::uint8_t, 4> color_{};
+    EncodedColor color_{};
 };
 
 std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
@@ -162,8 +170,7 @@ std::string scriptText(const Json& value) {
 }
 
 /// Premultiplied sRGB bytes of a premultiplied linear colour.
-std::array<std::uint8_t, 4> encodedColor(const Rgba& color, float exposure,
-                                         const ToneMap& tone_map) {
+EncodedColor encodedColor(const TintedColor& color, float exposure, const ToneMap& tone_map) {
     const float alpha = color[3] > 0 ? std::min(color[3], 1.0F) : 0;  // NaN is none
     const float straight = alpha > 0 ? alpha : 1;  // light without coverage stays as it is
     const auto mapped =
@@ -172,10 +179,12 @@ std::array<std::uint8_t, 4> encodedColor(const Rgba& color, float exposure,
     const auto byte = [](float value) {
         return static_cast<std::uint8_t>(std::lround(255 * value));
     };
-    std::array<std::uint8_t, 4> bytes{};
+    EncodedColor bytes{};
     for (std::size_t c = 0; c < 3; ++c)
         bytes[c] = byte(encodeSrgb(std::clamp(mapped[c], 0.0F, 1.0F) * straight));
     bytes[3] = byte(alpha);
+    for (std::size_t c = 4; c < color.size(); ++c)
+        bytes[c] = byte(color[c] > 0 ? std::min(color[c], 1.0F) : 0);
     return bytes;
 }
 
@@ -278,7 +287,7 @@ void HtmlViewWriter::finish() {
         codes = codes.widened();
 
         const float exposure = std::exp2(options_.exposure);
-        Packer packer(order.places.size());
+        Packer packer(order.places.size(), plan_.tinted);
         for (const auto& [fragment, pixel] : order.places) {
             std::array<std::uint16_t, kCorners> corners{};
             for (std::size_t c = 0; c < kCorners; ++c) {
@@ -288,11 +297,12 @@ void HtmlViewWriter::finish() {
                     static_cast<std::uint16_t>(std::lround(65535 * std::clamp(share, 0.0, 1.0)));
             }
             packer.add(pixel, corners,
-                       encodedColor(colorOf(image_, fragment), exposure, *tone_map_));
+                       encodedColor(tintedColorOf(image_, fragment), exposure, *tone_map_));
         }
         data = base64(deflated(packer.bytes()));
 
         Json about = describeView(view, image_, order, codes);
+        if (plan_.tinted) about["tinted"] = true;
         const std::string& scene = options_.provenance.scene;
         about["title"] = scene.empty() ? "A scene" : scene;
         Rgba background = options_.background;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "cmd/tiny_gltf.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -32,8 +33,40 @@ class ViewPage : public testing::Test {
         return -20 * std::log10(std::max(result.rms_error, 1e-6));
     }
 
+    /// Has the browser use the page; exit code 77: there is no browser.
+    Outcome use(const std::string& page) const {
+        // Debian's Python has Debian's Selenium, whatever other Python is first in the path.
+        const auto script = sourceDir() / "tests" / "cmd" / "view_page_test.py";
+        return runCommand({"/usr/bin/python3", script, page, "."}, {"SE_AVOID_STATS=true"},
+                          scratch_.path());
+    }
+
     ScratchDir scratch_;
 };
+
+TEST_F(ViewPage, OfColouredGlassFiltersColourByColour) {
+    writeScene(scratch_.path(), tintedPanes());
+    for (const std::vector<std::string>& verb :
+         {std::vector<std::string>{"render", "scene.gltf", "-o", "layers.exr", "--camera", "front",
+                                   "--size", "256x144"},
+          {"view", "layers.exr", "-o", "page.html", "--background", "#dbdbdb"},
+          {"flatten", "layers.exr", "-o", "all.png", "--background", "#dbdbdb"},
+          {"render", "scene.gltf", "-o", "milky.png", "--camera", "front", "--size", "256x144",
+           "--transmission", "alpha", "--background", "#dbdbdb"}}) {
+        const auto result = run(verb);
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+    }
+    const auto browser = use("page.html");
+    if (browser.exit_code == 77) GTEST_SKIP() << browser.out;
+    ASSERT_EQ(browser.exit_code, 0) << browser.out << browser.err;
+    EXPECT_EQ(bytesOf(scratch_ / "console.json"), "[]") << "no word on the console";
+    const double found = psnr("original", "all");
+    std::printf("the page of coloured glass against the composite: %.1f dB\n", found);
+    EXPECT_GE(found, 44);
+    EXPECT_LT(psnr("milky", "all"), 30);
+    EXPECT_LT(psnr("depth", "original"), 20);
+    EXPECT_GE(psnr("reset", "original"), 100);
+}
 
 TEST_F(ViewPage, InABrowser) {
     // Transparent and opaque surfaces, 15 layers.
@@ -47,10 +80,7 @@ TEST_F(ViewPage, InABrowser) {
         const auto result = run(arguments);
         ASSERT_EQ(result.exit_code, 0) << result.err;
     }
-    // Debian's Python has Debian's Selenium, whatever other Python is first in the path.
-    const auto script = sourceDir() / "tests" / "cmd" / "view_page_test.py";
-    const auto browser = runCommand({"/usr/bin/python3", script, "page.html", "."},
-                                    {"SE_AVOID_STATS=true"}, scratch_.path());
+    const auto browser = use("page.html");
     if (browser.exit_code == 77) GTEST_SKIP() << browser.out;
     ASSERT_EQ(browser.exit_code, 0) << browser.out << browser.err;
     EXPECT_EQ(bytesOf(scratch_ / "console.json"), "[]") << "no word on the console";

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <numeric>
 #include <random>
+#include <tuple>
 
 #include "formats/synthetic_image.h"
 
@@ -66,17 +67,18 @@ TEST(Gather, SortsByDepthThenDrawOrderAndKeepsTheNearest) {
     }
 }
 
-/// Lists of fragments of random colours, many at one depth; half or float.
+/// Lists of fragments of random colours, many at one depth; half or float, with coloured opacity or
+/// without.
 struct Captured {
-    Captured(const Window& window, PixelType type, std::mt19937& random) {
+    Captured(const Window& window, PixelType type, bool tinted, std::mt19937& random) {
         std::uniform_real_distribution<float> component(0, 1);
         for (std::size_t p = 0; p < window.pixels(); ++p) {
             first.push_back(first.back() + static_cast<std::uint32_t>(random() % 9));
             for (std::uint32_t i = first[p]; i < first[p + 1]; ++i) {
                 const float depth = 0.1F + 0.1F * static_cast<float>(random() % 5);
                 words.insert(words.end(), {std::bit_cast<std::uint32_t>(depth), i});
-                FragmentArray color{{"R", "G", "B", "A"}, type, {}};
-                for (int c = 0; c < 4; ++c)
+                FragmentArray color{colorNames(tinted), type, {}};
+                for (int c = 0; c < (tinted ? 8 : 4); ++c)  // the last is no opacity
                     test::appendColor(color, component(random));
                 const auto stored = color.as<std::uint32_t>();
                 words.insert(words.end(), stored.begin(), stored.end());
@@ -92,21 +94,26 @@ TEST(Gather, CompositesWhatTheListsComposite) {
     std::printf("seed %u\n", seed);
     std::mt19937 random(seed);
     const Window window{3, 5, 40, 24};
-    for (const PixelType type : {PixelType::kHalf, PixelType::kFloat}) {
-        const Captured captured(window, type, random);
-        const CapturedFragments fragments{captured.first, captured.words.data(),
-                                          type == PixelType::kHalf ? std::size_t{4} : 6};
+    for (const auto& [type, tinted, stride] : {std::tuple(PixelType::kHalf, false, std::size_t{4}),
+                                               {PixelType::kFloat, false, 6},
+                                               {PixelType::kHalf, true, 6},
+                                               {PixelType::kFloat, true, 10}}) {
+        const Captured captured(window, type, tinted, random);
+        const CapturedFragments fragments{captured.first, captured.words.data(), stride};
         for (const std::uint32_t layers : {0U, 1U, 3U}) {
             for (const Tail tail : {Tail::kDrop, Tail::kBlend}) {
                 LayeredImage lists;
                 lists.window = window;
-                lists.color = {{"R", "G", "B", "A"}, type, {}};
+                lists.color = {colorNames(tinted), type, {}};
                 depthSort(fragments, {}, 0, lists);
                 CompositeImage expected, found;
                 compositeNearest(lists, layers, tail, expected);
                 found.window = window;
-                depthSortComposite(fragments, {}, layers, tail, type, found);
+                const FragmentArray like{colorNames(tinted), type, {}};
+                depthSortComposite(fragments, {}, layers, tail, like, found);
                 EXPECT_EQ(found.rgba, expected.rgba);
+                EXPECT_EQ(found.opacity, expected.opacity);
+                EXPECT_EQ(found.tinted(), tinted);
                 EXPECT_EQ(found.z, expected.z);
             }
         }
