@@ -14,8 +14,6 @@ namespace peeler::cmd {
 
 namespace {
 
-using Pixel = BoxFilter::Pixel;
-
 std::string text(const char* format, double a, double b) {
     char line[96];
     std::snprintf(line, sizeof line, format, a, b);
@@ -36,7 +34,7 @@ std::string errorText(const DifferenceStatistics& error) {
 }
 
 void addRows(const CompositeImage& band, BoxFilter& filter) {
-    std::vector<Pixel> row(static_cast<std::size_t>(band.window.width()));
+    std::vector<TintedColor> row(static_cast<std::size_t>(band.window.width()));
     for (std::size_t first = 0; first < band.rgba.size(); first += row.size()) {
         for (std::size_t x = 0; x < row.size(); ++x)
             row[x] = band.colorAt(first + x);
@@ -44,7 +42,7 @@ void addRows(const CompositeImage& band, BoxFilter& filter) {
     }
 }
 
-void setColors(const std::vector<Pixel>& pixels, CompositeImage& picture) {
+void setColors(const std::vector<TintedColor>& pixels, CompositeImage& picture) {
     picture.resizeColors(true);
     for (std::size_t p = 0; p < pixels.size(); ++p)
         picture.setColor(p, pixels[p]);
@@ -80,7 +78,7 @@ void SheetCells::begin(const Plan& plan) {
 
 SinkMemory SheetCells::memory() const {
     const auto cell = static_cast<std::uint64_t>(width_) * static_cast<std::uint64_t>(height_);
-    return {.rows = 0, .bytes = pending_.size() * cell * sizeof(Pixel)};
+    return {.rows = 0, .bytes = pending_.size() * cell * sizeof(TintedColor)};
 }
 
 void SheetCells::write(LayeredImage&& band) {
@@ -108,7 +106,7 @@ void SheetCells::addComposite(const LayeredImage& band, Pending& cell) {
 
 void SheetCells::addLayer(const LayeredImage& band, Pending& cell) const {
     const auto width = static_cast<std::size_t>(band.window.width());
-    std::vector<Pixel> row(width);
+    std::vector<TintedColor> row(width);
     for (std::size_t first = 0; first < band.window.pixels(); first += width) {
         for (std::size_t x = 0; x < width; ++x) {
             const std::size_t pixel = first + x;

@@ -190,7 +190,7 @@ TEST(TintedComposite, OfMergedSamplesIsTheMeanOfTheSamples) {
     compositeOver(merged, {}, sample);
     for (std::size_t p = 0; p < mean.rgba.size(); ++p)
         for (std::size_t c = 0; c < kTintedComponents; ++c)
-            EXPECT_NEAR(sample.colorAt(p)[c], mean.colorAt(p)[c], 2e-6F) << p << ' ' << c;
+            EXPECT_NEAR(sample.colorAt(p)[c], mean.colorAt(p)[c], 1e-5F) << p << ' ' << c;
 }
 
 TEST(TintedComposite, IsComparedAndCheckedWithItsOpacities) {
