@@ -36,7 +36,10 @@ bool isTransmissive(const Material& material) {
 }
 
 bool isTintedGlass(const Material& material) {
-    if (!isTransmissive(material)) return false;
+    // A metal lets none through, whatever its transmission is.
+    const bool metal = !material.specular_glossiness && !material.metallic_roughness_texture &&
+                       material.metallic >= 1;
+    if (!isTransmissive(material) || metal) return false;
     const auto isGrey = [](const glm::vec3& c) { return c.r == c.g && c.g == c.b; };
     const Transmission& t = material.transmission;
     const bool volume = t.thickness > 0 && t.attenuation_distance > 0;

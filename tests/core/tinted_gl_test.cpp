@@ -132,6 +132,9 @@ TEST(TintedGlass, OfVerticesAndTexturesCounts) {
     EXPECT_FALSE(has());  // grey glass takes as much of every colour
     m.base_color.g = 0.25F;
     EXPECT_TRUE(has());
+    m.metallic = 1;
+    EXPECT_FALSE(has());
+    m.metallic = 0;
     m.transmission.factor = 0;
     EXPECT_FALSE(has());
     m.transmission.factor = 1;
