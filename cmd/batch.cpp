@@ -127,7 +127,12 @@ void Batch::readFile() {
         std::ifstream file(options_.file, std::ios::binary);
         std::error_code failure;
         if (!file || fs::is_directory(options_.file, failure))
-            throw Error(ErrorKind::kInput, "cannot read the jobs", options_.file.string());
+            throw Error(ErrorKind::kInput, "cannot read the jobs", options_.file.string(),
+                        "name a file with a job a line, as peeler batch --help shows one");
+        if (fileKind(options_.file.string()) != FileKind::kUnknown)
+            throw Error(ErrorKind::kInput, "this is a scene or a picture, not a list of jobs",
+                        options_.file.string(),
+                        "peeler info tells what it is, peeler batch --help shows a job");
         text.assign(std::istreambuf_iterator<char>(file), {});
     }
     jobs_ = readJobs(options_.file == "-" ? "standard input" : options_.file.string(), text);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "cmd/cli/arguments.h"
+#include "cmd/cli/choices.h"
 #include "cmd/machine/resources.h"
 #include "core/base/error.h"
 #include "formats/file/atomic_file.h"
@@ -81,6 +82,7 @@ void addReportOptions(VerbOptions& verb, ReportOptions& options) {
                              "progress style", "how progress is told on stderr:")
         .group(kGroup);
     verb.addFlag("-q,--quiet", options.quiet, "warnings and errors only").group(kGroup);
+    verb.addFlag("-v,--verbose", options.verbose, "also what is going on").group(kGroup);
 }
 
 void RunResult::setFile(const std::filesystem::path& file) {
@@ -198,6 +200,7 @@ void writeReport(const std::filesystem::path& path, const Json& json) {
 }
 
 std::uint64_t fileBytes(const std::filesystem::path& file) {
+    if (isStandardOutput(file.string())) return bytesOnStandardOutput();
     std::error_code failure;
     const std::uint64_t bytes = std::filesystem::file_size(file, failure);
     if (!failure) return bytes;
@@ -234,7 +237,7 @@ std::string bytesText(std::uint64_t bytes) {
 }
 
 std::string countText(std::uint64_t count, const std::string& noun) {
-    return groupedText(count) + ' ' + noun + (count == 1 ? "" : "s");
+    return groupedText(count) + ' ' + (count == 1 ? noun : pluralOf(noun));
 }
 
 }  // namespace peeler::cmd

@@ -24,16 +24,17 @@ using Json = nlohmann::ordered_json;
 /// Where a command reports its result and its progress.
 struct ReportOptions {
     bool json = false;
-    bool quiet = false;
+    bool quiet = false, verbose = false;
     std::optional<std::filesystem::path> file;
     ProgressStyle progress = ProgressStyle::kAuto;
 
     /// The style to use: none for a quiet command, unless the style is one for programs.
     ProgressStyle shownProgress() const;
-    void applyTo(Console& console) const { console.setQuiet(quiet); }
+    /// Makes the console as quiet or as wordy as was asked for.
+    void applyTo(Console& console) const;
 };
 
-/// Declares --json, --report, --progress and --quiet.
+/// Declares --json, --report, --progress, --quiet and --verbose.
 void addReportOptions(VerbOptions& verb, ReportOptions& options);
 
 /// A file that is there, and its size.

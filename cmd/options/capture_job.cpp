@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/options/capture_job.h"
 
+#include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 #include "cmd/cli/arguments.h"
@@ -18,6 +20,17 @@ nlohmann::json clipJson(const ClipVolume& clip) {
     for (const auto& [normal, offset] : clip.half_spaces)
         planes.push_back({normal.x, normal.y, normal.z, offset});
     return {{"planes", planes}, {"nodes", clip.nodes}, {"inside", clip.keep_inside}};
+}
+
+}  // namespace
+
+namespace {
+
+/// Whether somebody asked for this device, if only by the environment that Mesa reads.
+bool isChosen(const gl::ContextRequest& request) {
+    if (request.backend != "auto" || request.device.given()) return true;
+    constexpr const char* kMesas[] = {"LIBGL_ALWAYS_SOFTWARE", "GALLIUM_DRIVER"};
+    return std::ranges::any_of(kMesas, [](const char* name) { return std::getenv(name); });
 }
 
 }  // namespace
@@ -105,8 +118,18 @@ void CaptureJob::checkOptions() const {
 }
 
 const OpenedScene& CaptureJob::openScene() {
-    const StageTimer timer(times_, "load");
-    return scene_.emplace(options_, console_);
+    console_.detail("reads " + options_.scene.file.string());
+    {
+        const StageTimer timer(times_, "load");
+        scene_.emplace(options_, console_);
+    }
+    const Scene& scene = scene_->scene();
+    console_.detail("read " + countText(scene.files.size(), "file") + ": " +
+                    countText(scene.nodes.size(), "node") + ", " +
+                    countText(scene.meshes.size(), "mesh") + ", " +
+                    countText(scene.materials.size() - 1, "material") + ", " +
+                    countText(scene.images.size(), "image"));
+    return *scene_;
 }
 
 void CaptureJob::checkOutputs(std::vector<std::filesystem::path> outputs) const {
@@ -122,9 +145,16 @@ PosedScene CaptureJob::pose() {
 Renderer& CaptureJob::openRenderer(const PosedScene& posed) {
     {
         const StageTimer timer(times_, "context");
-        context_ = openContext(options_.device, console_);
+        context_ = gl::createContext(options_.device);
     }
+    const bool first = !device_;
     device_ = context_->device();
+    if (first && device_->software && !isChosen(options_.device)) {
+        console_.note("no GPU can be used, so " + device_->renderer + " renders in software (" +
+                      device_->backend + "); peeler devices says why");
+    }
+    console_.detail("GL: " + device_->renderer + " (" + device_->backend + "), OpenGL " +
+                    device_->version);
     return renderer_.emplace(*context_, posed);
 }
 
@@ -141,6 +171,8 @@ StageTimes CaptureJob::takeTimes() {
 std::string CaptureJob::settingsHash(const CaptureSettings& capture, nlohmann::json more,
                                      const Window& crop, double frames_per_second) const {
     more.update(appearanceSettings(options_.appearance, scene_->scene()));
+    if (const auto& ignored = options_.scene.gltf.ignored_extensions; !ignored.empty())
+        more["ignoredExtensions"] = ignored;
     const ShownScene shown{scene_->index(),        scene_->animations(), options_.scene.include,
                            options_.scene.exclude, frames_per_second,    crop};
     return cmd::settingsHash(shown, capture, more);

@@ -108,8 +108,9 @@ class CaptureJob {
     /// The scene at the time that was asked for.
     PosedScene pose();
 
-    /// Opens a context as openContext() does, throwing like it, and uploads the scene. A Renderer
-    /// that is open has to be closed before.
+    /// Opens a context as gl::createContext() does, throwing like it, and uploads the scene. Notes
+    /// once that it renders in software, unless that was asked for. A Renderer that is open has to
+    /// be closed before.
     Renderer& openRenderer(const PosedScene& posed);
     void closeRenderer();
     /// The open Renderer, or null. The context may be there without it, if the scene had no room.

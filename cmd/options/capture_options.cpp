@@ -160,15 +160,4 @@ void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threa
     addMemoryOption(verb, capture.memory, memory);
 }
 
-std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console) {
-    auto context = gl::createContext(request);
-    const gl::Device& device = context->device();
-    const bool chosen = request.backend != "auto" || request.device.given();
-    if (device.software && !chosen) {
-        console.note("no GPU can be used, so " + device.renderer + " renders in software (" +
-                     device.backend + "); peeler devices says why");
-    }
-    return context;
-}
-
 }  // namespace peeler::cmd

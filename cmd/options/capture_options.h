@@ -67,10 +67,6 @@ void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string&
 void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threads,
                        CaptureSettings& capture, const std::string& memory);
 
-/// The context that is asked for; a note says so if it is a software one that nobody chose. Throws
-/// like gl::createContext().
-std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console);
-
 /// --clip-box, --clip-plane, --clip-mesh and --clip.
 struct ClipOptions {
     ClipVolume volume;                ///< without nodes

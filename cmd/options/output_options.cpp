@@ -2,6 +2,8 @@
 // Output paths, formats and reports: options, checks before any work, results after it.
 #include "cmd/options/output_options.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <set>
 #include <system_error>
@@ -163,6 +165,8 @@ void checkLayerFileOptions(const OutputRequest& output, const OutputFormat& form
 /// a file of a set is there already.
 void checkLayerFiles(const OutputRequest& output, const std::vector<fs::path>& inputs) {
     if (!hasFilePerLayer(output)) return;
+    if (isStandardOutput(output.path.string()))
+        refuse("standard output takes one file", "--layout per-file", "name a file");
     for (const fs::path& input : inputs) {
         for (const std::string& file : exrFilesOf(input.string())) {
             if (isExrLayerFile(file, output.path.string())) {
@@ -194,10 +198,17 @@ void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only) {
             extensions += (extensions.empty() ? "" : ", ") + std::string(extension);
         }
     }
-    addFile(verb, "-o,--output", "FILE", output.path, "the file to write: " + extensions)
+    const auto toPath = [](const std::string& text) {
+        return fs::path(text == "-" ? "-.png" : text);
+    };
+    addValue(verb, "-o,--output", "FILE", output.path, toPath,
+             "the file to write: " + extensions +
+                 "; - writes a PNG to standard output, -.EXT another format")
         .group("Output")
         .required();
     verb.addFlag("--no-clobber", output.no_clobber, "fail if the file is there already")
+        .group("Output");
+    verb.addFlag("--no-mkdir", output.no_mkdir, "fail if its folder is missing; else it is made")
         .group("Output");
 }
 
@@ -229,7 +240,7 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
         if (layers_only && !format.holdsFragments()) continue;
         if (!known.insert(format.kind).second) continue;
         names.push_back(format.kind);
-        kinds += (kinds.empty() ? "" : " or ") + std::string(format.kind);
+        kinds += "\n" + std::string(format.kind) + ": " + std::string(format.summary);
     }
     addValue(
         verb, "--as", "KIND", output.options.as,
@@ -239,7 +250,7 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
             }
             return text;
         },
-        kinds + " (default: by the extension; .exr holds layers)")
+        "what is written (default: ldi in an .exr, else what the extension says):" + kinds)
         .group("Output");
     verb.addFlag("--no-composite", output.options.no_composite,
                  "layers only, without the part that shows them composited")
@@ -248,7 +259,19 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
 }
 
 void checkFolder(const fs::path& file) {
-    const AtomicFile probe(file.string());
+    std::error_code failure;
+    fs::path folder = fs::absolute(file, failure).parent_path();
+    if (fs::exists(folder, failure) || isStandardOutput(file.string())) {
+        const AtomicFile probe(file.string());
+        return;
+    }
+    while (!fs::exists(folder, failure) && folder.has_relative_path())
+        folder = folder.parent_path();
+    if (access(folder.c_str(), W_OK | X_OK) == 0 && fs::is_directory(folder, failure)) return;
+    const int cause = fs::is_directory(folder, failure) ? errno : ENOTDIR;
+    throw Error(ErrorKind::kOutput,
+                "cannot make the folder: " + std::generic_category().message(cause), file.string(),
+                "choose another folder, or check the permissions of " + folder.string());
 }
 
 bool OutputRequest::asksForDisplay() const {
@@ -290,11 +313,23 @@ void checkFormat(const OutputRequest& output) {
 }
 
 void checkNotThere(const fs::path& file) {
+    if (isStandardOutput(file.string())) return;
     std::error_code failure;
     if (!fs::exists(fs::symlink_status(file, failure))) return;
     throw Error(ErrorKind::kOutput, "the file is there already", file.string(),
                 "remove it, choose another name, or leave --no-clobber out");
 }
+
+namespace {
+
+void checkFolderIsThere(const fs::path& file) {
+    std::error_code failure;
+    if (fs::exists(fs::absolute(file, failure).parent_path(), failure)) return;
+    throw Error(ErrorKind::kOutput, "cannot write: the folder does not exist", file.string(),
+                "make the folder first, or leave --no-mkdir out");
+}
+
+}  // namespace
 
 void checkTarget(const OutputRequest& output, const std::vector<fs::path>& inputs) {
     for (const fs::path& input : inputs) {
@@ -307,6 +342,7 @@ void checkTarget(const OutputRequest& output, const std::vector<fs::path>& input
         }
     }
     if (output.no_clobber) checkNotThere(output.path);
+    if (output.no_mkdir) checkFolderIsThere(output.path);
     checkLayerFiles(output, inputs);
 }
 
@@ -369,6 +405,10 @@ void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,
 }
 
 void checkReport(const ReportOptions& options, const std::vector<fs::path>& others) {
+    const auto on_stdout = [](const fs::path& file) { return isStandardOutput(file.string()); };
+    if (options.json && std::ranges::any_of(others, on_stdout))
+        refuse("standard output cannot take the picture and the result", "--json",
+               "write the result to a file: --report FILE");
     if (options.file) checkExtraFile(*options.file, others, "the report", "--report");
 }
 

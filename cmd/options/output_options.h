@@ -24,7 +24,7 @@ class VerbOptions;
 /// What the command line says of an output file.
 struct OutputRequest {
     std::filesystem::path path;
-    bool no_clobber = false;
+    bool no_clobber = false, no_mkdir = false;
     OutputOptions options;  ///< without its provenance
     /// The options that are given ("--exposure"), of those that only some formats have a use for.
     std::set<std::string_view> given;
@@ -37,8 +37,8 @@ struct OutputRequest {
     OutputOptions from(const Provenance& provenance) const;
 };
 
-/// Declares -o and --no-clobber. `layers_only` is for a verb that writes no composites: the help
-/// lists no formats of theirs.
+/// Declares -o, --no-clobber and --no-mkdir. `layers_only` is for a verb that writes no composites:
+/// the help lists no formats of theirs.
 void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only = false);
 /// Declares the options of addOutputFile(), and --background, --exposure and --tone-map.
 void addOutputOptions(VerbOptions& verb, OutputRequest& output);
@@ -50,8 +50,8 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
 void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark);
 
 /// Throws before any work is done: Error (kUsage) if the path names no format, an option does not
-/// apply to it or the output is one of the inputs; (kOutput) if the folder cannot be written to, or
-/// the file is there and must stay.
+/// apply to it or the output is one of the inputs; (kOutput) if the folder can neither be written
+/// to nor made, or the file is there and must stay.
 void checkOutput(const OutputRequest& output, const std::vector<std::filesystem::path>& inputs);
 /// The part of checkOutput() that depends on the options alone: that they apply to the format, and
 /// have what they need.
@@ -61,8 +61,8 @@ void checkFormat(const OutputRequest& output);
 void checkTarget(const OutputRequest& output, const std::vector<std::filesystem::path>& inputs);
 /// Throws Error (kOutput) if there is anything of that name, as --no-clobber asks.
 void checkNotThere(const std::filesystem::path& file);
-/// The part of checkOutput() that depends on the folder: that it takes a new file. Leaves nothing
-/// behind.
+/// The part of checkOutput() that depends on the folder: that it takes a new file, or could be
+/// made. Leaves nothing behind.
 void checkFolder(const std::filesystem::path& file);
 
 /// checkTarget() for every file of a series: `output.path` with each number in it, as framePath()

@@ -67,6 +67,12 @@ void addSceneOptions(VerbOptions& verb, SceneOptions& options) {
             "leave out nodes with such a name and all below them, lights included; may be repeated")
         .group(kGroup);
     addSandboxOption(verb, options.gltf.allow_outside);
+    verb.addRepeated(
+            "--ignore-extension", "NAME",
+            [&](const std::string& text) { options.gltf.ignored_extensions.push_back(text); },
+            "go on without a glTF extension that the file requires and peeler lacks; textures "
+            "that only it has an image for are left out; may be repeated")
+        .group(kGroup);
 }
 
 void addSandboxOption(VerbOptions& verb, bool& allow_outside) {

@@ -24,7 +24,8 @@ struct SceneOptions {
     GltfOptions gltf;
 };
 
-/// Declares --scene, --include, --exclude and --allow-outside. `options` must outlive the parse.
+/// Declares --scene, --include, --exclude, --allow-outside and --ignore-extension. `options` must
+/// outlive the parse.
 void addSceneOptions(VerbOptions& verb, SceneOptions& options);
 /// Declares --allow-outside alone.
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);

@@ -70,7 +70,9 @@ void addSequenceOptions(VerbOptions& verb, SequenceOptions& options) {
 }  // namespace
 
 void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
-    addSceneArgument(verb, options);
+    verb.addFiles("SCENE", options.scenes,
+                  "glTF scenes (.gltf or .glb), folders of them, or globs in quotes; of several, "
+                  "{stem} in the output's name is the scene's, {folder} its folder's");
     addOutputOptions(verb, options.output);
     addLayerOutputOptions(verb, options.output);
     addFxaaOption(verb, options.fxaa, "quick, but --samples sees more");

@@ -47,10 +47,9 @@ void RenderRequest::checkFiles() const {
             output.no_clobber = false;
         checkTarget(output, inputs);
         // Whether the folder takes files is better known before any work.
-        if (i == 0 && !sequence.keep_going && !sequence.dry_run) checkFolder(output.path);
+        if (i == 0 && !sequence.keep_going) checkFolder(output.path);
         others.push_back(output.path);
     }
-    if (options_.sequence.dry_run) return;  // the rest tries to write
     if (options_.channels.manifest) {
         const std::string manifest = options_.channels.manifest->string();
         if (isSequence() && hasFrameToken(manifest)) {
@@ -58,7 +57,7 @@ void RenderRequest::checkFiles() const {
                         "--manifest " + manifest, "give it a name without a frame number");
         }
         checkExtraFile(manifest, others, "the manifest", "--manifest");
-        if (options_.output.no_clobber) checkNotThere(manifest);
+        if (options_.output.no_clobber && !options_.sequence.dry_run) checkNotThere(manifest);
         others.push_back(*options_.channels.manifest);
     }
     checkReport(options_.report, others);

@@ -53,6 +53,7 @@ struct SequenceOptions {
 
 /// All options of peeler render; captureSettings() adapts `capture` to the output.
 struct RenderOptions : CaptureJobOptions {
+    std::vector<std::filesystem::path> scenes;  ///< files, folders and globs of files
     CameraOptions camera;
     ChannelOptions channels;
     ClipOptions clip;
@@ -61,10 +62,20 @@ struct RenderOptions : CaptureJobOptions {
     bool fxaa = false;
     OutputRequest output;
     SequenceOptions sequence;
+
+    /// Whether `scenes` is one file, and so neither a folder nor a glob.
+    bool isOneScene() const;
 };
 
 /// Declares all options of the verb. `options` must outlive the parse.
 void addRenderOptions(VerbOptions& verb, RenderOptions& options);
+
+/// The options of each scene that `options.scenes` names: of files themselves, of folders every
+/// .gltf and .glb in and below them, of globs what they match, each group by name. In the names of
+/// the output and of the manifest {stem} stands for the scene's name without its extension,
+/// {folder} for that of its folder. Throws Error (kInput) if there is no scene, (kUsage) if two
+/// would write the same file.
+std::vector<RenderOptions> eachScene(const RenderOptions& options);
 
 /// What to capture for the output that was asked for. Throws Error (kUsage) for what contradicts
 /// itself whatever the scene is.

@@ -357,7 +357,7 @@ TEST_F(ExtractCommand, WhatItRefuses) {
         {{"--npz", path("a.npz"), "--layer", "one"}, 2, "counted from 0"},
         {{"-o", path("l.#.png"), "--depth-complexity", path("l.0001.png")}, 2, "the same name"},
         {{"--points", path("there.ply"), "--no-clobber"}, 4, "there already"},
-        {{"--points", path("no/folder.ply")}, 4, "folder does not exist"},
+        {{"--points", path("there.ply/below.ply")}, 4, "cannot make the folder"},
     };
     for (const Row& row : rows) {
         std::vector<std::string> arguments{in};
