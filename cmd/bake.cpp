@@ -96,6 +96,7 @@ std::vector<fs::path> Bake::checkFiles(std::span<const int> materials) const {
     OutputRequest output;
     output.path = options_.bake.output;
     output.no_clobber = options_.bake.no_clobber;
+    output.no_mkdir = options_.bake.no_mkdir;
     std::vector<fs::path> outputs = checkSeries(output, materials, read);
     checkFolder(output.path);
     std::vector<fs::path> others = read;

@@ -129,11 +129,12 @@ void Batch::readFile() {
         if (!file || fs::is_directory(options_.file, failure))
             throw Error(ErrorKind::kInput, "cannot read the jobs", options_.file.string(),
                         "name a file with a job a line, as peeler batch --help shows one");
-        if (fileKind(options_.file.string()) != FileKind::kUnknown)
+        text.assign(std::istreambuf_iterator<char>(file), {});
+        const FileKind kind = fileKind(options_.file.string());
+        if (kind != FileKind::kUnknown && !text.starts_with('{'))
             throw Error(ErrorKind::kInput, "this is a scene or a picture, not a list of jobs",
                         options_.file.string(),
                         "peeler info tells what it is, peeler batch --help shows a job");
-        text.assign(std::istreambuf_iterator<char>(file), {});
     }
     jobs_ = readJobs(options_.file == "-" ? "standard input" : options_.file.string(), text);
     results_.resize(jobs_.size());

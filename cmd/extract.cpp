@@ -118,6 +118,7 @@ void Extract::checkFile(const fs::path& path, const char* extension) const {
     OutputRequest output;
     output.path = path;
     output.no_clobber = options_.output.no_clobber;
+    output.no_mkdir = options_.output.no_mkdir;
     checkTarget(output, {options_.input});
 }
 
@@ -136,6 +137,7 @@ void Extract::checkOptions() const {
         OutputRequest output;
         output.path = *options_.counts;
         output.no_clobber = options_.output.no_clobber;
+        output.no_mkdir = options_.output.no_mkdir;
         output.options.as = "composite";
         checkOutput(output, {options_.input});
         outputs.push_back(*options_.counts);

@@ -18,7 +18,7 @@ std::span<const Verb> verbs() {
          declareRays},
         {"bake", "Bake what surfaces see, occlusion, thickness or light, into a scene or textures",
          "peeler bake scene.glb -o occlusion.glb\n"
-         "peeler bake scene.glb -o occlusion.exr --target texture --size 2048\n"
+         "peeler bake plant.glb -o occlusion.exr --target texture --size 2048\n"
          "peeler bake part.glb -o thickness.glb --quantity thickness --values-alone",
          declareBake},
         {"flatten", "Composite the layers of a file into one picture",
@@ -54,7 +54,7 @@ std::span<const Verb> verbs() {
         {"batch", "Run the jobs of a file, several at a time, and resume",
          "peeler batch jobs.jsonl --dry-run\n"
          "peeler batch jobs.jsonl --jobs 2 --report results.jsonl\n"
-         "echo '{\"verb\": \"render\", \"args\": [\"scene.glb\", \"-o\", \"a.png\"]}' | peeler "
+         "echo '{\"verb\": \"render\", \"args\": [\"scene.glb\", \"-o\", \"x.png\"]}' | peeler "
          "batch -",
          declareBatch},
         {"compare", "Tell how far two pictures are apart, layer by layer",

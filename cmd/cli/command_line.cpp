@@ -22,11 +22,14 @@ constexpr const char* kProgramFooter =
     "lost, 6 incomplete under --strict, 33 out of memory or over --memory, 128 + n ended by\n"
     "signal n.";
 
-/// "help" and "help VERB" as the options that they stand for.
+/// "help" and "help VERB" as the options that they stand for; "help" and no verb as what is no
+/// verb.
 std::vector<std::string> withoutHelpVerb(std::vector<std::string> arguments) {
     if (arguments.empty() || arguments.front() != "help") return arguments;
     arguments.erase(arguments.begin());
-    arguments.emplace_back("--help");
+    const auto is_named = [&](const Verb& verb) { return verb.name == arguments.front(); };
+    if (arguments.empty() || std::ranges::any_of(verbs(), is_named))
+        arguments.emplace_back("--help");
     return arguments;
 }
 

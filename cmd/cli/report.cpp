@@ -73,6 +73,11 @@ ProgressStyle ReportOptions::shownProgress() const {
     return quiet && for_people ? ProgressStyle::kNone : progress;
 }
 
+void ReportOptions::applyTo(Console& console) const {
+    console.setQuiet(quiet);
+    console.setVerbose(verbose);
+}
+
 void addReportOptions(VerbOptions& verb, ReportOptions& options) {
     constexpr const char* kGroup = "Messages";
     verb.addFlag("--json", options.json, "print the result as JSON").group(kGroup);
