@@ -145,7 +145,7 @@ class MaterialReader {
         if (source.source >= 0) return sceneImage(source.source);
         for (const std::string& name : undecodedImageExtensions()) {
             if (!findExtension(source.extensions, name.c_str())) continue;
-            const std::string place = where + "/extensions/" + name;
+            const std::string place = childPointer(where + "/extensions", name);
             if (std::ranges::find(options_.ignored_extensions, name) !=
                 options_.ignored_extensions.end()) {
                 missing(place, "it has an image of " + name + " only", "add a PNG or JPEG image");
