@@ -239,10 +239,10 @@ Plan Renderer::plan(const View& view, const CaptureSettings& settings, const Pro
     s.plan.view = view;
     s.lighting.setView(view.camera_to_world);
     s.chooseMethod();
-    s.chooseSurfaces();
     s.positions = samplePositions(settings.samples);
     if (settings.samples == 1) s.positions = {view.sample};
     s.showSample(0);
+    s.chooseSurfaces();
     s.progress = progress;
     s.plan_share = !progress ? 0 : s.mergesLayers() ? kMergeShare : kCountShare;
     if (!s.compositeViews()) {
