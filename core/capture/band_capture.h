@@ -154,11 +154,12 @@ class BandCapture {
     BandBuffers buffers_;
     SlotTarget slot_target_;
     OpaqueTarget opaque_;
-    std::vector<std::uint32_t> opaque_pixels_;  ///< some rows that were read of it
-    CompositeImage visible_;                    ///< some rows of a composite
-    std::vector<std::uint32_t> first_;          ///< of the band being captured, pixels + 1 entries
-    std::vector<std::uint32_t> ends_;           ///< where the capture has left its slots
-    Window clip_band_;                          ///< whose boundary the buffers hold
+    std::vector<std::uint32_t> opaque_pixels_;   ///< some rows that were read of it
+    CompositeImage visible_;                     ///< some rows of a composite
+    std::vector<std::uint32_t> visible_counts_;  ///< of their pixels
+    std::vector<std::uint32_t> first_;           ///< of the band being captured, pixels + 1 entries
+    std::vector<std::uint32_t> ends_;            ///< where the capture has left its slots
+    Window clip_band_;                           ///< whose boundary the buffers hold
     double largest_correction_ = 0;
 };
 

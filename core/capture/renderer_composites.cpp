@@ -9,6 +9,7 @@
 #include "core/capture/supersampling.h"
 
 namespace peeler {
+
 /// No fragment behind an opaque one changes an exact composite of all layers: its alpha is 1, so
 /// that nothing gets through. Such composites are captured without them. Approximations average
 /// all fragments, and limits count them.
@@ -41,6 +42,7 @@ bool Renderer::State::compositeViews() {
     clip_rows.clear();
     kept_passes = report.passes = 0;
     planning = true;
+    if (progress) plan_share = kCompositeShare;
     for (const Window& band : bands(nullptr)) {
         composeVisible(band, [&](LayeredImage& rows) { kept_bands.push_back(std::move(rows)); });
         kept_passes = std::max(kept_passes, report.passes);

@@ -76,7 +76,7 @@ void BandCapture::takeVisible(const Window& tile, const Window& rows,
         const StageTimer timer(times_, "capture");
         opaque_.read(gl(), tile, rows, opaque_pixels_);
     }
-    std::vector<std::uint32_t> counts(rows.pixels());
+    visible_counts_.resize(rows.pixels());
     {
         const StageTimer timer(times_, "composite");
         OpaqueFragments behind{.fragments = opaque_pixels_.data() + (height - 1) * width * kWords};
@@ -88,14 +88,14 @@ void BandCapture::takeVisible(const Window& tile, const Window& rows,
             for (std::size_t x = 0; x < width; ++x) {
                 const std::uint32_t listed =
                     captured.first[first + x + 1] - captured.first[first + x];
-                counts[first + x] = listed + (opaque[x * kWords] != 0 ? 1 : 0);
+                visible_counts_[first + x] = listed + (opaque[x * kWords] != 0 ? 1 : 0);
             }
         }
         visible_.window = rows;
         depthSortComposite(captured, shot_.view.projection, 0, Tail::kDrop,
                            shot_.settings.color_type, visible_, &behind);
     }
-    take(visible_, counts);
+    take(visible_, visible_counts_);
 }
 
 int BandCapture::compositeVisible(LayerMethod& method, const Window& band, const BandLimits& limits,
