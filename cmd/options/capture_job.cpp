@@ -2,6 +2,7 @@
 #include "cmd/options/capture_job.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "cmd/options/output_options.h"
 #include "core/capture/method.h"
 #include "formats/file/content_hash.h"
+#include "formats/image/display.h"
 
 namespace peeler::cmd {
 
@@ -22,9 +24,42 @@ nlohmann::json clipJson(const ClipVolume& clip) {
     return {{"planes", planes}, {"nodes", clip.nodes}, {"inside", clip.keep_inside}};
 }
 
-}  // namespace
+/// Meters what is handed to it.
+struct MeterSink : Sink {
+    ExposureMeter meter;
 
-namespace {
+    void begin(const Plan& /*plan*/) override {}
+    void write(LayeredImage&& band) override {
+        compositeOver(band, {}, composite_);
+        meter.add(composite_);
+    }
+    void finish() override {}
+
+  private:
+    CompositeImage composite_;
+};
+
+bool hasPoints(const Scene& scene) {
+    return std::ranges::any_of(scene.meshes, [](const Mesh& mesh) {
+        return std::ranges::any_of(mesh.primitives, [](const Primitive& primitive) {
+            return primitive.topology == Topology::kPoints;
+        });
+    });
+}
+
+/// All of what the view's camera sees, in 256 pixels at most.
+View small(View view) {
+    constexpr int kSide = 256;
+    const double scale =
+        std::min(1.0, static_cast<double>(kSide) / std::max(view.width, view.height));
+    const auto scaled = [&](int side) {
+        return std::max(1, static_cast<int>(std::lround(side * scale)));
+    };
+    view.width = scaled(view.width);
+    view.height = scaled(view.height);
+    view.crop = {0, 0, view.width, view.height};
+    return view;
+}
 
 /// Whether somebody asked for this device, if only by the environment that Mesa reads.
 bool isChosen(const gl::ContextRequest& request) {
@@ -34,6 +69,14 @@ bool isChosen(const gl::ContextRequest& request) {
 }
 
 }  // namespace
+
+void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
+                   CaptureJobOptions& options) {
+    if (!verb.given("--point-size")) options.capture.point_size = kDisplayPointSize;
+    options.appearance.studio = !options.capture.shadows &&
+                                options.capture.shading == Shading::kPbr &&
+                                !(camera.camera && namesLight(*camera.camera));
+}
 
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options) {
     addFile(verb, "SCENE", "", options.scene.file, "a glTF scene (.gltf or .glb)").required();
@@ -90,6 +133,7 @@ OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
         console.warning(warning);
     index_ = chooseScene(scene_, options.scene);
     selectNodes(scene_, options.scene);
+    addStudio(scene_, index_, options.appearance);
     const AnimationOptions& animation = options.animation;
     playing_ = chooseAnimations(scene_, animation);
     if ((animation.frames || animation.time) && playing_.empty())
@@ -163,6 +207,31 @@ void CaptureJob::closeRenderer() {
     context_.reset();
 }
 
+float CaptureJob::meterExposure(const CaptureSettings& capture, const CameraOptions& camera) {
+    CaptureSettings settings = capture;
+    settings.method = peelMethods().front().name;
+    settings.channels.clear();
+    settings.samples = 1;
+    settings.composite = true;
+    settings.color_type = PixelType::kFloat;
+    std::vector<double> times{options_.animation.time.value_or(0)};
+    if (options_.animation.frames) {
+        double end = 0;
+        for (const int animation : scene_->animations())
+            end = std::max(
+                end, durationOf(scene_->scene().animations[static_cast<std::size_t>(animation)]));
+        times = end > 0 ? std::vector<double>{0, end / 2, end} : std::vector<double>{0};
+    }
+    MeterSink sink;
+    for (const double time : times) {
+        const PosedScene posed = scene_->at(time);
+        renderer_->setPose(posed);
+        renderer_->plan(small(scene_->view(posed, camera)), settings);
+        renderer_->capture(sink);
+    }
+    return sink.meter.stops();
+}
+
 StageTimes CaptureJob::takeTimes() {
     if (renderer_) add(times_, renderer_->takeTimes());
     return std::exchange(times_, {});
@@ -173,6 +242,8 @@ std::string CaptureJob::settingsHash(const CaptureSettings& capture, nlohmann::j
     more.update(appearanceSettings(options_.appearance, scene_->scene()));
     if (const auto& ignored = options_.scene.gltf.ignored_extensions; !ignored.empty())
         more["ignoredExtensions"] = ignored;
+    if (capture.point_size != 1 && hasPoints(scene_->scene()))
+        more["pointSize"] = capture.point_size;
     const ShownScene shown{scene_->index(),        scene_->animations(), options_.scene.include,
                            options_.scene.exclude, frames_per_second,    crop};
     return cmd::settingsHash(shown, capture, more);

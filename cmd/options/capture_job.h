@@ -32,6 +32,12 @@ struct CaptureJobOptions {
     ReportOptions report;
 };
 
+/// Sets what pictures for eyes get, unless it is asked for otherwise on the command line: larger
+/// points, and the studio where nothing else would light the scene. Shadows, and what is seen from
+/// a light, need the built-in light.
+void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
+                   CaptureJobOptions& options);
+
 /// Declares SCENE, an argument.
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options);
 /// Declares the options of addSceneOptions() and addTimeOptions().
@@ -117,6 +123,14 @@ class CaptureJob {
     Renderer* renderer() { return renderer_ ? &*renderer_ : nullptr; }
     bool hasContext() const { return context_ != nullptr; }
     const gl::Device& device() const { return *device_; }  ///< of the Renderer opened last
+
+    /// The exposure in stops that the light of the scene asks for (ExposureMeter), of the open
+    /// Renderer. It is metered on a small picture of all that the camera sees, whatever part is
+    /// asked for, with a sample a pixel and by the first method, so that tiles and crops agree; of
+    /// frames at the beginning, in the middle and at the end of what moves the scene, whichever
+    /// frames are asked for, so that they agree, too. Leaves the Renderer in another pose. Throws
+    /// like Renderer::capture().
+    float meterExposure(const CaptureSettings& capture, const CameraOptions& camera);
 
     Clock::time_point start() const { return start_; }
     /// What stages have taken, in milliseconds; a verb adds its own.
