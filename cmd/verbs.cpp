@@ -8,6 +8,8 @@ std::span<const Verb> verbs() {
     static constexpr Verb kVerbs[] = {
         {"render", "Render every layer of a glTF scene into one file", declareRender},
         {"rays", "Trace bundles of rays: all hits, thickness, X-rays, what is inside", declareRays},
+        {"check", "Tell whether parts can be printed: closed, oriented, crossing, wall thickness",
+         declareCheck},
         {"bake", "Bake what surfaces see, occlusion, thickness or light, into a scene or textures",
          declareBake},
         {"flatten", "Composite the layers of a file into one picture", declareFlatten},

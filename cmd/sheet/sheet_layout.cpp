@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "formats/image/image_writer.h"
+#include "formats/image/legend.h"
 
 namespace peeler::cmd {
 

@@ -114,13 +114,6 @@ Meeting meetingOf(const Corners3& a, const Corners3& b, int shared, double near)
 
 namespace {
 
-int sharedCorners(const PartMesh::Triangle& a, const PartMesh::Triangle& b) {
-    int shared = 0;
-    for (const std::uint32_t point : a)
-        shared += std::ranges::count(b, point) > 0 ? 1 : 0;
-    return shared;
-}
-
 constexpr std::size_t kTrianglesAtOnce = 1024;
 
 }  // namespace
@@ -144,7 +137,7 @@ Crossings findCrossings(const TriangleTree& tree) {
             tree.visit([&](const Bounds& other) { return overlap(box, other); },
                        [&](std::uint32_t s) {
                            if (s <= t || !overlap(box, boundsOf(mesh.corners(s)))) return;
-                           const int shared = sharedCorners(mesh.triangles[t], mesh.triangles[s]);
+                           const int shared = mesh.sharedCorners(t, s);
                            if (shared == 3) return;  // their edges are crowded
                            const Meeting meeting =
                                meetingOf(corners, mesh.corners(s), shared, near);

@@ -77,17 +77,22 @@ struct Wall {
     std::uint32_t triangle = 0, opposite = 0;
 };
 
-/// Faces that are opposite within this angle have a wall between them, in degrees; faces that meet
-/// at a larger one are an edge, however thin the part gets towards it.
+/// Faces that are opposite within this angle have a wall between them, in degrees; faces that share
+/// a corner are an edge, however thin the part gets towards it.
 inline constexpr double kWallAngle = 30;
 /// No place has a wall thinner by more than this share than the one that is told.
 inline constexpr double kWallTolerance = 1e-4;
 
 /// The thinnest wall: from a point of the surface straight into the material, against the normal of
 /// its triangle, to where that leaves it again, through a face that looks the other way within
-/// kWallAngle. Of all points of the surface, not of some: pairs of faces are compared where one
-/// lies behind the other, and their distance there, which is a linear function, is least at a
-/// corner of what they have in common. Nothing if no faces are opposite. `mesh` faces outwards.
+/// kWallAngle and has no corner in common with it. Of all points of the surface, not of some: pairs
+/// of faces are compared where one lies behind the other, and their distance there, which is a
+/// linear function, is least at a corner of what they have in common. Nothing if no faces are
+/// opposite. `mesh` faces outwards.
 std::optional<Wall> thinnestWall(const TriangleTree& tree);
+
+/// Edges at which the two faces of a mesh that faces outwards enclose less than kWallAngle of
+/// material: towards these a part gets thin without an end.
+std::vector<PartEdge> sharpEdges(const PartMesh& mesh, const PartTopology& topology);
 
 }  // namespace peeler

@@ -54,6 +54,13 @@ void addTriangle(PartMesh& mesh, const PartMesh::Triangle& t) {
 
 }  // namespace
 
+int PartMesh::sharedCorners(std::size_t a, std::size_t b) const {
+    int shared = 0;
+    for (const std::uint32_t point : triangles[a])
+        shared += std::ranges::count(triangles[b], point) > 0 ? 1 : 0;
+    return shared;
+}
+
 Bounds PartMesh::bounds() const {
     if (points.empty()) return {};
     Bounds box{points.front(), points.front()};

@@ -37,6 +37,8 @@ struct PartMesh {
         const auto [a, b, c] = corners(triangle);
         return (a + b + c) / 3.0;
     }
+    /// How many corners two triangles have in common.
+    int sharedCorners(std::size_t a, std::size_t b) const;
     /// The box around all points; nothing around none.
     Bounds bounds() const;
     /// The length of that box's diagonal.

@@ -50,6 +50,7 @@ class WallRays {
             if (inside > 0) continue;
             const glm::dvec3 other = unitOrZero(tree_.mesh().normal(hit.triangle));
             if (-glm::dot(other, unit_normal) < kFacing || hit.t >= below) return std::nullopt;
+            if (tree_.mesh().sharedCorners(triangle, hit.triangle) > 0) return std::nullopt;
             if (tree_.windingInFront(from, unit_normal, kSlack * near_) != 0) return std::nullopt;
             const double thickness = std::max(hit.t, 0.0);
             return Wall{thickness, from, line.at(thickness), triangle, hit.triangle};
@@ -135,7 +136,7 @@ class FacePairs {
         box = grown({glm::min(box.min, behind.min), glm::max(box.max, behind.max)}, 1e-9 * size_);
         tree_.visit([&](const Bounds& other) { return overlap(box, other) && isBehind(other); },
                     [&](std::uint32_t other) {
-                        if (other == triangle) return;
+                        if (mesh.sharedCorners(triangle, other) > 0) return;
                         if (auto pair = pairWith(mesh.corners(other))) {
                             pair->triangle = triangle;
                             pairs.push_back(*pair);
@@ -225,6 +226,32 @@ std::optional<Wall> thinnestWall(const TriangleTree& tree) {
         }
     }
     return thinnest;
+}
+
+std::vector<PartEdge> sharpEdges(const PartMesh& mesh, const PartTopology& topology) {
+    std::vector<PartEdge> sharp;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const glm::dvec3 normal = unitOrZero(mesh.normal(t));
+        for (const std::uint32_t other : topology.beyond[t]) {
+            if (other == kNoTriangle || other < t) continue;
+            const glm::dvec3 beyond = unitOrZero(mesh.normal(other));
+            if (-glm::dot(normal, beyond) < WallRays::kFacing) continue;
+            PartEdge edge;
+            glm::dvec3 tip(0);
+            int common = 0;
+            for (const std::uint32_t point : mesh.triangles[other]) {
+                if (std::ranges::count(mesh.triangles[t], point) == 0)
+                    tip = mesh.points[point];
+                else
+                    (common++ == 0 ? edge.a : edge.b) = point;
+            }
+            // The other one's third corner lies behind the face, or the material is outside.
+            if (glm::dot(normal, tip - mesh.points[edge.a]) >= 0) continue;
+            if (edge.b < edge.a) std::swap(edge.a, edge.b);
+            sharp.push_back(edge);
+        }
+    }
+    return sharp;
 }
 
 }  // namespace peeler

@@ -298,7 +298,7 @@ TEST(PartCheck, ATubeHasItsWallWhateverItsFacets) {
     EXPECT_NEAR(part.wall(), least, least * 2e-4);
 }
 
-TEST(PartCheck, EdgesAreNoWallsButBladesAre) {
+TEST(PartCheck, SharpEdgesAreNoWallsButAreFound) {
     // A wedge of 40 degrees has no opposite faces but its ends; one of 20 has, down to nothing.
     const auto wedge = [](double degrees) {
         const auto x = static_cast<float>(std::tan(degrees * std::numbers::pi / 180));
@@ -308,8 +308,14 @@ TEST(PartCheck, EdgesAreNoWallsButBladesAre) {
         p.indices = {0, 2, 1, 3, 4, 5, 0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4, 2, 0, 3, 2, 3, 5};
         return p;
     };
-    EXPECT_NEAR(Checked({wedge(40)}).wall(), 5, 1e-9);
-    EXPECT_NEAR(Checked({wedge(20)}).wall(), 0, 1e-6);
+    const Checked blunt({wedge(40)}), blade({wedge(20)});
+    EXPECT_TRUE(blunt.good());
+    EXPECT_NEAR(blunt.wall(), 5, 1e-9);
+    EXPECT_TRUE(sharpEdges(blunt.turned, blunt.topology).empty());
+    EXPECT_TRUE(blade.good());
+    EXPECT_GT(blade.wall(), 0) << "faces that share a corner are an edge";
+    EXPECT_LT(blade.wall(), std::tan(std::numbers::pi / 9));
+    EXPECT_EQ(sharpEdges(blade.turned, blade.topology), (std::vector{PartEdge{0, 3}}));
 }
 
 TEST(PartCheck, JoinedPartsAreOneIfTheyAreWelded) {
