@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks parts one by one, and then how they lie to each other.
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 
@@ -227,6 +228,11 @@ CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
     report.bounds = report.parts.front().mesh.bounds();
     std::size_t triangles = 0, done = 0;
     for (const PartReport& part : report.parts) {
+        for (const glm::dvec3& p : part.mesh.points) {
+            if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
+            throw Error(ErrorKind::kInput, "a part reaches infinitely far", part.name,
+                        "leave it out with --exclude");
+        }
         triangles += part.mesh.triangles.size();
         const Bounds box = part.mesh.bounds();
         report.bounds.min = glm::min(report.bounds.min, box.min);

@@ -279,7 +279,13 @@ Json partJson(const PartReport& part) {
 std::string verdictText(const CheckReport& report) {
     const std::size_t faulty = report.faulty();
     if (faulty == 0) return "good to print";
-    if (report.parts.size() == 1) return "not printable as it is";
+    std::string why;
+    if (report.parts.size() == 1) {
+        const PartReport& part = report.parts.front();
+        for (const FoundProblem& problem : part.problems)
+            why += (why.empty() ? ": " : "; ") + wordsOf(problem.kind).text(part, problem);
+        return "not printable as it is" + why;
+    }
     return "not printable as it is: " + groupedText(faulty) + " of " +
            countText(report.parts.size(), "part") + (faulty == 1 ? " is" : " are") + " not good";
 }

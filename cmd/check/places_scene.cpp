@@ -152,7 +152,8 @@ Scene placesScene(const CheckReport& report) {
 }
 
 std::vector<LegendLine> placesLegend(const CheckReport& report) {
-    std::vector<LegendLine> lines{{{1, 1, 1}, verdictText(report)}};
+    std::vector<LegendLine> lines{
+        {{1, 1, 1}, report.faulty() == 0 ? "good to print" : "not printable as it is"}};
     std::set<std::string> told;
     for (const PartReport& part : report.parts) {
         for (const FoundProblem& problem : part.problems) {

@@ -64,7 +64,7 @@ double volumeOf(const PartMesh& mesh);
 /// What is inside at least once. The surface of that is those places of the surface that have no
 /// body in front of them; of a triangle that others cross, the area of such places is found by
 /// cutting it into trapezoids at every corner and crossing of the lines in which the others meet
-/// its plane, which is exact but for rounding (256 strips instead where there are more than 300 of
+/// its plane, which is exact but for rounding (256 strips instead where there are more than 120 of
 /// these lines). `topology` and `crossings` are those of the tree's mesh, which is closed and faces
 /// outwards.
 double unionVolume(const TriangleTree& tree, const PartTopology& topology,

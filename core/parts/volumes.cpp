@@ -109,7 +109,7 @@ class FreeArea {
 
   private:
     static constexpr double kNarrow = 1e-12;
-    static constexpr std::size_t kMostLines = 300;
+    static constexpr std::size_t kMostLines = 120;
     static constexpr int kStrips = 256;
 
     /// Where the plane of another triangle is crossed, in this one's.

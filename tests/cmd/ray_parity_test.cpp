@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "cmd/cli/report.h"
 #include "cmd/rays/ray_results.h"
 #include "cmd/rays/rays_options.h"
 #include "core/base/error.h"
@@ -36,7 +37,7 @@ TEST_F(RayParityTest, IsReported) {
         std::uint64_t rays = 0;
         for (const Bundle& bundle : bundles_)
             rays += bundle.rays();
-        EXPECT_EQ(err.str(), "peeler: closed: every one of " + std::to_string(rays) +
+        EXPECT_EQ(err.str(), "peeler: closed: every one of " + groupedText(rays) +
                                  " rays enters as often as it leaves\n");
     }
     // A lid is missing: the first body has a hole, and one ray finds it.
@@ -78,8 +79,8 @@ TEST_F(RayParityTest, IsReported) {
     EXPECT_EQ(first.at("openEdges"), 3);
     EXPECT_EQ(first.at("firstOddRays").at(0).at("x"), 9);
     // Its last hit of that body, at Z = 2.
-    const glm::dvec3 place =
-        worldPosition(bundles_[1].view, 9 + bundles_[1].view.sample.x, bundles_[1].view.sample.y, 2);
+    const glm::dvec3 place = worldPosition(bundles_[1].view, 9 + bundles_[1].view.sample.x,
+                                           bundles_[1].view.sample.y, 2);
     for (std::size_t i = 0; i < 3; ++i)
         EXPECT_NEAR(first.at("firstOddRays").at(0).at("position").at(i).get<double>(),
                     place[static_cast<int>(i)], 1e-6);

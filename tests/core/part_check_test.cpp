@@ -6,6 +6,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
+#include <random>
 
 #include "core/parts/part_mesh.h"
 #include "support/closed_meshes.h"
@@ -181,6 +182,19 @@ TEST(PartCheck, CubesThatOverlapWithSidesInOnePlaneHaveTheirUnion) {
     EXPECT_NEAR(apart.united(), 16, 1e-9);
 }
 
+TEST(PartCheck, BoxesTurnedAgainstEachOtherHaveTheUnionOfTheirOctagon) {
+    Primitive turned = cube();
+    for (glm::vec3& p : turned.positions)
+        p = {(p.x - p.y) * std::numbers::sqrt2_v<float> / 2,
+             (p.x + p.y) * std::numbers::sqrt2_v<float> / 2, p.z / 2 + 0.1F};
+    for (const glm::dmat4& at : {glm::dmat4(1), askew()}) {
+        const Checked part({cube(), turned}, at);
+        const double octagon = 8 * (std::numbers::sqrt2 - 1);
+        EXPECT_NEAR(part.volume(), 12, 1e-6);
+        EXPECT_NEAR(part.united(), 12 - octagon, 1e-6);
+    }
+}
+
 TEST(PartCheck, BodiesThatTouchDoNotCross) {
     Primitive other = placed(cube(), 0.5F, {1.5F, 0, 0});
     const Checked part({cube(), other});
@@ -264,6 +278,50 @@ TEST(PartCheck, AWallThatThinsTowardsAPointIsFoundThere) {
     const glm::dvec3 from(glm::inverse(askew()) * glm::dvec4(wall->from, 1));
     EXPECT_NEAR(from.x, 11, 0.01);
     EXPECT_NEAR(from.z, 17, 0.01);
+}
+
+/// Rays from random points, each against every triangle, find no thinner wall.
+TEST(PartCheck, NoRayFindsAThinnerWall) {
+    std::mt19937 random(20);
+    std::uniform_real_distribution<double> share(0, 1);
+    for (int round = 0; round < 3; ++round) {
+        Primitive outer = icosphere(3), hollow = inwards(icosphere(2));
+        for (glm::vec3& p : outer.positions)
+            p *= static_cast<float>(1 + 0.1 * share(random));
+        for (glm::vec3& p : hollow.positions)
+            p *= static_cast<float>(0.6 + 0.2 * share(random));
+        const Checked part({outer, hollow});
+        ASSERT_TRUE(part.good());
+        const auto wall = thinnestWall(part.tree);
+        ASSERT_TRUE(wall);
+        EXPECT_NEAR(glm::length(wall->to - wall->from), wall->thickness, 1e-9);
+        double least = 10;
+        const PartMesh& mesh = part.turned;
+        for (int i = 0; i < 4000; ++i) {
+            const auto t = static_cast<std::size_t>(random() % mesh.triangles.size());
+            const auto [a, b, c] = mesh.corners(t);
+            double u = share(random), v = share(random);
+            if (u + v > 1) {
+                u = 1 - u;
+                v = 1 - v;
+            }
+            const glm::dvec3 normal = glm::normalize(mesh.normal(t));
+            const CheckedLine line(a + u * (b - a) + v * (c - a), -normal);
+            LineHit first{10};
+            for (std::size_t s = 0; s < mesh.triangles.size(); ++s) {
+                const auto hit = line.meets(mesh.corners(s));
+                if (s == t || !hit || hit->t < 0 || hit->t > first.t) continue;
+                first = *hit;
+                first.triangle = static_cast<std::uint32_t>(s);
+            }
+            const glm::dvec3 other = glm::normalize(mesh.normal(first.triangle));
+            const double facing = std::cos(kWallAngle * std::numbers::pi / 180);
+            if (-glm::dot(other, normal) >= facing && mesh.sharedCorners(t, first.triangle) == 0)
+                least = std::min(least, first.t);
+        }
+        EXPECT_LE(wall->thickness, least * (1 + kWallTolerance)) << round;
+        EXPECT_GT(wall->thickness, 0.5 * least) << round;
+    }
 }
 
 TEST(PartCheck, ATubeHasItsWallWhateverItsFacets) {
