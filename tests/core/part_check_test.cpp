@@ -106,6 +106,15 @@ TEST(PartCheck, VerticesAtOnePlaceAreOnePointAcrossPrimitives) {
     EXPECT_EQ(part.topology.shells.size(), 1U);
 }
 
+TEST(PartCheck, MinusZeroIsZero) {
+    Primitive lower = placed(cube(), 1, {1, 0, 0}), upper = lower;
+    lower.indices.resize(18);
+    upper.indices.erase(upper.indices.begin(), upper.indices.begin() + 18);
+    for (glm::vec3& p : upper.positions)
+        if (p.x == 0) p.x = -0.0F;
+    EXPECT_TRUE(Checked({lower, upper}).good());
+}
+
 TEST(PartCheck, AMissingTriangleLeavesThreeEdgesOpenAroundOneHole) {
     Primitive mesh = cube();
     mesh.indices.resize(mesh.indices.size() - 3);
@@ -129,14 +138,16 @@ TEST(PartCheck, ATJunctionIsOpen) {
 }
 
 TEST(PartCheck, AFlippedTriangleIsFoundAndTurnedBack) {
-    Primitive mesh = cube();
-    std::swap(mesh.indices[9], mesh.indices[10]);
-    const Checked part({mesh});
-    EXPECT_TRUE(part.topology.closed());
-    EXPECT_EQ(part.topology.turned_edges.size(), 3U);
-    EXPECT_EQ(part.topology.turned, std::vector<std::uint32_t>{3});
-    EXPECT_EQ(part.sides[0], ShellSide::kOutside);
-    EXPECT_NEAR(part.volume(), 8, 1e-12);
+    for (const std::uint32_t flipped : {0U, 3U, 11U}) {
+        Primitive mesh = cube();
+        std::swap(mesh.indices[3 * flipped], mesh.indices[3 * flipped + 1]);
+        const Checked part({mesh});
+        EXPECT_TRUE(part.topology.closed());
+        EXPECT_EQ(part.topology.turned_edges.size(), 3U);
+        EXPECT_EQ(part.topology.turned, std::vector<std::uint32_t>{flipped});
+        EXPECT_EQ(part.sides[0], ShellSide::kOutside);
+        EXPECT_NEAR(part.volume(), 8, 1e-12);
+    }
 }
 
 TEST(PartCheck, ACubeInsideOutIsFoundAndTurnedBack) {
