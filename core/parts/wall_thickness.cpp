@@ -70,29 +70,36 @@ class WallRays {
 
 const double WallRays::kFacing = std::cos(kWallAngle * std::numbers::pi / 180);
 
-/// A bound by four points of each triangle.
+/// The wall behind the middle of a triangle, if it is thinner than what is known.
+void sampleWall(std::size_t triangle, WallRays& rays, const PartMesh& mesh,
+                std::optional<Wall>& thinnest) {
+    const glm::dvec3 normal = unitOrZero(mesh.normal(triangle));
+    if (normal == glm::dvec3(0)) return;
+    const double below = thinnest ? thinnest->thickness : kEnd;
+    if (const auto wall =
+            rays.at(static_cast<std::uint32_t>(triangle), mesh.middle(triangle), normal, below))
+        thinnest = wall;
+}
+
+/// A bound by the middles of all triangles. Some of them first, so that the rays of the others end
+/// early.
 std::optional<Wall> sampledWall(const TriangleTree& tree) {
-    constexpr std::array<glm::dvec3, 4> kWeights{
-        {{1.0 / 3, 1.0 / 3, 1.0 / 3}, {0.98, 0.01, 0.01}, {0.01, 0.98, 0.01}, {0.01, 0.01, 0.98}}};
+    constexpr std::size_t kFirst = 1000;
     const PartMesh& mesh = tree.mesh();
     const std::size_t count = mesh.triangles.size();
-    std::vector<std::optional<Wall>> found((count + kTrianglesAtOnce - 1) / kTrianglesAtOnce);
+    std::optional<Wall> first;
+    WallRays first_rays(tree);
+    for (std::size_t t = 0; t < count; t += std::max<std::size_t>(1, count / kFirst))
+        sampleWall(t, first_rays, mesh, first);
+    std::vector<std::optional<Wall>> found((count + kTrianglesAtOnce - 1) / kTrianglesAtOnce,
+                                           first);
     parallelFor(found.size(), [&](std::size_t i) {
         WallRays rays(tree);
         const std::size_t end = std::min((i + 1) * kTrianglesAtOnce, count);
-        for (std::size_t t = i * kTrianglesAtOnce; t < end; ++t) {
-            const auto [a, b, c] = mesh.corners(t);
-            const glm::dvec3 normal = unitOrZero(mesh.normal(t));
-            if (normal == glm::dvec3(0)) continue;
-            for (const glm::dvec3& weight : kWeights) {
-                const glm::dvec3 from = weight.x * a + weight.y * b + weight.z * c;
-                const double below = found[i] ? found[i]->thickness : kEnd;
-                if (auto wall = rays.at(static_cast<std::uint32_t>(t), from, normal, below))
-                    found[i] = wall;
-            }
-        }
+        for (std::size_t t = i * kTrianglesAtOnce; t < end; ++t)
+            sampleWall(t, rays, mesh, found[i]);
     });
-    std::optional<Wall> thinnest;
+    std::optional<Wall> thinnest = first;
     for (const auto& wall : found)
         if (wall && (!thinnest || wall->thickness < thinnest->thickness)) thinnest = wall;
     return thinnest;
