@@ -58,8 +58,8 @@ std::string RayParity::describe(const Solid& solid, const SolidParity& parity) c
                             : countText(solid.open_edges, "edge") +
                                   (solid.open_edges == 1 ? " is open" : " are open"))
          << "; the first one: " << bundle.name << ", pixel (" << ray.x << ", " << ray.y
-         << "), along (" << direction.x << ", " << direction.y << ", " << direction.z
-         << "), at (" << place.x << ", " << place.y << ", " << place.z << ')';
+         << "), along (" << direction.x << ", " << direction.y << ", " << direction.z << "), at ("
+         << place.x << ", " << place.y << ", " << place.z << ')';
     return text.str();
 }
 
@@ -79,7 +79,8 @@ std::string RayParity::verdict(std::size_t odd_solids) const {
     std::uint64_t rays = 0;
     for (const Bundle& bundle : bundles_)
         rays += bundle.rays();
-    if (parity_.solids().empty()) return "no ray hits a surface: nothing is known of what is closed";
+    if (parity_.solids().empty())
+        return "no ray hits a surface: nothing is known of what is closed";
     if (odd_solids == 0)
         return "closed: every one of " + countText(rays, "ray") + " enters as often as it leaves";
     return "open: " + groupedText(parity_.oddRays()) + " of " + countText(rays, "ray") +

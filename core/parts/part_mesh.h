@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <limits>
+#include <tuple>
 #include <vector>
 
 #include "core/scene/posed_scene.h"
@@ -56,7 +57,9 @@ PartMesh joinParts(const std::vector<const PartMesh*>& parts, bool weld);
 struct PartEdge {
     std::uint32_t a = 0, b = 0;
     bool operator==(const PartEdge&) const = default;
-    auto operator<=>(const PartEdge&) const = default;
+    bool operator<(const PartEdge& other) const {
+        return std::tie(a, b) < std::tie(other.a, other.b);
+    }
 };
 
 /// Triangles that hang together by edges which exactly two of them have.

@@ -204,8 +204,8 @@ TEST_F(CheckVerb, WhatIsNoPartIsRefused) {
 TEST_F(CheckVerb, SampleModels) {
     PEELER_REQUIRE_ASSETS(assets);
     for (const char* name : {"Box", "BoxTextured"}) {
-        const auto scene = assets / "gltf-sample-assets" / name / "glTF-Binary" /
-                           (std::string(name) + ".glb");
+        const auto scene =
+            assets / "gltf-sample-assets" / name / "glTF-Binary" / (std::string(name) + ".glb");
         const Json result = json(scene.string(), 0);
         EXPECT_NEAR(result.at("volume").get<double>(), 1, 1e-6) << name;
         EXPECT_NEAR(result.at("thinnestWall").at("thickness").get<double>(), 1, 1e-6) << name;
