@@ -16,6 +16,11 @@ std::span<const Verb> verbs() {
          "peeler rays part.glb -o thickness.png --map thickness --direction 0,0,-1\n"
          "peeler rays part.glb --axes --parity report",
          declareRays},
+        {"check", "Tell whether parts can be printed: closed, oriented, crossing, wall thickness",
+         "peeler check part.glb\n"
+         "peeler check part.glb --json\n"
+         "peeler check part.glb -o places.png",
+         declareCheck},
         {"bake", "Bake what surfaces see, occlusion, thickness or light, into a scene or textures",
          "peeler bake scene.glb -o occlusion.glb\n"
          "peeler bake plant.glb -o occlusion.exr --target texture --size 2048\n"

@@ -185,6 +185,7 @@ nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> b
     if (!options.maps.parts.empty()) settings["parts"] = options.maps.parts;
     if (options.maps.range)
         settings["range"] = {options.maps.range->first, options.maps.range->second};
+    if (!options.maps.legend) settings["legend"] = false;
     if (options.voxels) settings["voxels"] = *options.voxels;
     if (options.points) settings["points"] = true;
     return settings;

@@ -71,6 +71,7 @@ struct RayMapFlags {
     std::vector<std::pair<std::string, double>> attenuation;
     std::vector<std::string> parts;  ///< globs of node names
     std::optional<std::pair<double, double>> range;
+    bool legend = true;
 };
 
 /// Declares --map, --attenuation, --part and --range. `flags` must outlive the parse.

@@ -112,15 +112,4 @@ struct SheetStyle {
 /// if it would be larger than a picture may be.
 CompositeImage layOut(const std::vector<SheetCell>& cells, const SheetStyle& style);
 
-// Labels without a font file: machines of a farm have none.
-
-/// The height of a glyph of printable ASCII and its distance to the next one, in dots.
-inline constexpr int kTextHeight = 7, kTextAdvance = 6;
-
-/// Draws one line with its upper left corner at (x, y) of the picture's window, a dot being `scale`
-/// pixels wide and high. What lies outside the window is left out; a character that is not
-/// printable ASCII is shown as '?'.
-void drawText(CompositeImage& picture, int x, int y, int scale, const std::array<float, 4>& color,
-              std::string_view text);
-
 }  // namespace peeler::cmd

@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "formats/image/display.h"
+#include "formats/image/legend.h"
 
 namespace peeler::cmd {
 

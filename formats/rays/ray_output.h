@@ -104,6 +104,7 @@ struct RayMapOptions {
     RayMapSettings settings;
     std::optional<std::pair<double, double>> range;  ///< pictures: black and the brightest colour
     Provenance provenance;
+    bool legend = false;  ///< pictures: below the map, what its colours are
 };
 
 /// An output of maps, which are numbers for every ray. EXR: a part a bundle, with its name; a
@@ -111,8 +112,9 @@ struct RayMapOptions {
 /// several bundles the path has a place for the number ("####"). Without a range the colours of a
 /// picture go from 0 (of first and last: the least value) to the greatest value of its bundle, and
 /// all its values are kept until then, 4 bytes a ray; those of transmission go from 0 to 1, and it
-/// is shown like a radiograph. Where there is no hit, first and last are transparent. If there is
-/// attenuation, path lengths come with the transmission; a picture then shows the transmission.
+/// is shown like a film: what lets all through is black, what lets nothing through white. Where
+/// there is no hit, first and last are transparent. If there is attenuation, path lengths come with
+/// the transmission; a picture then shows the transmission.
 ///
 /// `solids` may be null if no map needs them (needsSolids()). Everything referred to must outlive
 /// the output. Pictures of bundles that are done stand under their names before finish(). Throws
