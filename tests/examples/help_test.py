@@ -46,7 +46,7 @@ class Examples(unittest.TestCase):
         (self.folder / "bin").mkdir()
         (self.folder / "bin" / "peeler").symlink_to(pathlib.Path(PEELER).resolve())
         shutil.copy(EXAMPLES / "scenes" / "jellyfish.glb", self.folder / "scene.glb")
-        shutil.copy(EXAMPLES / "scenes" / "engine.glb", self.folder / "part.glb")
+        shutil.copy(EXAMPLES / "scenes" / "bracket.glb", self.folder / "part.glb")
         shutil.copy(EXAMPLES / "scenes" / "plant.glb", self.folder)  # which has texture coordinates
         picture = ["--size", "64x36"]
         self.make("scene.glb", "-o", "layers.exr", "--channels", "normal,id", *picture)
