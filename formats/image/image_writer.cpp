@@ -98,6 +98,14 @@ std::span<const ToneMap> toneMaps() {
     return kToneMaps;
 }
 
+SizeForecast imageForecast(const std::string& path, std::uint64_t pixels) {
+    constexpr std::uint64_t kHeaders = std::uint64_t{64} << 10;
+    const ImageFormat* format = findImageFormat(path);
+    const std::uint64_t bits = format ? static_cast<std::uint64_t>(format->bits) : 16;
+    const std::uint64_t bytes = pixels * 4 * bits / 8;
+    return {bytes + bytes / 1000 + kHeaders, Certainty::kAtMost};
+}
+
 float encodeSrgb(float linear) {
     if (!(linear > 0)) return 0;
     if (linear >= 1) return 1;

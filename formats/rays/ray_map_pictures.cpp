@@ -42,11 +42,16 @@ class RayMapPictures : public RayMapOutput {
     }
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override {
-        if (bundles.size() > 1 && !hasFrameToken(path_)) {
-            throw Error(ErrorKind::kUsage, "the pictures of the bundles would have the same name",
-                        path_, "put #### where the number of the bundle goes, or write .exr");
-        }
+        checkNames(bundles);
         RayMapOutput::begin(bundles, hits);
+    }
+    SizeForecast forecast(std::span<const Bundle> bundles,
+                          std::span<const std::uint64_t>) const override {
+        checkNames(bundles);
+        SizeForecast size;
+        for (const Bundle& bundle : bundles)
+            size += imageForecast(path_, bundle.rays());
+        return size;
     }
     void finish() override {}
 
@@ -76,6 +81,11 @@ class RayMapPictures : public RayMapOutput {
     }
 
   private:
+    void checkNames(std::span<const Bundle> bundles) const {
+        if (bundles.size() <= 1 || hasFrameToken(path_)) return;
+        throw Error(ErrorKind::kUsage, "the pictures of the bundles would have the same name",
+                    path_, "put #### where the number of the bundle goes, or write .exr");
+    }
     /// Paints the values that were kept until their range was known.
     void paintAll() {
         constexpr int kRowsAtOnce = 64;
