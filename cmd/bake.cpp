@@ -204,8 +204,10 @@ void Bake::forecast() {
 /// The scene again, and what is added to it. Its JSON is written anew, and what lay in text or in
 /// files of its own moves into the buffer, so that this is about it.
 SizeForecast Bake::sceneForecast() const {
+    std::vector<fs::path> files = scene().files;  // that the scene names
+    files.push_back(options_.scene.file);
     std::uint64_t bytes = 0;
-    for (const fs::path& file : scene().files) {
+    for (const fs::path& file : files) {
         std::error_code failure;
         const std::uint64_t of_file = fs::file_size(file, failure);
         if (!failure) bytes += of_file;

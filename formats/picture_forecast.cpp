@@ -33,7 +33,7 @@ struct PlannedBytes {
 
 Bytes compositeBytes(const PlannedBytes& planned, const OutputOptions& options) {
     // Two times six pairs of 32-bit floats.
-    constexpr Bytes kCryptomatteBytes = 2 * 6 * 2 * sizeof(float);
+    constexpr Bytes kCryptomatteBytes = sizeof(float) * 2 * 6 * 2;
     return planned.part(planned.plan.view.crop,
                         planned.fragment + (options.cryptomatte ? kCryptomatteBytes : 0));
 }

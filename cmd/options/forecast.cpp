@@ -20,7 +20,7 @@ constexpr std::uint64_t kNotableBytes = 1'000'000'000;
 constexpr const char* kCertainties[] = {"exact", "at most", "about"};
 
 std::string sizeText(const SizeForecast& size) {
-    const std::string bytes = bytesText(size.bytes);
+    std::string bytes = bytesText(size.bytes);
     if (size.certainty == Certainty::kExact) return bytes;
     return std::string(kCertainties[static_cast<std::size_t>(size.certainty)]) + ' ' + bytes;
 }
@@ -87,7 +87,7 @@ void tellShare(const DiskShare& share, std::uint64_t times, Console& console, bo
     if (times > 1 && all.certainty == Certainty::kExact) all.certainty = Certainty::kAbout;
     const std::string who =
         times > 1 ? countText(times, "picture") + " like " + share.names : share.names;
-    const std::string what = who + " will take " + sizeText(all) + contents;
+    const std::string what = who + " will take " + sizeText(all) + (times > 1 ? "" : contents);
     if (isMoreThan(all.bytes, 10, share.disk)) {
         console.warning(what + ", " + percentText(all.bytes, share.disk.free) + " of the " + free +
                         " that are free there.");

@@ -76,8 +76,8 @@ SizeForecast VoxelOutput::forecast(std::span<const Bundle>, std::span<const std:
         std::uint64_t bytes;  ///< that a node takes
     };
     for (const auto& [cells, bytes] :
-         {Level{8, 512 * 4 + 2 * 64 + 64}, Level{128, 4096 * 4 + 2 * 512 + 64},
-          Level{4096, 32768 * 4 + 2 * 4096 + 64}}) {
+         {Level{8, sizeof(float) * 512 + 192}, Level{128, sizeof(float) * 4096 + 1088},
+          Level{4096, sizeof(float) * 32768 + 8256}}) {
         std::uint64_t nodes = bytes;
         for (int axis = 0; axis < 3; ++axis)
             nodes *= static_cast<std::uint64_t>((lattice_.cells[axis] + cells - 1) / cells);

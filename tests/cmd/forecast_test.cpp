@@ -94,10 +94,9 @@ TEST(Forecast, FilesOfOneDiskAddUp) {
 TEST(Forecast, PicturesToComeAreNoError) {
     Forecast frames = oneFile(600);
     frames.times = 10;
-    EXPECT_EQ(
-        told(frames, 1000),
-        "peeler: warning: 10 pictures like hits.npz will take about 6.0 kB (9 hits), 600 % of "
-        "the 1.0 kB that are free there.\n");
+    EXPECT_EQ(told(frames, 1000),
+              "peeler: warning: 10 pictures like hits.npz will take about 6.0 kB, 600 % of "
+              "the 1.0 kB that are free there.\n");
     frames.times = UINT64_MAX;
     EXPECT_NE(told(frames, 1000).find("warning"), std::string::npos);
 }
