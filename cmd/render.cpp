@@ -14,6 +14,7 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
+#include "cmd/options/forecast.h"
 #include "cmd/render/render_request.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
@@ -151,6 +152,7 @@ class Render {
     void meterExposure(const PictureRequest& asked);
     void plan(Picture& picture);
     void makeWriter(Picture& picture);
+    void tellSize(Picture& picture, const OutputOptions& output);
     void endPending() { endPending(options_.sequence.keep_going); }
     void endPending(bool keep_going);
     void report(Picture& picture);
@@ -166,6 +168,7 @@ class Render {
     std::optional<Picture> pending_;  // captured, and perhaps still being written
     SequenceResults results_;
     std::optional<ProgressReport> progress_;
+    bool size_told_ = false;  ///< how large the pictures will be
 };
 
 void Render::renderAll() {
@@ -303,6 +306,7 @@ void Render::makeWriter(Picture& picture) {
         output.automatic_exposure = false;  // it is found
     }
     picture.written = output;
+    tellSize(picture, output);
     picture.writer = makeSink(picture.asked.output.path.string(), output);
     if (options_.fxaa)
         picture.writer = std::make_unique<FxaaFilter>(std::move(picture.writer), output.background);
@@ -312,6 +316,18 @@ void Render::makeWriter(Picture& picture) {
         picture.writer = std::move(background);
     }
     picture.writer->begin(picture.plan);
+}
+
+/// Of a sequence once, for all that are left of it if they are like this one.
+void Render::tellSize(Picture& picture, const OutputOptions& output) {
+    const std::filesystem::path& path = picture.asked.output.path;
+    Forecast forecast;
+    forecast.files = {{path, forecastPicture(path.string(), picture.plan, output),
+                       countText(picture.plan.fragments_stored, "fragment")}};
+    picture.result.forecast_bytes = forecast.size().bytes;
+    if (std::exchange(size_told_, true)) return;
+    forecast.times = request_.pictures() - picture.asked.index;
+    tellForecast(forecast, console_);
 }
 
 /// The last hundredth is for what follows the capture.

@@ -59,6 +59,7 @@ Json filesJson(const RunResult& run) {
     }
     json["output"] = run.output.empty() ? Json() : Json(run.output.string());
     json["bytes"] = run.bytes;
+    if (run.forecast_bytes) json["forecastBytes"] = *run.forecast_bytes;
     if (!run.files) return json;
     json["outputs"] = Json::array();
     for (const WrittenFile& file : *run.files) {

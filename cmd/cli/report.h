@@ -50,6 +50,8 @@ struct RunResult {
     /// The name that was asked for; "" = nothing was written, or files under several names.
     std::filesystem::path output{};
     std::uint64_t bytes = 0;  ///< of all files of that name together
+    /// How many bytes were forecast, exactly or at most, before the first one; of verbs that do.
+    std::optional<std::uint64_t> forecast_bytes{};
     /// Each of the files, of verbs that write several under one name, or under several names.
     std::optional<std::vector<WrittenFile>> files{};
     std::string settings_hash{};  ///< peeler:settingsHash; "" = not known

@@ -107,9 +107,16 @@ void addLayerOptions(VerbOptions& verb, CaptureSettings& capture) {
         .group(kGroup);
 }
 
-void addRayFacesOption(VerbOptions& verb, CaptureSettings& capture) {
-    addChoice<Faces>(verb, "--faces", capture.faces, kRayFaces, "choice of faces",
-                     "which sides of triangles rays hit:")
+void addRayFacesOption(VerbOptions& verb, std::optional<Faces>& faces) {
+    std::string help =
+        "which sides of triangles rays hit (default: both; of a camera's pixels gltf, as peeler "
+        "render has it, unless what is inside is asked for):";
+    for (const Choice<Faces>& choice : kRayFaces)
+        help += '\n' + std::string(choice.name) + ": " + std::string(choice.summary);
+    addValue(
+        verb, "--faces", "NAME", faces,
+        [](const std::string& text) { return choose<Faces>("choice of faces", kRayFaces, text); },
+        help)
         .group("Rays");
 }
 

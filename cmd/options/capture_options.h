@@ -52,8 +52,8 @@ void addLayerOptions(VerbOptions& verb, CaptureSettings& capture);
 /// Pixels a side of a point in pictures for eyes.
 inline constexpr int kDisplayPointSize = 3;
 
-/// Declares --faces for rays, which hit both by default.
-void addRayFacesOption(VerbOptions& verb, CaptureSettings& capture);
+/// Declares --faces for rays; none = the default, which depends on what they are traced for.
+void addRayFacesOption(VerbOptions& verb, std::optional<Faces>& faces);
 
 /// Declares --shadows and --shadow-size (texels a side of a shadow map; none = not given).
 void addLightOptions(VerbOptions& verb, CaptureSettings& capture, std::optional<int>& shadow_size);

@@ -45,6 +45,14 @@ std::uint8_t quantizeSrgb(float linear) {
 
 }  // namespace
 
+SizeForecast imageForecast(const std::string& path, std::uint64_t pixels) {
+    constexpr std::uint64_t kHeaders = std::uint64_t{64} << 10;
+    const ImageFormat* format = findImageFormat(path);
+    const std::uint64_t bits = format ? static_cast<std::uint64_t>(format->bits) : 16;
+    const std::uint64_t bytes = pixels * 4 * bits / 8;
+    return {bytes + bytes / 1000 + kHeaders, Certainty::kAtMost};
+}
+
 /// What the encoder writes goes through the AtomicFile, so that a full disk is noticed at once and
 /// reported as for every other format. Exceptions wait in `failure`.
 class AtomicTarget final : public EncodedFile {

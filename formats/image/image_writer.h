@@ -15,6 +15,7 @@
 #include "core/image/composite.h"
 #include "core/image/sink.h"
 #include "formats/file/output_options.h"
+#include "formats/file/size_forecast.h"
 #include "formats/image/display.h"
 
 namespace peeler {
@@ -29,6 +30,10 @@ struct ImageFormat {
 std::span<const ImageFormat> imageFormats();
 /// The row for the extension of a path; null if the extension is in no row.
 const ImageFormat* findImageFormat(const std::string& path);
+
+/// How large a file of so many pixels will be at most: compressed pixels take no more than others,
+/// but for a thousandth. The path ends in an extension of the table.
+SizeForecast imageForecast(const std::string& path, std::uint64_t pixels);
 
 /// Writes the crop of the picture, all layers composited, shown as `options` say (Display), over
 /// the background, sRGB-encoded, in the format of the path's extension. PNG and TIFF keep alpha,

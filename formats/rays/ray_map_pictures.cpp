@@ -65,11 +65,16 @@ class RayMapPictures : public RayMapOutput {
     }
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override {
-        if (bundles.size() > 1 && !hasFrameToken(path_)) {
-            throw Error(ErrorKind::kUsage, "the pictures of the bundles would have the same name",
-                        path_, "put #### where the number of the bundle goes, or write .exr");
-        }
+        checkNames(bundles);
         RayMapOutput::begin(bundles, hits);
+    }
+    SizeForecast forecast(std::span<const Bundle> bundles,
+                          std::span<const std::uint64_t>) const override {
+        checkNames(bundles);
+        SizeForecast size;
+        for (const Bundle& bundle : bundles)
+            size += imageForecast(path_, pixelsOf(bundle));
+        return size;
     }
     void finish() override {}
 
@@ -102,6 +107,19 @@ class RayMapPictures : public RayMapOutput {
     }
 
   private:
+    void checkNames(std::span<const Bundle> bundles) const {
+        if (bundles.size() <= 1 || hasFrameToken(path_)) return;
+        throw Error(ErrorKind::kUsage, "the pictures of the bundles would have the same name",
+                    path_, "put #### where the number of the bundle goes, or write .exr");
+    }
+    /// Of the picture of a bundle, its legend included.
+    std::uint64_t pixelsOf(const Bundle& bundle) const {
+        if (!legend_) return bundle.rays();
+        const auto size = colorBarSize(bar({}).title, bundle.view.crop.width());
+        return static_cast<std::uint64_t>(size.width) *
+               static_cast<std::uint64_t>(bundle.view.crop.height() + size.height);
+    }
+
     /// The picture is wider if the legend is, and the legend's height higher.
     void makeRoom(View& view) {
         size_ = colorBarSize(bar({}).title, view.crop.width());
