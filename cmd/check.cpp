@@ -48,9 +48,9 @@ struct CheckOptions : CaptureJobOptions {
 };
 
 /// Keeps a composite as it comes, band after band.
-class CompositeKeeper : public Sink {
+class PlacesKeeper : public Sink {
   public:
-    explicit CompositeKeeper(CompositeImage& picture) : picture_(picture) {}
+    explicit PlacesKeeper(CompositeImage& picture) : picture_(picture) {}
 
     void begin(const Plan& plan) override { picture_.window = plan.view.crop; }
     void write(LayeredImage&& band) override {
@@ -141,7 +141,7 @@ class Check {
         capture.composite = true;
         capture.color_type = PixelType::kFloat;
         CompositeImage picture;
-        CompositeKeeper keeper(picture);
+        PlacesKeeper keeper(picture);
         keeper.begin(renderer.plan(makeView(posed, SceneExtent(posed), options_.camera), capture));
         renderer.capture(keeper);
         keeper.finish();

@@ -13,7 +13,7 @@ namespace peeler::cmd {
 namespace {
 
 /// How many parts and problems are told one by one; JSON has them all.
-constexpr std::size_t kNamed = 10;
+constexpr std::size_t kNamedParts = 10;
 /// Of each problem, JSON tells so many places.
 constexpr std::size_t kToldPlaces = 8;
 
@@ -196,15 +196,15 @@ std::string partText(const PartReport& part, const Units& units) {
 
 std::string overlapsText(const CheckReport& report, const Units& units) {
     std::string text;
-    for (std::size_t i = 0; i < std::min(report.overlaps.size(), kNamed); ++i) {
+    for (std::size_t i = 0; i < std::min(report.overlaps.size(), kNamedParts); ++i) {
         const PartOverlap& overlap = report.overlaps[i];
         text += line("overlap", nameOf(report.parts[overlap.a]) + " and " +
                                     nameOf(report.parts[overlap.b]) + ": " +
                                     countText(overlap.pairs, "pair") + " of triangles, at " +
                                     Units::place(overlap.place));
     }
-    if (report.overlaps.size() > kNamed)
-        text += line("", "and " + countText(report.overlaps.size() - kNamed, "more overlap"));
+    if (report.overlaps.size() > kNamedParts)
+        text += line("", "and " + countText(report.overlaps.size() - kNamedParts, "more overlap"));
     text += line("size", units.size(report.bounds));
     if (report.volume)
         text += line("volume", units.volume(*report.volume) + " in sum; the union " +
@@ -297,12 +297,12 @@ std::string toText(const CheckReport& report, const std::string& file) {
     // Of many parts those that are not good; of a few all.
     std::size_t named = 0;
     for (const PartReport& part : report.parts) {
-        if (report.parts.size() > kNamed && part.good()) continue;
-        if (++named <= kNamed) text += partText(part, units);
+        if (report.parts.size() > kNamedParts && part.good()) continue;
+        if (++named <= kNamedParts) text += partText(part, units);
     }
-    if (named > kNamed)
-        text += "and " + countText(named - kNamed, "more part") + " that " +
-                (named - kNamed == 1 ? "is" : "are") + " not good; --json has them all\n";
+    if (named > kNamedParts)
+        text += "and " + countText(named - kNamedParts, "more part") + " that " +
+                (named - kNamedParts == 1 ? "is" : "are") + " not good; --json has them all\n";
     if (several)
         text +=
             "all " + countText(report.parts.size(), "part") + ":\n" + overlapsText(report, units);

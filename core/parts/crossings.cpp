@@ -114,7 +114,7 @@ Meeting meetingOf(const Corners3& a, const Corners3& b, int shared, double near)
 
 namespace {
 
-constexpr std::size_t kTrianglesAtOnce = 1024;
+constexpr std::size_t kCrossedAtOnce = 1024;
 
 }  // namespace
 
@@ -126,11 +126,11 @@ Crossings findCrossings(const TriangleTree& tree) {
         std::vector<Pair> crossing, touching;
     };
     const std::size_t count = mesh.triangles.size();
-    std::vector<Share> shares((count + kTrianglesAtOnce - 1) / kTrianglesAtOnce);
+    std::vector<Share> shares((count + kCrossedAtOnce - 1) / kCrossedAtOnce);
     parallelFor(shares.size(), [&](std::size_t i) {
         Share& share = shares[i];
-        const std::size_t end = std::min((i + 1) * kTrianglesAtOnce, count);
-        for (std::size_t k = i * kTrianglesAtOnce; k < end; ++k) {
+        const std::size_t end = std::min((i + 1) * kCrossedAtOnce, count);
+        for (std::size_t k = i * kCrossedAtOnce; k < end; ++k) {
             const auto t = static_cast<std::uint32_t>(k);
             const Corners3 corners = mesh.corners(t);
             const Bounds box = grown(boundsOf(corners), near);

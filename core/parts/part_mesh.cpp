@@ -135,15 +135,15 @@ PartMesh joinParts(const std::vector<const PartMesh*>& parts, bool weld) {
 namespace {
 
 /// A side of a triangle.
-struct Side {
+struct TriangleSide {
     PartEdge edge;
     std::uint32_t triangle = 0;
     std::uint8_t side = 0;
     bool forward = false;  ///< the triangle runs along it from a to b
 };
 
-std::vector<Side> sortedSides(const PartMesh& mesh) {
-    std::vector<Side> sides;
+std::vector<TriangleSide> sortedSides(const PartMesh& mesh) {
+    std::vector<TriangleSide> sides;
     sides.reserve(3 * mesh.triangles.size());
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
         for (std::uint8_t i = 0; i < 3; ++i) {
@@ -151,7 +151,7 @@ std::vector<Side> sortedSides(const PartMesh& mesh) {
             sides.push_back({{std::min(from, to), std::max(from, to)}, t, i, from < to});
         }
     }
-    std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
+    std::sort(sides.begin(), sides.end(), [](const TriangleSide& x, const TriangleSide& y) {
         return std::tie(x.edge, x.triangle) < std::tie(y.edge, y.triangle);
     });
     return sides;
@@ -258,7 +258,7 @@ PartTopology findTopology(const PartMesh& mesh) {
     PartTopology topology;
     topology.beyond.assign(mesh.triangles.size(), {kNoTriangle, kNoTriangle, kNoTriangle});
     std::vector<std::array<bool, 3>> against(mesh.triangles.size());
-    const std::vector<Side> sides = sortedSides(mesh);
+    const std::vector<TriangleSide> sides = sortedSides(mesh);
     std::vector<std::uint32_t> open_triangles;
     for (std::size_t i = 0, end = 0; i < sides.size(); i = end) {
         while (end < sides.size() && sides[end].edge == sides[i].edge)
@@ -271,7 +271,7 @@ PartTopology findTopology(const PartMesh& mesh) {
         }
         if (count > 2) topology.crowded.push_back(sides[i].edge);
         if (count != 2) continue;
-        const Side &x = sides[i], &y = sides[i + 1];
+        const TriangleSide &x = sides[i], &y = sides[i + 1];
         topology.beyond[x.triangle][x.side] = y.triangle;
         topology.beyond[y.triangle][y.side] = x.triangle;
         if (x.forward != y.forward) continue;

@@ -13,7 +13,7 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kTrianglesAtOnce = 512;
+constexpr std::size_t kWallsAtOnce = 512;
 constexpr double kEnd = std::numeric_limits<double>::infinity();
 
 /// Rays from points of triangles into the material.
@@ -91,12 +91,11 @@ std::optional<Wall> sampledWall(const TriangleTree& tree) {
     WallRays first_rays(tree);
     for (std::size_t t = 0; t < count; t += std::max<std::size_t>(1, count / kFirst))
         sampleWall(t, first_rays, mesh, first);
-    std::vector<std::optional<Wall>> found((count + kTrianglesAtOnce - 1) / kTrianglesAtOnce,
-                                           first);
+    std::vector<std::optional<Wall>> found((count + kWallsAtOnce - 1) / kWallsAtOnce, first);
     parallelFor(found.size(), [&](std::size_t i) {
         WallRays rays(tree);
-        const std::size_t end = std::min((i + 1) * kTrianglesAtOnce, count);
-        for (std::size_t t = i * kTrianglesAtOnce; t < end; ++t)
+        const std::size_t end = std::min((i + 1) * kWallsAtOnce, count);
+        for (std::size_t t = i * kWallsAtOnce; t < end; ++t)
             sampleWall(t, rays, mesh, found[i]);
     });
     std::optional<Wall> thinnest = first;
@@ -205,11 +204,11 @@ std::optional<Wall> thinnestWall(const TriangleTree& tree) {
     std::optional<Wall> thinnest = sampledWall(tree);
     const double bound = thinnest ? thinnest->thickness : mesh.size();
     const std::size_t count = mesh.triangles.size();
-    std::vector<std::vector<FacePair>> shares((count + kTrianglesAtOnce - 1) / kTrianglesAtOnce);
+    std::vector<std::vector<FacePair>> shares((count + kWallsAtOnce - 1) / kWallsAtOnce);
     parallelFor(shares.size(), [&](std::size_t i) {
         FacePairs pairs(tree, bound * (1 - kWallTolerance));
-        const std::size_t end = std::min((i + 1) * kTrianglesAtOnce, count);
-        for (std::size_t t = i * kTrianglesAtOnce; t < end; ++t)
+        const std::size_t end = std::min((i + 1) * kWallsAtOnce, count);
+        for (std::size_t t = i * kWallsAtOnce; t < end; ++t)
             pairs.add(static_cast<std::uint32_t>(t), shares[i]);
     });
     std::vector<FacePair> pairs;

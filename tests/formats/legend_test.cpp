@@ -30,6 +30,21 @@ TEST(Legend, ABarHasItsTitleItsColoursAndItsNumbers) {
         EXPECT_GT(inked(legend, 4 * s, 11 * s), 0) << "the title";
         EXPECT_GT(inked(legend, size.height - 11 * s, size.height - 4 * s), 0) << "the numbers";
         EXPECT_EQ(inked(legend, 0, 4 * s) + inked(legend, size.height - 4 * s, size.height), 0);
+        // The greatest number, at the right.
+        CompositeImage text;
+        text.window = {0, 0, 2 * kTextAdvance * s, kTextHeight * s};
+        text.rgba.resize(text.window.pixels());
+        drawText(text, 0, 0, s, {0, 0, 0, 1}, "31");
+        for (int y = 0; y < text.window.height(); ++y) {
+            for (int x = 0; x < text.window.width(); ++x) {
+                const int from = (size.height - 11 * s + y) * size.width + size.width - 4 * s -
+                                 text.window.width() + x;
+                const auto dot = static_cast<std::size_t>(y * text.window.width() + x);
+                EXPECT_EQ(legend.rgba[static_cast<std::size_t>(from)] != kPaper,
+                          text.rgba[dot][3] == 1)
+                    << x << ", " << y;
+            }
+        }
         // Every colour of the ramp, in order.
         const auto row = static_cast<std::size_t>(18 * s) * static_cast<std::size_t>(size.width);
         float before = -1;
