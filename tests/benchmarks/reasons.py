@@ -20,3 +20,6 @@ REASONS: Dict[str, str] = {
     "exponent of a-buffer's time over fragments, N from 8 to 128":
         "From 8 to 16 layers the compiled shaders' share grows, and nothing else's does; beyond, time grows as the fragments do.",
 }
+
+# Why pictures of three.js differ from ours, by the rows' names (against_three.py).
+THREE: Dict[str, str] = {}
