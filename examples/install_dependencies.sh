@@ -16,7 +16,10 @@ test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy
 # What `sh tests/run.sh coverage` counts with.
 coverage="gcovr"
 # What `sh tests/run.sh bench` builds with and compares with.
-bench="libgtest-dev libembree-dev git f3d xvfb python3 python3-vtk9 openimageio-tools linux-perf"
+bench="libgtest-dev libembree-dev git f3d xvfb python3 python3-vtk9 openimageio-tools linux-perf python3-numpy
+    python3-openimageio chromium chromium-driver python3-selenium"
+# It fetches three.js; Node.js of other sources than Debian brings its own, beside which Debian's cannot be.
+command -v npm >/dev/null || bench="$bench npm"
 
 packages=$run
 for set in "$@"; do

@@ -312,9 +312,10 @@ TEST(Anisotropy, TurnsWithTheTransformOfItsTexture) {
             << azimuth;
     // Beside a normal texture it is that one's coordinates that count.
     material.normal_texture.image = 1;
-    EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 0), 3e-3);
+    EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 0),
+                5e-3);  // 128 is not quite flat
     material.normal_texture.transform = turn;
-    EXPECT_NEAR(wall.radiance(40, -35).g, stretchedGgx(at, ab, 40, 0), 3e-3);
+    EXPECT_NEAR(wall.radiance(40, -35).g, stretchedGgx(at, ab, 40, 0), 5e-3);
 }
 
 /// Reflectance at normal incidence of a film of this index and thickness (nm) between air and a
