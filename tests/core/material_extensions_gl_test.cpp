@@ -310,10 +310,9 @@ TEST(Anisotropy, TurnsWithTheTransformOfItsTexture) {
     for (const double azimuth : {-35.0, 0.0, 55.0})
         EXPECT_NEAR(wall.radiance(40, azimuth).g, stretchedGgx(at, ab, 40, azimuth + 35), 2e-3)
             << azimuth;
-    // Beside a normal texture it is that one's coordinates that count.
+    // Beside a normal texture it is that one's coordinates that count. 128 is not quite flat.
     material.normal_texture.image = 1;
-    EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 0),
-                5e-3);  // 128 is not quite flat
+    EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 0), 5e-3);
     material.normal_texture.transform = turn;
     EXPECT_NEAR(wall.radiance(40, -35).g, stretchedGgx(at, ab, 40, 0), 5e-3);
 }
