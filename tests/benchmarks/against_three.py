@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Renders glTF models with peeler and with three.js in headless Chromium, and prints how far apart they are.
 
-    python3 tests/benchmarks/against_three.py --build build/ci [--only Duck,Fox] [--size 512] [--samples 16]
+    python3 tests/benchmarks/against_three.py --build build/ci [--only "Duck;Fox"] [--size 512] [--samples 16]
 
-Both see the same camera, the same places in each pixel and the same environment, in linear light without tone mapping,
-shadows or background. three.js comes from npm, of one version, into the build folder. What three.js has rendered is kept
-there and taken again as long as nothing that it was made of has changed. Pictures (ours, three's, their difference) lie in
-the folder against-three of the build folder. Models that are not there are left out and said so.
+Both see the same camera, the same places in each pixel and the same environment, in linear light without tone
+mapping, shadows or background. three.js comes from npm, of one version, into the build folder. What three.js has
+rendered is kept there and taken again as long as nothing that it was made of has changed. Pictures (ours, three's,
+their difference) lie in the folder against-three of the build folder. Models that are not there are left out and said so.
 """
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Scene(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """How far two pictures are apart, where either shows anything. PSNR and FLIP: of what a screen shows, clipped at 1."""
+    """How far two pictures are apart, where either shows anything. PSNR and FLIP are of what a screen shows, up to 1."""
 
     psnr: float  # dB, of linear light, 1 the brightest
     flip: float  # mean, of sRGB
@@ -166,17 +166,17 @@ class Browser:
         except chromium.Missing as what:
             raise RuntimeError(str(what)) from None
         self.driver.get(f"{self.server.address}/page.html")
-        if not self.driver.execute_async_script(
-                "const done = arguments[0], look = () => window.three ? done(window.three) : setTimeout(look, 50); look();"):
-            raise RuntimeError("three.js did not load")
+        self.driver.execute_async_script(
+            "const done = arguments[0], look = () => window.render ? done() : setTimeout(look, 50); look()")
 
     def render(self, scene: Scene, view: Dict[str, Any], samples: int) -> np.ndarray:
         if self.driver is None:
             self.start()
         image = self.images[scene.environment]
+        height, width, _ = image.shape
         request = {
             "model": self.server.share("model", scene.path), "view": view, "samples": sample_positions(samples),
-            "environment": {"url": f"/environment/{scene.environment}", "width": image.shape[1], "height": image.shape[0]},
+            "environment": {"url": f"/environment/{scene.environment}", "width": width, "height": height},
             "answer": "/answer",
         }
         wrong = self.driver.execute_async_script(
@@ -275,7 +275,7 @@ def scenes(assets: Path, scratch: Path, only: Optional[List[str]], skipped: List
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--build", type=Path, default=ROOT / "build" / "ci", help="the build folder (default: build/ci)")
+    parser.add_argument("--build", type=Path, default=ROOT / "build" / "ci", help="a folder (default: build/ci)")
     parser.add_argument("--only", help="names of the table, separated by semicolons (default: all)")
     parser.add_argument("--size", type=int, default=512, help="pixels a side (default: 512)")
     parser.add_argument("--samples", type=int, default=16, help="places in a pixel (default: 16)")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """LDR-FLIP: how different two pictures look that are shown in turn at the same place.
 
-Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference Evaluator for Alternating Images",
-Proceedings of the ACM on Computer Graphics and Interactive Techniques 3 (2), 2020. Section and equation numbers are the
-paper's. The filters are separated into rows and columns, which changes nothing but the time.
+Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference Evaluator for Alternating
+Images", Proceedings of the ACM on Computer Graphics and Interactive Techniques 3 (2), 2020. The filters are separated
+into rows and columns, which changes nothing but the time.
 """
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import List, Sequence, Tuple
 
 import numpy as np
 
-# A picture of 0.7 m and 3840 pixels, seen from 0.7 m (section 6).
+# A screen 0.7 m wide, of 3840 pixels, seen from 0.7 m.
 PIXELS_PER_DEGREE = 0.7 * (3840 / 0.7) * math.pi / 180
-Q_COLOR, Q_FEATURE = 0.7, 0.5  # exponents of equations 11 and 15
-KNEE, KNEE_ERROR = 0.4, 0.95  # p_c and p_t of equation 12
-FEATURE_DEGREES = 0.082  # w of section 4.2: the width of an edge that is seen best
+Q_COLOR, Q_FEATURE = 0.7, 0.5  # exponents q_c and q_f
+KNEE, KNEE_ERROR = 0.4, 0.95  # p_c and p_t: up to 0.4 of the greatest difference, errors take 0.95 of their range
+FEATURE_DEGREES = 0.082  # w: the width of an edge that is seen best
 
 # sRGB's primaries and its white (IEC 61966-2-1), and the white of XYZ that follows from them.
 TO_XYZ = np.array([[10135552 / 24577794, 8788810 / 24577794, 4435075 / 24577794],
@@ -24,8 +24,8 @@ TO_XYZ = np.array([[10135552 / 24577794, 8788810 / 24577794, 4435075 / 24577794]
                    [1425312 / 73733382, 8788810 / 73733382, 70074185 / 73733382]])
 WHITE = TO_XYZ.sum(axis=1)
 
-# Sensitivity to contrast of the three opponents by frequency (table 1): sums of a · sqrt(π / b) · exp(−π² x² / b), as
-# pairs of a and b; x in degrees.
+# Sensitivity to contrast of the three opponents: sums of a · sqrt(π / b) · exp(−π² x² / b), as pairs of a and b; x in
+# degrees.
 Terms = Sequence[Tuple[float, float]]
 ACHROMATIC: Terms = ((1.0, 0.0047),)
 RED_GREEN: Terms = ((1.0, 0.0053),)
@@ -43,7 +43,7 @@ def encoded(light: np.ndarray) -> np.ndarray:
 
 
 def opponents(light: np.ndarray) -> np.ndarray:
-    """Linear RGB to YCxCz (section 4.1.1)."""
+    """Linear RGB to YCxCz."""
     x, y, z = np.moveaxis(light @ (TO_XYZ / WHITE[:, None]).T, -1, 0)
     return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=-1)
 
@@ -55,7 +55,7 @@ def from_opponents(opponent: np.ndarray) -> np.ndarray:
 
 
 def hunted_lab(light: np.ndarray) -> np.ndarray:
-    """Linear RGB to L*a*b*, colours the paler the darker they are (Hunt's effect, section 4.1.3)."""
+    """Linear RGB to L*a*b*, colours the paler the darker they are (Hunt's effect)."""
     relative = light @ (TO_XYZ / WHITE[:, None]).T
     delta = 6 / 29
     root = np.where(relative > delta**3, np.cbrt(relative), relative / (3 * delta * delta) + 4 / 29)
@@ -65,7 +65,7 @@ def hunted_lab(light: np.ndarray) -> np.ndarray:
 
 
 def hyab(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Distance for large differences (Abasi and others, equation 10)."""
+    """Distance for large differences (Abasi and others, "Distancing from color", 2020)."""
     return np.abs(a[..., 0] - b[..., 0]) + np.hypot(a[..., 1] - b[..., 1], a[..., 2] - b[..., 2])
 
 
@@ -78,7 +78,7 @@ def along(image: np.ndarray, kernel: np.ndarray, axis: int) -> np.ndarray:
 
 
 def seen_opponent(image: np.ndarray, terms: Terms, ppd: float) -> np.ndarray:
-    """One opponent as an eye resolves it (section 4.1.1)."""
+    """One opponent as an eye resolves it."""
     widest = max(b for _, b in (*ACHROMATIC, *RED_GREEN, *BLUE_YELLOW))
     reach = math.ceil(3 * math.sqrt(widest / (2 * math.pi**2)) * ppd)
     at = np.arange(-reach, reach + 1) / ppd
@@ -92,7 +92,7 @@ def seen_opponent(image: np.ndarray, terms: Terms, ppd: float) -> np.ndarray:
 
 
 def color_error(a: np.ndarray, b: np.ndarray, ppd: float) -> np.ndarray:
-    """ΔE_c of section 4.1, 0 to 1, of two pictures of opponents."""
+    """ΔE_c, 0 to 1, of two pictures of opponents."""
     labs: List[np.ndarray] = []
     for image in (a, b):
         parts = [seen_opponent(image[..., i], terms, ppd) for i, terms in
@@ -106,7 +106,7 @@ def color_error(a: np.ndarray, b: np.ndarray, ppd: float) -> np.ndarray:
 
 
 def features(lightness: np.ndarray, ppd: float) -> Tuple[np.ndarray, np.ndarray]:
-    """How strong an edge and how strong a point each pixel is (section 4.2)."""
+    """How strong an edge and how strong a point each pixel is."""
     deviation = 0.5 * FEATURE_DEGREES * ppd
     reach = math.ceil(3 * deviation)
     at = np.arange(-reach, reach + 1)

@@ -63,7 +63,8 @@ class Made(NamedTuple):
     environment: str  # of ENVIRONMENTS
 
 
-def ball(base: float = 1.0, metallic: float = 0.0, roughness: float = 1.0, **extensions: Dict[str, Any]) -> Callable[[], Glb]:
+def ball(base: float = 1.0, metallic: float = 0.0, roughness: float = 1.0,
+         **extensions: Dict[str, Any]) -> Callable[[], Glb]:
     """A sphere of one material; extensions without their KHR_materials_."""
     def make() -> Glb:
         glb = Glb("ball")
@@ -93,7 +94,7 @@ TURNS: Tuple[Tuple[float, Tuple[float, float]], ...] = tuple(
 
 
 def turned_maps(varnish: bool) -> Glb:
-    """Squares without tangents, whose normal maps KHR_texture_transform turns and mirrors: the surface's or the varnish's."""
+    """Squares without tangents, whose normal maps (or their varnish's) KHR_texture_transform turns and mirrors."""
     glb = Glb("turned normal maps")
     glb.extend("KHR_texture_transform")
     stored = glb.store(quad(0.45, 0.45, tile=0.9))
@@ -121,7 +122,8 @@ MADE: Dict[str, Made] = {
     "metal, roughness 0.5": Made(ball(roughness=0.5, **METAL), "studio"),
     "metal, roughness 1": Made(ball(roughness=1.0, **METAL), "studio"),
     "half a metal, roughness 0.5": Made(ball(metallic=0.5, roughness=0.5), "studio"),
-    "varnish": Made(ball(0.2, roughness=0.8, clearcoat={"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.1}), "studio"),
+    "varnish": Made(ball(0.2, roughness=0.8, clearcoat={"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.1}),
+                    "studio"),
     "cloth, roughness 0.3": Made(ball(0.1, sheen={**CLOTH, "sheenRoughnessFactor": 0.3}), "studio"),
     "cloth, roughness 0.8": Made(ball(0.1, sheen={**CLOTH, "sheenRoughnessFactor": 0.8}), "studio"),
     "furnace: metal, roughness 0.5": Made(ball(roughness=0.5, **METAL), "white"),
