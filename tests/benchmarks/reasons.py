@@ -21,5 +21,5 @@ REASONS: Dict[str, str] = {
         "From 8 to 16 layers the compiled shaders' share grows, and nothing else's does; beyond, time grows as the fragments do.",
 }
 
-# Why pictures of three.js differ from ours, by the rows' names (against_three.py).
-THREE: Dict[str, str] = {}
+# Why pictures of three.js differ from ours, by the rows' names: paragraphs of "Beside three.js" in the guide's light.md.
+THREE: Dict[str, str] = {name: "Glass" for name in ("GlassVaseFlowers", "LightsPunctualLamp", "ToyCar", "TransmissionTest")}
