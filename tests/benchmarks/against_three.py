@@ -179,8 +179,14 @@ class Browser:
             "environment": {"url": f"/environment/{scene.environment}", "width": width, "height": height},
             "answer": "/answer",
         }
-        wrong = self.driver.execute_async_script(
-            "const done = arguments[1]; window.render(arguments[0]).then(done)", request)
+        from selenium.common.exceptions import WebDriverException
+        try:
+            wrong = self.driver.execute_async_script(
+                "const done = arguments[1]; window.render(arguments[0]).then(done)", request)
+        except WebDriverException as error:  # too slow, or out of memory: the next scene gets another browser
+            self.driver.quit()
+            self.driver = None
+            raise RuntimeError(f"Chromium: {error.msg.splitlines()[0]}") from None
         if wrong:
             raise RuntimeError(str(wrong).splitlines()[0])
         pixels = np.frombuffer(self.server.answer, dtype="<f4")
