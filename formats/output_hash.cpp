@@ -8,10 +8,10 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "core/image/merge.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/exr/exr_writers.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
 #include "formats/image/flat_image.h"
