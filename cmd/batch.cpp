@@ -14,6 +14,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
 #include "cmd/batch/batch_jobs.h"
 #include "cmd/cli/arguments.h"
@@ -148,12 +149,28 @@ void Batch::openReport() {
 /// what they have written has to be there still.
 void Batch::takeEarlierResults(const std::vector<Json>& lines) {
     std::map<std::string, const Json*> last;
-    for (const Json& line : lines)
+    std::set<std::string> ids;
+    for (const Json& line : lines) {
         last[line["hash"]] = &line;
+        if (const auto id = line.find("id"); id != line.end() && id->is_string())
+            ids.insert(id->get<std::string>());
+    }
     for (std::size_t i = 0; i < jobs_.size(); ++i) {
+        const auto again = [&](const char* why) {
+            console_.note("job " + std::to_string(i + 1) +
+                          (jobs_[i].id.empty() ? "" : " (" + jobs_[i].id + ")") +
+                          " is done again: " + why);
+        };
         const auto earlier = last.find(jobs_[i].hash);
-        if (earlier == last.end() || (*earlier->second)["exitCode"] != 0 || !outputsExist(jobs_[i]))
+        if (earlier == last.end()) {
+            if (ids.contains(jobs_[i].id)) again("its line has changed since");
             continue;
+        }
+        if ((*earlier->second)["exitCode"] != 0) continue;
+        if (!outputsExist(jobs_[i])) {
+            again("its output is gone");
+            continue;
+        }
         results_[i] = *earlier->second;
         (*results_[i])["job"] = i + 1;
         ++done_;

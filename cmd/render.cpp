@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -209,6 +210,11 @@ bool Render::make(Picture& picture, std::size_t index) {
         return false;
     }
     if (options_.output.no_clobber) checkTarget(picture.asked.output, {});
+    std::error_code failure;
+    const std::filesystem::path& path = picture.asked.output.path;
+    if (options_.sequence.skip_existing && std::filesystem::exists(path, failure)) {
+        console_.note(path.string() + " is made again: " + request_.differenceOf(picture.asked));
+    }
     try {
         capture(picture);
         return true;

@@ -36,7 +36,7 @@ void addRunOptions(VerbOptions& verb, CaptureJobOptions& options, const std::str
     addReportOptions(verb, options.report);
 }
 
-std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture,
+std::string settingsText(const ShownScene& shown, const CaptureSettings& capture,
                          const nlohmann::json& more) {
     // nlohmann::json sorts its keys and prints the shortest digits that read back: the text is
     // canonical.
@@ -67,7 +67,12 @@ std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture
     if (const MethodInfo* method = findPeelMethod(capture.method); method && !method->exact())
         settings["method"] = capture.method;
     settings.update(more);
-    return hashText(settings.dump());
+    return settings.dump();
+}
+
+std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture,
+                         const nlohmann::json& more) {
+    return hashText(settingsText(shown, capture, more));
 }
 
 OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
@@ -138,12 +143,17 @@ StageTimes CaptureJob::takeTimes() {
     return std::exchange(times_, {});
 }
 
-std::string CaptureJob::settingsHash(const CaptureSettings& capture, nlohmann::json more,
+std::string CaptureJob::settingsText(const CaptureSettings& capture, nlohmann::json more,
                                      const Window& crop, double frames_per_second) const {
     more.update(appearanceSettings(options_.appearance, scene_->scene()));
     const ShownScene shown{scene_->index(),        scene_->animations(), options_.scene.include,
                            options_.scene.exclude, frames_per_second,    crop};
-    return cmd::settingsHash(shown, capture, more);
+    return cmd::settingsText(shown, capture, more);
+}
+
+std::string CaptureJob::settingsHash(const CaptureSettings& capture, nlohmann::json more,
+                                     const Window& crop) const {
+    return hashText(settingsText(capture, std::move(more), crop));
 }
 
 void CaptureJob::finish(RunResult& result) {

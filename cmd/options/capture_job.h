@@ -51,12 +51,16 @@ struct ShownScene {
     Window crop{};
 };
 
-/// Everything that was asked for and changes pixels (peeler:settingsHash), as 16 hexadecimal
-/// digits. Two renders of the same scene file with the same hash, time and camera
-/// (peeler:cameraJson) have the same layers. What the header says in full is left out, so that the
-/// tiles of a picture and the frames of a sequence share a hash: camera, size, crop and time; and
-/// so is what changes nothing: threads, memory, backend, and which of the exact methods it is.
-/// `more`: an object of what else there is, such as appearanceSettings().
+/// Everything that was asked for and changes pixels (peeler:settings), as the text of a JSON object
+/// with sorted keys, most of them the names of options (differences.h tells which). Two renders of
+/// the same scene file with the same settings, time and camera (peeler:cameraJson) have the same
+/// layers. What the header says elsewhere in full is left out, so that the tiles of a picture and
+/// the frames of a sequence share their settings: camera, size, crop and time; and so is what
+/// changes nothing: threads, memory, backend, and which of the exact methods it is. `more`: an
+/// object of what else there is, such as appearanceSettings().
+std::string settingsText(const ShownScene& shown, const CaptureSettings& capture,
+                         const nlohmann::json& more = nlohmann::json::object());
+/// The hash of that text (peeler:settingsHash), 16 hexadecimal digits.
 std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture,
                          const nlohmann::json& more = nlohmann::json::object());
 
@@ -123,10 +127,13 @@ class CaptureJob {
     /// The times and those of the Renderer, since the last call.
     StageTimes takeTimes();
 
-    /// settingsHash() of the opened scene and of how it looks. `crop` and `frames_per_second` are
+    /// settingsText() of the opened scene and of how it looks. `crop` and `frames_per_second` are
     /// as in ShownScene.
-    std::string settingsHash(const CaptureSettings& capture, nlohmann::json more,
+    std::string settingsText(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}, double frames_per_second = 0) const;
+    /// Likewise settingsHash().
+    std::string settingsHash(const CaptureSettings& capture, nlohmann::json more,
+                             const Window& crop = {}) const;
 
     /// Fills in what every verb reports alike: the input, the device if there was one, the memory,
     /// and takeTimes() with the run's total, which ends here.

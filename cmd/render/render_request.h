@@ -106,6 +106,10 @@ class RenderRequest {
     /// --strict if it may be incomplete: that is found out by counting.
     bool isUpToDate(const PictureRequest& picture) const;
 
+    /// In what the file that is there, and not up to date, differs from the picture, as far as it
+    /// tells: sentences with semicolons between, in the words of the command line.
+    std::string differenceOf(const PictureRequest& picture) const;
+
     /// What would be done, for --dry-run (cmd/README.md, "JSON").
     nlohmann::ordered_json plan() const;
 
