@@ -17,6 +17,7 @@
 #include "cmd/machine/resources.h"
 #include "cmd/options/frames.h"
 #include "cmd/options/layered_bands.h"
+#include "cmd/options/object_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
@@ -40,6 +41,7 @@ struct ExtractOptions {
     fs::path input;
     OutputRequest output;  ///< of layers; an empty path = none
     std::optional<fs::path> counts, points, arrays;
+    ObjectOptions objects;
     std::vector<int> layers;       ///< empty = all
     std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
     bool double_points = false;
@@ -166,7 +168,7 @@ void Extract::checkOptions() const {
 
 void Extract::open() {
     const StageTimer timer(result_.milliseconds, "load");
-    reader_ = openLayered(options_.input.string());
+    reader_ = openChosen(options_.input.string(), options_.objects);
     whole_ = reader_->info().plan;
     provenance_ = reader_->info().provenance;
     provenance_.version = PEELER_VERSION;
@@ -365,6 +367,7 @@ VerbAction declareExtract(VerbOptions& verb) {
     verb.addFlag("--double", options->double_points, "x, y, z of --points in 64 bits, not 32")
         .group("Output");
     add("--npz", options->arrays, "every fragment in arrays for numpy (.npz, see below)");
+    addObjectOptions(verb, options->objects);
     verb.addRepeated(
             "--layer", "K",
             [options](const std::string& text) { takeLayers(text, options->layers); },

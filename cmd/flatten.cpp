@@ -11,6 +11,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/layered_bands.h"
+#include "cmd/options/object_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/image/filters.h"
@@ -26,6 +27,7 @@ namespace fs = std::filesystem;
 
 struct FlattenOptions {
     fs::path input;
+    ObjectOptions objects;
     std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
     int threads = 0;
     bool fxaa = false;
@@ -78,7 +80,7 @@ void Flatten::checkOptions() {
 
 void Flatten::open() {
     const StageTimer timer(result_.milliseconds, "load");
-    reader_ = openLayered(options_.input.string());
+    reader_ = openChosen(options_.input.string(), options_.objects);
     plan_ = reader_->info().plan;
 }
 
@@ -131,6 +133,7 @@ VerbAction declareFlatten(VerbOptions& verb) {
     options->output.options.as = "composite";
     addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)").required();
     addOutputOptions(verb, options->output);
+    addObjectOptions(verb, options->objects);
     addFxaaOption(verb, options->fxaa, "quick, but render --samples sees more");
     addValue(
         verb, "--layers", "N|all", options->max_layers,

@@ -18,6 +18,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/camera_options.h"
+#include "cmd/options/object_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
@@ -53,6 +54,7 @@ struct ViewCameraOptions {
 
 struct ViewOptions {
     fs::path input;
+    ObjectOptions objects;
     std::uint32_t max_layers = 0;                ///< nearest layers; 0 = all
     std::optional<std::uint64_t> max_fragments;  ///< of a page; 0 = any number, none = the default
     int threads = 0;
@@ -255,7 +257,7 @@ void ViewRun::checkOptions() {
 
 void ViewRun::load() {
     const StageTimer timer(result_.milliseconds, "load");
-    reader_ = openLayered(options_.input.string());
+    reader_ = openChosen(options_.input.string(), options_.objects);
     plan_ = reader_->info().plan;
     if (!reader_->info().attributes().contains("peeler:cameraJson")) {
         throw Error(ErrorKind::kInput, "the file does not say which camera its layers come from",
@@ -279,6 +281,7 @@ void ViewRun::render() {
     provenance.version = PEELER_VERSION;
     provenance.method = kMethod;
     provenance.settings_hash.clear();  // it is that of the input's settings
+    provenance.settings.clear();
     OutputOptions output = options_.output.from(provenance);
     if (page_ && options_.max_layers == 0) {
         const ExrInfo& input = reader_->info();
@@ -338,6 +341,7 @@ VerbAction declareView(VerbOptions& verb) {
     addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)").required();
     addViewCameraOptions(verb, options->camera);
     addOutputOptions(verb, options->output);
+    addObjectOptions(verb, options->objects);
     addValue(
         verb, "--layers", "N|all", options->max_layers,
         [](const std::string& text) { return parseLayers(text); },

@@ -32,6 +32,9 @@ void addSandboxOption(VerbOptions& verb, bool& allow_outside);
 /// The index of the scene to show. Throws Error (kUsage), with the list, for one that is not there.
 int chooseScene(const Scene& scene, const SceneOptions& options);
 
+/// For every name, whether it matches a glob: *, ? and [a-z] as in a shell.
+std::vector<char> namesLike(const std::vector<std::string>& names, const std::string& glob);
+
 /// For every node, whether it has a name that matches one of the globs or is below one that has.
 /// Throws Error (kUsage) for a glob that no node matches; `option` is where it comes from.
 std::vector<char> nodesMatching(const Scene& scene, const std::vector<std::string>& globs,
