@@ -101,11 +101,16 @@ Json pointsJson(const PointStatistics& points) {
 }
 
 Json provenanceJson(const Provenance& p) {
-    return {
-        {"scene", p.scene},       {"sceneHash", p.scene_hash}, {"settingsHash", p.settings_hash},
-        {"settings", settingsJson(p)},   {"method", p.method},        {"surfaces", p.surfaces},
-        {"renderer", p.renderer}, {"version", p.version},      {"frame", p.frame},
-        {"time", p.time}};
+    return {{"scene", p.scene},
+            {"sceneHash", p.scene_hash},
+            {"settingsHash", p.settings_hash},
+            {"settings", settingsJson(p)},
+            {"method", p.method},
+            {"surfaces", p.surfaces},
+            {"renderer", p.renderer},
+            {"version", p.version},
+            {"frame", p.frame},
+            {"time", p.time}};
 }
 
 Json toJson(const ImageFacts& facts, const InfoOptions& options) {

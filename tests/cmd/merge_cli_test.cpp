@@ -244,9 +244,7 @@ TEST_F(MergeCommand, ElementsOfOtherPicturesAreRefused) {
     for (const auto& row : rows) {
         const Outcome result = merge({a, row.path}, {"--elements"});
         EXPECT_EQ(result.exit_code, 3) << row.says;
-        EXPECT_NE(result.err.find(row.says),
-                  std::string::npos)
-            << result.err;
+        EXPECT_NE(result.err.find(row.says), std::string::npos) << result.err;
     }
     const std::string later = write("later.exr", picture, [](Provenance& p) { p.frame = 8; });
     const Outcome result = merge({a, later}, {"--elements"});
