@@ -66,6 +66,7 @@ class Flatten {
     Console& console_;
     std::unique_ptr<LayeredInput> reader_;
     Plan plan_;
+    OutputOptions written_;
     PictureResult result_;
 };
 
@@ -104,6 +105,7 @@ void Flatten::composite() {
     Provenance provenance = reader_->info().provenance;
     provenance.version = PEELER_VERSION;
     OutputOptions output = options_.output.from(provenance);
+    output.automatic_exposure = options_.output.leavesExposureOpen();
     // A hash made of the input's would not know of --layers and --fxaa.
     if (options_.max_layers == 0 && !options_.fxaa) {
         output.provenance.output_hash =
@@ -115,11 +117,14 @@ void Flatten::composite() {
     forEachBand("flatten", [&](LayeredImage& band) { writer->write(std::move(band)); });
     writer->finish();
     add(result_.milliseconds, writer->times());
+    written_ = output;
 }
 
 void Flatten::report() {
     result_.inputs = {options_.input};
     result_.setFile(options_.output.path);
+    describeDisplay(written_, written_.automatic_exposure, result_);
+    noteDisplay(result_, console_);
     describePicture(plan_, reader_->info().provenance, result_);
     reportResult(options_.report, result_, console_);
 }

@@ -73,6 +73,7 @@ class Merge {
     OutputRequest output_;
     std::optional<PictureTiles> tiles_;
     Plan plan_;
+    OutputOptions written_;
     PictureResult result_;
 };
 
@@ -208,6 +209,7 @@ void Merge::write() {
     provenance.tile.clear();
     provenance.version = PEELER_VERSION;
     OutputOptions output = output_.from(provenance);
+    output.automatic_exposure = output_.leavesExposureOpen();
     const ExrInfo& first = tiles_->info();
     output.cryptomatte = keepsCryptomatte(first, output_);
     output.composited = composites();
@@ -230,6 +232,7 @@ void Merge::write() {
     }
     writer->finish();
     add(result_.milliseconds, writer->times());
+    written_ = output;
 }
 
 void Merge::report() {
@@ -237,6 +240,8 @@ void Merge::report() {
     result_.output = output_.path;
     describePicture(plan_, tiles_->info().provenance, result_);
     describeFiles(output_, result_, console_);
+    describeDisplay(written_, written_.automatic_exposure, result_);
+    noteDisplay(result_, console_);
     reportResult(options_.report, result_, console_);
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
@@ -100,6 +101,7 @@ struct Picture {
     Plan plan{};
     PictureResult result{};
     std::unique_ptr<Sink> writer{};
+    OutputOptions written{};               ///< what the writer was told
     BackgroundSink* background = nullptr;  ///< the writer, if it has a thread of its own; else null
 };
 
@@ -142,6 +144,7 @@ class Render {
     bool make(Picture& picture, std::size_t index);
     void pose(Picture& picture, std::size_t index);
     void capture(Picture& picture);
+    void meterExposure(const PictureRequest& asked);
     void plan(Picture& picture);
     void makeWriter(Picture& picture);
     void endPending() { endPending(options_.sequence.keep_going); }
@@ -154,6 +157,8 @@ class Render {
     Console& console_;
     CaptureJob job_;
     RenderRequest request_;
+    std::optional<float> exposure_;   // that was metered, for all pictures
+    bool noted_ = false;              // how pictures are shown
     std::optional<Picture> pending_;  // captured, and perhaps still being written
     SequenceResults results_;
     std::optional<ProgressReport> progress_;
@@ -240,6 +245,7 @@ void Render::capture(Picture& picture) {
     else
         job_.openRenderer(*asked.posed);
     Renderer& renderer = *job_.renderer();
+    meterExposure(asked);
     if (asked.next) renderer.setNextFrame(std::move(*asked.next));
     asked.provenance.renderer = job_.device().renderer;
     picture.result.backend = job_.device().backend;
@@ -248,6 +254,13 @@ void Render::capture(Picture& picture) {
     picture.result.passes = renderer.capture(*picture.writer, progressOf(picture)).passes;
     add(picture.result.milliseconds, job_.takeTimes());
     picture.writer->finish();
+}
+
+/// Finds the exposure of all pictures before the first one.
+void Render::meterExposure(const PictureRequest& asked) {
+    if (!request_.metersExposure() || exposure_) return;
+    exposure_ = job_.meterExposure(asked.capture, options_.camera);
+    job_.renderer()->setPose(*asked.posed);
 }
 
 void Render::plan(Picture& picture) {
@@ -268,7 +281,12 @@ void Render::plan(Picture& picture) {
 }
 
 void Render::makeWriter(Picture& picture) {
-    const OutputOptions output = request_.writerOptions(picture.asked);
+    OutputOptions output = request_.writerOptions(picture.asked);
+    if (exposure_) {
+        output.exposure = *exposure_;
+        output.automatic_exposure = false;  // it is found
+    }
+    picture.written = output;
     picture.writer = makeSink(picture.asked.output.path.string(), output);
     if (options_.fxaa)
         picture.writer = std::make_unique<FxaaFilter>(std::move(picture.writer), output.background);
@@ -312,6 +330,9 @@ void Render::report(Picture& picture) {
         std::chrono::duration<double, std::milli>(end - picture.start).count();
     describePicture(picture.plan, asked.provenance, result);
     describeFiles(asked.output, result, console_);
+    describeDisplay(picture.written, request_.metersExposure(), result);
+    if (!noted_) noteDisplay(result, console_);
+    noted_ = true;
     results_.add(result);
 }
 
@@ -326,8 +347,10 @@ void Render::reportSkipped(Picture& picture) {
 VerbAction declareRender(VerbOptions& verb) {
     const auto options = std::make_shared<RenderOptions>();
     addRenderOptions(verb, *options);
-    return [options](Console& console) {
+    return [options, verb](Console& console) {
         options->scene.gltf.strict = options->strict;
+        options->samples_given = verb.given("--samples");
+        options->points_given = verb.given("--point-size");
         return Render(*options, console).run();
     };
 }

@@ -230,6 +230,7 @@ class ViewRun {
     std::unique_ptr<LayeredInput> reader_;
     LayeredImage image_;  ///< all of the file, or its nearest layers
     Plan plan_;           ///< of the file
+    OutputOptions written_;
     PictureResult result_;
 };
 
@@ -280,11 +281,13 @@ void ViewRun::render() {
     provenance.method = kMethod;
     provenance.settings_hash.clear();  // it is that of the input's settings
     OutputOptions output = options_.output.from(provenance);
+    output.automatic_exposure = options_.output.leavesExposureOpen();
     if (page_ && options_.max_layers == 0) {
         const ExrInfo& input = reader_->info();
+        OutputOptions hashed = output;
+        hashed.provenance = input.provenance;
         output.provenance.output_hash =
-            outputHashFrom(input, plan.view, options_.output.path.string(),
-                           options_.output.from(input.provenance));
+            outputHashFrom(input, plan.view, options_.output.path.string(), hashed);
     }
     if (options_.max_fragments) {
         output.max_fragments = *options_.max_fragments == 0
@@ -299,6 +302,7 @@ void ViewRun::render() {
         reprojectInto(*writer, plan.view);
     writer->finish();
     add(result_.milliseconds, writer->times());
+    written_ = output;
     result_.width = plan.view.width;
     result_.height = plan.view.height;
 }
@@ -328,6 +332,8 @@ void ViewRun::report() {
     result_.method = kMethod;
     result_.renderer = reader_->info().provenance.renderer;
     result_.peak_memory = peakMemory();
+    describeDisplay(written_, written_.automatic_exposure, result_);
+    noteDisplay(result_, console_);
     reportResult(options_.report, result_, console_);
 }
 

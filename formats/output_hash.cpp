@@ -75,7 +75,8 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
         {"compression", output.compression},
         {"merge", merge.empty() ? provenance.deep_merge : merge},
         {"background", output.background},
-        {"exposure", output.exposure},
+        {"exposure",
+         output.automatic_exposure ? nlohmann::json("automatic") : nlohmann::json(output.exposure)},
         {"toneMap", output.tone_map},
     };
     return hashText(all.dump());

@@ -42,6 +42,11 @@ Json stagesJson(const StageTimes& times) {
     return json;
 }
 
+/// A float as the shortest decimal that is the same float: −1.4, not −1.399999976.
+double stopsJson(float stops) {
+    return std::stod(stopsText(stops));
+}
+
 /// The input and the files that were written.
 Json filesJson(const RunResult& run) {
     Json json;
@@ -150,6 +155,11 @@ Json findingsOf(const PictureResult& result) {
     json["complete"] = result.fragments_counted == result.fragments_stored;
     json["method"] = result.method;
     json["passes"] = result.passes;
+    if (!result.display) return json;
+    json["toneMap"] = result.display->tone_map;
+    json["exposure"] = stopsJson(result.display->exposure);
+    json["exposureAutomatic"] = result.display->automatic_exposure;
+    json["alphaRaisedPixels"] = result.display->alpha_raised_pixels;
     return json;
 }
 
@@ -208,6 +218,12 @@ std::uint64_t fileBytes(const std::filesystem::path& file) {
 std::string windowText(const Window& window) {
     return std::to_string(window.width()) + " x " + std::to_string(window.height()) + " at (" +
            std::to_string(window.x0) + ", " + std::to_string(window.y0) + ')';
+}
+
+std::string stopsText(float stops) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", static_cast<double>(stops));
+    return text;
 }
 
 std::string groupedText(std::uint64_t value) {

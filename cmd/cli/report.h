@@ -67,6 +67,14 @@ struct RunResult {
     const WrittenFile& addFile(const std::filesystem::path& file, const std::string& kind = "");
 };
 
+/// How a picture for eyes is shown.
+struct DisplayedAs {
+    std::string tone_map{};
+    float exposure = 0;  ///< stops
+    bool automatic_exposure = false;
+    std::uint64_t alpha_raised_pixels = 0;
+};
+
 /// What became of one picture.
 struct PictureResult : RunResult {
     std::optional<int> frame;   ///< of a sequence
@@ -79,6 +87,7 @@ struct PictureResult : RunResult {
     int samples = 1;                      ///< a pixel
     std::string method;
     int passes = 0;
+    std::optional<DisplayedAs> display{};  ///< of pictures for eyes
 };
 
 /// Fills in size, layers and fragments of a picture, what it was made with, and the memory that it
@@ -123,6 +132,9 @@ std::uint64_t fileBytes(const std::filesystem::path& file);
 
 /// "640 x 480 at (0, 0)"
 std::string windowText(const Window& window);
+
+/// Stops as --exposure takes them back: "-1.4", "0".
+std::string stopsText(float stops);
 
 /// "7,123,456"
 std::string groupedText(std::uint64_t value);

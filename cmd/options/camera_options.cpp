@@ -140,12 +140,14 @@ View builtCamera(const CameraOptions& options, const SceneExtent& extent) {
     projection.half_width = projection.half_height * aspectOf(view);
 
     glm::dvec3 target = options.target.value_or((bounds.min + bounds.max) * 0.5);
-    const glm::dvec3 up = glm::normalize(options.up.value_or(glm::dvec3(0, 1, 0)));
+    glm::dvec3 up = glm::normalize(options.up.value_or(glm::dvec3(0, 1, 0)));
     glm::dvec3 eye;
     if (options.eye) {
         eye = *options.eye;
     } else {
-        const glm::dvec3 forward = pleasingForward(up);
+        const Sight sight = framedSight(extent, up);
+        const glm::dvec3& forward = sight.forward;
+        up = sight.up;
         const double size = sceneSize(bounds);
         const auto reached = [&](const glm::dvec3& direction) {
             const double far = extent.reach(target, direction);
@@ -249,7 +251,8 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options) {
         "the first; the whole scene framed if there is none); light:NAME or light:INDEX is what a "
         "directional or spot light sees, light:key the built-in one of a scene without lights");
     add("--eye", "X,Y,Z", options.eye, vector,
-        "where a camera of your own stands (default: where it sees the whole scene)");
+        "where a camera of your own stands (default: where it sees the whole scene: what is flat "
+        "from the front, all else from the right and above, with margins of 5 %)");
     add("--target", "X,Y,Z", options.target, vector,
         "the point it looks at (default: the scene's centre)");
     add(

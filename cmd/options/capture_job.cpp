@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/options/capture_job.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "cmd/cli/arguments.h"
@@ -8,6 +10,7 @@
 #include "cmd/options/output_options.h"
 #include "core/capture/method.h"
 #include "formats/file/content_hash.h"
+#include "formats/image/display.h"
 
 namespace peeler::cmd {
 
@@ -18,6 +21,43 @@ nlohmann::json clipJson(const ClipVolume& clip) {
     for (const auto& [normal, offset] : clip.half_spaces)
         planes.push_back({normal.x, normal.y, normal.z, offset});
     return {{"planes", planes}, {"nodes", clip.nodes}, {"inside", clip.keep_inside}};
+}
+
+/// Meters what is handed to it.
+struct MeterSink : Sink {
+    ExposureMeter meter;
+
+    void begin(const Plan& /*plan*/) override {}
+    void write(LayeredImage&& band) override {
+        compositeOver(band, {}, composite_);
+        meter.add(composite_);
+    }
+    void finish() override {}
+
+  private:
+    CompositeImage composite_;
+};
+
+bool hasPoints(const Scene& scene) {
+    return std::ranges::any_of(scene.meshes, [](const Mesh& mesh) {
+        return std::ranges::any_of(mesh.primitives, [](const Primitive& primitive) {
+            return primitive.topology == Topology::kPoints;
+        });
+    });
+}
+
+/// All of what the view's camera sees, in 256 pixels at most.
+View small(View view) {
+    constexpr int kSide = 256;
+    const double scale =
+        std::min(1.0, static_cast<double>(kSide) / std::max(view.width, view.height));
+    const auto scaled = [&](int side) {
+        return std::max(1, static_cast<int>(std::lround(side * scale)));
+    };
+    view.width = scaled(view.width);
+    view.height = scaled(view.height);
+    view.crop = {0, 0, view.width, view.height};
+    return view;
 }
 
 }  // namespace
@@ -133,6 +173,31 @@ void CaptureJob::closeRenderer() {
     context_.reset();
 }
 
+float CaptureJob::meterExposure(const CaptureSettings& capture, const CameraOptions& camera) {
+    CaptureSettings settings = capture;
+    settings.method = peelMethods().front().name;
+    settings.channels.clear();
+    settings.samples = 1;
+    settings.composite = true;
+    settings.color_type = PixelType::kFloat;
+    std::vector<double> times{options_.animation.time.value_or(0)};
+    if (options_.animation.frames) {
+        double end = 0;
+        for (const int animation : scene_->animations())
+            end = std::max(
+                end, durationOf(scene_->scene().animations[static_cast<std::size_t>(animation)]));
+        times = end > 0 ? std::vector<double>{0, end / 2, end} : std::vector<double>{0};
+    }
+    MeterSink sink;
+    for (const double time : times) {
+        const PosedScene posed = scene_->at(time);
+        renderer_->setPose(posed);
+        renderer_->plan(small(scene_->view(posed, camera)), settings);
+        renderer_->capture(sink);
+    }
+    return sink.meter.stops();
+}
+
 StageTimes CaptureJob::takeTimes() {
     if (renderer_) add(times_, renderer_->takeTimes());
     return std::exchange(times_, {});
@@ -141,6 +206,8 @@ StageTimes CaptureJob::takeTimes() {
 std::string CaptureJob::settingsHash(const CaptureSettings& capture, nlohmann::json more,
                                      const Window& crop, double frames_per_second) const {
     more.update(appearanceSettings(options_.appearance, scene_->scene()));
+    if (capture.point_size != 1 && hasPoints(scene_->scene()))
+        more["pointSize"] = capture.point_size;
     const ShownScene shown{scene_->index(),        scene_->animations(), options_.scene.include,
                            options_.scene.exclude, frames_per_second,    crop};
     return cmd::settingsHash(shown, capture, more);

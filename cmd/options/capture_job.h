@@ -117,6 +117,14 @@ class CaptureJob {
     bool hasContext() const { return context_ != nullptr; }
     const gl::Device& device() const { return *device_; }  ///< of the Renderer opened last
 
+    /// The exposure in stops that the light of the scene asks for (ExposureMeter), of the open
+    /// Renderer. It is metered on a small picture of all that the camera sees, whatever part is
+    /// asked for, with a sample a pixel and by the first method, so that tiles and crops agree; of
+    /// frames at the beginning, in the middle and at the end of what moves the scene, whichever
+    /// frames are asked for, so that they agree, too. Leaves the Renderer in another pose. Throws
+    /// like Renderer::capture().
+    float meterExposure(const CaptureSettings& capture, const CameraOptions& camera);
+
     Clock::time_point start() const { return start_; }
     /// What stages have taken, in milliseconds; a verb adds its own.
     StageTimes& times() { return times_; }

@@ -96,6 +96,12 @@ void addLayerOptions(VerbOptions& verb, CaptureSettings& capture) {
     addChoice<Shading>(verb, "--shading", capture.shading, kShading, "shading",
                        "how surfaces are coloured:")
         .group(kGroup);
+    addValue(
+        verb, "--point-size", "N", capture.point_size,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 1024)); },
+        "pixels a side of points (default: " + std::to_string(kDisplayPointSize) +
+            " in pictures for eyes: .png, .jpg, .tif, .html and sheets; else 1)")
+        .group(kGroup);
     addChoice<PixelType>(verb, "--precision", capture.color_type, kPrecisions, "precision",
                          "how colour is stored; Z is always 32 bits:")
         .group(kGroup);

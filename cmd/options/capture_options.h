@@ -46,8 +46,11 @@ inline constexpr Choice<PixelType> kPrecisions[] = {
 };
 
 /// Declares --method, --layers, --occlusion-ratio, --tail, --samples, --surfaces, --faces,
-/// --shading and --precision.
+/// --shading, --point-size and --precision.
 void addLayerOptions(VerbOptions& verb, CaptureSettings& capture);
+
+/// Pixels a side of a point in pictures for eyes.
+inline constexpr int kDisplayPointSize = 3;
 
 /// Declares --faces for rays, which hit both by default.
 void addRayFacesOption(VerbOptions& verb, CaptureSettings& capture);

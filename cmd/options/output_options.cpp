@@ -209,7 +209,9 @@ void addOutputOptions(VerbOptions& verb, OutputRequest& output) {
              "#rrggbb[aa] in sRGB")
         .group("Output");
     addGiven(verb, output, "--exposure", "STOPS", options.exposure, parseExposure,
-             "brightens (or darkens) what is not an EXR (default: 0)")
+             "brightens (or darkens) what is not an EXR, but not its background (default: found "
+             "by metering for scenes with lights of their own, and for files that are too bright "
+             "or too dark to show; else 0)")
         .group("Output");
     addNamed(verb, output, "--tone-map", options.tone_map, toneMaps(), "tone map",
              "how what is not an EXR shows bright light", true)
@@ -255,10 +257,39 @@ bool OutputRequest::asksForDisplay() const {
     return isGiven("--background") || isGiven("--exposure") || isGiven("--tone-map");
 }
 
+bool OutputRequest::leavesExposureOpen() const {
+    return !isGiven("--exposure") && findOutputFormat(path.string(), options.as).for_display;
+}
+
 OutputOptions OutputRequest::from(const Provenance& provenance) const {
     OutputOptions asked = options;
     asked.provenance = provenance;
+    if (!findOutputFormat(path.string(), options.as).for_display) return asked;
+    if (!isGiven("--tone-map")) asked.tone_map = toneMaps().front().name;
+    asked.outcome = std::make_shared<DisplayOutcome>();
     return asked;
+}
+
+void describeDisplay(const OutputOptions& written, bool automatic_exposure, PictureResult& result) {
+    if (!written.outcome) return;
+    result.display = {written.tone_map, written.outcome->exposure, automatic_exposure,
+                      written.outcome->raised_pixels};
+}
+
+void noteDisplay(const PictureResult& result, Console& console) {
+    if (!result.display) return;
+    const DisplayedAs& display = *result.display;
+    const std::string file = result.output.string() + ": ";
+    if (display.automatic_exposure && display.exposure != 0) {
+        console.note(file + "exposed by " + stopsText(display.exposure) +
+                     " stops, found by metering; --exposure chooses");
+    }
+    if (display.alpha_raised_pixels != 0) {
+        console.note(file + "alpha was raised in " +
+                     countText(display.alpha_raised_pixels, "pixel") +
+                     " with more light than coverage (reflections on clear glass); --background, "
+                     "or an EXR, keeps them exact");
+    }
 }
 
 void checkFormat(const OutputRequest& output) {

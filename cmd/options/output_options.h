@@ -33,7 +33,10 @@ struct OutputRequest {
     /// Whether one of the options is given (--background, --exposure, --tone-map) that do not go
     /// with layers, which stay as they were rendered.
     bool asksForDisplay() const;
-    /// The options with the provenance of a picture.
+    /// Whether the file is for eyes, and nothing says how bright it is to be.
+    bool leavesExposureOpen() const;
+    /// The options with the provenance of a picture. What is for eyes gets the first of the tone
+    /// maps unless another is asked for, and an outcome to be filled in.
     OutputOptions from(const Provenance& provenance) const;
 };
 
@@ -45,6 +48,12 @@ void addOutputOptions(VerbOptions& verb, OutputRequest& output);
 /// Declares --as, --no-composite and the options of layer files (--layout, --compression,
 /// --deep-merge, --deep-z-tolerance, --deep-alpha-tolerance), for verbs that have layers to write.
 void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers_only = false);
+
+/// Fills in how a picture for eyes is shown, as its writer has left it in the outcome of `written`.
+/// Does nothing for other files.
+void describeDisplay(const OutputOptions& written, bool automatic_exposure, PictureResult& result);
+/// Notes what nobody asked for: an exposure that was found, alpha that was raised.
+void noteDisplay(const PictureResult& result, Console& console);
 
 /// Declares --fxaa; `remark` ends its description.
 void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark);

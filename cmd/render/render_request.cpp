@@ -32,6 +32,8 @@ RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job)
     checkClipOptions(options.clip);
     scene_ = &job.openScene();
     job.checkOutputs(outputs());
+    meters_exposure_ = options.output.leavesExposureOpen() && capture_.shading != Shading::kUnlit &&
+                       !scene_->at(0).lights().empty();
 }
 
 void RenderRequest::checkFiles() const {
@@ -131,6 +133,7 @@ Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& 
 OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const {
     OutputOptions output = picture.output.from(picture.provenance);
     output.cryptomatte = options_.channels.cryptomatte;
+    output.automatic_exposure = meters_exposure_;
     return output;
 }
 
@@ -157,6 +160,14 @@ nlohmann::ordered_json RenderRequest::plan() const {
         entry["crop"] = {crop.x0, crop.y0, crop.width(), crop.height()};
         entry["camera"] = asked.view.camera_name;
         entry["method"] = asked.provenance.method;
+        entry["samples"] = asked.capture.samples;
+        const OutputOptions output = writerOptions(asked);
+        if (output.outcome) {  // a picture for eyes
+            entry["toneMap"] = output.tone_map;
+            entry["exposure"] = meters_exposure_ ? nlohmann::ordered_json()
+                                                 : nlohmann::ordered_json(output.exposure);
+            entry["exposureAutomatic"] = meters_exposure_;
+        }
         entry["settingsHash"] = asked.provenance.settings_hash;
         entry["outputHash"] = asked.provenance.output_hash;
         const bool exists = fs::exists(asked.output.path);

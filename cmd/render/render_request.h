@@ -59,14 +59,19 @@ struct RenderOptions : CaptureJobOptions {
     std::optional<int> shadow_size;
     bool strict = false;
     bool fxaa = false;
+    bool samples_given = false, points_given = false;  ///< --samples, --point-size
     OutputRequest output;
     SequenceOptions sequence;
 };
 
+/// Samples a pixel of composites for eyes.
+inline constexpr int kDisplaySamples = 4;
+
 /// Declares all options of the verb. `options` must outlive the parse.
 void addRenderOptions(VerbOptions& verb, RenderOptions& options);
 
-/// What to capture for the output that was asked for. Throws Error (kUsage) for what contradicts
+/// What to capture for the output that was asked for: of composites for eyes kDisplaySamples unless
+/// the number is given, or FXAA smooths their edges. Throws Error (kUsage) for what contradicts
 /// itself whatever the scene is.
 CaptureSettings captureSettings(const RenderOptions& options);
 
@@ -100,7 +105,11 @@ class RenderRequest {
     /// The picture with this index, the scene posed at its time. Throws Error (kUsage) and (kInput)
     /// like OpenedScene::view().
     PictureRequest picture(std::size_t index) const;
-    /// The options of the writer of a picture, its provenance included.
+    /// Whether the exposure is to be metered: of pictures for eyes that the scene's own lights
+    /// light, unless it is given.
+    bool metersExposure() const { return meters_exposure_; }
+    /// The options of the writer of a picture, its provenance included; without the exposure, if
+    /// that is to be metered.
     OutputOptions writerOptions(const PictureRequest& picture) const;
     /// Whether the file of a picture is there, whole, and made of the same request. Never under
     /// --strict if it may be incomplete: that is found out by counting.
@@ -120,6 +129,7 @@ class RenderRequest {
     CaptureSettings capture_;
     const CaptureJob& job_;
     const OpenedScene* scene_ = nullptr;  ///< owned by job_
+    bool meters_exposure_ = false;
 };
 
 }  // namespace peeler::cmd

@@ -14,6 +14,7 @@
 #include "core/image/difference.h"
 #include "core/image/filters.h"
 #include "core/image/sink.h"
+#include "formats/image/display.h"
 
 namespace peeler::cmd {
 
@@ -38,6 +39,7 @@ struct SheetSettings {
     bool progression = false;  ///< composites of the nearest layers, not the layers
     int most_cells = 24;
     int cell_width = 320;  ///< pixels; a picture that is smaller stays as it is
+    bool meters = false;   ///< the exposure is to be found
 };
 
 /// Width and height in pixels of a cell that shows this crop.
@@ -65,6 +67,8 @@ class SheetCells : public Sink {
     /// After finish().
     std::vector<SheetCell>& cells() { return finished_; }
     std::uint32_t omitted() const { return omitted_; }  ///< cells over the limit
+    /// Of the composite, if the settings ask for it.
+    const ExposureMeter& meter() const { return meter_; }
 
   private:
     /// What a cell shows, and its pixels so far.
@@ -91,6 +95,7 @@ class SheetCells : public Sink {
     bool has_range_ = false;
     std::vector<Pending> pending_;
     CompositeImage exact_, shown_;  ///< of a band
+    ExposureMeter meter_;
     std::vector<SheetCell> finished_;
     StageTimes times_;
 };

@@ -161,22 +161,25 @@ std::string scriptText(const Json& value) {
     return text;
 }
 
-/// Premultiplied sRGB bytes of a premultiplied linear colour.
-std::array<std::uint8_t, 4> encodedColor(const Rgba& color, float exposure,
-                                         const ToneMap& tone_map) {
-    const float alpha = color[3] > 0 ? std::min(color[3], 1.0F) : 0;  // NaN is none
-    const float straight = alpha > 0 ? alpha : 1;  // light without coverage stays as it is
-    const auto mapped =
-        tone_map.map({color[0] / straight * exposure, color[1] / straight * exposure,
-                      color[2] / straight * exposure});
+/// Premultiplied sRGB bytes of a premultiplied linear colour, as it is shown.
+std::array<std::uint8_t, 4> encodedColor(const Rgba& color, const Display& display) {
+    const Rgba shown = display.shown(color);
     const auto byte = [](float value) {
         return static_cast<std::uint8_t>(std::lround(255 * value));
     };
-    std::array<std::uint8_t, 4> bytes{};
-    for (std::size_t c = 0; c < 3; ++c)
-        bytes[c] = byte(encodeSrgb(std::clamp(mapped[c], 0.0F, 1.0F) * straight));
-    bytes[3] = byte(alpha);
-    return bytes;
+    const float alpha = shown[3] > 0 ? std::min(shown[3], 1.0F) : 0;  // NaN is none
+    return {byte(encodeSrgb(shown[0])), byte(encodeSrgb(shown[1])), byte(encodeSrgb(shown[2])),
+            byte(alpha)};
+}
+
+/// The exposure in stops that is asked for, or that the layers need.
+float exposureOf(const OutputOptions& options, const LayeredImage& image, const View& view) {
+    if (!options.automatic_exposure || isPart(view)) return options.exposure;
+    CompositeImage composite;
+    compositeOver(image, {}, composite);
+    ExposureMeter meter;
+    meter.add(composite);
+    return meter.stopsIfNeeded();
 }
 
 /// World +Y in the camera's space, about which the page turns; the picture's own upwards direction
@@ -231,7 +234,7 @@ void appendArray(FragmentArray& to, const FragmentArray& from) {
 HtmlViewWriter::HtmlViewWriter(std::string path, OutputOptions options)
     : path_(std::move(path)),
       options_(std::move(options)),
-      tone_map_(&findToneMap(options_.tone_map)) {}
+      display_(options_.exposure, options_.tone_map) {}
 
 void HtmlViewWriter::begin(const Plan& plan) {
     if (plan.fragments_stored > options_.max_fragments) {
@@ -277,7 +280,9 @@ void HtmlViewWriter::finish() {
                 codes.add(depthMeasure(rays, planar));
         codes = codes.widened();
 
-        const float exposure = std::exp2(options_.exposure);
+        const float exposure = exposureOf(options_, image_, view);
+        if (options_.outcome) *options_.outcome = {exposure, 0};
+        display_ = Display(exposure, options_.tone_map);
         Packer packer(order.places.size());
         for (const auto& [fragment, pixel] : order.places) {
             std::array<std::uint16_t, kCorners> corners{};
@@ -287,8 +292,7 @@ void HtmlViewWriter::finish() {
                 corners[c] =
                     static_cast<std::uint16_t>(std::lround(65535 * std::clamp(share, 0.0, 1.0)));
             }
-            packer.add(pixel, corners,
-                       encodedColor(colorOf(image_, fragment), exposure, *tone_map_));
+            packer.add(pixel, corners, encodedColor(colorOf(image_, fragment), display_));
         }
         data = base64(deflated(packer.bytes()));
 
