@@ -350,7 +350,8 @@ VerbAction declareRender(VerbOptions& verb) {
     return [options, verb](Console& console) {
         options->scene.gltf.strict = options->strict;
         options->samples_given = verb.given("--samples");
-        options->points_given = verb.given("--point-size");
+        if (findOutputFormat(options->output.path.string(), options->output.options.as).for_display)
+            chooseForEyes(verb, options->camera, *options);
         return Render(*options, console).run();
     };
 }

@@ -256,7 +256,7 @@ VerbAction declareSheet(VerbOptions& verb) {
         options->request.output = options->output.path;
         options->request.cells.meters = options->request.cells.show == SheetShow::kColor &&
                                         !options->output.isGiven("--exposure");
-        if (!verb.given("--point-size")) options->request.capture.point_size = kDisplayPointSize;
+        chooseForEyes(verb, options->request.camera, options->request);
         setShadowSize(options->request.capture, options->shadow_size);
         Sheet(*options, console).run();
         return 0;

@@ -13,6 +13,7 @@
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
 #include "core/base/error.h"
+#include "core/scene/posed_scene.h"
 #include "formats/file/content_hash.h"
 #include "formats/image/environment_file.h"
 
@@ -57,7 +58,8 @@ void addEnvironmentOptions(VerbOptions& verb, AppearanceOptions& appearance,
                            const std::string& remark) {
     addFile(verb, "--environment", "FILE|studio", appearance.environment,
             "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z, or "
-            "studio, soft boxes in a dim room" +
+            "studio, soft boxes in a dim room (default: of pictures for eyes the studio, if the "
+            "scene has no lights of its own and nothing is to cast shadows; else none)" +
                 remark)
         .group("Light");
     addValue(
@@ -115,6 +117,12 @@ Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
     if (shadows && scene.lights.empty())
         scene.warnings.push_back("The environment is the only light, and it casts no shadows.");
     return scene;
+}
+
+void addStudio(Scene& scene, int scene_index, const AppearanceOptions& appearance) {
+    if (!appearance.studio || scene.environment) return;
+    if (!PosedScene(scene, scene_index).lights().empty()) return;
+    scene.environment = environmentNamed(kStudioName);
 }
 
 nlohmann::json appearanceSettings(const AppearanceOptions& appearance, const Scene& scene) {

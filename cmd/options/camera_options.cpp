@@ -40,11 +40,6 @@ const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std
             "; or an index from light:0 to light:" + std::to_string(lights.size() - 1));
 }
 
-/// Whether `camera` (the value of --camera) names a light rather than a camera.
-bool namesLight(const std::string& camera) {
-    return camera.starts_with(kLightPrefix);
-}
-
 /// The view that a light has (lightView in core/scene/lights.h), its projection as tight as it can
 /// be, its size not set. NAME is the light's, its node's, or an index in draw order; "key" is the
 /// built-in light of a scene without any. Throws Error (kUsage) for an unknown light, with the
@@ -217,6 +212,10 @@ std::string cropText(const Window& crop) {
 }
 
 }  // namespace
+
+bool namesLight(const std::string& camera) {
+    return camera.starts_with(kLightPrefix);
+}
 
 Size sizeWithAspect(Size size, double aspect) {
     if (size.height != 0) return size;

@@ -62,6 +62,14 @@ View small(View view) {
 
 }  // namespace
 
+void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
+                   CaptureJobOptions& options) {
+    if (!verb.given("--point-size")) options.capture.point_size = kDisplayPointSize;
+    options.appearance.studio = !options.capture.shadows &&
+                                options.capture.shading == Shading::kPbr &&
+                                !(camera.camera && namesLight(*camera.camera));
+}
+
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options) {
     addFile(verb, "SCENE", "", options.scene.file, "a glTF scene (.gltf or .glb)").required();
 }
@@ -117,6 +125,7 @@ OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
         console.warning(warning);
     index_ = chooseScene(scene_, options.scene);
     selectNodes(scene_, options.scene);
+    addStudio(scene_, index_, options.appearance);
     const AnimationOptions& animation = options.animation;
     playing_ = chooseAnimations(scene_, animation);
     if ((animation.frames || animation.time) && playing_.empty())

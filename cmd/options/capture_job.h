@@ -32,6 +32,12 @@ struct CaptureJobOptions {
     ReportOptions report;
 };
 
+/// Sets what pictures for eyes get, unless it is asked for otherwise on the command line: larger
+/// points, and the studio where nothing else would light the scene. Shadows, and what is seen from
+/// a light, need the built-in light.
+void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
+                   CaptureJobOptions& options);
+
 /// Declares SCENE, an argument.
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options);
 /// Declares the options of addSceneOptions() and addTimeOptions().

@@ -48,6 +48,9 @@ struct AppearanceOptions {
     bool transmission = true;                          ///< light passes through what transmits it
     std::optional<std::filesystem::path> environment;  ///< a file, or the name of a built-in one
     std::optional<double> environment_rotation;        ///< degrees
+    /// The studio lights what has no lights of its own, unless there is an environment: for
+    /// pictures for eyes.
+    bool studio = false;
 };
 
 /// Declares --variant alone.
@@ -69,6 +72,10 @@ void checkAppearanceOptions(const AppearanceOptions& appearance);
 /// (kUsage) for an unknown variant, with the list, and what readGltf and environmentNamed throw.
 Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
                 const AppearanceOptions& appearance, bool shadows);
+
+/// Puts the scene into the studio if `appearance` says so and nothing else lights what is shown of
+/// it.
+void addStudio(Scene& scene, int scene_index, const AppearanceOptions& appearance);
 
 /// Index of the variant that was chosen; nothing if none was. Throws Error (kUsage) for an unknown
 /// one, with the list.

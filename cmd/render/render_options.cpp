@@ -104,7 +104,6 @@ CaptureSettings captureSettings(const RenderOptions& options) {
     capture.composite = format.holds(OutputContent::kComposite);
     if (capture.composite && format.for_display && !options.samples_given && !options.fxaa)
         capture.samples = kDisplaySamples;
-    if (format.for_display && !options.points_given) capture.point_size = kDisplayPointSize;
     const bool shadow_map = format.holds(OutputContent::kShadowMap);
     chooseChannels(options, capture);
     if (shadow_map) chooseCasters(capture);

@@ -59,7 +59,7 @@ struct RenderOptions : CaptureJobOptions {
     std::optional<int> shadow_size;
     bool strict = false;
     bool fxaa = false;
-    bool samples_given = false, points_given = false;  ///< --samples, --point-size
+    bool samples_given = false;  ///< --samples is on the command line
     OutputRequest output;
     SequenceOptions sequence;
 };
