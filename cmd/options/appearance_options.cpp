@@ -39,6 +39,13 @@ std::size_t variantNamed(const Scene& scene, const std::string& text) {
     throw Error(ErrorKind::kUsage, "unknown variant", "--variant " + text, hint);
 }
 
+/// Of --environment: the scene's own lights alone, or the built-in ones.
+constexpr const char* kNoEnvironment = "none";
+
+bool hasEnvironment(const AppearanceOptions& appearance) {
+    return appearance.environment && appearance.environment != kNoEnvironment;
+}
+
 /// The rotation of the environment in degrees, without whole turns, so that 360 is none.
 double turn(const AppearanceOptions& appearance) {
     return std::remainder(appearance.environment_rotation.value_or(0), 360.0);
@@ -56,10 +63,10 @@ void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance, const st
 
 void addEnvironmentOptions(VerbOptions& verb, AppearanceOptions& appearance,
                            const std::string& remark) {
-    addFile(verb, "--environment", "FILE|studio", appearance.environment,
+    addFile(verb, "--environment", "FILE|studio|none", appearance.environment,
             "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z, or "
-            "studio, soft boxes in a dim room (default: of pictures for eyes the studio, if the "
-            "scene has no lights of its own and nothing is to cast shadows; else none)" +
+            "studio, soft boxes in a dim room, or none (default: of pictures for eyes the studio, "
+            "if the scene has no lights of its own and nothing is to cast shadows; else none)" +
                 remark)
         .group("Light");
     addValue(
@@ -96,12 +103,12 @@ std::optional<std::size_t> chosenVariant(const Scene& scene, const AppearanceOpt
 }
 
 std::optional<std::filesystem::path> environmentFile(const AppearanceOptions& appearance) {
-    if (appearance.environment == kStudioName) return {};
+    if (appearance.environment == kStudioName || !hasEnvironment(appearance)) return {};
     return appearance.environment;
 }
 
 void checkAppearanceOptions(const AppearanceOptions& appearance) {
-    if (appearance.environment_rotation && !appearance.environment)
+    if (appearance.environment_rotation && !hasEnvironment(appearance))
         throw Error(ErrorKind::kUsage, "there is no environment to turn", "--environment-rotation",
                     "add --environment FILE");
 }
@@ -111,7 +118,7 @@ Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
     gltf.transmission = appearance.transmission;
     Scene scene = readGltf(path, gltf);
     if (const auto variant = chosenVariant(scene, appearance)) chooseVariant(scene, *variant);
-    if (!appearance.environment) return scene;
+    if (!hasEnvironment(appearance)) return scene;
     scene.environment = environmentNamed(appearance.environment->string());
     scene.environment->rotation = turn(appearance) * std::numbers::pi / 180;
     if (shadows && scene.lights.empty())
@@ -120,7 +127,7 @@ Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
 }
 
 void addStudio(Scene& scene, int scene_index, const AppearanceOptions& appearance) {
-    if (!appearance.studio || scene.environment) return;
+    if (!appearance.studio || appearance.environment) return;
     if (!PosedScene(scene, scene_index).lights().empty()) return;
     scene.environment = environmentNamed(kStudioName);
 }

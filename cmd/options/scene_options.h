@@ -46,7 +46,7 @@ void selectNodes(Scene& scene, const SceneOptions& options);
 struct AppearanceOptions {
     std::optional<std::string> variant;                ///< name or index
     bool transmission = true;                          ///< light passes through what transmits it
-    std::optional<std::filesystem::path> environment;  ///< a file, or the name of a built-in one
+    std::optional<std::filesystem::path> environment;  ///< a file, "studio" or "none"
     std::optional<double> environment_rotation;        ///< degrees
     /// The studio lights what has no lights of its own, unless there is an environment: for
     /// pictures for eyes.

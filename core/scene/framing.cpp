@@ -169,6 +169,31 @@ double sceneSize(const Bounds& bounds) {
     return std::max(1.0, 1e-3 * std::max({place.x, place.y, place.z}));
 }
 
+namespace {
+
+/// How far an eye at `distance` is shifted along `axis` for the scene to be in the middle: where
+/// two planes of one slope, to either side of the eye, both touch the scene. The slope is found by
+/// iteration from `slope`, which holds the scene under the shift `known`; that stays if the
+/// iteration does not settle, as with a scene around the eye.
+double centringShift(const Reach& reach, const glm::dvec3& axis, const glm::dvec3& forward,
+                     double slope, double distance, double known) {
+    constexpr int kSteps = 8;  // each brings the slope nearer by the scene's share of the distance
+    double shift = known;
+    for (int step = 0; step < kSteps; ++step) {
+        const double positive = reach(axis - slope * forward);
+        const double negative = reach(-axis - slope * forward);
+        const double touching = (positive + negative) / (2 * distance);
+        if (!(touching >= 0)) return known;
+        shift = (positive - negative) / 2;
+        if (std::abs(touching - slope) <= 1e-9 * slope) return shift;
+        if (step + 1 == kSteps) return touching <= 1.01 * slope ? shift : known;
+        slope = touching;
+    }
+    return shift;
+}
+
+}  // namespace
+
 glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::dvec3& forward,
                       const glm::dvec3& up, const Projection& projection) {
     const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
@@ -190,6 +215,12 @@ glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::
         if (slope > 0)
             distance =
                 std::max(distance, std::max(positive - shift[i], negative + shift[i]) / slope);
+    }
+    if (projection.perspective && !centred) {
+        for (int i = 0; i < 2; ++i) {
+            const auto& [axis, half] = axes[static_cast<std::size_t>(i)];
+            shift[i] = centringShift(reach, axis, forward, kFill * half, distance, shift[i]);
+        }
     }
     return right * shift.x + above * shift.y - forward * distance;
 }

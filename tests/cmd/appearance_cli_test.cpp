@@ -153,6 +153,24 @@ TEST_F(Appearance, TheBackgroundIsNotTheEnvironment) {
     EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
+TEST_F(Appearance, PicturesForEyesAreInTheStudio) {
+    const auto settings = [&](const std::string& name, std::vector<std::string> more) {
+        more.insert(more.begin(), {"render", scene_.string(), "-o", folder_ / name, "--camera",
+                                   "front", "--size", "8x8", "--samples", "1", "--json"});
+        return Json::parse(runPeeler(more).out).at("settingsHash");
+    };
+    const Json studio = settings("out.png", {"--environment", "studio"});
+    const Json none = settings("out.png", {"--environment", "none"});
+    EXPECT_NE(studio, none);
+    EXPECT_EQ(settings("out.png", {}), studio);
+    EXPECT_EQ(settings("out.html", {}), studio);
+    EXPECT_EQ(settings("out.exr", {}), none);
+    // Shadows are cast by the built-in light.
+    EXPECT_EQ(settings("out.png", {"--shadows"}),
+              settings("out.png", {"--shadows", "--environment", "none"}));
+    EXPECT_EQ(run({"--environment", "none", "--environment-rotation", "5"}).exit_code, 2);
+}
+
 TEST_F(Appearance, WrongEnvironmentsAreErrors) {
     EXPECT_EQ(run({"--environment", folder_ / "missing.hdr"}).exit_code, 3);
     EXPECT_EQ(run({"--environment", scene_.string()}).exit_code, 3);

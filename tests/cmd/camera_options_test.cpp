@@ -195,6 +195,7 @@ TEST(Framing, LeavesFivePercentFreeAtBothEnds) {
             EXPECT_NEAR(reach.max[side], 0.9, 1e-6);
             EXPECT_LE(reach.max[1 - side], 0.9 + 1e-6);
             EXPECT_GE(reach.min[1 - side], -0.9 - 1e-6);
+            EXPECT_NEAR(reach.min[1 - side], -reach.max[1 - side], 1e-3);
         }
     }
 }

@@ -237,6 +237,7 @@ TEST_F(Results, FlatImagesAreWritten) {
     std::vector<std::string> first{"render",        scene_.string(), "-o",
                                    direct.string(), "--size",        "96x64"};
     std::vector<std::string> second{"flatten", image_.string(), "-o", flat.string()};
+    first.insert(first.end(), {"--samples", "1", "--environment", "none"});  // as in the EXR
     first.insert(first.end(), look.begin(), look.end());
     second.insert(second.end(), look.begin(), look.end());
     ASSERT_EQ(runPeeler(first).exit_code, 0);
