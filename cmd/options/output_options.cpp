@@ -284,7 +284,10 @@ void noteDisplay(const PictureResult& result, Console& console) {
         console.note(file + "exposed by " + stopsText(display.exposure) +
                      " stops, found by metering; --exposure chooses");
     }
-    if (display.alpha_raised_pixels != 0) {
+    // A sparkle here and there is no news.
+    const auto pixels =
+        static_cast<std::uint64_t>(result.width) * static_cast<std::uint64_t>(result.height);
+    if (display.alpha_raised_pixels > pixels / 100) {
         console.note(file + "alpha was raised in " +
                      countText(display.alpha_raised_pixels, "pixel") +
                      " with more light than coverage (reflections on clear glass); --background, "

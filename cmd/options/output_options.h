@@ -52,7 +52,8 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
 /// Fills in how a picture for eyes is shown, as its writer has left it in the outcome of `written`.
 /// Does nothing for other files.
 void describeDisplay(const OutputOptions& written, bool automatic_exposure, PictureResult& result);
-/// Notes what nobody asked for: an exposure that was found, alpha that was raised.
+/// Notes what nobody asked for: an exposure that was found, alpha that was raised in more than a
+/// hundredth of the pixels.
 void noteDisplay(const PictureResult& result, Console& console);
 
 /// Declares --fxaa; `remark` ends its description.

@@ -161,7 +161,7 @@ TEST_F(ImageFile, JpegIsOverBlackOrTheBackground) {
 
 TEST_F(ImageFile, TiffHasSixteenBits) {
     const Pixels pixels = writeAndRead(scratch / "out.tiff",
-                                       rowOfPixels({{0.25F, 0, 1, 0.5F}, {0.001F, 0.5F, 1, 1}}));
+                                       rowOfPixels({{0.25F, 0, 0.5F, 0.5F}, {0.001F, 0.5F, 1, 1}}));
     const auto encoded = [](float v) {
         return static_cast<std::uint16_t>(encodeSrgb(v) * 65535 + 0.5F);
     };
