@@ -58,7 +58,7 @@ TEST(Points, AreTheSameInEveryMethodBandAndStrip) {
         EXPECT_EQ(difference(capture(scene, kView, other).image, whole), "") << method;
     }
     CaptureSettings banded = settings;
-    banded.band_bytes = 1 << 12;
+    banded.band_bytes = 1 << 14;
     EXPECT_EQ(difference(capture(scene, kView, banded).image, whole), "");
     std::uint64_t fragments = 0;
     for (int y = 0; y < 31; y += 7) {  // whose points reach in from other strips
