@@ -85,7 +85,7 @@ class Bake {
 
 std::vector<fs::path> Bake::inputs() const {
     std::vector<fs::path> files{options_.scene.file};
-    if (options_.appearance.environment) files.push_back(*options_.appearance.environment);
+    if (const auto file = environmentFile(options_.appearance)) files.push_back(*file);
     return files;
 }
 

@@ -76,7 +76,7 @@ class Sheet {
 void Sheet::checkOptions() {
     const SheetRequest& request = options_.request;
     std::vector<fs::path> files{request.scene.file};
-    if (request.appearance.environment) files.push_back(*request.appearance.environment);
+    if (const auto file = environmentFile(request.appearance)) files.push_back(*file);
     checkOutput(options_.output, files);
     const OutputFormat& format = findOutputFormat(options_.output.path.string(), "composite");
     if (!format.for_display) {

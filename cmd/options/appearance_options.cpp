@@ -55,9 +55,10 @@ void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance, const st
 
 void addEnvironmentOptions(VerbOptions& verb, AppearanceOptions& appearance,
                            const std::string& remark) {
-    addFile(
-        verb, "--environment", "FILE", appearance.environment,
-        "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z" + remark)
+    addFile(verb, "--environment", "FILE|studio", appearance.environment,
+            "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z, or "
+            "studio, soft boxes in a dim room" +
+                remark)
         .group("Light");
     addValue(
         verb, "--environment-rotation", "DEGREES", appearance.environment_rotation,
@@ -92,6 +93,11 @@ std::optional<std::size_t> chosenVariant(const Scene& scene, const AppearanceOpt
     return variantNamed(scene, *appearance.variant);
 }
 
+std::optional<std::filesystem::path> environmentFile(const AppearanceOptions& appearance) {
+    if (appearance.environment == kStudioName) return {};
+    return appearance.environment;
+}
+
 void checkAppearanceOptions(const AppearanceOptions& appearance) {
     if (appearance.environment_rotation && !appearance.environment)
         throw Error(ErrorKind::kUsage, "there is no environment to turn", "--environment-rotation",
@@ -104,7 +110,7 @@ Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
     Scene scene = readGltf(path, gltf);
     if (const auto variant = chosenVariant(scene, appearance)) chooseVariant(scene, *variant);
     if (!appearance.environment) return scene;
-    scene.environment = readEnvironment(appearance.environment->string());
+    scene.environment = environmentNamed(appearance.environment->string());
     scene.environment->rotation = turn(appearance) * std::numbers::pi / 180;
     if (shadows && scene.lights.empty())
         scene.warnings.push_back("The environment is the only light, and it casts no shadows.");

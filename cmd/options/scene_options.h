@@ -44,10 +44,10 @@ void selectNodes(Scene& scene, const SceneOptions& options);
 
 /// What makes a scene look otherwise than its file says.
 struct AppearanceOptions {
-    std::optional<std::string> variant;  ///< name or index
-    bool transmission = true;            ///< light passes through what transmits it
-    std::optional<std::filesystem::path> environment;
-    std::optional<double> environment_rotation;  ///< degrees
+    std::optional<std::string> variant;                ///< name or index
+    bool transmission = true;                          ///< light passes through what transmits it
+    std::optional<std::filesystem::path> environment;  ///< a file, or the name of a built-in one
+    std::optional<double> environment_rotation;        ///< degrees
 };
 
 /// Declares --variant alone.
@@ -58,12 +58,15 @@ void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
 /// --environment-rotation.
 void addBakedAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
 
+/// The file that the environment is read from; none if it is built in, or there is none.
+std::optional<std::filesystem::path> environmentFile(const AppearanceOptions& appearance);
+
 /// Throws Error (kUsage) for a rotation of no environment.
 void checkAppearanceOptions(const AppearanceOptions& appearance);
 
-/// Reads the scene as the options want it: its materials of the variant, its environment from the
-/// file. `shadows` asks for a warning where nothing can cast them. Throws Error (kUsage) for an
-/// unknown variant, with the list, and what readGltf and readEnvironment throw.
+/// Reads the scene as the options want it: its materials of the variant, its environment by its
+/// name or from the file. `shadows` asks for a warning where nothing can cast them. Throws Error
+/// (kUsage) for an unknown variant, with the list, and what readGltf and environmentNamed throw.
 Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
                 const AppearanceOptions& appearance, bool shadows);
 

@@ -37,7 +37,7 @@ RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job)
 void RenderRequest::checkFiles() const {
     checkFormat(options_.output);
     std::vector<fs::path> inputs{options_.scene.file};
-    if (options_.appearance.environment) inputs.push_back(*options_.appearance.environment);
+    if (const auto file = environmentFile(options_.appearance)) inputs.push_back(*file);
     std::vector<fs::path> others = inputs;
     for (std::size_t i = 0; i < moments_.size(); ++i) {
         OutputRequest output = outputOf(i);

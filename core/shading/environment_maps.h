@@ -40,6 +40,11 @@ class EnvironmentSamples {
     Environment coarse_;
 };
 
+/// The built-in studio, with what metal and glass can reflect: a large soft box and smaller ones, a
+/// floor, a horizon, and a dark side. A white surface that faces the key light comes out at 1.2, one
+/// that looks up at 1.1, one that faces a viewer in front at 0.7. Without a hash.
+Environment studioEnvironment();
+
 /// The same numbers whatever the number of threads. A white environment gives exactly white maps,
 /// up to rounding.
 EnvironmentMaps prefilter(const Environment& environment);
