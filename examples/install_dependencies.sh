@@ -16,7 +16,7 @@ test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy
 # What `sh tests/run.sh coverage` counts with.
 coverage="gcovr"
 # What `sh tests/run.sh bench` builds with and compares with.
-bench="libgtest-dev libembree-dev git f3d xvfb python3 python3-vtk9 openimageio-tools linux-perf"
+bench="libgtest-dev libembree-dev git f3d xvfb python3 python3-numpy python3-openimageio python3-vtk9 openimageio-tools linux-perf"
 
 packages=$run
 for set in "$@"; do
