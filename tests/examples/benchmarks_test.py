@@ -8,6 +8,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import unittest
 
 from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main
 
@@ -21,6 +22,9 @@ import results  # noqa: E402
 import three_scenes  # noqa: E402
 
 SCENE = EXAMPLES / "scenes" / "coincident.glb"
+REFEREE_RUNS = not subprocess.run(
+    ["/usr/bin/python3", "-c", "import numpy, OpenImageIO"], capture_output=True, check=False
+).returncode
 
 
 class Benchmarks(PeelerTest):
@@ -55,6 +59,18 @@ class Benchmarks(PeelerTest):
         render = ("--", "--size", "32x18")
         rows = self.rows("frames_in_one_process.py", SCENE, "--frames", 2, "--runs", 1, *render)
         self.assertEqual([row["frames"] for row in rows], ["2"])
+
+    @unittest.skipUnless(REFEREE_RUNS, "Debian's python3-numpy or python3-openimageio is missing")
+    def test_referee(self):
+        tiny = ("--size", 12, "--samples", 256, "--height", 32, "--edge", 70)
+        rows = self.rows("referee.py", *tiny, "--only", "white")
+        self.assertEqual(rows[0]["sphere"], "white diffuse")
+        self.assertEqual(len(rows), 9)
+        for row in rows:
+            self.assertAlmostEqual(float(row["mean, ours to the referee's"]), 1, delta=0.05, msg=row)
+            self.assertLess(float(row["relative error"]), 0.2, row)
+        other = self.rows("referee.py", *tiny, "--only", "white diffuse", "--environment-rotation=90")
+        self.assertGreater(float(other[0]["relative error"]), 0.2)
 
     def test_budgets(self):
         rows = self.rows("budgets.py", "--quick")
