@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Output paths, formats and reports: options, checks before any work, results after it.
+// Outputs: their options, whether these go with the format, and what the finished files tell.
 #include "cmd/options/output_options.h"
-
-#include <unistd.h>
 
 #include <algorithm>
 #include <set>
@@ -26,14 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether both name one file, however they are spelt; a file that is not there yet has only its
-/// spelling.
-bool sameFile(const fs::path& a, const fs::path& b) {
-    std::error_code failure;
-    if (fs::equivalent(a, b, failure)) return true;
-    return a.lexically_normal() == b.lexically_normal();
-}
-
 float parseExposure(const std::string& text) {
     const double stops = parseNumber(text);
     if (std::abs(stops) > 100) throw Error(ErrorKind::kUsage, "expected stops from -100 to 100");
@@ -54,11 +44,6 @@ constexpr Choice<DeepMerge> kDeepMerges[] = {
     {"by-id", DeepMerge::kById, "those of one object and material within the tolerances"},
     {"by-z", DeepMerge::kByZ, "those within --deep-z-tolerance"},
 };
-
-/// Whether the layers are files of their own.
-bool hasFilePerLayer(const OutputRequest& output) {
-    return findExrLayout(output.options.layout).one_file_a_layer;
-}
 
 /// As addValue(), for an option that only some formats have a use for: notes that it is given.
 template <class T, class Parse>
@@ -161,30 +146,6 @@ void checkLayerFileOptions(const OutputRequest& output, const OutputFormat& form
     checkDeepMerge(output);
 }
 
-/// Throws Error (kUsage) if a file of a set would replace an input; (kOutput) under --no-clobber if
-/// a file of a set is there already.
-void checkLayerFiles(const OutputRequest& output, const std::vector<fs::path>& inputs) {
-    if (!hasFilePerLayer(output)) return;
-    if (isStandardOutput(output.path.string()))
-        refuse("standard output takes one file", "--layout per-file", "name a file");
-    for (const fs::path& input : inputs) {
-        for (const std::string& file : exrFilesOf(input.string())) {
-            if (isExrLayerFile(file, output.path.string())) {
-                refuse("a layer's file could replace the input " + file, "--layout per-file",
-                       "choose another name for the output");
-            }
-        }
-    }
-    if (!output.no_clobber) return;
-    std::error_code failure;
-    const fs::path folder =
-        output.path.has_parent_path() ? output.path.parent_path() : fs::path(".");
-    for (const auto& entry : fs::directory_iterator(folder, failure)) {
-        if (isExrLayerFile(entry.path().string(), output.path.string()))
-            checkNotThere(entry.path());
-    }
-}
-
 }  // namespace
 
 void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only) {
@@ -260,20 +221,8 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
     addLayerFileOptions(verb, output);
 }
 
-void checkFolder(const fs::path& file) {
-    std::error_code failure;
-    fs::path folder = fs::absolute(file, failure).parent_path();
-    if (fs::exists(folder, failure) || isStandardOutput(file.string())) {
-        const AtomicFile probe(file.string());
-        return;
-    }
-    while (!fs::exists(folder, failure) && folder.has_relative_path())
-        folder = folder.parent_path();
-    if (access(folder.c_str(), W_OK | X_OK) == 0 && fs::is_directory(folder, failure)) return;
-    const int cause = fs::is_directory(folder, failure) ? errno : ENOTDIR;
-    throw Error(ErrorKind::kOutput,
-                "cannot make the folder: " + std::generic_category().message(cause), file.string(),
-                "choose another folder, or check the permissions of " + folder.string());
+bool OutputRequest::hasFilePerLayer() const {
+    return findExrLayout(options.layout).one_file_a_layer;
 }
 
 bool OutputRequest::asksForDisplay() const {
@@ -335,7 +284,7 @@ void checkFormat(const OutputRequest& output) {
             refuse("this output is nothing but the composite", "--no-composite", "leave it out");
         if (!format.hasComposite())
             refuse("this output has no composite", "--no-composite", "leave it out");
-        if (hasFilePerLayer(output))
+        if (output.hasFilePerLayer())
             refuse("the composite's file is the one that names the others", "--no-composite",
                    "leave it out, or choose another --layout");
     }
@@ -344,62 +293,6 @@ void checkFormat(const OutputRequest& output) {
     constexpr const char* kDisplayHint = "write a .png, .jpg or .tif";
     refuse_if_given(kLinear, "--exposure", kDisplayHint);
     refuse_if_given(kLinear, "--tone-map", kDisplayHint);
-}
-
-void checkNotThere(const fs::path& file) {
-    if (isStandardOutput(file.string())) return;
-    std::error_code failure;
-    if (!fs::exists(fs::symlink_status(file, failure))) return;
-    throw Error(ErrorKind::kOutput, "the file is there already", file.string(),
-                "remove it, choose another name, or leave --no-clobber out");
-}
-
-namespace {
-
-void checkFolderIsThere(const fs::path& file) {
-    std::error_code failure;
-    if (fs::exists(fs::absolute(file, failure).parent_path(), failure)) return;
-    throw Error(ErrorKind::kOutput, "cannot write: the folder does not exist", file.string(),
-                "make the folder first, or leave --no-mkdir out");
-}
-
-}  // namespace
-
-void checkTarget(const OutputRequest& output, const std::vector<fs::path>& inputs) {
-    for (const fs::path& input : inputs) {
-        for (const std::string& file : exrFilesOf(input.string())) {
-            if (!sameFile(output.path, file)) continue;
-            throw Error(ErrorKind::kUsage,
-                        file == input.string() ? "the output is the input"
-                                               : "the output is a file of the input",
-                        output.path.string(), "choose another name for the output");
-        }
-    }
-    if (output.no_clobber) checkNotThere(output.path);
-    if (output.no_mkdir) checkFolderIsThere(output.path);
-    checkLayerFiles(output, inputs);
-}
-
-std::vector<fs::path> checkSeries(const OutputRequest& output, std::span<const int> numbers,
-                                  const std::vector<fs::path>& inputs) {
-    if (!hasFrameToken(output.path.string())) {
-        checkTarget(output, inputs);
-        return {output.path};
-    }
-    std::vector<fs::path> files;
-    OutputRequest file = output;
-    for (const int number : numbers) {
-        file.path = framePath(output.path.string(), number);
-        checkTarget(file, inputs);
-        files.push_back(file.path);
-    }
-    return files;
-}
-
-void checkOutput(const OutputRequest& output, const std::vector<fs::path>& inputs) {
-    checkFormat(output);
-    checkTarget(output, inputs);
-    checkFolder(output.path);
 }
 
 bool keepsCryptomatte(const ExrInfo& input, const OutputRequest& output) {
@@ -411,7 +304,7 @@ bool keepsCryptomatte(const ExrInfo& input, const OutputRequest& output) {
 void describeFiles(const OutputRequest& output, PictureResult& result, Console& console) {
     const std::string file = output.path.string();
     result.bytes = fileBytes(file);
-    if (hasFilePerLayer(output)) {
+    if (output.hasFilePerLayer()) {
         for (std::size_t layer = 0; layer < result.layers; ++layer)
             result.bytes += fileBytes(exrLayerFile(file, layer));
         std::error_code failure;
@@ -426,34 +319,6 @@ void describeFiles(const OutputRequest& output, PictureResult& result, Console& 
     const Plan plan = openLayered(file)->info().plan;
     result.layers = plan.layers.size();
     result.fragments_stored = plan.fragments_stored;
-}
-
-void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,
-                    const std::string& what, const std::string& option) {
-    for (const fs::path& other : others) {
-        if (!sameFile(file, other) && !isExrLayerFile(file.string(), other.string())) continue;
-        throw Error(ErrorKind::kUsage, what + " would replace the input or the output",
-                    option + " " + file.string(), "choose another name for it");
-    }
-    checkFolder(file);
-}
-
-void checkReport(const ReportOptions& options, const std::vector<fs::path>& others) {
-    const auto on_stdout = [](const fs::path& file) { return isStandardOutput(file.string()); };
-    if (options.json && std::ranges::any_of(others, on_stdout))
-        refuse("standard output cannot take the picture and the result", "--json",
-               "write the result to a file: --report FILE");
-    if (options.file) checkExtraFile(*options.file, others, "the report", "--report");
-}
-
-void checkSceneFiles(const Scene& scene, const std::vector<fs::path>& outputs) {
-    const std::set<fs::path> files(scene.files.begin(), scene.files.end());
-    for (const fs::path& output : outputs) {
-        std::error_code failure;
-        if (!files.contains(fs::weakly_canonical(fs::absolute(output, failure), failure))) continue;
-        throw Error(ErrorKind::kUsage, "this would replace a file that the scene is made of",
-                    output.string(), "choose another name");
-    }
 }
 
 void addThreadsOption(VerbOptions& verb, int& threads) {

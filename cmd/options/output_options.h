@@ -30,6 +30,8 @@ struct OutputRequest {
     std::set<std::string_view> given;
 
     bool isGiven(std::string_view option) const { return given.contains(option); }
+    /// Whether the layers are files of their own (--layout).
+    bool hasFilePerLayer() const;
     /// Whether one of the options is given (--background, --exposure, --tone-map) that do not go
     /// with layers, which stay as they were rendered.
     bool asksForDisplay() const;
