@@ -144,7 +144,7 @@ TEST_F(Objects, ExtractAndViewTakeThemToo) {
     }
     EXPECT_TRUE(bytesOf(at("chosen.ply")) == bytesOf(at("alone.ply")));
     EXPECT_TRUE(bytesOf(at("chosen.npz")) == bytesOf(at("alone.npz")));
-    expectEqual(at("chosen.counts.exr"), at("alone.counts.exr"));
+    EXPECT_TRUE(bytesOf(at("chosen.counts.exr")) == bytesOf(at("alone.counts.exr")));
     expectEqual(at("chosen.layer.00.exr"), at("alone.layer.00.exr"));
     EXPECT_EQ(fs::exists(at("chosen.layer.09.exr")), fs::exists(at("alone.layer.09.exr")));
     expectEqual(at("chosen.view.exr"), at("alone.view.exr"));

@@ -111,7 +111,7 @@ TEST(MergeByDepth, ElementsOfAPictureAreThePicture) {
     for (std::size_t p = 0; p < whole.window.pixels(); ++p) {
         for (std::size_t f = whole.offsets[p]; f < whole.offsets[p + 1]; ++f) {
             const bool coincident = f > whole.offsets[p] && whole.z[f] == whole.z[f - 1];
-            owners[f] = coincident ? owners[f - 1] : static_cast<int>(f * 2654435761U >> 7U) % 3;
+            owners[f] = coincident ? owners[f - 1] : static_cast<int>((f * 2654435761U >> 7U) % 3);
         }
     }
     std::vector<LayeredImage> elements;

@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
+#include "formats/cut_window.h"
 #include "formats/deep_file.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/exr_readers.h"
@@ -177,8 +178,8 @@ TEST_F(ExrDeep, ChannelsInThePartOfTheColourAreReadToo) {
     test::writeDeepFile(scratch / "before.exr", {color, ids}, {.display = {{0, 0}, {23, 17}}});
     const LayeredImage before = readAll(scratch / "before.exr");
     const LayeredImage now = readAll(scratch / "now.exr");
-    ASSERT_EQ(before.window, now.window);
-    expectSame(before, now);
+    // Another program's file does not say that there are empty columns beside its data window.
+    expectSame(before, test::cutWindow(now, before.window));
 }
 
 TEST_F(ExrDeep, OurReaderReturnsTheSameImage) {
