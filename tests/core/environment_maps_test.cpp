@@ -305,49 +305,6 @@ TEST(Studio, IsTheSameOnOneThread) {
     setThreadCount(0);
 }
 
-/// What a white diffuse surface reflects that faces this way, of an environment's green light.
-double whiteFacing(const EnvironmentMaps& maps, const glm::vec3& normal) {
-    double nearest = -1, found = 0;
-    forEachTexel(maps.irradiance, [&](glm::vec3 direction, glm::vec3 value) {
-        const auto cosine = static_cast<double>(glm::dot(direction, normal));
-        if (cosine > nearest) nearest = cosine, found = static_cast<double>(value.g);
-    });
-    return found;
-}
-
-TEST(Studio, BringsWhiteCloseToWhite) {
-    const EnvironmentMaps maps = prefilter(studioEnvironment());
-    EXPECT_NEAR(whiteFacing(maps, {0, 1, 0}), 1.12, 0.05);
-    EXPECT_NEAR(whiteFacing(maps, {0, 0, 1}), 0.77, 0.06);
-    EXPECT_NEAR(whiteFacing(maps, glm::normalize(glm::vec3(-0.67F, 1, 0.74F))), 1.2, 0.05);  // key
-    // The side that is turned away, and the underside, keep their shape.
-    EXPECT_NEAR(whiteFacing(maps, {1, 0, 0}), 0.44, 0.05);
-    EXPECT_NEAR(whiteFacing(maps, {0, -1, 0}), 0.22, 0.05);
-}
-
-TEST(Studio, HasContrastForWhatMirrorsIt) {
-    const Environment studio = studioEnvironment();
-    std::size_t bright = 0, dark = 0;
-    for (const glm::vec3& radiance : studio.radiance) {
-        bright += radiance.g > 2 ? 1 : 0;
-        dark += radiance.g < 0.2F ? 1 : 0;
-    }
-    const auto all = static_cast<double>(studio.radiance.size());
-    EXPECT_NEAR(static_cast<double>(bright) / all, 0.06, 0.02);
-    EXPECT_NEAR(static_cast<double>(dark) / all, 0.4, 0.15);
-    // The floor is nowhere brighter than the grey that it is.
-    for (std::size_t p = studio.radiance.size() * 3 / 4; p < studio.radiance.size(); ++p)
-        EXPECT_LT(studio.radiance[p].g, 0.41F);
-}
-
-TEST(Studio, IsTheSameOnOneThread) {
-    setThreadCount(1);
-    const Environment alone = studioEnvironment();
-    setThreadCount(3);
-    EXPECT_EQ(alone.radiance, studioEnvironment().radiance);
-    setThreadCount(0);
-}
-
 TEST(EnvironmentMaps, LargePicturesKeepTheirMean) {
     // Wider than the cube can hold, and of a size that is not a power of 2.
     const auto maps = prefilter(environmentOf(
