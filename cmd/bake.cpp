@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
+#include <system_error>
 #include <vector>
 
 #include "cmd/bake/bake_options.h"
@@ -13,12 +14,14 @@
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/capture_job.h"
+#include "cmd/options/forecast.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/bake/receivers.h"
 #include "core/base/error.h"
 #include "formats/file/file_name.h"
 #include "formats/gltf/gltf_package.h"
+#include "formats/image/image_writer.h"
 
 namespace peeler::cmd {
 
@@ -44,6 +47,9 @@ class Bake {
         open();
         placeReceivers();
         nameOutputs();
+        forecast();
+        if (options_.bake.dry_run) return describe();
+        tellForecast(forecast_, console_);
         gather();
         write();
         report();
@@ -57,6 +63,9 @@ class Bake {
     void placeReceivers();
     void warnOfTexels() const;
     void nameOutputs();
+    void forecast();
+    SizeForecast sceneForecast() const;
+    void describe();
     void gather();
     void write();
     void showWhatWasBaked(GltfPackage& package) const;
@@ -80,12 +89,13 @@ class Bake {
     std::optional<VertexReceivers> vertices_;
     std::optional<TexelReceivers> texels_;  ///< if texels are the target
     std::vector<fs::path> outputs_;         ///< one file, or a .png for each texture
+    Forecast forecast_;
     std::vector<float> values_;
 };
 
 std::vector<fs::path> Bake::inputs() const {
     std::vector<fs::path> files{options_.scene.file};
-    if (options_.appearance.environment) files.push_back(*options_.appearance.environment);
+    if (const auto file = environmentFile(options_.appearance)) files.push_back(*file);
     return files;
 }
 
@@ -96,6 +106,7 @@ std::vector<fs::path> Bake::checkFiles(std::span<const int> materials) const {
     OutputRequest output;
     output.path = options_.bake.output;
     output.no_clobber = options_.bake.no_clobber;
+    output.no_mkdir = options_.bake.no_mkdir;
     std::vector<fs::path> outputs = checkSeries(output, materials, read);
     checkFolder(output.path);
     std::vector<fs::path> others = read;
@@ -169,6 +180,61 @@ void Bake::nameOutputs() {
                     "write an .exr");
     outputs_ = checkFiles(materials);
     job_.checkOutputs(outputs_);
+}
+
+/// The sizes of the outputs. Values do not matter for them, so nothing need have been baked.
+void Bake::forecast() {
+    const std::string contents = countText(receivers().size(), "receiver");
+    if (options_.bake.file() == BakeFile::kGltf) {
+        forecast_.files = {{outputs_.front(), sceneForecast(), contents}};
+        return;
+    }
+    const auto size = static_cast<std::uint64_t>(texels_->settings().size);
+    const std::size_t components = componentsOf(options_.bake.settings.quantity);
+    if (options_.bake.file() == BakeFile::kPng) {
+        for (const fs::path& output : outputs_)
+            forecast_.files.push_back({output, imageForecast(output.string(), 2 * size * size)});
+        return;
+    }
+    const std::uint64_t part =
+        exrHeaderBytes({}) + sizeof(float) * components * size * size + kExrChunkBytes * size;
+    forecast_.files = {
+        {outputs_.front(), {part * texels_->atlases().size(), Certainty::kAtMost}, contents}};
+}
+
+/// The scene again, and what is added to it. Its JSON is written anew, and what lay in text or in
+/// files of its own moves into the buffer, so that this is about it.
+SizeForecast Bake::sceneForecast() const {
+    std::vector<fs::path> files = scene().files;  // that the scene names
+    files.push_back(options_.scene.file);
+    std::uint64_t bytes = 0;
+    for (const fs::path& file : files) {
+        std::error_code failure;
+        const std::uint64_t of_file = fs::file_size(file, failure);
+        if (!failure) bytes += of_file;
+    }
+    if (texels_) {
+        const auto size = static_cast<std::uint64_t>(texels_->settings().size);
+        bytes += texels_->atlases().size() * size * size * kTextureBits / 8;
+    } else {
+        constexpr std::uint64_t kColorBytes = 4 * sizeof(std::uint16_t);
+        bytes += receivers().size() *
+                 (kColorBytes + sizeof(float) * componentsOf(options_.bake.settings.quantity));
+    }
+    return {bytes, Certainty::kAbout};
+}
+
+/// What would be done, for --dry-run.
+void Bake::describe() {
+    Json json;
+    json["scene"] = options_.scene.file.string();
+    json["quantity"] = nameOf<BakeQuantity>(kBakeQuantities, options_.bake.settings.quantity);
+    json["target"] = targetName(options_.bake.chosenTarget());
+    json["receivers"] = receivers().size();
+    json["settingsHash"] = job_.settingsHash(capture_, bakeSettings(options_.bake));
+    json["outputs"] = forecastJson(forecast_);
+    console_.result(jsonText(json));
+    tellForecast(forecast_, console_, true);
 }
 
 void Bake::gather() {
@@ -262,6 +328,7 @@ void Bake::report() {
     // The hash stands in the result alone: baked files have never had it, and keep their bytes.
     result.settings_hash = job_.settingsHash(capture_, bakeSettings(options_.bake));
     result.setFiles(options_.bake.output, outputs_);
+    result.forecast_bytes = forecast_.size().bytes;
     const ValueRange range = rangeOf(values_);
     const BakeSettings& settings = options_.bake.settings;
     const std::string quantity(nameOf<BakeQuantity>(kBakeQuantities, settings.quantity));
@@ -309,6 +376,7 @@ VerbAction declareBake(VerbOptions& verb) {
     addShownOptions(verb, *options);
     addBakedAppearanceOptions(verb, options->appearance);
     addRunOptions(verb, *options, "rays are traced in bands that fit; receivers come on top");
+    addDryRunOption(verb, options->bake.dry_run);
     verb.footer(kBakeFooter);
     return [options](Console& console) {
         Bake(*options, console).run();

@@ -14,6 +14,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
 #include "cmd/batch/batch_jobs.h"
 #include "cmd/cli/arguments.h"
@@ -127,8 +128,14 @@ void Batch::readFile() {
         std::ifstream file(options_.file, std::ios::binary);
         std::error_code failure;
         if (!file || fs::is_directory(options_.file, failure))
-            throw Error(ErrorKind::kInput, "cannot read the jobs", options_.file.string());
+            throw Error(ErrorKind::kInput, "cannot read the jobs", options_.file.string(),
+                        "name a file with a job a line, as peeler batch --help shows one");
         text.assign(std::istreambuf_iterator<char>(file), {});
+        const FileKind kind = fileKind(options_.file.string());
+        if (kind != FileKind::kUnknown && !text.starts_with('{'))
+            throw Error(ErrorKind::kInput, "this is a scene or a picture, not a list of jobs",
+                        options_.file.string(),
+                        "peeler info tells what it is, peeler batch --help shows a job");
     }
     jobs_ = readJobs(options_.file == "-" ? "standard input" : options_.file.string(), text);
     results_.resize(jobs_.size());
@@ -148,12 +155,28 @@ void Batch::openReport() {
 /// what they have written has to be there still.
 void Batch::takeEarlierResults(const std::vector<Json>& lines) {
     std::map<std::string, const Json*> last;
-    for (const Json& line : lines)
+    std::set<std::string> ids;
+    for (const Json& line : lines) {
         last[line["hash"]] = &line;
+        if (const auto id = line.find("id"); id != line.end() && id->is_string())
+            ids.insert(id->get<std::string>());
+    }
     for (std::size_t i = 0; i < jobs_.size(); ++i) {
+        const auto again = [&](const char* why) {
+            console_.note("job " + std::to_string(i + 1) +
+                          (jobs_[i].id.empty() ? "" : " (" + jobs_[i].id + ")") +
+                          " is done again: " + why);
+        };
         const auto earlier = last.find(jobs_[i].hash);
-        if (earlier == last.end() || (*earlier->second)["exitCode"] != 0 || !outputsExist(jobs_[i]))
+        if (earlier == last.end()) {
+            if (ids.contains(jobs_[i].id)) again("its line has changed since");
             continue;
+        }
+        if ((*earlier->second)["exitCode"] != 0) continue;
+        if (!outputsExist(jobs_[i])) {
+            again("its output is gone");
+            continue;
+        }
         results_[i] = *earlier->second;
         (*results_[i])["job"] = i + 1;
         ++done_;

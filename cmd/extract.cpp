@@ -2,6 +2,7 @@
 // peeler extract: layers as files of their own, a point cloud, arrays, a map of fragment counts.
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -9,13 +10,12 @@
 #include <span>
 #include <vector>
 
-#include "cmd/cli/arguments.h"
-#include "cmd/cli/parse.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
+#include "cmd/extract/extract_options.h"
 #include "cmd/extract/layer_files.h"
 #include "cmd/machine/resources.h"
-#include "cmd/options/frames.h"
+#include "cmd/options/forecast.h"
 #include "cmd/options/layered_bands.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
@@ -36,22 +36,13 @@ namespace fs = std::filesystem;
 /// Bytes of a band, fewer than kBandBytes: the writer of each layer keeps a band of it, too.
 constexpr std::uint64_t kExtractBandBytes = std::uint64_t{64} << 20;
 
-struct ExtractOptions {
-    fs::path input;
-    OutputRequest output;  ///< of layers; an empty path = none
-    std::optional<fs::path> counts, points, arrays;
-    std::vector<int> layers;       ///< empty = all
-    std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
-    bool double_points = false;
-    int threads = 0;
-    ReportOptions report;
-};
-
 /// An output besides the layers: how the result calls it, its file, and what writes it.
 struct Product {
     std::string kind;
     fs::path path;
     std::unique_ptr<Sink> sink;
+    /// How large it will be, of a plan and of bands like this one.
+    std::function<SizeForecast(const Plan&, const LayeredImage&)> forecast;
 };
 
 /// One run. run() lists its stages.
@@ -67,6 +58,11 @@ class Extract {
             open();
             selectLayers();
             count();
+            addProducts();
+            forecast();
+            if (options_.dry_run) return describe();
+            tellForecast(forecast_, console_);
+            result_.forecast_bytes = forecast_.size().bytes;
             extract();
         }
         report();
@@ -78,8 +74,12 @@ class Extract {
     void open();
     void selectLayers();
     void count();
-    void extract();
+    void countAll();
     void addProducts();
+    void forecast();
+    Forecast forecastOf(const LayeredImage& sample) const;
+    void describe();
+    void extract();
     void report();
 
     bool writesLayers() const { return !options_.output.path.empty(); }
@@ -100,6 +100,8 @@ class Extract {
     std::optional<LayerFiles> layers_;
     std::vector<Product> products_;
     CountMap* counts_ = nullptr;  ///< the sink of one of products_; null = no counts
+    bool counted_ = false;        ///< the plans are true of every pixel
+    Forecast forecast_;
     std::uint64_t fragments_ = 0;
     RunResult result_;
 };
@@ -118,6 +120,7 @@ void Extract::checkFile(const fs::path& path, const char* extension) const {
     OutputRequest output;
     output.path = path;
     output.no_clobber = options_.output.no_clobber;
+    output.no_mkdir = options_.output.no_mkdir;
     checkTarget(output, {options_.input});
 }
 
@@ -136,6 +139,7 @@ void Extract::checkOptions() const {
         OutputRequest output;
         output.path = *options_.counts;
         output.no_clobber = options_.output.no_clobber;
+        output.no_mkdir = options_.output.no_mkdir;
         output.options.as = "composite";
         checkOutput(output, {options_.input});
         outputs.push_back(*options_.counts);
@@ -166,7 +170,7 @@ void Extract::checkOptions() const {
 
 void Extract::open() {
     const StageTimer timer(result_.milliseconds, "load");
-    reader_ = openLayered(options_.input.string());
+    reader_ = openChosen(options_.input.string(), options_.objects);
     whole_ = reader_->info().plan;
     provenance_ = reader_->info().provenance;
     provenance_.version = PEELER_VERSION;
@@ -217,7 +221,11 @@ void Extract::selectLayers() {
 /// them.
 void Extract::count() {
     const bool partial_counts = options_.counts && !selection_.all();
-    if (!options_.arrays && !writesExrLayers() && !partial_counts) return;
+    if (options_.arrays || writesExrLayers() || partial_counts) countAll();
+}
+
+void Extract::countAll() {
+    counted_ = true;
     DepthComplexity complexity(whole_.view.crop);
     forEachBand({"count", kCountEnd}, [&](const LayeredImage& band) { complexity.addBand(band); });
     // In files of other programs a window may be larger than its layer.
@@ -231,27 +239,95 @@ void Extract::count() {
 }
 
 void Extract::addProducts() {
-    const auto add_product = [&](const char* kind, const std::optional<fs::path>& path, auto make) {
-        if (path) products_.push_back({kind, *path, make(path->string())});
-    };
-    add_product("depthComplexity", options_.counts, [&](const std::string& path) {
-        auto map = std::make_unique<CountMap>(path, OutputOptions{.provenance = provenance_});
-        counts_ = map.get();
-        return map;
-    });
     const std::string scene =
         provenance_.scene.empty() ? "the scene" : printable(provenance_.scene);
-    add_product("points", options_.points, [&](const std::string& path) {
-        return makeFragmentPoints(
-            path, {options_.double_points,
-                   "world space of " + scene + ", +Y up, by peeler " PEELER_VERSION});
-    });
-    add_product("arrays", options_.arrays,
-                [&](const std::string& path) { return makeFragmentArrays(path, camera_known_); });
+    // The last name of materials is that of glTF's default one, which hits do not count as any.
+    const auto default_material = static_cast<std::uint32_t>(provenance_.ids.materials.size());
+    if (options_.counts) {
+        auto map = std::make_unique<CountMap>(options_.counts->string(),
+                                              OutputOptions{.provenance = provenance_});
+        counts_ = map.get();
+        products_.push_back(
+            {"depthComplexity", *options_.counts, std::move(map),
+             [this](const Plan& plan, const LayeredImage&) { return counts_->forecast(plan); }});
+    }
+    if (options_.points) {
+        const FragmentPointOptions points{
+            options_.double_points,
+            "world space of " + scene + ", +Y up, by peeler " PEELER_VERSION, default_material};
+        products_.push_back({"points", *options_.points,
+                             makeFragmentPoints(options_.points->string(), points),
+                             [points](const Plan& plan, const LayeredImage& band) {
+                                 return forecastFragmentPoints(plan, band, points);
+                             }});
+    }
+    if (options_.arrays) {
+        products_.push_back(
+            {"arrays", *options_.arrays,
+             makeFragmentArrays(options_.arrays->string(), {camera_known_, default_material}),
+             forecastFragmentArrays});
+    }
+}
+
+/// The sizes of all files by the headers alone, or, if what is written may not find room then, by
+/// counting.
+void Extract::forecast() {
+    const Window& crop = whole_.view.crop;
+    LayeredImage sample;  // says which channels there are
+    reader_->read({crop.x0, crop.y0, crop.x1, crop.y0 + 1}, sample);
+    forecast_ = forecastOf(sample);
+    if (counted_ || !mayExceedDisk(forecast_)) return;
+    countAll();
+    forecast_ = forecastOf(sample);
+}
+
+Forecast Extract::forecastOf(const LayeredImage& sample) const {
+    Forecast forecast;
+    Plan whole = whole_;  // headers do not tell what a fragment takes
+    whole.color_type = sample.color.type;
+    whole.tinted = sample.tinted();
+    for (const FragmentArray& array : sample.extra)
+        whole.channel_bytes += array.stride();
+    if (layers_) {
+        for (const std::size_t layer : layers_->layers())
+            forecast.files.push_back({.path = layers_->path(layer),
+                                      .size = layers_->forecast(whole, layer),
+                                      .kind = "layer"});
+    }
+    LayeredImage band = sample;
+    if (!findChannel(band, "layer")) addLayerIndices(band);
+    Plan plan = chosen_;
+    if (!counted_) {
+        // The header's number is of all layers, and other programs may have changed the picture.
+        std::uint64_t most = 0;
+        for (const LayerPlan& layer : chosen_.layers)
+            most += layer.data_window.pixels();
+        const bool told = selection_.all() && chosen_.fragments_stored != 0;
+        plan.fragments_stored = told ? std::min(most, chosen_.fragments_stored) : most;
+    }
+    for (const Product& product : products_) {
+        SizeForecast size = product.forecast(plan, band);
+        if (!counted_) size.certainty = Certainty::kAtMost;
+        const bool is_map = product.sink.get() == counts_;
+        forecast.files.push_back({product.path, size,
+                                  is_map ? "" : countText(plan.fragments_stored, "fragment"),
+                                  product.kind});
+    }
+    return forecast;
+}
+
+/// What would be done, for --dry-run.
+void Extract::describe() {
+    Json json;
+    json["input"] = options_.input.string();
+    json["layers"] = chosen_.layers.size();
+    json["fragments"] = counted_ ? Json(chosen_.fragments_stored) : Json();
+    json["outputs"] = forecastJson(forecast_);
+    console_.result(jsonText(json));
+    tellForecast(forecast_, console_, true);
 }
 
 void Extract::extract() {
-    addProducts();
     for (Product& product : products_)
         product.sink->begin(chosen_);
     LayeredImage copy;
@@ -314,71 +390,11 @@ void Extract::report() {
     reportResult(options_.report, toJson(result_, found), lines, console_);
 }
 
-/// Adds layers to a list that is written like one of frames, but without negative numbers. Throws
-/// Error (kUsage).
-void takeLayers(const std::string& text, std::vector<int>& layers) {
-    std::vector<int> more;
-    try {
-        more = parseFrames(text);
-    } catch (const Error&) {
-        more = {-1};
-    }
-    if (std::ranges::any_of(more, [](int layer) { return layer < 0; })) {
-        throw Error(ErrorKind::kUsage, "expected layers, counted from 0", "",
-                    "e.g. 2, 0-3 or 0,2,5-8");
-    }
-    layers.insert(layers.end(), more.begin(), more.end());
-}
-
-constexpr const char* kExtractFooter =
-    "Arrays of the .npz, for n fragments of w x h pixels: ray_splits (w*h + 1, int64; pixel p,\n"
-    "row by row, has the fragments ray_splits[p] to ray_splits[p + 1], front to back), z (n),\n"
-    "rgba (n, 4; linear, premultiplied), opacity (n, 3; of R, G and B, where the file has AR, AG\n"
-    "and AB), layer (n, uint32), one array (n) for every other\n"
-    "channel, by its name in the file; window (x, y, w, h of these pixels) and size (of the\n"
-    "picture), int64; camera_to_world (4, 4; column vectors, looks along -Z), half_width,\n"
-    "half_height, near, far, float64; perspective, 1 or 0. What lies behind pixel (i, j) at z:\n"
-    "camera_to_world @ (half_width * (2 * (i + 0.5) / size[0] - 1) * z,\n"
-    "                   half_height * (1 - 2 * (j + 0.5) / size[1]) * z, -z, 1),\n"
-    "without the factors z unless it is perspective. examples/readers does it. The camera is NaN\n"
-    "where the file does not tell it.";
-
 }  // namespace
 
 VerbAction declareExtract(VerbOptions& verb) {
     const auto options = std::make_shared<ExtractOptions>();
-    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)").required();
-    addOutputOptions(verb, options->output);
-    verb.option("--output")
-        .required(false)
-        .description(
-            "every layer as a file of its own, #### or %04d being its number: .exr (all channels, "
-            "cropped to the layer), .png, .jpg, .tif");
-    const auto add = [&](const char* name, auto& target, const char* help) {
-        addFile(verb, name, "FILE", target, help).group("Output");
-    };
-    add("--depth-complexity", options->counts,
-        "how many fragments every pixel has: .exr (a channel count), or a picture, black to "
-        "yellow");
-    add("--points", options->points,
-        "every fragment as a point in world space (.ply, binary) with colour, layer, and normal "
-        "and ids if the file has them");
-    verb.addFlag("--double", options->double_points, "x, y, z of --points in 64 bits, not 32")
-        .group("Output");
-    add("--npz", options->arrays, "every fragment in arrays for numpy (.npz, see below)");
-    verb.addRepeated(
-            "--layer", "K",
-            [options](const std::string& text) { takeLayers(text, options->layers); },
-            "only these layers, 0 being the nearest: 2, 0-3 or 0,2,5-8; may be repeated")
-        .group("Layers");
-    addValue(
-        verb, "--layers", "N|all", options->max_layers,
-        [](const std::string& text) { return parseLayers(text); },
-        "only the N nearest layers (default: all)")
-        .group("Layers");
-    addThreadsOption(verb, options->threads);
-    addReportOptions(verb, options->report);
-    verb.footer(kExtractFooter);
+    addExtractOptions(verb, *options);
     return [options](Console& console) {
         Extract(*options, console).run();
         return 0;

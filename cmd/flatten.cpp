@@ -11,6 +11,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/layered_bands.h"
+#include "cmd/options/object_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/image/filters.h"
@@ -26,6 +27,7 @@ namespace fs = std::filesystem;
 
 struct FlattenOptions {
     fs::path input;
+    ObjectOptions objects;
     std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
     int threads = 0;
     bool fxaa = false;
@@ -66,6 +68,7 @@ class Flatten {
     Console& console_;
     std::unique_ptr<LayeredInput> reader_;
     Plan plan_;
+    OutputOptions written_;
     PictureResult result_;
 };
 
@@ -78,7 +81,7 @@ void Flatten::checkOptions() {
 
 void Flatten::open() {
     const StageTimer timer(result_.milliseconds, "load");
-    reader_ = openLayered(options_.input.string());
+    reader_ = openChosen(options_.input.string(), options_.objects);
     plan_ = reader_->info().plan;
 }
 
@@ -104,6 +107,7 @@ void Flatten::composite() {
     Provenance provenance = reader_->info().provenance;
     provenance.version = PEELER_VERSION;
     OutputOptions output = options_.output.from(provenance);
+    output.automatic_exposure = options_.output.leavesExposureOpen();
     // A hash made of the input's would not know of --layers and --fxaa.
     if (options_.max_layers == 0 && !options_.fxaa) {
         output.provenance.output_hash =
@@ -115,11 +119,14 @@ void Flatten::composite() {
     forEachBand("flatten", [&](LayeredImage& band) { writer->write(std::move(band)); });
     writer->finish();
     add(result_.milliseconds, writer->times());
+    written_ = output;
 }
 
 void Flatten::report() {
     result_.inputs = {options_.input};
     result_.setFile(options_.output.path);
+    describeDisplay(written_, written_.automatic_exposure, result_);
+    noteDisplay(result_, console_);
     describePicture(plan_, reader_->info().provenance, result_);
     reportResult(options_.report, result_, console_);
 }
@@ -131,6 +138,7 @@ VerbAction declareFlatten(VerbOptions& verb) {
     options->output.options.as = "composite";
     addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)").required();
     addOutputOptions(verb, options->output);
+    addObjectOptions(verb, options->objects);
     addFxaaOption(verb, options->fxaa, "quick, but render --samples sees more");
     addValue(
         verb, "--layers", "N|all", options->max_layers,

@@ -4,8 +4,10 @@
 
 #include <clocale>
 #include <csignal>
+#include <cstdlib>
 #include <iostream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cmd/cli/command_line.h"
@@ -40,13 +42,21 @@ void installSignalActions() {
         std::signal(number, SIG_IGN);
 }
 
+/// no-color.org, and terminals that say that they have none.
+bool wantsColors() {
+    const char* const refused = std::getenv("NO_COLOR");
+    const char* const kind = std::getenv("TERM");
+    return (!refused || *refused == '\0') && kind && std::string_view(kind) != "dumb";
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     // Numbers are read and written the same everywhere, whatever a library asks of the locale.
     std::setlocale(LC_ALL, "C");
     installSignalActions();
-    peeler::cmd::Console console(std::cout, std::cerr, isatty(STDERR_FILENO) == 1);
+    const bool terminal = isatty(STDERR_FILENO) == 1;
+    peeler::cmd::Console console(std::cout, std::cerr, terminal, terminal && wantsColors());
     const std::vector<std::string> arguments(argv + (argc > 0 ? 1 : 0), argv + argc);
     return peeler::cmd::runCommandLine(arguments, console);
 }

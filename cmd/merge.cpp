@@ -28,6 +28,7 @@ namespace fs = std::filesystem;
 
 struct MergeOptions {
     std::vector<fs::path> inputs;
+    bool elements = false;
     bool allow_gaps = false;
     int threads = 0;
     OutputRequest output;
@@ -73,6 +74,7 @@ class Merge {
     OutputRequest output_;
     std::optional<PictureTiles> tiles_;
     Plan plan_;
+    OutputOptions written_;
     PictureResult result_;
 };
 
@@ -95,7 +97,9 @@ void Merge::open() {
     const bool composites_wanted =
         !output_.options.as.empty() && findOutputFormat(output_.path.string(), output_.options.as)
                                            .holds(OutputContent::kComposite);
-    tiles_.emplace(options_.inputs, composites_wanted, console_);
+    tiles_.emplace(options_.inputs,
+                   options_.elements ? PictureTiles::Parts::kElements : PictureTiles::Parts::kTiles,
+                   composites_wanted, console_);
 }
 
 /// Chooses the kind of the output: that of the tiles, unless another is asked for. Composites are
@@ -119,7 +123,7 @@ void Merge::chooseKind() {
 }
 
 void Merge::checkCover() const {
-    if (options_.allow_gaps) return;
+    if (options_.allow_gaps || options_.elements) return;
     const auto refuse = [&](const std::string& what) {
         throw Error(ErrorKind::kInput, what, output_.path.string(),
                     "add the tile, or --allow-gaps to do without");
@@ -137,12 +141,14 @@ void Merge::plan() {
     plan_ = tiles_->info().plan;
     plan_.layers.clear();
     plan_.view.crop = tiles_->window();
+    plan_.tinted = tiles_->tinted();
     plan_.fragments_counted = plan_.fragments_stored = plan_.fragments_blended = 0;
     bool complete = true;
     for (const PictureTile& tile : tiles_->all()) {
         const Plan& part = tile.info().plan;
         complete = complete && part.complete();
-        plan_.fragments_counted += part.fragments_counted;
+        // Files of other programs do not say how many there were.
+        plan_.fragments_counted += std::max(part.fragments_counted, part.fragments_stored);
         plan_.fragments_stored += part.fragments_stored;
         plan_.fragments_blended += part.fragments_blended;
         if (plan_.layers.size() < part.layers.size()) plan_.layers.resize(part.layers.size());
@@ -150,6 +156,10 @@ void Merge::plan() {
             Window& window = plan_.layers[k].data_window;
             window = unite(window, part.layers[k].data_window);
         }
+    }
+    if (options_.elements) {
+        countLayers();
+        return;
     }
     if (composites()) {
         if (!tiles_->overlap()) return;
@@ -204,14 +214,15 @@ void Merge::forEachBand(const Stage& stage, Take&& take) {
 }
 
 void Merge::write() {
-    Provenance provenance = tiles_->info().provenance;
+    Provenance provenance = tiles_->provenance();
     provenance.tile.clear();
     provenance.version = PEELER_VERSION;
     OutputOptions output = output_.from(provenance);
+    output.automatic_exposure = output_.leavesExposureOpen();
     const ExrInfo& first = tiles_->info();
     output.cryptomatte = keepsCryptomatte(first, output_);
     output.composited = composites();
-    if (!tiles_->gap()) {
+    if (!options_.elements && !tiles_->gap()) {
         output.provenance.output_hash =
             outputHashFrom(first, plan_.view, output_.path.string(), output);
     }
@@ -230,13 +241,16 @@ void Merge::write() {
     }
     writer->finish();
     add(result_.milliseconds, writer->times());
+    written_ = output;
 }
 
 void Merge::report() {
     result_.inputs = options_.inputs;
     result_.output = output_.path;
-    describePicture(plan_, tiles_->info().provenance, result_);
+    describePicture(plan_, tiles_->provenance(), result_);
     describeFiles(output_, result_, console_);
+    describeDisplay(written_, written_.automatic_exposure, result_);
+    noteDisplay(result_, console_);
     reportResult(options_.report, result_, console_);
 }
 
@@ -250,12 +264,18 @@ VerbAction declareMerge(VerbOptions& verb) {
         "--tile or --crop");
     addOutputOptions(verb, options->output);
     addLayerOutputOptions(verb, options->output);
+    verb.addFlag(
+        "--elements", options->elements,
+        "the files are not tiles but elements of one picture, such as its objects rendered "
+        "apart, and layered or deep: their fragments are merged by depth");
     verb.addFlag("--allow-gaps", options->allow_gaps, "pixels that no tile has stay empty");
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
     verb.footer(
         "The result is the file that a render of the whole would have written. Tiles may overlap\n"
-        "where they agree, bit for bit.");
+        "where they agree, bit for bit. Elements have camera, size, precision and channels in\n"
+        "common; fragments at the very same depth stay in the order of the files. Ids of elements\n"
+        "of different scenes are made different, and keep their names.");
     return [options](Console& console) {
         Merge(*options, console).run();
         return 0;

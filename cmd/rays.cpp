@@ -12,6 +12,7 @@
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/capture_job.h"
+#include "cmd/options/forecast.h"
 #include "cmd/options/output_options.h"
 #include "cmd/rays/ray_parity.h"
 #include "cmd/rays/ray_results.h"
@@ -63,6 +64,8 @@ class Rays {
         openOutputs();
         openRenderer();
         count();
+        if (options_.dry_run) return describe();
+        tellForecast(forecast_, console_);
         trace();
         report();
         if (failed_) parity_->fail();
@@ -79,6 +82,7 @@ class Rays {
     std::unique_ptr<RayOutput> makeOutput();
     void openRenderer();
     void count();
+    void describe();
     void trace();
     void report();
 
@@ -101,6 +105,7 @@ class Rays {
     std::vector<fs::path> files_;        ///< the files that are written
     Renderer* renderer_ = nullptr;       ///< owned by job_
     std::vector<std::uint64_t> hits_;    ///< of each bundle; empty if no output needs them first
+    Forecast forecast_;
     std::uint64_t hits_found_ = 0;
     double largest_correction_ = 0;
     bool failed_ = false;  ///< --parity fail found an odd ray: no file is written
@@ -111,6 +116,7 @@ void Rays::checkOptions() {
     checkRaysOptions(options_);
     checkFiles();
     capture_ = options_.capture;
+    capture_.faces = options_.chosenFaces();
     // Outputs of --points find t from the triangle anyway.
     const bool refine = options_.refine && !options_.points;
     capture_.hit_mode = refine ? HitMode::kRefined : HitMode::kRaw;
@@ -230,7 +236,7 @@ void Rays::openRenderer() {
 }
 
 /// Counts first where an output needs it: its header or arrays say how many hits follow, and come
-/// before them.
+/// before them. Then the sizes of the files are known.
 void Rays::count() {
     if (std::ranges::any_of(outputs_, [](const auto& output) { return output->needsHits(); })) {
         ProgressReport progress(console_, options_.report.shownProgress(), {"count", kCountEnd});
@@ -240,11 +246,33 @@ void Rays::count() {
                             static_cast<double>(bundles_.size()));
         }
     }
-    for (const auto& output : outputs_)
-        output->begin(bundles_, hits_);
+    if (!options_.writesFile()) return;
+    const std::uint64_t hits = std::accumulate(hits_.begin(), hits_.end(), std::uint64_t{0});
+    std::string contents =
+        hits_.empty() ? countText(raysOf(bundles_), "ray") : countText(hits, "hit");
+    contents += " of " + countText(bundles_.size(), "bundle");
+    forecast_.files = {
+        {options_.output.path, outputs_.back()->forecast(bundles_, hits_), std::move(contents)}};
+}
+
+/// What would be done, for --dry-run.
+void Rays::describe() {
+    Json json;
+    json["scene"] = options_.scene.file.string();
+    json["bundles"] = bundles_.size();
+    json["rays"] = raysOf(bundles_);
+    json["hits"] = hits_.empty()
+                       ? Json()
+                       : Json(std::accumulate(hits_.begin(), hits_.end(), std::uint64_t{0}));
+    json["settingsHash"] = job_.settingsHash(capture_, raySettings(options_, bundles_));
+    json["outputs"] = forecastJson(forecast_);
+    console_.result(jsonText(json));
+    tellForecast(forecast_, console_, true);
 }
 
 void Rays::trace() {
+    for (const auto& output : outputs_)
+        output->begin(bundles_, hits_);
     ProgressReport progress(console_, options_.report.shownProgress(), "trace");
     const auto all = static_cast<double>(bundles_.size());
     for (std::size_t i = 0; i < bundles_.size(); ++i) {
@@ -269,9 +297,8 @@ void Rays::report() {
     job_.finish(result);
     // The hash stands in the result alone: files of rays have never had it, and keep their bytes.
     result.settings_hash = job_.settingsHash(capture_, raySettings(options_, bundles_));
-    const std::uint64_t rays = std::accumulate(
-        bundles_.begin(), bundles_.end(), std::uint64_t{0},
-        [](std::uint64_t sum, const Bundle& bundle) { return sum + bundle.rays(); });
+    const std::uint64_t rays = raysOf(bundles_);
+    if (options_.writesFile()) result.forecast_bytes = forecast_.size().bytes;
     std::string line = countText(bundles_.size(), "bundle") + ", " + countText(rays, "ray") + ", " +
                        countText(hits_found_, "hit");
     if (options_.writesFile() && !failed_) {

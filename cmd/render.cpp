@@ -6,12 +6,15 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "cmd/cli/arguments.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
+#include "cmd/options/forecast.h"
 #include "cmd/render/render_request.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
@@ -19,6 +22,7 @@
 #include "core/capture/bands.h"
 #include "core/image/background_sink.h"
 #include "core/image/filters.h"
+#include "formats/file/file_name.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -30,10 +34,9 @@ using Clock = std::chrono::steady_clock;
 /// What became of the pictures of a run: reported as each ends, and together at the end.
 class SequenceResults {
   public:
-    /// `sequence`: the pictures are frames; else there is one picture. Flags and console must
-    /// outlive this object.
-    SequenceResults(const ReportOptions& report, bool sequence, Console& console)
-        : report_(report), sequence_(sequence), console_(console) {}
+    /// `sequence`: the pictures are frames; else there is one picture. The console must outlive
+    /// this object.
+    SequenceResults(bool sequence, Console& console) : sequence_(sequence), console_(console) {}
 
     void add(const PictureResult& result);
     /// Reports the failure of a picture that the others go on without.
@@ -42,24 +45,22 @@ class SequenceResults {
 
     bool empty() const { return finished_.empty() && failed_.empty(); }
     int worst() const { return worst_; }  ///< the greatest exit code of a failure; 0 = none
-    /// The results of a sequence as asked for: {"frames": [one result a frame]} and, if there are
-    /// any, "failed". (A lone picture's are reported when it ends.)
-    void report() const;
+    /// A sequence as {"frames": [one result a frame]} and, if there are any, "failed"; else the
+    /// picture's result.
+    Json json() const;
+    /// Says how many frames have failed, if any.
+    void tellFailures() const;
 
   private:
-    const ReportOptions& report_;
     bool sequence_;
     Console& console_;
     std::vector<PictureResult> finished_;
-    std::vector<nlohmann::ordered_json> failed_;
+    std::vector<Json> failed_;
     int worst_ = 0;
 };
 
 void SequenceResults::add(const PictureResult& result) {
-    if (sequence_)
-        console_.note(summary(result));
-    else
-        reportResult(report_, result, console_);
+    console_.note(summary(result));
     finished_.push_back(result);
 }
 
@@ -69,7 +70,7 @@ void SequenceResults::addFailure(const std::filesystem::path& output, std::optio
     const int code =
         reportError(console_, Error(error.kind(), of + error.what(), error.where(), error.hint()));
     worst_ = std::max(worst_, code);
-    nlohmann::ordered_json json;
+    Json json;
     if (frame) json["frame"] = *frame;
     json["output"] = output.string();
     json["exitCode"] = code;
@@ -79,16 +80,18 @@ void SequenceResults::addFailure(const std::filesystem::path& output, std::optio
     failed_.push_back(std::move(json));
 }
 
-void SequenceResults::report() const {
-    if (!sequence_) return;
-    nlohmann::ordered_json json;
-    json["frames"] = nlohmann::ordered_json::array();
+Json SequenceResults::json() const {
+    if (!sequence_) return finished_.empty() ? Json() : toJson(finished_.front());
+    Json json;
+    json["frames"] = Json::array();
     for (const PictureResult& result : finished_)
         json["frames"].push_back(toJson(result));
     if (!failed_.empty()) json["failed"] = failed_;
-    if (report_.file) writeReport(*report_.file, json);
-    if (report_.json) console_.result(jsonText(json));
-    if (failed_.empty()) return;
+    return json;
+}
+
+void SequenceResults::tellFailures() const {
+    if (!sequence_ || failed_.empty()) return;
     console_.error(std::to_string(failed_.size()) + " of " +
                    countText(finished_.size() + failed_.size(), "frame") + " failed");
 }
@@ -100,6 +103,7 @@ struct Picture {
     Plan plan{};
     PictureResult result{};
     std::unique_ptr<Sink> writer{};
+    OutputOptions written{};               ///< what the writer was told
     BackgroundSink* background = nullptr;  ///< the writer, if it has a thread of its own; else null
 };
 
@@ -112,28 +116,31 @@ class Render {
           console_(console),
           job_(options, console),
           request_(options, job_),
-          results_(options.report, request_.isSequence(), console) {}
+          results_(request_.isSequence(), console) {}
 
-    int run() {
+    /// Returns the exit code. `result` is what becomes of it as JSON, or under --dry-run what
+    /// would; null if nothing does.
+    int run(Json& result) {
         if (options_.sequence.dry_run) {
-            console_.result(jsonText(request_.plan()));
+            result = request_.plan();
             return 0;
         }
+        int code = 0;
         try {
+            if (!request_.isSequence() && hasFrameToken(options_.output.path.string()))
+                console_.warning(
+                    "There are no --frames, so the name keeps its place for a number: " +
+                    options_.output.path.string());
             renderAll();
             if (options_.channels.manifest)
                 writeIdManifest(*options_.channels.manifest, idNames(request_.scene()));
         } catch (...) {
-            const Error error = currentError();
-            // The frames that are there should be known, whatever becomes of the report.
-            const int reported = runReported(console_, [&] {
-                if (!results_.empty()) results_.report();
-                return 0;
-            });
-            return std::max({reportError(console_, error), results_.worst(), reported});
+            code = reportError(console_, currentError());
         }
-        results_.report();
-        return results_.worst();
+        // The frames that are there should be known, whatever became of the others.
+        if (!results_.empty() || (code == 0 && request_.isSequence())) result = results_.json();
+        results_.tellFailures();
+        return std::max(code, results_.worst());
     }
 
   private:
@@ -142,8 +149,10 @@ class Render {
     bool make(Picture& picture, std::size_t index);
     void pose(Picture& picture, std::size_t index);
     void capture(Picture& picture);
+    void meterExposure(const PictureRequest& asked);
     void plan(Picture& picture);
     void makeWriter(Picture& picture);
+    void tellSize(Picture& picture, const OutputOptions& output);
     void endPending() { endPending(options_.sequence.keep_going); }
     void endPending(bool keep_going);
     void report(Picture& picture);
@@ -154,9 +163,12 @@ class Render {
     Console& console_;
     CaptureJob job_;
     RenderRequest request_;
+    std::optional<float> exposure_;   // that was metered, for all pictures
+    bool noted_ = false;              // how pictures are shown
     std::optional<Picture> pending_;  // captured, and perhaps still being written
     SequenceResults results_;
     std::optional<ProgressReport> progress_;
+    bool size_told_ = false;  ///< how large the pictures will be
 };
 
 void Render::renderAll() {
@@ -209,6 +221,11 @@ bool Render::make(Picture& picture, std::size_t index) {
         return false;
     }
     if (options_.output.no_clobber) checkTarget(picture.asked.output, {});
+    std::error_code failure;
+    const std::filesystem::path& path = picture.asked.output.path;
+    if (options_.sequence.skip_existing && std::filesystem::exists(path, failure)) {
+        console_.note(path.string() + " is made again: " + request_.differenceOf(picture.asked));
+    }
     try {
         capture(picture);
         return true;
@@ -240,14 +257,25 @@ void Render::capture(Picture& picture) {
     else
         job_.openRenderer(*asked.posed);
     Renderer& renderer = *job_.renderer();
+    meterExposure(asked);
     if (asked.next) renderer.setNextFrame(std::move(*asked.next));
     asked.provenance.renderer = job_.device().renderer;
     picture.result.backend = job_.device().backend;
     plan(picture);
     makeWriter(picture);
     picture.result.passes = renderer.capture(*picture.writer, progressOf(picture)).passes;
+    console_.detail("captured in " +
+                    countText(static_cast<std::uint64_t>(picture.result.passes), "geometry pass") +
+                    "; writes " + picture.asked.output.path.string());
     add(picture.result.milliseconds, job_.takeTimes());
     picture.writer->finish();
+}
+
+/// Finds the exposure of all pictures before the first one.
+void Render::meterExposure(const PictureRequest& asked) {
+    if (!request_.metersExposure() || exposure_) return;
+    exposure_ = job_.meterExposure(asked.capture, options_.camera);
+    job_.renderer()->setPose(*asked.posed);
 }
 
 void Render::plan(Picture& picture) {
@@ -256,6 +284,10 @@ void Render::plan(Picture& picture) {
     if (pending_ && capture.memory != 0 && residentBytes() > capture.memory / 4) endPending();
     picture.plan = job_.renderer()->plan(picture.asked.view, capture, progressOf(picture));
     const Plan& plan = picture.plan;
+    console_.detail("counted " + countText(plan.fragments_counted, "fragment") + " in " +
+                    countText(plan.layers.size(), "layer") + " of " +
+                    std::to_string(plan.view.width) + "x" + std::to_string(plan.view.height) +
+                    " pixels; captures them by " + picture.asked.capture.method);
     if (!options_.strict || plan.complete()) return;
     const bool blended = plan.fragments_blended != 0;
     throw Error(ErrorKind::kIncomplete,
@@ -268,7 +300,13 @@ void Render::plan(Picture& picture) {
 }
 
 void Render::makeWriter(Picture& picture) {
-    const OutputOptions output = request_.writerOptions(picture.asked);
+    OutputOptions output = request_.writerOptions(picture.asked);
+    if (exposure_) {
+        output.exposure = *exposure_;
+        output.automatic_exposure = false;  // it is found
+    }
+    picture.written = output;
+    tellSize(picture, output);
     picture.writer = makeSink(picture.asked.output.path.string(), output);
     if (options_.fxaa)
         picture.writer = std::make_unique<FxaaFilter>(std::move(picture.writer), output.background);
@@ -278,6 +316,18 @@ void Render::makeWriter(Picture& picture) {
         picture.writer = std::move(background);
     }
     picture.writer->begin(picture.plan);
+}
+
+/// Of a sequence once, for all that are left of it if they are like this one.
+void Render::tellSize(Picture& picture, const OutputOptions& output) {
+    const std::filesystem::path& path = picture.asked.output.path;
+    Forecast forecast;
+    forecast.files = {{path, forecastPicture(path.string(), picture.plan, output),
+                       countText(picture.plan.fragments_stored, "fragment")}};
+    picture.result.forecast_bytes = forecast.size().bytes;
+    if (std::exchange(size_told_, true)) return;
+    forecast.times = request_.pictures() - picture.asked.index;
+    tellForecast(forecast, console_);
 }
 
 /// The last hundredth is for what follows the capture.
@@ -312,6 +362,9 @@ void Render::report(Picture& picture) {
         std::chrono::duration<double, std::milli>(end - picture.start).count();
     describePicture(picture.plan, asked.provenance, result);
     describeFiles(asked.output, result, console_);
+    describeDisplay(picture.written, request_.metersExposure(), result);
+    if (!noted_) noteDisplay(result, console_);
+    noted_ = true;
     results_.add(result);
 }
 
@@ -323,12 +376,61 @@ void Render::reportSkipped(Picture& picture) {
 
 }  // namespace
 
+namespace {
+
+/// Prints and stores the result as it was asked for. Returns the exit code.
+int report(const RenderOptions& options, const Json& result, Console& console) {
+    return runReported(console, [&] {
+        if (options.sequence.dry_run)
+            console.result(jsonText(result));
+        else if (!result.is_null())
+            reportResult(options.report, result, "", console);
+        return 0;
+    });
+}
+
+int renderOne(const RenderOptions& options, Console& console) {
+    Json result;
+    const int code = Render(options, console).run(result);
+    return std::max(code, report(options, result, console));
+}
+
+/// One scene after the other; `scenes` has the options of each. {"scenes": [one result a scene]}
+/// and, if there are any, "failed".
+int renderEach(const RenderOptions& options, const std::vector<RenderOptions>& scenes,
+               Console& console) {
+    options.report.applyTo(console);
+    Json results;
+    results["scenes"] = Json::array();
+    int worst = 0;
+    for (const RenderOptions& one : scenes) {
+        Json result;
+        const int code = runReported(console, [&] { return Render(one, console).run(result); });
+        worst = std::max(worst, code);
+        if (!result.is_null()) results["scenes"].push_back(result);
+        if (code == 0) continue;
+        results["failed"].push_back({{"input", one.scene.file.string()}, {"exitCode", code}});
+        if (!options.sequence.keep_going) break;
+    }
+    worst = std::max(worst, report(options, results, console));
+    if (const std::size_t failed = results.value("failed", Json::array()).size(); failed > 0)
+        console.error(groupedText(failed) + " of " + countText(scenes.size(), "scene") + " failed");
+    return worst;
+}
+
+}  // namespace
+
 VerbAction declareRender(VerbOptions& verb) {
     const auto options = std::make_shared<RenderOptions>();
     addRenderOptions(verb, *options);
-    return [options](Console& console) {
+    return [options, verb](Console& console) {
         options->scene.gltf.strict = options->strict;
-        return Render(*options, console).run();
+        options->samples_given = verb.given("--samples");
+        if (findOutputFormat(options->output.path.string(), options->output.options.as).for_display)
+            chooseForEyes(verb, options->camera, *options);
+        const std::vector<RenderOptions> scenes = eachScene(*options);
+        return options->isOneScene() ? renderOne(scenes.front(), console)
+                                     : renderEach(*options, scenes, console);
     };
 }
 

@@ -76,7 +76,7 @@ class Sheet {
 void Sheet::checkOptions() {
     const SheetRequest& request = options_.request;
     std::vector<fs::path> files{request.scene.file};
-    if (request.appearance.environment) files.push_back(*request.appearance.environment);
+    if (const auto file = environmentFile(request.appearance)) files.push_back(*file);
     checkOutput(options_.output, files);
     const OutputFormat& format = findOutputFormat(options_.output.path.string(), "composite");
     if (!format.for_display) {
@@ -134,10 +134,14 @@ void Sheet::writeSheet() {
     if (options_.output.isGiven("--background")) style.background = asked.background;
     // Grey means depth, so what lies behind the depths is not grey.
     constexpr std::array<float, 4> kBehindDepth{0.42F, 0.55F, 0.74F, 1};
-    if (options_.request.cells.show == SheetShow::kDepth && !style.background)
-        style.background = kBehindDepth;
-    style.exposure = asked.exposure;
-    style.tone_map = asked.tone_map;
+    const bool depth = options_.request.cells.show == SheetShow::kDepth;
+    if (depth && !style.background) style.background = kBehindDepth;
+    style.exposure = content_.exposure.value_or(asked.exposure);
+    if (options_.output.isGiven("--tone-map"))
+        style.tone_map = asked.tone_map;
+    else if (!depth)  // greys that mean depths stay as they are
+        style.tone_map = toneMaps().front().name;
+    content_.result.display = {style.tone_map, style.exposure, content_.exposure.has_value(), 0};
     const CompositeImage page = layOut(content_.cells, style);
     content_.result.width = page.window.width();
     content_.result.height = page.window.height();
@@ -150,6 +154,7 @@ void Sheet::writeSheet() {
 void Sheet::report() {
     job_.finish(content_.result);
     content_.result.setFile(options_.output.path);
+    noteDisplay(content_.result, console_);
     Json found = findingsOf(content_.result);
     found["cells"] = Json::array();
     for (const SheetCell& cell : content_.cells) {
@@ -249,6 +254,9 @@ VerbAction declareSheet(VerbOptions& verb) {
     return [options, verb](Console& console) {
         options->given = sceneOptionsGiven(verb);
         options->request.output = options->output.path;
+        options->request.cells.meters = options->request.cells.show == SheetShow::kColor &&
+                                        !options->output.isGiven("--exposure");
+        chooseForEyes(verb, options->request.camera, options->request);
         setShadowSize(options->request.capture, options->shadow_size);
         Sheet(*options, console).run();
         return 0;

@@ -10,6 +10,7 @@ namespace peeler::cmd {
 // One file each.
 VerbAction declareRender(VerbOptions& verb);
 VerbAction declareRays(VerbOptions& verb);
+VerbAction declareCheck(VerbOptions& verb);
 VerbAction declareBake(VerbOptions& verb);
 VerbAction declareFlatten(VerbOptions& verb);
 VerbAction declareExtract(VerbOptions& verb);

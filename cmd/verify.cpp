@@ -12,6 +12,7 @@
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
+#include "cmd/options/differences.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "cmd/verify/verified_file.h"
@@ -34,30 +35,19 @@ bool isOurs(const VerifiedFile& file) {
     return file.kind == VerifiedKind::kLayered || file.kind == VerifiedKind::kFlat;
 }
 
-/// What the files of one sequence have in common.
-struct SharedAttribute {
-    const char* name;
-    std::string (*text)(const VerifiedFile& file);
-};
-constexpr SharedAttribute kShared[] = {
-    {"peeler:sceneHash", [](const VerifiedFile& f) { return f.provenance.scene_hash; }},
-    {"peeler:settingsHash", [](const VerifiedFile& f) { return f.provenance.settings_hash; }},
-    {"the size of the picture",
-     [](const VerifiedFile& f) {
-         return std::to_string(f.width) + " x " + std::to_string(f.height);
-     }},
-};
-
+/// The files of one sequence have scene, settings and size in common; the camera may move.
 void checkSettings(std::vector<VerifiedFile>& files) {
     const auto first = std::ranges::find_if(files, isOurs);
     for (VerifiedFile& file : files) {
         if (!isOurs(file)) continue;
-        for (const SharedAttribute& attribute : kShared) {
-            if (attribute.text(file) == attribute.text(*first)) continue;
-            file.blame(Verdict::kBad, std::string("differs from ") + first->path + " in " +
-                                          attribute.name + ": " + attribute.text(file) + ", not " +
-                                          attribute.text(*first));
-        }
+        const auto blame = [&](const std::vector<Difference>& differences) {
+            for (const Difference& difference : differences)
+                file.blame(Verdict::kBad,
+                           "differs from " + first->path + " in " + difference.text());
+        };
+        blame(sceneDifferences(file.provenance, first->provenance));
+        blame(settingsDifferences(file.provenance, first->provenance));
+        blame(sizeDifferences(file.view, first->view));
     }
 }
 

@@ -18,6 +18,7 @@
 #include "cmd/cli/report.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/camera_options.h"
+#include "cmd/options/object_options.h"
 #include "cmd/options/output_options.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
@@ -53,6 +54,7 @@ struct ViewCameraOptions {
 
 struct ViewOptions {
     fs::path input;
+    ObjectOptions objects;
     std::uint32_t max_layers = 0;                ///< nearest layers; 0 = all
     std::optional<std::uint64_t> max_fragments;  ///< of a page; 0 = any number, none = the default
     int threads = 0;
@@ -230,6 +232,7 @@ class ViewRun {
     std::unique_ptr<LayeredInput> reader_;
     LayeredImage image_;  ///< all of the file, or its nearest layers
     Plan plan_;           ///< of the file
+    OutputOptions written_;
     PictureResult result_;
 };
 
@@ -255,7 +258,7 @@ void ViewRun::checkOptions() {
 
 void ViewRun::load() {
     const StageTimer timer(result_.milliseconds, "load");
-    reader_ = openLayered(options_.input.string());
+    reader_ = openChosen(options_.input.string(), options_.objects);
     plan_ = reader_->info().plan;
     if (!reader_->info().attributes().contains("peeler:cameraJson")) {
         throw Error(ErrorKind::kInput, "the file does not say which camera its layers come from",
@@ -279,12 +282,15 @@ void ViewRun::render() {
     provenance.version = PEELER_VERSION;
     provenance.method = kMethod;
     provenance.settings_hash.clear();  // it is that of the input's settings
+    provenance.settings.clear();
     OutputOptions output = options_.output.from(provenance);
+    output.automatic_exposure = options_.output.leavesExposureOpen();
     if (page_ && options_.max_layers == 0) {
         const ExrInfo& input = reader_->info();
+        OutputOptions hashed = output;
+        hashed.provenance = input.provenance;
         output.provenance.output_hash =
-            outputHashFrom(input, plan.view, options_.output.path.string(),
-                           options_.output.from(input.provenance));
+            outputHashFrom(input, plan.view, options_.output.path.string(), hashed);
     }
     if (options_.max_fragments) {
         output.max_fragments = *options_.max_fragments == 0
@@ -299,6 +305,7 @@ void ViewRun::render() {
         reprojectInto(*writer, plan.view);
     writer->finish();
     add(result_.milliseconds, writer->times());
+    written_ = output;
     result_.width = plan.view.width;
     result_.height = plan.view.height;
 }
@@ -328,6 +335,8 @@ void ViewRun::report() {
     result_.method = kMethod;
     result_.renderer = reader_->info().provenance.renderer;
     result_.peak_memory = peakMemory();
+    describeDisplay(written_, written_.automatic_exposure, result_);
+    noteDisplay(result_, console_);
     reportResult(options_.report, result_, console_);
 }
 
@@ -338,6 +347,7 @@ VerbAction declareView(VerbOptions& verb) {
     addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)").required();
     addViewCameraOptions(verb, options->camera);
     addOutputOptions(verb, options->output);
+    addObjectOptions(verb, options->objects);
     addValue(
         verb, "--layers", "N|all", options->max_layers,
         [](const std::string& text) { return parseLayers(text); },

@@ -8,10 +8,10 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "core/image/merge.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_layout.h"
-#include "formats/exr/exr_writers.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
 #include "formats/image/flat_image.h"
@@ -75,7 +75,8 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
         {"compression", output.compression},
         {"merge", merge.empty() ? provenance.deep_merge : merge},
         {"background", output.background},
-        {"exposure", output.exposure},
+        {"exposure",
+         output.automatic_exposure ? nlohmann::json("automatic") : nlohmann::json(output.exposure)},
         {"toneMap", output.tone_map},
     };
     return hashText(all.dump());

@@ -13,6 +13,7 @@
 #include "core/image/composite.h"
 #include "core/image/sink.h"
 #include "formats/file/output_options.h"
+#include "formats/file/size_forecast.h"
 
 namespace peeler {
 
@@ -57,6 +58,12 @@ std::span<const OutputFormat> outputFormats();
 /// The row for a path (its extension, upper or lower case) and `--as`. Throws Error (kUsage) that
 /// lists the choices.
 const OutputFormat& findOutputFormat(std::string_view path, std::string_view as);
+
+/// How large the file of a planned picture will be, or all of its files together. It is compressed,
+/// so this is what it takes at most; what is merged into fewer samples takes less. Throws like
+/// findOutputFormat().
+SizeForecast forecastPicture(const std::string& path, const Plan& plan,
+                             const OutputOptions& options);
 
 /// A Sink for the path. Nothing is created on disk before its begin(). Throws like
 /// findOutputFormat, and Error (kUsage) if an option has a value that the format does not know.

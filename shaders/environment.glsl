@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light from all around. Directions are in world space.
 //
-// With ENVIRONMENT an image, prefiltered by core/shading/environment_maps. Otherwise the built-in studio: a pale floor, a
+// With ENVIRONMENT an image, prefiltered by core/shading/environment_maps. Otherwise the built-in light: a pale floor, a
 // bright horizon, a blue-grey dome and one large soft box around the key light, fixed in world space (+Y up).
 
 #if defined(ENVIRONMENT) || defined(SHEEN)
-/// By cosine of the view and roughness: scale and bias of F0 (GGX), and the albedo of sheen.
+/// By cosine of the view and roughness: scale and bias of F0 (GGX), the albedo of sheen, and how far its lobe leans
+/// toward the viewer.
 layout(binding = PEELER_ALBEDO_UNIT) uniform sampler2D albedo_table;
 
-vec3 tabledAlbedo(float n_dot_v, float roughness) {
+vec4 tabledAlbedo(float n_dot_v, float roughness) {
     // The entries lie on 0 and 1.
     vec2 size = vec2(textureSize(albedo_table, 0));
-    return textureLod(albedo_table, (vec2(n_dot_v, roughness) * (size - 1.0) + 0.5) / size, 0.0).rgb;
+    return textureLod(albedo_table, (vec2(n_dot_v, roughness) * (size - 1.0) + 0.5) / size, 0.0);
 }
 #endif
 
@@ -21,11 +22,31 @@ layout(binding = PEELER_IRRADIANCE_UNIT) uniform samplerCube environment_irradia
 
 /// Radiance from `direction`, blurred as a lobe of this roughness would.
 vec3 environmentRadiance(vec3 direction, float roughness) {
-    return textureLod(environment, direction, roughness * float(textureQueryLevels(environment) - 1)).rgb;
+    // core/shading/environment_maps.h, levelRoughness().
+    float level = roughness * (1.4 - 0.4 * roughness) * float(textureQueryLevels(environment) - 1);
+    return textureLod(environment, direction, level).rgb;
 }
 
 /// Irradiance / pi on a surface with this normal.
 vec3 environmentDiffuse(vec3 normal) { return textureLod(environment_irradiance, normal, 0.0).rgb; }
+
+#ifdef SHEEN
+layout(binding = PEELER_CLOTH_UNIT) uniform samplerCube environment_cloth;
+
+/// What sheen of this roughness makes of the environment, over its albedo. `lean` is how far its lobe leans from the
+/// normal toward `v`, where it is brighter by the slope of the irradiance.
+vec3 environmentCloth(vec3 normal, vec3 v, float roughness, float lean) {
+    float level = roughness * float(textureQueryLevels(environment_cloth) - 1);
+    vec3 around = textureLod(environment_cloth, normal, level).rgb;
+    vec3 along = v - normal * dot(normal, v);
+    float size = dot(along, along);
+    if (size < 1e-8) return around;
+    along *= inversesqrt(size);
+    // The irradiance of what is linear in the direction has 2/3 of its slope.
+    vec3 slope = 0.75 * (environmentDiffuse(along) - environmentDiffuse(-along));
+    return max(around + lean * slope, 0.0);
+}
+#endif
 
 /// Directional albedo of GGX, split into scale of F0 and bias (Karis, "Real Shading in Unreal Engine 4", 2013).
 vec2 environmentBrdf(float roughness, float n_dot_v) { return tabledAlbedo(n_dot_v, roughness).xy; }

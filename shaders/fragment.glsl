@@ -8,6 +8,11 @@ layout(std140, binding = PEELER_FRAME_BLOCK) uniform FrameBlock { FrameRecord fr
 layout(binding = PEELER_OPAQUE_DEPTH_UNIT) uniform sampler2D opaque_depth;
 layout(binding = PEELER_OPAQUE_PRIMITIVE_UNIT) uniform usampler2D opaque_primitive;
 #endif
+#ifdef IN_FRONT
+// Tested before anything is stored. No depth is written, so what is discarded later leaves no trace.
+layout(early_fragment_tests) in;
+layout(binding = PEELER_OPAQUE_FRAGMENT_UNIT) uniform usampler2D opaque_fragment;  // see opaque.frag
+#endif
 
 struct Key {
     float depth;     // reversed Z: larger is nearer
@@ -67,7 +72,7 @@ bool isKept(float depth) {
 }
 #endif
 
-/// Near and far plane, the clip volume (CLIPPED) and, with BOUNDED, the nearest opaque fragment, which itself stays.
+/// Near and far plane, the clip volume (CLIPPED) and the nearest opaque fragment, which with BOUNDED itself stays.
 bool inRange(Key key) {
     if (!(key.depth > 0.0)) return false;  // the far plane is exclusive
 #ifdef CLIPPED
@@ -77,6 +82,11 @@ bool inRange(Key key) {
     ivec2 at = ivec2(gl_FragCoord.xy);
     Key nearest_opaque = Key(texelFetch(opaque_depth, at, 0).r, texelFetch(opaque_primitive, at, 0).r);
     if (precedes(nearest_opaque, key)) return false;
+#endif
+#ifdef IN_FRONT
+    // Of opaque and transparent fragments at the same depth one is of the earlier draw: a draw has one material.
+    uvec4 opaque = texelFetch(opaque_fragment, ivec2(gl_FragCoord.xy), 0);
+    if (precedes(Key(uintBitsToFloat(opaque.r), opaque.g), Key(key.depth, first_key))) return false;
 #endif
     return true;
 }

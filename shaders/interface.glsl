@@ -61,6 +61,7 @@ using glm::vec4;
 #define PEELER_THICKNESS_UNIT 16
 #define PEELER_MATERIAL_UNITS 17
 #define PEELER_OPAQUE_DEPTH_UNIT 17
+#define PEELER_OPAQUE_FRAGMENT_UNIT 17
 #define PEELER_OPAQUE_PRIMITIVE_UNIT 18
 #define PEELER_PREVIOUS_DEPTH_UNIT 19
 #define PEELER_PREVIOUS_PRIMITIVE_UNIT 20
@@ -69,6 +70,7 @@ using glm::vec4;
 #define PEELER_ENVIRONMENT_UNIT 23  // from here on filtered linearly, with mipmaps
 #define PEELER_IRRADIANCE_UNIT 24
 #define PEELER_ALBEDO_UNIT 25
+#define PEELER_CLOTH_UNIT 26
 // When a composite is put together, and no geometry is drawn:
 #define PEELER_FRONT_UNIT 17
 #define PEELER_BACK_UNIT 18

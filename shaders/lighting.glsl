@@ -38,7 +38,7 @@ vec3 litColor(vec3 base, float passing, Gradients g) {
 #endif
     vec3 radiance = reflectedEnvironment(s, occlusion);
 #ifdef CLEARCOAT
-    vec3 varnish = s.coat * occlusion * environmentRadiance(reflect(-s.v, s.coat_n), s.coat_roughness);
+    vec3 varnish = occlusion * coatEnvironment(s);
 #endif
 #if defined(PUNCTUAL)
 #ifndef ENVIRONMENT

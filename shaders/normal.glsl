@@ -20,7 +20,9 @@ vec3 geometricNormal(Gradients g) {
 
 #if defined(TEXTURED) || defined(ANISOTROPY) || defined(CHANNEL_TANGENT)
 /// Where U and (up the image) V grow, about `normal`; 0 where texture coordinates do not say. `unit`: the texture
-/// whose UV set counts if the mesh has no tangents.
+/// whose coordinates count if the mesh has no tangents, as KHR_texture_transform makes them: glTF 2.0 §3.7.2.1 wants
+/// "the texture coordinates associated with the normal texture". A mesh's own tangents are taken as they are; no
+/// specification turns them. Khronos' sample renderer (getNormalInfo) and three.js (getTangentFrame) do both likewise.
 void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3 bitangent) {
     float side = gl_FrontFacing ? 1.0 : -1.0;
     if ((DRAW_FLAGS & PEELER_HAS_TANGENTS) != 0u) {
@@ -33,6 +35,7 @@ void tangentFrame(vec3 normal, int unit, Gradients g, out vec3 tangent, out vec3
     bool second = hasSecondUv(unit);
     vec2 dx = second ? g.texcoords_dx.zw : g.texcoords_dx.xy;
     vec2 dy = second ? g.texcoords_dy.zw : g.texcoords_dy.xy;
+    if (hasTransform(unit)) dx = transformedSlope(unit, dx), dy = transformedSlope(unit, dy);
     vec3 across_y = cross(g.position_dy, normal), across_x = cross(normal, g.position_dx);
     tangent = across_y * dx.x + across_x * dy.x;
     // glTF's V runs down the image while its normal maps point +Y up the image.

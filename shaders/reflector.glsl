@@ -32,9 +32,11 @@ layout(binding = PEELER_IRIDESCENCE_THICKNESS_UNIT) uniform sampler2D iridescenc
 // A mirror would need an infinitely small lamp, and fibres as thin an infinite sum.
 const float kLeastAlpha = 0.002, kLeastSheenAlpha = 0.005;
 
+// Below a metallic of 1 there is a dielectric: diffuse light and, above it, f0 to f90; beside it a metal, which has metal
+// to 1 and nothing else. What both reflect is mixed (glTF 2.0, appendix B.3.5).
 struct Reflector {
-    vec3 diffuse, f0;
-    float f90;
+    vec3 diffuse, f0, metal;
+    float f90, metallic;
     float roughness, alpha, n_dot_v;
     vec3 n, v;
 #ifdef ANISOTROPY
@@ -90,6 +92,19 @@ void setAnisotropy(inout Reflector s, Gradients g) {
 }
 #endif
 
+#ifdef IRIDESCENCE
+/// What a film makes of this F0, seen under the angle of the view, and as the F0 that Schlick's term makes the same of
+/// there.
+vec3 filmed(vec3 f0, float film, float thickness, float n_dot_v) {
+    vec3 seen = filmReflectance(material.iridescence.y, n_dot_v, thickness, f0);
+    float x = min(grazing(n_dot_v), 0.9999);
+    return mix(f0, clamp((seen - x) / (1.0 - x), 0.0, 1.0), film);
+}
+#endif
+
+/// What a dielectric and a metal are together. As it stands, what is all of one has that one's bits.
+vec3 mixed(Reflector s, vec3 dielectric, vec3 metal) { return dielectric * (1.0 - s.metallic) + metal * s.metallic; }
+
 /// The surface for the base colour `base` (linear, without alpha).
 Reflector reflectorOf(vec3 base, Gradients g) {
     Reflector s;
@@ -105,20 +120,22 @@ Reflector reflectorOf(vec3 base, Gradients g) {
     vec2 rough_metal = roughnessMetallic(g);
     s.roughness = rough_metal.x;
     s.f90 = 1.0;
+    s.metal = base;
+    s.diffuse = base;
 #ifdef SPECULAR_GLOSSINESS
+    s.metallic = 0.0;
     s.f0 = material.specular.rgb * TEXEL(metallic_roughness_texture, PEELER_METALLIC_ROUGHNESS_UNIT).rgb;
     s.diffuse = base * (1.0 - largest(s.f0));
 #else
-    float metallic = rough_metal.y;
-    s.diffuse = base * (1.0 - metallic);
-    vec3 dielectric = vec3(0.04);
+    s.metallic = rough_metal.y;
+    // 0.04, but as a constant it would be folded with others, and round otherwise than a texture's.
+    s.f0 = vec3(min(material.transmission.w, 0.04));
 #ifdef SPECULAR
     float share = material.specular.a * TEXEL(specular_texture, PEELER_SPECULAR_UNIT).a;
     vec3 tint = material.specular.rgb * TEXEL(specular_color_texture, PEELER_SPECULAR_COLOR_UNIT).rgb;
-    dielectric = min(material.transmission.w * tint, 1.0) * share;
-    s.f90 = mix(share, 1.0, metallic);
+    s.f0 = min(material.transmission.w * tint, 1.0) * share;
+    s.f90 = share;
 #endif
-    s.f0 = mix(dielectric, base, metallic);
 #endif
     s.alpha = max(s.roughness * s.roughness, kLeastAlpha);
 
@@ -129,10 +146,8 @@ Reflector reflectorOf(vec3 base, Gradients g) {
     float film = material.iridescence.x * TEXEL(iridescence_texture, PEELER_IRIDESCENCE_UNIT).r;
     float thickness = mix(material.iridescence.z, material.iridescence.w,
                           TEXEL(iridescence_thickness_texture, PEELER_IRIDESCENCE_THICKNESS_UNIT).g);
-    // Seen under the angle of the view, and as the F0 that Schlick's term makes the same of there.
-    vec3 seen = filmReflectance(material.iridescence.y, s.n_dot_v, thickness, s.f0);
-    float x = min(grazing(s.n_dot_v), 0.9999);
-    s.f0 = mix(s.f0, clamp((seen - x) / (1.0 - x), 0.0, 1.0), film);
+    s.f0 = filmed(s.f0, film, thickness, s.n_dot_v);
+    s.metal = filmed(s.metal, film, thickness, s.n_dot_v);
 #endif
 #ifdef SHEEN
     s.sheen = material.sheen.rgb * TEXEL(sheen_color_texture, PEELER_SHEEN_COLOR_UNIT).rgb;
@@ -174,8 +189,10 @@ vec3 reflectance(Reflector s, vec3 l) {
 #else
     float lobe = ggx(s.alpha, n_dot_l, s.n_dot_v, n_dot_h);
 #endif
-    vec3 fresnel = s.f0 + (s.f90 - s.f0) * grazing(v_dot_h);
-    vec3 share = beneath(fresnel) * s.diffuse / kPi + fresnel * lobe;
+    float schlick = grazing(v_dot_h);
+    vec3 fresnel = s.f0 + (s.f90 - s.f0) * schlick;
+    vec3 share = mixed(s, beneath(fresnel) * s.diffuse / kPi + fresnel * lobe,
+                       (s.metal + (1.0 - s.metal) * schlick) * lobe);
 #ifdef SHEEN
     float alpha = max(s.sheen_roughness * s.sheen_roughness, kLeastSheenAlpha);
     float taken = max(tabledAlbedo(s.n_dot_v, s.sheen_roughness).z, tabledAlbedo(n_dot_l, s.sheen_roughness).z);
@@ -194,31 +211,113 @@ float coatReflectance(Reflector s, vec3 l) {
 }
 #endif
 
+#ifdef ENVIRONMENT
+/// Where a lobe about the mirror direction `mirrored` looks, on average: rough ones see more of what is above the surface.
+/// The power is what fits integrals best (tests/benchmarks/referee.py).
+vec3 leaning(vec3 mirrored, vec3 n, float roughness) {
+    return mix(mirrored, n, roughness * roughness * roughness);
+}
+
+/// What microfacets reflect: light that is theirs alone, `once`, and that which they pass on to each other (Fdez-Agüera, "A
+/// Multiple-Scattering Microfacet Model for Real-Time Image Based Lighting", 2019), as shares of what is mirrored and of
+/// what is around.
+struct Reflected {
+    vec3 once, again;
+};
+Reflected reflected(vec3 f0, float f90, vec2 scale_bias) {
+    Reflected r;
+    r.once = f0 * scale_bias.x + f90 * scale_bias.y;
+    float missing = 1.0 - scale_bias.x - scale_bias.y;
+    vec3 mean = f0 + (f90 - f0) / 21.0;
+    r.again = r.once * mean * missing / (1.0 - mean * missing);
+    return r;
+}
+
+#ifdef ANISOTROPY
+/// Radiance from where stretched microfacets look: normals along the tangent, as they are distributed there and as
+/// visible as they are from `v`, and of each what a round lobe sees that is as wide as they are across the tangent, and
+/// reaches to the next.
+vec3 stretchedRadiance(Reflector s) {
+    const int kNormals = 12;
+    const float kReach = 0.6;  // of a lobe, in gaps; the least that leaves no stripes
+    float along = mix(s.alpha, 1.0, s.strength * s.strength);
+    vec3 sum = vec3(0.0);
+    float weights = 0.0;
+    for (int i = 0; i < kNormals; ++i) {
+        float u = (2.0 * float(i) + 1.0) / float(kNormals) - 1.0, rest = 1.0 - u * u;
+        vec3 h = normalize(s.n + s.tangent * (along * u * inversesqrt(rest)));
+        float v_dot_h = dot(s.v, h);
+        vec3 l = reflect(-s.v, h);
+        float n_dot_l = dot(s.n, l);
+        if (v_dot_h <= 0.0 || n_dot_l <= 0.0) continue;
+        float across = dot(s.tangent, l) * along;
+        float weight = v_dot_h / dot(s.n, h) * 2.0 * n_dot_l / (n_dot_l + sqrt(n_dot_l * n_dot_l + across * across));
+        float gap = 2.0 / float(kNormals) * along * inversesqrt(rest) / (rest + along * along * u * u);
+        float roughness = sqrt(clamp(kReach * gap, s.alpha, 1.0));
+        sum += weight * environmentRadiance(leaning(l, s.n, roughness), roughness);
+        weights += weight;
+    }
+    return weights > 0.0 ? sum / weights : environmentRadiance(s.n, s.roughness);
+}
+#endif
+
 /// What the surface reflects of the light from all around, less the varnish's share. `occlusion`: the part of that
 /// light that arrives.
 vec3 reflectedEnvironment(Reflector s, float occlusion) {
     vec2 scale_bias = environmentBrdf(s.roughness, s.n_dot_v);
-    vec3 specular = s.f0 * scale_bias.x + s.f90 * scale_bias.y;
+#ifdef ANISOTROPY
+    // Between those of its two roughnesses.
+    float along = mix(s.alpha, 1.0, s.strength * s.strength);
+    scale_bias = 0.5 * (scale_bias + environmentBrdf(sqrt(along), s.n_dot_v));
+#endif
+    Reflected dielectric = reflected(s.f0, s.f90, scale_bias), metal = reflected(s.metal, 1.0, scale_bias);
+    vec3 around = environmentDiffuse(s.n);
+#ifdef ANISOTROPY
+    vec3 mirrored = stretchedRadiance(s);
+#else
+    // Schlick's term favours directions far from the normal, and so narrows the lobe of what reflects little otherwise.
+    float narrowed = (1.0 - s.metallic) * (s.f90 - largest(s.f0)) * scale_bias.y /
+                     max(largest(dielectric.once), 1e-4);
+    vec3 mirrored = environmentRadiance(leaning(reflect(-s.v, s.n), s.n, s.roughness),
+                                        s.roughness * (1.0 - 0.5 * (1.0 - s.roughness) * clamp(narrowed, 0.0, 1.0)));
+#endif
+    vec3 below = s.diffuse * beneath(dielectric.once + dielectric.again);
+    vec3 radiance = mixed(s, dielectric.once, metal.once) * mirrored +
+                    mixed(s, dielectric.again + below, metal.again) * around;
+#ifdef SHEEN
+    vec4 fibres = tabledAlbedo(s.n_dot_v, s.sheen_roughness);
+    radiance = (1.0 - largest(s.sheen) * fibres.z) * radiance +
+               s.sheen * fibres.z * environmentCloth(s.n, s.v, s.sheen_roughness, fibres.w);
+#endif
+    return occlusion * radiance;
+}
+
+#ifdef CLEARCOAT
+/// What the varnish reflects of it.
+vec3 coatEnvironment(Reflector s) {
+    vec2 scale_bias = environmentBrdf(s.coat_roughness, s.coat_n_dot_v);
+    vec3 mirrored = leaning(reflect(-s.v, s.coat_n), s.coat_n, s.coat_roughness);
+    return s.coat * mix(environmentDiffuse(s.coat_n), environmentRadiance(mirrored, s.coat_roughness),
+                        scale_bias.x + scale_bias.y);
+}
+#endif
+
+#else
+/// The same of the built-in light.
+vec3 reflectedEnvironment(Reflector s, float occlusion) {
+    vec2 scale_bias = environmentBrdf(s.roughness, s.n_dot_v);
     vec3 bent = s.n;
 #ifdef ANISOTROPY
     // As the Khronos sample renderer does, after McAuley, "Rendering the World of Far Cry 4", 2015.
     vec3 across = cross(cross(s.bitangent, s.v), s.bitangent);
     float bend = 1.0 - s.strength * (1.0 - s.roughness);
-    vec3 leaning = mix(across, s.n, bend * bend * bend * bend);
-    if (dot(leaning, leaning) > 1e-12) bent = normalize(leaning);
+    vec3 toward = mix(across, s.n, bend * bend * bend * bend);
+    if (dot(toward, toward) > 1e-12) bent = normalize(toward);
 #endif
     vec3 mirrored = environmentRadiance(reflect(-s.v, bent), s.roughness);
-    vec3 around = environmentDiffuse(s.n);
-#ifdef ENVIRONMENT
-    // Light that microfacets reflect more than once (Fdez-Agüera, "A Multiple-Scattering Microfacet Model for
-    // Real-Time Image Based Lighting", 2019).
-    float missing = 1.0 - scale_bias.x - scale_bias.y;
-    vec3 mean = s.f0 + (s.f90 - s.f0) / 21.0;
-    vec3 again = specular * mean * missing / (1.0 - mean * missing);
-    vec3 radiance = specular * mirrored + (again + s.diffuse * beneath(specular + again)) * around;
-#else
-    vec3 radiance = s.diffuse * beneath(specular) * around + specular * mirrored;
-#endif
+    vec3 specular = s.f0 * scale_bias.x + s.f90 * scale_bias.y;
+    vec3 radiance = mixed(s, s.diffuse * beneath(specular) * environmentDiffuse(s.n) + specular * mirrored,
+                          (s.metal * scale_bias.x + scale_bias.y) * mirrored);
 #ifdef SHEEN
     float albedo = tabledAlbedo(s.n_dot_v, s.sheen_roughness).z;
     radiance = (1.0 - largest(s.sheen) * albedo) * radiance +
@@ -226,3 +325,10 @@ vec3 reflectedEnvironment(Reflector s, float occlusion) {
 #endif
     return occlusion * radiance;
 }
+
+#ifdef CLEARCOAT
+vec3 coatEnvironment(Reflector s) {
+    return s.coat * environmentRadiance(reflect(-s.v, s.coat_n), s.coat_roughness);
+}
+#endif
+#endif

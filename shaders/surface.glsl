@@ -50,6 +50,14 @@ bool hasSecondUv(int unit) { return (SECOND_UV_TEXTURES & (1u << uint(unit))) !=
 #define TEXEL(map, unit) vec4(1.0)
 #endif
 
+/// How the texture's own coordinates change, for a change of the UV set that places it: the part of
+/// KHR_texture_transform that turns, mirrors and scales.
+vec2 transformedSlope(int unit, vec2 slope) {
+    precise vec2 own = vec2(dot(material.texture_transform[2 * unit].xy, slope),
+                            dot(material.texture_transform[2 * unit + 1].xy, slope));
+    return own;
+}
+
 #ifdef TEXTURED
 vec4 sampled(sampler2D map, int unit, Gradients g) {
     vec2 uv = hasSecondUv(unit) ? surface.texcoords.zw : surface.texcoords.xy;
@@ -58,9 +66,7 @@ vec4 sampled(sampler2D map, int unit, Gradients g) {
     if (!hasTransform(unit)) return textureGrad(map, uv, dx, dy);
     vec3 row0 = material.texture_transform[2 * unit].xyz, row1 = material.texture_transform[2 * unit + 1].xyz;
     precise vec2 at = vec2(dot(row0, vec3(uv, 1.0)), dot(row1, vec3(uv, 1.0)));
-    precise vec2 at_dx = vec2(dot(row0.xy, dx), dot(row1.xy, dx));
-    precise vec2 at_dy = vec2(dot(row0.xy, dy), dot(row1.xy, dy));
-    return textureGrad(map, at, at_dx, at_dy);
+    return textureGrad(map, at, transformedSlope(unit, dx), transformedSlope(unit, dy));
 }
 #endif
 

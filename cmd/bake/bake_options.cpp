@@ -96,6 +96,8 @@ void addBakeOptions(VerbOptions& verb, BakeOptions& options) {
         "becomes the material's number)")
         .group("Output")
         .required();
+    verb.addFlag("--no-mkdir", options.no_mkdir, "fail if its folder is missing; else it is made")
+        .group("Output");
     verb.addFlag("--no-clobber", options.no_clobber, "fail if the file is there already")
         .group("Output");
     addValue(

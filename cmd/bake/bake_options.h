@@ -41,7 +41,8 @@ enum class BakeFile { kGltf, kExr, kPng };
 
 struct BakeOptions {
     std::filesystem::path output;
-    bool no_clobber = false;
+    bool no_clobber = false, no_mkdir = false;
+    bool dry_run = false;
     bool values_alone = false;  ///< a .glb that shows the values and no materials
     BakeSettings settings;
     std::optional<BakeTarget> target;  ///< none = vertices for a .glb, else texture

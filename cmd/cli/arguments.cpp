@@ -177,7 +177,7 @@ ArgumentParser::ArgumentParser() : app_(std::make_unique<CLI::App>()) {}
 
 ArgumentParser::ArgumentParser(const std::string& summary, const std::string& footer)
     : app_(std::make_unique<CLI::App>(summary, "peeler")) {
-    app_->set_version_flag("--version", "", "Print the version and exit");
+    app_->set_version_flag("-V,--version", "", "Print the version and exit");
     app_->set_help_flag("-h,--help", "Print this help and exit");
     app_->get_formatter()->column_width(30);
     app_->get_formatter()->label("SUBCOMMAND", "VERB");
@@ -187,7 +187,9 @@ ArgumentParser::ArgumentParser(const std::string& summary, const std::string& fo
 
 ArgumentParser::~ArgumentParser() = default;
 
-VerbOptions ArgumentParser::addVerb(const std::string& name, const std::string& summary) {
+VerbOptions ArgumentParser::addVerb(const std::string& name, const std::string& summary,
+                                    const std::string& examples) {
+    examples_[name] = examples;
     CLI::App* verb = app_->add_subcommand(name, summary);
     verb->group("Verbs");
     verb->footer("");  // not the program's, which CLI11 passes on
@@ -216,7 +218,13 @@ std::string ArgumentParser::verb() const {
 }
 
 std::string ArgumentParser::help() const {
-    return app_->help();
+    std::string text = app_->help();
+    const auto found = examples_.find(verb());
+    if (found == examples_.end() || found->second.empty()) return text;
+    std::string shown = "\nExamples:\n  ";
+    for (const char c : found->second)
+        shown += c == '\n' ? "\n  " : std::string(1, c);
+    return text.insert(text.find('\n') + 1, shown + "\n\n");
 }
 
 }  // namespace peeler::cmd

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -134,8 +135,10 @@ class ArgumentParser {
     ArgumentParser(const ArgumentParser&) = delete;
     ArgumentParser& operator=(const ArgumentParser&) = delete;
 
-    /// A verb that has --help and no other option yet.
-    VerbOptions addVerb(const std::string& name, const std::string& summary);
+    /// A verb that has --help and no other option yet. Its help begins with the summary and the
+    /// examples, commands of a line each.
+    VerbOptions addVerb(const std::string& name, const std::string& summary,
+                        const std::string& examples = "");
 
     /// Sets the targets of the options that are given; to be called once. Throws Error (kUsage) for
     /// what is unknown, with the nearest name, for what is missing, and what callbacks throw.
@@ -148,6 +151,7 @@ class ArgumentParser {
 
   private:
     std::unique_ptr<CLI::App> app_;
+    std::map<std::string, std::string> examples_;  ///< by verb
 };
 
 }  // namespace peeler::cmd

@@ -63,6 +63,13 @@ std::string_view nearestName(std::string_view text, std::span<const std::string_
     return best;
 }
 
+std::string pluralOf(const std::string& noun) {
+    if (noun.ends_with('y') && !noun.ends_with("ay") && !noun.ends_with("ey"))
+        return noun.substr(0, noun.size() - 1) + "ies";
+    const bool hisses = noun.ends_with('s') || noun.ends_with('x') || noun.ends_with("sh");
+    return noun + (hisses ? "es" : "s");
+}
+
 std::string choiceHint(std::string_view text, const std::string& plural,
                        std::span<const std::string_view> names) {
     if (names.empty()) return "there are no " + plural;
@@ -101,14 +108,14 @@ std::size_t chooseFrom(const std::string& kind, const std::string& text,
     const bool none = names.empty();
     throw Error(ErrorKind::kUsage, "unknown " + kind, "--" + kind + " " + text,
                 none ? "the scene has no " + kind + "; leave --" + kind + " out"
-                     : choiceHint(text, kind + "s", listed) + "; or an index from 0 to " +
+                     : choiceHint(text, pluralOf(kind), listed) + "; or an index from 0 to " +
                            std::to_string(names.size() - 1));
 }
 
 void refuseName(const std::string& kind, std::string_view text,
                 std::span<const std::string_view> names) {
     throw Error(ErrorKind::kUsage, "unknown " + kind + " '" + std::string(text) + "'", "",
-                choiceHint(text, kind + "s", names));
+                choiceHint(text, pluralOf(kind), names));
 }
 
 }  // namespace peeler::cmd

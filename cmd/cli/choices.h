@@ -32,6 +32,9 @@ std::vector<std::string_view> choiceNames(std::span<const Choice<T>> choices) {
 /// count one), letters compared without case; empty if none is near enough to be what was meant.
 std::string_view nearestName(std::string_view text, std::span<const std::string_view> names);
 
+/// An English noun for several: "mesh" as "meshes", "quantity" as "quantities".
+std::string pluralOf(const std::string& noun);
+
 /// A hint for an unknown name: "did you mean 'a'?\nthe methods are: a, b". The first line is there
 /// only if a name is near; at most 20 are listed.
 std::string choiceHint(std::string_view text, const std::string& plural,

@@ -22,18 +22,44 @@ constexpr const char* kProgramFooter =
     "lost, 6 incomplete under --strict, 33 out of memory or over --memory, 128 + n ended by\n"
     "signal n.";
 
-int dispatch(const std::vector<std::string>& arguments, Console& console) {
+/// "help" and "help VERB" as the options that they stand for; "help" and no verb as what is no
+/// verb.
+std::vector<std::string> withoutHelpVerb(std::vector<std::string> arguments) {
+    if (arguments.empty() || arguments.front() != "help") return arguments;
+    arguments.erase(arguments.begin());
+    const auto is_named = [&](const Verb& verb) { return verb.name == arguments.front(); };
+    if (arguments.empty() || std::ranges::any_of(verbs(), is_named))
+        arguments.emplace_back("--help");
+    return arguments;
+}
+
+/// A wrong use that has no better hint leads to the help of its verb.
+template <class Work>
+auto hintingAt(const ArgumentParser& parser, const Work& work) {
+    try {
+        return work();
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kUsage || !error.hint().empty() || parser.verb().empty())
+            throw;
+        throw Error(error.kind(), error.what(), error.where(),
+                    "see peeler " + parser.verb() + " --help");
+    }
+}
+
+int dispatch(const std::vector<std::string>& given, Console& console) {
+    const std::vector<std::string> arguments = withoutHelpVerb(given);
     ArgumentParser parser("Every layer of a glTF scene, headless.", kProgramFooter);
     std::map<std::string, VerbAction> actions;
     for (const Verb& verb : verbs()) {
         const std::string name(verb.name);
-        VerbOptions options = parser.addVerb(name, std::string(verb.summary));
+        VerbOptions options =
+            parser.addVerb(name, std::string(verb.summary), std::string(verb.examples));
         // The options of all verbs take longer to declare than some take to run.
         if (std::ranges::find(arguments, name) != arguments.end())
             actions[name] = verb.declare(options);
     }
 
-    switch (parser.parse(arguments)) {
+    switch (hintingAt(parser, [&] { return parser.parse(arguments); })) {
         case Asked::kHelp:
             console.result(parser.help());
             return 0;
@@ -46,7 +72,7 @@ int dispatch(const std::vector<std::string>& arguments, Console& console) {
         case Asked::kVerb:
             break;
     }
-    return actions.at(parser.verb())(console);
+    return hintingAt(parser, [&] { return actions.at(parser.verb())(console); });
 }
 
 /// Whether a scheduler reads stderr (--progress openjd): it is told of wrong arguments, too, so

@@ -20,6 +20,8 @@ using VerbAction = std::function<int(Console&)>;
 struct Verb {
     std::string_view name;
     std::string_view summary;  ///< one line for --help
+    /// Three commands to begin with, a line each, which its --help shows.
+    std::string_view examples;
     /// Declares the verb's options. The action owns what they are stored in.
     VerbAction (*declare)(VerbOptions&);
 };

@@ -24,8 +24,8 @@ std::string printable(std::string_view text) {
     return out;
 }
 
-Console::Console(std::ostream& out, std::ostream& err, bool terminal)
-    : out_(out), err_(err), terminal_(terminal) {}
+Console::Console(std::ostream& out, std::ostream& err, bool terminal, bool colors)
+    : out_(out), err_(err), terminal_(terminal), colors_(colors) {}
 
 Console::~Console() {
     clearBar();
@@ -45,12 +45,16 @@ void Console::result(std::string_view text) {
 }
 
 void Console::error(std::string_view text) {
-    message("error: ", text);
+    message("error: ", text, "1;31");
     if (!failure_prefix_.empty()) machineLine(failure_prefix_ + printable(text));
 }
 
 void Console::note(std::string_view text) {
     if (!quiet_) message("", text);
+}
+
+void Console::detail(std::string_view text) {
+    if (verbose_ && !quiet_) message("", text);
 }
 
 void Console::machineLine(std::string_view line) {
@@ -75,13 +79,16 @@ void Console::clearBar() {
     bar_width_ = 0;
 }
 
-void Console::message(std::string_view word, std::string_view text) {
+void Console::message(std::string_view word, std::string_view text, std::string_view color) {
     clearBar();
+    std::string shown(word);
+    if (colors_ && !color.empty())
+        shown = std::string("\x1b[").append(color).append("m").append(word).append("\x1b[0m");
     // One string, one write: lines of several processes in one log do not mix.
     std::string lines;
     while (true) {
         const std::size_t end = text.find('\n');
-        lines.append("peeler: ").append(word).append(printable(text.substr(0, end))).append("\n");
+        lines.append("peeler: ").append(shown).append(printable(text.substr(0, end))).append("\n");
         if (end == std::string_view::npos || end + 1 == text.size()) break;
         text.remove_prefix(end + 1);
     }

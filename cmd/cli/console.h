@@ -15,14 +15,15 @@ namespace peeler::cmd {
 class Console {
   public:
     /// The streams must outlive the Console. `terminal`: a person reads `err`, so a bar may be
-    /// drawn.
-    Console(std::ostream& out, std::ostream& err, bool terminal);
+    /// drawn. `colors`: the word that says what a message is may be coloured.
+    Console(std::ostream& out, std::ostream& err, bool terminal, bool colors = false);
     ~Console();
     Console(const Console&) = delete;
     Console& operator=(const Console&) = delete;
 
     /// Quiet leaves out notes and bars; warnings and errors stay.
     void setQuiet(bool quiet) { quiet_ = quiet; }
+    void setVerbose(bool verbose) { verbose_ = verbose; }
     bool quiet() const { return quiet_; }
     bool terminal() const { return terminal_; }
 
@@ -31,10 +32,12 @@ class Console {
     void result(std::string_view text);
 
     void error(std::string_view text);
-    void hint(std::string_view text) { message("hint: ", text); }
-    void warning(std::string_view text) { message("warning: ", text); }
+    void hint(std::string_view text) { message("hint: ", text, "36"); }
+    void warning(std::string_view text) { message("warning: ", text, "33"); }
     /// What a person may want to know and a script need not.
     void note(std::string_view text);
+    /// What is going on, which is told to those who ask for it.
+    void detail(std::string_view text);
     /// Writes a line for programs to stderr as it is, even if quiet.
     void machineLine(std::string_view line);
 
@@ -51,12 +54,13 @@ class Console {
     void clearBar();
 
   private:
-    void message(std::string_view word, std::string_view text);
+    /// `color`: the word's, the parameter of a terminal's SGR sequence (ECMA-48, 8.3.117).
+    void message(std::string_view word, std::string_view text, std::string_view color = "");
 
     std::ostream& out_;
     std::ostream& err_;
-    bool terminal_;
-    bool quiet_ = false;
+    bool terminal_, colors_;
+    bool quiet_ = false, verbose_ = false;
     std::size_t bar_width_ = 0;
     std::string failure_prefix_;
     double reported_ = -1;

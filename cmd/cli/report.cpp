@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "cmd/cli/arguments.h"
+#include "cmd/cli/choices.h"
 #include "cmd/machine/resources.h"
 #include "core/base/error.h"
 #include "formats/file/atomic_file.h"
@@ -42,6 +43,11 @@ Json stagesJson(const StageTimes& times) {
     return json;
 }
 
+/// A float as the shortest decimal that is the same float: −1.4, not −1.399999976.
+double stopsJson(float stops) {
+    return std::stod(stopsText(stops));
+}
+
 /// The input and the files that were written.
 Json filesJson(const RunResult& run) {
     Json json;
@@ -53,6 +59,7 @@ Json filesJson(const RunResult& run) {
     }
     json["output"] = run.output.empty() ? Json() : Json(run.output.string());
     json["bytes"] = run.bytes;
+    if (run.forecast_bytes) json["forecastBytes"] = *run.forecast_bytes;
     if (!run.files) return json;
     json["outputs"] = Json::array();
     for (const WrittenFile& file : *run.files) {
@@ -72,6 +79,11 @@ ProgressStyle ReportOptions::shownProgress() const {
     return quiet && for_people ? ProgressStyle::kNone : progress;
 }
 
+void ReportOptions::applyTo(Console& console) const {
+    console.setQuiet(quiet);
+    console.setVerbose(verbose);
+}
+
 void addReportOptions(VerbOptions& verb, ReportOptions& options) {
     constexpr const char* kGroup = "Messages";
     verb.addFlag("--json", options.json, "print the result as JSON").group(kGroup);
@@ -81,6 +93,7 @@ void addReportOptions(VerbOptions& verb, ReportOptions& options) {
                              "progress style", "how progress is told on stderr:")
         .group(kGroup);
     verb.addFlag("-q,--quiet", options.quiet, "warnings and errors only").group(kGroup);
+    verb.addFlag("-v,--verbose", options.verbose, "also what is going on").group(kGroup);
 }
 
 void RunResult::setFile(const std::filesystem::path& file) {
@@ -150,6 +163,11 @@ Json findingsOf(const PictureResult& result) {
     json["complete"] = result.fragments_counted == result.fragments_stored;
     json["method"] = result.method;
     json["passes"] = result.passes;
+    if (!result.display) return json;
+    json["toneMap"] = result.display->tone_map;
+    json["exposure"] = stopsJson(result.display->exposure);
+    json["exposureAutomatic"] = result.display->automatic_exposure;
+    json["alphaRaisedPixels"] = result.display->alpha_raised_pixels;
     return json;
 }
 
@@ -198,6 +216,7 @@ void writeReport(const std::filesystem::path& path, const Json& json) {
 }
 
 std::uint64_t fileBytes(const std::filesystem::path& file) {
+    if (isStandardOutput(file.string())) return bytesOnStandardOutput();
     std::error_code failure;
     const std::uint64_t bytes = std::filesystem::file_size(file, failure);
     if (!failure) return bytes;
@@ -208,6 +227,12 @@ std::uint64_t fileBytes(const std::filesystem::path& file) {
 std::string windowText(const Window& window) {
     return std::to_string(window.width()) + " x " + std::to_string(window.height()) + " at (" +
            std::to_string(window.x0) + ", " + std::to_string(window.y0) + ')';
+}
+
+std::string stopsText(float stops) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", static_cast<double>(stops));
+    return text;
 }
 
 std::string groupedText(std::uint64_t value) {
@@ -234,7 +259,7 @@ std::string bytesText(std::uint64_t bytes) {
 }
 
 std::string countText(std::uint64_t count, const std::string& noun) {
-    return groupedText(count) + ' ' + noun + (count == 1 ? "" : "s");
+    return groupedText(count) + ' ' + (count == 1 ? noun : pluralOf(noun));
 }
 
 }  // namespace peeler::cmd

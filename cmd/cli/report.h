@@ -24,16 +24,17 @@ using Json = nlohmann::ordered_json;
 /// Where a command reports its result and its progress.
 struct ReportOptions {
     bool json = false;
-    bool quiet = false;
+    bool quiet = false, verbose = false;
     std::optional<std::filesystem::path> file;
     ProgressStyle progress = ProgressStyle::kAuto;
 
     /// The style to use: none for a quiet command, unless the style is one for programs.
     ProgressStyle shownProgress() const;
-    void applyTo(Console& console) const { console.setQuiet(quiet); }
+    /// Makes the console as quiet or as wordy as was asked for.
+    void applyTo(Console& console) const;
 };
 
-/// Declares --json, --report, --progress and --quiet.
+/// Declares --json, --report, --progress, --quiet and --verbose.
 void addReportOptions(VerbOptions& verb, ReportOptions& options);
 
 /// A file that is there, and its size.
@@ -49,6 +50,8 @@ struct RunResult {
     /// The name that was asked for; "" = nothing was written, or files under several names.
     std::filesystem::path output{};
     std::uint64_t bytes = 0;  ///< of all files of that name together
+    /// How many bytes were forecast, exactly or at most, before the first one; of verbs that do.
+    std::optional<std::uint64_t> forecast_bytes{};
     /// Each of the files, of verbs that write several under one name, or under several names.
     std::optional<std::vector<WrittenFile>> files{};
     std::string settings_hash{};  ///< peeler:settingsHash; "" = not known
@@ -67,6 +70,14 @@ struct RunResult {
     const WrittenFile& addFile(const std::filesystem::path& file, const std::string& kind = "");
 };
 
+/// How a picture for eyes is shown.
+struct DisplayedAs {
+    std::string tone_map{};
+    float exposure = 0;  ///< stops
+    bool automatic_exposure = false;
+    std::uint64_t alpha_raised_pixels = 0;
+};
+
 /// What became of one picture.
 struct PictureResult : RunResult {
     std::optional<int> frame;   ///< of a sequence
@@ -79,6 +90,7 @@ struct PictureResult : RunResult {
     int samples = 1;                      ///< a pixel
     std::string method;
     int passes = 0;
+    std::optional<DisplayedAs> display{};  ///< of pictures for eyes
 };
 
 /// Fills in size, layers and fragments of a picture, what it was made with, and the memory that it
@@ -123,6 +135,9 @@ std::uint64_t fileBytes(const std::filesystem::path& file);
 
 /// "640 x 480 at (0, 0)"
 std::string windowText(const Window& window);
+
+/// Stops as --exposure takes them back: "-1.4", "0".
+std::string stopsText(float stops);
 
 /// "7,123,456"
 std::string groupedText(std::uint64_t value);

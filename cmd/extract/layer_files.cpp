@@ -44,14 +44,23 @@ std::filesystem::path LayerFiles::path(std::size_t layer) const {
     return hasFrameToken(pattern) ? framePath(pattern, static_cast<int>(layer)) : pattern;
 }
 
+Plan LayerFiles::planOf(const Plan& whole, std::size_t layer) {
+    Plan plan = whole;
+    plan.layers = {whole.layers[layer]};
+    plan.fragments_stored = whole.layers[layer].pixels;
+    return plan;
+}
+
+SizeForecast LayerFiles::forecast(const Plan& whole, std::size_t layer) const {
+    return forecastPicture(path(layer).string(), planOf(whole, layer), output_.from(provenance_));
+}
+
 void LayerFiles::begin(const Plan& whole) {
     const OutputOptions options = output_.from(provenance_);
     for (; left() && open_.size() < kOpenAtOnce; ++next_) {
         const std::size_t layer = layers_[next_];
-        Plan plan = whole;
-        plan.layers = {whole.layers[layer]};
-        plan.fragments_stored = whole.layers[layer].pixels;
-        open_.emplace_back(layer, makeSink(path(layer).string(), options)).second->begin(plan);
+        open_.emplace_back(layer, makeSink(path(layer).string(), options))
+            .second->begin(planOf(whole, layer));
     }
 }
 

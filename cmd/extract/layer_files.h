@@ -36,10 +36,15 @@ class LayerFiles {
     /// Ends the files that are open, and adds what they took to `times`. Throws Error (kOutput).
     void finish(StageTimes& times);
 
+    /// How large the file of a layer will be.
+    SizeForecast forecast(const Plan& whole, std::size_t layer) const;
+
     std::filesystem::path path(std::size_t layer) const;
     const std::vector<std::size_t>& layers() const { return layers_; }
 
   private:
+    static Plan planOf(const Plan& whole, std::size_t layer);
+
     OutputRequest output_;
     Provenance provenance_;
     std::vector<std::size_t> layers_;

@@ -11,6 +11,7 @@
 
 #include "cmd/cli/report.h"
 #include "cmd/info/info_kinds.h"
+#include "cmd/options/differences.h"
 #include "cmd/options/layered_bands.h"
 #include "core/image/layers.h"
 #include "core/image/statistics.h"
@@ -100,9 +101,16 @@ Json pointsJson(const PointStatistics& points) {
 }
 
 Json provenanceJson(const Provenance& p) {
-    return {{"scene", p.scene},     {"sceneHash", p.scene_hash}, {"settingsHash", p.settings_hash},
-            {"method", p.method},   {"surfaces", p.surfaces},    {"renderer", p.renderer},
-            {"version", p.version}, {"frame", p.frame},          {"time", p.time}};
+    return {{"scene", p.scene},
+            {"sceneHash", p.scene_hash},
+            {"settingsHash", p.settings_hash},
+            {"settings", settingsJson(p)},
+            {"method", p.method},
+            {"surfaces", p.surfaces},
+            {"renderer", p.renderer},
+            {"version", p.version},
+            {"frame", p.frame},
+            {"time", p.time}};
 }
 
 Json toJson(const ImageFacts& facts, const InfoOptions& options) {

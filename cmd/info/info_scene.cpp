@@ -109,6 +109,8 @@ SceneFacts gather(const InfoOptions& options) {
     SceneFacts facts;
     GltfOptions gltf;
     gltf.allow_outside = options.allow_outside;
+    // What a texture would look like is not told here, so that it cannot be read is no hindrance.
+    gltf.ignored_extensions = undecodedImageExtensions();
     facts.scene = readGltf(options.file, gltf);
     const PosedScene shown(facts.scene);
     for (const MeshInstance& instance : shown.meshes()) {

@@ -2,11 +2,13 @@
 #include "cmd/merge/picture_tiles.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 
 #include "cmd/cli/parse.h"
+#include "cmd/options/differences.h"
 #include "core/base/error.h"
+#include "core/image/composite.h"
 #include "core/image/merge.h"
 
 namespace peeler::cmd {
@@ -26,42 +28,100 @@ std::string channelsText(const LayeredImage& image) {
     return text.empty() ? "none" : text.substr(0, text.size() - 2);
 }
 
-/// The camera as the header has it, but for its crop; "" if there is none.
-std::string wholeCamera(const ExrInfo& info) {
-    const auto text = info.attributes().find("peeler:cameraJson");
-    if (text == info.attributes().end()) return "";
-    nlohmann::json json = nlohmann::json::parse(text->second);  // valid: OpenedExr has parsed it
-    json.erase("crop");
-    return json.dump();
-}
-
-/// What the tiles of one picture have in common.
+/// What a header says besides scene, settings and camera, in words.
 struct CommonAttribute {
     const char* name;
     std::string (*text)(const ExrInfo& info);
-    bool required;  ///< else they may differ: the first tile's is kept, with a warning
 };
 
+/// What the tiles of one picture have in common.
 constexpr CommonAttribute kCommon[] = {
-    {"peeler:sceneHash", [](const ExrInfo& i) { return i.provenance.scene_hash; }, true},
-    {"peeler:frame", [](const ExrInfo& i) { return std::to_string(i.provenance.frame); }, true},
-    {"peeler:time", [](const ExrInfo& i) { return std::to_string(i.provenance.time); }, true},
-    {"peeler:cameraJson", wholeCamera, true},
-    {"peeler:surfaces", [](const ExrInfo& i) { return i.provenance.surfaces; }, true},
-    {"peeler:samples", [](const ExrInfo& i) { return std::to_string(i.plan.samples); }, true},
-    {"precision",
+    {"the frame", [](const ExrInfo& i) { return std::to_string(i.provenance.frame); }},
+    {"the time", [](const ExrInfo& i) { return std::to_string(i.provenance.time) + " s"; }},
+    {"--surfaces", [](const ExrInfo& i) { return i.provenance.surfaces; }},
+    {"--samples", [](const ExrInfo& i) { return std::to_string(i.plan.samples); }},
+    {"--precision",
      [](const ExrInfo& i) {
          return std::string(i.plan.color_type == PixelType::kHalf ? "half" : "float");
-     },
-     true},
-    {"opacity", [](const ExrInfo& i) { return std::string(i.plan.tinted ? "A, AR, AG, AB" : "A"); },
-     true},
-    {"peeler:settingsHash", [](const ExrInfo& i) { return i.provenance.settings_hash; }, true},
-    {"peeler:deepMerge", [](const ExrInfo& i) { return i.provenance.deep_merge; }, true},
-    {"peeler:method", [](const ExrInfo& i) { return i.provenance.method; }, false},
-    {"peeler:renderer", [](const ExrInfo& i) { return i.provenance.renderer; }, false},
-    {"peeler:version", [](const ExrInfo& i) { return i.provenance.version; }, false},
+     }},
+    {"--transmission",
+     [](const ExrInfo& i) { return std::string(i.plan.tinted ? "color" : "alpha"); }},
+    {"--deep-merge", [](const ExrInfo& i) { return i.provenance.deep_merge; }},
 };
+
+/// What may differ: the first tile's is kept, with a warning.
+constexpr CommonAttribute kLesser[] = {
+    {"method", [](const ExrInfo& i) { return i.provenance.method; }},
+    {"renderer", [](const ExrInfo& i) { return i.provenance.renderer; }},
+    {"version", [](const ExrInfo& i) { return i.provenance.version; }},
+};
+
+/// The same of elements, which are often of one moment, but need not be.
+constexpr CommonAttribute kOfElements[] = {kCommon[0], kCommon[1], kCommon[3]};
+
+/// What two headers that should be of one picture say differently, nothing twice.
+std::vector<Difference> pictureDifferences(const ExrInfo& here, const ExrInfo& there) {
+    const auto orNone = [](const std::string& text) { return text.empty() ? "none" : text; };
+    std::vector<Difference> found = sceneDifferences(here.provenance, there.provenance);
+    for (const CommonAttribute& attribute : kCommon) {
+        const std::string a = attribute.text(here), b = attribute.text(there);
+        if (a != b) found.push_back({attribute.name, orNone(a), orNone(b)});
+    }
+    const auto add = [&](const std::vector<Difference>& more) {
+        for (const Difference& difference : more) {
+            const auto known = [&](const Difference& d) { return d.what == difference.what; };
+            if (std::ranges::none_of(found, known)) found.push_back(difference);
+        }
+    };
+    add(sizeDifferences(here.plan.view, there.plan.view));
+    add(cameraDifferences(here.plan.view, there.plan.view));
+    add(settingsDifferences(here.provenance, there.provenance));
+    return found;
+}
+
+/// The same of the elements of one picture.
+std::vector<Difference> elementDifferences(const ExrInfo& here, const ExrInfo& there) {
+    const View &a = here.plan.view, &b = there.plan.view;
+    std::vector<Difference> found = sizeDifferences(a, b);
+    if (found.empty() && a.known && b.known) found = cameraDifferences(a, b);
+    const auto precision = [](const ExrInfo& info) {
+        return std::string(info.plan.color_type == PixelType::kHalf ? "half" : "float");
+    };
+    if (precision(here) != precision(there))
+        found.push_back({"--precision", precision(here), precision(there)});
+    return found;
+}
+
+/// "the frame" or "the frame and --channels" or "a, b and c"
+std::string namesText(const std::vector<Difference>& differences) {
+    std::string text;
+    for (std::size_t i = 0; i < differences.size(); ++i)
+        text += (i == 0 ? "" : i + 1 < differences.size() ? ", " : " and ") + differences[i].what;
+    return text;
+}
+
+/// Makes the ids of a channel, where there are any, those behind others.
+void addToIds(LayeredImage& image, const std::string& channel, std::uint32_t first) {
+    if (first == 0) return;
+    for (FragmentArray& array : image.extra) {
+        if (array.type != PixelType::kUint) continue;
+        const auto found = std::ranges::find(array.channels, channel);
+        if (found == array.channels.end()) continue;
+        const auto ids = array.as<std::uint32_t>();
+        for (auto i = static_cast<std::size_t>(found - array.channels.begin()); i < ids.size();
+             i += array.components())
+            if (ids[i] != 0) ids[i] += first;
+    }
+}
+
+/// Gives colours an opacity in every channel, which is A.
+void addOpacities(LayeredImage& image) {
+    FragmentArray colors{colorNames(true), image.color.type, {}};
+    colors.data.resize(image.fragments() * colors.stride());
+    for (std::size_t f = 0; f < image.fragments(); ++f)
+        storeColor(tintedColorOf(image, f), colors, f);
+    image.color = std::move(colors);
+}
 
 /// Whether the tiles are merged as composites: all have one and none has layers, and not all of
 /// them are empty layered files, unless composites are wanted.
@@ -75,10 +135,12 @@ bool areComposites(const std::vector<OpenedExr>& opened, bool wanted) {
 
 }  // namespace
 
-PictureTiles::PictureTiles(const std::vector<fs::path>& paths, bool composites_wanted,
-                           Console& console) {
+PictureTiles::PictureTiles(const std::vector<fs::path>& paths, Parts parts, bool composites_wanted,
+                           Console& console)
+    : parts_(parts) {
     open(paths, composites_wanted);
     checkCommon(console);
+    joinProvenance();
 }
 
 void PictureTiles::open(const std::vector<fs::path>& paths, bool composites_wanted) {
@@ -86,7 +148,8 @@ void PictureTiles::open(const std::vector<fs::path>& paths, bool composites_want
     for (const fs::path& path : paths)
         opened.emplace_back(path.string());
     const auto deep = [](const OpenedExr& tile) { return !tile.info.deep.empty(); };
-    if (areComposites(opened, composites_wanted))
+    const bool tiles = parts_ == Parts::kTiles;
+    if (tiles && areComposites(opened, composites_wanted))
         kind_ = Kind::kComposite;
     else if (std::ranges::all_of(opened, deep))
         kind_ = Kind::kDeep;
@@ -94,7 +157,7 @@ void PictureTiles::open(const std::vector<fs::path>& paths, bool composites_want
         PictureTile tile{.path = paths[i].string()};
         tile.input = kind_ == Kind::kComposite ? openComposite(std::move(opened[i]))
                                                : openLayered(std::move(opened[i]));
-        if (!tile.info().is_peeler) {
+        if (tiles && !tile.info().is_peeler) {
             throw Error(ErrorKind::kInput, "nothing in it says which picture it is a tile of",
                         tile.path, "tiles are files of peeler render --tile or --crop");
         }
@@ -108,19 +171,32 @@ void PictureTiles::open(const std::vector<fs::path>& paths, bool composites_want
 }
 
 void PictureTiles::checkCommon(Console& console) {
+    const bool tiles = parts_ == Parts::kTiles;
     const auto differ = [&](const PictureTile& a, const PictureTile& b,
-                            const std::string& attribute, const std::string& in_a,
-                            const std::string& in_b) {
+                            const std::vector<Difference>& differences) {
+        std::string in_a, in_b;
+        for (const Difference& difference : differences) {
+            if (difference.here.empty() && difference.there.empty()) continue;
+            in_a += (in_a.empty() ? "" : ", ") + difference.what + ' ' + difference.there;
+            in_b += (in_b.empty() ? "" : ", ") + difference.what + ' ' + difference.here;
+        }
         throw Error(ErrorKind::kInput,
-                    "the tiles are not of one picture: they differ in " + attribute,
-                    a.path + " and " + b.path, "the first has " + in_a + "\nthe other has " + in_b);
+                    std::string("the ") + (tiles ? "tiles" : "elements") +
+                        " are not of one picture: they differ in " + namesText(differences),
+                    a.path + " and " + b.path,
+                    in_a.empty() ? "render both again, in the same way"
+                                 : "the first has " + in_a + "\nthe other has " + in_b);
     };
     const PictureTile& first = tiles_.front();
-    for (const CommonAttribute& attribute : kCommon) {
+    for (const PictureTile& tile : tiles_) {
+        const auto differences = tiles ? pictureDifferences(tile.info(), first.info())
+                                       : elementDifferences(tile.info(), first.info());
+        if (!differences.empty()) differ(first, tile, differences);
+    }
+    for (const CommonAttribute& attribute : tiles ? std::span(kLesser) : std::span(kOfElements)) {
         for (const PictureTile& tile : tiles_) {
             const std::string a = attribute.text(first.info()), b = attribute.text(tile.info());
             if (a == b) continue;
-            if (attribute.required) differ(first, tile, attribute.name, a, b);
             std::string text = first.path + " and " + tile.path;
             text.append(" differ in ").append(attribute.name).append(": ").append(a);
             text.append(" and ").append(b).append("; the file will say the first");
@@ -133,11 +209,55 @@ void PictureTiles::checkCommon(Console& console) {
         if (kind_ != Kind::kComposite && !tile.hasLayers()) continue;
         if (!with_layers) with_layers = &tile;
         const std::string a = channelsText(with_layers->arrays), b = channelsText(tile.arrays);
-        if (a != b) differ(*with_layers, tile, "channels", a, b);
+        if (a != b) differ(*with_layers, tile, {{"channels", b, a}});
     }
     arrays_ = with_layers ? with_layers->arrays : LayeredImage();
-    arrays_.color.channels = colorNames(first.info().plan.tinted);
+    // Elements without coloured opacity may stand beside those that have it.
+    const bool tinted = std::ranges::any_of(
+        tiles_, [](const PictureTile& tile) { return tile.info().plan.tinted; });
+    arrays_.color.channels = colorNames(tinted);
     arrays_.color.type = first.info().plan.color_type;
+}
+
+/// Adds the names of an element's ids to those of all, unless they are there; where from is told by
+/// the ids that are added.
+void PictureTiles::joinProvenance() {
+    provenance_ = info().provenance;
+    if (parts_ == Parts::kTiles) return;
+    struct Known {
+        const IdNames* names;
+        std::uint32_t first_object, first_material;
+    };
+    std::vector<Known> known;
+    IdNames& all = provenance_.ids;
+    all = {};
+    bool parents_known = true;
+    for (PictureTile& tile : tiles_) {
+        const Provenance& own = tile.info().provenance;
+        if (own.scene_hash != provenance_.scene_hash)
+            provenance_.scene = provenance_.scene_hash = "";
+        if (own.settings_hash != provenance_.settings_hash)
+            provenance_.settings = provenance_.settings_hash = "";
+        const auto same = std::ranges::find_if(
+            known, [&](const Known& other) { return *other.names == own.ids; });
+        if (same != known.end()) {
+            tile.first_object = same->first_object;
+            tile.first_material = same->first_material;
+            continue;
+        }
+        tile.first_object = static_cast<std::uint32_t>(all.objects.size());
+        tile.first_material = static_cast<std::uint32_t>(all.materials.size());
+        known.push_back({&own.ids, tile.first_object, tile.first_material});
+        const auto add = [](const std::vector<std::string>& from, std::vector<std::string>& to) {
+            to.insert(to.end(), from.begin(), from.end());
+        };
+        add(own.ids.objects, all.objects);
+        add(own.ids.materials, all.materials);
+        for (const std::uint32_t parent : own.ids.parents)
+            all.parents.push_back(parent == 0 ? 0 : parent + tile.first_object);
+        parents_known = parents_known && own.ids.parents.size() == own.ids.objects.size();
+    }
+    if (!parents_known) all.parents.clear();
 }
 
 bool PictureTiles::overlap() const {
@@ -193,9 +313,15 @@ std::optional<Window> PictureTiles::read(const Window& window, LayeredImage& ban
     images_.clear();
     for (const PictureTile& tile : tiles_) {
         const Window part = intersect(window, tile.window());
-        if (!part.empty()) tile.input->read(part, images_.emplace_back());
+        if (part.empty()) continue;
+        tile.input->read(part, images_.emplace_back());
+        if (arrays_.tinted() && !images_.back().tinted()) addOpacities(images_.back());
+        addToIds(images_.back(), "id.object", tile.first_object);
+        addToIds(images_.back(), "id.material", tile.first_material);
     }
-    return joinTiles(images_, window, arrays_, band);
+    if (parts_ == Parts::kTiles) return joinTiles(images_, window, arrays_, band);
+    mergeByDepth(images_, window, arrays_, band);
+    return std::nullopt;
 }
 
 }  // namespace peeler::cmd

@@ -13,6 +13,7 @@
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
 #include "core/base/error.h"
+#include "core/scene/posed_scene.h"
 #include "formats/file/content_hash.h"
 #include "formats/image/environment_file.h"
 
@@ -40,6 +41,13 @@ std::size_t variantNamed(const Scene& scene, const std::string& text) {
     throw Error(ErrorKind::kUsage, "unknown variant", "--variant " + text, hint);
 }
 
+/// Of --environment: the scene's own lights alone, or the built-in ones.
+constexpr const char* kNoEnvironment = "none";
+
+bool hasEnvironment(const AppearanceOptions& appearance) {
+    return appearance.environment && appearance.environment != kNoEnvironment;
+}
+
 /// The rotation of the environment in degrees, without whole turns, so that 360 is none.
 double turn(const AppearanceOptions& appearance) {
     return std::remainder(appearance.environment_rotation.value_or(0), 360.0);
@@ -57,9 +65,11 @@ void addVariantOption(VerbOptions& verb, AppearanceOptions& appearance, const st
 
 void addEnvironmentOptions(VerbOptions& verb, AppearanceOptions& appearance,
                            const std::string& remark) {
-    addFile(
-        verb, "--environment", "FILE", appearance.environment,
-        "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z" + remark)
+    addFile(verb, "--environment", "FILE|studio|none", appearance.environment,
+            "light from all around: an equirectangular .hdr or .exr, its centre seen along +Z, or "
+            "studio, soft boxes in a dim room, or none (default: of pictures for eyes the studio, "
+            "if the scene has no lights of its own and nothing is to cast shadows; else none)" +
+                remark)
         .group("Light");
     addValue(
         verb, "--environment-rotation", "DEGREES", appearance.environment_rotation,
@@ -94,8 +104,13 @@ std::optional<std::size_t> chosenVariant(const Scene& scene, const AppearanceOpt
     return variantNamed(scene, *appearance.variant);
 }
 
+std::optional<std::filesystem::path> environmentFile(const AppearanceOptions& appearance) {
+    if (appearance.environment == kStudioName || !hasEnvironment(appearance)) return {};
+    return appearance.environment;
+}
+
 void checkAppearanceOptions(const AppearanceOptions& appearance) {
-    if (appearance.environment_rotation && !appearance.environment)
+    if (appearance.environment_rotation && !hasEnvironment(appearance))
         throw Error(ErrorKind::kUsage, "there is no environment to turn", "--environment-rotation",
                     "add --environment FILE");
 }
@@ -105,8 +120,8 @@ Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
     gltf.transmission = appearance.transmission != Transmitted::kNothing;
     Scene scene = readGltf(path, gltf);
     if (const auto variant = chosenVariant(scene, appearance)) chooseVariant(scene, *variant);
-    if (!appearance.environment) return scene;
-    scene.environment = readEnvironment(appearance.environment->string());
+    if (!hasEnvironment(appearance)) return scene;
+    scene.environment = environmentNamed(appearance.environment->string());
     scene.environment->rotation = turn(appearance) * std::numbers::pi / 180;
     if (shadows && scene.lights.empty())
         scene.warnings.push_back("The environment is the only light, and it casts no shadows.");
@@ -115,6 +130,12 @@ Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
 
 bool wantsTint(const AppearanceOptions& appearance, const PosedScene& posed) {
     return appearance.transmission == Transmitted::kColor && posed.hasTintedGlass();
+}
+
+void addStudio(Scene& scene, int scene_index, const AppearanceOptions& appearance) {
+    if (!appearance.studio || appearance.environment) return;
+    if (!PosedScene(scene, scene_index).lights().empty()) return;
+    scene.environment = environmentNamed(kStudioName);
 }
 
 nlohmann::json appearanceSettings(const AppearanceOptions& appearance, const Scene& scene) {

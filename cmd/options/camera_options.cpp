@@ -40,11 +40,6 @@ const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std
             "; or an index from light:0 to light:" + std::to_string(lights.size() - 1));
 }
 
-/// Whether `camera` (the value of --camera) names a light rather than a camera.
-bool namesLight(const std::string& camera) {
-    return camera.starts_with(kLightPrefix);
-}
-
 /// The view that a light has (lightView in core/scene/lights.h), its projection as tight as it can
 /// be, its size not set. NAME is the light's, its node's, or an index in draw order; "key" is the
 /// built-in light of a scene without any. Throws Error (kUsage) for an unknown light, with the
@@ -140,12 +135,14 @@ View builtCamera(const CameraOptions& options, const SceneExtent& extent) {
     projection.half_width = projection.half_height * aspectOf(view);
 
     glm::dvec3 target = options.target.value_or((bounds.min + bounds.max) * 0.5);
-    const glm::dvec3 up = glm::normalize(options.up.value_or(glm::dvec3(0, 1, 0)));
+    glm::dvec3 up = glm::normalize(options.up.value_or(glm::dvec3(0, 1, 0)));
     glm::dvec3 eye;
     if (options.eye) {
         eye = *options.eye;
     } else {
-        const glm::dvec3 forward = pleasingForward(up);
+        const Sight sight = framedSight(extent, up);
+        const glm::dvec3& forward = sight.forward;
+        up = sight.up;
         const double size = sceneSize(bounds);
         const auto reached = [&](const glm::dvec3& direction) {
             const double far = extent.reach(target, direction);
@@ -216,6 +213,10 @@ std::string cropText(const Window& crop) {
 
 }  // namespace
 
+bool namesLight(const std::string& camera) {
+    return camera.starts_with(kLightPrefix);
+}
+
 Size sizeWithAspect(Size size, double aspect) {
     if (size.height != 0) return size;
     const double height = std::round(size.width / aspect);
@@ -249,7 +250,8 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options) {
         "the first; the whole scene framed if there is none); light:NAME or light:INDEX is what a "
         "directional or spot light sees, light:key the built-in one of a scene without lights");
     add("--eye", "X,Y,Z", options.eye, vector,
-        "where a camera of your own stands (default: where it sees the whole scene)");
+        "where a camera of your own stands (default: where it sees the whole scene: what is flat "
+        "from the front, all else from the right and above, with margins of 5 %)");
     add("--target", "X,Y,Z", options.target, vector,
         "the point it looks at (default: the scene's centre)");
     add(

@@ -34,6 +34,9 @@ struct CameraOptions {
 /// Declares --camera, --eye, … --crop. `options` must outlive the parse.
 void addCameraOptions(VerbOptions& verb, CameraOptions& options);
 
+/// Whether a value of --camera names a light rather than a camera.
+bool namesLight(const std::string& camera);
+
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
 void checkCameraOptions(const CameraOptions& options);
 

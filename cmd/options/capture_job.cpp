@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/options/capture_job.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <utility>
 
 #include "cmd/cli/arguments.h"
@@ -8,6 +11,7 @@
 #include "cmd/options/output_options.h"
 #include "core/capture/method.h"
 #include "formats/file/content_hash.h"
+#include "formats/image/display.h"
 
 namespace peeler::cmd {
 
@@ -20,7 +24,59 @@ nlohmann::json clipJson(const ClipVolume& clip) {
     return {{"planes", planes}, {"nodes", clip.nodes}, {"inside", clip.keep_inside}};
 }
 
+/// Meters what is handed to it.
+struct MeterSink : Sink {
+    ExposureMeter meter;
+
+    void begin(const Plan& /*plan*/) override {}
+    void write(LayeredImage&& band) override {
+        compositeOver(band, {}, composite_);
+        meter.add(composite_);
+    }
+    void finish() override {}
+
+  private:
+    CompositeImage composite_;
+};
+
+bool hasPoints(const Scene& scene) {
+    return std::ranges::any_of(scene.meshes, [](const Mesh& mesh) {
+        return std::ranges::any_of(mesh.primitives, [](const Primitive& primitive) {
+            return primitive.topology == Topology::kPoints;
+        });
+    });
+}
+
+/// All of what the view's camera sees, in 256 pixels at most.
+View small(View view) {
+    constexpr int kSide = 256;
+    const double scale =
+        std::min(1.0, static_cast<double>(kSide) / std::max(view.width, view.height));
+    const auto scaled = [&](int side) {
+        return std::max(1, static_cast<int>(std::lround(side * scale)));
+    };
+    view.width = scaled(view.width);
+    view.height = scaled(view.height);
+    view.crop = {0, 0, view.width, view.height};
+    return view;
+}
+
+/// Whether somebody asked for this device, if only by the environment that Mesa reads.
+bool isChosen(const gl::ContextRequest& request) {
+    if (request.backend != "auto" || request.device.given()) return true;
+    constexpr const char* kMesas[] = {"LIBGL_ALWAYS_SOFTWARE", "GALLIUM_DRIVER"};
+    return std::ranges::any_of(kMesas, [](const char* name) { return std::getenv(name); });
+}
+
 }  // namespace
+
+void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
+                   CaptureJobOptions& options) {
+    if (!verb.given("--point-size")) options.capture.point_size = kDisplayPointSize;
+    options.appearance.studio = !options.capture.shadows &&
+                                options.capture.shading == Shading::kPbr &&
+                                !(camera.camera && namesLight(*camera.camera));
+}
 
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options) {
     addFile(verb, "SCENE", "", options.scene.file, "a glTF scene (.gltf or .glb)").required();
@@ -36,7 +92,7 @@ void addRunOptions(VerbOptions& verb, CaptureJobOptions& options, const std::str
     addReportOptions(verb, options.report);
 }
 
-std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture,
+std::string settingsText(const ShownScene& shown, const CaptureSettings& capture,
                          const nlohmann::json& more) {
     // nlohmann::json sorts its keys and prints the shortest digits that read back: the text is
     // canonical.
@@ -68,7 +124,12 @@ std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture
     if (const MethodInfo* method = findPeelMethod(capture.method); method && !method->exact())
         settings["method"] = capture.method;
     settings.update(more);
-    return hashText(settings.dump());
+    return settings.dump();
+}
+
+std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture,
+                         const nlohmann::json& more) {
+    return hashText(settingsText(shown, capture, more));
 }
 
 OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
@@ -78,6 +139,7 @@ OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
         console.warning(warning);
     index_ = chooseScene(scene_, options.scene);
     selectNodes(scene_, options.scene);
+    addStudio(scene_, index_, options.appearance);
     const AnimationOptions& animation = options.animation;
     playing_ = chooseAnimations(scene_, animation);
     if ((animation.frames || animation.time) && playing_.empty())
@@ -106,8 +168,18 @@ void CaptureJob::checkOptions() const {
 }
 
 const OpenedScene& CaptureJob::openScene() {
-    const StageTimer timer(times_, "load");
-    return scene_.emplace(options_, console_);
+    console_.detail("reads " + options_.scene.file.string());
+    {
+        const StageTimer timer(times_, "load");
+        scene_.emplace(options_, console_);
+    }
+    const Scene& scene = scene_->scene();
+    console_.detail("read " + countText(scene.files.size(), "file") + ": " +
+                    countText(scene.nodes.size(), "node") + ", " +
+                    countText(scene.meshes.size(), "mesh") + ", " +
+                    countText(scene.materials.size() - 1, "material") + ", " +
+                    countText(scene.images.size(), "image"));
+    return *scene_;
 }
 
 void CaptureJob::checkOutputs(std::vector<std::filesystem::path> outputs) const {
@@ -123,15 +195,47 @@ PosedScene CaptureJob::pose() {
 Renderer& CaptureJob::openRenderer(const PosedScene& posed) {
     {
         const StageTimer timer(times_, "context");
-        context_ = openContext(options_.device, console_);
+        context_ = gl::createContext(options_.device);
     }
+    const bool first = !device_;
     device_ = context_->device();
+    if (first && device_->software && !isChosen(options_.device)) {
+        console_.note("no GPU can be used, so " + device_->renderer + " renders in software (" +
+                      device_->backend + "); peeler devices says why");
+    }
+    console_.detail("GL: " + device_->renderer + " (" + device_->backend + "), OpenGL " +
+                    device_->version);
     return renderer_.emplace(*context_, posed);
 }
 
 void CaptureJob::closeRenderer() {
     renderer_.reset();
     context_.reset();
+}
+
+float CaptureJob::meterExposure(const CaptureSettings& capture, const CameraOptions& camera) {
+    CaptureSettings settings = capture;
+    settings.method = peelMethods().front().name;
+    settings.channels.clear();
+    settings.samples = 1;
+    settings.composite = true;
+    settings.color_type = PixelType::kFloat;
+    std::vector<double> times{options_.animation.time.value_or(0)};
+    if (options_.animation.frames) {
+        double end = 0;
+        for (const int animation : scene_->animations())
+            end = std::max(
+                end, durationOf(scene_->scene().animations[static_cast<std::size_t>(animation)]));
+        times = end > 0 ? std::vector<double>{0, end / 2, end} : std::vector<double>{0};
+    }
+    MeterSink sink;
+    for (const double time : times) {
+        const PosedScene posed = scene_->at(time);
+        renderer_->setPose(posed);
+        renderer_->plan(small(scene_->view(posed, camera)), settings);
+        renderer_->capture(sink);
+    }
+    return sink.meter.stops();
 }
 
 StageTimes CaptureJob::takeTimes() {
@@ -143,12 +247,21 @@ bool CaptureJob::wantsTint(const PosedScene& posed) const {
     return cmd::wantsTint(options_.appearance, posed);
 }
 
-std::string CaptureJob::settingsHash(const CaptureSettings& capture, nlohmann::json more,
+std::string CaptureJob::settingsText(const CaptureSettings& capture, nlohmann::json more,
                                      const Window& crop, double frames_per_second) const {
     more.update(appearanceSettings(options_.appearance, scene_->scene()));
+    if (const auto& ignored = options_.scene.gltf.ignored_extensions; !ignored.empty())
+        more["ignoredExtensions"] = ignored;
+    if (capture.point_size != 1 && hasPoints(scene_->scene()))
+        more["pointSize"] = capture.point_size;
     const ShownScene shown{scene_->index(),        scene_->animations(), options_.scene.include,
                            options_.scene.exclude, frames_per_second,    crop};
-    return cmd::settingsHash(shown, capture, more);
+    return cmd::settingsText(shown, capture, more);
+}
+
+std::string CaptureJob::settingsHash(const CaptureSettings& capture, nlohmann::json more,
+                                     const Window& crop) const {
+    return hashText(settingsText(capture, std::move(more), crop));
 }
 
 void CaptureJob::finish(RunResult& result) {

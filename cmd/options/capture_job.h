@@ -32,6 +32,12 @@ struct CaptureJobOptions {
     ReportOptions report;
 };
 
+/// Sets what pictures for eyes get, unless it is asked for otherwise on the command line: larger
+/// points, and the studio where nothing else would light the scene. Shadows, and what is seen from
+/// a light, need the built-in light.
+void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
+                   CaptureJobOptions& options);
+
 /// Declares SCENE, an argument.
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options);
 /// Declares the options of addSceneOptions() and addTimeOptions().
@@ -51,12 +57,16 @@ struct ShownScene {
     Window crop{};
 };
 
-/// Everything that was asked for and changes pixels (peeler:settingsHash), as 16 hexadecimal
-/// digits. Two renders of the same scene file with the same hash, time and camera
-/// (peeler:cameraJson) have the same layers. What the header says in full is left out, so that the
-/// tiles of a picture and the frames of a sequence share a hash: camera, size, crop and time; and
-/// so is what changes nothing: threads, memory, backend, and which of the exact methods it is.
-/// `more`: an object of what else there is, such as appearanceSettings().
+/// Everything that was asked for and changes pixels (peeler:settings), as the text of a JSON object
+/// with sorted keys, most of them the names of options (differences.h tells which). Two renders of
+/// the same scene file with the same settings, time and camera (peeler:cameraJson) have the same
+/// layers. What the header says elsewhere in full is left out, so that the tiles of a picture and
+/// the frames of a sequence share their settings: camera, size, crop and time; and so is what
+/// changes nothing: threads, memory, backend, and which of the exact methods it is. `more`: an
+/// object of what else there is, such as appearanceSettings().
+std::string settingsText(const ShownScene& shown, const CaptureSettings& capture,
+                         const nlohmann::json& more = nlohmann::json::object());
+/// The hash of that text (peeler:settingsHash), 16 hexadecimal digits.
 std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture,
                          const nlohmann::json& more = nlohmann::json::object());
 
@@ -108,14 +118,23 @@ class CaptureJob {
     /// The scene at the time that was asked for.
     PosedScene pose();
 
-    /// Opens a context as openContext() does, throwing like it, and uploads the scene. A Renderer
-    /// that is open has to be closed before.
+    /// Opens a context as gl::createContext() does, throwing like it, and uploads the scene. Notes
+    /// once that it renders in software, unless that was asked for. A Renderer that is open has to
+    /// be closed before.
     Renderer& openRenderer(const PosedScene& posed);
     void closeRenderer();
     /// The open Renderer, or null. The context may be there without it, if the scene had no room.
     Renderer* renderer() { return renderer_ ? &*renderer_ : nullptr; }
     bool hasContext() const { return context_ != nullptr; }
     const gl::Device& device() const { return *device_; }  ///< of the Renderer opened last
+
+    /// The exposure in stops that the light of the scene asks for (ExposureMeter), of the open
+    /// Renderer. It is metered on a small picture of all that the camera sees, whatever part is
+    /// asked for, with a sample a pixel and by the first method, so that tiles and crops agree; of
+    /// frames at the beginning, in the middle and at the end of what moves the scene, whichever
+    /// frames are asked for, so that they agree, too. Leaves the Renderer in another pose. Throws
+    /// like Renderer::capture().
+    float meterExposure(const CaptureSettings& capture, const CameraOptions& camera);
 
     Clock::time_point start() const { return start_; }
     /// What stages have taken, in milliseconds; a verb adds its own.
@@ -126,10 +145,13 @@ class CaptureJob {
     /// wantsTint() of the options.
     bool wantsTint(const PosedScene& posed) const;
 
-    /// settingsHash() of the opened scene and of how it looks. `crop` and `frames_per_second` are
+    /// settingsText() of the opened scene and of how it looks. `crop` and `frames_per_second` are
     /// as in ShownScene.
-    std::string settingsHash(const CaptureSettings& capture, nlohmann::json more,
+    std::string settingsText(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}, double frames_per_second = 0) const;
+    /// Likewise settingsHash().
+    std::string settingsHash(const CaptureSettings& capture, nlohmann::json more,
+                             const Window& crop = {}) const;
 
     /// Fills in what every verb reports alike: the input, the device if there was one, the memory,
     /// and takeTimes() with the run's total, which ends here.

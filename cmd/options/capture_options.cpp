@@ -96,14 +96,27 @@ void addLayerOptions(VerbOptions& verb, CaptureSettings& capture) {
     addChoice<Shading>(verb, "--shading", capture.shading, kShading, "shading",
                        "how surfaces are coloured:")
         .group(kGroup);
+    addValue(
+        verb, "--point-size", "N", capture.point_size,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 1024)); },
+        "pixels a side of points (default: " + std::to_string(kDisplayPointSize) +
+            " in pictures for eyes: .png, .jpg, .tif, .html and sheets; else 1)")
+        .group(kGroup);
     addChoice<PixelType>(verb, "--precision", capture.color_type, kPrecisions, "precision",
                          "how colour is stored; Z is always 32 bits:")
         .group(kGroup);
 }
 
-void addRayFacesOption(VerbOptions& verb, CaptureSettings& capture) {
-    addChoice<Faces>(verb, "--faces", capture.faces, kRayFaces, "choice of faces",
-                     "which sides of triangles rays hit:")
+void addRayFacesOption(VerbOptions& verb, std::optional<Faces>& faces) {
+    std::string help =
+        "which sides of triangles rays hit (default: both; of a camera's pixels gltf, as peeler "
+        "render has it, unless what is inside is asked for):";
+    for (const Choice<Faces>& choice : kRayFaces)
+        help += '\n' + std::string(choice.name) + ": " + std::string(choice.summary);
+    addValue(
+        verb, "--faces", "NAME", faces,
+        [](const std::string& text) { return choose<Faces>("choice of faces", kRayFaces, text); },
+        help)
         .group("Rays");
 }
 
@@ -158,17 +171,6 @@ void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threa
         .group(kGroup);
     addThreadsOption(verb, threads);
     addMemoryOption(verb, capture.memory, memory);
-}
-
-std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console) {
-    auto context = gl::createContext(request);
-    const gl::Device& device = context->device();
-    const bool chosen = request.backend != "auto" || request.device.given();
-    if (device.software && !chosen) {
-        console.note("no GPU can be used, so " + device.renderer + " renders in software (" +
-                     device.backend + "); peeler devices says why");
-    }
-    return context;
 }
 
 }  // namespace peeler::cmd

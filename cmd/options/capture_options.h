@@ -46,11 +46,14 @@ inline constexpr Choice<PixelType> kPrecisions[] = {
 };
 
 /// Declares --method, --layers, --occlusion-ratio, --tail, --samples, --surfaces, --faces,
-/// --shading and --precision.
+/// --shading, --point-size and --precision.
 void addLayerOptions(VerbOptions& verb, CaptureSettings& capture);
 
-/// Declares --faces for rays, which hit both by default.
-void addRayFacesOption(VerbOptions& verb, CaptureSettings& capture);
+/// Pixels a side of a point in pictures for eyes.
+inline constexpr int kDisplayPointSize = 3;
+
+/// Declares --faces for rays; none = the default, which depends on what they are traced for.
+void addRayFacesOption(VerbOptions& verb, std::optional<Faces>& faces);
 
 /// Declares --shadows and --shadow-size (texels a side of a shadow map; none = not given).
 void addLightOptions(VerbOptions& verb, CaptureSettings& capture, std::optional<int>& shadow_size);
@@ -66,10 +69,6 @@ void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string&
 /// keeps to that.
 void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threads,
                        CaptureSettings& capture, const std::string& memory);
-
-/// The context that is asked for; a note says so if it is a software one that nobody chose. Throws
-/// like gl::createContext().
-std::unique_ptr<gl::Context> openContext(const gl::ContextRequest& request, Console& console);
 
 /// --clip-box, --clip-plane, --clip-mesh and --clip.
 struct ClipOptions {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Output paths, formats and reports: options, checks before any work, results after it.
+// Outputs: their options, whether these go with the format, and what the finished files tell.
 #include "cmd/options/output_options.h"
 
 #include <algorithm>
@@ -24,14 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether both name one file, however they are spelt; a file that is not there yet has only its
-/// spelling.
-bool sameFile(const fs::path& a, const fs::path& b) {
-    std::error_code failure;
-    if (fs::equivalent(a, b, failure)) return true;
-    return a.lexically_normal() == b.lexically_normal();
-}
-
 float parseExposure(const std::string& text) {
     const double stops = parseNumber(text);
     if (std::abs(stops) > 100) throw Error(ErrorKind::kUsage, "expected stops from -100 to 100");
@@ -52,11 +44,6 @@ constexpr Choice<DeepMerge> kDeepMerges[] = {
     {"by-id", DeepMerge::kById, "those of one object and material within the tolerances"},
     {"by-z", DeepMerge::kByZ, "those within --deep-z-tolerance"},
 };
-
-/// Whether the layers are files of their own.
-bool hasFilePerLayer(const OutputRequest& output) {
-    return findExrLayout(output.options.layout).one_file_a_layer;
-}
 
 /// As addValue(), for an option that only some formats have a use for: notes that it is given.
 template <class T, class Parse>
@@ -159,28 +146,6 @@ void checkLayerFileOptions(const OutputRequest& output, const OutputFormat& form
     checkDeepMerge(output);
 }
 
-/// Throws Error (kUsage) if a file of a set would replace an input; (kOutput) under --no-clobber if
-/// a file of a set is there already.
-void checkLayerFiles(const OutputRequest& output, const std::vector<fs::path>& inputs) {
-    if (!hasFilePerLayer(output)) return;
-    for (const fs::path& input : inputs) {
-        for (const std::string& file : exrFilesOf(input.string())) {
-            if (isExrLayerFile(file, output.path.string())) {
-                refuse("a layer's file could replace the input " + file, "--layout per-file",
-                       "choose another name for the output");
-            }
-        }
-    }
-    if (!output.no_clobber) return;
-    std::error_code failure;
-    const fs::path folder =
-        output.path.has_parent_path() ? output.path.parent_path() : fs::path(".");
-    for (const auto& entry : fs::directory_iterator(folder, failure)) {
-        if (isExrLayerFile(entry.path().string(), output.path.string()))
-            checkNotThere(entry.path());
-    }
-}
-
 }  // namespace
 
 void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only) {
@@ -194,10 +159,17 @@ void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only) {
             extensions += (extensions.empty() ? "" : ", ") + std::string(extension);
         }
     }
-    addFile(verb, "-o,--output", "FILE", output.path, "the file to write: " + extensions)
+    const auto toPath = [](const std::string& text) {
+        return fs::path(text == "-" ? "-.png" : text);
+    };
+    addValue(verb, "-o,--output", "FILE", output.path, toPath,
+             "the file to write: " + extensions +
+                 "; - writes a PNG to standard output, -.EXT another format")
         .group("Output")
         .required();
     verb.addFlag("--no-clobber", output.no_clobber, "fail if the file is there already")
+        .group("Output");
+    verb.addFlag("--no-mkdir", output.no_mkdir, "fail if its folder is missing; else it is made")
         .group("Output");
 }
 
@@ -209,7 +181,9 @@ void addOutputOptions(VerbOptions& verb, OutputRequest& output) {
              "#rrggbb[aa] in sRGB")
         .group("Output");
     addGiven(verb, output, "--exposure", "STOPS", options.exposure, parseExposure,
-             "brightens (or darkens) what is not an EXR (default: 0)")
+             "brightens (or darkens) what is not an EXR, but not its background (default: found "
+             "by metering for scenes with lights of their own, and for files that are too bright "
+             "or too dark to show; else 0)")
         .group("Output");
     addNamed(verb, output, "--tone-map", options.tone_map, toneMaps(), "tone map",
              "how what is not an EXR shows bright light", true)
@@ -229,7 +203,7 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
         if (layers_only && !format.holdsFragments()) continue;
         if (!known.insert(format.kind).second) continue;
         names.push_back(format.kind);
-        kinds += (kinds.empty() ? "" : " or ") + std::string(format.kind);
+        kinds += "\n" + std::string(format.kind) + ": " + std::string(format.summary);
     }
     addValue(
         verb, "--as", "KIND", output.options.as,
@@ -239,7 +213,7 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
             }
             return text;
         },
-        kinds + " (default: by the extension; .exr holds layers)")
+        "what is written (default: ldi in an .exr, else what the extension says):" + kinds)
         .group("Output");
     verb.addFlag("--no-composite", output.options.no_composite,
                  "layers only, without the part that shows them composited")
@@ -247,18 +221,50 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
     addLayerFileOptions(verb, output);
 }
 
-void checkFolder(const fs::path& file) {
-    const AtomicFile probe(file.string());
+bool OutputRequest::hasFilePerLayer() const {
+    return findExrLayout(options.layout).one_file_a_layer;
 }
 
 bool OutputRequest::asksForDisplay() const {
     return isGiven("--background") || isGiven("--exposure") || isGiven("--tone-map");
 }
 
+bool OutputRequest::leavesExposureOpen() const {
+    return !isGiven("--exposure") && findOutputFormat(path.string(), options.as).for_display;
+}
+
 OutputOptions OutputRequest::from(const Provenance& provenance) const {
     OutputOptions asked = options;
     asked.provenance = provenance;
+    if (!findOutputFormat(path.string(), options.as).for_display) return asked;
+    if (!isGiven("--tone-map")) asked.tone_map = toneMaps().front().name;
+    asked.outcome = std::make_shared<DisplayOutcome>();
     return asked;
+}
+
+void describeDisplay(const OutputOptions& written, bool automatic_exposure, PictureResult& result) {
+    if (!written.outcome) return;
+    result.display = {written.tone_map, written.outcome->exposure, automatic_exposure,
+                      written.outcome->raised_pixels};
+}
+
+void noteDisplay(const PictureResult& result, Console& console) {
+    if (!result.display) return;
+    const DisplayedAs& display = *result.display;
+    const std::string file = result.output.string() + ": ";
+    if (display.automatic_exposure && display.exposure != 0) {
+        console.note(file + "exposed by " + stopsText(display.exposure) +
+                     " stops, found by metering; --exposure chooses");
+    }
+    // A sparkle here and there is no news.
+    const auto pixels =
+        static_cast<std::uint64_t>(result.width) * static_cast<std::uint64_t>(result.height);
+    if (display.alpha_raised_pixels > pixels / 100) {
+        console.note(file + "alpha was raised in " +
+                     countText(display.alpha_raised_pixels, "pixel") +
+                     " with more light than coverage (reflections on clear glass); --background, "
+                     "or an EXR, keeps them exact");
+    }
 }
 
 void checkFormat(const OutputRequest& output) {
@@ -278,7 +284,7 @@ void checkFormat(const OutputRequest& output) {
             refuse("this output is nothing but the composite", "--no-composite", "leave it out");
         if (!format.hasComposite())
             refuse("this output has no composite", "--no-composite", "leave it out");
-        if (hasFilePerLayer(output))
+        if (output.hasFilePerLayer())
             refuse("the composite's file is the one that names the others", "--no-composite",
                    "leave it out, or choose another --layout");
     }
@@ -287,49 +293,6 @@ void checkFormat(const OutputRequest& output) {
     constexpr const char* kDisplayHint = "write a .png, .jpg or .tif";
     refuse_if_given(kLinear, "--exposure", kDisplayHint);
     refuse_if_given(kLinear, "--tone-map", kDisplayHint);
-}
-
-void checkNotThere(const fs::path& file) {
-    std::error_code failure;
-    if (!fs::exists(fs::symlink_status(file, failure))) return;
-    throw Error(ErrorKind::kOutput, "the file is there already", file.string(),
-                "remove it, choose another name, or leave --no-clobber out");
-}
-
-void checkTarget(const OutputRequest& output, const std::vector<fs::path>& inputs) {
-    for (const fs::path& input : inputs) {
-        for (const std::string& file : exrFilesOf(input.string())) {
-            if (!sameFile(output.path, file)) continue;
-            throw Error(ErrorKind::kUsage,
-                        file == input.string() ? "the output is the input"
-                                               : "the output is a file of the input",
-                        output.path.string(), "choose another name for the output");
-        }
-    }
-    if (output.no_clobber) checkNotThere(output.path);
-    checkLayerFiles(output, inputs);
-}
-
-std::vector<fs::path> checkSeries(const OutputRequest& output, std::span<const int> numbers,
-                                  const std::vector<fs::path>& inputs) {
-    if (!hasFrameToken(output.path.string())) {
-        checkTarget(output, inputs);
-        return {output.path};
-    }
-    std::vector<fs::path> files;
-    OutputRequest file = output;
-    for (const int number : numbers) {
-        file.path = framePath(output.path.string(), number);
-        checkTarget(file, inputs);
-        files.push_back(file.path);
-    }
-    return files;
-}
-
-void checkOutput(const OutputRequest& output, const std::vector<fs::path>& inputs) {
-    checkFormat(output);
-    checkTarget(output, inputs);
-    checkFolder(output.path);
 }
 
 bool keepsCryptomatte(const ExrInfo& input, const OutputRequest& output) {
@@ -341,7 +304,7 @@ bool keepsCryptomatte(const ExrInfo& input, const OutputRequest& output) {
 void describeFiles(const OutputRequest& output, PictureResult& result, Console& console) {
     const std::string file = output.path.string();
     result.bytes = fileBytes(file);
-    if (hasFilePerLayer(output)) {
+    if (output.hasFilePerLayer()) {
         for (std::size_t layer = 0; layer < result.layers; ++layer)
             result.bytes += fileBytes(exrLayerFile(file, layer));
         std::error_code failure;
@@ -356,30 +319,6 @@ void describeFiles(const OutputRequest& output, PictureResult& result, Console& 
     const Plan plan = openLayered(file)->info().plan;
     result.layers = plan.layers.size();
     result.fragments_stored = plan.fragments_stored;
-}
-
-void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,
-                    const std::string& what, const std::string& option) {
-    for (const fs::path& other : others) {
-        if (!sameFile(file, other) && !isExrLayerFile(file.string(), other.string())) continue;
-        throw Error(ErrorKind::kUsage, what + " would replace the input or the output",
-                    option + " " + file.string(), "choose another name for it");
-    }
-    checkFolder(file);
-}
-
-void checkReport(const ReportOptions& options, const std::vector<fs::path>& others) {
-    if (options.file) checkExtraFile(*options.file, others, "the report", "--report");
-}
-
-void checkSceneFiles(const Scene& scene, const std::vector<fs::path>& outputs) {
-    const std::set<fs::path> files(scene.files.begin(), scene.files.end());
-    for (const fs::path& output : outputs) {
-        std::error_code failure;
-        if (!files.contains(fs::weakly_canonical(fs::absolute(output, failure), failure))) continue;
-        throw Error(ErrorKind::kUsage, "this would replace a file that the scene is made of",
-                    output.string(), "choose another name");
-    }
 }
 
 void addThreadsOption(VerbOptions& verb, int& threads) {

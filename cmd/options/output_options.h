@@ -24,21 +24,26 @@ class VerbOptions;
 /// What the command line says of an output file.
 struct OutputRequest {
     std::filesystem::path path;
-    bool no_clobber = false;
+    bool no_clobber = false, no_mkdir = false;
     OutputOptions options;  ///< without its provenance
     /// The options that are given ("--exposure"), of those that only some formats have a use for.
     std::set<std::string_view> given;
 
     bool isGiven(std::string_view option) const { return given.contains(option); }
+    /// Whether the layers are files of their own (--layout).
+    bool hasFilePerLayer() const;
     /// Whether one of the options is given (--background, --exposure, --tone-map) that do not go
     /// with layers, which stay as they were rendered.
     bool asksForDisplay() const;
-    /// The options with the provenance of a picture.
+    /// Whether the file is for eyes, and nothing says how bright it is to be.
+    bool leavesExposureOpen() const;
+    /// The options with the provenance of a picture. What is for eyes gets the first of the tone
+    /// maps unless another is asked for, and an outcome to be filled in.
     OutputOptions from(const Provenance& provenance) const;
 };
 
-/// Declares -o and --no-clobber. `layers_only` is for a verb that writes no composites: the help
-/// lists no formats of theirs.
+/// Declares -o, --no-clobber and --no-mkdir. `layers_only` is for a verb that writes no composites:
+/// the help lists no formats of theirs.
 void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only = false);
 /// Declares the options of addOutputFile(), and --background, --exposure and --tone-map.
 void addOutputOptions(VerbOptions& verb, OutputRequest& output);
@@ -46,12 +51,19 @@ void addOutputOptions(VerbOptions& verb, OutputRequest& output);
 /// --deep-merge, --deep-z-tolerance, --deep-alpha-tolerance), for verbs that have layers to write.
 void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers_only = false);
 
+/// Fills in how a picture for eyes is shown, as its writer has left it in the outcome of `written`.
+/// Does nothing for other files.
+void describeDisplay(const OutputOptions& written, bool automatic_exposure, PictureResult& result);
+/// Notes what nobody asked for: an exposure that was found, alpha that was raised in more than a
+/// hundredth of the pixels.
+void noteDisplay(const PictureResult& result, Console& console);
+
 /// Declares --fxaa; `remark` ends its description.
 void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark);
 
 /// Throws before any work is done: Error (kUsage) if the path names no format, an option does not
-/// apply to it or the output is one of the inputs; (kOutput) if the folder cannot be written to, or
-/// the file is there and must stay.
+/// apply to it or the output is one of the inputs; (kOutput) if the folder can neither be written
+/// to nor made, or the file is there and must stay.
 void checkOutput(const OutputRequest& output, const std::vector<std::filesystem::path>& inputs);
 /// The part of checkOutput() that depends on the options alone: that they apply to the format, and
 /// have what they need.
@@ -61,8 +73,8 @@ void checkFormat(const OutputRequest& output);
 void checkTarget(const OutputRequest& output, const std::vector<std::filesystem::path>& inputs);
 /// Throws Error (kOutput) if there is anything of that name, as --no-clobber asks.
 void checkNotThere(const std::filesystem::path& file);
-/// The part of checkOutput() that depends on the folder: that it takes a new file. Leaves nothing
-/// behind.
+/// The part of checkOutput() that depends on the folder: that it takes a new file, or could be
+/// made. Leaves nothing behind.
 void checkFolder(const std::filesystem::path& file);
 
 /// checkTarget() for every file of a series: `output.path` with each number in it, as framePath()

@@ -3,6 +3,8 @@
 
 #include <fnmatch.h>
 
+#include <algorithm>
+
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/choices.h"
 #include "core/base/error.h"
@@ -15,17 +17,14 @@ namespace {
 std::vector<char> matching(const Scene& scene, const std::vector<std::string>& globs,
                            const char* option) {
     std::vector<char> result(scene.nodes.size(), 0);
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < result.size(); ++i)
+        names.push_back(nodeName(scene, i));
     for (const std::string& glob : globs) {
-        bool found = false;
-        for (std::size_t i = 0; i < result.size(); ++i) {
-            if (fnmatch(glob.c_str(), nodeName(scene, i).c_str(), 0) != 0) continue;
-            result[i] = 1;
-            found = true;
-        }
-        if (found) continue;
-        std::vector<std::string> names;
+        const std::vector<char> found = namesLike(names, glob);
         for (std::size_t i = 0; i < result.size(); ++i)
-            names.push_back(nodeName(scene, i));
+            result[i] |= found[i];
+        if (std::ranges::find(found, 1) != found.end()) continue;
         throw Error(
             ErrorKind::kUsage, "no node has a name like this", std::string(option) + ' ' + glob,
             choiceHint(glob, "nodes", std::vector<std::string_view>(names.begin(), names.end())));
@@ -67,6 +66,12 @@ void addSceneOptions(VerbOptions& verb, SceneOptions& options) {
             "leave out nodes with such a name and all below them, lights included; may be repeated")
         .group(kGroup);
     addSandboxOption(verb, options.gltf.allow_outside);
+    verb.addRepeated(
+            "--ignore-extension", "NAME",
+            [&](const std::string& text) { options.gltf.ignored_extensions.push_back(text); },
+            "go on without a glTF extension that the file requires and peeler lacks; textures "
+            "that only it has an image for are left out; may be repeated")
+        .group(kGroup);
 }
 
 void addSandboxOption(VerbOptions& verb, bool& allow_outside) {
@@ -84,6 +89,13 @@ int chooseScene(const Scene& scene, const SceneOptions& options) {
         names.push_back({name.empty() ? "scene " + std::to_string(i) : name});
     }
     return static_cast<int>(chooseFrom("scene", *options.scene, names));
+}
+
+std::vector<char> namesLike(const std::vector<std::string>& names, const std::string& glob) {
+    std::vector<char> like(names.size(), 0);
+    for (std::size_t i = 0; i < names.size(); ++i)
+        like[i] = fnmatch(glob.c_str(), names[i].c_str(), 0) == 0 ? 1 : 0;
+    return like;
 }
 
 std::vector<char> nodesMatching(const Scene& scene, const std::vector<std::string>& globs,

@@ -26,13 +26,17 @@ struct SceneOptions {
     GltfOptions gltf;
 };
 
-/// Declares --scene, --include, --exclude and --allow-outside. `options` must outlive the parse.
+/// Declares --scene, --include, --exclude, --allow-outside and --ignore-extension. `options` must
+/// outlive the parse.
 void addSceneOptions(VerbOptions& verb, SceneOptions& options);
 /// Declares --allow-outside alone.
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);
 
 /// The index of the scene to show. Throws Error (kUsage), with the list, for one that is not there.
 int chooseScene(const Scene& scene, const SceneOptions& options);
+
+/// For every name, whether it matches a glob: *, ? and [a-z] as in a shell.
+std::vector<char> namesLike(const std::vector<std::string>& names, const std::string& glob);
 
 /// For every node, whether it has a name that matches one of the globs or is below one that has.
 /// Throws Error (kUsage) for a glob that no node matches; `option` is where it comes from.
@@ -55,8 +59,11 @@ enum class Transmitted : std::uint8_t {
 struct AppearanceOptions {
     std::optional<std::string> variant;  ///< name or index
     Transmitted transmission = Transmitted::kColor;
-    std::optional<std::filesystem::path> environment;
-    std::optional<double> environment_rotation;  ///< degrees
+    std::optional<std::filesystem::path> environment;  ///< a file, "studio" or "none"
+    std::optional<double> environment_rotation;        ///< degrees
+    /// The studio lights what has no lights of its own, unless there is an environment: for
+    /// pictures for eyes.
+    bool studio = false;
 };
 
 /// Declares --variant alone.
@@ -67,14 +74,21 @@ void addAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
 /// --environment-rotation.
 void addBakedAppearanceOptions(VerbOptions& verb, AppearanceOptions& appearance);
 
+/// The file that the environment is read from; none if it is built in, or there is none.
+std::optional<std::filesystem::path> environmentFile(const AppearanceOptions& appearance);
+
 /// Throws Error (kUsage) for a rotation of no environment.
 void checkAppearanceOptions(const AppearanceOptions& appearance);
 
-/// Reads the scene as the options want it: its materials of the variant, its environment from the
-/// file. `shadows` asks for a warning where nothing can cast them. Throws Error (kUsage) for an
-/// unknown variant, with the list, and what readGltf and readEnvironment throw.
+/// Reads the scene as the options want it: its materials of the variant, its environment by its
+/// name or from the file. `shadows` asks for a warning where nothing can cast them. Throws Error
+/// (kUsage) for an unknown variant, with the list, and what readGltf and environmentNamed throw.
 Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
                 const AppearanceOptions& appearance, bool shadows);
+
+/// Puts the scene into the studio if `appearance` says so and nothing else lights what is shown of
+/// it.
+void addStudio(Scene& scene, int scene_index, const AppearanceOptions& appearance);
 
 /// Index of the variant that was chosen; nothing if none was. Throws Error (kUsage) for an unknown
 /// one, with the list.

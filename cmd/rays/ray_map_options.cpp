@@ -78,7 +78,8 @@ void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
     std::string help =
         "a number a ray instead of its hits, in an EXR several, with commas "
         "between (a part a bundle, a channel a map), in a picture one (black to "
-        "yellow; of several bundles #### in its name is their number):";
+        "yellow, transmission like an X-ray film from white to black, with a legend below; of "
+        "several bundles #### in its name is their number):";
     for (const RayMapInfo& map : rayMapTable())
         help += '\n' + std::string(map.name) + ": " + std::string(map.summary);
     verb.addRepeated(
@@ -101,7 +102,11 @@ void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
         .group(kGroup);
     addValue(verb, "--range", "LOW,HIGH", flags.range, parseRange,
              "what is black and what yellow in a picture (default: 0 to the largest value; of "
-             "first and last from the least)")
+             "first and last from the least); of transmission LOW is white and HIGH black, as "
+             "on an X-ray film (default: 0 to 1)")
+        .group(kGroup);
+    verb.addFlag("--legend,!--no-legend", flags.legend,
+                 "below a picture: its colours as a bar with numbers and their unit (default)")
         .group(kGroup);
 }
 
@@ -122,11 +127,15 @@ void checkRayMapFlags(const RayMapFlags& flags) {
     if (flags.range && flags.maps.empty())
         throw Error(ErrorKind::kUsage, "there is no picture that has a range", "--range",
                     "add --map");
+    if (!flags.legend && flags.maps.empty())
+        throw Error(ErrorKind::kUsage, "there is no picture that has a legend", "--no-legend",
+                    "add --map");
 }
 
 RayMapOptions rayMapOptions(const RayMapFlags& flags, const Scene& scene) {
     RayMapOptions options;
     options.range = flags.range;
+    options.legend = flags.legend;
     options.settings.maps = flags.maps;
     if (!flags.attenuation.empty()) options.settings.attenuation.resize(scene.materials.size());
     for (const auto& [glob, mu] : flags.attenuation)

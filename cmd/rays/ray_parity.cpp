@@ -22,6 +22,12 @@ glm::dvec3 directionOf(const Bundle& bundle, const OddRay& ray) {
     return glm::normalize(worldPosition(bundle.view, at.x, at.y, 1) - bundle.origin());
 }
 
+/// Where the ray hits the surface that it does not leave (or enter), world space.
+glm::dvec3 placeOf(const Bundle& bundle, const OddRay& ray) {
+    const glm::dvec2 at = glm::dvec2(ray.x, ray.y) + bundle.view.sample;
+    return worldPosition(bundle.view, at.x, at.y, ray.z);
+}
+
 }  // namespace
 
 void RayParity::begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) {
@@ -44,7 +50,7 @@ std::string RayParity::name(const Solid& solid) const {
 std::string RayParity::describe(const Solid& solid, const SolidParity& parity) const {
     const OddRay& ray = parity.first.front();
     const Bundle& bundle = bundles_[ray.bundle];
-    const glm::dvec3 direction = directionOf(bundle, ray);
+    const glm::dvec3 direction = directionOf(bundle, ray), place = placeOf(bundle, ray);
     std::ostringstream text;
     text << name(solid) << ": " << groupedText(parity.odd) << " of " << groupedText(parity.rays)
          << " rays hit it an odd number of times; "
@@ -52,7 +58,8 @@ std::string RayParity::describe(const Solid& solid, const SolidParity& parity) c
                             : countText(solid.open_edges, "edge") +
                                   (solid.open_edges == 1 ? " is open" : " are open"))
          << "; the first one: " << bundle.name << ", pixel (" << ray.x << ", " << ray.y
-         << "), along (" << direction.x << ", " << direction.y << ", " << direction.z << ')';
+         << "), along (" << direction.x << ", " << direction.y << ", " << direction.z << "), at ("
+         << place.x << ", " << place.y << ", " << place.z << ')';
     return text.str();
 }
 
@@ -64,6 +71,23 @@ void RayParity::finish() {
     }
     if (odd > kNamed)
         console_.warning("and " + countText(odd - kNamed, "more solid") + " like that");
+    console_.note(verdict(odd));
+}
+
+/// One line on all rays: "closed: every one of 437,760 rays enters as often as it leaves".
+std::string RayParity::verdict(std::size_t odd_solids) const {
+    std::uint64_t rays = 0;
+    for (const Bundle& bundle : bundles_)
+        rays += bundle.rays();
+    if (parity_.solids().empty())
+        return "no ray hits a surface: nothing is known of what is closed";
+    if (odd_solids == 0)
+        return "closed: every one of " + countText(rays, "ray") + " enters as often as it leaves";
+    return "open: " + groupedText(parity_.oddRays()) + " of " + countText(rays, "ray") +
+           (parity_.oddRays() == 1 ? " enters" : " enter") + " what " +
+           (parity_.oddRays() == 1 ? "it does" : "they do") + " not leave, of " +
+           groupedText(odd_solids) + " of " + countText(parity_.solids().size(), "surface") +
+           " that they hit";
 }
 
 void RayParity::fail() const {
@@ -95,11 +119,13 @@ void RayParity::addTo(nlohmann::ordered_json& result) const {
         if (!parity.first.empty()) {
             auto& rays = entry["firstOddRays"] = nlohmann::ordered_json::array();
             for (const OddRay& ray : parity.first) {
-                const glm::dvec3 direction = directionOf(bundles_[ray.bundle], ray);
-                rays.push_back({{"bundle", bundles_[ray.bundle].name},
+                const Bundle& bundle = bundles_[ray.bundle];
+                const glm::dvec3 direction = directionOf(bundle, ray), place = placeOf(bundle, ray);
+                rays.push_back({{"bundle", bundle.name},
                                 {"x", ray.x},
                                 {"y", ray.y},
-                                {"direction", {direction.x, direction.y, direction.z}}});
+                                {"direction", {direction.x, direction.y, direction.z}},
+                                {"position", {place.x, place.y, place.z}}});
             }
         }
         solids.push_back(std::move(entry));

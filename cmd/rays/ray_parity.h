@@ -13,7 +13,8 @@
 namespace peeler::cmd {
 
 /// Counts how often rays hit each solid. finish() warns of those that some ray hits an odd number
-/// of times. Writes no file. Everything referred to must outlive it.
+/// of times, and notes whether all is closed. Writes no file. Everything referred to must outlive
+/// it.
 class RayParity : public RayOutput {
   public:
     RayParity(const Scene& scene, const Solids& solids, Console& console)
@@ -31,6 +32,7 @@ class RayParity : public RayOutput {
   private:
     std::string name(const Solid& solid) const;
     std::string describe(const Solid& solid, const SolidParity& parity) const;
+    std::string verdict(std::size_t odd_solids) const;
 
     const Scene& scene_;
     const Solids& solids_;

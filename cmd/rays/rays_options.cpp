@@ -8,6 +8,7 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
+#include "cmd/options/forecast.h"
 #include "core/base/error.h"
 #include "core/rays/voxels.h"
 #include "formats/file/file_name.h"
@@ -31,12 +32,14 @@ constexpr const char* kRaysFooter =
     "the hits ray_splits[r] to ray_splits[r + 1], sorted), t_hit (n; distance along the ray),\n"
     "geometry_ids (n; which of the meshes in their places), primitive_ids (n; which triangle of\n"
     "its mesh), primitive_uvs (n, 2; weights of the second and third corner), facing (n; 1 = the\n"
-    "front), normals and geometric_normals (n, 3; world space, on the front), node_ids, mesh_ids,\n"
-    "instance_ids (among those of the node), material_ids (n; indices into the glTF,\n"
-    "0xFFFFFFFF = none); of each\n"
-    "bundle, float64: bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3),\n"
-    "bundle_size and bundle_resolution (b, 2), bundle_window (b, 4; x, y, width, height: the rays\n"
-    "that were traced, all but with --crop), and bundle_perspective (b, 0 or 1). Rays go bundle\n"
+    "front), normals and primitive_normals (n, 3; world space, on the front: of the shading, and\n"
+    "of the flat triangle), node_ids, mesh_ids, instance_ids (among those of the node),\n"
+    "material_ids (n; indices into the glTF, from 0, 0xFFFFFFFF = none); of each bundle\n"
+    "bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3), bundle_size (b, 2), "
+    "float64,\n"
+    "bundle_resolution (b, 2) and bundle_window (b, 4; x, y, width, height: the rays that were\n"
+    "traced, all but with --crop), int64, and bundle_perspective (b, 0 or 1); arrays_version.\n"
+    "peeler extract gives the same names to the same things. Rays go bundle\n"
     "by bundle, row by row from the top. With (w, h) = bundle_resolution ray (i, j) starts at\n"
     "  origin + ((i + 0.5) / w - 0.5) * size[0] * right - ((j + 0.5) / h - 0.5) * size[1] * up\n"
     "along direction; with perspective it starts at origin, along that sum + direction - origin,\n"
@@ -108,18 +111,23 @@ nlohmann::json bundleJson(const Bundle& bundle) {
 /// Throws Error (kUsage) unless both sides count where solids matter: who enters one by a front
 /// face leaves it by a back face.
 void checkFaces(const RaysOptions& options) {
-    const bool inside =
-        options.voxels || options.parity ||
-        std::ranges::any_of(options.maps.maps, [](RayMap map) { return infoOf(map).solids; });
-    if (inside && options.capture.faces != Faces::kBoth)
+    if (options.asksForInside() && options.chosenFaces() != Faces::kBoth)
         refuse("what is inside is known by both sides of surfaces", "--faces",
                "leave it out, or --voxels, --parity and the maps of what is inside");
 }
 
 }  // namespace
 
+bool RaysOptions::asksForInside() const {
+    return voxels || parity ||
+           std::ranges::any_of(maps.maps, [](RayMap map) { return infoOf(map).solids; });
+}
+
+Faces RaysOptions::chosenFaces() const {
+    return faces.value_or(bundles.usesCamera() && !asksForInside() ? Faces::kGltf : Faces::kBoth);
+}
+
 void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
-    options.capture.faces = Faces::kBoth;
     addSceneArgument(verb, options);
     addOutputFile(verb, options.output);
     verb.option("--output")
@@ -138,7 +146,7 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
                  "find t anew in double precision from the triangle (default); otherwise it is as "
                  "the rasteriser has it: a 32-bit depth, corners on a grid of 1/256 pixel")
         .group("Rays");
-    addRayFacesOption(verb, options.capture);
+    addRayFacesOption(verb, options.faces);
     addRayMapOptions(verb, options.maps);
     addValue(
         verb, "--voxels", "R", options.voxels,
@@ -161,6 +169,7 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
     addShownOptions(verb, options);
     addVariantOption(verb, options.appearance);
     addRunOptions(verb, options, "rays are traced in bands that fit");
+    addDryRunOption(verb, options.dry_run);
     verb.footer(kRaysFooter);
 }
 
@@ -185,6 +194,7 @@ nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> b
     if (!options.maps.parts.empty()) settings["parts"] = options.maps.parts;
     if (options.maps.range)
         settings["range"] = {options.maps.range->first, options.maps.range->second};
+    if (!options.maps.legend) settings["legend"] = false;
     if (options.voxels) settings["voxels"] = *options.voxels;
     if (options.points) settings["points"] = true;
     return settings;

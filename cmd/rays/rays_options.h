@@ -71,6 +71,7 @@ struct RayMapFlags {
     std::vector<std::pair<std::string, double>> attenuation;
     std::vector<std::string> parts;  ///< globs of node names
     std::optional<std::pair<double, double>> range;
+    bool legend = true;
 };
 
 /// Declares --map, --attenuation, --part and --range. `flags` must outlive the parse.
@@ -89,6 +90,7 @@ enum class ParityUse : std::uint8_t { kReport, kFail };
 /// All options of peeler rays; of `appearance` the variant alone.
 struct RaysOptions : CaptureJobOptions {
     BundleOptions bundles;
+    std::optional<Faces> faces;  ///< none = chosenFaces()
     bool refine = true;
     bool double_points = false;
     /// A file of points of which the next hits are asked for, not all hits.
@@ -98,7 +100,13 @@ struct RaysOptions : CaptureJobOptions {
     std::optional<ParityUse> parity;
     RayMapFlags maps;
     OutputRequest output;
+    bool dry_run = false;
 
+    /// Whether something depends on what is inside of surfaces.
+    bool asksForInside() const;
+    /// The faces that are given; else both, but for the pixels of a camera, which have the hits
+    /// that a picture of the same camera has.
+    Faces chosenFaces() const;
     bool writesFile() const { return !output.path.empty(); }
     bool writesPictures() const { return !maps.maps.empty(); }
 };

@@ -94,7 +94,10 @@ void checkChannelOptions(const ChannelOptions& options, const OutputRequest& out
     }
     if (options.cryptomatte && (!format.hasComposite() || output.options.no_composite)) {
         throw Error(ErrorKind::kUsage, "Cryptomatte belongs to a composite, and there is none",
-                    "--cryptomatte", "leave it out, or --no-composite");
+                    "--cryptomatte",
+                    output.options.no_composite
+                        ? "leave --no-composite out"
+                        : "deep samples carry ids themselves: --channels id; or write --as ldi");
     }
     if (options.manifest && !options.cryptomatte && !options.wants(Channel::kId)) {
         throw Error(ErrorKind::kUsage, "there are no ids to be named", "--manifest",

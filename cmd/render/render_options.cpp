@@ -70,7 +70,9 @@ void addSequenceOptions(VerbOptions& verb, SequenceOptions& options) {
 }  // namespace
 
 void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
-    addSceneArgument(verb, options);
+    verb.addFiles("SCENE", options.scenes,
+                  "glTF scenes (.gltf or .glb), folders of them, or globs in quotes; of several, "
+                  "{stem} in the output's name is the scene's, {folder} its folder's");
     addOutputOptions(verb, options.output);
     addLayerOutputOptions(verb, options.output);
     addFxaaOption(verb, options.fxaa, "quick, but --samples sees more");
@@ -78,6 +80,12 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addFrameOptions(verb, options.animation);
     addCameraOptions(verb, options.camera);
     addLayerOptions(verb, options.capture);
+    verb.option("--samples")
+        .description(
+            "antialiasing: sub-pixel positions a pixel; layers get their coverage in "
+            "alpha (default: " +
+            std::to_string(kDisplaySamples) +
+            " in .png, .jpg and .tif without --fxaa, else 1, the pixel's centre)");
     addChannelOptions(verb, options.channels);
     addClipOptions(verb, options.clip);
     addLightOptions(verb, options.capture, options.shadow_size);
@@ -96,6 +104,8 @@ CaptureSettings captureSettings(const RenderOptions& options) {
     const OutputFormat& format =
         findOutputFormat(options.output.path.string(), options.output.options.as);
     capture.composite = format.holds(OutputContent::kComposite);
+    if (capture.composite && format.for_display && !options.samples_given && !options.fxaa)
+        capture.samples = kDisplaySamples;
     const bool shadow_map = format.holds(OutputContent::kShadowMap);
     chooseChannels(options, capture);
     if (shadow_map) chooseCasters(capture);

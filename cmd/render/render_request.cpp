@@ -5,7 +5,11 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "cmd/options/differences.h"
 #include "core/base/error.h"
+#include "core/image/merge.h"
+#include "formats/exr/exr_layout.h"
+#include "formats/exr/layered_input.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
 #include "formats/output_hash.h"
@@ -13,6 +17,60 @@
 namespace peeler::cmd {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// What an OpenEXR file of ours holds, as --as calls it.
+std::string kindOf(const ExrInfo& info) {
+    if (isLayered(info)) return info.deep.empty() ? "ldi" : "deep";
+    return info.parts.front().channel("R") ? "composite" : "midpoint-depth";
+}
+
+/// In what a picture differs from the headers of the OpenEXR file at its name.
+std::vector<Difference> headerDifferences(const PictureRequest& picture,
+                                          const OutputOptions& output) {
+    const std::string path = picture.output.path.string();
+    const ExrInfo there = readExrInfo(path);
+    std::vector<Difference> found = sceneDifferences(picture.provenance, there.provenance);
+    const auto take = [&](const std::vector<Difference>& more) {
+        found.insert(found.end(), more.begin(), more.end());
+    };
+    const auto add = [&](const char* what, const std::string& asked, const std::string& stored) {
+        if (asked != stored) found.push_back({what, asked, stored});
+    };
+    const auto windowText = [](const Window& w) {
+        return std::to_string(w.x0) + ',' + std::to_string(w.y0) + ',' + std::to_string(w.width()) +
+               ',' + std::to_string(w.height());
+    };
+    take(settingsDifferences(picture.provenance, there.provenance));
+    add("the frame", std::to_string(picture.provenance.frame),
+        std::to_string(there.provenance.frame));
+    add("--time", std::to_string(picture.provenance.time), std::to_string(there.provenance.time));
+    take(sizeDifferences(picture.view, there.plan.view));
+    take(cameraDifferences(picture.view, there.plan.view));
+    add("--crop", windowText(picture.view.crop), windowText(there.plan.view.crop));
+    const auto onOff = [](bool on) { return std::string(on ? "on" : "off"); };
+    const auto orOff = [](const std::string& text) { return text.empty() ? "off" : text; };
+    const std::string kind(findOutputFormat(path, output.as).kind);
+    add("--as", kind, kindOf(there));
+    const ExrInputPart& part = there.parts.front();
+    const bool ldi = kind == "ldi" && kindOf(there) == kind, deep = kind == "deep";
+    if (ldi) {
+        add("--layout", std::string(findExrLayout(output.layout).name),
+            part.attribute("peeler:layout"));
+        add("--no-composite", onOff(output.no_composite), onOff(there.composite < 0));
+    }
+    if (!deep) add("--cryptomatte", onOff(output.cryptomatte), onOff(there.has_cryptomatte));
+    if (deep)
+        add("--deep-merge", orOff(deepMergeText(output.deep_merge)),
+            orOff(there.provenance.deep_merge));
+    if (ldi || deep)
+        add("--compression", std::string(findExrCompression(output.compression, deep).name),
+            part.compression);
+    return found;
+}
+
+}  // namespace
 
 RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job)
     : options_(options), job_(job) {
@@ -32,12 +90,14 @@ RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job)
     checkClipOptions(options.clip);
     scene_ = &job.openScene();
     job.checkOutputs(outputs());
+    meters_exposure_ = options.output.leavesExposureOpen() && capture_.shading != Shading::kUnlit &&
+                       !scene_->at(0).lights().empty();
 }
 
 void RenderRequest::checkFiles() const {
     checkFormat(options_.output);
     std::vector<fs::path> inputs{options_.scene.file};
-    if (options_.appearance.environment) inputs.push_back(*options_.appearance.environment);
+    if (const auto file = environmentFile(options_.appearance)) inputs.push_back(*file);
     std::vector<fs::path> others = inputs;
     for (std::size_t i = 0; i < moments_.size(); ++i) {
         OutputRequest output = outputOf(i);
@@ -47,10 +107,9 @@ void RenderRequest::checkFiles() const {
             output.no_clobber = false;
         checkTarget(output, inputs);
         // Whether the folder takes files is better known before any work.
-        if (i == 0 && !sequence.keep_going && !sequence.dry_run) checkFolder(output.path);
+        if (i == 0 && !sequence.keep_going) checkFolder(output.path);
         others.push_back(output.path);
     }
-    if (options_.sequence.dry_run) return;  // the rest tries to write
     if (options_.channels.manifest) {
         const std::string manifest = options_.channels.manifest->string();
         if (isSequence() && hasFrameToken(manifest)) {
@@ -58,7 +117,7 @@ void RenderRequest::checkFiles() const {
                         "--manifest " + manifest, "give it a name without a frame number");
         }
         checkExtraFile(manifest, others, "the manifest", "--manifest");
-        if (options_.output.no_clobber) checkNotThere(manifest);
+        if (options_.output.no_clobber && !options_.sequence.dry_run) checkNotThere(manifest);
         others.push_back(*options_.channels.manifest);
     }
     checkReport(options_.report, others);
@@ -119,8 +178,9 @@ Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& 
     provenance.scene_hash = hexText(scene().content_hash);
     nlohmann::json more = nlohmann::json::object();
     if (options_.fxaa) more["fxaa"] = true;
-    provenance.settings_hash = job_.settingsHash(capture, std::move(more), picture.view.crop,
-                                                 picture.next ? moment.motion_rate : 0);
+    provenance.settings = job_.settingsText(capture, std::move(more), picture.view.crop,
+                                            picture.next ? moment.motion_rate : 0);
+    provenance.settings_hash = hashText(provenance.settings);
     if (options_.camera.tile) provenance.tile = options_.camera.tile->text();
     provenance.frame = moment.frame;
     provenance.time = moment.time;
@@ -133,6 +193,7 @@ Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& 
 OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const {
     OutputOptions output = picture.output.from(picture.provenance);
     output.cryptomatte = options_.channels.cryptomatte;
+    output.automatic_exposure = meters_exposure_;
     return output;
 }
 
@@ -140,6 +201,20 @@ bool RenderRequest::isUpToDate(const PictureRequest& picture) const {
     const CaptureSettings& capture = picture.capture;
     if (options_.strict && (capture.max_layers != 0 || capture.occlusion_ratio > 0)) return false;
     return outputHashOf(picture.output.path.string()) == picture.provenance.output_hash;
+}
+
+std::string RenderRequest::differenceOf(const PictureRequest& picture) const {
+    const std::string path = picture.output.path.string();
+    const std::string there = outputHashOf(path);
+    if (there.empty()) return "the file is not whole, or does not say what it shows";
+    if (there == picture.provenance.output_hash)
+        return "under --strict fragments are counted again";
+    const bool exr = lowerExtension(path) == ".exr";
+    std::vector<Difference> found =
+        exr ? headerDifferences(picture, writerOptions(picture)) : std::vector<Difference>();
+    if (!found.empty()) return differencesText(found);
+    return exr ? "other options of its format"
+               : "another scene or other options, which such a file does not list";
 }
 
 nlohmann::ordered_json RenderRequest::plan() const {
@@ -159,11 +234,20 @@ nlohmann::ordered_json RenderRequest::plan() const {
         entry["crop"] = {crop.x0, crop.y0, crop.width(), crop.height()};
         entry["camera"] = asked.view.camera_name;
         entry["method"] = asked.provenance.method;
+        entry["samples"] = asked.capture.samples;
+        const OutputOptions output = writerOptions(asked);
+        if (output.outcome) {  // a picture for eyes
+            entry["toneMap"] = output.tone_map;
+            entry["exposure"] = meters_exposure_ ? nlohmann::ordered_json()
+                                                 : nlohmann::ordered_json(output.exposure);
+            entry["exposureAutomatic"] = meters_exposure_;
+        }
         entry["settingsHash"] = asked.provenance.settings_hash;
         entry["outputHash"] = asked.provenance.output_hash;
         const bool exists = fs::exists(asked.output.path);
         entry["exists"] = exists;
         entry["upToDate"] = up_to_date;
+        entry["difference"] = exists && !up_to_date ? differenceOf(asked) : "";
         entry["action"] = up_to_date && options_.sequence.skip_existing ? "skip"
                           : exists && options_.output.no_clobber        ? "refuse"
                                                                         : "render";

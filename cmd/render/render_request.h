@@ -53,20 +53,36 @@ struct SequenceOptions {
 
 /// All options of peeler render; captureSettings() adapts `capture` to the output.
 struct RenderOptions : CaptureJobOptions {
+    std::vector<std::filesystem::path> scenes;  ///< files, folders and globs of files
     CameraOptions camera;
     ChannelOptions channels;
     ClipOptions clip;
     std::optional<int> shadow_size;
     bool strict = false;
     bool fxaa = false;
+    bool samples_given = false;  ///< --samples is on the command line
     OutputRequest output;
     SequenceOptions sequence;
+
+    /// Whether `scenes` is one file, and so neither a folder nor a glob.
+    bool isOneScene() const;
 };
+
+/// Samples a pixel of composites for eyes.
+inline constexpr int kDisplaySamples = 4;
 
 /// Declares all options of the verb. `options` must outlive the parse.
 void addRenderOptions(VerbOptions& verb, RenderOptions& options);
 
-/// What to capture for the output that was asked for. Throws Error (kUsage) for what contradicts
+/// The options of each scene that `options.scenes` names: of files themselves, of folders every
+/// .gltf and .glb in and below them, of globs what they match, each group by name. In the names of
+/// the output and of the manifest {stem} stands for the scene's name without its extension,
+/// {folder} for that of its folder. Throws Error (kInput) if there is no scene, (kUsage) if two
+/// would write the same file.
+std::vector<RenderOptions> eachScene(const RenderOptions& options);
+
+/// What to capture for the output that was asked for: of composites for eyes kDisplaySamples unless
+/// the number is given, or FXAA smooths their edges. Throws Error (kUsage) for what contradicts
 /// itself whatever the scene is.
 CaptureSettings captureSettings(const RenderOptions& options);
 
@@ -100,11 +116,19 @@ class RenderRequest {
     /// The picture with this index, the scene posed at its time. Throws Error (kUsage) and (kInput)
     /// like OpenedScene::view().
     PictureRequest picture(std::size_t index) const;
-    /// The options of the writer of a picture, its provenance included.
+    /// Whether the exposure is to be metered: of pictures for eyes that the scene's own lights
+    /// light, unless it is given.
+    bool metersExposure() const { return meters_exposure_; }
+    /// The options of the writer of a picture, its provenance included; without the exposure, if
+    /// that is to be metered.
     OutputOptions writerOptions(const PictureRequest& picture) const;
     /// Whether the file of a picture is there, whole, and made of the same request. Never under
     /// --strict if it may be incomplete: that is found out by counting.
     bool isUpToDate(const PictureRequest& picture) const;
+
+    /// In what the file that is there, and not up to date, differs from the picture, as far as it
+    /// tells: sentences with semicolons between, in the words of the command line.
+    std::string differenceOf(const PictureRequest& picture) const;
 
     /// What would be done, for --dry-run (cmd/README.md, "JSON").
     nlohmann::ordered_json plan() const;
@@ -120,6 +144,7 @@ class RenderRequest {
     CaptureSettings capture_;
     const CaptureJob& job_;
     const OpenedScene* scene_ = nullptr;  ///< owned by job_
+    bool meters_exposure_ = false;
 };
 
 }  // namespace peeler::cmd

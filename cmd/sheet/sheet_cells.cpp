@@ -85,6 +85,7 @@ void SheetCells::write(LayeredImage&& band) {
     const StageTimer timer(times_, "composite");
     findRange(band);
     compositeOver(band, {}, exact_);
+    if (settings_.meters) meter_.add(exact_);
     for (Pending& cell : pending_) {
         if (cell.composites) addComposite(band, cell);
     }

@@ -14,6 +14,7 @@
 #include "core/image/difference.h"
 #include "core/image/filters.h"
 #include "core/image/sink.h"
+#include "formats/image/display.h"
 
 namespace peeler::cmd {
 
@@ -38,6 +39,7 @@ struct SheetSettings {
     bool progression = false;  ///< composites of the nearest layers, not the layers
     int most_cells = 24;
     int cell_width = 320;  ///< pixels; a picture that is smaller stays as it is
+    bool meters = false;   ///< the exposure is to be found
 };
 
 /// Width and height in pixels of a cell that shows this crop.
@@ -67,6 +69,8 @@ class SheetCells : public Sink {
     /// After finish().
     std::vector<SheetCell>& cells() { return finished_; }
     std::uint32_t omitted() const { return omitted_; }  ///< cells over the limit
+    /// Of the composite, if the settings ask for it.
+    const ExposureMeter& meter() const { return meter_; }
 
   private:
     /// What a cell shows, and its pixels so far.
@@ -93,6 +97,7 @@ class SheetCells : public Sink {
     bool has_range_ = false;
     std::vector<Pending> pending_;
     CompositeImage exact_, shown_;  ///< of a band
+    ExposureMeter meter_;
     std::vector<SheetCell> finished_;
     StageTimes times_;
 };
@@ -108,16 +113,5 @@ struct SheetStyle {
 /// The page: linear, opaque, window from (0, 0). The cells are of one size. Throws Error (kUsage)
 /// if it would be larger than a picture may be.
 CompositeImage layOut(const std::vector<SheetCell>& cells, const SheetStyle& style);
-
-// Labels without a font file: machines of a farm have none.
-
-/// The height of a glyph of printable ASCII and its distance to the next one, in dots.
-inline constexpr int kTextHeight = 7, kTextAdvance = 6;
-
-/// Draws one line with its upper left corner at (x, y) of the picture's window, a dot being `scale`
-/// pixels wide and high. What lies outside the window is left out; a character that is not
-/// printable ASCII is shown as '?'.
-void drawText(CompositeImage& picture, int x, int y, int scale, const std::array<float, 4>& color,
-              std::string_view text);
 
 }  // namespace peeler::cmd

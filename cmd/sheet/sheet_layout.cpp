@@ -10,7 +10,8 @@
 #include "core/base/color.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "formats/image/image_writer.h"
+#include "formats/image/display.h"
+#include "formats/image/legend.h"
 
 namespace peeler::cmd {
 
@@ -63,19 +64,6 @@ Layout plan(const std::vector<SheetCell>& cells, int columns) {
     return layout;
 }
 
-/// Exposure and tone map act on straight colours, as where a picture is written by itself. Alpha
-/// above 1 (weighted sums have that) stays: it takes away from the background, as the formula says.
-Pixel shown(const Pixel& pixel, float gain, const ToneMap& tone_map) {
-    const float alpha = pixel[3];
-    if (!(alpha > 0)) return {};
-    const float coverage = std::min(alpha, 1.0F), scale = gain / coverage;
-    const auto mapped = tone_map.map({pixel[0] * scale, pixel[1] * scale, pixel[2] * scale});
-    Pixel out{0, 0, 0, alpha};
-    for (std::size_t c = 0; c < 3; ++c)
-        out[c] = coverage * std::clamp(mapped[c], 0.0F, 1.0F);
-    return out;
-}
-
 Pixel backgroundAt(const SheetStyle& style, int square, int x, int y) {
     const Pixel& board = (x / square + y / square) % 2 == 0 ? kLightSquare : kDarkSquare;
     if (!style.background) return board;
@@ -84,23 +72,16 @@ Pixel backgroundAt(const SheetStyle& style, int square, int x, int y) {
 
 void drawPicture(const SheetCell& cell, const SheetStyle& style, const Window& place, int square,
                  CompositeImage& page) {
-    const float gain = std::exp2(style.exposure);
-    const ToneMap& tone_map = findToneMap(style.tone_map);
+    const Display display(style.exposure, style.tone_map);
     const auto width = static_cast<std::size_t>(place.width());
     const auto page_width = static_cast<std::size_t>(page.window.width());
     parallelFor(static_cast<std::size_t>(place.height()), [&](std::size_t row) {
-        const Pixel* in = cell.picture.rgba.data() + row * width;
         Pixel* out = page.rgba.data() + (static_cast<std::size_t>(place.y0) + row) * page_width +
                      static_cast<std::size_t>(place.x0);
         for (std::size_t x = 0; x < width; ++x) {
-            TintedColor front = tinted(shown(in[x], gain, tone_map));
-            if (cell.picture.tinted()) {
-                const auto& opacity = cell.picture.opacity[row * width + x];
-                std::copy(opacity.begin(), opacity.end(), front.begin() + kPlainComponents);
-            }
             const Pixel back =
                 backgroundAt(style, square, static_cast<int>(x), static_cast<int>(row));
-            out[x] = untinted(over(front, tinted(back)));
+            out[x] = display.shownOver(cell.picture, row * width + x, back);
             out[x][3] = 1;
         }
     });

@@ -181,6 +181,10 @@ void SceneSheet::openScene() {
     content_.result.settings_hash =
         job_.settingsHash(capture_, nlohmann::json::object(), view_.crop);
     renderer_ = &job_.openRenderer(posed);
+    if (!request_.cells.meters || posed.lights().empty() || capture_.shading == Shading::kUnlit)
+        return;
+    content_.exposure = job_.meterExposure(capture_, request_.camera);
+    renderer_->setPose(posed);
 }
 
 /// Whether a cell of unsorted blending is shown: it blends everything, in colour, so it stands only
@@ -202,6 +206,7 @@ void SceneSheet::describePlan(const Plan& plan, int passes) {
 
 void SceneSheet::showLayers() {
     SheetSettings settings = request_.cells;
+    settings.meters = false;  // what lights the scene is known, and metered
     const bool unsorted = showsUnsorted();
     if (unsorted) --settings.most_cells;
     SheetCells cells(settings);
@@ -276,7 +281,9 @@ SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Console& 
     const std::unique_ptr<LayeredInput> reader = openLayered(request.scene.file.string());
     Plan plan = reader->info().plan;
     if (limit != 0 && limit < plan.layers.size()) plan.layers.resize(limit);
-    SheetCells cells(request.cells);
+    SheetSettings settings = request.cells;
+    settings.meters = settings.meters && !isPart(plan.view);
+    SheetCells cells(settings);
     cells.begin(plan);
     ProgressReport progress(console, request.report.shownProgress(), "sheet");
     forEachBand(*reader, limit, job.times(), progress, [&](LayeredImage& band) {
@@ -286,6 +293,7 @@ SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Console& 
     cells.finish();
     content.cells = std::move(cells.cells());
     content.omitted = cells.omitted();
+    if (settings.meters) content.exposure = cells.meter().stopsIfNeeded();
     result.layers = plan.layers.size();
     result.fragments_counted = plan.fragments_counted;
     result.method = reader->info().provenance.method;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "cmd/cli/console.h"
@@ -33,8 +34,9 @@ struct SheetRequest : CaptureJobOptions {
 
 struct SheetContent {
     std::vector<SheetCell> cells;
-    std::size_t omitted = 0;  ///< cells over the limit
-    PictureResult result;     ///< what the cells were made of, and with
+    std::size_t omitted = 0;        ///< cells over the limit
+    std::optional<float> exposure;  ///< stops; none = it was not to be found
+    PictureResult result;           ///< what the cells were made of, and with
 };
 
 /// Opens and captures the scene of `job`. Throws like CaptureJob and Renderer::capture().

@@ -82,8 +82,7 @@ void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
 void verify(VerifiedFile& file) {
     OpenedExr opened(file.path);
     const ExrInfo info = opened.info;
-    file.width = info.plan.view.width;
-    file.height = info.plan.view.height;
+    file.view = info.plan.view;
     file.provenance = info.provenance;
     file.kind = !info.is_peeler   ? VerifiedKind::kForeign
                 : isLayered(info) ? VerifiedKind::kLayered

@@ -29,7 +29,7 @@ struct VerifiedFile {
     Verdict verdict = Verdict::kGood;
     std::vector<std::string> problems;  ///< one sentence each
     Provenance provenance;              ///< of peeler's files
-    int width = 0, height = 0;
+    View view;                          ///< likewise
     std::size_t layers = 0;
     std::uint64_t fragments = 0;  ///< as many as were found
 

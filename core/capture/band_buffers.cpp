@@ -108,4 +108,50 @@ void SlotTarget::read(const gl::Functions& gl, const Window& tile, const Window&
     }
 }
 
+void OpaqueTarget::reserve(const gl::Functions& gl, const Window& tile, PixelType color) {
+    const Window size{0, 0, tile.width(), tile.height()};
+    if (framebuffer_ && size == size_ && color == color_) return;
+    free();
+    size_ = size;
+    color_ = color;
+    depth_ = gl::makeTexture2D(gl, GL_DEPTH_COMPONENT32F, size.x1, size.y1);
+    fragments_ = gl::makeTexture2D(gl, GL_RGBA32UI, size.x1, size.y1);
+    std::vector<GLuint> targets = {fragments_.name()};
+    if (color == PixelType::kFloat) {
+        colors_ = gl::makeTexture2D(gl, GL_RGBA32UI, size.x1, size.y1);
+        targets.push_back(colors_.name());
+    }
+    framebuffer_ = gl::makeFramebuffer(gl, targets, depth_.name());
+}
+
+void OpaqueTarget::clear(const gl::Functions& gl, gl::PassState state) const {
+    state.depth_test = gl::DepthTest::kNearest;  // a clear heeds the depth mask
+    gl::apply(gl, state);
+    const float far = 0;
+    const GLuint none[4] = {};
+    gl.ClearNamedFramebufferfv(framebuffer(), GL_DEPTH, 0, &far);
+    // Colours are read where there is a depth.
+    gl.ClearNamedFramebufferuiv(framebuffer(), GL_COLOR, 0, none);
+}
+
+void OpaqueTarget::read(const gl::Functions& gl, const Window& tile, const Window& area,
+                        std::vector<std::uint32_t>& pixels) {
+    constexpr std::size_t kWords = 4;
+    pixels.resize(area.pixels() * words(color_));
+    std::uint32_t* to = pixels.data();
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
+    for (const gl::Texture* texture : {&fragments_, &colors_}) {
+        if (!*texture) continue;
+        gl.GetTextureSubImage(texture->name(), 0, area.x0 - tile.x0, tile.y1 - area.y1, 0,
+                              area.width(), area.height(), 1, GL_RGBA_INTEGER, GL_UNSIGNED_INT,
+                              static_cast<GLsizei>(area.pixels() * kWords * sizeof(std::uint32_t)),
+                              to);
+        to += area.pixels() * kWords;
+    }
+}
+
+void OpaqueTarget::bindForReading(const gl::Functions& gl) const {
+    gl.BindTextureUnit(PEELER_OPAQUE_FRAGMENT_UNIT, fragments_.name());
+}
+
 }  // namespace peeler

@@ -98,6 +98,7 @@ class SlotTarget {
               std::span<std::uint32_t> values);
 
     GLuint framebuffer() const { return framebuffer_.name(); }
+    GLuint texture() const { return texture_.name(); }
 
   private:
     void reserve(const gl::Functions& gl, int tile_width, int tile_height);
@@ -106,6 +107,39 @@ class SlotTarget {
     gl::Framebuffer framebuffer_;
     int width_ = 0, height_ = 0;
     std::vector<std::uint32_t> rows_;  ///< of an area, y up
+};
+
+/// The nearest opaque fragment of every pixel of a raster tile: render targets with a depth buffer,
+/// so that what is behind what has been drawn is not shaded (shaders/opaque.frag).
+class OpaqueTarget {
+  public:
+    /// Words of a pixel as they are read: depth (0 = there is none), key, colour.
+    static std::size_t words(PixelType color) { return color == PixelType::kFloat ? 8 : 4; }
+    /// Bytes for a raster tile of so many pixels.
+    static std::uint64_t bytes(std::uint64_t tile_pixels, PixelType color) {
+        return tile_pixels * (sizeof(float) + words(color) * sizeof(std::uint32_t));
+    }
+
+    void free() { *this = {}; }
+
+    /// (Re)allocates for a tile.
+    void reserve(const gl::Functions& gl, const Window& tile, PixelType color);
+    /// Empties what the scissor of `state` shows, which must be that of its framebuffer.
+    void clear(const gl::Functions& gl, gl::PassState state) const;
+    /// Reads the pixels of `area`, row by row, y up. Waits for the GPU.
+    void read(const gl::Functions& gl, const Window& tile, const Window& area,
+              std::vector<std::uint32_t>& pixels);
+    /// Makes it what passes with GeometryPass::in_front read.
+    void bindForReading(const gl::Functions& gl) const;
+
+    GLuint framebuffer() const { return framebuffer_.name(); }
+    GLuint depth() const { return depth_.name(); }
+
+  private:
+    gl::Texture depth_, fragments_, colors_;  // the last one of float colours alone
+    gl::Framebuffer framebuffer_;
+    Window size_;
+    PixelType color_ = PixelType::kHalf;
 };
 
 }  // namespace peeler

@@ -63,6 +63,9 @@ void BandCapture::setPose(const PosedScene& posed) {
 void BandCapture::free() {
     buffers_.free();
     slot_target_.free();
+    opaque_.free();
+    opaque_pixels_ = {};
+    visible_ = {};
     rasterizer_.freeBound();
     clip_band_ = {};
 }
@@ -81,12 +84,6 @@ std::uint64_t BandCapture::tilePixels() const {
     for (const Window& tile : rasterizer_.tilesOf(shot_.view.crop))
         largest = std::max(largest, tile.pixels());
     return largest;
-}
-
-template <class F>
-void BandCapture::forEachTile(const Window& band, F&& f) {
-    for (const Window& tile : rasterizer_.tilesOf(band))
-        f(tile, intersect(tile, band));
 }
 
 void BandCapture::drawIntoSlots(const GeometryPass& pass, const Window& band) {
@@ -251,9 +248,14 @@ int BandCapture::fillLists(LayerMethod& method, const BandRequest& request, std:
             largestIn(band, window, [&](std::size_t p) { return first_[p + 1] - first_[p]; });
         if (area.layers == 0) return;
         rasterizer_.setTile(tile);
-        if (target) {
-            slot_target_.write(gl(), tile, window, band, first_);
-            area.slot_framebuffer = slot_target_.framebuffer();
+        if (target) slot_target_.write(gl(), tile, window, band, first_);
+        area.slot_target = target;
+        area.in_front = request.in_front;
+        area.framebuffer = target ? slot_target_.framebuffer() : 0;
+        gl::Framebuffer with_depths;
+        if (request.in_front) {
+            with_depths = framebufferInFront();
+            area.framebuffer = with_depths.name();
         }
         passes += method.capture(rasterizer_, area);
         if (target) slot_target_.read(gl(), tile, window, band, ends_);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,7 +29,12 @@ struct BandRequest {
     std::uint32_t layers = 0;               ///< the nearest to keep; 0 = all
     /// Layers: with their draw-order keys as the first extra array; hits always have them.
     bool keys = false;
+    /// Only what is transparent and in front of the fragments of the OpaqueTarget.
+    bool in_front = false;
 };
+
+/// Takes a part of a band's composite, and how many fragments every pixel of it shows.
+using TakeVisible = std::function<void(const CompositeImage&, std::span<const std::uint32_t>)>;
 
 /// Owns the uploaded scene and the buffers. "count", "capture" and "sort" are added to the times.
 class BandCapture {
@@ -58,6 +64,12 @@ class BandCapture {
     /// Composites what layers() would give, without storing it. Returns and throws like that.
     int composite(LayerMethod& method, const BandRequest& request, CompositeImage& out);
 
+    /// Composites what is visible of a band: the nearest opaque fragment of every pixel, and those
+    /// transparent ones in front of it, which alone are put into lists, of as many rows at a time
+    /// as the limits allow. There may be no clip meshes. Returns and throws like layers().
+    int compositeVisible(LayerMethod& method, const Window& band, const BandLimits& limits,
+                         const TakeVisible& take);
+
     /// Composites a band on the fly. Returns and throws like layers().
     int composite(CompositeMethod& method, const BandRequest& request, CompositeImage& out);
 
@@ -75,6 +87,15 @@ class BandCapture {
     /// Pixels of the largest raster tile that the crop touches, and bytes of the textures that
     /// every method needs for it.
     std::uint64_t tilePixels() const;
+    /// How many raster tiles a row of the band touches.
+    int tilesAcross(const Window& band) const {
+        const Window row{band.x0, band.y0, band.x1, band.y0 + 1};
+        return static_cast<int>(rasterizer_.tilesOf(row).size());
+    }
+    /// Bytes that compositeVisible() needs for it besides those of tileBytes().
+    std::uint64_t opaqueBytes() const {
+        return OpaqueTarget::bytes(tilePixels(), shot_.settings.color_type);
+    }
     std::uint64_t tileBytes() const {
         const std::uint64_t slots =
             SlotTarget::supported(context_) ? SlotTarget::bytes(tilePixels()) : 0;
@@ -95,12 +116,24 @@ class BandCapture {
                       std::vector<std::uint32_t>& counts);
     /// Calls f(tile, area of the band in it).
     template <class F>
-    void forEachTile(const Window& band, F&& f);
+    void forEachTile(const Window& band, F&& f) {
+        for (const Window& tile : rasterizer_.tilesOf(band))
+            f(tile, intersect(tile, band));
+    }
     void checkSlots(const std::uint32_t* slots, const Window& band,
                     std::span<const std::uint32_t> first, std::span<const std::uint32_t> end) const;
     /// Captures a band's fragments, the nearest `layers` (0 = all) of every pixel at least, and
     /// leaves in `first_` where they are. Returns the geometry passes.
     int fillLists(LayerMethod& method, const BandRequest& request, std::uint32_t layers);
+    /// That of the slots, if they can be a render target, with the depths of the OpaqueTarget.
+    gl::Framebuffer framebufferInFront() const;
+    /// Captures the nearest opaque fragments of `area`. Returns the geometry passes.
+    int captureOpaque(const Window& tile, const Window& area);
+    /// The transparent fragments in front of them, of every pixel of `area`. Overwrites `counts`.
+    void countInFront(const Window& tile, const Window& area, std::vector<std::uint32_t>& counts);
+    /// Composites rows of `tile`: `captured` has what is in front of the opaque fragments.
+    void takeVisible(const Window& tile, const Window& rows, const CapturedFragments& captured,
+                     const TakeVisible& take);
     bool needsKeys(const BandRequest& request) const;
     bool blendsTail() const { return shot_.settings.tail == Tail::kBlend; }
     gl::Buffer::Mapping readFragments();
@@ -120,9 +153,13 @@ class BandCapture {
     SceneRasterizer rasterizer_;
     BandBuffers buffers_;
     SlotTarget slot_target_;
-    std::vector<std::uint32_t> first_;  ///< of the band being captured, pixels + 1 entries
-    std::vector<std::uint32_t> ends_;   ///< where the capture has left its slots
-    Window clip_band_;                  ///< whose boundary the buffers hold
+    OpaqueTarget opaque_;
+    std::vector<std::uint32_t> opaque_pixels_;   ///< some rows that were read of it
+    CompositeImage visible_;                     ///< some rows of a composite
+    std::vector<std::uint32_t> visible_counts_;  ///< of their pixels
+    std::vector<std::uint32_t> first_;           ///< of the band being captured, pixels + 1 entries
+    std::vector<std::uint32_t> ends_;            ///< where the capture has left its slots
+    Window clip_band_;                           ///< whose boundary the buffers hold
     double largest_correction_ = 0;
 };
 

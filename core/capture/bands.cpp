@@ -42,6 +42,11 @@ bool isRoomy(const MemoryBudget& budget, std::uint64_t resident, const BandCosts
     return budget / 2 >= resident + costs.fixed_bytes + kReserve + costs.band_bytes;
 }
 
+bool hasRoom(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs) {
+    if (budget == 0) return true;
+    return budget >= resident + costs.fixed_bytes + kReserve + costs.band_bytes / 4;
+}
+
 BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs) {
     std::uint64_t available = costs.band_bytes, hard = std::numeric_limits<std::uint64_t>::max();
     if (budget != 0) {

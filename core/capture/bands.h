@@ -44,6 +44,9 @@ BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t resident, const 
 /// is gained by giving buffers back between bands then. Always without one.
 bool isRoomy(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs);
 
+/// Whether a budget leaves a quarter of a full band besides what is taken. Always without one.
+bool hasRoom(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs);
+
 /// Cuts the crop's rows into bands, top to bottom, as few as the limits allow. `row_fragments(y)`
 /// is the number of fragments of a row. Throws Error (kMemory) if one row alone is over a limit.
 std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,

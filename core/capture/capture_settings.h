@@ -50,7 +50,10 @@ struct CaptureSettings {
     bool shadows = false;      ///< directional and spot lights, the built-in one too, cast them
     int shadow_size = 2048;    ///< texels a side of each light's shadow map
     bool opaque_only = false;  ///< nothing that is BLEND or transmits light
-    ClipVolume clip{};         ///< fragments on the wrong side do not count
+    /// Pixels a side of the square that a point is shown as, around where it is. A raster tile of
+    /// 4096 x 4096 pixels (and the picture) shows the points whose middle it has.
+    int point_size = 1;
+    ClipVolume clip{};                        ///< fragments on the wrong side do not count
     PixelType color_type = PixelType::kHalf;  ///< or kFloat
     /// Opacity is coloured: glass filters every channel by itself (LayeredImage::tinted). Worth its
     /// memory where hasTintedGlass(); without it glass has one alpha.

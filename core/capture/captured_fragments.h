@@ -29,6 +29,16 @@ struct CapturedFragments {
     std::uint32_t primitive(std::size_t fragment) const { return words[fragment * stride + 1]; }
 };
 
+/// The nearest opaque fragments of a band, four words a pixel: depth (0 = there is none), key, and
+/// a colour of halfs, which `colors`, if given, have as floats instead. They come behind a pixel's
+/// list.
+struct OpaqueFragments {
+    const std::uint32_t* fragments = nullptr;  ///< of the top row; those below it come before it
+    const std::uint32_t* colors = nullptr;     ///< likewise, four words a pixel
+
+    static constexpr std::size_t kWords = 4;
+};
+
 /// Sorts every pixel's list by (depth, primitive), keeps the nearest `max_layers` (0 = all), turns
 /// buffer depth into camera Z and writes the result to `out`, whose window, colour channels and
 /// type are set and whose storage is reused; extra arrays are left alone. `sources`, if given,
@@ -39,11 +49,11 @@ void depthSort(const CapturedFragments& captured, const Projection& projection,
                std::vector<std::uint32_t>* sources = nullptr);
 
 /// What compositeNearest() makes of the lists that depthSort() would give with colours like
-/// `color`, which is empty, bit for bit, without storing them. `out`, whose window is set, is
-/// overwritten.
+/// `color`, which is empty, bit for bit, without storing them. `behind`, if given, is behind the
+/// lists. `out`, whose window is set, is overwritten.
 void depthSortComposite(const CapturedFragments& captured, const Projection& projection,
                         std::uint32_t layers, Tail tail, const FragmentArray& color,
-                        CompositeImage& out);
+                        CompositeImage& out, const OpaqueFragments* behind = nullptr);
 
 // surface_channels.cpp.
 

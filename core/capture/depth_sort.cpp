@@ -92,7 +92,7 @@ void sortRow(const CapturedFragments& captured, const SortedRow& row, ListSorter
         if (count == 0) continue;
         const std::uint32_t* const words = captured.words + begin * kStride;
         const std::uint32_t* const order = sorter.sort(words, kStride, count);
-        const std::uint32_t to = offsets[p], kept = offsets[p + 1] - to;
+        const std::uint32_t to = offsets[p], kept = std::min(offsets[p + 1] - to, count);
         for (std::uint32_t k = 0; k < kept; ++k) {
             const std::uint32_t* const fragment = words + order[k] * kStride;
             std::memcpy(&out.z[to + k], fragment, sizeof(float));
@@ -115,18 +115,37 @@ SortRow rowSorterOf(std::size_t stride, std::size_t color_bytes) {
 }
 
 /// Makes room in `out` for the nearest `max_layers` (0 = all) fragments of the pixels from `first`
-/// on.
+/// on, and for those of `behind`, of this row, if there are any.
 void layOut(const CapturedFragments& captured, std::size_t first, std::size_t pixels,
-            std::uint32_t max_layers, LayeredImage& out) {
+            std::uint32_t max_layers, LayeredImage& out, const std::uint32_t* behind = nullptr) {
     resizeAnew(out.offsets, pixels + 1);
     out.offsets[0] = 0;
     for (std::size_t p = 0; p < pixels; ++p) {
         std::uint32_t kept = captured.first[first + p + 1] - captured.first[first + p];
+        if (behind && behind[OpaqueFragments::kWords * p] != 0) ++kept;
         if (max_layers) kept = std::min(kept, max_layers);
         out.offsets[p + 1] = out.offsets[p] + kept;
     }
     resizeAnew(out.z, out.offsets[pixels]);
     resizeAnew(out.color.data, out.offsets[pixels] * out.color.stride());
+}
+
+/// Puts the opaque fragments of a row, if any, at the end of their pixels' lists. Where opacity is
+/// coloured all channels are as opaque as they are.
+void addBehind(const std::uint32_t* fragments, const std::uint32_t* colors, LayeredImage& lists) {
+    constexpr std::size_t kWords = OpaqueFragments::kWords;
+    const std::size_t number = pixelTypeSize(lists.color.type), stride = lists.color.stride();
+    const std::size_t plain = kPlainComponents * number;
+    for (std::size_t p = 0; p + 1 < lists.offsets.size(); ++p) {
+        const std::uint32_t* const fragment = fragments + kWords * p;
+        if (fragment[0] == 0) continue;
+        const std::size_t at = lists.offsets[p + 1] - std::size_t{1};
+        std::memcpy(&lists.z[at], fragment, sizeof(float));
+        std::byte* const color = lists.color.data.data() + at * stride;
+        std::memcpy(color, colors ? colors + kWords * p : fragment + 2, plain);
+        for (std::size_t to = plain; to < stride; to += number)
+            std::memcpy(color + to, color + plain - number, number);
+    }
 }
 
 }  // namespace
@@ -150,7 +169,7 @@ void depthSort(const CapturedFragments& captured, const Projection& projection,
 
 void depthSortComposite(const CapturedFragments& captured, const Projection& projection,
                         std::uint32_t layers, Tail tail, const FragmentArray& color,
-                        CompositeImage& out) {
+                        CompositeImage& out, const OpaqueFragments* behind) {
     const std::size_t pixels = out.window.pixels();
     resizeAnew(out.rgba, pixels);
     resizeAnew(out.opacity, color.components() == kTintedComponents ? pixels : 0);
@@ -164,8 +183,11 @@ void depthSortComposite(const CapturedFragments& captured, const Projection& pro
         const std::size_t first = row * width;
         lists.color.type = color.type;
         lists.color.channels = color.channels;
-        layOut(captured, first, width, needed, lists);
+        const std::size_t up = first * OpaqueFragments::kWords;
+        const std::uint32_t* const opaque = behind ? behind->fragments - up : nullptr;
+        layOut(captured, first, width, needed, lists, opaque);
         sort_row(captured, {first, width, 0, lists, nullptr}, sorter);
+        if (opaque) addBehind(opaque, behind->colors ? behind->colors - up : nullptr, lists);
         projection.toLinearZ(lists.z);
         compositeNearest(lists, layers, tail, first, out);
     });

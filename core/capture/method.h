@@ -19,8 +19,13 @@ class SceneRasterizer;
 struct LayerArea {
     Window window;             ///< inside the rasterizer's tile
     std::uint32_t layers = 0;  ///< to capture
-    /// That of the slots, if they are a render target (takesSlotTarget()); 0 = they are the buffer.
-    unsigned slot_framebuffer = 0;
+    /// That of the slots, if they are a render target (takesSlotTarget()), or of the depths of
+    /// opaque fragments (takesOpaqueFirst()), or of both; 0 = there is neither.
+    unsigned framebuffer = 0;
+    bool slot_target =
+        false;  ///< whether the slots are its render target; else they are the buffer
+    /// Nothing but what is transparent and in front of the opaque fragments (OpaqueTarget).
+    bool in_front = false;
     /// Whether fragments are stored with their primitives. If not, whatever grows in draw order
     /// will do.
     bool keys = true;
@@ -37,6 +42,9 @@ class LayerMethod {
 
     /// Whether its one geometry pass can have the slots as its render target (SlotTarget).
     virtual bool takesSlotTarget() const { return false; }
+
+    /// Whether it can leave out the opaque fragments and what they hide (LayerArea::in_front).
+    virtual bool takesOpaqueFirst() const { return false; }
 
     /// Bytes of textures it needs for a raster tile of so many pixels.
     virtual std::uint64_t tileBytes(std::uint64_t tile_pixels,

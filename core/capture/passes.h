@@ -47,10 +47,23 @@ struct GeometryPass {
     bool describes = false;
     Draws draws = Draws::kAll;
     bool bounded = true;  ///< fragments behind the opaque bound, if there is one, do not count
+    /// Likewise those behind the fragments of an OpaqueTarget, which is bound for reading, and
+    /// whose depths the framebuffer has. What is drawn stores nothing if it is behind them.
+    bool in_front = false;
     GLuint framebuffer = 0;
     gl::DepthTest depth_test = gl::DepthTest::kOff;
     std::array<gl::Blend, gl::kMaxAttachments> blend{};
     ShaderArgument argument{};
+
+    /// The same pass over what is transparent and in front of the fragments of an OpaqueTarget.
+    GeometryPass inFront() const {
+        GeometryPass pass = *this;
+        pass.draws = Draws::kBlended;
+        pass.bounded = false;
+        pass.in_front = true;
+        pass.depth_test = gl::DepthTest::kInFront;
+        return pass;
+    }
 };
 
 /// A pass without geometry: the fragment shader runs once for every pixel.

@@ -146,7 +146,7 @@ void Renderer::State::countViews() {
     const auto width = static_cast<std::size_t>(crop.width());
     samples.emplace(crop);
     kept_counts = {};
-    merged_bands.clear();
+    kept_bands.clear();
     freeBands();
     countClip();
     if (positions.size() == 1 && fitsKept(crop.pixels() * sizeof(std::uint32_t)))
@@ -183,8 +183,7 @@ void Renderer::State::countViews() {
 /// How many layers several views have together is known only when they are merged.
 void Renderer::State::mergeViews() {
     merged.reset();
-    merged_bands.clear();
-    merging_passes = report.passes = 0;
+    kept_passes = report.passes = 0;
     if (!mergesLayers()) return;
     merged.emplace(plan.view.crop);
     std::uint64_t kept = 0;
@@ -192,15 +191,15 @@ void Renderer::State::mergeViews() {
     for (const Window& band : bands(nullptr)) {
         captureMerged(band, image);
         merged->addBand(image);
-        merging_passes = std::max(merging_passes, report.passes);
+        kept_passes = std::max(kept_passes, report.passes);
         report.passes = 0;
         kept += imageBytes(image);
         keeps = keeps && fitsKept(kept);
-        if (keeps) merged_bands.push_back(image);
+        if (keeps) kept_bands.push_back(image);
         reportPlanned(kCountShare, 1,
                       static_cast<double>(band.y1 - plan.view.crop.y0) / plan.view.crop.height());
     }
-    if (!keeps) merged_bands.clear();
+    if (!keeps) kept_bands.clear();
 }
 
 /// --layers and --occlusion-ratio: the first layer that touches fewer pixels than the ratio is the
@@ -247,10 +246,13 @@ Plan Renderer::plan(const View& view, const CaptureSettings& settings, const Pro
     s.positions = samplePositions(settings.samples);
     if (settings.samples == 1) s.positions = {view.sample};
     s.showSample(0);
+    s.chooseSurfaces();
     s.progress = progress;
     s.plan_share = !progress ? 0 : s.mergesLayers() ? kMergeShare : kCountShare;
-    s.countViews();
-    s.mergeViews();
+    if (!s.compositeViews()) {
+        s.countViews();
+        s.mergeViews();
+    }
     s.limitLayers();
     s.fillPlan();
     s.progress = {};
@@ -294,26 +296,35 @@ void Renderer::State::captureMerged(const Window& band, LayeredImage& out) {
 }
 
 /// Makes what the sinks get of a band.
-void Renderer::State::render(const Window& band, LayeredImage& out) {
+void Renderer::State::render(const Window& band, const TakeBand& take) {
+    if (opaque_first) return composeVisible(band, take);
     if (!shot.settings.composite) {
-        if (!mergesLayers()) return captureLayers(band, limit, out);
-        captureMerged(band, out);
-        return keepLayers(out, {.nearest = limit});
+        if (mergesLayers()) {
+            captureMerged(band, image);
+            keepLayers(image, {.nearest = limit});
+        } else {
+            captureLayers(band, limit, image);
+        }
+        return take(image);
     }
+    if (positions.size() > 1) beginMean(band, composite, shot.settings.tinted);
     CompositeImage sample;
     for (std::size_t i = 0; i < positions.size(); ++i) {
         if (positions.size() > 1) showSample(i);
         compositeView(band, positions.size() > 1 ? sample : composite);
-        if (positions.size() > 1)
-            addToMean(sample, static_cast<int>(i), shot.settings.samples, composite);
+        if (positions.size() > 1) addToMean(sample, shot.settings.samples, composite);
     }
-    const StageTimer timer(times, "composite");
-    toSingleLayer(composite, out);
+    {
+        const StageTimer timer(times, "composite");
+        toSingleLayer(composite, image);
+    }
+    take(image);
 }
 
 CaptureReport Renderer::capture(Sink& sink, const Progress& progress) {
     State& s = *state_;
     s.report = {};
+    s.visible = 0;
     std::uint64_t stored = 0;
     int passes = 0;
     const Window& crop = s.plan.view.crop;
@@ -326,23 +337,25 @@ CaptureReport Renderer::capture(Sink& sink, const Progress& progress) {
         s.report.passes = 0;
         ++s.report.bands;
     };
-    if (!s.merged_bands.empty()) {
-        passes = s.merging_passes;
+    if (!s.kept_bands.empty()) {
+        passes = s.kept_passes;
         s.freeBands();
-        for (LayeredImage& image : s.merged_bands) {
+        for (LayeredImage& image : s.kept_bands) {
             keepLayers(image, {.nearest = s.limit});
             take(image);
         }
     } else {
-        for (const Window& band : s.bands(&sink)) {
-            s.render(band, s.image);
-            take(s.image);
-        }
+        for (const Window& band : s.bands(&sink))
+            s.render(band, take);
     }
     s.report.passes = passes;
     s.report.largest_correction = s.band_capture.largestCorrection();
     if (!s.shot.settings.composite && stored != s.plan.fragments_stored) {
         throw Error(ErrorKind::kInternal, std::to_string(stored) + " fragments were captured and " +
+                                              std::to_string(s.plan.fragments_stored) + " planned");
+    }
+    if (s.opaque_first && s.kept_bands.empty() && s.visible != s.plan.fragments_stored) {
+        throw Error(ErrorKind::kInternal, std::to_string(s.visible) + " fragments were seen and " +
                                               std::to_string(s.plan.fragments_stored) + " planned");
     }
     return s.report;

@@ -39,6 +39,7 @@ BandCosts Renderer::State::costs() const {
     costs.pixel_bytes = kPixelBytes + opacity;
     if (!clip_rows.empty()) costs.pixel_bytes += 3 * sizeof(std::uint32_t);
     costs.fixed_bytes = band_capture.tileBytes();
+    if (opaque_first) costs.fixed_bytes += band_capture.opaqueBytes();
     if (composite_method) {
         // Every pixel counts as a fragment, as in rowFragments().
         costs.fixed_bytes += composite_method->tileBytes(tile, shot.settings);
@@ -105,7 +106,8 @@ std::vector<Window> Renderer::State::bands(const Sink* sink) {
     freeBands();
     BandCosts with_sink = costs();
     if (sink) addSink(*sink, with_sink);
-    return cutBands(plan.view.crop, bandLimits(shot.settings.memory, residentBytes(), with_sink),
+    band_limits = bandLimits(shot.settings.memory, residentBytes(), with_sink);
+    return cutBands(plan.view.crop, band_limits,
                     [&](int y) { return rowFragments(y) + clipFragments(with_sink, y); });
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -24,9 +25,12 @@ namespace peeler {
 inline constexpr std::uint64_t kKeptShare = 6;
 inline constexpr std::uint64_t kKeptBytes = 256ULL << 20;
 
+// Of a composite, which is handed over in parts whose memory is soon used again.
+inline constexpr int kRowsHandedOver = 128;
+
 // How much of a picture's time planning takes, roughly: one cheap pass of two or three and the
 // writing, or with several samples the whole capture once.
-inline constexpr double kCountShare = 0.2, kMergeShare = 0.6;
+inline constexpr double kCountShare = 0.2, kMergeShare = 0.6, kCompositeShare = 0.8;
 
 /// Captures what directional and spot lights see through `renderer`, whose last plan is forgotten.
 /// `settings` say how large the maps are and how much memory there is. Throws Error (kUsage) if the
@@ -35,6 +39,9 @@ inline constexpr double kCountShare = 0.2, kMergeShare = 0.6;
 ShadowMaps captureShadowMaps(Renderer& renderer, const gl::Context& context,
                              const std::vector<PlacedLight>& lights,
                              const CaptureSettings& settings);
+
+/// Takes what the sinks get of a band, or of some rows of it.
+using TakeBand = std::function<void(LayeredImage&)>;
 
 struct Renderer::State {
     State(gl::Context& ctx, PosedScene shown)
@@ -70,14 +77,18 @@ struct Renderer::State {
     std::optional<DepthComplexity> merged;   // of the layers they merge into
     std::vector<std::uint64_t> clip_rows;    // surfaces of clip meshes a row, of the worst view
     std::vector<std::uint32_t> kept_counts;  // of the whole crop, or empty; one view only
-    std::vector<LayeredImage> merged_bands;  // likewise, what several views merge into
+    std::vector<LayeredImage> kept_bands;    // likewise, what is handed over of them
     std::vector<std::uint32_t> counts;       // of the band being captured
     LayeredImage image;
     CompositeImage composite;
     CaptureReport report;
-    Progress progress;       // of the plan in the making
-    double plan_share = 0;   // of a picture's work, as progress counts it
-    int merging_passes = 0;  // that several views took, over a band
+    Progress progress;          // of the plan in the making
+    double plan_share = 0;      // of a picture's work, as progress counts it
+    int kept_passes = 0;        // that the kept bands took
+    bool opaque_first = false;  // whether composites are captured by compositeVisible()
+    BandLimits band_limits{};   // of the bands that are being captured
+    bool planning = false;      // whether what compositeVisible() finds is still to be counted
+    std::uint64_t visible = 0;  // fragments that it found
 
     bool mergesLayers() const { return positions.size() > 1 && !shot.settings.composite; }
     bool fitsKept(std::uint64_t bytes) const {
@@ -93,6 +104,8 @@ struct Renderer::State {
 
     void castShadows(Renderer& renderer, const CaptureSettings& asked);
     void chooseMethod();
+    void chooseSurfaces();
+    bool compositeViews();
     void showSample(std::size_t i);
     void countClip();
     void countViews();
@@ -104,8 +117,10 @@ struct Renderer::State {
     std::span<const std::uint32_t> countsOf(const Window& band);
     void captureLayers(const Window& band, std::uint32_t most, LayeredImage& out);
     void compositeView(const Window& band, CompositeImage& out);
+    void addVisible(const Window& rows, std::span<const std::uint32_t> visible_counts);
+    void composeVisible(const Window& band, const TakeBand& take);
+    void render(const Window& band, const TakeBand& take);
     void captureMerged(const Window& band, LayeredImage& out);
-    void render(const Window& band, LayeredImage& out);
 };
 
 }  // namespace peeler

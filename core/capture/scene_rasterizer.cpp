@@ -5,6 +5,7 @@
 #include <cstring>
 #include <span>
 
+#include "core/base/error.h"
 #include "core/gl/program.h"
 #include "core/shading/lighting.h"
 #include "shaders/interface.glsl"
@@ -63,6 +64,10 @@ void SceneRasterizer::begin() {
     boundary_nodes_ = shot_.settings.clip.nodes;
     std::sort(boundary_nodes_.begin(), boundary_nodes_.end());
     tile_ = band_ = {};
+    const int size = shot_.settings.point_size, most = context_.device().limits.point_size;
+    if (size <= most) return;
+    throw Error(ErrorKind::kUsage, "the driver shows no points of so many pixels",
+                "--point-size " + std::to_string(size), "give at most " + std::to_string(most));
 }
 
 std::vector<Window> SceneRasterizer::tilesOf(const Window& area) const {
@@ -155,12 +160,19 @@ void SceneRasterizer::uploadDrawRecords() {
             const glm::dmat4 clip_from_model = clip_from_view * view_from_model;
             const Window bounds = screenBounds(scene_.geometry().box(draw), clip_from_model,
                                                tile_.width(), tile_.height());
-            screen_bounds_[i] = unite(screen_bounds_[i], bounds);
+            screen_bounds_[i] = unite(screen_bounds_[i], grown(bounds, draw));
             auto& target = draw.instances > 1 ? placements[next_instance++] : record.placement;
             target = placementOf(clip_from_model, view_from_model);
         }
         std::memcpy(draw_memory.as<std::byte>() + i * kDrawStride, &record, sizeof record);
     }
+}
+
+/// What points of several pixels cover, too; no pixel less.
+Window SceneRasterizer::grown(const Window& bounds, const Draw& draw) const {
+    const int size = shot_.settings.point_size;
+    if (bounds.empty() || size <= 1 || (draw.flags & PEELER_IS_TRIANGLES) != 0) return bounds;
+    return {bounds.x0 - size, bounds.y0 - size, bounds.x1 + size, bounds.y1 + size};
 }
 
 void SceneRasterizer::reserve(gl::Buffer& buffer, std::size_t bytes) const {
@@ -247,6 +259,7 @@ void SceneRasterizer::draw(const GeometryPass& pass, const Window& area) {
     state.depth_clamp = pass.draws == Draws::kClipMeshes || shot_.settings.depth_clamp;
     state.blend = pass.blend;
     gl::apply(gl, state);
+    gl.PointSize(static_cast<GLfloat>(shot_.settings.point_size));
     bindFrame();
     if (pass.bounded && bounded()) {
         gl.BindTextureUnit(PEELER_OPAQUE_DEPTH_UNIT, bound_depth_.name());

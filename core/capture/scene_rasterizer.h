@@ -72,6 +72,7 @@ class SceneRasterizer {
     /// `area` relative to the tile, y up: x0, y0, x1, y1.
     Window inTile(const Window& area) const;
     void uploadDrawRecords();
+    Window grown(const Window& bounds, const Draw& draw) const;
     /// Makes the buffer at least that large; what it held is lost.
     void reserve(gl::Buffer& buffer, std::size_t bytes) const;
     void submit(const Draw& draw) const;

@@ -26,7 +26,8 @@ enum ShaderBit : unsigned {
     kInstanced = 256,
     kEnvironment = 512,
     kOrthographic = 1024,
-    kFirstFeature = 2048,  // of a material, see materialFeatures()
+    kInFront = 2048,
+    kFirstFeature = 4096,  // of a material, see materialFeatures()
 };
 constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kVaryings, "VARYINGS"},         {kTextured, "TEXTURED"},
@@ -34,7 +35,7 @@ constexpr std::pair<unsigned, const char*> kDefinitions[] = {
     {kBounded, "BOUNDED"},           {kPunctual, "PUNCTUAL"},
     {kShadowed, "SHADOWED"},         {kClipped, "CLIPPED"},
     {kInstanced, "INSTANCED"},       {kEnvironment, "ENVIRONMENT"},
-    {kOrthographic, "ORTHOGRAPHIC"},
+    {kOrthographic, "ORTHOGRAPHIC"}, {kInFront, "IN_FRONT"},
 };
 
 /// The features that an unlit surface has, too, a bit each.
@@ -124,6 +125,7 @@ ShaderVariants::Variant ShaderVariants::variantOf(const GeometryPass& pass,
         v.draw_flags = draw.flags & PEELER_HAS_COLORS;
 
     if (pass.bounded && settings.surfaces != Surfaces::kAll) v.bits |= kBounded;
+    if (pass.in_front) v.bits |= kInFront;
     if (settings.clip.active() && pass.draws != Draws::kClipMeshes) v.bits |= kClipped;
     if (draw.instances > 1) v.bits |= kInstanced;
     return v;

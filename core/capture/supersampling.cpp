@@ -174,22 +174,28 @@ std::vector<glm::dvec2> samplePositions(int samples) {
     return positions;
 }
 
-void addToMean(const CompositeImage& sample, int index, int samples, CompositeImage& mean) {
-    const std::size_t pixels = sample.window.pixels();
-    if (index == 0) {
-        mean.window = sample.window;
-        mean.rgba.assign(pixels, {});
-        mean.opacity.assign(sample.opacity.size(), {});
-        mean.z.assign(pixels, std::numeric_limits<float>::infinity());
-    }
+void beginMean(const Window& window, CompositeImage& mean, bool with_opacity) {
+    mean.window = window;
+    mean.rgba.assign(window.pixels(), {});
+    mean.opacity.assign(with_opacity ? window.pixels() : 0, {});
+    mean.z.assign(window.pixels(), std::numeric_limits<float>::infinity());
+}
+
+void addToMean(const CompositeImage& sample, int samples, CompositeImage& mean) {
+    const auto width = static_cast<std::size_t>(sample.window.width());
     const float weight = 1.0F / static_cast<float>(samples);
-    for (std::size_t p = 0; p < pixels; ++p) {
-        for (std::size_t c = 0; c < 4; ++c)
-            mean.rgba[p][c] += weight * sample.rgba[p][c];
-        for (std::size_t c = 0; c < 3 && sample.tinted(); ++c)
-            mean.opacity[p][c] += weight * sample.opacity[p][c];
-        mean.z[p] = std::min(mean.z[p], sample.z[p]);
-    }
+    parallelFor(static_cast<std::size_t>(sample.window.height()), [&](std::size_t row) {
+        const auto y = static_cast<std::size_t>(sample.window.y0 - mean.window.y0) + row;
+        std::size_t to = y * static_cast<std::size_t>(mean.window.width()) +
+                         static_cast<std::size_t>(sample.window.x0 - mean.window.x0);
+        for (std::size_t p = row * width; p < (row + 1) * width; ++p, ++to) {
+            for (std::size_t c = 0; c < 4; ++c)
+                mean.rgba[to][c] += weight * sample.rgba[p][c];
+            for (std::size_t c = 0; c < 3 && sample.tinted(); ++c)
+                mean.opacity[to][c] += weight * sample.opacity[p][c];
+            mean.z[to] = std::min(mean.z[to], sample.z[p]);
+        }
+    });
 }
 
 void mergeSamples(std::span<const LayeredImage> samples, const SurfaceOf& surface_of,

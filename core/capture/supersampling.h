@@ -17,9 +17,12 @@ namespace peeler {
 /// der Corput's sequence against equal steps), which is evenly spread for any number.
 std::vector<glm::dvec2> samplePositions(int samples);
 
-/// Adds one sample's composite to the mean of `samples` of them: colours are averaged, Z is the
-/// nearest. The first one (`index` 0) overwrites `mean`.
-void addToMean(const CompositeImage& sample, int index, int samples, CompositeImage& mean);
+/// The mean of no samples yet, of these pixels; `with_opacity`: with coloured opacity.
+void beginMean(const Window& window, CompositeImage& mean, bool with_opacity = false);
+
+/// Adds one sample's composite, or a part of it, to the mean of `samples` of them: colours are
+/// averaged, Z is the nearest.
+void addToMean(const CompositeImage& sample, int samples, CompositeImage& mean);
 
 /// The name of the array of draw-order keys.
 inline constexpr const char* kKeyChannel = "key";

@@ -62,6 +62,9 @@ std::string examine(const Functions& gl, Device& device) {
     limits.texture_layers = integer(GL_MAX_ARRAY_TEXTURE_LAYERS);
     limits.texture_units = integer(GL_MAX_TEXTURE_IMAGE_UNITS);
     limits.subpixel_bits = integer(GL_SUBPIXEL_BITS);
+    std::array<GLint, 2> points{};
+    gl.GetIntegerv(GL_POINT_SIZE_RANGE, points.data());
+    limits.point_size = points[1];
     limits.framebuffer_fetch = hasExtension(gl, "GL_EXT_shader_framebuffer_fetch");
 
     const int major = integer(GL_MAJOR_VERSION), minor = integer(GL_MINOR_VERSION);

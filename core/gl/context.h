@@ -22,6 +22,7 @@ struct Limits {
     int texture_layers = 0;  ///< of an array
     int texture_units = 0;   ///< of fragment shaders
     int subpixel_bits = 0;
+    int point_size = 1;              ///< most pixels a side of a point
     bool framebuffer_fetch = false;  ///< fragment shaders can read what they are about to overwrite
 };
 

@@ -75,6 +75,7 @@ namespace peeler::gl {
     X(NAMEDFRAMEBUFFERPARAMETERI, NamedFramebufferParameteri)   \
     X(NAMEDFRAMEBUFFERTEXTURE, NamedFramebufferTexture)         \
     X(PIXELSTOREI, PixelStorei)                                 \
+    X(POINTSIZE, PointSize)                                     \
     X(PROGRAMUNIFORM4I, ProgramUniform4i)                       \
     X(SAMPLERPARAMETERI, SamplerParameteri)                     \
     X(SCISSOR, Scissor)                                         \

@@ -156,7 +156,7 @@ void apply(const Functions& gl, GLuint attachment, Blend blend) {
 }
 
 GLenum depthFunction(DepthTest test) {
-    constexpr GLenum kFunctions[] = {GL_ALWAYS, GL_GREATER, GL_LEQUAL, GL_ALWAYS};
+    constexpr GLenum kFunctions[] = {GL_ALWAYS, GL_GREATER, GL_LEQUAL, GL_ALWAYS, GL_GEQUAL};
     return kFunctions[static_cast<std::size_t>(test)];
 }
 
@@ -182,7 +182,7 @@ void apply(const Functions& gl, const PassState& state) {
     if (state.depth_test != DepthTest::kOff) {
         gl.Enable(GL_DEPTH_TEST);
         gl.DepthFunc(depthFunction(state.depth_test));
-        gl.DepthMask(GL_TRUE);
+        gl.DepthMask(state.depth_test == DepthTest::kInFront ? GL_FALSE : GL_TRUE);
     } else {
         gl.Disable(GL_DEPTH_TEST);
         gl.DepthMask(GL_FALSE);

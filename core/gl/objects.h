@@ -112,7 +112,8 @@ enum class DepthTest {
     kOff,
     kNearest,   ///< the first drawn among equals
     kFarthest,  ///< the last drawn among equals
-    kReplace    ///< whatever is drawn
+    kReplace,   ///< whatever is drawn
+    kInFront    ///< none: what is behind what it holds fails, and what it holds stays
 };
 
 /// How what a pass writes meets what a colour attachment holds. Colours are premultiplied.

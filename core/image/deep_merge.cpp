@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <sstream>
 #include <string>
 
 #include "core/base/error.h"
@@ -77,6 +78,16 @@ void resizeLike(const FragmentArray& like, std::size_t fragments, FragmentArray&
 }
 
 }  // namespace
+
+std::string deepMergeText(const DeepMergeSettings& settings) {
+    constexpr const char* kNames[] = {"off", "exact", "by-id", "by-z"};
+    if (settings.mode == DeepMerge::kOff) return "";
+    std::ostringstream text;
+    text << kNames[static_cast<std::size_t>(settings.mode)];
+    if (settings.mode != DeepMerge::kExact) text << " z " << settings.z_tolerance;
+    if (settings.mode == DeepMerge::kById) text << " alpha " << settings.alpha_tolerance;
+    return text.str();
+}
 
 void mergeDeepSamples(const LayeredImage& image, int y0, int y1, const DeepMergeSettings& settings,
                       LayeredImage& out) {

@@ -22,6 +22,30 @@ void moveFragments(LayeredImage& image, std::size_t from, std::size_t to, std::s
         moveFragments(array, from, to, count);
 }
 
+/// Keeps the fragments of which keep(layer, fragment) says so, in place. It is asked of each once,
+/// in order, before the fragment is overwritten.
+template <class Keep>
+void keepFragments(LayeredImage& image, Keep&& keep) {
+    std::uint32_t kept = 0;
+    for (std::size_t pixel = 0; pixel + 1 < image.offsets.size(); ++pixel) {
+        const std::uint32_t first = image.offsets[pixel], count = image.count(pixel);
+        // The list that starts here is about to be read; the next one's start is still needed.
+        image.offsets[pixel] = kept;
+        for (std::uint32_t k = 0, end = 0; k < count; k = end + 1) {
+            end = k;
+            while (end < count && keep(end, std::size_t{first} + end))
+                ++end;
+            moveFragments(image, first + k, kept, end - k);
+            kept += end - k;
+        }
+    }
+    image.offsets.back() = kept;
+    image.z.resize(kept);
+    image.color.data.resize(kept * image.color.stride());
+    for (FragmentArray& array : image.extra)
+        array.data.resize(kept * array.stride());
+}
+
 void pickFragments(const FragmentArray& from, const std::vector<std::uint32_t>& fragments,
                    FragmentArray& to) {
     const std::size_t stride = from.stride();
@@ -97,26 +121,26 @@ std::vector<LayerPlan> DepthComplexity::layers(std::uint32_t limit) const {
     return plans;
 }
 
+bool IdSet::holds(std::uint32_t id) const {
+    return std::binary_search(listed.begin(), listed.end(), id) != others;
+}
+
 void keepLayers(LayeredImage& image, const LayerSelection& selection) {
     if (selection.all()) return;
-    std::uint32_t kept = 0;
-    for (std::size_t pixel = 0; pixel + 1 < image.offsets.size(); ++pixel) {
-        const std::uint32_t first = image.offsets[pixel], count = image.count(pixel);
-        // The list that starts here is about to be read; the next one's start is still needed.
-        image.offsets[pixel] = kept;
-        for (std::uint32_t k = 0, end = 0; k < count; k = end + 1) {
-            end = k;
-            while (end < count && selection.holds(end))
-                ++end;
-            moveFragments(image, first + k, kept, end - k);
-            kept += end - k;
-        }
-    }
-    image.offsets.back() = kept;
-    image.z.resize(kept);
-    image.color.data.resize(kept * image.color.stride());
-    for (FragmentArray& array : image.extra)
-        array.data.resize(kept * array.stride());
+    keepFragments(image, [&](std::uint32_t layer, std::size_t) { return selection.holds(layer); });
+}
+
+void keepObjects(LayeredImage& image, const ObjectSelection& selection) {
+    if (selection.objects.all() && selection.materials.all()) return;
+    const FragmentChannel objects = findIds(image, "id.object");
+    const FragmentChannel materials = findIds(image, "id.material");
+    const auto idOf = [](const FragmentChannel& ids, std::size_t fragment) {
+        return ids ? ids.id(fragment) : 0;
+    };
+    keepFragments(image, [&](std::uint32_t, std::size_t fragment) {
+        return selection.objects.holds(idOf(objects, fragment)) &&
+               selection.materials.holds(idOf(materials, fragment));
+    });
 }
 
 void singleLayer(const LayeredImage& image, std::uint32_t layer, LayeredImage& out) {

@@ -61,6 +61,24 @@ struct LayerSelection {
 /// Every array of `image` follows.
 void keepLayers(LayeredImage& image, const LayerSelection& selection);
 
+/// Ids that count: those that are listed, or all others.
+struct IdSet {
+    std::vector<std::uint32_t> listed{};  ///< ascending
+    bool others = true;
+
+    bool all() const { return others && listed.empty(); }
+    bool holds(std::uint32_t id) const;
+};
+
+/// Which fragments count by what they are of: those whose channels id.object and id.material both
+/// hold ids that do.
+struct ObjectSelection {
+    IdSet objects{}, materials{};
+};
+
+/// Forgets all other fragments, like keepLayers(). Where a channel is missing every id is 0.
+void keepObjects(LayeredImage& image, const ObjectSelection& selection);
+
 /// One layer as an image of at most one fragment a pixel. `out` is overwritten; its storage is
 /// reused.
 void singleLayer(const LayeredImage& image, std::uint32_t layer, LayeredImage& out);

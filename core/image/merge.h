@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is merged: the tiles of one picture, and samples of a deep image that need not be apart.
+// What is merged: the tiles of one picture, its elements, and samples of a deep image that need not
+// be apart.
 #pragma once
 
 #include <optional>
 #include <span>
+#include <string>
 
 #include "core/base/window.h"
 #include "core/image/layered_image.h"
@@ -25,6 +27,13 @@ bool overlap(std::span<const Window> tiles);
 std::optional<Window> joinTiles(std::span<const LayeredImage> tiles, const Window& window,
                                 const LayeredImage& like, LayeredImage& out);
 
+/// The fragments of all elements, whatever windows they have, sorted by Z in every pixel of
+/// `window`; those at the very same Z in the order of the elements. Each element is sorted already.
+/// The arrays are those of `like`, and of every element that has fragments. `out` is overwritten;
+/// its storage is reused. Throws Error (kMemory) for over 2^32 fragments.
+void mergeByDepth(std::span<const LayeredImage> elements, const Window& window,
+                  const LayeredImage& like, LayeredImage& out);
+
 // deep_merge.cpp: fewer samples with the same composite.
 
 /// Which neighbours in a pixel's list become one sample.
@@ -42,6 +51,9 @@ struct DeepMergeSettings {
     float z_tolerance = 0;      ///< by-id, by-z
     float alpha_tolerance = 1;  ///< by-id
 };
+
+/// In words, such as "by-z z 0.1"; "" if samples are not merged.
+std::string deepMergeText(const DeepMergeSettings& settings);
 
 /// The rows [y0, y1) of `image` with every run of successive samples that belong together replaced
 /// by one. Its colour is the run composited front to back in 32-bit float, rounded once to the type

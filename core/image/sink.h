@@ -40,6 +40,9 @@ struct Provenance {
     std::string version{}, method{}, surfaces{};
     std::string scene{};  ///< file name without folder
     std::string scene_hash{}, settings_hash{};
+    /// What was asked for and changes pixels, as a JSON object whose hash is settings_hash; "" = it
+    /// is not known.
+    std::string settings{};
     /// Of everything that decides what is in the file, so that it can be left alone when it would
     /// be made again; "" = it cannot be made again by one command.
     std::string output_hash{};

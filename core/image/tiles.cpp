@@ -149,4 +149,42 @@ std::optional<Window> joinTiles(std::span<const LayeredImage> tiles, const Windo
     return std::nullopt;
 }
 
+void mergeByDepth(std::span<const LayeredImage> elements, const Window& window,
+                  const LayeredImage& like, LayeredImage& out) {
+    out.window = window;
+    clearLike(like, out);
+    std::vector<std::size_t> next(elements.size()), end(elements.size());
+    for (int y = window.y0; y < window.y1; ++y) {
+        for (int x = window.x0; x < window.x1; ++x) {
+            for (std::size_t e = 0; e < elements.size(); ++e) {
+                next[e] = end[e] = 0;
+                const Window& own = elements[e].window;
+                if (x < own.x0 || x >= own.x1 || y < own.y0 || y >= own.y1) continue;
+                const std::size_t pixel = elements[e].pixelIndex(x, y);
+                next[e] = elements[e].offsets[pixel];
+                end[e] = elements[e].offsets[pixel + 1];
+            }
+            while (true) {
+                std::size_t nearest = kNone;
+                for (std::size_t e = 0; e < elements.size(); ++e) {
+                    if (next[e] < end[e] &&
+                        (nearest == kNone ||
+                         elements[e].z[next[e]] < elements[nearest].z[next[nearest]]))
+                        nearest = e;
+                }
+                if (nearest == kNone) break;
+                const LayeredImage& element = elements[nearest];
+                const std::size_t fragment = next[nearest]++;
+                out.z.push_back(element.z[fragment]);
+                append(element.color, fragment, 1, out.color);
+                for (std::size_t i = 0; i < out.extra.size(); ++i)
+                    append(element.extra[i], fragment, 1, out.extra[i]);
+            }
+            if (out.fragments() > std::numeric_limits<std::uint32_t>::max())
+                throw Error(ErrorKind::kMemory, "over 2^32 fragments in one band");
+            out.offsets.push_back(static_cast<std::uint32_t>(out.fragments()));
+        }
+    }
+}
+
 }  // namespace peeler

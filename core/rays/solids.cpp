@@ -160,7 +160,7 @@ void SolidSpans::find(std::span<const float> t, std::span<const std::uint32_t> k
         const std::uint32_t solid = order_[i].solid;
         while (end < order_.size() && order_[end].solid == solid)
             ++end;
-        hits_.push_back({solid, static_cast<std::uint32_t>(end - i)});
+        hits_.push_back({solid, static_cast<std::uint32_t>(end - i), order_[end - 1].index});
         for (std::size_t k = i; k + 1 < end; k += 2) {
             const std::uint32_t in = order_[k].index, out = order_[k + 1].index;
             if (t[out] > t[in]) spans_.push_back({{t[in], t[out]}, solid, keys[in], in});
@@ -179,7 +179,7 @@ struct Share {
     std::uint64_t odd_rays = 0;
 };
 
-void addRay(std::span<const SolidHits> hits, const OddRay& ray, Share& share) {
+void addRay(std::span<const SolidHits> hits, std::span<const float> z, OddRay ray, Share& share) {
     bool odd = false;
     for (const SolidHits& solid : hits) {
         SolidParity& parity = share.solids[solid.solid];
@@ -187,6 +187,7 @@ void addRay(std::span<const SolidHits> hits, const OddRay& ray, Share& share) {
         if (!solid.odd()) continue;
         odd = true;
         ++parity.odd;
+        ray.z = z[solid.last];
         if (parity.first.size() < Parity::kKept) parity.first.push_back(ray);
     }
     if (odd) ++share.odd_rays;
@@ -207,8 +208,9 @@ void Parity::add(std::size_t bundle, const LayeredImage& band) {
                 const std::size_t pixel = band.pixelIndex(x, y);
                 const std::size_t begin = band.offsets[pixel], hits = band.count(pixel);
                 if (hits == 0) continue;
-                spans.find({band.z.data() + begin, hits}, keys.subspan(begin, hits), solids_);
-                addRay(spans.hits(), {bundle, x, y}, shares[i]);
+                const std::span<const float> z(band.z.data() + begin, hits);
+                spans.find(z, keys.subspan(begin, hits), solids_);
+                addRay(spans.hits(), z, {bundle, x, y}, shares[i]);
             }
         }
     });

@@ -86,6 +86,7 @@ struct SolidSpan : Stretch {
 /// How often a ray hits a solid.
 struct SolidHits {
     std::uint32_t solid = 0, hits = 0;
+    std::uint32_t last = 0;  ///< which of the ray's hits is its last one
 
     bool odd() const { return hits % 2 == 1; }
 };
@@ -132,6 +133,7 @@ void uniteSpans(std::span<const SolidSpan> spans, Keep&& keep, std::vector<Stret
 struct OddRay {
     std::size_t bundle = 0;
     int x = 0, y = 0;  ///< pixel of the bundle's picture
+    float z = 0;       ///< camera Z of its last hit, which has no other one to go with
     bool operator==(const OddRay&) const = default;
 };
 

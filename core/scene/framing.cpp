@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/scene/elements.h"
 
 namespace peeler {
 namespace {
@@ -41,9 +42,11 @@ SceneExtent::SceneExtent(const PosedScene& posed) : posed_(posed) {
     if (const auto box = posed.bounds()) boxes_.push_back(*box);
 }
 
-SceneExtent::SceneExtent(const Scene& scene, int scene_index, std::span<const int> animations) {
+SceneExtent::SceneExtent(const Scene& scene, int scene_index, std::span<const int> animations)
+    : moves_(true) {
     for (const double time : momentsOf(scene, animations)) {
         const PosedScene posed(scene, scene_index, poseAt(scene, animations, time));
+        if (!posed_) posed_ = posed;
         if (const auto box = posed.bounds()) boxes_.push_back(*box);
     }
 }
@@ -63,7 +66,7 @@ Bounds SceneExtent::bounds() const {
 }
 
 double SceneExtent::reach(const glm::dvec3& origin, const glm::dvec3& direction) const {
-    if (posed_) return posed_->reach(origin, direction);
+    if (!moves_) return posed_->reach(origin, direction);
     double farthest = -std::numeric_limits<double>::infinity();
     for (const Bounds& box : boxes_) {
         glm::dvec3 corner;
@@ -74,10 +77,41 @@ double SceneExtent::reach(const glm::dvec3& origin, const glm::dvec3& direction)
     return farthest;
 }
 
+double SceneExtent::facing(const glm::dvec3& direction) const {
+    double fronts = 0, backs = 0;
+    if (!posed_) return 0;
+    for (const MeshInstance& instance : posed_->meshes()) {
+        const glm::dmat3 to_world(instance.world);
+        const std::vector<Primitive>& primitives = posed_->primitives(instance);
+        for (std::size_t i = 0; i < primitives.size(); ++i) {
+            const std::vector<glm::vec3>& positions = posed_->positions(instance, i);
+            const std::uint64_t elements = elementsOf(primitives[i]);
+            for (std::uint64_t e = 0; e < elements; ++e) {
+                const Corners corners = cornersOf(primitives[i], static_cast<std::uint32_t>(e));
+                if (corners.count != 3) break;
+                std::array<glm::dvec3, 3> p;
+                for (std::size_t c = 0; c < 3; ++c)
+                    p[c] = to_world * glm::dvec3(positions[corners.vertex[c]]);
+                double area = glm::dot(glm::cross(p[1] - p[0], p[2] - p[0]), direction);
+                if (instance.mirrored) area = -area;
+                (area > 0 ? fronts : backs) += std::abs(area);
+            }
+        }
+    }
+    return fronts + backs > 0 ? (fronts - backs) / (fronts + backs) : 0;
+}
+
 namespace {
 
 /// Share of the frame that a framed scene may fill.
-constexpr double kFill = 0.94;
+constexpr double kFill = 1 - 2 * kFramingMargin;
+
+/// A scene is flat if it is thinner than this share of its second-smallest extent. (Boards with
+/// labels have 0.005 to 0.042; tiles, flat boxes and machines on a plate 0.1 and more.)
+constexpr double kFlat = 0.05;
+
+/// Fronts less backs at which what is flat is looked at from behind.
+constexpr double kTurned = -0.25;
 
 std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
     std::array<glm::dvec3, 8> points;
@@ -91,17 +125,40 @@ std::array<glm::dvec3, 8> corners(const Bounds& bounds) {
 
 }  // namespace
 
+namespace {
+
+/// `v` of a scene whose upwards direction is +Y, turned into one where it is `up`: by the shortest
+/// rotation (Rodrigues; cos = −1 turns about X).
+glm::dvec3 turnedTo(const glm::dvec3& up, const glm::dvec3& v) {
+    const glm::dvec3 axis = glm::cross(glm::dvec3(0, 1, 0), up);
+    const double cosine = up.y;
+    if (cosine < -1 + 1e-12) return {v.x, -v.y, -v.z};
+    return v * cosine + glm::cross(axis, v) + axis * (glm::dot(axis, v) / (1 + cosine));
+}
+
+}  // namespace
+
 glm::dvec3 pleasingForward(const glm::dvec3& up) {
     const double azimuth = glm::radians(35.0), elevation = glm::radians(20.0);
     const glm::dvec3 from{std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
                           std::cos(azimuth) * std::cos(elevation)};
-    // The shortest rotation that takes +Y to `up` (Rodrigues; cos = −1 turns about X).
-    const glm::dvec3 axis = glm::cross(glm::dvec3(0, 1, 0), up);
-    const double cosine = up.y;
-    if (cosine < -1 + 1e-12) return {-from.x, from.y, from.z};
-    const glm::dvec3 turned =
-        from * cosine + glm::cross(axis, from) + axis * (glm::dot(axis, from) / (1 + cosine));
-    return -glm::normalize(turned);
+    return -glm::normalize(turnedTo(up, from));
+}
+
+Sight framedSight(const SceneExtent& extent, const glm::dvec3& up) {
+    const Bounds bounds = extent.bounds();
+    const glm::dvec3 sides = bounds.max - bounds.min, pleasing = pleasingForward(up);
+    int thin = 0;
+    for (int axis = 1; axis < 3; ++axis)
+        if (sides[axis] < sides[thin]) thin = axis;
+    const double second = std::min(sides[(thin + 1) % 3], sides[(thin + 2) % 3]);
+    if (!(sides[thin] < kFlat * second)) return {pleasing, up};
+    glm::dvec3 forward(0);
+    forward[thin] = pleasing[thin] > 0 ? 1 : -1;
+    if (extent.facing(-forward) < kTurned) forward = -forward;
+    // Straight down or up: the front is below.
+    if (std::abs(glm::dot(forward, up)) > 0.99) return {forward, turnedTo(up, {0, 0, -1})};
+    return {forward, up};
 }
 
 double sceneSize(const Bounds& bounds) {
@@ -111,6 +168,31 @@ double sceneSize(const Bounds& bounds) {
     // A single point: any size will do if eye and target stay apart in double precision.
     return std::max(1.0, 1e-3 * std::max({place.x, place.y, place.z}));
 }
+
+namespace {
+
+/// How far an eye at `distance` is shifted along `axis` for the scene to be in the middle: where
+/// two planes of one slope, to either side of the eye, both touch the scene. The slope is found by
+/// iteration from `slope`, which holds the scene under the shift `known`; that stays if the
+/// iteration does not settle, as with a scene around the eye.
+double centringShift(const Reach& reach, const glm::dvec3& axis, const glm::dvec3& forward,
+                     double slope, double distance, double known) {
+    constexpr int kSteps = 8;  // each brings the slope nearer by the scene's share of the distance
+    double shift = known;
+    for (int step = 0; step < kSteps; ++step) {
+        const double positive = reach(axis - slope * forward);
+        const double negative = reach(-axis - slope * forward);
+        const double touching = (positive + negative) / (2 * distance);
+        if (!(touching >= 0)) return known;
+        shift = (positive - negative) / 2;
+        if (std::abs(touching - slope) <= 1e-9 * slope) return shift;
+        if (step + 1 == kSteps) return touching <= 1.01 * slope ? shift : known;
+        slope = touching;
+    }
+    return shift;
+}
+
+}  // namespace
 
 glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::dvec3& forward,
                       const glm::dvec3& up, const Projection& projection) {
@@ -133,6 +215,12 @@ glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::
         if (slope > 0)
             distance =
                 std::max(distance, std::max(positive - shift[i], negative + shift[i]) / slope);
+    }
+    if (projection.perspective && !centred) {
+        for (int i = 0; i < 2; ++i) {
+            const auto& [axis, half] = axes[static_cast<std::size_t>(i)];
+            shift[i] = centringShift(reach, axis, forward, kFill * half, distance, shift[i]);
+        }
     }
     return right * shift.x + above * shift.y - forward * distance;
 }

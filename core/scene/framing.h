@@ -31,8 +31,14 @@ class SceneExtent {
     /// is nothing.
     double reach(const glm::dvec3& origin, const glm::dvec3& direction) const;
 
+    /// Which way the triangles face, at the first moment: the sum of their areas as seen against
+    /// `direction`, front faces less back faces, as a share of both; −1 to 1, about 0 of what is
+    /// closed, and 0 without triangles.
+    double facing(const glm::dvec3& direction) const;
+
   private:
-    std::optional<PosedScene> posed_;  ///< none: the boxes count
+    std::optional<PosedScene> posed_;  ///< at the first moment
+    bool moves_ = false;               ///< the boxes count
     std::vector<Bounds> boxes_;
 };
 
@@ -40,16 +46,31 @@ class SceneExtent {
 /// glTF 2.0 §3.4; −Y if `up` is +Z, as modellers have it), a little from the right and from above.
 glm::dvec3 pleasingForward(const glm::dvec3& up);
 
+/// How an unknown scene is looked at: a viewing direction, and what is upwards in the picture.
+struct Sight {
+    glm::dvec3 forward, up;
+};
+
+/// From the front what is flat (thinner than a twentieth of its second-smallest extent, along an
+/// axis): along that axis, from the side where pleasingForward() stands, unless most of its
+/// triangles show their backs there. From above, with `up` across it, as a map with what is far
+/// upwards. All else along pleasingForward().
+Sight framedSight(const SceneExtent& extent, const glm::dvec3& up);
+
 /// The largest extent of the bounds; a length that suits the place if they have none.
 double sceneSize(const Bounds& bounds);
 
 /// How far a scene reaches from an origin along a direction: the largest dot product.
 using Reach = std::function<double(const glm::dvec3& direction)>;
 
+/// What stays free at each end of the side of a picture that decides how near a camera may stand,
+/// as a share of that side.
+inline constexpr double kFramingMargin = 0.05;
+
 /// The eye of a camera that looks along `forward`, relative to the origin of `reach`, so near that
-/// the scene just fits into the frame with a small margin. `centred` keeps the origin in the middle
-/// of the picture, otherwise the scene is. An orthographic frame has its size given; the eye is
-/// just placed in front. `size` is the scene's, for what has no extent.
+/// the scene just fits into the frame with margins of kFramingMargin. `centred` keeps the origin in
+/// the middle of the picture, otherwise the scene is. An orthographic frame has its size given; the
+/// eye is just placed in front. `size` is the scene's, for what has no extent.
 glm::dvec3 framingEye(const Reach& reach, double size, bool centred, const glm::dvec3& forward,
                       const glm::dvec3& up, const Projection& projection);
 

@@ -40,6 +40,10 @@ IdNames idNames(const Scene& scene) {
     for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
         names.objects.push_back(nodeName(scene, i));
     }
+    names.parents.resize(scene.nodes.size());
+    for (std::size_t i = 0; i < scene.nodes.size(); ++i)
+        for (const int child : scene.nodes[i].children)
+            names.parents[static_cast<std::size_t>(child)] = static_cast<std::uint32_t>(i + 1);
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         const std::string& name = scene.materials[i].name;
         const bool is_default = i + 1 == scene.materials.size();

@@ -208,13 +208,15 @@ void chooseVariant(Scene& scene, std::size_t variant);
 struct IdNames {
     std::vector<std::string> objects;    ///< nodes
     std::vector<std::string> materials;  ///< the last is glTF's default material
+    /// The id of each object's parent, 0 = it has none. Empty if that is not known.
+    std::vector<std::uint32_t> parents{};
 
     bool empty() const { return objects.empty() && materials.empty(); }
     bool operator==(const IdNames&) const = default;
 };
 
 /// What nodes and materials are called: their own names, else nodeName(), "material 3", "default
-/// material". Names need not be unique.
+/// material". Names need not be unique. Parents are known.
 IdNames idNames(const Scene& scene);
 
 }  // namespace peeler

@@ -3,6 +3,7 @@
 #include "core/shading/environment_maps.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -25,33 +26,43 @@ double smith(double a2, double cosine) {
     return 0.5 * (std::sqrt(1 + a2 * (1 - cosine * cosine) / (cosine * cosine)) - 1);
 }
 
+constexpr std::size_t kGgxSamples = 192;
+
+/// Points of a disk, evenly spread.
+std::array<glm::dvec2, kGgxSamples> diskSamples() {
+    std::array<glm::dvec2, kGgxSamples> points{};
+    for (std::size_t i = 0; i < kGgxSamples; ++i) {
+        const double r = std::sqrt((static_cast<double>(i) + 0.5) / kGgxSamples),
+                     phi = 2 * std::numbers::pi * vanDerCorput(static_cast<int>(i));
+        points[i] = {r * std::cos(phi), r * std::sin(phi)};
+    }
+    return points;
+}
+
 /// Samples of the normals that are visible (Heitz, "Sampling the GGX Distribution of Visible
 /// Normals", 2018): what remains to average is between 0 and 1. The view lies in the plane y = 0.
 glm::vec2 ggxAlbedo(double alpha, double n_dot_v) {
-    constexpr int kSamples = 256;
-    const double a2 = alpha * alpha;
+    static const auto points = diskSamples();
+    const double a2 = alpha * alpha, hidden = smith(a2, n_dot_v);
     const glm::dvec3 v(std::sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v);
     const glm::dvec3 stretched = glm::normalize(glm::dvec3(alpha * v.x, 0, v.z));
     const glm::dvec3 across(0, 1, 0), along = glm::cross(stretched, across);
+    const double s = 0.5 * (1 + stretched.z);
     double scale = 0, bias = 0;
-    for (int i = 0; i < kSamples; ++i) {
-        const double r = std::sqrt((i + 0.5) / kSamples),
-                     phi = 2 * std::numbers::pi * vanDerCorput(i);
-        const double t1 = r * std::cos(phi), s = 0.5 * (1 + stretched.z);
-        const double t2 = (1 - s) * std::sqrt(1 - t1 * t1) + s * r * std::sin(phi);
+    for (const glm::dvec2& point : points) {
+        const double t1 = point.x, t2 = (1 - s) * std::sqrt(1 - t1 * t1) + s * point.y;
         const glm::dvec3 facet =
             t1 * across + t2 * along + std::sqrt(std::max(0.0, 1 - t1 * t1 - t2 * t2)) * stretched;
         const glm::dvec3 h =
             glm::normalize(glm::dvec3(alpha * facet.x, alpha * facet.y, std::max(1e-9, facet.z)));
         const double v_dot_h = glm::dot(v, h), n_dot_l = 2 * v_dot_h * h.z - v.z;
         if (n_dot_l <= 0 || v_dot_h <= 0) continue;
-        const double hidden = smith(a2, n_dot_v);
         const double share = (1 + hidden) / (1 + hidden + smith(a2, n_dot_l));
-        const double fresnel = std::pow(1 - v_dot_h, 5);
+        const double x = 1 - v_dot_h, fresnel = x * x * x * x * x;
         scale += (1 - fresnel) * share;
         bias += fresnel * share;
     }
-    return {scale / kSamples, bias / kSamples};
+    return glm::dvec2(scale, bias) / double(kGgxSamples);
 }
 
 double lambdaFit(double x, double alpha) {
@@ -67,38 +78,49 @@ double lambda(double cosine, double alpha) {
                                  : 2 * lambdaFit(0.5, alpha) - lambdaFit(1 - cosine, alpha));
 }
 
-/// The middles of equal solid angles.
-double sheenAlbedo(double alpha, double n_dot_v) {
-    constexpr int kCosines = 32, kAngles = 32;
-    const double v_sine = std::sqrt(1 - n_dot_v * n_dot_v), v_lambda = lambda(n_dot_v, alpha);
-    double sum = 0;
-    for (int i = 0; i < kCosines; ++i) {
-        const double n_dot_l = (i + 0.5) / kCosines, l_sine = std::sqrt(1 - n_dot_l * n_dot_l);
-        const double visibility =
-            std::min(1.0, 1 / ((1 + v_lambda + lambda(n_dot_l, alpha)) * 4 * n_dot_l * n_dot_v));
-        for (int j = 0; j < kAngles; ++j) {
-            const double phi = std::numbers::pi * (j + 0.5) / kAngles;
-            const double l_dot_v = l_sine * v_sine * std::cos(phi) + n_dot_l * n_dot_v;
-            const double n_dot_h = (n_dot_l + n_dot_v) / std::sqrt(2 + 2 * l_dot_v);
-            const double h_sine2 = std::max(0.0, 1 - n_dot_h * n_dot_h);
-            sum += n_dot_l * visibility * (2 + 1 / alpha) / (2 * std::numbers::pi) *
-                   std::pow(h_sine2, 0.5 / alpha);
-        }
-    }
-    return std::min(1.0, sum * 2 * std::numbers::pi / (kCosines * kAngles));
+/// Charlie's lobe times the cosine at the surface; `shadowing` is 1 + lambda of both directions.
+double charlie(double alpha, double n_dot_v, double n_dot_l, double cos_phi, double shadowing) {
+    const double visibility = std::min(1.0, 1 / (shadowing * 4 * n_dot_l * n_dot_v));
+    const double sines = std::sqrt((1 - n_dot_l * n_dot_l) * (1 - n_dot_v * n_dot_v));
+    const double l_dot_v = sines * cos_phi + n_dot_l * n_dot_v;
+    const double n_dot_h = (n_dot_l + n_dot_v) / std::sqrt(2 + 2 * l_dot_v);
+    const double h_sine2 = std::max(0.0, 1 - n_dot_h * n_dot_h);
+    return n_dot_l * visibility * (2 + 1 / alpha) / (2 * std::numbers::pi) *
+           std::pow(h_sine2, 0.5 / alpha);
 }
 
-std::vector<glm::vec3> integrate(bool sheen) {
+/// x: albedo; y: the part of the lobe's mean direction that lies along the surface, toward the
+/// viewer. Over the middles of equal solid angles.
+glm::vec2 sheenAlbedo(double alpha, double n_dot_v) {
+    constexpr int kCosines = 32, kAngles = 32;
+    const double v_lambda = lambda(n_dot_v, alpha);
+    double sum = 0, along = 0;
+    for (int i = 0; i < kCosines; ++i) {
+        const double n_dot_l = (i + 0.5) / kCosines, l_sine = std::sqrt(1 - n_dot_l * n_dot_l);
+        const double shadowing = 1 + v_lambda + lambda(n_dot_l, alpha);
+        for (int j = 0; j < kAngles; ++j) {
+            const double cos_phi = std::cos(std::numbers::pi * (j + 0.5) / kAngles);
+            const double share = charlie(alpha, n_dot_v, n_dot_l, cos_phi, shadowing);
+            sum += share;
+            along += share * l_sine * cos_phi;
+        }
+    }
+    return {std::min(1.0, sum * 2 * std::numbers::pi / (kCosines * kAngles)),
+            sum > 0 ? along / sum : 0};
+}
+
+std::vector<glm::vec4> integrate(bool sheen) {
     constexpr std::size_t kSide = kAlbedoTableSize;
-    std::vector<glm::vec3> table(kSide * kSide);
+    std::vector<glm::vec4> table(kSide * kSide);
     parallelFor(kSide, [&](std::size_t row) {
         const double roughness = static_cast<double>(row) / (kSide - 1);
         for (std::size_t column = 0; column < kSide; ++column) {
             const double cosine = std::max(kLeastCosine, static_cast<double>(column) / (kSide - 1));
             const glm::vec2 ggx = ggxAlbedo(std::max(roughness * roughness, kLeastAlpha), cosine);
-            const double fibres =
-                sheen ? sheenAlbedo(std::max(roughness * roughness, kLeastSheenAlpha), cosine) : 0;
-            table[row * kSide + column] = glm::vec3(ggx, fibres);
+            const glm::vec2 fibres =
+                sheen ? sheenAlbedo(std::max(roughness * roughness, kLeastSheenAlpha), cosine)
+                      : glm::vec2(0);
+            table[row * kSide + column] = glm::vec4(ggx, fibres);
         }
     });
     return table;
@@ -106,7 +128,13 @@ std::vector<glm::vec3> integrate(bool sheen) {
 
 }  // namespace
 
-const std::vector<glm::vec3>& albedoTable(bool sheen) {
+double sheenLobe(double roughness, double n_dot_v, double n_dot_l, double azimuth) {
+    const double alpha = std::max(roughness * roughness, kLeastSheenAlpha);
+    return charlie(alpha, n_dot_v, n_dot_l, std::cos(azimuth),
+                   1 + lambda(n_dot_v, alpha) + lambda(n_dot_l, alpha));
+}
+
+const std::vector<glm::vec4>& albedoTable(bool sheen) {
     // It depends on nothing, and takes a tenth of a second.
     if (sheen) {
         static const auto with_sheen = integrate(true);

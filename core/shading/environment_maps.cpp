@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Filtered importance sampling (Křivánek & Colbert, "Real-time Shading with Filtered Importance
-// Sampling", 2008) of a pyramid of cube maps.
+// A lobe's mean over an environment is a sum over a few directions, each the mean of a patch of sky
+// that a pyramid of cube maps holds: as Křivánek & Colbert, "Real-time Shading with Filtered
+// Importance Sampling", 2008, but with patches that lie side by side in rings about the lobe's
+// axis, so that nothing falls between them and bright lamps leave no grain.
 #include "core/shading/environment_maps.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "core/base/parallel.h"
@@ -17,6 +21,15 @@ namespace {
 constexpr int kSmallFace = 16, kUsualFace = 128, kLargestFace = 512;
 constexpr int kRoughestFace = 8;
 constexpr int kIrradianceFace = 16, kIrradianceSource = 32;
+constexpr int kClothFace = 32, kClothLevels = 3;
+// No patch is larger than a texel of this.
+constexpr int kCoarsestFace = 8;
+
+// The faces' own axes: along the rows, down the columns, and outward (OpenGL 4.6, table 8.19).
+constexpr std::array<glm::mat3, 6> kFaceAxes = {
+    glm::mat3(0, 0, -1, 0, -1, 0, 1, 0, 0), glm::mat3(0, 0, 1, 0, -1, 0, -1, 0, 0),
+    glm::mat3(1, 0, 0, 0, 0, 1, 0, 1, 0),   glm::mat3(1, 0, 0, 0, 0, -1, 0, -1, 0),
+    glm::mat3(1, 0, 0, 0, -1, 0, 0, 0, 1),  glm::mat3(-1, 0, 0, 0, -1, 0, 0, 0, -1)};
 
 std::size_t index(int x, int y, int width) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
@@ -84,14 +97,15 @@ Environment shrunk(const Environment& source, int width, int height) {
 
 /// Radiance from a direction, interpolated between the four nearest pixels; around in longitude.
 glm::vec3 lookUp(const Environment& image, double rotation, const glm::vec3& direction) {
-    const double longitude = std::atan2(double(direction.x), double(direction.z)) - rotation;
-    const double latitude = std::asin(std::clamp(double(direction.y), -1.0, 1.0));
-    const double u = 0.5 - longitude / (2 * std::numbers::pi);
-    const double x = (u - std::floor(u)) * image.width - 0.5;
-    const double y = std::clamp((0.5 - latitude / std::numbers::pi) * image.height - 0.5, 0.0,
-                                static_cast<double>(image.height - 1));
+    constexpr auto kPi = std::numbers::pi_v<float>;
+    const float longitude = std::atan2(direction.x, direction.z) - static_cast<float>(rotation);
+    const float latitude = std::asin(std::clamp(direction.y, -1.0F, 1.0F));
+    const float u = 0.5F - longitude / (2 * kPi);
+    const float x = (u - std::floor(u)) * static_cast<float>(image.width) - 0.5F;
+    const float y = std::clamp((0.5F - latitude / kPi) * static_cast<float>(image.height) - 0.5F,
+                               0.0F, static_cast<float>(image.height - 1));
     const int left = static_cast<int>(std::floor(x)), upper = static_cast<int>(y);
-    const auto across = static_cast<float>(x - left), down = static_cast<float>(y - upper);
+    const float across = x - static_cast<float>(left), down = y - static_cast<float>(upper);
     const int x0 = (left + image.width) % image.width, x1 = (left + 1) % image.width;
     const int y1 = std::min(upper + 1, image.height - 1);
     const std::vector<glm::vec3>& r = image.radiance;
@@ -102,14 +116,17 @@ glm::vec3 lookUp(const Environment& image, double rotation, const glm::vec3& dir
 
 CubeMap toCube(const Environment& image, double rotation, int size) {
     CubeMap cube = makeCube(size);
+    // A texel that is smaller than a pixel needs no mean.
+    const int parts = 4 * size > image.width ? 1 : 2;
     parallelFor(rowsOf(cube), [&](std::size_t row) {
         const int face = static_cast<int>(row) / size, y = static_cast<int>(row) % size;
         for (int x = 0; x < size; ++x) {
             glm::vec3 sum(0);
-            for (int part = 0; part < 4; ++part)
+            for (int part = 0; part < parts * parts; ++part)
                 sum += lookUp(image, rotation,
-                              cubeDirection(face, 2 * x + part % 2, 2 * y + part / 2, 2 * size));
-            cube.texels[texelOf(cube, face, x, y)] = sum * 0.25F;
+                              cubeDirection(face, parts * x + part % parts,
+                                            parts * y + part / parts, parts * size));
+            cube.texels[texelOf(cube, face, x, y)] = sum / static_cast<float>(parts * parts);
         }
     });
     return cube;
@@ -128,89 +145,188 @@ CubeMap halved(const CubeMap& cube) {
     return out;
 }
 
-/// The texel values about a direction, interpolated inside the face that it meets.
-glm::vec3 lookUp(const CubeMap& cube, const glm::vec3& d) {
+/// The face that a direction meets.
+int faceOf(const glm::vec3& d) {
     const glm::vec3 size = glm::abs(d);
-    int face = 0;
-    float s = 0, t = 0, along = 0;
-    if (size.x >= size.y && size.x >= size.z) {
-        face = d.x > 0 ? 0 : 1;
-        along = size.x, s = d.x > 0 ? -d.z : d.z, t = -d.y;
-    } else if (size.y >= size.z) {
-        face = d.y > 0 ? 2 : 3;
-        along = size.y, s = d.x, t = d.y > 0 ? d.z : -d.z;
-    } else {
-        face = d.z > 0 ? 4 : 5;
-        along = size.z, s = d.z > 0 ? d.x : -d.x, t = -d.y;
-    }
-    const auto last = static_cast<float>(cube.size - 1),
-               half = 0.5F * static_cast<float>(cube.size);
-    const float x = std::clamp((s / along + 1) * half - 0.5F, 0.0F, last);
-    const float y = std::clamp((t / along + 1) * half - 0.5F, 0.0F, last);
-    const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
-    const int x1 = std::min(x0 + 1, cube.size - 1), y1 = std::min(y0 + 1, cube.size - 1);
-    const float across = x - static_cast<float>(x0), down = y - static_cast<float>(y0);
-    const std::vector<glm::vec3>& texels = cube.texels;
-    return glm::mix(
-        glm::mix(texels[texelOf(cube, face, x0, y0)], texels[texelOf(cube, face, x1, y0)], across),
-        glm::mix(texels[texelOf(cube, face, x0, y1)], texels[texelOf(cube, face, x1, y1)], across),
-        down);
+    if (size.x >= size.y && size.x >= size.z) return d.x > 0 ? 0 : 1;
+    if (size.y >= size.z) return d.y > 0 ? 2 : 3;
+    return d.z > 0 ? 4 : 5;
 }
 
-/// One direction of a lobe about +Z, how much it counts, and the pyramid's level as coarse as the
-/// samples are sparse there.
-struct LobeSample {
+/// A cube map whose faces have a border of what their neighbours show, so that it can be
+/// interpolated across edges. Four floats a texel are loaded at once.
+class SeamlessCube {
+  public:
+    explicit SeamlessCube(const CubeMap& cube)
+        : size_(cube.size),
+          width_(cube.size + 2),
+          half_(0.5F * static_cast<float>(cube.size)),
+          texels_(6 * index(0, width_, width_)) {
+        for (int face = 0; face < 6; ++face) {
+            for (int y = -1; y <= size_; ++y) {
+                const bool inside = y >= 0 && y < size_;
+                for (int x = -1; x <= size_; ++x)
+                    texels_[index(x + 1, face * width_ + y + 1, width_)] = glm::vec4(
+                        inside && x >= 0 && x < size_ ? cube.texels[texelOf(cube, face, x, y)]
+                                                      : beyond(cube, face, x, y),
+                        0);
+            }
+        }
+    }
+
+    int size() const { return size_; }
+
+    /// The radiance from a direction of any length in the axes of a face, interpolated.
+    glm::vec4 at(int face, const glm::vec3& own) const {
+        if (std::max(std::abs(own.x), std::abs(own.y)) <= own.z) return on(face, own);
+        const glm::vec3 direction = kFaceAxes[static_cast<std::size_t>(face)] * own;
+        const int other = faceOf(direction);
+        return on(other, direction * kFaceAxes[static_cast<std::size_t>(other)]);
+    }
+
+  private:
+    /// The same if it meets the face.
+    glm::vec4 on(int face, const glm::vec3& own) const {
+        const float scale = half_ / own.z;
+        // 1 more than the index of a texel, which may be that of the border; never negative.
+        const float x = own.x * scale + (half_ + 0.5F), y = own.y * scale + (half_ + 0.5F);
+        const int left = static_cast<int>(x), upper = static_cast<int>(y);
+        const float across = x - static_cast<float>(left), down = y - static_cast<float>(upper);
+        const glm::vec4* row = texels_.data() + index(left, face * width_ + upper, width_);
+        const glm::vec4* next = row + width_;
+        return (row[0] * (1 - across) + row[1] * across) * (1 - down) +
+               (next[0] * (1 - across) + next[1] * across) * down;
+    }
+
+    /// What lies in a neighbour where a texel would be outside its face.
+    static glm::vec3 beyond(const CubeMap& cube, int face, int x, int y) {
+        const glm::vec3 direction = cubeDirection(face, x, y, cube.size);
+        const int other = faceOf(direction);
+        const glm::vec3 own = direction * kFaceAxes[static_cast<std::size_t>(other)];
+        const float half = 0.5F * static_cast<float>(cube.size);
+        const auto nearest = [&](float at) {
+            return std::clamp(static_cast<int>((at / own.z + 1) * half), 0, cube.size - 1);
+        };
+        return cube.texels[texelOf(cube, other, nearest(own.x), nearest(own.y))];
+    }
+
+    int size_, width_;
+    float half_;
+    std::vector<glm::vec4> texels_;
+};
+
+/// One patch of a lobe about +Z: its middle (the mean of its cosines), its share of the lobe, and
+/// the pyramid's level whose texels are about as large.
+struct Patch {
     glm::vec3 direction{0};
     float weight = 0;
     std::size_t level = 0;
 };
 
-/// Mirrored directions of a GGX surface that faces +Z and is seen from there.
-std::vector<LobeSample> lobeSamples(double roughness, int count, int finest, std::size_t levels) {
-    const double a2 = std::pow(roughness, 4);
-    std::vector<LobeSample> samples;
-    for (int i = 0; i < count; ++i) {
-        const double u = (i + 0.5) / count;
-        double v = 0;  // of van der Corput's sequence
-        for (double digit = 0.5, n = i; n >= 1; n = std::floor(n / 2), digit /= 2)
-            v += digit * std::fmod(n, 2);
-        const double cosine2 = (1 - u) / (1 + (a2 - 1) * u), phi = 2 * std::numbers::pi * v;
-        const double z = 2 * cosine2 - 1;  // the mirrored direction's cosine
-        if (z <= 0) continue;
-        const double d = cosine2 * (a2 - 1) + 1, density = a2 / (std::numbers::pi * d * d) / 4;
-        const double solid_angle = 1 / (count * density);
-        const double texel = 4 * std::numbers::pi / (6.0 * finest * finest);
-        const double level = 0.5 * std::log2(solid_angle / texel) + 0.5;
-        const double r = std::sqrt(1 - z * z);
-        LobeSample sample;
-        sample.direction = {r * std::cos(phi), r * std::sin(phi), z};
-        sample.weight = static_cast<float>(z);
-        sample.level =
-            static_cast<std::size_t>(std::clamp(level + 0.5, 0.0, static_cast<double>(levels - 1)));
-        samples.push_back(sample);
+/// Rings between these angles from the axis, each cut into `around` patches of the same weight,
+/// which is `lobe`, a function of the angle, times their solid angle.
+std::vector<Patch> patches(const std::vector<double>& angles, int around,
+                           const std::function<double(double)>& lobe,
+                           const std::vector<SeamlessCube>& pyramid) {
+    constexpr int kSteps = 16;
+    const double finest = pyramid.front().size();
+    std::vector<Patch> all;
+    double total = 0;
+    for (std::size_t ring = 0; ring + 1 < angles.size(); ++ring) {
+        const double begin = angles[ring], step = (angles[ring + 1] - begin) / kSteps;
+        double sum = 0, moment = 0;
+        for (int i = 0; i < kSteps; ++i) {
+            const double angle = begin + (i + 0.5) * step, share = lobe(angle) * std::sin(angle);
+            sum += share;
+            moment += share * std::cos(angle);
+        }
+        if (!(sum > 0)) continue;
+        const double middle = std::acos(moment / sum), turn = ring % 2 == 0 ? 0 : 0.5;
+        const double solid_angle =
+            2 * std::numbers::pi / around * (std::cos(begin) - std::cos(angles[ring + 1]));
+        const double texel = 4 * std::numbers::pi / (6 * finest * finest);
+        const double level = 0.5 * std::log2(solid_angle / texel);
+        Patch patch;
+        patch.level = static_cast<std::size_t>(
+            std::clamp(level + 0.5, 0.0, static_cast<double>(pyramid.size() - 1)));
+        patch.weight = static_cast<float>(sum * step);
+        for (int i = 0; i < around; ++i) {
+            const double phi = 2 * std::numbers::pi * (i + turn) / around;
+            patch.direction = {std::sin(middle) * std::cos(phi), std::sin(middle) * std::sin(phi),
+                               std::cos(middle)};
+            all.push_back(patch);
+        }
+        total += sum * step * around;
     }
-    return samples;
+    for (Patch& patch : all)
+        patch.weight = static_cast<float>(patch.weight / total);
+    return all;
 }
 
-CubeMap convolved(const std::vector<CubeMap>& pyramid, int size, double roughness) {
-    // Small maps are of wide lobes, which need many samples; and they have few texels.
-    const int count = std::clamp(8192 / size, 32, 512);
-    const auto samples = lobeSamples(roughness, count, pyramid.front().size, pyramid.size());
+/// Mirrored directions of a GGX surface that faces +Z and is seen from there, weighted by their
+/// cosine.
+std::vector<Patch> ggxPatches(double roughness, const std::vector<SeamlessCube>& pyramid) {
+    const double alpha = roughness * roughness;
+    // In units of alpha narrow lobes are all the same, and half of each lies within 1. Maps of wide
+    // ones have few texels, which can have more patches.
+    constexpr int kWideRings = 10;
+    const bool wide = alpha > 0.2;
+    std::vector<double> angles{0};
+    if (wide)
+        for (int ring = 1; ring < kWideRings; ++ring)
+            angles.push_back(std::numbers::pi / 2 * ring / kWideRings);
+    else
+        for (double x = 0.3; x * alpha < 1; x *= x < 4 ? 1.6 : 2)
+            angles.push_back(2 * std::atan(x * alpha));
+    angles.push_back(std::numbers::pi / 2);
+    return patches(
+        angles, wide ? 16 : 9,
+        [&](double angle) {
+            const double cosine = std::cos(angle / 2);
+            const double d = cosine * cosine * (alpha * alpha - 1) + 1;
+            return std::cos(angle) / (d * d);
+        },
+        pyramid);
+}
+
+/// What fibres reflect that stand on a surface which faces +Z, from any azimuth and a middling
+/// elevation: how that share falls with the view's elevation is in the albedo table.
+std::vector<Patch> clothPatches(double roughness, const std::vector<SeamlessCube>& pyramid) {
+    constexpr int kRings = 10, kAround = 16, kAzimuths = 32;
+    constexpr double kViewCosine = 0.6;
+    std::vector<double> angles;
+    for (int i = 0; i <= kRings; ++i)
+        angles.push_back(std::numbers::pi / 2 * i / kRings);
+    return patches(
+        angles, kAround,
+        [&](double angle) {
+            double sum = 0;
+            for (int i = 0; i < kAzimuths; ++i)
+                sum += sheenLobe(roughness, kViewCosine, std::cos(angle),
+                                 std::numbers::pi * (i + 0.5) / kAzimuths);
+            return sum;
+        },
+        pyramid);
+}
+
+CubeMap convolved(const std::vector<SeamlessCube>& pyramid, int size,
+                  const std::vector<Patch>& lobe) {
     CubeMap cube = makeCube(size);
     parallelFor(rowsOf(cube), [&](std::size_t row) {
         const int face = static_cast<int>(row) / size, y = static_cast<int>(row) % size;
+        const glm::mat3& axes = kFaceAxes[static_cast<std::size_t>(face)];
         for (int x = 0; x < size; ++x) {
-            const glm::vec3 n = cubeDirection(face, x, y, size);
-            const glm::vec3 helper = std::abs(n.z) < 0.9F ? glm::vec3(0, 0, 1) : glm::vec3(1, 0, 0);
-            const glm::vec3 tangent = glm::normalize(glm::cross(helper, n));
-            const glm::mat3 turn(tangent, glm::cross(n, tangent), n);
-            glm::vec3 sum(0);
-            float weights = 0;
-            for (const LobeSample& sample : samples) {
-                sum += sample.weight * lookUp(pyramid[sample.level], turn * sample.direction);
-                weights += sample.weight;
-            }
-            cube.texels[texelOf(cube, face, x, y)] = sum / weights;
+            // In the face's axes; it turns smoothly from texel to texel.
+            const glm::vec3 n = cubeDirection(face, x, y, size) * axes;
+            const glm::vec3 tangent = glm::normalize(glm::vec3(n.z, 0, -n.x));
+            const glm::vec3 bitangent = glm::cross(n, tangent);
+            glm::vec4 sum(0);
+            for (const Patch& patch : lobe)
+                sum +=
+                    patch.weight * pyramid[patch.level].at(face, patch.direction.x * tangent +
+                                                                     patch.direction.y * bitangent +
+                                                                     patch.direction.z * n);
+            cube.texels[texelOf(cube, face, x, y)] = glm::vec3(sum);
         }
     });
     return cube;
@@ -262,15 +378,18 @@ glm::vec3 EnvironmentSamples::radiance(const glm::dvec3& direction) const {
 }
 
 glm::vec3 cubeDirection(int face, int x, int y, int size) {
-    // The orientation of faces is that of OpenGL 4.6, table 8.19.
-    const float s = 2 * (static_cast<float>(x) + 0.5F) / static_cast<float>(size) - 1;
-    const float t = 2 * (static_cast<float>(y) + 0.5F) / static_cast<float>(size) - 1;
-    const glm::vec3 directions[] = {{1, -t, -s}, {-1, -t, s}, {s, 1, t},
-                                    {s, -1, -t}, {s, -t, 1},  {-s, -t, -1}};
-    return glm::normalize(directions[face]);
+    const float scale = 2 / static_cast<float>(size);
+    const glm::vec3 own((static_cast<float>(x) + 0.5F) * scale - 1,
+                        (static_cast<float>(y) + 0.5F) * scale - 1, 1);
+    return kFaceAxes[static_cast<std::size_t>(face)] * glm::normalize(own);
 }
 
-EnvironmentMaps prefilter(const Environment& environment) {
+double levelRoughness(int level, int levels) {
+    const double t = static_cast<double>(level) / (levels - 1);
+    return (1.4 - std::sqrt(1.96 - 1.6 * t)) / 0.8;
+}
+
+EnvironmentMaps prefilter(const Environment& environment, bool sheen) {
     const auto texels = [](int pixels) {
         return static_cast<int>(std::bit_ceil(static_cast<unsigned>(std::min(pixels, 1 << 16))));
     };
@@ -282,20 +401,22 @@ EnvironmentMaps prefilter(const Environment& environment) {
     const bool fits = width == environment.width && height == environment.height;
     const Environment smaller = fits ? Environment() : shrunk(environment, width, height);
 
-    std::vector<CubeMap> pyramid{toCube(fits ? environment : smaller, environment.rotation, size)};
-    while (pyramid.back().size > 1)
-        pyramid.push_back(halved(pyramid.back()));
-
     EnvironmentMaps maps;
+    maps.radiance.push_back(toCube(fits ? environment : smaller, environment.rotation, size));
+    std::vector<SeamlessCube> pyramid;
+    for (CubeMap cube = maps.radiance.front(); cube.size >= kCoarsestFace; cube = halved(cube)) {
+        pyramid.emplace_back(cube);
+        if (cube.size == std::min(kIrradianceSource, size)) maps.irradiance = irradianceOf(cube);
+    }
     const int levels = std::countr_zero(static_cast<unsigned>(size / kRoughestFace)) + 1;
-    maps.radiance.push_back(pyramid.front());
     for (int level = 1; level < levels; ++level)
         maps.radiance.push_back(
-            convolved(pyramid, size >> level, static_cast<double>(level) / (levels - 1)));
-    const auto source = std::find_if(pyramid.begin(), pyramid.end(), [](const CubeMap& cube) {
-        return cube.size <= kIrradianceSource;
-    });
-    maps.irradiance = irradianceOf(*source);
+            convolved(pyramid, size >> level, ggxPatches(levelRoughness(level, levels), pyramid)));
+    for (int level = 0; sheen && level < kClothLevels; ++level) {
+        const double roughness = static_cast<double>(level) / (kClothLevels - 1);
+        maps.cloth.push_back(
+            convolved(pyramid, kClothFace >> level, clothPatches(roughness, pyramid)));
+    }
     return maps;
 }
 

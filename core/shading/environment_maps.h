@@ -20,12 +20,20 @@ struct CubeMap {
 /// The unit direction (world) in which the middle of a texel is seen from the centre of the cube.
 glm::vec3 cubeDirection(int face, int x, int y, int size);
 
+/// The roughness that level i of n is filtered for: from 0 to 1, in steps that grow. The inverse,
+/// i = (n - 1) * roughness * (1.4 - 0.4 * roughness), stands in shaders/environment.glsl.
+double levelRoughness(int level, int levels);
+
 struct EnvironmentMaps {
     /// Radiance, convolved with the GGX lobe of a surface seen head-on (the split sum of Karis,
-    /// "Real Shading in Unreal Engine 4", 2013): level i of n for roughness i / (n − 1), level 0 as
-    /// it is. Each level has half the size of the one before.
+    /// "Real Shading in Unreal Engine 4", 2013): each level for its levelRoughness(), level 0 as it
+    /// is. Each has half the size of the one before.
     std::vector<CubeMap> radiance;
     CubeMap irradiance;  ///< divided by pi
+    /// By the surface's normal, what sheen (Charlie's lobe, of all azimuths of a view) makes of it,
+    /// over the lobe's albedo: level i of n for sheen roughness i / (n - 1). Empty unless asked
+    /// for.
+    std::vector<CubeMap> cloth;
 };
 
 /// What arrives from one of `count` directions that are spread evenly: the mean around it, so that
@@ -40,9 +48,14 @@ class EnvironmentSamples {
     Environment coarse_;
 };
 
+/// The built-in studio, with what metal and glass can reflect: a large soft box and smaller ones, a
+/// floor, a horizon, and a dark side. A white surface that faces the key light comes out at 1.2,
+/// one that looks up at 1.1, one that faces a viewer in front at 0.7. Without a hash.
+Environment studioEnvironment();
+
 /// The same numbers whatever the number of threads. A white environment gives exactly white maps,
 /// up to rounding.
-EnvironmentMaps prefilter(const Environment& environment);
+EnvironmentMaps prefilter(const Environment& environment, bool sheen = false);
 
 /// Entries a side of the albedo table: row r for roughness r / (size − 1), column c for a cosine of
 /// c / (size − 1).
@@ -50,9 +63,14 @@ inline constexpr int kAlbedoTableSize = 64;
 
 /// x, y: directional albedo of GGX (height-correlated Smith) as scale and bias of F0 (Karis, "Real
 /// Shading in Unreal Engine 4", 2013); together at most 1. z: that of sheen (Estevez & Kulla,
-/// "Production Friendly Microfacet Sheen BRDF", 2017), at most 1; 0 unless `sheen`, since it takes
-/// long. Prefiltered light is multiplied with it. Calculated once, with the same numbers on any
-/// number of threads.
-const std::vector<glm::vec3>& albedoTable(bool sheen);
+/// "Production Friendly Microfacet Sheen BRDF", 2017), at most 1; w: how far that lobe's mean
+/// direction leans toward the viewer, as its part along the surface. Both are 0 unless `sheen`,
+/// since they take long. Prefiltered light is multiplied with z. Calculated once, with the same
+/// numbers on any number of threads.
+const std::vector<glm::vec4>& albedoTable(bool sheen);
+
+/// Charlie's lobe times the cosine at the surface, for these cosines of view and light with the
+/// normal and an angle (radians) between them around it.
+double sheenLobe(double roughness, double n_dot_v, double n_dot_l, double azimuth);
 
 }  // namespace peeler

@@ -31,13 +31,14 @@ EnvironmentTextures::EnvironmentTextures(const gl::Functions& gl, const Scene& s
                                    [](const Material& m) { return m.sheen.color != glm::vec3(0); });
     if (!scene.environment && !sheen) return;
     if (scene.environment) {
-        const EnvironmentMaps maps = prefilter(*scene.environment);
+        const EnvironmentMaps maps = prefilter(*scene.environment, sheen);
         radiance_ = uploadCube(gl, maps.radiance);
+        if (sheen) cloth_ = uploadCube(gl, maps.cloth);
         irradiance_ = uploadCube(gl, {&maps.irradiance, 1});
     }
     albedo_ = gl::makeTexture2D(gl, GL_RGBA32F, kAlbedoTableSize, kAlbedoTableSize);
     const auto& table = albedoTable(sheen);
-    gl.TextureSubImage2D(albedo_.name(), 0, 0, 0, kAlbedoTableSize, kAlbedoTableSize, GL_RGB,
+    gl.TextureSubImage2D(albedo_.name(), 0, 0, 0, kAlbedoTableSize, kAlbedoTableSize, GL_RGBA,
                          GL_FLOAT, table.data());
     GLuint name = 0;
     gl.CreateSamplers(1, &name);
@@ -54,7 +55,8 @@ void EnvironmentTextures::bind() const {
     gl_.Enable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
     const std::pair<GLuint, GLuint> units[] = {{PEELER_ENVIRONMENT_UNIT, radiance_.name()},
                                                {PEELER_IRRADIANCE_UNIT, irradiance_.name()},
-                                               {PEELER_ALBEDO_UNIT, albedo_.name()}};
+                                               {PEELER_ALBEDO_UNIT, albedo_.name()},
+                                               {PEELER_CLOTH_UNIT, cloth_.name()}};
     for (const auto& [unit, texture] : units) {
         if (!texture) continue;
         gl_.BindTextureUnit(unit, texture);

@@ -13,9 +13,10 @@
 
 namespace peeler {
 
-/// What surfaces reflect of a scene's own environment, as textures: two cube maps (prefilter()) and
-/// the albedo table. A scene without an environment has neither cube map, since the shaders work
-/// out the built-in one themselves; it has the table if one of its materials has a sheen.
+/// What surfaces reflect of a scene's own environment, as textures: two cube maps (prefilter()),
+/// one more if a material has a sheen, and the albedo table. A scene without an environment has no
+/// cube map, since the shaders work out the built-in one themselves; it has the table if one of its
+/// materials has a sheen.
 class EnvironmentTextures {
   public:
     /// Prefilters the environment and computes the table, each if it is needed. Throws Error
@@ -24,12 +25,12 @@ class EnvironmentTextures {
 
     /// The scene has an environment of its own.
     bool present() const { return static_cast<bool>(radiance_); }
-    /// As PEELER_ENVIRONMENT_UNIT, PEELER_IRRADIANCE_UNIT and PEELER_ALBEDO_UNIT.
+    /// From PEELER_ENVIRONMENT_UNIT on.
     void bind() const;
 
   private:
     const gl::Functions& gl_;
-    gl::Texture radiance_, irradiance_, albedo_;
+    gl::Texture radiance_, irradiance_, cloth_, albedo_;
     gl::SamplerObject linear_;
 };
 

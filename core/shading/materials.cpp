@@ -80,9 +80,9 @@ shader::MaterialRecord materialRecord(const Material& source) {
 }
 
 void checkTextureUnits(Material material, int units) {
-    // Shadow maps, an environment with its irradiance and table, and what peel_layer.frag reads
-    // besides with an opaque bound.
-    constexpr int kOthers = 8;
+    // Shadow maps, an environment with its irradiance, cloth and table, and what peel_layer.frag
+    // reads besides with an opaque bound.
+    constexpr int kOthers = 9;
     int used = 0;
     for (const MaterialTexture& texture : texturesOf(material))
         used += *texture.ref ? 1 : 0;

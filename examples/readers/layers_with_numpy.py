@@ -1,27 +1,54 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Unprojects every fragment of a peeler file to world space, with nothing but numpy.
+"""Unprojects every fragment of a picture, or every hit of rays, to world space, with nothing but numpy.
 
     apt-get install python3-numpy
     peeler render scene.glb -o out.exr
     peeler extract out.exr --npz out.npz            # `peeler extract --help` lists the arrays
     python3 layers_with_numpy.py out.npz            # the numbers of `peeler info out.exr`
+
+    peeler rays scene.glb -o hits.npz --axes        # `peeler rays --help` lists the arrays
+    python3 layers_with_numpy.py hits.npz           # likewise, of the hits
+
+Files from before arrays_version 2 are read, too.
 """
 import sys
 
 import numpy as np
 
+NAMES = ("origin", "direction", "right", "up", "size", "resolution", "window", "perspective")
+
+
+def bundles(a):
+    """The bundles of rays, each array (b, ...): a picture's pixels are one."""
+    if "bundle_origin" in a:
+        return {name: a["bundle_" + name] for name in NAMES}
+    camera = a["camera_to_world"]  # what extract called it in arrays_version 1
+    old = (camera[:3, 3], -camera[:3, 2], camera[:3, 0], camera[:3, 1],
+           2 * np.array([a["half_width"], a["half_height"]]), a["size"], a["window"], a["perspective"])
+    return {name: value[np.newaxis] for name, value in zip(NAMES, old)}
+
 
 def unproject(a):
-    """World-space points (n, 3) of all fragments, pixel after pixel, front to back."""
-    pixel = np.repeat(np.arange(len(a["ray_splits"]) - 1), np.diff(a["ray_splits"]))
-    left, top, width, _ = a["window"]
+    """World-space points (n, 3) of all fragments or hits, ray after ray, front to back."""
+    of = bundles(a)
+    rays = of["window"][:, 2:].prod(axis=1).astype(np.int64)
+    ray = np.repeat(np.arange(len(a["ray_splits"]) - 1), np.diff(a["ray_splits"]))
+    bundle = np.searchsorted(np.cumsum(rays), ray, side="right")
+    pixel = ray - (np.cumsum(rays) - rays)[bundle]
+    b = {name: values[bundle] for name, values in of.items()}
+    left, top, width, _ = b["window"].T
     x, y = left + pixel % width, top + pixel // width
-    z = a["z"].astype(np.float64)
-    scale = z if a["perspective"] else 1
-    right = a["half_width"] * (2 * (x + 0.5) / a["size"][0] - 1) * scale
-    up = a["half_height"] * (1 - 2 * (y + 0.5) / a["size"][1]) * scale
-    return np.stack([right, up, -z, np.ones_like(z)], axis=1) @ a["camera_to_world"].T[:, :3]
+    across = ((x + 0.5) / b["resolution"][:, 0] - 0.5) * b["size"][:, 0]
+    down = ((y + 0.5) / b["resolution"][:, 1] - 0.5) * b["size"][:, 1]
+    sideways = across[:, np.newaxis] * b["right"] - down[:, np.newaxis] * b["up"]
+    spread = b["perspective"].astype(bool)
+    if "z" in a:
+        z = a["z"].astype(np.float64)
+    else:  # hits have the distance along the ray instead of the depth along the axis
+        z = a["t_hit"] / np.where(spread, np.linalg.norm(b["direction"] + sideways, axis=1), 1)
+    scale = np.where(spread, z, 1)
+    return b["origin"] + z[:, np.newaxis] * b["direction"] + scale[:, np.newaxis] * sideways
 
 
 def describe(points):

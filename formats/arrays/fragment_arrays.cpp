@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes fragments as a .npz.
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -10,118 +9,110 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/parallel.h"
 #include "core/image/layered_image.h"
+#include "formats/arrays/bundle_arrays.h"
+#include "formats/arrays/fragment_columns.h"
 #include "formats/arrays/fragment_tables.h"
 #include "formats/arrays/table_writers.h"
 
 namespace peeler {
 namespace {
 
-NumberType numberTypeOf(PixelType type) {
-    constexpr NumberType kTypes[] = {NumberType::kHalf, NumberType::kFloat, NumberType::kUint32};
-    return kTypes[static_cast<std::size_t>(type)];
+/// The arrays of every file, in this order; then that of coloured opacity, where there is any, the
+/// columns, and the bundle.
+enum FixedArray : std::size_t { kSplits, kZ, kColor, kNear, kFar, kOpacity };
+
+std::size_t firstColumnOf(const Plan& plan) {
+    return kOpacity + (plan.tinted ? 1U : 0U);
 }
 
-/// The key of a channel, which is no path in the archive, and not taken yet.
-std::string arrayKey(std::string channel, std::set<std::string>& taken) {
-    std::ranges::replace_if(
-        channel, [](unsigned char c) { return c < ' ' || c == '/' || c == '\\' || c >= 0x7f; },
-        '_');
-    while (!taken.insert(channel).second)
-        channel += '_';
-    return channel;
+NumberType numberTypeOfColor(PixelType type) {
+    return type == PixelType::kHalf ? NumberType::kHalf : NumberType::kFloat;
+}
+
+std::vector<NpzArray> fragmentArraysOf(const Plan& plan, const LayeredImage& band,
+                                       std::span<const FragmentColumn> columns) {
+    const std::uint64_t n = plan.fragments_stored;
+    std::vector<NpzArray> arrays = {
+        {"ray_splits", NumberType::kInt64, {plan.view.crop.pixels() + 1}},
+        {"z", NumberType::kFloat, {n}},
+        {"rgba", numberTypeOfColor(band.color.type), {n, 4}},
+        {"near", NumberType::kDouble, {}},
+        {"far", NumberType::kDouble, {}},
+    };
+    if (plan.tinted) arrays.push_back({"opacity", numberTypeOfColor(band.color.type), {n, 3}});
+    const std::size_t first_column = arrays.size();
+    for (const FragmentColumn& column : columns) {
+        arrays.push_back({column.name, column.type, {n}});
+        if (column.components() > 1) arrays.back().shape.push_back(column.components());
+    }
+    for (NpzArray& array : bundleArrays(1))
+        arrays.push_back(std::move(array));
+    // What other programs call their channels may be a name of ours.
+    std::set<std::string> taken{"arrays_version"};
+    for (std::size_t i = 0; i < arrays.size(); ++i) {
+        if (i < first_column || i >= first_column + columns.size()) taken.insert(arrays[i].name);
+    }
+    for (std::size_t i = first_column; i < first_column + columns.size(); ++i) {
+        while (!taken.insert(arrays[i].name).second)
+            arrays[i].name += '_';
+    }
+    return arrays;
 }
 
 class FragmentArrays final : public Sink {
   public:
-    FragmentArrays(std::string path, bool camera_known)
-        : path_(std::move(path)), camera_known_(camera_known) {}
+    FragmentArrays(std::string path, const FragmentArrayOptions& options)
+        : path_(std::move(path)), options_(options) {}
 
     void begin(const Plan& plan) override { plan_ = plan; }
     void write(LayeredImage&& band) override;
     void finish() override { writer_->finish(); }
 
   private:
-    /// The arrays of every file, in this order; then one for each channel.
-    enum Array : std::size_t {
-        kSplits,
-        kZ,
-        kColor,
-        kWindow,
-        kSize,
-        kPerspective,
-        kCameraToWorld,
-        kHalfWidth,
-        kHalfHeight,
-        kNear,
-        kFar,
-        kFirstChannel  ///< or, where opacity is coloured, that, and the channels after it
-    };
-
     void open(const LayeredImage& band);
-    void writeCamera();
     void writeColors(const LayeredImage& band);
+    void writeColumn(const LayeredImage& band, std::size_t index);
+    std::size_t firstColumn() const { return firstColumnOf(plan_); }
 
     std::string path_;
-    bool camera_known_;
+    FragmentArrayOptions options_;
     Plan plan_;
-    std::vector<std::string> channels_;  ///< of `extra`, as in the file
-    std::optional<NpzWriter> writer_;    ///< from the first band on
-    std::int64_t fragments_ = 0;         ///< so far
+    std::vector<FragmentColumn> columns_;
+    std::optional<NpzWriter> writer_;  ///< from the first band on
+    std::int64_t fragments_ = 0;       ///< so far
     std::vector<std::int64_t> splits_;
     std::vector<std::byte> values_;
 };
 
 void FragmentArrays::open(const LayeredImage& band) {
-    const std::uint64_t n = plan_.fragments_stored;
-    std::vector<NpzArray> arrays = {
-        {"ray_splits", NumberType::kInt64, {plan_.view.crop.pixels() + 1}},
-        {"z", NumberType::kFloat, {n}},
-        {"rgba", numberTypeOf(band.color.type), {n, 4}},
-        {"window", NumberType::kInt64, {4}},
-        {"size", NumberType::kInt64, {2}},
-        {"perspective", NumberType::kUint8, {}},
-        {"camera_to_world", NumberType::kDouble, {4, 4}},
-        {"half_width", NumberType::kDouble, {}},
-        {"half_height", NumberType::kDouble, {}},
-        {"near", NumberType::kDouble, {}},
-        {"far", NumberType::kDouble, {}},
-    };
-    if (plan_.tinted) arrays.push_back({"opacity", numberTypeOf(band.color.type), {n, 3}});
-    std::set<std::string> taken;
-    for (const NpzArray& array : arrays)
-        taken.insert(array.name);
-    for (const FragmentArray& array : band.extra) {
-        for (const std::string& channel : array.channels) {
-            channels_.push_back(channel);
-            arrays.push_back({arrayKey(channel, taken), numberTypeOf(array.type), {n}});
-        }
-    }
-    writer_.emplace(path_, std::move(arrays));
-    writeCamera();
+    columns_ = fragmentColumns(band);
+    writer_.emplace(path_, fragmentArraysOf(plan_, band, columns_));
     writer_->append(kSplits, std::as_bytes(std::span(&fragments_, 1)));
+    constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+    const Projection& projection = plan_.view.projection;
+    for (const auto& [array, value] : {std::pair{kNear, projection.near}, {kFar, projection.far}}) {
+        const double known = options_.camera_known ? value : kUnknown;
+        writer_->append(array, std::as_bytes(std::span(&known, 1)));
+    }
+    const Bundle pixels{"", plan_.view};
+    writeBundles(*writer_, firstColumn() + columns_.size(), std::span(&pixels, 1),
+                 options_.camera_known);
 }
 
-void FragmentArrays::writeCamera() {
-    const View& view = plan_.view;
-    const auto number = [&](Array array, auto value) {
-        writer_->append(array, std::as_bytes(std::span(&value, 1)));
-    };
-    number(kWindow, std::array<std::int64_t, 4>{view.crop.x0, view.crop.y0, view.crop.width(),
-                                                view.crop.height()});
-    number(kSize, std::array<std::int64_t, 2>{view.width, view.height});
-    number(kPerspective, static_cast<std::uint8_t>(view.projection.perspective ? 1 : 0));
-    const auto camera_number = [&](Array array, double value) {
-        number(array, camera_known_ ? value : std::numeric_limits<double>::quiet_NaN());
-    };
-    camera_number(kHalfWidth, view.projection.half_width);
-    camera_number(kHalfHeight, view.projection.half_height);
-    camera_number(kNear, view.projection.near);
-    camera_number(kFar, view.projection.far);
-    for (int row = 0; row < 4; ++row) {
-        for (int column = 0; column < 4; ++column)
-            camera_number(kCameraToWorld, view.camera_to_world[column][row]);
-    }
+void FragmentArrays::writeColumn(const LayeredImage& band, std::size_t index) {
+    constexpr std::size_t kAtOnce = std::size_t{1} << 14;
+    const FragmentColumn& column = columns_[index];
+    const FragmentColumnReader reader(band, column, options_.default_material);
+    values_.resize(band.fragments() * column.bytes());
+    parallelFor((band.fragments() + kAtOnce - 1) / kAtOnce, [&](std::size_t part) {
+        const std::size_t first = part * kAtOnce;
+        std::byte* out = values_.data() + first * column.bytes();
+        for (std::size_t f = first; f < std::min(first + kAtOnce, band.fragments()); ++f)
+            out = reader.put(f, out);
+    });
+    writer_->append(firstColumn() + index, values_);
 }
 
 void FragmentArrays::writeColors(const LayeredImage& band) {
@@ -136,8 +127,7 @@ void FragmentArrays::writeColors(const LayeredImage& band) {
         return std::span<const std::byte>(values_);
     };
     writer_->append(kColor, components(0, kPlainComponents));
-    writer_->append(kFirstChannel,
-                    components(kPlainComponents, kTintedComponents - kPlainComponents));
+    writer_->append(kOpacity, components(kPlainComponents, kTintedComponents - kPlainComponents));
 }
 
 void FragmentArrays::write(LayeredImage&& band) {
@@ -149,21 +139,18 @@ void FragmentArrays::write(LayeredImage&& band) {
     writer_->append(kSplits, std::as_bytes(std::span(splits_)));
     writer_->append(kZ, std::as_bytes(std::span(band.z)));
     writeColors(band);
-    const std::size_t first_channel = kFirstChannel + (plan_.tinted ? 1U : 0U);
-    for (std::size_t i = 0; i < channels_.size(); ++i) {
-        const FragmentChannel channel = findChannel(band, channels_[i]);
-        const std::size_t size = pixelTypeSize(channel.type());
-        values_.resize(band.fragments() * size);
-        for (std::size_t f = 0; f < band.fragments(); ++f)
-            std::memcpy(values_.data() + f * size, channel.data(f), size);
-        writer_->append(first_channel + i, values_);
-    }
+    for (std::size_t i = 0; i < columns_.size(); ++i)
+        writeColumn(band, i);
 }
 
 }  // namespace
 
-std::unique_ptr<Sink> makeFragmentArrays(std::string path, bool camera_known) {
-    return std::make_unique<FragmentArrays>(std::move(path), camera_known);
+std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOptions& options) {
+    return std::make_unique<FragmentArrays>(std::move(path), options);
+}
+
+SizeForecast forecastFragmentArrays(const Plan& plan, const LayeredImage& band) {
+    return {NpzWriter::fileBytes(fragmentArraysOf(plan, band, fragmentColumns(band)))};
 }
 
 }  // namespace peeler

@@ -2,7 +2,6 @@
 // Writes fragments as a .ply.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
+#include "formats/arrays/fragment_columns.h"
 #include "formats/arrays/fragment_tables.h"
 #include "formats/arrays/table_writers.h"
 #include "formats/file/byte_buffer.h"
@@ -29,6 +29,49 @@ std::array<std::uint8_t, 4> displayColor(const std::array<float, 4>& color) {
             byte(encodeSrgb(color[2] * scale)), byte(alpha > 0 ? alpha : 0)};
 }
 
+/// The channels of the normal that points get.
+std::vector<std::string> normalChannels(const LayeredImage& band) {
+    for (const std::string prefix : {"N", "Ng"}) {
+        std::vector<std::string> names{prefix + ".X", prefix + ".Y", prefix + ".Z"};
+        if (std::ranges::all_of(names, [&](const std::string& name) {
+                return static_cast<bool>(findChannel(band, name));
+            }))
+            return names;
+    }
+    return {};
+}
+
+/// What a point has, of bands like this one: position, normal, colour, then the numbers.
+struct PointTable {
+    PointTable(const LayeredImage& band, const FragmentPointOptions& options)
+        : normal(normalChannels(band)) {
+        const NumberType position =
+            options.double_positions ? NumberType::kDouble : NumberType::kFloat;
+        for (const char* name : {"x", "y", "z"})
+            properties.push_back({name, position});
+        if (!normal.empty()) {
+            for (const char* name : {"nx", "ny", "nz"})
+                properties.push_back({name, NumberType::kFloat});
+        }
+        for (const char* name : {"red", "green", "blue", "alpha"})
+            properties.push_back({name, NumberType::kUint8});
+        for (FragmentColumn& column : fragmentColumns(band)) {
+            for (const std::string& name : column.properties)
+                properties.push_back({name, column.type});
+            if (!column.properties.empty()) numbers.push_back(std::move(column));
+        }
+        comments = {options.comment};
+        if (!normal.empty())
+            comments.emplace_back(findChannel(band, "facing") ? "normals on the front"
+                                                              : "normals toward the viewer");
+    }
+
+    std::vector<std::string> normal;
+    std::vector<FragmentColumn> numbers;
+    std::vector<PlyProperty> properties;
+    std::vector<std::string> comments;
+};
+
 class FragmentPoints final : public Sink {
   public:
     FragmentPoints(std::string path, FragmentPointOptions options)
@@ -39,51 +82,26 @@ class FragmentPoints final : public Sink {
     void finish() override { writer_->finish(); }
 
   private:
-    void open(const LayeredImage& band);
-
     std::string path_;
     FragmentPointOptions options_;
     View view_;
-    std::vector<std::string> normal_, numbers_;  ///< names of channels
-    std::optional<PlyWriter> writer_;            ///< from the first band on
+    std::optional<PointTable> table_;  ///< from the first band on
+    std::optional<PlyWriter> writer_;  ///< likewise
     std::vector<std::byte> points_;
 };
 
-void FragmentPoints::open(const LayeredImage& band) {
-    const NumberType position =
-        options_.double_positions ? NumberType::kDouble : NumberType::kFloat;
-    std::vector<PlyProperty> properties = {{"x", position}, {"y", position}, {"z", position}};
-    for (const std::string prefix : {"N", "Ng"}) {
-        if (!findChannel(band, prefix + ".X") || !findChannel(band, prefix + ".Y") ||
-            !findChannel(band, prefix + ".Z"))
-            continue;
-        normal_ = {prefix + ".X", prefix + ".Y", prefix + ".Z"};
-        for (const char* name : {"nx", "ny", "nz"})
-            properties.push_back({name, NumberType::kFloat});
-        break;
-    }
-    for (const char* name : {"red", "green", "blue", "alpha"})
-        properties.push_back({name, NumberType::kUint8});
-    for (const FragmentArray& array : band.extra) {
-        if (array.type != PixelType::kUint) continue;
-        for (const std::string& channel : array.channels) {
-            numbers_.push_back(channel);
-            std::string name = channel;
-            std::ranges::replace_if(
-                name, [](unsigned char c) { return c <= ' ' || c == '.' || c >= 0x7f; }, '_');
-            properties.push_back({name, NumberType::kUint32});
-        }
-    }
-    writer_.emplace(path_, std::move(properties), std::vector<std::string>{options_.comment});
-}
-
 void FragmentPoints::write(LayeredImage&& band) {
-    if (!writer_) open(band);
-    std::vector<FragmentChannel> normal, numbers;
-    for (const std::string& name : normal_)
+    if (!writer_) {
+        table_.emplace(band, options_);
+        writer_.emplace(path_, table_->properties, table_->comments);
+    }
+    const FragmentChannel facing = findChannel(band, "facing");
+    std::vector<FragmentChannel> normal;
+    for (const std::string& name : table_->normal)
         normal.push_back(findChannel(band, name));
-    for (const std::string& name : numbers_)
-        numbers.push_back(findChannel(band, name));
+    std::vector<FragmentColumnReader> numbers;
+    for (const FragmentColumn& column : table_->numbers)
+        numbers.emplace_back(band, column, options_.default_material);
 
     const std::size_t size = writer_->pointSize();
     points_.resize(band.fragments() * size);
@@ -101,13 +119,12 @@ void FragmentPoints::write(LayeredImage&& band) {
                               ? storeNumber(position[i], out)
                               : storeNumber(static_cast<float>(position[i]), out);
                 }
+                const float side = facing && facing.value(f) < 0 ? -1.0F : 1.0F;
                 for (const FragmentChannel& component : normal)
-                    out = storeNumber(component.value(f), out);
+                    out = storeNumber(side * component.value(f), out);
                 out = storeNumber(displayColor(colorOf(band, f)), out);
-                for (const FragmentChannel& number : numbers) {
-                    std::memcpy(out, number.data(f), sizeof(std::uint32_t));
-                    out += sizeof(std::uint32_t);
-                }
+                for (const FragmentColumnReader& number : numbers)
+                    out = number.put(f, out);
             }
         }
     });
@@ -118,6 +135,12 @@ void FragmentPoints::write(LayeredImage&& band) {
 
 std::unique_ptr<Sink> makeFragmentPoints(std::string path, FragmentPointOptions options) {
     return std::make_unique<FragmentPoints>(std::move(path), std::move(options));
+}
+
+SizeForecast forecastFragmentPoints(const Plan& plan, const LayeredImage& band,
+                                    const FragmentPointOptions& options) {
+    const PointTable table(band, options);
+    return {PlyWriter::fileBytes(table.properties, table.comments, plan.fragments_stored)};
 }
 
 }  // namespace peeler

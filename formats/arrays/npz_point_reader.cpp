@@ -243,7 +243,9 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
     constexpr std::uint64_t kMostMember = kMostPoints * 3 * sizeof(double) + kMostNpyHeader;
     const ArchiveFields fields(file, where);
     std::vector<Member> members = membersOf(fields, where);
-    const auto named = std::ranges::find(members, "points.npy", &Member::name);
+    // Ours have them under the second name, if the picture had the channel.
+    auto named = std::ranges::find(members, "points.npy", &Member::name);
+    if (named == members.end()) named = std::ranges::find(members, "positions.npy", &Member::name);
     const bool is_named = named != members.end();
     if (is_named) members = {*named};
     std::vector<glm::dvec3> found;

@@ -69,20 +69,40 @@ std::uint64_t NpzArray::bytes() const {
     return count;
 }
 
-NpzWriter::NpzWriter(const std::string& path, std::vector<NpzArray> arrays) : file_(path) {
+std::vector<NpzWriter::Entry> NpzWriter::entriesOf(std::vector<NpzArray> arrays,
+                                                   const std::string& path) {
+    arrays.push_back({"arrays_version", NumberType::kInt64, {}});
     std::set<std::string> names;
+    std::vector<Entry> entries;
+    std::uint64_t end = 0;
     for (NpzArray& array : arrays) {
         if (!names.insert(array.name).second || names.size() > kMaxEntries) {
             throw Error(ErrorKind::kInternal, "two arrays have one name, or there are too many",
                         path + ": " + array.name);
         }
-        Entry& entry = entries_.emplace_back();
+        Entry& entry = entries.emplace_back();
         entry.array = std::move(array);
         entry.header = npyHeader(entry.array);
         entry.crc = libdeflate_crc32(0, entry.header.data(), entry.header.size());
-        entry.offset = end_;
-        end_ += localHeader(entry).size() + entry.bytes();
+        entry.offset = end;
+        end = endOf(entries);
     }
+    return entries;
+}
+
+std::uint64_t NpzWriter::endOf(const std::vector<Entry>& entries) {
+    const Entry& last = entries.back();
+    return last.offset + localHeader(last).size() + last.bytes();
+}
+
+std::uint64_t NpzWriter::fileBytes(std::vector<NpzArray> arrays) {
+    const std::vector<Entry> entries = entriesOf(std::move(arrays), "");
+    return endOf(entries) + directory(entries).size();
+}
+
+NpzWriter::NpzWriter(const std::string& path, std::vector<NpzArray> arrays)
+    : file_(path), entries_(entriesOf(std::move(arrays), path)) {
+    append(entries_.size() - 1, std::as_bytes(std::span(&kArraysVersion, 1)));
 }
 
 void NpzWriter::append(std::size_t array, std::span<const std::byte> numbers) {
@@ -107,11 +127,11 @@ void NpzWriter::finish() {
         // The headers are written only now, when the checksum is known.
         file_.writeAt(entry.offset, asBytes(localHeader(entry) + entry.header));
     }
-    file_.writeAt(end_, asBytes(directory(end_)));
+    file_.writeAt(endOf(entries_), asBytes(directory(entries_)));
     file_.commit();
 }
 
-std::string NpzWriter::localHeader(const Entry& entry) const {
+std::string NpzWriter::localHeader(const Entry& entry) {
     const std::string name = entry.fileName();
     return HeaderFields()
         .add(std::uint32_t{0x04034b50})
@@ -133,9 +153,10 @@ std::string NpzWriter::localHeader(const Entry& entry) const {
         .take();
 }
 
-std::string NpzWriter::directory(std::uint64_t start) const {
+std::string NpzWriter::directory(const std::vector<Entry>& entries) {
+    const std::uint64_t start = endOf(entries);
     HeaderFields fields;
-    for (const Entry& entry : entries_) {
+    for (const Entry& entry : entries) {
         const std::string name = entry.fileName();
         fields.add(std::uint32_t{0x02014b50})
             .add(kVersion)
@@ -162,7 +183,7 @@ std::string NpzWriter::directory(std::uint64_t start) const {
             .add(entry.offset);
     }
     const std::string list = fields.take();
-    const std::uint64_t count = entries_.size();
+    const std::uint64_t count = entries.size();
     return HeaderFields()
         .add(list)
         .add(std::uint32_t{0x06064b50})  // ZIP64 end of central directory

@@ -32,23 +32,33 @@ PlyWriter::PlyWriter(const std::string& path, std::vector<PlyProperty> propertie
     }
     for (const std::string& comment : comments_)
         checkWord(comment, "\r\n", path);
-    const std::string text = header();
+    const std::string text = header(properties_, comments_, 0);
     file_.append(std::as_bytes(std::span(text)));
 }
 
 /// The header, which is as long for any number of points: a comment of dots makes up for the digits
 /// that the number lacks.
-std::string PlyWriter::header() const {
-    const std::string count = std::to_string(points_);
+std::string PlyWriter::header(std::span<const PlyProperty> properties,
+                              std::span<const std::string> comments, std::uint64_t points) {
+    const std::string count = std::to_string(points);
     std::string text = "ply\nformat binary_little_endian 1.0\n";
-    for (const std::string& comment : comments_)
+    text += "comment arrays_version " + std::to_string(kArraysVersion) + '\n';
+    for (const std::string& comment : comments)
         text += "comment " + comment + '\n';
     text += "comment " + std::string(kCountDigits - count.size(), '.') + '\n';
     text += "element vertex " + count + '\n';
-    for (const PlyProperty& property : properties_) {
+    for (const PlyProperty& property : properties) {
         text += "property " + std::string(infoOf(property.type).ply) + ' ' + property.name + '\n';
     }
     return text + "end_header\n";
+}
+
+std::uint64_t PlyWriter::fileBytes(std::span<const PlyProperty> properties,
+                                   std::span<const std::string> comments, std::uint64_t points) {
+    std::uint64_t point = 0;
+    for (const PlyProperty& property : properties)
+        point += infoOf(property.type).size;
+    return header(properties, comments, points).size() + points * point;
 }
 
 void PlyWriter::append(std::span<const std::byte> points) {
@@ -60,7 +70,7 @@ void PlyWriter::append(std::span<const std::byte> points) {
 }
 
 void PlyWriter::finish() {
-    const std::string text = header();
+    const std::string text = header(properties_, comments_, points_);
     file_.writeAt(0, std::as_bytes(std::span(text)));
     file_.commit();
 }

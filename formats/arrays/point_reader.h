@@ -27,9 +27,9 @@ std::vector<glm::dvec3> readPoints(const std::filesystem::path& path);
 std::vector<glm::dvec3> plyPoints(std::span<const std::uint8_t> file, const std::string& where);
 
 /// The points of a .npz as numpy.savez and savez_compressed write it (ZIP, PKWARE APPNOTE 6.3, with
-/// ZIP64; in it numpy.lib.format 1 to 3): the array `points`, else the only one of shape (n, 3), of
-/// 32- or 64-bit floats in either byte order and C or Fortran order. Pickles are never opened.
-/// `where` is the file's name. Throws Error (kInput).
+/// ZIP64; in it numpy.lib.format 1 to 3): the array `points`, else `positions`, else the only one
+/// of shape (n, 3), of 32- or 64-bit floats in either byte order and C or Fortran order. Pickles
+/// are never opened. `where` is the file's name. Throws Error (kInput).
 std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std::string& where);
 
 }  // namespace peeler

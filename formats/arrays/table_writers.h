@@ -43,6 +43,11 @@ inline constexpr const NumberTypeInfo& infoOf(NumberType type) {
 // Numbers are written as they lie in memory.
 static_assert(std::endian::native == std::endian::little);
 
+/// The dialect of our arrays and points, in every .npz as `arrays_version` and in every .ply as a
+/// comment; formats/README.md, "Arrays and points", says what changed from one to the next. The
+/// first one stands in no file.
+inline constexpr std::int64_t kArraysVersion = 2;
+
 /// An array, C order. An empty shape is one number.
 struct NpzArray {
     std::string name;  ///< the key in numpy's mapping
@@ -56,12 +61,15 @@ struct NpzArray {
 /// numpy.savez does it, always with ZIP64 fields, dated 1980 so that the same arrays make the same
 /// bytes. Shapes are given at the start, so every array has its place in the file, and they can be
 /// filled side by side, each front to back. No numbers are kept in memory. numpy.load(path) reads
-/// the file without pickle.
+/// the file without pickle. The last array of every file is `arrays_version`, int64.
 class NpzWriter {
   public:
     /// Creates the hidden file. Throws Error (kOutput); (kInternal) if two arrays have one name, or
     /// there are more than 65535.
     NpzWriter(const std::string& path, std::vector<NpzArray> arrays);
+
+    /// The size of the file that holds these arrays, to the byte.
+    static std::uint64_t fileBytes(std::vector<NpzArray> arrays);
 
     /// Adds the next numbers of the array with this index, as they lie in memory. Throws Error
     /// (kOutput); (kInternal) if there are too many.
@@ -82,12 +90,14 @@ class NpzWriter {
         std::uint64_t bytes() const { return header.size() + array.bytes(); }
     };
 
-    std::string localHeader(const Entry& entry) const;
-    std::string directory(std::uint64_t start) const;
+    /// The arrays in their places, `arrays_version` behind them.
+    static std::vector<Entry> entriesOf(std::vector<NpzArray> arrays, const std::string& path);
+    static std::string localHeader(const Entry& entry);
+    static std::uint64_t endOf(const std::vector<Entry>& entries);  ///< of the last array
+    static std::string directory(const std::vector<Entry>& entries);
 
     AtomicFile file_;
     std::vector<Entry> entries_;
-    std::uint64_t end_ = 0;  ///< of the last array in the file
 };
 
 /// The numbers of an array as bytes.
@@ -113,6 +123,10 @@ class PlyWriter {
     PlyWriter(const std::string& path, std::vector<PlyProperty> properties,
               std::vector<std::string> comments = {});
 
+    /// The size of the file of so many points, to the byte.
+    static std::uint64_t fileBytes(std::span<const PlyProperty> properties,
+                                   std::span<const std::string> comments, std::uint64_t points);
+
     /// Bytes of a point: its properties packed in their order.
     std::size_t pointSize() const { return point_size_; }
     /// Adds whole points, pointSize() bytes each. Throws Error (kOutput).
@@ -120,7 +134,8 @@ class PlyWriter {
     void finish();
 
   private:
-    std::string header() const;
+    static std::string header(std::span<const PlyProperty> properties,
+                              std::span<const std::string> comments, std::uint64_t points);
 
     AtomicFile file_;
     std::vector<PlyProperty> properties_;

@@ -10,7 +10,8 @@
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
-#include <sstream>
+#include <array>
+#include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
@@ -25,6 +26,17 @@ constexpr int kMostRowsInFlight = 64;
 constexpr const char* kStored = "peeler:fragmentsStored";
 constexpr const char* kMaxSamples = "maxSamplesPerPixel";  // of the OpenEXR file layout
 
+/// What "Interpreting OpenEXR Deep Pixels" composites by beside R, G, B, A and Z.
+constexpr std::array<std::string_view, 4> kOfColor = {"AR", "AG", "AB", "ZBack"};
+
+/// Whether the channels of an array are composited, or needed for it. Whatever else stood beside
+/// them would be composited by programs that know no better, OpenImageIO's flatten among them.
+bool belongsToColor(const FragmentArray& array) {
+    return std::ranges::all_of(array.channels, [](const std::string& channel) {
+        return std::ranges::find(kOfColor, channel) != kOfColor.end();
+    });
+}
+
 std::size_t sampleBytes(const LayeredImage& image) {
     std::size_t bytes = sizeof(float) + image.color.stride();
     for (const FragmentArray& array : image.extra)
@@ -33,16 +45,6 @@ std::size_t sampleBytes(const LayeredImage& image) {
 }
 
 }  // namespace
-
-std::string deepMergeText(const DeepMergeSettings& merge) {
-    constexpr const char* kNames[] = {"off", "exact", "by-id", "by-z"};
-    if (merge.mode == DeepMerge::kOff) return "";
-    std::ostringstream text;
-    text << kNames[static_cast<std::size_t>(merge.mode)];
-    if (merge.mode != DeepMerge::kExact) text << " z " << merge.z_tolerance;
-    if (merge.mode == DeepMerge::kById) text << " alpha " << merge.alpha_tolerance;
-    return text.str();
-}
 
 ExrDeepWriter::ExrDeepWriter(std::string path, OutputOptions options)
     : path_(std::move(path)),
@@ -89,15 +91,16 @@ void ExrDeepWriter::open(const LayeredImage& first_band) {
         like_.extra.push_back({array.channels, array.type, {}});
 
     const ExrChannel depth{"Z", PixelType::kFloat, ExrChannel::kZ};
-    parts_ = {{"color", {depth}}, {"ids", {depth}}};
-    const auto add = [&](const FragmentArray& array, int source) {
-        auto& channels = parts_[array.type == PixelType::kUint ? 1 : 0].channels;
+    const bool has_ids = std::ranges::any_of(
+        like_.extra, [](const FragmentArray& array) { return array.type == PixelType::kUint; });
+    parts_ = {{"color", {depth}}, {has_ids ? "ids" : "aovs", {depth}}};
+    const auto add = [&](Part& part, const FragmentArray& array, int source) {
         const std::vector<ExrChannel> more = deepChannels(array, source);
-        channels.insert(channels.end(), more.begin(), more.end());
+        part.channels.insert(part.channels.end(), more.begin(), more.end());
     };
-    add(like_.color, ExrChannel::kColor);
+    add(parts_.front(), like_.color, ExrChannel::kColor);
     for (std::size_t i = 0; i < like_.extra.size(); ++i)
-        add(like_.extra[i], static_cast<int>(i));
+        add(parts_[belongsToColor(like_.extra[i]) ? 0 : 1], like_.extra[i], static_cast<int>(i));
     if (parts_.back().channels.size() == 1) parts_.pop_back();
 
     std::vector<Imf::Header> headers;

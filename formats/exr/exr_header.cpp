@@ -108,6 +108,7 @@ void addProvenance(Imf::Header& header, const Plan& plan, const Provenance& prov
     text("peeler:scene", provenance.scene);
     text("peeler:sceneHash", provenance.scene_hash);
     text("peeler:settingsHash", provenance.settings_hash);
+    text("peeler:settings", provenance.settings);
     text("peeler:outputHash", provenance.output_hash);
     text("peeler:renderer", provenance.renderer);
     text("peeler:deepMerge", provenance.deep_merge);

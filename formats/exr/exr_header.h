@@ -47,6 +47,7 @@ View viewFromJson(const std::string& json);
 
 /// Adds the names of those channels of the header that are an id.object or id.material of some
 /// layer (scheme "id", not hashed, stable as long as the scene file is); nothing if there are none.
+/// Where parents are known objects have a second component, "parent": that one's id as a number.
 void addIdManifest(Imf::Header& header, const IdNames& names);
 
 /// The inverse of addIdManifest(), from the bytes of the attribute. No names for channels that are

@@ -28,6 +28,7 @@ Provenance provenanceOf(const ExrInputPart& part) {
     p.scene = part.attribute("peeler:scene");
     p.scene_hash = part.attribute("peeler:sceneHash");
     p.settings_hash = part.attribute("peeler:settingsHash");
+    p.settings = part.attribute("peeler:settings");
     p.renderer = part.attribute("peeler:renderer");
     p.deep_merge = part.attribute("peeler:deepMerge");
     p.tile = part.attribute("peeler:tile");

@@ -171,6 +171,14 @@ StageTimes ExrMidpointWriter::times() const {
 CountMap::CountMap(std::string path, OutputOptions options)
     : path_(std::move(path)), options_(std::move(options)) {}
 
+SizeForecast CountMap::forecast(const Plan& plan) const {
+    const Window& crop = plan.view.crop;
+    if (lowerExtension(path_) != ".exr") return imageForecast(path_, crop.pixels());
+    return {exrHeaderBytes(options_.provenance.ids) + sizeof(std::uint32_t) * crop.pixels() +
+                kExrChunkBytes * static_cast<std::uint64_t>(crop.height()),
+            Certainty::kAtMost};
+}
+
 void CountMap::begin(const Plan& plan) {
     ramp_end_ = static_cast<float>(std::max<std::size_t>(1, plan.layers.size()));
     if (lowerExtension(path_) == ".exr") {

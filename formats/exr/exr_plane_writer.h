@@ -12,6 +12,7 @@
 
 #include "core/image/sink.h"
 #include "formats/file/output_options.h"
+#include "formats/file/size_forecast.h"
 
 namespace peeler {
 
@@ -99,6 +100,8 @@ class CountMap : public Sink {
   public:
     CountMap(std::string path, OutputOptions options);
 
+    /// How large its file will be.
+    SizeForecast forecast(const Plan& plan) const;
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override;

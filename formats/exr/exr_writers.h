@@ -73,12 +73,10 @@ class ExrCompositeWriter : public ExrPartsSink {
     void begin(const Plan& plan) override;
 };
 
-/// The text of Provenance::deep_merge, such as "by-z z 0.1"; "" if samples are not merged.
-std::string deepMergeText(const DeepMergeSettings& merge);
-
-/// Writes part `color` (R,G,B,A as they are captured, Z float, the other channels that are no
-/// integers) and, if there are integer channels, part `ids` (those and Z again), both deep scan
-/// lines: a reader that composites every channel of a part (OpenImageIO's flatten) meets no ids.
+/// Writes part `color` (R,G,B,A as they are captured, Z float; AR, AG, AB and ZBack, if there are
+/// any) and, if there are other channels, a second part of these and Z again, both deep scan lines:
+/// a reader that composites every channel of a part (OpenImageIO's flatten) meets neither normals
+/// nor ids. The second part is called `ids` if it has integers, else `aovs`.
 /// Point samples, without ZBack, in list order: front to back. dataWindow is the bounding box of
 /// all fragments, the crop if there is none.
 ///

@@ -13,14 +13,17 @@
 #include <exception>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "core/base/error.h"
+#include "formats/exr/exr_input.h"
 #include "formats/exr/exr_layout.h"
 
 namespace peeler {
 namespace {
 
 constexpr const char *kObject = "id.object", *kMaterial = "id.material";
+constexpr const char* kParent = "parent";  ///< the component of the manifest, beside "name"
 constexpr std::uint64_t kMostNameBytes = 1U << 30;  ///< more names than a scene has
 
 /// Whether a channel of a part is this one, of whatever layer ("layer_000.id.object").
@@ -28,45 +31,61 @@ bool isOf(const std::string& channel, const std::string& name) {
     return channel == name || channel.ends_with("." + name);
 }
 
+/// `parents`: the ids of the parents, a second component; empty = there is none.
 void addGroup(Imf::IDManifest& manifest, const Imf::ChannelList& channels, const char* name,
-              const std::vector<std::string>& names) {
+              const std::vector<std::string>& names, const std::vector<std::uint32_t>& parents) {
     std::set<std::string> found;
     for (auto i = channels.begin(); i != channels.end(); ++i)
         if (isOf(i.name(), name)) found.insert(i.name());
     if (found.empty() || names.empty()) return;
+    const bool tree = parents.size() == names.size();
     Imf::IDManifest::ChannelGroupManifest group;
     group.setChannels(found);
-    group.setComponent("name");
+    group.setComponents(tree ? std::vector<std::string>{"name", kParent}
+                             : std::vector<std::string>{"name"});
     group.setLifetime(Imf::IDManifest::LIFETIME_STABLE);
     group.setHashScheme(Imf::IDManifest::NOTHASHED);
     group.setEncodingScheme(Imf::IDManifest::ID_SCHEME);
-    for (std::size_t i = 0; i < names.size(); ++i)
-        group.insert(i + 1, names[i]);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        std::vector<std::string> text{names[i]};
+        if (tree) text.push_back(std::to_string(parents[i]));
+        group.insert(i + 1, text);
+    }
     manifest.add(group);
 }
 
-std::vector<std::string> namesOf(const Imf::IDManifest& manifest, const char* name) {
+struct ManifestNames {
     std::vector<std::string> names;
-    for (std::size_t g = 0; g < manifest.size() && names.empty(); ++g) {
+    std::vector<std::uint32_t> parents;  ///< as many, or none
+};
+
+ManifestNames namesOf(const Imf::IDManifest& manifest, const char* name) {
+    ManifestNames found;
+    for (std::size_t g = 0; g < manifest.size() && found.names.empty(); ++g) {
         const auto& channels = manifest[g].getChannels();
         if (std::none_of(channels.begin(), channels.end(),
                          [name](const std::string& channel) { return isOf(channel, name); }))
             continue;
+        const auto& components = manifest[g].getComponents();
+        const bool tree = components.size() == 2 && components[1] == kParent;
         for (auto i = manifest[g].begin(); i != manifest[g].end(); ++i) {
             // Our ids are 1, 2, 3, …; those of other programs may be any.
-            if (i.id() != names.size() + 1 || i.text().empty()) return {};
-            names.push_back(i.text().front());
+            if (i.id() != found.names.size() + 1 || i.text().empty()) return {};
+            found.names.push_back(i.text().front());
+            if (tree && i.text().size() == 2)
+                found.parents.push_back(numberIn<std::uint32_t>(i.text()[1]));
         }
     }
-    return names;
+    if (found.parents.size() != found.names.size()) found.parents.clear();
+    return found;
 }
 
 }  // namespace
 
 void addIdManifest(Imf::Header& header, const IdNames& names) {
     Imf::IDManifest manifest;
-    addGroup(manifest, header.channels(), kObject, names.objects);
-    addGroup(manifest, header.channels(), kMaterial, names.materials);
+    addGroup(manifest, header.channels(), kObject, names.objects, names.parents);
+    addGroup(manifest, header.channels(), kMaterial, names.materials, {});
     if (manifest.size() > 0) Imf::addIDManifest(header, Imf::CompressedIDManifest(manifest));
 }
 
@@ -87,7 +106,9 @@ IdNames idNamesFromManifest(std::span<const std::byte> attribute) {
         if (!compressed._data) throw std::bad_alloc();
         std::memcpy(compressed._data, packed.data(), packed.size());
         const Imf::IDManifest manifest(compressed);
-        return {namesOf(manifest, kObject), namesOf(manifest, kMaterial)};
+        ManifestNames objects = namesOf(manifest, kObject);
+        return {std::move(objects.names), namesOf(manifest, kMaterial).names,
+                std::move(objects.parents)};
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& e) {

@@ -63,7 +63,7 @@ std::string hintFor(int error) {
         case EDQUOT:
             return "free some space, or write to another disk";
         case ENOENT:
-            return "make the folder first";
+            return "the folder has gone meanwhile; try again";
         case EACCES:
         case EPERM:
             return "check the permissions of the folder";
@@ -89,6 +89,8 @@ std::string folderOf(const std::string& path) {
     const std::string folder = fs::path(path).parent_path().string();
     return folder.empty() ? "." : folder;
 }
+
+std::atomic<std::uint64_t> bytes_on_standard_output{0};
 
 constexpr std::string_view kMark = ".peeler-", kTemporary = ".tmp";
 
@@ -150,6 +152,13 @@ void removeLeftovers(const std::string& folder) {
 }  // namespace
 
 AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(path_) {
+    if (isStandardOutput(path_)) {
+        if (isatty(STDOUT_FILENO) == 1)
+            throw Error(ErrorKind::kUsage, "standard output is a terminal", "--output " + path_,
+                        "pipe it to another program, or name a file");
+        std::error_code none;
+        destination_ = (fs::temp_directory_path(none) / "stdout").string();
+    }
     const fs::path name = fs::path(path_).filename();
     std::error_code error;
     const fs::file_status status = fs::status(path_, error);
@@ -168,6 +177,10 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
     }
 
     const std::string folder = folderOf(destination_);
+    std::error_code unmade;
+    fs::create_directories(folder, unmade);
+    if (unmade && !fs::is_directory(folder, error))
+        fail("cannot make the folder: " + unmade.message(), unmade.value());
     // The hidden name may be shorter, so that without this check only the last step would fail.
     const long most = pathconf(folder.c_str(), _PC_NAME_MAX);
     if (most > 0 &&
@@ -252,6 +265,7 @@ void AtomicFile::sync() {
 }
 
 void AtomicFile::commit() {
+    if (isStandardOutput(path_)) return copyToStandardOutput();
     sync();
     // Network file systems report a full quota only when a descriptor is closed. A duplicate is
     // closed, since the lock goes with the last descriptor, and a file without its lock is taken
@@ -294,6 +308,23 @@ void AtomicFile::writeOut(std::uint64_t offset, std::span<const std::byte> bytes
     }
 }
 
+void AtomicFile::copyToStandardOutput() {
+    std::vector<std::byte> bytes(kBufferBytes);
+    for (std::uint64_t offset = 0; offset < size_;) {
+        const std::size_t read = readAt(offset, bytes);
+        for (std::size_t done = 0; done < read;) {
+            const ssize_t n = ::write(STDOUT_FILENO, bytes.data() + done, read - done);
+            if (n < 0 && errno == EINTR) continue;
+            if (n < 0) fail("cannot write: " + text(errno), errno);
+            done += static_cast<std::size_t>(n);
+        }
+        offset += read;
+    }
+    bytes_on_standard_output += size_;
+    discard();
+    temporary_path_.clear();
+}
+
 void AtomicFile::discard() noexcept {
     if (descriptor_ >= 0) close(std::exchange(descriptor_, -1));
     if (!temporary_path_.empty()) unlink(temporary_path_.c_str());
@@ -302,6 +333,14 @@ void AtomicFile::discard() noexcept {
 
 void AtomicFile::fail(const std::string& what, int error) const {
     throw Error(ErrorKind::kOutput, what, path_, hintFor(error));
+}
+
+bool isStandardOutput(const std::string& path) {
+    return path == "-" || path.starts_with("-.");
+}
+
+std::uint64_t bytesOnStandardOutput() {
+    return bytes_on_standard_output;
 }
 
 void commitAll(std::span<const std::unique_ptr<AtomicFile>> files) {

@@ -17,12 +17,14 @@ namespace peeler {
 /// name, and the first AtomicFile of another process in that folder removes it: a hidden file that
 /// is in use is locked (flock), also against processes of the same number on other machines. The
 /// mode of the new file is 0666 less the umask. A symbolic link at `path` is followed, not
-/// replaced. Every member that touches the disk throws Error (kOutput) with path and hint. Not for
-/// several threads at once.
+/// replaced. Folders that are missing are made. If isStandardOutput(path), the hidden file is in
+/// the folder for temporary files, and commit() copies it to standard output. Every member that
+/// touches the disk throws Error (kOutput) with path and hint. Not for several threads at once.
 class AtomicFile {
   public:
-    /// Creates the hidden file. Throws at once if the folder is missing or not writable, or if
-    /// `path` is something other than a regular file.
+    /// Creates the hidden file. Throws at once if the folder cannot be made or written to, or if
+    /// `path` is something other than a regular file; Error (kUsage) if it is standard output and
+    /// that is a terminal.
     explicit AtomicFile(std::string path);
     ~AtomicFile();
     AtomicFile(const AtomicFile&) = delete;
@@ -50,6 +52,7 @@ class AtomicFile {
 
   private:
     void writeOut(std::uint64_t offset, std::span<const std::byte> bytes);
+    void copyToStandardOutput();
     void discard() noexcept;
     [[noreturn]] void fail(const std::string& what, int error) const;
 
@@ -61,6 +64,13 @@ class AtomicFile {
     std::vector<std::byte> buffer_;
     std::uint64_t size_ = 0;
 };
+
+/// Whether a name stands for standard output: "-", or "-.EXT" for a format by its extension. A file
+/// of that name is "./-.EXT".
+bool isStandardOutput(const std::string& path);
+
+/// Bytes that files of such names have written to standard output, all together.
+std::uint64_t bytesOnStandardOutput();
 
 /// Commits files that are worth something only together. All are synced before one is renamed; if
 /// one cannot be renamed nevertheless, those that have been are removed, so that no half set is

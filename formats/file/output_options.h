@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "core/image/merge.h"
@@ -11,20 +12,30 @@
 
 namespace peeler {
 
+/// What became of light on its way to a picture for eyes; a writer fills it in until its finish().
+struct DisplayOutcome {
+    float exposure = 0;               ///< stops
+    std::uint64_t raised_pixels = 0;  ///< whose alpha was raised (formats/image/display.h)
+};
+
 /// Fields that a format has no use for are ignored.
 struct OutputOptions {
-    std::string as{};                         ///< kind; "" = the extension's first row in the table
-    bool no_composite = false;                ///< ldi: leave the part `composite` out
-    bool cryptomatte = false;                 ///< ldi, composite: in the composite; needs id.*
-    bool composited = false;                  ///< composite: bands are a composite, as it is stored
-    std::string layout{};                     ///< ldi: a name in exrLayouts(), "" = plain
-    DeepMergeSettings deep_merge{};           ///< deep
-    std::string compression{};                ///< ldi, deep: one of exrCompressions(), "" = default
-    std::array<float, 4> background{};        ///< premultiplied linear RGBA; composite, page
+    std::string as{};                ///< kind; "" = the extension's first row in the table
+    bool no_composite = false;       ///< ldi: leave the part `composite` out
+    bool cryptomatte = false;        ///< ldi, composite: in the composite; needs id.*
+    bool composited = false;         ///< composite: bands are a composite, as it is stored
+    std::string layout{};            ///< ldi: a name in exrLayouts(), "" = plain
+    DeepMergeSettings deep_merge{};  ///< deep
+    std::string compression{};       ///< ldi, deep: one of exrCompressions(), "" = default
+    /// Premultiplied linear RGBA, of a composite or a page; in PNG, JPEG and TIFF display values,
+    /// which exposure and tone map leave as they are.
+    std::array<float, 4> background{};
     float exposure = 0;                       ///< stops; PNG, JPEG, TIFF, page
+    bool automatic_exposure = false;          ///< in place of `exposure`: ExposureMeter's
     std::string tone_map = "none";            ///< PNG, JPEG, TIFF, page
     std::uint64_t max_fragments = 4'000'000;  ///< page: more than these it does not hold
     Provenance provenance{};
+    std::shared_ptr<DisplayOutcome> outcome{};  ///< PNG, JPEG, TIFF, page: filled in, unless null
 };
 
 }  // namespace peeler

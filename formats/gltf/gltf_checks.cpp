@@ -123,17 +123,20 @@ void checkGltfVersion(const json& gltf, const std::string& path) {
                  "/asset/minVersion", "export it as glTF 2.0");
 }
 
-void checkRequiredExtensions(const json& gltf) {
+void checkRequiredExtensions(const json& gltf, const std::vector<std::string>& ignored) {
     const auto required = gltf.find("extensionsRequired");
     if (required == gltf.end() || !required->is_array()) return;  // the schema check says more
     for (std::size_t i = 0; i < required->size(); ++i) {
         if (!(*required)[i].is_string()) continue;
         const std::string& name = (*required)[i].get_ref<const std::string&>();
+        if (std::ranges::find(ignored, name) != ignored.end()) continue;
         const std::vector<GltfExtension>& known = supportedGltfExtensions();
         if (std::none_of(known.begin(), known.end(),
                          [&](const GltfExtension& extension) { return name == extension.name; }))
             failGltf("the file requires the glTF extension " + name + ", which is not supported",
-                     childPointer("/extensionsRequired", i), "export it without this extension");
+                     childPointer("/extensionsRequired", i),
+                     "export it without this extension, or go on without it: --ignore-extension " +
+                         name);
     }
 }
 

@@ -204,7 +204,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     const GltfContainer container = splitGltfContainer(bytes, name, document.warnings);
     json gltf = parseGltfJson(container.json, name);
     checkGltfVersion(gltf, name);
-    checkRequiredExtensions(gltf);
+    checkRequiredExtensions(gltf, options.ignored_extensions);
     checkGltfSchema(gltf);
     const json buffers = take(gltf, "buffers"), images = take(gltf, "images");
     document.animations = take(gltf, "animations");

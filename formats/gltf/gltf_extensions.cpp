@@ -10,7 +10,7 @@ const std::vector<GltfExtension>& gltfExtensions() {
     static const std::vector<GltfExtension> extensions = {
         {"EXT_mesh_gpu_instancing", true, "a mesh at many places"},
         {"EXT_meshopt_compression", true, "meshopt-compressed buffers"},
-        {"EXT_texture_avif", false, "the PNG or JPEG fallback is read"},
+        {"EXT_texture_avif", false, "the PNG or JPEG fallback is read", true},
         {"EXT_texture_webp", true, "WebP textures"},
         {"KHR_animation_pointer", false, "only nodes and morph weights are animated"},
         {"KHR_draco_mesh_compression", true, "Draco-compressed meshes"},
@@ -33,11 +33,11 @@ const std::vector<GltfExtension>& gltfExtensions() {
         {"KHR_mesh_quantization", true, "vertex attributes stored as small integers"},
         {"KHR_meshopt_compression", true, "meshopt-compressed buffers"},
         {"KHR_node_visibility", true, "hidden nodes"},
-        {"KHR_texture_basisu", false, "the PNG or JPEG fallback is read"},
+        {"KHR_texture_basisu", false, "the PNG or JPEG fallback is read", true},
         {"KHR_texture_transform", true, "offset, rotation and scale of texture coordinates"},
         {"KHR_xmp", true, "metadata, which shows nothing"},
         {"KHR_xmp_json_ld", true, "metadata, which shows nothing"},
-        {"MSFT_texture_dds", false, "the PNG or JPEG fallback is read"},
+        {"MSFT_texture_dds", false, "the PNG or JPEG fallback is read", true},
     };
     return extensions;
 }
@@ -50,6 +50,13 @@ const std::vector<GltfExtension>& supportedGltfExtensions() {
         return result;
     }();
     return supported;
+}
+
+std::vector<std::string> undecodedImageExtensions() {
+    std::vector<std::string> names;
+    for (const GltfExtension& extension : gltfExtensions())
+        if (extension.undecoded_images) names.emplace_back(extension.name);
+    return names;
 }
 
 }  // namespace peeler

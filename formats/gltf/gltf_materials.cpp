@@ -39,11 +39,6 @@ glm::mat3 textureTransform(const tinygltf::Value& extension) {
                                 offset[0], offset[1], 1));
 }
 
-/// Extensions that give a texture an image in a format that is not decoded. Their fallback is the
-/// core source.
-constexpr const char* kUndecodedSources[] = {"KHR_texture_basisu", "MSFT_texture_dds",
-                                             "EXT_texture_avif"};
-
 Sampler toSampler(const tinygltf::Model& model, const tinygltf::Texture& texture) {
     Sampler result;
     if (texture.sampler < 0) return result;
@@ -148,12 +143,19 @@ class MaterialReader {
             webp && webp->Has("source"))
             return sceneImage(webp->Get("source").GetNumberAsInt(), source.source);
         if (source.source >= 0) return sceneImage(source.source);
-        for (const char* name : kUndecodedSources)
-            if (findExtension(source.extensions, name))
-                throw Error(ErrorKind::kInput,
-                            "the texture has an image of " + std::string(name) +
-                                " only, which is not decoded",
-                            where + "/extensions/" + name, "add a PNG or JPEG fallback");
+        for (const std::string& name : undecodedImageExtensions()) {
+            if (!findExtension(source.extensions, name.c_str())) continue;
+            const std::string place = childPointer(where + "/extensions", name);
+            if (std::ranges::find(options_.ignored_extensions, name) !=
+                options_.ignored_extensions.end()) {
+                missing(place, "it has an image of " + name + " only", "add a PNG or JPEG image");
+                return -1;
+            }
+            throw Error(ErrorKind::kInput,
+                        "the texture has an image of " + name + " only, which is not decoded",
+                        place,
+                        "add a PNG or JPEG fallback, or go on without: --ignore-extension " + name);
+        }
         missing(where, "it has no image", "add a PNG or JPEG image");
         return -1;
     }

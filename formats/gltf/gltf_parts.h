@@ -26,8 +26,8 @@ namespace peeler {
 /// about the file as a whole.
 void checkGltfVersion(const nlohmann::json& gltf, const std::string& path);
 
-/// Checks that everything in extensionsRequired is supported.
-void checkRequiredExtensions(const nlohmann::json& gltf);
+/// Checks that everything in extensionsRequired is supported or ignored.
+void checkRequiredExtensions(const nlohmann::json& gltf, const std::vector<std::string>& ignored);
 
 /// Checks that nodes form a forest, that scenes list roots, and that cameras have far planes behind
 /// their near planes and fields of view below π. Indices must have been checked (checkGltfSchema).

@@ -47,7 +47,11 @@ void warnOfWhatIsIgnored(GltfDocument& document) {
         const std::vector<GltfExtension>& known = gltfExtensions();
         const auto found = std::find_if(known.begin(), known.end(),
                                         [&](const auto& entry) { return name == entry.name; });
-        if (found == known.end())
+        const auto& required = document.model.extensionsRequired;
+        const bool supported = found != known.end() && found->supported;
+        if (!supported && std::ranges::find(required, name) != required.end())
+            document.warn("The extension " + name + ", which the file requires, is ignored.");
+        else if (found == known.end())
             document.warn("The extension " + name + " is not known; it is ignored.");
         else if (!found->supported)
             document.warn("The extension " + name + " is ignored: " + found->note + ".");

@@ -20,6 +20,9 @@ struct GltfOptions {
     /// False: KHR_materials_transmission and KHR_materials_volume are left unread, so that every
     /// surface is what its alpha mode says.
     bool transmission = true;
+    /// Extensions that the file may require although they are not supported. A texture whose only
+    /// image is of such an extension is left out, with a warning.
+    std::vector<std::string> ignored_extensions{};
     std::uint64_t max_file_bytes = std::uint64_t{2} << 30;  ///< of the scene and each file it names
     std::uint64_t max_image_bytes = std::uint64_t{1} << 30;  ///< of each image, decoded to RGBA
     /// Of all vertices and indices together, as the scene holds them: many primitives may share the
@@ -40,6 +43,7 @@ struct GltfExtension {
     const char* name;
     bool supported;    ///< may stand in extensionsRequired
     const char* note;  ///< supported: what it is; else: what is lost where it is ignored
+    bool undecoded_images = false;  ///< gives textures images in a format that is not decoded
 };
 
 /// The known extensions, by name.
@@ -47,5 +51,9 @@ const std::vector<GltfExtension>& gltfExtensions();
 
 /// The known extensions that may be required, by name.
 const std::vector<GltfExtension>& supportedGltfExtensions();
+
+/// Names of the extensions that give textures images in formats that are not decoded. Without them
+/// a scene has its geometry and lacks colours.
+std::vector<std::string> undecodedImageExtensions();
 
 }  // namespace peeler

@@ -272,7 +272,7 @@ std::string childPointer(const std::string& parent, std::size_t index) {
     return parent + '/' + std::to_string(index);
 }
 
-void failGltf(const std::string& what, const std::string& where, const char* hint) {
+void failGltf(const std::string& what, const std::string& where, const std::string& hint) {
     throw Error(ErrorKind::kInput, what, where, hint);
 }
 

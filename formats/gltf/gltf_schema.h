@@ -21,7 +21,7 @@ inline constexpr const char* kValidatorHint = "check the file with the Khronos g
 
 /// Throws Error(kInput); `where` is a JSON pointer, or a path if it is about the whole file.
 [[noreturn]] void failGltf(const std::string& what, const std::string& where,
-                           const char* hint = kValidatorHint);
+                           const std::string& hint = kValidatorHint);
 
 /// The JSON pointer (RFC 6901) of the child of a value.
 std::string childPointer(const std::string& parent, std::string_view key);

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "core/base/error.h"
+#include "core/shading/environment_maps.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
 #include "formats/image/flat_image.h"
@@ -17,6 +18,11 @@ namespace {
 [[noreturn]] void failEnvironment(const std::string& what, const std::string& path,
                                   const std::string& hint) {
     throw Error(ErrorKind::kInput, what, path, hint);
+}
+
+std::uint64_t hashOf(const Environment& environment) {
+    return contentHash(std::as_bytes(std::span(environment.radiance)),
+                       static_cast<std::uint64_t>(environment.width));
 }
 
 }  // namespace
@@ -62,8 +68,14 @@ Environment readEnvironment(const std::string& path, const EnvironmentLimits& li
             }
         }
     }
-    environment.content_hash = contentHash(std::as_bytes(std::span(environment.radiance)),
-                                           static_cast<std::uint64_t>(environment.width));
+    environment.content_hash = hashOf(environment);
+    return environment;
+}
+
+Environment environmentNamed(const std::string& name_or_path) {
+    if (name_or_path != kStudioName) return readEnvironment(name_or_path);
+    Environment environment = studioEnvironment();
+    environment.content_hash = hashOf(environment);
     return environment;
 }
 

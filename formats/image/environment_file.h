@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Environments from equirectangular pictures: Radiance (.hdr) and OpenEXR.
+// Environments from equirectangular pictures: Radiance (.hdr) and OpenEXR; or by name.
 #pragma once
 
 #include <cstdint>
@@ -20,5 +20,12 @@ struct EnvironmentLimits {
 /// for what is larger than the limits, and for numbers that are not finite, naming the pixel;
 /// (kMemory).
 Environment readEnvironment(const std::string& path, const EnvironmentLimits& limits = {});
+
+/// The name of the built-in environment, studioEnvironment(); a file of that name is "./studio".
+inline constexpr const char* kStudioName = "studio";
+
+/// The built-in environment for its name, else what readEnvironment reads; with a hash of the
+/// content either way.
+Environment environmentNamed(const std::string& name_or_path);
 
 }  // namespace peeler

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The decoders and encoders that are built in, since their libraries load in a millisecond: PNG
-// (ISO/IEC 15948) by libspng, JPEG (ITU-T T.81) by TurboJPEG, libjpeg-turbo's own interface.
+// (ISO/IEC 15948) by libspng and zlib, JPEG (ITU-T T.81) by TurboJPEG, libjpeg-turbo's own
+// interface.
 #pragma once
 
 #include <cstddef>
@@ -21,8 +22,8 @@ namespace peeler {
 std::unique_ptr<ImageDecoder> pngDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes);
 
-/// An encoder of 1 to 4 channels. If it is destroyed before close(), what it has written is left as
-/// it is.
+/// An encoder of 1 to 4 channels, on all threads; what it writes does not depend on how many. If it
+/// is destroyed before close(), what it has written is left as it is.
 std::unique_ptr<ImageEncoder> pngEncoder();
 
 /// A decoder of grey, colour and CMYK, which becomes RGB. No memory is allocated for pixels before

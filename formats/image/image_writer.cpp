@@ -3,6 +3,7 @@
 #include "formats/image/image_writer.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <exception>
@@ -24,57 +25,7 @@
 namespace peeler {
 namespace {
 
-using Rgb = std::array<float, 3>;
-
-Rgb keep(Rgb color) {
-    return color;
-}
-
-/// Khronos PBR Neutral leaves base colours below 0.8 as they are (but for Fresnel's 4 %) and
-/// compresses highlights. github.com/KhronosGroup/ToneMapping, PBR_Neutral.
-Rgb neutral(Rgb color) {
-    constexpr float kStart = 0.8F - 0.04F, kDesaturation = 0.15F, kRoom = 1 - kStart;
-    const float low = std::min({color[0], color[1], color[2]});
-    const float offset = low < 0.08F ? low - 6.25F * low * low : 0.04F;
-    for (float& c : color)
-        c -= offset;
-    const float peak = std::max({color[0], color[1], color[2]});
-    if (peak < kStart) return color;
-    const float new_peak = 1 - kRoom * kRoom / (peak + kRoom - kStart);
-    const float gray = 1 - 1 / (kDesaturation * (peak - new_peak) + 1);
-    for (float& c : color)
-        c = std::lerp(c * new_peak / peak, new_peak, gray);
-    return color;
-}
-
-Rgb multiply(const std::array<Rgb, 3>& m, const Rgb& v) {
-    Rgb out{};
-    for (std::size_t i = 0; i < 3; ++i)
-        out[i] = m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2];
-    return out;
-}
-
-/// ACES RRT and ODT as fitted by Stephen Hill (BakingLab, ACES.hlsl, MIT licence): sRGB to a space
-/// near AP1, the curve for each channel, and back.
-Rgb aces(Rgb color) {
-    constexpr std::array<Rgb, 3> kIn = {{{0.59719F, 0.35458F, 0.04823F},
-                                         {0.07600F, 0.90834F, 0.01566F},
-                                         {0.02840F, 0.13383F, 0.83777F}}};
-    constexpr std::array<Rgb, 3> kOut = {{{1.60475F, -0.53108F, -0.07367F},
-                                          {-0.10208F, 1.10813F, -0.00605F},
-                                          {-0.00327F, -0.07276F, 1.07602F}}};
-    color = multiply(kIn, color);
-    for (float& c : color) {
-        c = (c * (c + 0.0245786F) - 0.000090537F) / (c * (0.983729F * c + 0.4329510F) + 0.238081F);
-    }
-    return multiply(kOut, color);
-}
-
-constexpr ToneMap kToneMaps[] = {
-    {"none", "clip at 1", keep},
-    {"neutral", "Khronos PBR Neutral: true base colours, soft highlights", neutral},
-    {"aces", "ACES filmic (fit by S. Hill)", aces},
-};
+using Rgba = std::array<float, 4>;
 
 template <class T>
 T quantize(float value) {
@@ -94,14 +45,12 @@ std::uint8_t quantizeSrgb(float linear) {
 
 }  // namespace
 
-std::span<const ToneMap> toneMaps() {
-    return kToneMaps;
-}
-
-float encodeSrgb(float linear) {
-    if (!(linear > 0)) return 0;
-    if (linear >= 1) return 1;
-    return srgbFromLinear(linear);
+SizeForecast imageForecast(const std::string& path, std::uint64_t pixels) {
+    constexpr std::uint64_t kHeaders = std::uint64_t{64} << 10;
+    const ImageFormat* format = findImageFormat(path);
+    const std::uint64_t bits = format ? static_cast<std::uint64_t>(format->bits) : 16;
+    const std::uint64_t bytes = pixels * 4 * bits / 8;
+    return {bytes + bytes / 1000 + kHeaders, Certainty::kAtMost};
 }
 
 /// What the encoder writes goes through the AtomicFile, so that a full disk is noticed at once and
@@ -162,8 +111,10 @@ struct ImageWriter::Output {
         if (!problem.empty()) throw Error(ErrorKind::kOutput, problem, file.path());
     }
 
+    /// Returns in how many pixels alpha was raised.
     template <class T>
-    void writeRows(const CompositeImage& composite, float gain, const ToneMap& tone_map);
+    std::uint64_t writeRows(const CompositeImage& composite, const Display& display,
+                            const std::array<float, 4>& background);
 
     /// Closes an unfinished picture. OpenImageIO's encoders complain on stderr about missing rows,
     /// so they get them, black; nothing of it reaches the disk.
@@ -178,32 +129,44 @@ struct ImageWriter::Output {
 };
 
 template <class T>
-void ImageWriter::Output::writeRows(const CompositeImage& composite, float gain,
-                                    const ToneMap& tone_map) {
+std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
+                                             const Display& display,
+                                             const std::array<float, 4>& background) {
     const auto width = static_cast<std::size_t>(composite.window.width());
     const int height = composite.window.height();
     constexpr int kRowsAtOnce = 64;
     const auto channels = static_cast<std::size_t>(image.channels);
+    const bool keeps_alpha = channels == 4, has_background = background != Rgba{};
     pixels.resize(width * kRowsAtOnce * channels * sizeof(T));
     T* const first = reinterpret_cast<T*>(pixels.data());
+    std::atomic<std::uint64_t> raised = 0;
     for (int y = 0; y < height; y += kRowsAtOnce) {
         const int rows = std::min(kRowsAtOnce, height - y);
         parallelFor(static_cast<std::size_t>(rows), [&](std::size_t row) {
             T* out = first + row * width * channels;
-            const auto* in = composite.rgba.data() + (static_cast<std::size_t>(y) + row) * width;
-            for (std::size_t x = 0; x < width; ++x, out += channels) {
-                const auto& [r, g, b, alpha] = in[x];
-                const bool keeps_alpha = channels == 4;
-                const float scale = !keeps_alpha ? gain : alpha > 0 ? gain / alpha : 0;
-                const Rgb mapped = tone_map.map({r * scale, g * scale, b * scale});
+            std::size_t in = (static_cast<std::size_t>(y) + row) * width;
+            std::uint64_t raised_here = 0;
+            for (std::size_t x = 0; x < width; ++x, ++in, out += channels) {
+                StraightPixel pixel;
+                if (!keeps_alpha) {
+                    const Rgba over = display.shownOver(composite, in, background);
+                    pixel.color = {over[0], over[1], over[2]};
+                } else if (has_background) {
+                    pixel = straightPixel(display.shownOver(composite, in, background));
+                } else {
+                    pixel = display.straight(composite.rgba[in]);
+                }
                 for (std::size_t c = 0; c < 3; ++c)
-                    out[c] = quantizeSrgb<T>(mapped[c]);
-                if (keeps_alpha) out[3] = quantize<T>(alpha);
+                    out[c] = quantizeSrgb<T>(pixel.color[c]);
+                if (keeps_alpha) out[3] = quantize<T>(pixel.alpha);
+                raised_here += pixel.raised ? 1 : 0;
             }
+            raised += raised_here;
         });
         checked([&] { encoder->writeRows(next_row, next_row + rows, first); });
         next_row += rows;
     }
+    return raised;
 }
 
 void ImageWriter::Output::abandon() noexcept {
@@ -216,16 +179,6 @@ void ImageWriter::Output::abandon() noexcept {
         encoder.reset();
     } catch (...) {  // the picture is lost anyway, and for a reason that is being reported
     }
-}
-
-const ToneMap& findToneMap(const std::string& name) {
-    std::string names;
-    for (const ToneMap& entry : kToneMaps) {
-        if (entry.name == name) return entry;
-        names += (names.empty() ? "" : ", ") + std::string(entry.name);
-    }
-    throw Error(ErrorKind::kUsage, "there is no tone map \"" + name + "\"", "--tone-map",
-                "choose one of: " + names);
 }
 
 std::span<const ImageFormat> imageFormats() {
@@ -261,7 +214,7 @@ ImageWriter::ImageWriter(std::string path, OutputOptions options)
     : path_(std::move(path)),
       options_(std::move(options)),
       format_(findImageFormat(path_)),
-      tone_map_(&findToneMap(options_.tone_map)) {
+      display_(options_.exposure, options_.tone_map) {
     if (format_ == nullptr) throw Error(ErrorKind::kInternal, "no picture has this name", path_);
 }
 
@@ -276,6 +229,12 @@ void ImageWriter::begin(const Plan& plan) {
     output.encoder = std::move(encoder);
 
     const Window& crop = plan.view.crop;
+    metered_ = options_.automatic_exposure && !isPart(plan.view);
+    if (metered_) {
+        kept_.window = crop;
+        kept_.rgba.reserve(crop.pixels());
+    }
+    if (options_.outcome) *options_.outcome = {options_.exposure, 0};
     ImageToEncode image{path_, crop.width(), crop.height(), output.encoder->keepsAlpha() ? 4 : 3};
     image.bits = format_->bits;
     image.software = "peeler " + options_.provenance.version;
@@ -290,18 +249,39 @@ void ImageWriter::begin(const Plan& plan) {
 void ImageWriter::write(LayeredImage&& band) {
     {
         const StageTimer timer(times_, "composite");
-        compositeOver(band, options_.background, composite_);
+        compositeOver(band, {}, composite_);
+    }
+    if (metered_) {
+        kept_.rgba.insert(kept_.rgba.end(), composite_.rgba.begin(), composite_.rgba.end());
+        return;
     }
     const StageTimer timer(times_, "encode");  // the encoder writes as it encodes
-    const float gain = std::exp2(options_.exposure);
-    if (format_->bits == 16) {
-        output_->writeRows<std::uint16_t>(composite_, gain, *tone_map_);
-    } else {
-        output_->writeRows<std::uint8_t>(composite_, gain, *tone_map_);
-    }
+    encode(composite_);
+}
+
+SinkMemory ImageWriter::memory() const {
+    if (!metered_) return {};
+    return {.bytes = kept_.window.pixels() * sizeof(kept_.rgba.front())};
+}
+
+void ImageWriter::encode(const CompositeImage& composite) {
+    const std::uint64_t raised =
+        format_->bits == 16
+            ? output_->writeRows<std::uint16_t>(composite, display_, options_.background)
+            : output_->writeRows<std::uint8_t>(composite, display_, options_.background);
+    if (options_.outcome) options_.outcome->raised_pixels += raised;
 }
 
 void ImageWriter::finish() {
+    if (metered_) {
+        const StageTimer timer(times_, "encode");
+        ExposureMeter meter;
+        meter.add(kept_);
+        display_ = Display(meter.stopsIfNeeded(), options_.tone_map);
+        if (options_.outcome) options_.outcome->exposure = meter.stopsIfNeeded();
+        encode(kept_);
+        kept_ = {};
+    }
     if (output_->next_row != output_->image.height) {
         throw Error(ErrorKind::kInternal, "rows of the picture are missing", path_);
     }

@@ -15,22 +15,10 @@
 #include "core/image/composite.h"
 #include "core/image/sink.h"
 #include "formats/file/output_options.h"
+#include "formats/file/size_forecast.h"
+#include "formats/image/display.h"
 
 namespace peeler {
-
-/// From linear Rec. 709, scene-referred and straight, to linear display values (0–1 where the curve
-/// ends there; the rest is clipped).
-struct ToneMap {
-    std::string_view name, summary;
-    std::array<float, 3> (*map)(std::array<float, 3>);
-};
-/// The table of tone maps; the first row is the default.
-std::span<const ToneMap> toneMaps();
-/// The tone map with this name. Throws Error (kUsage) that lists all of them if there is none.
-const ToneMap& findToneMap(const std::string& name);
-
-/// The sRGB transfer function (IEC 61966-2-1), linear to encoded, clipped to 0–1; NaN becomes 0.
-float encodeSrgb(float linear);
 
 struct ImageFormat {
     std::string_view name;  ///< as OpenImageIO has it
@@ -43,10 +31,15 @@ std::span<const ImageFormat> imageFormats();
 /// The row for the extension of a path; null if the extension is in no row.
 const ImageFormat* findImageFormat(const std::string& path);
 
-/// Writes the crop of the picture, all layers composited over the background, times 2^exposure,
-/// sRGB-encoded, in the format of the path's extension. PNG and TIFF keep alpha, straight: colours
-/// are divided by it before tone mapping and encoding, so light without coverage (emission at alpha
-/// 0) is lost. JPEG has none: what the background leaves open is black.
+/// How large a file of so many pixels will be at most: compressed pixels take no more than others,
+/// but for a thousandth. The path ends in an extension of the table.
+SizeForecast imageForecast(const std::string& path, std::uint64_t pixels);
+
+/// Writes the crop of the picture, all layers composited, shown as `options` say (Display), over
+/// the background, sRGB-encoded, in the format of the path's extension. PNG and TIFF keep alpha,
+/// straight (straightPixel). JPEG has none: what the background leaves open is black. If the
+/// exposure is automatic the composite is kept until finish(), 16 bytes a pixel, and metered; what
+/// is but a part of a picture is not metered, so that parts agree.
 class ImageWriter : public Sink {
   public:
     /// Throws Error (kUsage) if there is no such tone map; (kInternal) if the path ends in no
@@ -58,14 +51,19 @@ class ImageWriter : public Sink {
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override;
+    SinkMemory memory() const override;
     StageTimes times() const override { return times_; }
 
   private:
     struct Output;
+    void encode(const CompositeImage& composite);
+
     std::string path_;
     OutputOptions options_;
     const ImageFormat* format_ = nullptr;
-    const ToneMap* tone_map_ = nullptr;
+    Display display_;
+    bool metered_ = false;  ///< the exposure is found at finish(), of what `kept_` has
+    CompositeImage kept_;
     std::unique_ptr<Output> output_;
     CompositeImage composite_;
     StageTimes times_;

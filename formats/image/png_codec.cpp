@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes and encodes PNG by libspng, which leaves the pixels as they are stored or expands them,
-// and does nothing else to them.
+// Decodes PNG by libspng, which leaves the pixels as they are stored or expands them, and does
+// nothing else to them.
 #include "formats/image/image_codecs.h"
 
 #include <spng.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <deque>
 #include <iterator>
 #include <new>
 #include <stdexcept>
@@ -175,94 +174,11 @@ class PngDecoder final : public ImageDecoder {
     StoredImage image_;
 };
 
-class PngEncoder final : public ImageEncoder {
-  public:
-    bool keepsAlpha() const override { return true; }
-
-    void open(const ImageToEncode& image, EncodedFile& file) override {
-        constexpr std::uint8_t kColorTypes[] = {
-            SPNG_COLOR_TYPE_GRAYSCALE, SPNG_COLOR_TYPE_GRAYSCALE_ALPHA, SPNG_COLOR_TYPE_TRUECOLOR,
-            SPNG_COLOR_TYPE_TRUECOLOR_ALPHA};
-        file_ = &file;
-        row_bytes_ = static_cast<std::size_t>(image.width) *
-                     static_cast<std::size_t>(image.channels * image.bits / 8);
-        spng_ihdr header{};
-        header.width = static_cast<std::uint32_t>(image.width);
-        header.height = static_cast<std::uint32_t>(image.height);
-        header.bit_depth = static_cast<std::uint8_t>(image.bits);
-        header.color_type = kColorTypes[image.channels - 1];
-        spng_ctx* const png = png_.get();
-        check(spng_set_png_stream(png, write, this));
-        check(spng_set_ihdr(png, &header));
-        // Of all filters, strategies and levels the fastest whose files are no larger than those of
-        // libpng, which tries every filter for every row, at its level 6.
-        constexpr int kFiltered = 1;  // zlib's Z_FILTERED
-        check(spng_set_option(png, SPNG_FILTER_CHOICE, SPNG_FILTER_CHOICE_PAETH));
-        check(spng_set_option(png, SPNG_IMG_COMPRESSION_STRATEGY, kFiltered));
-        check(spng_set_option(png, SPNG_IMG_COMPRESSION_LEVEL, 6));
-        if (image.srgb) setSrgb();
-        addText("Software", image.software);
-        addText("Description", image.description);
-        if (!texts_.empty())
-            check(spng_set_text(png, texts_.data(), static_cast<std::uint32_t>(texts_.size())));
-        check(spng_encode_image(png, nullptr, 0, SPNG_FMT_PNG, SPNG_ENCODE_PROGRESSIVE));
-    }
-
-    void writeRows(int begin, int end, const void* samples) override {
-        const auto* row = static_cast<const std::byte*>(samples);
-        for (int y = begin; y < end; ++y, row += row_bytes_) {
-            more(spng_encode_row(png_.get(), row, row_bytes_));
-        }
-    }
-
-    void close() override { check(spng_encode_chunks(png_.get())); }
-
-  private:
-    /// Says that it is sRGB, with gAMA and cHRM for readers that do not know sRGB (ISO/IEC 15948
-    /// §11.3.2.5).
-    void setSrgb() {
-        constexpr std::uint8_t kAbsoluteColorimetric = 3;
-        spng_chrm_int primaries{31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000};
-        check(spng_set_srgb(png_.get(), kAbsoluteColorimetric));
-        check(spng_set_gama_int(png_.get(), 45455));
-        check(spng_set_chrm_int(png_.get(), &primaries));
-    }
-
-    /// Adds a text, unless it is empty.
-    void addText(std::string_view keyword, const std::string& text) {
-        if (text.empty()) return;
-        spng_text& added = texts_.emplace_back();
-        std::ranges::copy(keyword, added.keyword);
-        added.type = SPNG_TEXT;
-        added.text = contents_.emplace_back(text).data();
-        added.length = text.size();
-    }
-
-    static int write(spng_ctx* /*png*/, void* encoder, void* bytes, std::size_t count) {
-        PngEncoder& self = *static_cast<PngEncoder*>(encoder);
-        const std::size_t written =
-            self.file_->writeAt(self.offset_, {static_cast<const std::byte*>(bytes), count});
-        self.offset_ += written;
-        return written == count ? SPNG_OK : SPNG_IO_ERROR;
-    }
-
-    EncodedFile* file_ = nullptr;
-    std::uint64_t offset_ = 0;
-    std::size_t row_bytes_ = 0;
-    std::vector<spng_text> texts_;      // not copied by libspng
-    std::deque<std::string> contents_;  // what texts_ points to, which does not move
-    Context png_ = newContext(SPNG_CTX_ENCODER);
-};
-
 }  // namespace
 
 std::unique_ptr<ImageDecoder> pngDecoder(const std::string& path,
                                          std::span<const std::uint8_t> bytes) {
     return std::make_unique<PngDecoder>(path, bytes);
-}
-
-std::unique_ptr<ImageEncoder> pngEncoder() {
-    return std::make_unique<PngEncoder>();
 }
 
 }  // namespace peeler

@@ -169,23 +169,28 @@ std::string scriptText(const Json& value) {
     return text;
 }
 
-/// Premultiplied sRGB bytes of a premultiplied linear colour.
-EncodedColor encodedColor(const TintedColor& color, float exposure, const ToneMap& tone_map) {
-    const float alpha = color[3] > 0 ? std::min(color[3], 1.0F) : 0;  // NaN is none
-    const float straight = alpha > 0 ? alpha : 1;  // light without coverage stays as it is
-    const auto mapped =
-        tone_map.map({color[0] / straight * exposure, color[1] / straight * exposure,
-                      color[2] / straight * exposure});
+/// Premultiplied sRGB bytes of a premultiplied linear colour, as it is shown, and its opacities.
+EncodedColor encodedColor(const TintedColor& color, const Display& display) {
+    const Rgba shown = display.shown(untinted(color));
     const auto byte = [](float value) {
         return static_cast<std::uint8_t>(std::lround(255 * value));
     };
     EncodedColor bytes{};
     for (std::size_t c = 0; c < 3; ++c)
-        bytes[c] = byte(encodeSrgb(std::clamp(mapped[c], 0.0F, 1.0F) * straight));
-    bytes[3] = byte(alpha);
-    for (std::size_t c = 4; c < color.size(); ++c)
-        bytes[c] = byte(color[c] > 0 ? std::min(color[c], 1.0F) : 0);
+        bytes[c] = byte(encodeSrgb(shown[c]));
+    for (std::size_t c = 3; c < color.size(); ++c)
+        bytes[c] = byte(color[c] > 0 ? std::min(color[c], 1.0F) : 0);  // NaN is none
     return bytes;
+}
+
+/// The exposure in stops that is asked for, or that the layers need.
+float exposureOf(const OutputOptions& options, const LayeredImage& image, const View& view) {
+    if (!options.automatic_exposure || isPart(view)) return options.exposure;
+    CompositeImage composite;
+    compositeOver(image, {}, composite);
+    ExposureMeter meter;
+    meter.add(composite);
+    return meter.stopsIfNeeded();
 }
 
 /// World +Y in the camera's space, about which the page turns; the picture's own upwards direction
@@ -240,7 +245,7 @@ void appendArray(FragmentArray& to, const FragmentArray& from) {
 HtmlViewWriter::HtmlViewWriter(std::string path, OutputOptions options)
     : path_(std::move(path)),
       options_(std::move(options)),
-      tone_map_(&findToneMap(options_.tone_map)) {}
+      display_(options_.exposure, options_.tone_map) {}
 
 void HtmlViewWriter::begin(const Plan& plan) {
     if (plan.fragments_stored > options_.max_fragments) {
@@ -286,7 +291,9 @@ void HtmlViewWriter::finish() {
                 codes.add(depthMeasure(rays, planar));
         codes = codes.widened();
 
-        const float exposure = std::exp2(options_.exposure);
+        const float exposure = exposureOf(options_, image_, view);
+        if (options_.outcome) *options_.outcome = {exposure, 0};
+        display_ = Display(exposure, options_.tone_map);
         Packer packer(order.places.size(), plan_.tinted);
         for (const auto& [fragment, pixel] : order.places) {
             std::array<std::uint16_t, kCorners> corners{};
@@ -296,8 +303,7 @@ void HtmlViewWriter::finish() {
                 corners[c] =
                     static_cast<std::uint16_t>(std::lround(65535 * std::clamp(share, 0.0, 1.0)));
             }
-            packer.add(pixel, corners,
-                       encodedColor(tintedColorOf(image_, fragment), exposure, *tone_map_));
+            packer.add(pixel, corners, encodedColor(tintedColorOf(image_, fragment), display_));
         }
         data = base64(deflated(packer.bytes()));
 

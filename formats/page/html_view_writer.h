@@ -17,7 +17,8 @@ namespace peeler {
 /// Writes one HTML file that needs nothing else: the cells of all fragments
 /// (core/views/surface_cells.h), packed, and a page that draws them with WebGL 2
 /// (formats/page/view_page.html). Colours are sRGB in 8 bits, premultiplied and clipped fragment by
-/// fragment, exposure and tone map included; a background that is all zero is the page's own.
+/// fragment, exposure and tone map included (Display); a background that is all zero is the page's
+/// own.
 /// Depths have 16 bits, of log2 Z for a perspective camera. Holds the picture until finish(), with
 /// about 80 bytes a fragment beside it.
 class HtmlViewWriter : public Sink {
@@ -35,7 +36,7 @@ class HtmlViewWriter : public Sink {
   private:
     std::string path_;
     OutputOptions options_;
-    const ToneMap* tone_map_ = nullptr;
+    Display display_;
     Plan plan_;
     LayeredImage image_;
     StageTimes times_;

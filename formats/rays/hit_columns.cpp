@@ -50,7 +50,7 @@ std::span<const HitColumn> hitColumns() {
          kFloat,
          {"nx", "ny", "nz"},
          [](const Hit& h, std::byte* out) { storeNumber(h.normal, out); }},
-        {"geometric_normals",
+        {"primitive_normals",
          kFloat,
          {"ngx", "ngy", "ngz"},
          [](const Hit& h, std::byte* out) { storeNumber(h.geometric_normal, out); }},

@@ -48,7 +48,9 @@ struct HitColumn {
     std::size_t bytes() const { return components() * infoOf(type).size; }
 };
 /// The columns: t_hit, geometry_ids, primitive_ids and primitive_uvs as Open3D's
-/// RaycastingScene.list_intersections() has them, then our own.
+/// RaycastingScene.list_intersections() has them, primitive_normals as its cast_rays(), and our
+/// own. Columns of fragments that mean the same have the same names and numbers
+/// (formats/arrays/fragment_columns.h).
 std::span<const HitColumn> hitColumns();
 
 /// The channels that HitReader needs of every fragment.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -44,6 +45,18 @@ class HitImage final : public RayOutput {
         return channels;
     }
     bool needsHits() const override { return true; }
+    SizeForecast forecast(std::span<const Bundle> bundles,
+                          std::span<const std::uint64_t> hits) const override {
+        const std::uint64_t hit = sizeof(float) + channelBytes(channels(), PixelType::kFloat);
+        std::uint64_t bytes = hit * std::accumulate(hits.begin(), hits.end(), std::uint64_t{0}) +
+                              sizeof(std::uint32_t) * raysOf(bundles);  // how many hits each has
+        const std::uint64_t header = exrHeaderBytes(provenance_.ids);
+        for (const Bundle& bundle : bundles) {
+            const Window& crop = bundle.view.crop;
+            bytes += header + kExrChunkBytes * static_cast<std::uint64_t>(crop.height());
+        }
+        return {bytes, Certainty::kAtMost};
+    }
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override {
         const std::vector<View> views = withCommonDisplay(bundles);

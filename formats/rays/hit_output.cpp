@@ -36,6 +36,13 @@ void checkHitFormat(const std::string& path) {
     hitFormatOf(path);
 }
 
+std::uint64_t raysOf(std::span<const Bundle> bundles) {
+    std::uint64_t rays = 0;
+    for (const Bundle& bundle : bundles)
+        rays += bundle.rays();
+    return rays;
+}
+
 std::unique_ptr<RayOutput> makeHitOutput(const std::string& path, const HitOptions& options) {
     return hitFormatOf(path).make(path, options);
 }

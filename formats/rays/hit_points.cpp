@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes hits as a .ply.
 #include <cstring>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -19,17 +20,18 @@ class HitPoints final : public RayOutput {
           reader_(options.posed) {}
 
     std::vector<Channel> channels() const override { return hitChannels(); }
+    /// The writer itself would do without: the header is filled in at the end. But a point cloud
+    /// may be larger than the disk.
+    bool needsHits() const override { return true; }
+    SizeForecast forecast(std::span<const Bundle>,
+                          std::span<const std::uint64_t> hits) const override {
+        return {PlyWriter::fileBytes(properties(), std::span(&comment_, 1),
+                                     std::accumulate(hits.begin(), hits.end(), std::uint64_t{0}))};
+    }
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) override {
         bundles_ = {bundles.begin(), bundles.end()};
-        const NumberType position = double_positions_ ? NumberType::kDouble : NumberType::kFloat;
-        std::vector<PlyProperty> properties = {{"x", position}, {"y", position}, {"z", position}};
-        for (const HitColumn& column : hitColumns()) {
-            for (const std::string_view name : column.properties)
-                properties.push_back({std::string(name), column.type});
-        }
-        properties.push_back({"bundle", NumberType::kUint32});
-        writer_.emplace(path_, std::move(properties), std::vector<std::string>{comment_});
+        writer_.emplace(path_, properties(), std::vector<std::string>{comment_});
     }
 
     void take(std::size_t index, const LayeredImage& band) override {
@@ -45,6 +47,16 @@ class HitPoints final : public RayOutput {
     void finish() override { writer_->finish(); }
 
   private:
+    std::vector<PlyProperty> properties() const {
+        const NumberType position = double_positions_ ? NumberType::kDouble : NumberType::kFloat;
+        std::vector<PlyProperty> all = {{"x", position}, {"y", position}, {"z", position}};
+        for (const HitColumn& column : hitColumns()) {
+            for (const std::string_view name : column.properties)
+                all.push_back({std::string(name), column.type});
+        }
+        all.push_back({"bundle", NumberType::kUint32});
+        return all;
+    }
     std::byte* put(const Hit& hit, std::byte* out) const {
         const auto store = [&](const auto& value) {
             std::memcpy(out, &value, sizeof value);

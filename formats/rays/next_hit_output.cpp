@@ -19,18 +19,14 @@ class NextHitOutput final : public RayOutput {
     NextHitOutput(std::string path, const PosedScene& posed, std::vector<glm::dvec3> points)
         : path_(std::move(path)), posed_(posed), points_(std::move(points)) {}
 
+    SizeForecast forecast(std::span<const Bundle> bundles,
+                          std::span<const std::uint64_t>) const override {
+        return {NpzWriter::fileBytes(arraysOf(bundles.size()))};
+    }
+
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) override {
         bundles_ = {bundles.begin(), bundles.end()};
-        const std::uint64_t d = bundles.size(), n = points_.size();
-        std::vector<NpzArray> arrays;
-        for (const char* side : {"before", "after"}) {
-            arrays.push_back({std::string("t_") + side, NumberType::kFloat, {d, n}});
-            for (const char* ids : {"geometry_ids_", "primitive_ids_"})
-                arrays.push_back({std::string(ids) + side, NumberType::kUint32, {d, n}});
-        }
-        arrays.push_back({"points", NumberType::kDouble, {n, 3}});
-        arrays.push_back({"directions", NumberType::kDouble, {d, 3}});
-        writer_.emplace(path_, std::move(arrays));
+        writer_.emplace(path_, arraysOf(bundles.size()));
         writer_->append(6, asBytes(points_));
         for (const Bundle& bundle : bundles_) {
             const glm::dvec3 direction = bundle.direction();
@@ -58,6 +54,18 @@ class NextHitOutput final : public RayOutput {
     }
 
   private:
+    std::vector<NpzArray> arraysOf(std::uint64_t d) const {
+        const std::uint64_t n = points_.size();
+        std::vector<NpzArray> arrays;
+        for (const char* side : {"before", "after"}) {
+            arrays.push_back({std::string("t_") + side, NumberType::kFloat, {d, n}});
+            for (const char* ids : {"geometry_ids_", "primitive_ids_"})
+                arrays.push_back({std::string(ids) + side, NumberType::kUint32, {d, n}});
+        }
+        arrays.push_back({"points", NumberType::kDouble, {n, 3}});
+        arrays.push_back({"directions", NumberType::kDouble, {d, 3}});
+        return arrays;
+    }
     /// Writes what was found of the bundle at hand.
     void write() {
         for (std::size_t first = 0; first < found_.size(); first += kPointsAtOnce) {

@@ -46,6 +46,16 @@ class RayMapFile : public RayMapOutput {
             channels.push_back({channel.name, infoOf(channel.map).type});
         writer_ = std::make_unique<ExrPlaneWriter>(path_, parts, provenance_, channels);
     }
+    SizeForecast forecast(std::span<const Bundle> bundles,
+                          std::span<const std::uint64_t>) const override {
+        std::uint64_t bytes = 0;
+        for (const Bundle& bundle : bundles) {
+            bytes += exrHeaderBytes(provenance_.ids) +
+                     sizeof(float) * maps().channels().size() * bundle.rays() +
+                     kExrChunkBytes * static_cast<std::uint64_t>(bundle.view.crop.height());
+        }
+        return {bytes, Certainty::kAtMost};
+    }
     void finish() override { writer_->finish(); }
 
   protected:

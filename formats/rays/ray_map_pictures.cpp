@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "formats/file/file_name.h"
 #include "formats/image/image_writer.h"
+#include "formats/image/legend.h"
 #include "formats/rays/ray_map_output.h"
 
 namespace peeler {
@@ -22,13 +23,35 @@ std::array<float, 3> film(float transmission) {
     return {grey, grey, grey};
 }
 
+using Ramp = std::array<float, 3> (*)(float share);
+
+Ramp rampOf(RayMap map) {
+    return map == RayMap::kTransmission ? film : inferno;
+}
+
+/// What the numbers of a map are, in the words of its legend.
+constexpr std::pair<RayMap, const char*> kTitles[] = {
+    {RayMap::kFirst, "distance to the first hit"},
+    {RayMap::kLast, "distance to the last hit"},
+    {RayMap::kCount, "number of hits"},
+    {RayMap::kThickness, "thickness"},
+    {RayMap::kTransmission, "share of X-rays that pass"},
+    {RayMap::kParity, "surfaces hit an odd number of times"},
+    {RayMap::kOverlap, "length inside of both parts"},
+};
+
+bool isDistance(RayMap map) {
+    return map == RayMap::kFirst || map == RayMap::kLast;
+}
+
 class RayMapPictures : public RayMapOutput {
   public:
     RayMapPictures(std::string path, const PosedScene& posed, const Solids* solids,
                    const RayMapOptions& options)
         : RayMapOutput(posed, solids, options.settings),
           path_(std::move(path)),
-          given_(options.range) {
+          given_(options.range),
+          legend_(options.legend) {
         if (maps().channels().size() != 1) {
             throw Error(ErrorKind::kUsage,
                         options.settings.maps.size() == 1
@@ -42,11 +65,16 @@ class RayMapPictures : public RayMapOutput {
     }
 
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override {
-        if (bundles.size() > 1 && !hasFrameToken(path_)) {
-            throw Error(ErrorKind::kUsage, "the pictures of the bundles would have the same name",
-                        path_, "put #### where the number of the bundle goes, or write .exr");
-        }
+        checkNames(bundles);
         RayMapOutput::begin(bundles, hits);
+    }
+    SizeForecast forecast(std::span<const Bundle> bundles,
+                          std::span<const std::uint64_t>) const override {
+        checkNames(bundles);
+        SizeForecast size;
+        for (const Bundle& bundle : bundles)
+            size += imageForecast(path_, pixelsOf(bundle));
+        return size;
     }
     void finish() override {}
 
@@ -56,6 +84,7 @@ class RayMapPictures : public RayMapOutput {
         picture_ = std::make_unique<ImageWriter>(pathOf(bundle), output_);
         Plan plan;
         plan.view = bundles()[bundle].view;
+        if (legend_) makeRoom(plan.view);
         picture_->begin(plan);
         values_.clear();
     }
@@ -67,7 +96,9 @@ class RayMapPictures : public RayMapOutput {
         }
     }
     void finishBundle() override {
-        if (!given_) paintAll();
+        const ValueRange range = given_.value_or(foundRange());
+        if (!given_) paintAll(range);
+        if (legend_) writeLegend(range);
         picture_->finish();
         picture_.reset();
     }
@@ -76,13 +107,59 @@ class RayMapPictures : public RayMapOutput {
     }
 
   private:
-    /// Paints the values that were kept until their range was known.
-    void paintAll() {
-        constexpr int kRowsAtOnce = 64;
+    void checkNames(std::span<const Bundle> bundles) const {
+        if (bundles.size() <= 1 || hasFrameToken(path_)) return;
+        throw Error(ErrorKind::kUsage, "the pictures of the bundles would have the same name",
+                    path_, "put #### where the number of the bundle goes, or write .exr");
+    }
+    /// Of the picture of a bundle, its legend included.
+    std::uint64_t pixelsOf(const Bundle& bundle) const {
+        if (!legend_) return bundle.rays();
+        const auto size = colorBarSize(bar({}).title, bundle.view.crop.width());
+        return static_cast<std::uint64_t>(size.width) *
+               static_cast<std::uint64_t>(bundle.view.crop.height() + size.height);
+    }
+
+    /// The picture is wider if the legend is, and the legend's height higher.
+    void makeRoom(View& view) {
+        size_ = colorBarSize(bar({}).title, view.crop.width());
+        view.crop.x1 = view.crop.x0 + size_.width;
+        view.crop.y1 += size_.height;
+        view.width = std::max(view.width, view.crop.x1);
+        view.height = std::max(view.height, view.crop.y1);
+    }
+
+    /// Lengths are told in metres, or in millimetres if all are below a metre.
+    ColorBar bar(const ValueRange& range) const {
+        const auto title = std::ranges::find(kTitles, map_, &std::pair<RayMap, const char*>::first);
+        ColorBar bar{title->second, range.first, range.second, rampOf(map_)};
+        if (!infoOf(map_).length && !isDistance(map_)) return bar;
+        const bool small = std::max(std::abs(range.first), std::abs(range.second)) < 1;
+        bar.title += small ? ", mm" : ", m";
+        bar.low *= small ? 1000 : 1;
+        bar.high *= small ? 1000 : 1;
+        return bar;
+    }
+
+    void writeLegend(const ValueRange& range) {
+        const CompositeImage legend = drawColorBar(bar(range), size_);
+        const Window& crop = bundles()[bundle_].view.crop;
+        const Window rows{crop.x0, crop.y1, crop.x0 + size_.width, crop.y1 + size_.height};
+        const std::span<float> out = onePerPixel(rows, colors_);
+        for (std::size_t i = 0; i < legend.rgba.size(); ++i)
+            std::ranges::copy(legend.rgba[i], &out[4 * i]);
+        picture_->write(std::move(colors_));
+    }
+
+    ValueRange foundRange() const {
         const RayMapStatistics& found = statistics(bundle_).front();
-        const bool distance = map_ == RayMap::kFirst || map_ == RayMap::kLast;
         // Without a finite value nothing is shown, whatever the range.
-        const ValueRange range{distance ? found.least.value_or(0) : 0, found.greatest.value_or(0)};
+        return {isDistance(map_) ? found.least.value_or(0) : 0, found.greatest.value_or(0)};
+    }
+
+    /// Paints the values that were kept until their range was known.
+    void paintAll(const ValueRange& range) {
+        constexpr int kRowsAtOnce = 64;
         const Window& crop = bundles()[bundle_].view.crop;
         const auto width = static_cast<std::size_t>(crop.width());
         for (int y = crop.y0; y < crop.y1; y += kRowsAtOnce) {
@@ -93,15 +170,20 @@ class RayMapPictures : public RayMapOutput {
     }
 
     void paint(const Window& rows, std::span<const float> values, const ValueRange& range) {
-        const auto ramp = map_ == RayMap::kTransmission ? film : inferno;
+        const auto ramp = rampOf(map_);
         const auto [low, high] = range;
-        const std::span<float> out = onePerPixel(rows, colors_);
+        const auto columns = static_cast<std::size_t>(rows.width());
+        const auto wide = legend_ ? static_cast<std::size_t>(size_.width) : columns;
+        const std::span<float> out =
+            onePerPixel({rows.x0, rows.y0, rows.x0 + static_cast<int>(wide), rows.y1}, colors_);
+        if (wide > columns) std::ranges::fill(out, 1.0F);  // the legend's paper
         for (std::size_t i = 0; i < values.size(); ++i) {
             const bool known = std::isfinite(values[i]);
             const double share = high > low ? (values[i] - low) / (high - low) : 0;
             const auto color = known ? ramp(static_cast<float>(share)) : std::array<float, 3>{};
-            std::ranges::copy(color, &out[4 * i]);
-            out[4 * i + 3] = known ? 1.0F : 0.0F;
+            float* pixel = &out[4 * (i / columns * wide + i % columns)];
+            std::ranges::copy(color, pixel);
+            pixel[3] = known ? 1.0F : 0.0F;
         }
         picture_->write(std::move(colors_));
     }
@@ -109,6 +191,8 @@ class RayMapPictures : public RayMapOutput {
     std::string path_;
     OutputOptions output_;
     std::optional<ValueRange> given_;
+    bool legend_ = false;
+    LegendSize size_;  ///< of the legend below the bundle at hand
     RayMap map_ = RayMap::kFirst;
     std::size_t bundle_ = 0;  ///< the bundle at hand
     std::unique_ptr<Sink> picture_;

@@ -19,6 +19,7 @@
 #include "core/rays/ray_maps.h"
 #include "core/rays/solids.h"
 #include "core/scene/posed_scene.h"
+#include "formats/file/size_forecast.h"
 
 namespace peeler {
 
@@ -55,6 +56,9 @@ struct RayResults {
     std::optional<NextHitsResult> next_hits;
 };
 
+/// How many rays the bundles have together.
+std::uint64_t raysOf(std::span<const Bundle> bundles);
+
 /// Takes bundle after bundle, each band by band, top to bottom. An output that is destroyed before
 /// finish() leaves no file behind.
 class RayOutput {
@@ -64,6 +68,11 @@ class RayOutput {
     virtual std::vector<Channel> channels() const { return {}; }
     /// Whether begin() has to be told how many hits there are, which takes a count pass more.
     virtual bool needsHits() const { return false; }
+    /// How large all of its files will be together; of the same arguments as begin(), which it goes
+    /// before. 0 of an output without a file. Throws like begin() for what can be known already.
+    virtual SizeForecast forecast(std::span<const Bundle>, std::span<const std::uint64_t>) const {
+        return {};
+    }
     /// `hits[i]` is the number of hits of bundle i; empty unless needsHits(). Throws Error
     /// (kOutput) if the file cannot be created.
     virtual void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) = 0;
@@ -104,6 +113,7 @@ struct RayMapOptions {
     RayMapSettings settings;
     std::optional<std::pair<double, double>> range;  ///< pictures: black and the brightest colour
     Provenance provenance;
+    bool legend = false;  ///< pictures: below the map, what its colours are
 };
 
 /// An output of maps, which are numbers for every ray. EXR: a part a bundle, with its name; a
@@ -111,8 +121,9 @@ struct RayMapOptions {
 /// several bundles the path has a place for the number ("####"). Without a range the colours of a
 /// picture go from 0 (of first and last: the least value) to the greatest value of its bundle, and
 /// all its values are kept until then, 4 bytes a ray; those of transmission go from 0 to 1, and it
-/// is shown like a radiograph. Where there is no hit, first and last are transparent. If there is
-/// attenuation, path lengths come with the transmission; a picture then shows the transmission.
+/// is shown like a film: what lets all through is black, what lets nothing through white. Where
+/// there is no hit, first and last are transparent. If there is attenuation, path lengths come with
+/// the transmission; a picture then shows the transmission.
 ///
 /// `solids` may be null if no map needs them (needsSolids()). Everything referred to must outlive
 /// the output. Pictures of bundles that are done stand under their names before finish(). Throws

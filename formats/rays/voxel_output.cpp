@@ -34,6 +34,7 @@ class VoxelOutput final : public RayOutput {
           is_grid_(isVdb(path_)),
           votes_(lattice_, solids) {}
 
+    SizeForecast forecast(std::span<const Bundle>, std::span<const std::uint64_t>) const override;
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override;
     void take(std::size_t bundle, const LayeredImage& band) override {
         votes_.add(bundle, lattice_.bundles[bundle], band);
@@ -42,6 +43,7 @@ class VoxelOutput final : public RayOutput {
     RayResults results() const override;
 
   private:
+    std::vector<NpzArray> arrays() const;
     void writeArrays();
 
     std::string path_;
@@ -53,6 +55,37 @@ class VoxelOutput final : public RayOutput {
     VoxelVotes votes_;
 };
 
+std::vector<NpzArray> VoxelOutput::arrays() const {
+    std::vector<std::uint64_t> shape;
+    for (int axis = 0; axis < 3; ++axis)
+        shape.push_back(static_cast<std::uint64_t>(lattice_.cells[axis]));
+    return {{"occupancy", NumberType::kUint8, shape},
+            {"votes", NumberType::kUint8, shape},
+            {"corner", NumberType::kDouble, {3}},
+            {"spacing", NumberType::kDouble, {}}};
+}
+
+/// A grid of OpenVDB has leaves of 8³ floats with two masks, nodes of 16³ and of 32³ (OpenVDB's
+/// FloatGrid), each only where something is, and packs what is in them.
+SizeForecast VoxelOutput::forecast(std::span<const Bundle>, std::span<const std::uint64_t>) const {
+    if (!is_grid_) return {NpzWriter::fileBytes(arrays())};
+    constexpr std::uint64_t kFileBytes = 4096;
+    SizeForecast size{kFileBytes, Certainty::kAtMost};
+    struct Level {
+        int cells;            ///< of the lattice, along a side of a node
+        std::uint64_t bytes;  ///< that a node takes
+    };
+    for (const auto& [cells, bytes] :
+         {Level{8, sizeof(float) * 512 + 192}, Level{128, sizeof(float) * 4096 + 1088},
+          Level{4096, sizeof(float) * 32768 + 8256}}) {
+        std::uint64_t nodes = bytes;
+        for (int axis = 0; axis < 3; ++axis)
+            nodes *= static_cast<std::uint64_t>((lattice_.cells[axis] + cells - 1) / cells);
+        size.bytes += nodes;
+    }
+    return size;
+}
+
 void VoxelOutput::begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) {
     if (bundles.size() != 3) {
         throw Error(ErrorKind::kInternal, "voxels are made of three bundles", path_);
@@ -61,13 +94,7 @@ void VoxelOutput::begin(std::span<const Bundle> bundles, std::span<const std::ui
         grid_.emplace(path_);
         return;
     }
-    std::vector<std::uint64_t> shape;
-    for (int axis = 0; axis < 3; ++axis)
-        shape.push_back(static_cast<std::uint64_t>(lattice_.cells[axis]));
-    arrays_.emplace(path_, std::vector<NpzArray>{{"occupancy", NumberType::kUint8, shape},
-                                                 {"votes", NumberType::kUint8, shape},
-                                                 {"corner", NumberType::kDouble, {3}},
-                                                 {"spacing", NumberType::kDouble, {}}});
+    arrays_.emplace(path_, arrays());
 }
 
 void VoxelOutput::finish() {

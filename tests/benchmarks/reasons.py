@@ -9,8 +9,7 @@ REASONS: Dict[str, str] = {
                "once whether a triangle covers them or not. What takes the time is the compiled fragment shader and, of many "
                "small triangles, Mesa's set-up and rasterising of them.",
     "composite, exact": "It is the capture above; sorting and compositing on the processor are the lesser part.",
-    "whole command to PNG": "We draw every triangle twice, to count and to shade every layer, hidden ones included; f3d draws "
-                            "what is opaque once. Draco's data is decoded by us and not by f3d.",
+    "whole command to PNG": "Both draw what is opaque once. Draco's data is decoded by us and not by f3d.",
     "whole command, layered file": "What lies outside the stages is the same whatever the scene: until main, planning, and the "
                                    "kernel taking hundreds of megabytes of pages back at the end.",
     "writing the layered file": "Deflate: OpenEXR compresses the same pixels and, with full windows, empty ones in addition, which "
@@ -20,3 +19,6 @@ REASONS: Dict[str, str] = {
     "exponent of a-buffer's time over fragments, N from 8 to 128":
         "From 8 to 16 layers the compiled shaders' share grows, and nothing else's does; beyond, time grows as the fragments do.",
 }
+
+# Why pictures of three.js differ from ours, by the rows' names: paragraphs of "Beside three.js" in the guide's light.md.
+THREE: Dict[str, str] = {name: "Glass" for name in ("GlassVaseFlowers", "LightsPunctualLamp", "ToyCar", "TransmissionTest")}

@@ -50,6 +50,14 @@ SECTIONS: Dict[str, Section] = {
         "peeler beside what people use, in turn; ratios are ours to theirs, of medians. What each row is: "
         "[tests/README.md](../README.md#measured-side-by-side).",
         (("table.py", "--build", "{build}"),)),
+    "against-three": Section(
+        "Against three.js",
+        "Composites of peeler beside three.js in headless Chromium: the same camera, 16 places a pixel, one environment "
+        "picture, linear light, black behind. PSNR (linear, 1 the brightest) and FLIP (mean, of sRGB) of what a screen shows, "
+        "where either picture shows anything; luminance is ours to theirs. The first rows are spheres and squares that are "
+        "made here, in a furnace all of white. What differs, and why: "
+        "[light and materials](../../examples/guide/light.md#beside-threejs).",
+        (("against_three.py", "--build", "{build}"),)),
     "stages": Section(
         "Stages",
         "Layered files by every exact method: milliseconds of each stage, of the run with the smallest total.",

@@ -84,17 +84,19 @@ def command(bench: Bench) -> Rows:
 
             same = f3d_camera(camera(bench, path, size))
 
-            render = [bench.peeler, "render", path, "-o", bench.pictures / f"{name}-peeler.png", "--size", size]
-
-            def ours() -> float:
-                return run(render).milliseconds
+            def render(samples: int) -> List[Any]:
+                return [bench.peeler, "render", path, "-o", bench.pictures / f"{name}-{samples}-peeler.png", "--size", size,
+                        "--samples", str(samples)]
 
             def theirs() -> float:
                 return run(["f3d", "-p", "--dry-run", "--quiet", "--output", bench.pictures / f"{name}-f3d.png",
                             "--resolution", size.replace("x", ","), *same, plain], bench.display).milliseconds
 
-            yield Row("whole command to PNG", name, size, "f3d -p", *in_turn([ours, theirs], bench.runs), 0.5,
-                      note=note, ours_alone=render)
+            one, four, others = in_turn([lambda: run(render(1)).milliseconds, lambda: run(render(4)).milliseconds, theirs],
+                                        bench.runs)
+            yield Row("whole command to PNG", name, size, "f3d -p", one, others, 0.5, note=note, ours_alone=render(1))
+            yield Row("whole command to PNG, 4 samples", name, size, "f3d -p", four, others, 1.0, note=note,
+                      ours_alone=render(4))
 
 
 def writers(bench: Bench) -> Rows:

@@ -129,11 +129,46 @@ TEST_F(Appearance, AnEnvironmentLightsTheScene) {
     EXPECT_EQ(settings_hash_, hash);
 }
 
+TEST_F(Appearance, AStudioIsBuiltIn) {
+    const glm::vec4 usual = rendered({"--transmission", "opaque"});
+    const std::string usual_hash = settings_hash_;
+    const glm::vec4 lit = rendered({"--transmission", "opaque", "--environment", "studio"});
+    const std::string lit_hash = settings_hash_;
+    EXPECT_GT(glm::distance(usual, lit), 0.05F);
+    EXPECT_NE(lit_hash, usual_hash);
+    const glm::vec4 turned = rendered(
+        {"--transmission", "opaque", "--environment", "studio", "--environment-rotation", "180"});
+    EXPECT_GT(glm::distance(turned, lit), 0.02F);
+    EXPECT_NE(lit_hash, settings_hash_);
+    // It is a name and no file, which one of that name can be given as.
+    const auto file = run({"--environment", "./studio"});
+    EXPECT_EQ(file.exit_code, 3);
+    EXPECT_NE(file.err.find("./studio"), std::string::npos) << file.err;
+}
+
 TEST_F(Appearance, TheBackgroundIsNotTheEnvironment) {
     const auto result =
         runPeeler({"render", scene_.string(), "-o", folder_ / "out.png", "--camera", "front",
                    "--size", "8x8", "--environment", sky(), "--exposure", "1", "--json"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+TEST_F(Appearance, PicturesForEyesAreInTheStudio) {
+    const auto settings = [&](const std::string& name, std::vector<std::string> more) {
+        more.insert(more.begin(), {"render", scene_.string(), "-o", folder_ / name, "--camera",
+                                   "front", "--size", "8x8", "--samples", "1", "--json"});
+        return Json::parse(runPeeler(more).out).at("settingsHash");
+    };
+    const Json studio = settings("out.png", {"--environment", "studio"});
+    const Json none = settings("out.png", {"--environment", "none"});
+    EXPECT_NE(studio, none);
+    EXPECT_EQ(settings("out.png", {}), studio);
+    EXPECT_EQ(settings("out.html", {}), studio);
+    EXPECT_EQ(settings("out.exr", {}), none);
+    // Shadows are cast by the built-in light.
+    EXPECT_EQ(settings("out.png", {"--shadows"}),
+              settings("out.png", {"--shadows", "--environment", "none"}));
+    EXPECT_EQ(run({"--environment", "none", "--environment-rotation", "5"}).exit_code, 2);
 }
 
 TEST_F(Appearance, WrongEnvironmentsAreErrors) {

@@ -87,7 +87,7 @@ TEST_F(BakeCommand, RefusesFilesThatItMustNotWrite) {
     const Outcome same = bake("scene.glb");
     EXPECT_EQ(same.exit_code, 2) << same.err;
     EXPECT_EQ(bytesOf(scene_), before);
-    expectRefused("none/out.glb", {}, 4, "none/out.glb");
+    expectRefused("none/out.glb", {"--no-mkdir"}, 4, "none/out.glb");
     writeText(file("there.glb"), "mine");
     EXPECT_EQ(bake("there.glb", {"--no-clobber"}).exit_code, 4);
     EXPECT_EQ(bytesOf(file("there.glb")), "mine");

@@ -315,8 +315,29 @@ TEST_F(Batch, AnOutputThatIsGoneIsMadeAgain) {
     const CommandResult plan = run({"--report", report_.string(), "--dry-run"});
     EXPECT_EQ(linesOf(plan.out).at(0).at("done"), true);
     EXPECT_EQ(linesOf(plan.out).at(1).at("done"), false);
-    ASSERT_EQ(run({"--report", report_.string()}).exit_code, 0);
+    const CommandResult again =
+        runPeelerProcess({"batch", jobs_.string(), "--report", report_.string()});
+    ASSERT_EQ(again.exit_code, 0);
     EXPECT_TRUE(fs::exists(path("2.exr")));
+    EXPECT_NE(again.err.find("peeler: job 2 is done again: its output is gone\n"),
+              std::string::npos)
+        << again.err;
+    EXPECT_EQ(again.err.find("job 1 "), std::string::npos) << again.err;
+}
+
+TEST_F(Batch, AJobWhoseLineHasChangedIsDoneAgain) {
+    Json first = job("1.exr");
+    first["id"] = "first";
+    write({first});
+    ASSERT_EQ(run({"--report", report_.string()}).exit_code, 0);
+    first["options"]["layers"] = 1;
+    write({first});
+    const CommandResult again =
+        runPeelerProcess({"batch", jobs_.string(), "--report", report_.string()});
+    ASSERT_EQ(again.exit_code, 0) << again.err;
+    EXPECT_NE(again.err.find("job 1 (first) is done again: its line has changed since\n"),
+              std::string::npos)
+        << again.err;
 }
 
 TEST_F(Batch, NothingRunsUnlessEveryLineIsRight) {

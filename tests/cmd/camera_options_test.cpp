@@ -168,6 +168,77 @@ TEST(Framing, LooksFromTheFrontAndAbove) {
     EXPECT_LT(eyeOf(view(boxScene(kUnit), down)).y, 0);
 }
 
+/// How far a scene's vertices reach in the picture: −1 to 1 are its sides.
+Bounds onScreen(const View& v, const Scene& scene) {
+    const glm::dmat4 clip = v.projection.matrix() * glm::inverse(v.camera_to_world);
+    Bounds reach{glm::dvec3(1e9), glm::dvec3(-1e9)};
+    for (const glm::vec3& position : scene.meshes[0].primitives[0].positions) {
+        const glm::dvec4 p = clip * glm::dvec4(glm::dvec3(position), 1);
+        reach.min = glm::min(reach.min, glm::dvec3(p) / p.w);
+        reach.max = glm::max(reach.max, glm::dvec3(p) / p.w);
+    }
+    return reach;
+}
+
+TEST(Framing, LeavesFivePercentFreeAtBothEnds) {
+    for (const Bounds& box : {kUnit, Bounds{{3, 0, -2}, {9, 1, 4}}, Bounds{{0, 0, 0}, {1, 7, 1}},
+                              Bounds{{-5, -2, 0}, {5, 2, 0}}, Bounds{{-1, 0, -1}, {1, 0, 2}}}) {
+        for (const Size size : {Size{1280, 720}, Size{300, 300}, Size{200, 900}}) {
+            const Scene scene = boxScene(box);
+            CameraOptions options;
+            options.size = size;
+            const Bounds reach = onScreen(view(scene, options), scene);
+            // The side that decides reaches from 5 % to 95 %, which is ±0.9; the other is shorter.
+            const bool wide = reach.max.x - reach.min.x > reach.max.y - reach.min.y;
+            const int side = wide ? 0 : 1;
+            EXPECT_NEAR(reach.min[side], -0.9, 1e-6);
+            EXPECT_NEAR(reach.max[side], 0.9, 1e-6);
+            EXPECT_LE(reach.max[1 - side], 0.9 + 1e-6);
+            EXPECT_GE(reach.min[1 - side], -0.9 - 1e-6);
+            EXPECT_NEAR(reach.min[1 - side], -reach.max[1 - side], 1e-3);
+        }
+    }
+}
+
+TEST(Framing, LooksAtFlatScenesFromTheFront) {
+    const auto forward = [](const Bounds& box) { return forwardOf(view(boxScene(box))); };
+    const auto expect = [](const glm::dvec3& found, const glm::dvec3& wanted) {
+        EXPECT_LT(glm::length(found - wanted), 1e-12)
+            << found.x << ' ' << found.y << ' ' << found.z;
+    };
+    expect(forward({{-2, -1, 0}, {2, 1, 0}}), {0, 0, -1});
+    expect(forward({{-2, -1, 0}, {2, 1, 0.098}}), {0, 0, -1});  // thinner than a twentieth of 2
+    expect(forward({{0, -1, -2}, {0, 1, 2}}), {-1, 0, 0});
+    expect(forward({{-2, 0, -1}, {2, 0, 1}}), {0, -1, 0});  // the floor, from above
+    EXPECT_GT(view(boxScene({{-2, 0, -1}, {2, 0, 1}})).camera_to_world[1].z, -1.001);
+    expect(glm::dvec3(view(boxScene({{-2, 0, -1}, {2, 0, 1}})).camera_to_world[1]), {0, 0, -1});
+    // What is thicker, a rod and a point are no boards.
+    for (const Bounds& box : {Bounds{{-2, -1, 0}, {2, 1, 0.102}}, Bounds{{-2, 0, 0}, {2, 0, 0}},
+                              Bounds{{1, 1, 1}, {1, 1, 1}}, kUnit})
+        expect(forward(box), pleasingForward({0, 1, 0}));
+    // With Z up the floor is the plane of X and Y, and far is +Y.
+    CameraOptions z_up;
+    z_up.up = glm::dvec3(0, 0, 1);
+    const View map = view(boxScene({{-2, -1, 0}, {2, 1, 0}}), z_up);
+    expect(forwardOf(map), {0, 0, -1});
+    expect(glm::dvec3(map.camera_to_world[1]), {0, 1, 0});
+}
+
+TEST(Framing, LooksAtFlatScenesFromTheSideThatTheyShow) {
+    const auto forward = [](std::vector<std::uint32_t> indices, bool mirrored) {
+        Scene scene = boxScene({{-2, -1, 0}, {2, 1, 0}});
+        Primitive& primitive = scene.meshes[0].primitives[0];
+        primitive.topology = Topology::kTriangles;
+        primitive.indices = std::move(indices);
+        if (mirrored) scene.nodes[0].local = glm::scale(glm::dmat4(1), glm::dvec3(-1, 1, 1));
+        return forwardOf(view(scene));
+    };
+    EXPECT_EQ(forward({0, 1, 3, 0, 3, 2}, false).z, -1);
+    EXPECT_EQ(forward({0, 3, 1, 0, 2, 3}, false).z, 1);
+    EXPECT_EQ(forward({0, 1, 3, 0, 3, 2}, true).z, -1);
+    EXPECT_EQ(forward({0, 1, 3, 3, 1, 0}, false).z, -1);  // both sides: the front
+}
+
 TEST(Framing, OrthographicIsPlacedInFront) {
     CameraOptions options;
     options.ortho_height = 5;

@@ -261,14 +261,14 @@ TEST_F(ChannelsCli, RefusesWhatCannotBe) {
         {"a.exr", {"--cryptomatte", "--no-composite"}, "belongs to a composite"},
         {"a.exr", {"--manifest", "x.json"}, "no ids"},
         {"a.exr", {"--channels", "id", "--manifest", folder_ / "a.exr"}, "would replace"},
-        {"a.exr", {"--channels", "id", "--manifest", "/nonexistent/x.json"}, "/nonexistent"},
+        {"a.exr", {"--channels", "id", "--manifest", "/dev/null/x.json"}, "/dev/null"},
         {"a.exr", {"--channels", "id", "--as", "composite", "--fxaa"}, "--fxaa"},
         {"a.exr", {"--channels", "id", "--as", "composite", "--method", "unsorted"}, "unsorted"},
         {"a.exr", {"--channels", "id", "--as", "midpoint-depth"}, "no channels"},
     };
     for (const Case& row : cases) {
         const auto result = render(row.output, row.options);
-        EXPECT_EQ(result.exit_code, row.said == "/nonexistent" ? 4 : 2) << row.said;
+        EXPECT_EQ(result.exit_code, row.said == "/dev/null" ? 4 : 2) << row.said;
         EXPECT_NE(result.err.find(row.said), std::string::npos) << result.err;
         EXPECT_FALSE(std::filesystem::exists(folder_ / row.output));
     }

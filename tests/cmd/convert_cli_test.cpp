@@ -83,6 +83,27 @@ TEST_F(ConvertVerb, OpenImageIoFlattensToOurCompositeWithinHalfPrecision) {
     }
 }
 
+TEST_F(ConvertVerb, OtherProgramsFlattenColourAloneHoweverManyChannelsThereAre) {
+    const auto flattened = [&](const std::string& name, std::vector<std::string> more) {
+        more.insert(more.end(), {"--as", "deep"});
+        renderGlasses(name, more);
+        const Outcome result =
+            runCommand({"oiiotool", at(name), "--flatten", "-o", at("flat." + name)});
+        EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+        return OIIO::ImageBuf(at("flat." + name));
+    };
+    const OIIO::ImageBuf plain = flattened("plain.exr", {});
+    const OIIO::ImageBuf rich = flattened("rich.exr", {"--channels", "all"});
+    EXPECT_EQ(rich.spec().channelnames, (std::vector<std::string>{"R", "G", "B", "A", "Z"}));
+    const OIIO::ImageBufAlgo::CompareResults result =
+        OIIO::ImageBufAlgo::compare(rich, plain, 0.0F, 0.0F);
+    EXPECT_FALSE(result.error) << result.maxerror;
+    // Whatever order they are asked for in, all of it reads back.
+    run({"convert", at("rich.exr"), "-o", at("layers.exr"), "--as", "ldi"});
+    renderGlasses("rendered.exr", {"--channels", "all"});
+    EXPECT_TRUE(bytesOf(at("layers.exr")) == bytesOf(at("rendered.exr")));
+}
+
 TEST_F(ConvertVerb, MergedSamplesAreFewerAndLookAlike) {
     const std::string scene = writeScene(scratch_.path(), stackScene(6)).string();
     const std::vector<std::string> render{"render", scene,  "-o",     at("a.exr"),

@@ -156,8 +156,8 @@ TEST_F(ExtractCommand, PointsLieWhereTheFragmentsAre) {
         EXPECT_EQ(points.at("blue"), (Json{0, 255, 0, 0}));
         EXPECT_EQ(points.at("alpha"), (Json{128, 255, 64, 0}));
         EXPECT_EQ(points.at("layer"), (Json{0, 1, 0, 0}));
-        EXPECT_EQ(points.at("id_material"), (Json{100, 101, 102, 103}));
-        EXPECT_EQ(points.at("id_object"), (Json{4294967280, 4294967281, 4294967282, 4294967283}));
+        EXPECT_EQ(points.at("material"), (Json{99, 100, 101, 102}));  // the EXR has them plus 1
+        EXPECT_EQ(points.at("node"), (Json{4294967279, 4294967280, 4294967281, 4294967282}));
         EXPECT_EQ(points.size(), 13U);
     }
     ASSERT_EQ(extract({in, "--points", path("p.ply"), "--layer", "1"}).exit_code, 0);
@@ -175,17 +175,19 @@ TEST_F(ExtractCommand, ArraysHoldEverything) {
         "z": ["float32", [4], [2, 8, 4, 16]],
         "rgba": ["float16", [4, 4], [0.5,0.25,0,0.5, 0,1,4,1, 0.125,0,0,0.25, 1,1,1,0]],
         "layer": ["uint32", [4], [0, 1, 0, 0]],
-        "N.X": ["float16", [4], [-1, -1, -1, -1]],
-        "N.Y": ["float16", [4], [0, 0.25, 0.5, 0.75]],
-        "N.Z": ["float16", [4], [0.5, 0.5, 0.5, 0.5]],
-        "id.material": ["uint32", [4], [100, 101, 102, 103]],
-        "id.object": ["uint32", [4], [4294967280, 4294967281, 4294967282, 4294967283]],
-        "window": ["int64", [4], [2, 1, 2, 2]],
-        "size": ["int64", [2], [6, 4]],
-        "perspective": ["uint8", [], [1]],
-        "camera_to_world": ["float64", [4, 4], [0,0,-1,10, 0,1,0,20, 1,0,0,30, 0,0,0,1]],
-        "half_width": ["float64", [], [3.0]],
-        "half_height": ["float64", [], [2.0]],
+        "viewer_normals": ["float16", [4, 3],
+                           [-1,0,0.5, -1,0.25,0.5, -1,0.5,0.5, -1,0.75,0.5]],
+        "material_ids": ["uint32", [4], [99, 100, 101, 102]],
+        "node_ids": ["uint32", [4], [4294967279, 4294967280, 4294967281, 4294967282]],
+        "bundle_window": ["int64", [1, 4], [2, 1, 2, 2]],
+        "bundle_resolution": ["int64", [1, 2], [6, 4]],
+        "bundle_perspective": ["uint8", [1], [1]],
+        "bundle_origin": ["float64", [1, 3], [10, 20, 30]],
+        "bundle_direction": ["float64", [1, 3], [1, 0, 0]],
+        "bundle_right": ["float64", [1, 3], [0, 0, 1]],
+        "bundle_up": ["float64", [1, 3], [0, 1, 0]],
+        "bundle_size": ["float64", [1, 2], [6, 4]],
+        "arrays_version": ["int64", [], [2]],
         "near": ["float64", [], [0.01]],
         "far": ["float64", [], [null]]})");
     Json found = read(kReadNpz, path("a.npz"));
@@ -241,13 +243,17 @@ TEST_F(ExtractCommand, MoreLayersThanAreOpenAtOnce) {
 
 TEST_F(ExtractCommand, APictureOfALayerIsStraightAndEncoded) {
     const std::string in = write("in.exr", knownPicture());
-    ASSERT_EQ(extract({in, "-o", path("l.png"), "--layer", "0"}).exit_code, 0);
+    ASSERT_EQ(extract({in, "-o", path("l.png"), "--layer", "0", "--tone-map", "none"}).exit_code,
+              0);
     const FlatImage flat = readFlatImage(path("l.png"));
     EXPECT_EQ(flat.image.window, (Window{0, 0, 2, 2}));  // the crop, whatever the layer's window
     EXPECT_NEAR(flat.image.rgba[0][0], 0.5F, 2e-3F);     // premultiplied again
     EXPECT_NEAR(flat.image.rgba[0][3], 0.5F, 2e-3F);
     EXPECT_EQ(flat.image.rgba[1][3], 0);
-    ASSERT_EQ(extract({in, "-o", path("m.##.png"), "--layer", "1", "--layer", "0-1"}).exit_code, 0);
+    ASSERT_EQ(extract({in, "-o", path("m.##.png"), "--layer", "1", "--layer", "0-1", "--tone-map",
+                       "none"})
+                  .exit_code,
+              0);
     EXPECT_EQ(bytesOf(path("m.00.png")), bytesOf(path("l.png")));
     EXPECT_TRUE(fs::exists(path("m.01.png")));
 }
@@ -332,8 +338,8 @@ TEST_F(ExtractCommand, AFileThatDoesNotTellItsCamera) {
     ASSERT_EQ(extract({path("other.exr"), "--npz", path("a.npz")}).exit_code, 0);
     PEELER_REQUIRE_PYTHON("numpy");
     const Outcome numpy = runPython(
-        "import sys, numpy; print(numpy.load(sys.argv[1])['half_width'])", {path("a.npz")});
-    EXPECT_EQ(numpy.out, "nan\n");
+        "import sys, numpy; print(numpy.load(sys.argv[1])['bundle_up'])", {path("a.npz")});
+    EXPECT_EQ(numpy.out, "[[nan nan nan]]\n");
 }
 
 TEST_F(ExtractCommand, WhatItRefuses) {
@@ -357,7 +363,7 @@ TEST_F(ExtractCommand, WhatItRefuses) {
         {{"--npz", path("a.npz"), "--layer", "one"}, 2, "counted from 0"},
         {{"-o", path("l.#.png"), "--depth-complexity", path("l.0001.png")}, 2, "the same name"},
         {{"--points", path("there.ply"), "--no-clobber"}, 4, "there already"},
-        {{"--points", path("no/folder.ply")}, 4, "folder does not exist"},
+        {{"--points", path("there.ply/below.ply")}, 4, "cannot make the folder"},
     };
     for (const Row& row : rows) {
         std::vector<std::string> arguments{in};

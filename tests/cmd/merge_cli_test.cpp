@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <nlohmann/json.hpp>
+#include <regex>
 
 #include "formats/cut_window.h"
 #include "formats/exr/exr_writers.h"
@@ -67,8 +69,8 @@ TEST_F(MergeCommand, TilesOfAScene) {
     const Outcome result = merge(tiles);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(bytesOf(path("merged.exr")), bytesOf(path("whole.exr")));
-    render("whole.png", {});
-    ASSERT_EQ(merge(tiles, {"-o", path("merged.png")}).exit_code, 0);
+    render("whole.png", {"--samples", "1", "--environment", "none", "--exposure", "0"});
+    ASSERT_EQ(merge(tiles, {"-o", path("merged.png"), "--exposure", "0"}).exit_code, 0);
     EXPECT_EQ(bytesOf(path("merged.png")), bytesOf(path("whole.png")));
 }
 
@@ -154,12 +156,165 @@ TEST_F(MergeCommand, OptionsThatDoNotSuitWhatTheTilesAre) {
     refused("composite", {"--compression", "zips"});
 }
 
+TEST_F(MergeCommand, ElementsRenderedApartAreThePictureOfBoth) {
+    const std::string scene = (sourceDir() / "examples" / "scenes" / "engine.glb").string();
+    for (const std::string kind : {"deep", "ldi"}) {
+        const auto render = [&](const std::string& name, std::vector<std::string> more) {
+            more.insert(more.begin(), {"render", scene, "-o", path(name), "--size", "120x68",
+                                       "--channels", "id,normal", "--as", kind, "-q"});
+            const Outcome result = runPeeler(more);
+            EXPECT_EQ(result.exit_code, 0) << result.err;
+            return path(name);
+        };
+        const std::string whole = render("whole.exr", {});
+        const std::string a = render("a.exr", {"--include", "housing/upper"});
+        const std::string b = render("b.exr", {"--exclude", "housing/upper"});
+        // As tiles they do not belong together.
+        EXPECT_EQ(merge({a, b}).exit_code, 3);
+        const Outcome result = merge({a, b}, {"--elements", "--json"});
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+        const Outcome same = runPeeler({"compare", path("merged.exr"), whole});
+        EXPECT_EQ(same.exit_code, 0) << same.out << same.err;
+        const Outcome good = runPeeler({"verify", path("merged.exr")});
+        EXPECT_EQ(good.exit_code, 0) << good.out;
+        const Json told = Json::parse(runPeeler({"info", path("merged.exr"), "--json"}).out);
+        EXPECT_EQ(told.at("provenance").at("scene"), "engine.glb");
+        EXPECT_TRUE(told.at("provenance").at("settings").is_null());
+        // Ids and names are still those of the scene.
+        for (const std::string& from : {path("merged.exr"), whole}) {
+            const Outcome flat =
+                runPeeler({"flatten", from, "--include", "base", "-o", from + ".base.exr", "-q"});
+            EXPECT_EQ(flat.exit_code, 0) << flat.err;
+        }
+        EXPECT_EQ(
+            runPeeler({"compare", path("merged.exr.base.exr"), whole + ".base.exr"}).exit_code, 0);
+    }
+}
+
+TEST_F(MergeCommand, ElementsOfOtherScenesKeepTheirNames) {
+    const auto render = [&](const std::string& name, const std::string& scene) {
+        const Outcome result =
+            runPeeler({"render", (sourceDir() / "examples" / "scenes" / scene).string(), "-o",
+                       path(name), "--size", "64x36", "--channels", "id", "--eye", "1,1,1",
+                       "--target", "0,0,0", "--near", "0.01", "-q"});
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return path(name);
+    };
+    const std::string a = render("a.exr", "coincident.glb"), b = render("b.exr", "engine.glb");
+    ASSERT_EQ(merge({a, b, a}, {"--elements"}).exit_code, 0);
+    const auto flat = [&](const std::string& from, const std::string& glob,
+                          const std::string& name) {
+        const Outcome result =
+            runPeeler({"flatten", from, "--include", glob, "-o", path(name), "-q"});
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+    };
+    flat(path("merged.exr"), "base", "merged.base.exr");
+    flat(b, "base", "b.base.exr");
+    const Outcome same = runPeeler({"compare", path("merged.base.exr"), path("b.base.exr")});
+    EXPECT_EQ(same.exit_code, 0) << same.out;
+    // The third file is of the first's names.
+    const Json merged =
+        Json::parse(runPeeler({"flatten", path("merged.exr"), "--include", "same cube twice", "-o",
+                               path("cube.exr"), "--json", "-q"})
+                        .out);
+    const Json once = Json::parse(runPeeler({"flatten", a, "--include", "same cube twice", "-o",
+                                             path("cube1.exr"), "--json", "-q"})
+                                      .out);
+    EXPECT_GT(once.at("fragmentsStored").get<int>(), 0);
+    EXPECT_EQ(merged.at("fragmentsStored").get<int>(), 2 * once.at("fragmentsStored").get<int>());
+}
+
+TEST_F(MergeCommand, ElementsOfOtherPicturesAreRefused) {
+    const SyntheticPicture& picture = whole_;
+    SyntheticPicture moved = picture, large = picture,
+                     precise = makePicture({.width = 90,
+                                            .height = 70,
+                                            .color_type = PixelType::kFloat,
+                                            .extra = true});
+    moved.plan.view.camera_to_world[3].x = 1;
+    large.plan.view.width = 99;
+    const std::string a = write("a.exr", picture);
+    const struct {
+        std::string path, says;
+    } rows[] = {
+        {write("moved.exr", moved), "they differ in the camera's place"},
+        {write("large.exr", large), "they differ in the size of the picture"},
+        {write("precise.exr", precise), "they differ in --precision"},
+    };
+    for (const auto& row : rows) {
+        const Outcome result = merge({a, row.path}, {"--elements"});
+        EXPECT_EQ(result.exit_code, 3) << row.says;
+        EXPECT_NE(result.err.find(row.says), std::string::npos) << result.err;
+    }
+    const std::string later = write("later.exr", picture, [](Provenance& p) { p.frame = 8; });
+    const Outcome result = merge({a, later}, {"--elements"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.err.find("differ in the frame: 7 and 8"), std::string::npos) << result.err;
+}
+
+TEST_F(MergeCommand, TilesOfOtherSettingsAreToldTheOptions) {
+    const std::string scene = (sourceDir() / "examples" / "scenes" / "coincident.glb").string();
+    const auto tile = [&](const std::string& name, std::vector<std::string> more) {
+        more.insert(more.begin(), {"render", scene, "-o", path(name), "--size", "32x18", "-q"});
+        const Outcome result = runPeeler(more);
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return path(name);
+    };
+    const std::string a = tile("a.exr", {"--tile", "1/2"});
+    const struct {
+        std::vector<std::string> options;
+        std::string differ, first, other;
+    } rows[] = {
+        {{"--channels", "normal,id"}, "--channels", "--channels none", "--channels normal,id"},
+        {{"--exclude", "floor"}, "--exclude", "--exclude none", "--exclude floor"},
+        {{"--faces", "both", "--samples", "2"},
+         "--samples and --faces",
+         "--samples 1, --faces gltf",
+         "--samples 2, --faces both"},
+        {{"--camera", "front"}, "the camera", "the camera main", "the camera front"},
+        {{"--shading", "unlit"}, "--shading", "--shading pbr", "--shading unlit"},
+        {{"--layers", "2"}, "--layers", "--layers all", "--layers 2"},
+        {{"--occlusion-ratio", "0.25"},
+         "--occlusion-ratio",
+         "--occlusion-ratio 0",
+         "--occlusion-ratio 0.25"},
+        {{"--transmission", "opaque"},
+         "--transmission",
+         "--transmission alpha",
+         "--transmission opaque"},
+        {{"--clip-plane", "0,1,0,0"},
+         "--clip-box, --clip-plane or --clip-mesh",
+         "--clip-mesh none",
+         "--clip-mesh given"},
+    };
+    for (const auto& row : rows) {
+        std::vector<std::string> options = row.options;
+        options.insert(options.end(), {"--tile", "2/2"});
+        const std::string b = tile("b.exr", options);
+        const Outcome result = merge({a, b});
+        EXPECT_EQ(result.exit_code, 3) << row.differ;
+        EXPECT_NE(result.err.find("they differ in " + row.differ), std::string::npos) << result.err;
+        EXPECT_NE(result.err.find(row.first), std::string::npos) << result.err;
+        EXPECT_NE(result.err.find(row.other), std::string::npos) << result.err;
+        // Whatever differs, verify says the same, and neither tells hashes.
+        const Outcome verified = runPeeler({"verify", a, b});
+        const bool camera_only = row.options.front() == "--camera";  // which may move
+        EXPECT_EQ(verified.exit_code, camera_only ? 0 : 3) << verified.out;
+        for (const std::string& text : {result.err, verified.out}) {
+            EXPECT_FALSE(std::regex_search(text, std::regex("[0-9a-f]{16}"))) << text;
+        }
+    }
+}
+
 TEST_F(MergeCommand, WhatDoesNotBelongTogether) {
     const SyntheticPicture left = cutPicture(whole_, {0, 0, 40, 70});
     const SyntheticPicture right = cutPicture(whole_, {39, 0, 90, 70});
     const std::string a = write("a.exr", left);
     SyntheticPicture moved = right, plain = right, changed = right, precise = right;
     moved.plan.view.camera_to_world[3].x = 1e-9;
+    SyntheticPicture large = right;
+    ++large.plan.view.height;
+    large.plan.view.projection.half_height *= 2;
     plain.image.extra.clear();
     std::size_t fragment = 0;  // the first of the shared column
     for (int y = 0; fragment == 0; ++y) {
@@ -171,14 +326,23 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogether) {
         std::string path, says;
     };
     const Row rows[] = {
-        {write("camera.exr", moved), "peeler:cameraJson"},
+        {write("camera.exr", moved), "they differ in the camera's place"},
+        {write("size.exr", large), "differ in the size of the picture and the field of view"},
         {write("channels.exr", plain), "channels"},
         {write("depth.exr", changed), "do not agree on pixel (39, "},
-        {write("scene.exr", right, [](Provenance& p) { p.scene_hash = "ax"; }), "peeler:sceneHash"},
+        {write("scene.exr", right, [](Provenance& p) { p.scene_hash = "ax"; }),
+         "they differ in the scene s.glb, which has changed in between"},
+        {write("other.exr", right,
+               [](Provenance& p) {
+                   p.scene_hash = "ax";
+                   p.scene = "t.glb";
+               }),
+         "the first has the scene s.glb\npeeler: hint: the other has the scene t.glb"},
         {write("hash.exr", right, [](Provenance& p) { p.settings_hash = "x"; }),
-         "peeler:settingsHash"},
-        {write("frame.exr", right, [](Provenance& p) { p.frame = 8; }), "peeler:frame"},
-        {write("time.exr", right, [](Provenance& p) { p.time = 8; }), "peeler:time"},
+         "other settings, which peeler " + version() + " did not write down"},
+        {write("frame.exr", right, [](Provenance& p) { p.frame = 8; }),
+         "the first has the frame 7\npeeler: hint: the other has the frame 8"},
+        {write("time.exr", right, [](Provenance& p) { p.time = 8; }), "they differ in the time"},
         {write("foreign.exr", right, [](Provenance& p) { p.version = ""; }),
          "nothing in it says which picture"},
     };
@@ -192,7 +356,7 @@ TEST_F(MergeCommand, WhatDoesNotBelongTogether) {
         write("renderer.exr", right, [](Provenance& p) { p.renderer = "another"; });
     const Outcome result = merge({a, other});
     EXPECT_EQ(result.exit_code, 0);
-    EXPECT_NE(result.err.find("differ in peeler:renderer: test and another"), std::string::npos);
+    EXPECT_NE(result.err.find("differ in renderer: test and another"), std::string::npos);
     EXPECT_EQ(merge({a, other}, {"-o", other}).exit_code, 2);
 }
 

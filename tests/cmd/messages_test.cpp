@@ -57,6 +57,31 @@ TEST(Console, ShowsControlCharacters) {
     EXPECT_EQ(streams.err.str(), "peeler: error: a\\x1b[31m\\x0db\\x7f\n");
 }
 
+TEST(Console, ColoursTheWordAloneWhereItMay) {
+    Streams streams;
+    Console console(streams.out, streams.err, true, true);
+    console.error("e\x1b[1m");
+    console.warning("w");
+    console.hint("h");
+    console.note("n");
+    EXPECT_EQ(streams.err.str(),
+              "peeler: \x1b[1;31merror: \x1b[0me\\x1b[1m\n"
+              "peeler: \x1b[33mwarning: \x1b[0mw\n"
+              "peeler: \x1b[36mhint: \x1b[0mh\n"
+              "peeler: n\n");
+}
+
+TEST(Console, TellsDetailsToThoseWhoAsk) {
+    Streams streams;
+    Console console(streams.out, streams.err, false);
+    console.detail("one");
+    console.setVerbose(true);
+    console.detail("two");
+    console.setQuiet(true);
+    console.detail("three");
+    EXPECT_EQ(streams.err.str(), "peeler: two\n");
+}
+
 TEST(Console, DrawsBarsOnTerminalsOnlyAndClearsThem) {
     Streams plain, terminal;
     {

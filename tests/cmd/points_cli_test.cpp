@@ -70,7 +70,8 @@ TEST_F(Points, BeforeAndAfter) {
             "primitive_ids_after": ["uint32", [3, 4],
                 [0, null, 0, null, 0, 0, null, null, null, null, null, null]],
             "points": ["float64", [4, 3], [0, 0, -0.05, 3, -2, 1, 1, 1, -0.2, 0, 500, 0]],
-            "directions": ["float64", [3, 3], [0, 0, 1, 0, 0, -1, 1, 0, 0]]})"));
+            "directions": ["float64", [3, 3], [0, 0, 1, 0, 0, -1, 1, 0, 0]],
+            "arrays_version": ["int64", [], [2]]})"));
     }
 }
 

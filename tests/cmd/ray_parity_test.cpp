@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "cmd/cli/report.h"
 #include "cmd/rays/ray_results.h"
 #include "cmd/rays/rays_options.h"
 #include "core/base/error.h"
@@ -33,7 +34,11 @@ TEST_F(RayParityTest, IsReported) {
         parity.addTo(result);
         EXPECT_EQ(result.at("parity").at("holds"), true);
         EXPECT_EQ(result.at("parity").at("solids").size(), 2U);
-        EXPECT_EQ(err.str(), "");
+        std::uint64_t rays = 0;
+        for (const Bundle& bundle : bundles_)
+            rays += bundle.rays();
+        EXPECT_EQ(err.str(), "peeler: closed: every one of " + groupedText(rays) +
+                                 " rays enters as often as it leaves\n");
     }
     // A lid is missing: the first body has a hole, and one ray finds it.
     scene_.meshes[0].primitives[0].positions.resize(9);
@@ -59,6 +64,10 @@ TEST_F(RayParityTest, IsReported) {
         EXPECT_NE(e.hint(), "");
     }
     EXPECT_NE(err.str().find("warning: body 0: 1 of "), std::string::npos) << err.str();
+    EXPECT_NE(err.str().find("peeler: open: 1 of "), std::string::npos) << err.str();
+    EXPECT_NE(err.str().find(" rays enters what it does not leave, of 1 of 2 surfaces"),
+              std::string::npos)
+        << err.str();
     EXPECT_NE(err.str().find("3 edges are open; the first one: askew, pixel (9, 0), along (0.26"),
               std::string::npos)
         << err.str();
@@ -69,6 +78,12 @@ TEST_F(RayParityTest, IsReported) {
     EXPECT_EQ(first.at("oddRays"), 1);
     EXPECT_EQ(first.at("openEdges"), 3);
     EXPECT_EQ(first.at("firstOddRays").at(0).at("x"), 9);
+    // Its last hit of that body, at Z = 2.
+    const glm::dvec3 place = worldPosition(bundles_[1].view, 9 + bundles_[1].view.sample.x,
+                                           bundles_[1].view.sample.y, 2);
+    for (std::size_t i = 0; i < 3; ++i)
+        EXPECT_NEAR(first.at("firstOddRays").at(0).at("position").at(i).get<double>(),
+                    place[static_cast<int>(i)], 1e-6);
     EXPECT_EQ(result.at("parity").at("solids").at(1).at("oddRays"), 0);
 }
 

@@ -51,13 +51,13 @@ n = int(a['ray_splits'][-1])
 shapes = {'t_hit': ('float32', (n,)), 'geometry_ids': ('uint32', (n,)),
           'primitive_ids': ('uint32', (n,)), 'primitive_uvs': ('float32', (n, 2)),
           'facing': ('int32', (n,)), 'normals': ('float32', (n, 3)),
-          'geometric_normals': ('float32', (n, 3)), 'node_ids': ('uint32', (n,)),
+          'primitive_normals': ('float32', (n, 3)), 'node_ids': ('uint32', (n,)),
           'mesh_ids': ('uint32', (n,)), 'instance_ids': ('uint32', (n,)),
           'material_ids': ('uint32', (n,)), 'bundle_origin': ('float64', (2, 3)),
           'bundle_direction': ('float64', (2, 3)), 'bundle_right': ('float64', (2, 3)),
           'bundle_up': ('float64', (2, 3)), 'bundle_size': ('float64', (2, 2)),
-          'bundle_resolution': ('float64', (2, 2)), 'bundle_window': ('float64', (2, 4)),
-          'bundle_perspective': ('uint8', (2,))}
+          'bundle_resolution': ('int64', (2, 2)), 'bundle_window': ('int64', (2, 4)),
+          'bundle_perspective': ('uint8', (2,)), 'arrays_version': ('int64', ())}
 assert set(a.files) == set(shapes) | {'ray_splits'}, a.files
 for name, (dtype, shape) in shapes.items():
     assert a[name].dtype == dtype and a[name].shape == shape, (name, a[name].dtype, a[name].shape)
@@ -82,7 +82,7 @@ error = np.abs(weighted - at).max(axis=1)
 assert np.percentile(error, 90) < 1e-6 and error.max() < 2e-3, error.max()  # snapped corners
 assert (a['facing'] == np.where(bundle == 0, 1, -1)).all()
 assert np.abs(a['normals'] - (0, 0, 1)).max() < 1e-5  # from a shader
-assert np.abs(a['geometric_normals'] - (0, 0, 1)).max() < 1e-6
+assert np.abs(a['primitive_normals'] - (0, 0, 1)).max() < 1e-6
 for name in ('geometry_ids', 'primitive_ids', 'node_ids', 'mesh_ids', 'instance_ids', 'material_ids'):
     assert (a[name] == 0).all(), name
 area = [(bundle == k).sum() * a['bundle_size'][k].prod() / rays[k] for k in (0, 1)]

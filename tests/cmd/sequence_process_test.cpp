@@ -123,24 +123,38 @@ TEST_F(Sequence, SkipExistingLeavesAloneWhatWouldBeTheSame) {
     EXPECT_EQ(skipped(render({"--frames", "4-1", "--skip-existing", "--threads", "1", "--method",
                               "dual", "--memory", "1G", "--keep-going"})),
               (std::set{1, 2, 3, 4}));
-    // Everything that is.
-    for (const std::vector<std::string>& other :
-         std::vector<std::vector<std::string>>{{"--layers", "2"},
-                                               {"--size", "96x55"},
-                                               {"--fps", "25"},
-                                               {"--shading", "unlit"},
-                                               {"--precision", "float"},
-                                               {"--eye", "1,2,3"},
-                                               {"--crop", "0,0,50,50"},
-                                               {"--as", "deep"},
-                                               {"--compression", "zips"},
-                                               {"--no-composite"}}) {
+    // Everything that is, and it is told in words.
+    const struct {
+        std::vector<std::string> options;
+        std::string difference;
+    } others[] = {
+        {{"--layers", "2"}, "--layers: 2, not all"},
+        {{"--size", "96x55"}, "the size of the picture: 96 x 55, not 96 x 54; "},
+        {{"--fps", "25"}, "--time: 0.08"},
+        {{"--shading", "unlit"}, "--shading: unlit, not pbr"},
+        {{"--precision", "float"}, "--precision: float, not half"},
+        {{"--eye", "1,2,3"}, "the camera: one without a name, not main; "},
+        {{"--crop", "0,0,50,50"}, "--crop: 0,0,50,50, not 0,0,96,54"},
+        {{"--as", "deep"}, "--as: deep, not ldi"},
+        {{"--as", "composite"}, "--as: composite, not ldi"},
+        {{"--compression", "zips"}, "--compression: zips, not zip"},
+        {{"--layout", "nuke"}, "--layout: nuke, not plain"},
+        {{"--cryptomatte"}, "--channels: id, not none; --cryptomatte: on, not off"},
+        {{"--no-composite"}, "--no-composite: on, not off"},
+    };
+    for (const auto& other : others) {
         std::vector<std::string> more{"--frames", "2", "--skip-existing"};
-        more.insert(more.end(), other.begin(), other.end());
+        more.insert(more.end(), other.options.begin(), other.options.end());
         const CommandResult result = render(more);
         ASSERT_EQ(result.exit_code, 0) << result.err;
-        EXPECT_EQ(skipped(result), std::set<int>{}) << other.front();
-        EXPECT_EQ(skipped(render(more)), std::set{2}) << other.front();
+        EXPECT_EQ(skipped(result), std::set<int>{}) << other.difference;
+        EXPECT_NE(result.err.find(frame(2) + " is made again: " + other.difference),
+                  std::string::npos)
+            << other.difference << '\n'
+            << result.err;
+        const CommandResult same = render(more);
+        EXPECT_EQ(skipped(same), std::set{2}) << other.difference;
+        EXPECT_EQ(same.err.find("made again"), std::string::npos) << same.err;
         ASSERT_EQ(render({"--frames", "2"}).exit_code, 0);
     }
 }
@@ -155,6 +169,13 @@ TEST_F(Sequence, SkipExistingMakesAnewWhatIsDamagedOrOfOthers) {
     ASSERT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(skipped(result), (std::set{1, 5}));
     EXPECT_EQ(bytesOf(frame(2)), good);
+    for (const int number : {2, 3})
+        EXPECT_NE(result.err.find(frame(number) + " is made again: the file is not whole"),
+                  std::string::npos)
+            << result.err;
+    EXPECT_NE(result.err.find(frame(4) + " is made again: the frame: 4, not 1; "),
+              std::string::npos)
+        << result.err;
     const CommandResult verified =
         runPeelerProcess({"verify", frame(1), frame(2), frame(3), frame(4), frame(5)});
     EXPECT_EQ(verified.exit_code, 0) << verified.err;
@@ -233,6 +254,8 @@ TEST_F(Sequence, DryRunTellsAndWritesNothing) {
     EXPECT_EQ(pictures[0].at("exists"), false);
     EXPECT_EQ(pictures[1].at("exists"), true);
     EXPECT_EQ(pictures[1].at("action"), "render");  // the file is of the whole picture
+    EXPECT_EQ(pictures[0].at("difference"), "");
+    EXPECT_EQ(pictures[1].at("difference"), "--crop: 0,27,96,27, not 0,0,96,54");
     const CommandResult whole = render({"--frames", "2", "--skip-existing", "--dry-run"});
     EXPECT_EQ(Json::parse(whole.out).at("pictures")[0].at("action"), "skip");
     EXPECT_FALSE(fs::exists(frame(1)));

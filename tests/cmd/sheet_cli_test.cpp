@@ -68,7 +68,7 @@ TEST_F(SheetCommand, HasTheCompositeAndEveryLayer) {
 
 TEST_F(SheetCommand, CellsShowTheirPixels) {
     // Unlit base colour (1, 0, 0, 0.5) over black: red is 0.5 of one layer, 1 - 2^-5 of all five.
-    ASSERT_EQ(sheet({"--background", "#000000"}).exit_code, 0);
+    ASSERT_EQ(sheet({"--background", "#000000", "--tone-map", "none"}).exit_code, 0);
     const CompositeImage page = readFlatImage(sheet_).image;
     const auto at = [&](int column, int from_bottom) {
         const int x = 4 + column * 100 + 48, y = page.window.height() - from_bottom;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "formats/image/legend.h"
 
 namespace peeler::cmd {
 namespace {

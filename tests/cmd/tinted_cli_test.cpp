@@ -126,11 +126,24 @@ TEST_F(TintedFiles, OfTilesAreThoseOfTheWhole) {
     const Outcome refused =
         runPeeler({"merge", at("1.exr"), at("plain.exr"), "-o", at("merged.exr")});
     EXPECT_EQ(refused.exit_code, 3);
-    EXPECT_TRUE(contains(refused.err, "A, AR, AG, AB")) << refused.err;
+    EXPECT_TRUE(contains(refused.err, "--transmission color")) << refused.err;
+}
+
+TEST_F(TintedFiles, AreElementsBesideThoseWithOneAlpha) {
+    render("whole.exr");
+    render("glass.exr", {"--exclude", "pane 3"});
+    render("wall.exr", {"--include", "pane 3"});
+    ASSERT_FALSE(read(at("wall.exr")).tinted());
+    for (const auto& [first, second] :
+         {std::pair("glass.exr", "wall.exr"), {"wall.exr", "glass.exr"}}) {
+        run({"merge", at(first), at(second), "-o", at("merged.exr"), "--elements"});
+        EXPECT_TRUE(read(at("merged.exr")).tinted());
+        run({"compare", at("merged.exr"), at("whole.exr"), "--max-color", "0"});
+    }
 }
 
 TEST_F(TintedFiles, TintTheBackgroundOfPictures) {
-    render("flat.png", {"--background", "#ffffff"});
+    render("flat.png", {"--background", "#ffffff", "--samples", "1"});
     const FlatImage picture = readFlatImage(at("flat.png"));
     const auto& corner = picture.image.rgba[0];
     EXPECT_NEAR(corner[0], 1, 5e-3);

@@ -2,11 +2,13 @@
 // The command line itself: help, versions, and what is refused before any work.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
 #include "cmd/tiny_gltf.h"
 #include "cmd/verbs.h"
+#include "formats/writers.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -50,7 +52,30 @@ TEST(Help, ListsTheChoicesOfTheTables) {
     }
 }
 
+TEST(Help, IsAVerbToo) {
+    EXPECT_EQ(runPeeler({"help"}).out, runPeeler({"--help"}).out);
+    EXPECT_EQ(runPeeler({"help", "render"}).out, runPeeler({"render", "--help"}).out);
+    EXPECT_EQ(runPeeler({"help", "rendre"}).exit_code, 2);
+}
+
+TEST(Help, BeginsWithThreeExamples) {
+    for (const cmd::Verb& verb : cmd::verbs()) {
+        const std::string help = runPeeler({std::string(verb.name), "--help"}).out;
+        EXPECT_EQ(std::ranges::count(verb.examples, '\n'), 2) << verb.name;
+        const std::size_t first = help.find("Examples:\n  " + std::string(verb.examples, 0, 10));
+        EXPECT_LT(first, help.find("Usage:")) << help;
+        EXPECT_TRUE(contains(std::string(verb.examples), "peeler " + std::string(verb.name)));
+    }
+}
+
+TEST(Help, SaysWhatKindsOfOutputAre) {
+    const std::string help = runPeeler({"render", "--help"}).out;
+    for (const OutputFormat& format : outputFormats())
+        EXPECT_TRUE(contains(help, std::string(format.kind) + ": ")) << format.kind;
+}
+
 TEST(Version, IsOneLineOnStdout) {
+    EXPECT_EQ(runPeeler({"-V"}).out, runPeeler({"--version"}).out);
     const Outcome result = runPeeler({"--version"});
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_TRUE(result.out.starts_with("peeler ")) << result.out;
@@ -106,7 +131,11 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Refused{{"rendre"}, {"unknown verb: rendre", "did you mean 'render'?"}},
         refusedRender({"--metod", "x"}, {"unknown option: --metod", "did you mean '--method'?"}),
-        refusedRender({"extra.gltf"}, {"one argument too many: extra.gltf"}),
+        refusedRender({"extra.gltf"}, {"would have the same name", "put {stem}"}),
+        Refused{{"flatten", "a.exr", "b.exr", "-o", "OUT/a.png"},
+                {"one argument too many: b.exr", "see peeler flatten --help"}},
+        Refused{{"bake", "SCENE", "-o", "OUT/a.glb", "--quantity", "lihgt"},
+                {"unknown quantity 'lihgt'", "the quantities are: ao"}},
         refusedRender({"--method", "a-bufer"},
                       {"unknown method 'a-bufer'", "--method a-bufer", "did you mean 'a-buffer'?",
                        "a-buffer, front-to-back"}),
@@ -124,7 +153,13 @@ INSTANTIATE_TEST_SUITE_P(
 
 INSTANTIATE_TEST_SUITE_P(
     Values, Refusals,
-    testing::Values(refusedRender({"--size", "0x100"}, {"--size 0x100", "from 1 to 65536"}),
+    testing::Values(refusedRender({"--size", "0x100"},
+                                  {"--size 0x100", "from 1 to 65536", "see peeler render --help"}),
+                    Refused{{"rays", "SCENE", "-o", "OUT/a.npz", "--resolution", "many"},
+                            {"--resolution many", "see peeler rays --help"}},
+                    refusedRender({"--as", "deep", "--cryptomatte"}, {"--channels id"}),
+                    refusedRender({"--as", "ldi", "--no-composite", "--cryptomatte"},
+                                  {"leave --no-composite out"}),
                     refusedRender({"--size", "-5x100"}, {"--size -5x100"}),
                     refusedRender({"--size", "99999999999x2"}, {"--size 99999999999x2"}),
                     refusedRender({"--size", "65536x65536"}, {"more than 1073741824 pixels"}),

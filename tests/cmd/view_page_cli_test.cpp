@@ -76,7 +76,8 @@ TEST_F(ViewPage, InABrowser) {
           {"flatten", "layers.exr", "-o", "all.png"},
           {"flatten", "layers.exr", "-o", "first.png", "--layers", "1"}}) {
         auto arguments = verb;
-        arguments.insert(arguments.end(), {"--background", "#dbdbdb"});
+        // Of one curve: a page has it fragment by fragment, and a composite as a whole.
+        arguments.insert(arguments.end(), {"--background", "#dbdbdb", "--tone-map", "none"});
         const auto result = run(arguments);
         ASSERT_EQ(result.exit_code, 0) << result.err;
     }
@@ -101,14 +102,17 @@ TEST_F(ViewPage, InABrowser) {
 
 TEST_F(ViewPage, NeedsNothingElse) {
     render("coincident.glb", "64x36");
-    ASSERT_EQ(run({"view", "layers.exr", "-o", "page.html"}).exit_code, 0);
+    ASSERT_EQ(run({"view", "layers.exr", "-o", "page.html", "--exposure", "0"}).exit_code, 0);
     const std::string page = bytesOf(scratch_ / "page.html");
     for (const char* sign : {"http:", "https:", "src=", "@import", "url("})
         EXPECT_EQ(page.find(sign), std::string::npos) << sign;
     EXPECT_EQ(page.find("{{"), std::string::npos) << "a field was left open";
     // render writes the same one at once.
     const auto file = sourceDir() / "examples" / "scenes" / "coincident.glb";
-    ASSERT_EQ(run({"render", file, "-o", "direct.html", "--size", "64x36"}).exit_code, 0);
+    ASSERT_EQ(run({"render", file, "-o", "direct.html", "--size", "64x36", "--exposure", "0",
+                   "--environment", "none"})
+                  .exit_code,
+              0);
     EXPECT_TRUE(bytesOf(scratch_ / "direct.html") == page);
 }
 

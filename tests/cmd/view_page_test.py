@@ -10,41 +10,13 @@ Exit code 77: there is no Chromium, no chromedriver or no Selenium; why is on st
 """
 import base64
 import json
-import shutil
 import sys
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from chromium import ENDLESS, Missing, start  # noqa: E402
+
 SKIP = 77
-ENDLESS = 300  # seconds after which nothing will come any more; a frame takes a fraction of one
-FLAGS = [
-    "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle",
-    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--force-device-scale-factor=1",
-    "--window-size=1000,800", "--disable-background-networking",
-]
-
-
-def skip(reason):
-    print(reason)
-    sys.exit(SKIP)
-
-
-def start():
-    try:
-        from selenium import webdriver
-        from selenium.webdriver.chrome.service import Service
-    except ImportError:
-        skip("no Selenium: apt-get install python3-selenium")
-    browser, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if not browser or not driver:
-        skip("no Chromium with chromedriver: apt-get install chromium chromium-driver")
-    options = webdriver.ChromeOptions()
-    options.binary_location = browser
-    for flag in FLAGS:
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(service=Service(driver), options=options)
-    driver.set_script_timeout(ENDLESS)  # by default half a minute
-    return driver
 
 
 class Page:
@@ -77,7 +49,11 @@ class Page:
 def main():
     page_file, out = Path(sys.argv[1]).resolve(), Path(sys.argv[2])
     screenshots = sys.argv[3:] == ["screenshots"]
-    driver = start()
+    try:
+        driver = start()
+    except Missing as what:
+        print(what)
+        sys.exit(SKIP)
     try:
         from selenium.webdriver.common.action_chains import ActionChains
         from selenium.webdriver.common.keys import Keys

@@ -118,7 +118,9 @@ TEST_F(WrongInput, OutputFolderThatTakesNothing) {
     const auto renderTo = [&](const fs::path& output) {
         return runPeeler({"render", scene.string(), "-o", output.string()});
     };
-    expectRefused(renderTo(scratch_ / "absent" / "a.exr"), 4, {"absent/a.exr"});
+    const Outcome absent = runPeeler(
+        {"render", scene.string(), "-o", (scratch_ / "absent" / "a.exr").string(), "--no-mkdir"});
+    expectRefused(absent, 4, {"absent/a.exr"});
     expectRefused(renderTo(scene / "a.exr"), 4, {"scene.gltf/a.exr"});
     expectRefused(renderTo(out_), 2, {out_.string()});  // a folder has no extension
 
@@ -137,8 +139,8 @@ TEST_F(WrongInput, OutputFolderThatTakesNothing) {
 
 TEST_F(WrongInput, ReportThatCannotBeWrittenIsFoundBeforeTheRender) {
     const fs::path scene = writeScene(scratch_.path());
-    expectRefused(render(scene, {"--report", (scratch_ / "absent" / "r.json").string()}), 4,
-                  {"absent/r.json"});
+    expectRefused(render(scene, {"--report", (scene / "r.json").string()}), 4,
+                  {"scene.gltf/r.json"});
 }
 
 TEST_F(WrongInput, NoClobberKeepsWhatIsThere) {

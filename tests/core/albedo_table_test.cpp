@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kLast = kAlbedoTableSize - 1;
 
-glm::vec3 entry(const std::vector<glm::vec3>& table, int row, int column) {
+glm::vec4 entry(const std::vector<glm::vec4>& table, int row, int column) {
     return table[static_cast<std::size_t>(row * kAlbedoTableSize + column)];
 }
 
@@ -55,7 +55,7 @@ TEST(AlbedoTable, IsTheIntegralOfGgx) {
     const auto table = albedoTable(false);
     for (const int row : {25, 40, 63}) {
         for (const int column : {12, 31, 63}) {
-            const glm::vec3 found = entry(table, row, column);
+            const glm::vec4 found = entry(table, row, column);
             for (const double f0 : {0.04, 0.5, 1.0})
                 EXPECT_NEAR(f0 * double(found.x) + double(found.y),
                             ggxAlbedo(f0, double(row) / kLast, double(column) / kLast), 0.004)
@@ -65,7 +65,7 @@ TEST(AlbedoTable, IsTheIntegralOfGgx) {
 }
 
 TEST(AlbedoTable, NeverReflectsMoreThanArrives) {
-    for (const glm::vec3& value : albedoTable(true)) {
+    for (const glm::vec4& value : albedoTable(true)) {
         EXPECT_GE(value.x, 0);
         EXPECT_GE(value.y, 0);
         EXPECT_LE(value.x + value.y, 1 + 1e-6F);
@@ -79,6 +79,28 @@ TEST(AlbedoTable, OfSheenGrowsTowardGrazingAngles) {
     for (const int row : {20, 40, 63})
         EXPECT_GT(entry(table, row, 6).z, entry(table, row, 60).z + 0.05F) << row;
     EXPECT_EQ(entry(albedoTable(false), 40, 6).z, 0);
+}
+
+TEST(AlbedoTable, OfSheenLeansTowardTheViewer) {
+    // What fibres reflect comes from where the viewer is; the smoother they are, the more so. Seen
+    // along the normal there is no such side.
+    const auto table = albedoTable(true);
+    for (const int column : {10, 30, 50})
+        EXPECT_GT(entry(table, 26, column).w, entry(table, 60, column).w + 0.1F) << column;
+    EXPECT_GT(entry(table, 60, 30).w, 0.1F);
+    EXPECT_NEAR(entry(table, 40, kLast).w, 0, 1e-3);
+    // The mean of a lobe of the albedo's own integrand, done more finely.
+    double sum = 0, along = 0;
+    constexpr int kSteps = 300;
+    for (int i = 0; i < kSteps; ++i) {
+        for (int j = 0; j < kSteps; ++j) {
+            const double cosine = (i + 0.5) / kSteps, azimuth = kPi * (j + 0.5) / kSteps;
+            const double share = sheenLobe(40.0 / kLast, 30.0 / kLast, cosine, azimuth);
+            sum += share;
+            along += share * std::sqrt(1 - cosine * cosine) * std::cos(azimuth);
+        }
+    }
+    EXPECT_NEAR(entry(table, 40, 30).w, along / sum, 0.01);
 }
 
 }  // namespace

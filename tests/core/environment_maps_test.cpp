@@ -151,7 +151,7 @@ TEST(EnvironmentMaps, LevelsAreTheConvolutionWithGgx) {
     }));
     for (std::size_t level = 0; level < maps.radiance.size(); ++level) {
         const double roughness =
-            static_cast<double>(level) / static_cast<double>(maps.radiance.size() - 1);
+            levelRoughness(static_cast<int>(level), static_cast<int>(maps.radiance.size()));
         forEachTexel(maps.radiance[level], [&](glm::vec3 n, glm::vec3 radiance) {
             const double inclination = std::asin(std::clamp(double(n.x), -1.0, 1.0));
             const double expected =
@@ -163,13 +163,92 @@ TEST(EnvironmentMaps, LevelsAreTheConvolutionWithGgx) {
     }
 }
 
+/// Of a lamp of radiance 1 that is seen within an angle of `lamp`, what a GGX lobe about `n` sees,
+/// seen head-on and weighted by the cosine: by brute force.
+double blurredLamp(double roughness, const glm::dvec3& n, const glm::dvec3& lamp, double angle) {
+    const double a2 = std::pow(roughness, 4), cosine_lamp = glm::dot(n, lamp);
+    const double sine_lamp = std::sqrt(std::max(0.0, 1 - cosine_lamp * cosine_lamp));
+    double sum = 0, weights = 0;
+    constexpr int kSteps = 600;
+    for (int i = 0; i < kSteps; ++i) {
+        // Finer toward the lobe's axis.
+        const double t = (i + 0.5) / kSteps, theta = t * t * kPi / 2;
+        const double d = std::pow(std::cos(theta / 2), 2) * (a2 - 1) + 1;
+        const double weight = t * a2 / (d * d) * std::cos(theta) * std::sin(theta);
+        // The share of a circle about the axis that lies within the lamp.
+        const double sines = std::sin(theta) * sine_lamp;
+        const double bound = std::cos(angle) - std::cos(theta) * cosine_lamp;
+        double share = bound < 0 ? 1 : 0;
+        if (std::abs(bound) < sines) share = std::acos(bound / sines) / kPi;
+        sum += weight * share;
+        weights += weight;
+    }
+    return sum / weights;
+}
+
+TEST(EnvironmentMaps, ALampIsSeenAlikeAcrossTheEdgesOfFaces) {
+    // Beside the edge of +X and +Z, and beside a corner.
+    for (const glm::dvec3& where : {glm::dvec3(1, 0.1, 0.97), glm::dvec3(1, 0.93, 1.05)}) {
+        const glm::dvec3 lamp = glm::normalize(where);
+        const double angle = 0.2;
+        const auto maps = prefilter(environmentOf(512, [&](float u, float v) {
+            const double longitude = (0.5 - double(u)) * 2 * kPi;
+            const double latitude = (0.5 - double(v)) * kPi;
+            const glm::dvec3 d(std::sin(longitude) * std::cos(latitude), std::sin(latitude),
+                               std::cos(longitude) * std::cos(latitude));
+            return glm::vec3(glm::dot(d, lamp) > std::cos(angle) ? 1 : 0);
+        }));
+        for (std::size_t level = 1; level < maps.radiance.size(); ++level) {
+            const double roughness =
+                levelRoughness(static_cast<int>(level), static_cast<int>(maps.radiance.size()));
+            double most = 0;
+            const double peak = blurredLamp(roughness, lamp, lamp, angle);
+            forEachTexel(maps.radiance[level], [&](glm::vec3 n, glm::vec3 radiance) {
+                const double expected = blurredLamp(roughness, n, lamp, angle);
+                most = std::max(most, std::abs(static_cast<double>(radiance.g) - expected));
+            });
+            EXPECT_LT(most, 0.16 * peak) << roughness;
+        }
+    }
+}
+
+TEST(EnvironmentMaps, ClothIsCharliesLobeAboutTheNormal) {
+    // Over what is linear in the direction a lobe of all azimuths keeps its part along the normal.
+    const auto maps = prefilter(environmentOf(128,
+                                              [](float, float v) {
+                                                  const double y =
+                                                      std::sin((0.5 - double(v)) * kPi);
+                                                  return glm::vec3(static_cast<float>(1 + y));
+                                              }),
+                                true);
+    ASSERT_EQ(maps.cloth.size(), 3U);
+    for (const std::size_t level : {1U, 2U}) {
+        const double roughness = static_cast<double>(level) / 2;
+        double sum = 0, along = 0;
+        constexpr int kSteps = 200;
+        for (int i = 0; i < kSteps; ++i) {
+            for (int j = 0; j < kSteps; ++j) {
+                const double cosine = (i + 0.5) / kSteps;
+                const double share = sheenLobe(roughness, 0.6, cosine, kPi * (j + 0.5) / kSteps);
+                sum += share;
+                along += share * cosine;
+            }
+        }
+        forEachTexel(maps.cloth[level], [&](glm::vec3 n, glm::vec3 radiance) {
+            ASSERT_NEAR(radiance.g, 1 + along / sum * double(n.y), 0.02) << roughness;
+        });
+    }
+    EXPECT_TRUE(
+        prefilter(environmentOf(16, [](float, float) { return glm::vec3(1); })).cloth.empty());
+}
+
 TEST(EnvironmentMaps, AreTheSameOnOneThread) {
     const Environment source =
         environmentOf(300, [](float u, float v) { return glm::vec3(u, v, u * v); });
     setThreadCount(1);
-    const EnvironmentMaps alone = prefilter(source);
+    const EnvironmentMaps alone = prefilter(source, true);
     setThreadCount(3);
-    const EnvironmentMaps together = prefilter(source);
+    const EnvironmentMaps together = prefilter(source, true);
     setThreadCount(0);
     const auto same = [](const CubeMap& a, const CubeMap& b) {
         return a.texels.size() == b.texels.size() &&
@@ -179,6 +258,51 @@ TEST(EnvironmentMaps, AreTheSameOnOneThread) {
     EXPECT_TRUE(same(alone.irradiance, together.irradiance));
     for (std::size_t i = 0; i < alone.radiance.size(); ++i)
         EXPECT_TRUE(same(alone.radiance[i], together.radiance[i]));
+    for (std::size_t i = 0; i < alone.cloth.size(); ++i)
+        EXPECT_TRUE(same(alone.cloth[i], together.cloth[i]));
+}
+
+/// What a white diffuse surface reflects that faces this way, of an environment's green light.
+double whiteFacing(const EnvironmentMaps& maps, const glm::vec3& normal) {
+    double nearest = -1, found = 0;
+    forEachTexel(maps.irradiance, [&](glm::vec3 direction, glm::vec3 value) {
+        const auto cosine = static_cast<double>(glm::dot(direction, normal));
+        if (cosine > nearest) nearest = cosine, found = static_cast<double>(value.g);
+    });
+    return found;
+}
+
+TEST(Studio, BringsWhiteCloseToWhite) {
+    const EnvironmentMaps maps = prefilter(studioEnvironment());
+    EXPECT_NEAR(whiteFacing(maps, {0, 1, 0}), 1.12, 0.05);
+    EXPECT_NEAR(whiteFacing(maps, {0, 0, 1}), 0.77, 0.06);
+    EXPECT_NEAR(whiteFacing(maps, glm::normalize(glm::vec3(-0.67F, 1, 0.74F))), 1.2, 0.05);  // key
+    // The side that is turned away, and the underside, keep their shape.
+    EXPECT_NEAR(whiteFacing(maps, {1, 0, 0}), 0.44, 0.05);
+    EXPECT_NEAR(whiteFacing(maps, {0, -1, 0}), 0.22, 0.05);
+}
+
+TEST(Studio, HasContrastForWhatMirrorsIt) {
+    const Environment studio = studioEnvironment();
+    std::size_t bright = 0, dark = 0;
+    for (const glm::vec3& radiance : studio.radiance) {
+        bright += radiance.g > 2 ? 1 : 0;
+        dark += radiance.g < 0.2F ? 1 : 0;
+    }
+    const auto all = static_cast<double>(studio.radiance.size());
+    EXPECT_NEAR(static_cast<double>(bright) / all, 0.06, 0.02);
+    EXPECT_NEAR(static_cast<double>(dark) / all, 0.4, 0.15);
+    // The floor is nowhere brighter than the grey that it is.
+    for (std::size_t p = studio.radiance.size() * 3 / 4; p < studio.radiance.size(); ++p)
+        EXPECT_LT(studio.radiance[p].g, 0.41F);
+}
+
+TEST(Studio, IsTheSameOnOneThread) {
+    setThreadCount(1);
+    const Environment alone = studioEnvironment();
+    setThreadCount(3);
+    EXPECT_EQ(alone.radiance, studioEnvironment().radiance);
+    setThreadCount(0);
 }
 
 TEST(EnvironmentMaps, LargePicturesKeepTheirMean) {

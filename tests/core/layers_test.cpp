@@ -80,5 +80,54 @@ TEST(SelectLayers, IndicesFollowTheirFragments) {
     EXPECT_FALSE(findChannel(image, "N.W"));
 }
 
+TEST(IdSet, ListsThoseThatCountOrThoseThatDoNot) {
+    EXPECT_TRUE(IdSet{}.all());
+    EXPECT_TRUE(IdSet{}.holds(7));
+    const IdSet some{{2, 5, 4000000000U}, false}, others{{2, 5, 4000000000U}, true};
+    for (const std::uint32_t id : {0U, 1U, 2U, 3U, 5U, 6U, 4000000000U}) {
+        const bool listed = id == 2 || id == 5 || id == 4000000000U;
+        EXPECT_EQ(some.holds(id), listed) << id;
+        EXPECT_EQ(others.holds(id), !listed) << id;
+    }
+    EXPECT_FALSE((IdSet{{}, false}.holds(0)));
+    EXPECT_FALSE((IdSet{{}, false}.all()));
+}
+
+TEST(SelectObjects, KeepsFragmentsWhoseIdsBothCount) {
+    LayeredImage image = layeredPicture();
+    image.extra[1] = {{"id.object", "id.material"}, PixelType::kUint, {}};
+    image.extra[1].data.resize(image.fragments() * image.extra[1].stride());
+    const auto ids = image.extra[1].as<std::uint32_t>();
+    for (std::size_t f = 0; f < image.fragments(); ++f) {
+        ids[2 * f] = static_cast<std::uint32_t>(f * 7 % 5);
+        ids[2 * f + 1] = static_cast<std::uint32_t>(f * 3 % 4);
+    }
+    LayeredImage kept = image;
+    keepObjects(kept, {.objects = {{1, 3}, true}, .materials = {{0, 2}, false}});
+    std::size_t at = 0;
+    for (std::size_t p = 0; p < image.window.pixels(); ++p) {
+        ASSERT_EQ(kept.offsets[p], at);
+        for (std::size_t f = image.offsets[p]; f < image.offsets[p + 1]; ++f) {
+            const std::uint32_t object = ids[2 * f], material = ids[2 * f + 1];
+            if (object == 1 || object == 3 || material == 1 || material == 3) continue;
+            ASSERT_LT(at, kept.fragments());
+            EXPECT_EQ(kept.z[at], image.z[f]);
+            EXPECT_EQ(findIds(kept, "id.object").id(at), object);
+            EXPECT_EQ(kept.color.as<std::uint16_t>()[4 * at],
+                      image.color.as<std::uint16_t>()[4 * f]);
+            ++at;
+        }
+    }
+    EXPECT_EQ(kept.offsets.back(), at);
+    EXPECT_EQ(kept.fragments(), at);
+    EXPECT_GT(at, 0U);
+    EXPECT_LT(at, image.fragments());
+    // Without the channels all ids are 0.
+    LayeredImage plain = image;
+    plain.extra.pop_back();
+    keepObjects(plain, {.objects = {{0}, true}, .materials = {}});
+    EXPECT_EQ(plain.fragments(), 0U);
+}
+
 }  // namespace
 }  // namespace peeler

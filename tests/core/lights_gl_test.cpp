@@ -119,6 +119,35 @@ TEST(Lights, DirectionalLightHasNoPlace) {
     }
 }
 
+TEST(Lights, ShineOnAMixOfDielectricAndMetal) {
+    // glTF 2.0, appendix B.3.5: what both reflect is mixed, so halfway it is the mean.
+    const glm::dvec3 forward = glm::normalize(glm::dvec3(1, -1, -2));
+    const auto lit = [&](float metallic, float roughness) {
+        SceneBuilder builder;
+        const int index = builder.material({0.9F, 0.6F, 0.3F, 1}, AlphaMode::kOpaque);
+        Material& m = builder.scene().materials[static_cast<std::size_t>(builder.lit(index))];
+        m.metallic = metallic;
+        m.roughness = roughness;
+        builder.rectangle(4, 4, -4, index);
+        Environment black;
+        black.width = black.height = 1;
+        black.radiance.assign(1, glm::vec3(0));
+        builder.scene().environment = black;
+        builder.light(lightOf(kDirectional, 3), *lookAlong({0, 0, 0}, forward, {0, 1, 0}));
+        CaptureSettings s;
+        s.color_type = PixelType::kFloat;
+        return glm::dvec3(color(capture(builder.scene(), testView(9, 9), s).image, 40));
+    };
+    for (const float roughness : {0.3F, 0.7F, 1.0F}) {
+        const glm::dvec3 dielectric = lit(0, roughness), metal = lit(1, roughness);
+        EXPECT_GT(glm::distance(dielectric, metal), 0.05);
+        for (const float metallic : {0.25F, 0.5F, 0.75F}) {
+            const glm::dvec3 expected = glm::mix(dielectric, metal, double(metallic));
+            EXPECT_LT(glm::distance(lit(metallic, roughness), expected), 1e-5) << metallic;
+        }
+    }
+}
+
 TEST(Lights, FromBehindDoNotShine) {
     Wall wall;
     wall.add(lightOf(kDirectional, 5), {0, 0, 0}, {0, 0.3, 1});

@@ -288,6 +288,35 @@ TEST(Anisotropy, FollowsItsTextureWithOrWithoutTangents) {
     EXPECT_NEAR(none, wall.radiance(40, 90).g, 1e-6);
 }
 
+TEST(Anisotropy, TurnsWithTheTransformOfItsTexture) {
+    Material m = black(0.5F);
+    m.metallic = 1;
+    m.base_color = {1, 1, 1, 1};
+    m.anisotropy.strength = 0.6F;
+    const double ab = 0.25, at = ab + (1 - ab) * 0.36;
+    // U' = cos U + sin V, and V runs down: U' grows at −35 degrees.
+    const double c = std::cos(35 * kPi / 180), s = std::sin(35 * kPi / 180);
+    const glm::mat3 turn(glm::dmat3(c, -s, 0, s, c, 0, 0, 0, 1));
+    LitWall wall(m);
+    Material& material = wall.scene().materials.back();
+    Primitive& mesh = wall.scene().meshes[0].primitives[0];
+    wall.scene().images.push_back({"along U", 1, 1, {255, 128, 255, 255}});
+    wall.scene().images.push_back({"flat", 1, 1, {128, 128, 255, 255}});
+    material.anisotropy.texture.image = 0;
+    material.anisotropy.texture.transform = turn;
+    // The mesh's tangents are taken as they are.
+    EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 0), 2e-3);
+    mesh.tangents.clear();
+    for (const double azimuth : {-35.0, 0.0, 55.0})
+        EXPECT_NEAR(wall.radiance(40, azimuth).g, stretchedGgx(at, ab, 40, azimuth + 35), 2e-3)
+            << azimuth;
+    // Beside a normal texture it is that one's coordinates that count. 128 is not quite flat.
+    material.normal_texture.image = 1;
+    EXPECT_NEAR(wall.radiance(40, 0).g, stretchedGgx(at, ab, 40, 0), 5e-3);
+    material.normal_texture.transform = turn;
+    EXPECT_NEAR(wall.radiance(40, -35).g, stretchedGgx(at, ab, 40, 0), 5e-3);
+}
+
 /// Reflectance at normal incidence of a film of this index and thickness (nm) between air and a
 /// dielectric, for one wavelength (nm): Airy's sum of all reflections.
 double airy(double film, double base, double thickness, double wavelength) {

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <vector>
 
 #include "core/capture/method.h"
 #include "support/capture.h"
@@ -66,6 +68,82 @@ TEST(Shading, NormalMapsTurnWithTheSurface) {
                 EXPECT_NEAR(mapped[c], expected[c], 2e-3 * expected[c])
                     << name << ", normals " << normals << ", tangents " << tangents;
         }
+    }
+}
+
+/// What the middle of a quad shows that looks at the camera.
+glm::vec4 middle(const Scene& scene) {
+    const auto result = capture(scene, testView(9, 9));
+    const std::size_t center = result.image.pixelIndex(4, 4);
+    EXPECT_EQ(result.image.count(center), 1U);
+    return color(result.image, result.image.offsets[center]);
+}
+
+void expectAlike(const glm::vec4& seen, const glm::vec4& expected) {
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(seen[c], expected[c], 2e-3 * expected[c]);
+}
+
+/// The part of KHR_texture_transform that turns and scales, in degrees.
+glm::mat3 turnedAndScaled(double degrees, double u, double v) {
+    const double angle = degrees * std::acos(-1.0) / 180;
+    const double c = std::cos(angle), s = std::sin(angle);
+    return glm::mat3(glm::dmat3(c * u, -s * u, 0, s * v, c * v, 0, 0.25, 0.5, 1));
+}
+
+/// A map that leans, as the normals of the surface or of its varnish.
+using MapOf = std::function<TextureRef&(Material&)>;
+const std::pair<const char*, MapOf> kNormalMaps[] = {
+    {"normal texture", [](Material& m) -> TextureRef& { return m.normal_texture; }},
+    {"clearcoat's normal texture", [](Material& m) -> TextureRef& {
+         m.base_color = {0, 0, 0, 1};
+         m.clearcoat.factor = 1;
+         m.clearcoat.roughness = 0.5F;
+         return m.clearcoat.normal_texture;
+     }}};
+
+TEST(Shading, NormalMapsTurnWithTheirTextures) {
+    // Without tangents, a transformed texture is the same as transformed coordinates.
+    const glm::mat3 transforms[] = {turnedAndScaled(90, 1, 1), turnedAndScaled(-37, 1, 1),
+                                    turnedAndScaled(0, -1, 1), turnedAndScaled(0, 1, -1),
+                                    turnedAndScaled(20, 4, 4), turnedAndScaled(65, -0.5, 2)};
+    for (const auto& [name, map] : kNormalMaps) {
+        Scene plain = leaningQuad(false, true, false);
+        plain.images.push_back({"leaning", 1, 1, {218, 150, 200, 255}});
+        plain.meshes[0].primitives[0].normals.assign(6, {0, 0, 1});
+        map(plain.materials.back()).image = 0;
+        const glm::vec4 as_it_is = middle(plain);
+        for (const glm::mat3& transform : transforms) {
+            SCOPED_TRACE(std::string(name) + ", " + std::to_string(transform[0][0]) + ", " +
+                         std::to_string(transform[1][0]));
+            Scene turned = plain, in_mesh = plain;
+            map(turned.materials.back()).transform = transform;
+            for (glm::vec2& uv : in_mesh.meshes[0].primitives[0].texcoords[0])
+                uv = glm::vec2(transform * glm::vec3(uv, 1));
+            const glm::vec4 expected = middle(in_mesh);
+            EXPECT_GT(glm::distance(expected, as_it_is), 0.02F * glm::length(glm::vec3(as_it_is)));
+            expectAlike(middle(turned), expected);
+            // Tangents of the mesh are taken as they are.
+            turned.meshes[0].primitives[0].tangents.assign(6, {1, 0, 0, 1});
+            expectAlike(middle(turned), as_it_is);
+        }
+    }
+}
+
+TEST(Shading, ATurnedNormalMapLeansAsFarTheOtherWay) {
+    // U' = cos U + sin V, and U and V lie along +X and −Y: turned by an angle, the map leans as the
+    // normal turned back by it, about the surface's own.
+    const glm::vec3 texel = glm::vec3(218, 150, 200) / 255.0F * 2.0F - 1.0F;
+    for (const double degrees : {0.0, 90.0, 180.0, -50.0}) {
+        SCOPED_TRACE(degrees);
+        const glm::mat3 transform = turnedAndScaled(degrees, 1, 1);
+        const float c = transform[0][0], s = transform[1][0];
+        Scene bent = leaningQuad(false, true, false), mapped = leaningQuad(true, true, false);
+        bent.meshes[0].primitives[0].normals.assign(
+            6, glm::normalize(
+                   glm::vec3(c * texel.x + s * texel.y, c * texel.y - s * texel.x, texel.z)));
+        mapped.materials.back().normal_texture.transform = transform;
+        expectAlike(middle(mapped), middle(bent));
     }
 }
 

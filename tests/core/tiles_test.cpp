@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <random>
 
+#include "core/image/layers.h"
 #include "formats/cut_window.h"
 #include "support/capture.h"
 
@@ -98,6 +100,72 @@ TEST_F(JoinTiles, WhereTheyOverlapTheyMustAgree) {
     const auto disagreement = joinTiles(changed, whole_.window, whole_, joined);
     ASSERT_TRUE(disagreement);
     EXPECT_EQ(*disagreement, (Window{x, 23, x + 1, 24}));
+}
+
+TEST(MergeByDepth, ElementsOfAPictureAreThePicture) {
+    const LayeredImage whole =
+        test::makePicture({.seed = 17, .width = 40, .height = 30, .extra = true}).image;
+    // Each fragment goes to one of three elements, coincident ones to that of the first of them:
+    // they keep their order only within an element.
+    std::vector<int> owners(whole.fragments());
+    for (std::size_t p = 0; p < whole.window.pixels(); ++p) {
+        for (std::size_t f = whole.offsets[p]; f < whole.offsets[p + 1]; ++f) {
+            const bool coincident = f > whole.offsets[p] && whole.z[f] == whole.z[f - 1];
+            owners[f] = coincident ? owners[f - 1] : static_cast<int>((f * 2654435761U >> 7U) % 3);
+        }
+    }
+    std::vector<LayeredImage> elements;
+    for (int e = 0; e < 3; ++e) {
+        LayeredImage element = whole;
+        element.extra.push_back({{"id.object", "id.material"}, PixelType::kUint, {}});
+        element.extra.back().data.resize(whole.fragments() * 8);
+        const auto ids = element.extra.back().as<std::uint32_t>();
+        for (std::size_t f = 0; f < whole.fragments(); ++f)
+            ids[2 * f] = static_cast<std::uint32_t>(owners[f]);
+        keepObjects(element, {.objects = {{static_cast<std::uint32_t>(e)}, false}});
+        element.extra.pop_back();
+        EXPECT_GT(element.fragments(), 100U);
+        elements.push_back(std::move(element));
+    }
+    LayeredImage merged;
+    mergeByDepth(elements, whole.window, whole, merged);
+    EXPECT_EQ(test::difference(merged, whole), "");
+    EXPECT_EQ(merged.extra[0].data, whole.extra[0].data);
+    EXPECT_EQ(merged.extra[1].data, whole.extra[1].data);
+}
+
+TEST(MergeByDepth, AtTheSameDepthTheOrderIsThatOfTheElements) {
+    const LayeredImage whole = test::makePicture({.seed = 18, .width = 20, .height = 20}).image;
+    const LayeredImage cut = test::cutWindow(whole, {5, 6, 12, 20});
+    LayeredImage merged;
+    mergeByDepth(std::vector{whole, cut}, whole.window, whole, merged);
+    ASSERT_EQ(merged.fragments(), whole.fragments() + cut.fragments());
+    for (int y = 0; y < 20; ++y) {
+        for (int x = 0; x < 20; ++x) {
+            const std::size_t p = whole.pixelIndex(x, y);
+            const bool twice = x >= 5 && x < 12 && y >= 6;
+            ASSERT_EQ(merged.count(p), whole.count(p) * (twice ? 2 : 1));
+            EXPECT_TRUE(std::is_sorted(merged.z.data() + merged.offsets[p],
+                                       merged.z.data() + merged.offsets[p + 1]));
+        }
+    }
+    // a, a' of the first and b of the second at one depth: a, a', b.
+    LayeredImage a, b;
+    a.window = b.window = {0, 0, 1, 1};
+    a.offsets = {0, 2};
+    b.offsets = {0, 1};
+    a.z = {1, 1};
+    b.z = {1};
+    for (LayeredImage* image : {&a, &b}) {
+        image->color = {{"R", "G", "B", "A"}, PixelType::kFloat, {}};
+        image->color.data.resize(image->fragments() * 16);
+    }
+    a.color.as<float>()[0] = 1;
+    a.color.as<float>()[4] = 2;
+    b.color.as<float>()[0] = 3;
+    mergeByDepth(std::vector{a, b}, a.window, a, merged);
+    const auto red = merged.color.as<float>();
+    EXPECT_EQ(std::vector<float>({red[0], red[4], red[8]}), (std::vector<float>{1, 2, 3}));
 }
 
 }  // namespace

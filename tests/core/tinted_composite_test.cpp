@@ -175,7 +175,8 @@ TEST(TintedComposite, OfMergedSamplesIsTheMeanOfTheSamples) {
     for (unsigned s = 0; s < 4; ++s) {
         LayeredImage& image = samples.emplace_back(row(randomLists(20 + s, false)));
         compositeOver(image, {}, sample);
-        addToMean(sample, static_cast<int>(s), 4, mean);
+        if (s == 0) beginMean(sample.window, mean, true);
+        addToMean(sample, 4, mean);
         FragmentArray& keys =
             image.extra.emplace_back(FragmentArray{{kKeyChannel}, PixelType::kUint, {}});
         keys.data.resize(image.fragments() * sizeof(std::uint32_t));

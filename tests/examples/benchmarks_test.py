@@ -4,16 +4,27 @@
 Small pictures, once; what is measured is not looked at. What needs programs of the benchmarks' own
 (side by side, baking) is not run here."""
 
+import pathlib
 import subprocess
 import sys
+import tempfile
+import unittest
 
 from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main
 
 BENCHMARKS = SOURCE / "tests" / "benchmarks"
 sys.path.insert(0, str(BENCHMARKS))
+import against_three  # noqa: E402
+import flip  # noqa: E402
+import numpy as np  # noqa: E402
+import reasons  # noqa: E402
 import results  # noqa: E402
+import three_scenes  # noqa: E402
 
 SCENE = EXAMPLES / "scenes" / "coincident.glb"
+REFEREE_RUNS = not subprocess.run(
+    ["/usr/bin/python3", "-c", "import numpy, OpenImageIO"], capture_output=True, check=False
+).returncode
 
 
 class Benchmarks(PeelerTest):
@@ -49,9 +60,110 @@ class Benchmarks(PeelerTest):
         rows = self.rows("frames_in_one_process.py", SCENE, "--frames", 2, "--runs", 1, *render)
         self.assertEqual([row["frames"] for row in rows], ["2"])
 
+    @unittest.skipUnless(REFEREE_RUNS, "Debian's python3-numpy or python3-openimageio is missing")
+    def test_referee(self):
+        tiny = ("--size", 12, "--samples", 256, "--height", 32, "--edge", 70)
+        rows = self.rows("referee.py", *tiny, "--only", "white")
+        self.assertEqual(rows[0]["sphere"], "white diffuse")
+        self.assertEqual(len(rows), 9)
+        for row in rows:
+            self.assertAlmostEqual(float(row["mean, ours to the referee's"]), 1, delta=0.05, msg=row)
+            self.assertLess(float(row["relative error"]), 0.2, row)
+        other = self.rows("referee.py", *tiny, "--only", "white diffuse", "--environment-rotation=90")
+        self.assertGreater(float(other[0]["relative error"]), 0.2)
+
     def test_budgets(self):
         rows = self.rows("budgets.py", "--quick")
         self.assertEqual([row["--memory"] for row in rows], ["400M"])
+
+
+def patterns():
+    """A picture of bands and blocks, and the same with a darker block, a shift and a red corner."""
+    y, x = np.mgrid[0:48, 0:64] / 16
+    a = np.stack([0.5 + 0.5 * np.sin(3 * x), 0.5 + 0.4 * np.cos(2 * y + x), (x + y) % 1], axis=-1)
+    b = a.copy()
+    b[10:20, 12:40] *= 0.7
+    b[..., 0] = np.roll(b[..., 0], 2, axis=1)
+    b[30:, 50:] = (1, 0, 0)
+    return a, b
+
+
+class Flip(PeelerTest):
+    def test_is_that_of_its_authors(self):
+        """Of these pictures their program (FLIP.h, in C++) says 0.3634523 on average."""
+        error = flip.flip(*patterns())
+        self.assertAlmostEqual(error.mean(), 0.3634523, 5)
+        self.assertAlmostEqual(flip.PIXELS_PER_DEGREE, 67.0206, 4)
+
+    def test_its_ends(self):
+        a, b = patterns()
+        self.assertEqual(flip.flip(a, a).max(), 0)
+        green, blue = (np.zeros((32, 32, 3)) + color for color in ((0, 1, 0), (0, 0, 1)))
+        self.assertAlmostEqual(flip.flip(green, blue).min(), 1, 6)
+        self.assertLessEqual(flip.flip(a, 1 - b).max(), 1)
+
+    def test_takes_either_for_the_reference(self):
+        a, b = patterns()
+        self.assertLess(np.abs(flip.flip(a, b) - flip.flip(b, a)).max(), 1e-12)
+
+    def test_who_stands_back_sees_less(self):
+        grey = np.full((64, 64, 3), 0.5)
+        checked = grey + 0.2 * ((np.indices((64, 64)).sum(axis=0) % 2)[..., None] - 0.5)
+        near, far = (flip.flip(grey, checked, ppd).mean() for ppd in (10, 67))
+        self.assertLess(far, 0.5 * near)
+
+
+class AgainstThree(PeelerTest):
+    def test_compared(self):
+        """A tenth too bright on half of the picture, which is all that is covered."""
+        theirs = np.zeros((16, 16, 4))
+        theirs[:8] = (0.5, 0.5, 0.5, 1)
+        ours = theirs * (1.1, 1.1, 1.1, 1)
+        measured = against_three.compared(ours, theirs)
+        self.assertAlmostEqual(measured.psnr, -20 * np.log10(0.05), 6)
+        self.assertAlmostEqual(measured.luminance, 1.1, 6)
+        self.assertGreater(measured.flip, 0)
+        # Brighter than a screen can show is brighter, and looks the same.
+        bright = against_three.compared(4 * theirs, 8 * theirs)
+        self.assertEqual((bright.psnr, bright.flip, bright.luminance), (np.inf, 0, 0.5))
+        self.assertEqual(against_three.compared(theirs, theirs).psnr, np.inf)
+
+    def test_sample_positions(self):
+        """A picture of four samples is the same as of four with them moved here."""
+        self.assertEqual(against_three.sample_positions(1), [(0.5, 0.5)])
+        positions = against_three.sample_positions(4)
+        self.assertEqual(positions, [(0.125, 0.125), (0.375, 0.625), (0.625, 0.375), (0.875, 0.875)])
+
+    def test_our_part(self):
+        """What is made here renders, and its environments are what they are said to be."""
+        image = three_scenes.studio(64, 32)
+        self.assertEqual((image.shape, image.dtype), ((32, 64, 3), np.float32))
+        self.assertGreater(image.max(), 10 * image.min())
+        self.assertLess(image[-1].max(), 0.3)  # the floor is below
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = pathlib.Path(scratch)
+            bench = against_three.Bench(PEELER, folder, 32, 2, None)
+            against_three.save(folder / "white.exr", np.ones((4, 8, 3)))
+            path = folder / "ball.glb"
+            made = three_scenes.MADE["furnace: dielectric, roughness 0.5"]
+            path.write_bytes(made.scene().bytes())
+            ours, view = bench.ours(against_three.Scene("ball", path, made.environment))
+        self.assertEqual((ours.shape, view["width"], view["height"]), ((32, 32, 4), 32, 32))
+        self.assertLess(np.abs(ours[16, 16] - 1).max(), 0.03)
+        self.assertEqual(ours[0, 0, 3], 0)
+        for made in three_scenes.MADE.values():
+            self.assertIn(made.environment, three_scenes.ENVIRONMENTS)
+            self.assertEqual(made.scene().bytes()[:4], b"glTF")
+
+    def test_reasons(self):
+        """A reason is of a row that there is, and stands in the guide."""
+        names = {*three_scenes.MADE, *(model.split("/")[0] for model in three_scenes.MODELS)}
+        self.assertLessEqual(reasons.THREE.keys(), names)
+        guide = (EXAMPLES / "guide" / "light.md").read_text(encoding="utf-8")
+        section = guide.split("## Beside three.js")[1].split("\n## ")[0]
+        for reason in reasons.THREE.values():
+            self.assertIn(f"**{reason}", section)
+        self.assertEqual(len(names), len(three_scenes.MADE) + len(three_scenes.MODELS))
 
 
 class Results(PeelerTest):

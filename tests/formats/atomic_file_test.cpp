@@ -135,10 +135,17 @@ TEST_F(Atomic, TwoWritersOfOneNameDoNotDisturbEachOther) {
     EXPECT_EQ(test::bytesOf(path), "b");
 }
 
+TEST_F(Atomic, MissingFoldersAreMade) {
+    const std::string made = scratch / "new/folder/out";
+    AtomicFile(made).commit();
+    EXPECT_TRUE(std::filesystem::is_regular_file(made));
+}
+
 TEST_F(Atomic, ImpossiblePlacesAreSaidAtOnce) {
-    EXPECT_NE(outputError([&] { AtomicFile(scratch / "no/such/out"); }).find("does not exist"),
-              std::string::npos);
     std::ofstream(scratch / "file") << "x";
+    EXPECT_NE(
+        outputError([&] { AtomicFile(scratch / "file/a/out"); }).find("cannot make the folder"),
+        std::string::npos);
     outputError([&] { AtomicFile(scratch / "file/out"); });
     EXPECT_NE(outputError([&] { AtomicFile{scratch.path()}; }).find("folder"), std::string::npos);
     EXPECT_NE(outputError([&] { AtomicFile{(scratch / "sub/")}; }).find("folder"),

@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
+#include "formats/cut_window.h"
 #include "formats/deep_file.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/exr_readers.h"
@@ -110,8 +111,8 @@ TEST_F(ExrDeep, EverySampleReadsBackWithOpenExr) {
         EXPECT_EQ(file.header(1).name(), "ids");
         EXPECT_EQ(file.header(0).type(), "deepscanline");
         const DeepPart color = test::readDeepPart(file, 0), ids = test::readDeepPart(file, 1);
-        EXPECT_EQ(color.types.size(), 11U);  // RGBA Z N P
-        EXPECT_EQ(ids.types.size(), 2U);     // Z id
+        EXPECT_EQ(color.types.size(), 5U);  // RGBA Z
+        EXPECT_EQ(ids.types.size(), 8U);    // Z N P id
         const char* names[] = {"R", "G", "B", "A"};
         for (std::size_t c = 0; c < 4; ++c) {
             expectDeepChannel(color, image, names[c], Imf::HALF,
@@ -121,15 +122,64 @@ TEST_F(ExrDeep, EverySampleReadsBackWithOpenExr) {
             expectDeepChannel(*part, image, "Z", Imf::FLOAT,
                               [&](std::size_t f) { return static_cast<double>(image.z[f]); });
         }
-        expectDeepChannel(color, image, "N.Y", Imf::HALF,
+        expectDeepChannel(ids, image, "N.Y", Imf::HALF,
                           [&](std::size_t f) { return halfAt(image.extra[0], 3 * f + 1); });
-        expectDeepChannel(color, image, "P.Z", Imf::FLOAT, [&](std::size_t f) {
+        expectDeepChannel(ids, image, "P.Z", Imf::FLOAT, [&](std::size_t f) {
             return static_cast<double>(image.extra[1].as<float>()[3 * f + 2]);
         });
         expectDeepChannel(ids, image, "id", Imf::UINT, [&](std::size_t f) {
             return static_cast<double>(image.extra[2].as<std::uint32_t>()[f]);
         });
     }
+}
+
+TEST_F(ExrDeep, OnlyWhatIsCompositedStandsBesideColour) {
+    const SyntheticPicture plain = makePicture({.seed = 12, .width = 20, .height = 16});
+    const auto names_of = [&](const std::vector<std::string>& channels, PixelType type) {
+        SyntheticPicture picture = plain;
+        for (const std::string& channel : channels) {
+            FragmentArray array{{channel}, type, {}};
+            array.data.resize(picture.image.fragments() * array.stride());
+            picture.image.extra.push_back(std::move(array));
+        }
+        writeDeep(scratch / "out.exr", picture);
+        Imf::MultiPartInputFile file((scratch / "out.exr").c_str());
+        std::string text;
+        for (int part = 0; part < file.parts(); ++part) {
+            text += file.header(part).name() + ":";
+            const Imf::ChannelList& list = file.header(part).channels();
+            for (auto c = list.begin(); c != list.end(); ++c)
+                text += std::string(" ") + c.name();
+            text += "\n";
+        }
+        return text;
+    };
+    const std::string color = "color: A B G R Z\n";
+    EXPECT_EQ(names_of({}, PixelType::kHalf), color);
+    EXPECT_EQ(names_of({"facing"}, PixelType::kHalf), color + "aovs: Z facing\n");
+    EXPECT_EQ(names_of({"id.object"}, PixelType::kUint), color + "ids: Z id.object\n");
+    EXPECT_EQ(names_of({"AB", "AG", "AR", "ZBack"}, PixelType::kHalf),
+              "color: A AB AG AR B G R Z ZBack\n");
+    EXPECT_EQ(names_of({"Ng.X", "ZBack"}, PixelType::kFloat),
+              "color: A B G R Z ZBack\naovs: Ng.X Z\n");
+}
+
+TEST_F(ExrDeep, ChannelsInThePartOfTheColourAreReadToo) {
+    const SyntheticPicture picture = makeRichPicture({.seed = 13, .width = 24, .height = 18});
+    writeDeep(scratch / "now.exr", picture);
+    // As in older files: only integers stand in a part of their own.
+    Imf::MultiPartInputFile file((scratch / "now.exr").c_str());
+    DeepPart color = test::readDeepPart(file, 0), ids = test::readDeepPart(file, 1);
+    for (const char* name : {"N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z"}) {
+        color.types[name] = ids.types.at(name);
+        color.values[name] = std::move(ids.values.at(name));
+        ids.types.erase(name);
+    }
+    test::writeDeepFile(scratch / "before.exr", {color, ids}, {.display = {{0, 0}, {23, 17}}});
+    const LayeredImage before = readAll(scratch / "before.exr");
+    const LayeredImage now = readAll(scratch / "now.exr");
+    // Another program's file does not say that there are empty columns beside its data window.
+    expectSame(before, test::cutWindow(now, before.window));
 }
 
 TEST_F(ExrDeep, OurReaderReturnsTheSameImage) {

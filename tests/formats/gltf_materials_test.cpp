@@ -211,6 +211,11 @@ TEST(GltfTextures, OfFormatsThatAreNotDecodedNeedAFallback) {
         EXPECT_EQ(error.where(), "/textures/0/extensions/" + name);
         EXPECT_NE(std::string(error.what()).find(name), std::string::npos);
         EXPECT_NE(error.hint().find("fallback"), std::string::npos);
+        GltfOptions options;
+        options.ignored_extensions = {name};
+        const Scene without = load(builder, options);
+        EXPECT_FALSE(without.materials[0].emissive_texture);
+        EXPECT_TRUE(warned(without, "it has an image of " + name + " only"));
         // A texture that nothing uses does no harm.
         builder.gltf["materials"][0].erase("emissiveTexture");
         EXPECT_NO_THROW(load(builder));

@@ -168,7 +168,20 @@ TEST(GltfExtensions, AreRefusedWhereRequiredAndUnknown) {
     const Error error = errorOf(builder);
     EXPECT_EQ(error.where(), "/extensionsRequired/1");
     EXPECT_NE(std::string(error.what()).find("KHR_texture_basisu"), std::string::npos);
-    EXPECT_FALSE(error.hint().empty());
+    EXPECT_NE(error.hint().find("--ignore-extension KHR_texture_basisu"), std::string::npos);
+}
+
+TEST(GltfExtensions, AreLeftOutWhereTheyAreIgnored) {
+    GltfBuilder builder = triangle();
+    builder.gltf["extensionsUsed"] = {"KHR_texture_basisu", "X_unheard_of"};
+    builder.gltf["extensionsRequired"] = {"KHR_texture_basisu", "X_unheard_of"};
+    GltfOptions options;
+    options.ignored_extensions = {"X_unheard_of", "KHR_texture_basisu"};
+    const Scene scene = load(builder, options);
+    EXPECT_EQ(scene.warnings.size(), 2U);
+    EXPECT_TRUE(warned(scene, "X_unheard_of, which the file requires, is ignored"));
+    options.ignored_extensions.pop_back();
+    EXPECT_EQ(errorOf(builder, options).where(), "/extensionsRequired/0");
 }
 
 TEST(GltfExtensions, AreSortedAndTheSupportedOnesMayBeRequired) {

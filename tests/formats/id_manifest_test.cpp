@@ -21,7 +21,8 @@
 namespace peeler::test {
 namespace {
 
-const IdNames kNames{{"body", "body", "Übergröße", ""}, {"glass", "default material"}};
+const IdNames kNames{
+    {"body", "body", "Übergröße", ""}, {"glass", "default material"}, {0, 1, 2, 1}};
 
 /// What a header holds, as a file has it: the length, and what zlib has packed.
 std::vector<std::byte> stored(const IdNames& names) {
@@ -39,6 +40,12 @@ std::vector<std::byte> stored(const IdNames& names) {
 
 TEST(IdManifest, ReadsBack) {
     EXPECT_EQ(idNamesFromManifest(stored(kNames)), kNames);
+}
+
+TEST(IdManifest, ParentsNeedNotBeKnown) {
+    IdNames names = kNames;
+    names.parents.clear();
+    EXPECT_EQ(idNamesFromManifest(stored(names)), names);
 }
 
 TEST(IdManifest, NeedsIds) {
@@ -74,7 +81,9 @@ TEST(IdManifest, IsInEveryPartWithIdsAndReadByOpenExr) {
         EXPECT_EQ(objects.getEncodingScheme(), Imf::IDManifest::ID_SCHEME);
         EXPECT_EQ(objects.getHashScheme(), Imf::IDManifest::NOTHASHED);
         ASSERT_EQ(objects.size(), 4U);
-        EXPECT_EQ(objects.find(3).text().front(), "Übergröße");
+        EXPECT_EQ(objects.getComponents(), (std::vector<std::string>{"name", "parent"}));
+        EXPECT_EQ(objects.find(3).text(), (std::vector<std::string>{"Übergröße", "2"}));
+        EXPECT_EQ(manifest[manifest.find("id.material")].getComponents().size(), 1U);
     }
     EXPECT_EQ(readExrInfo(path).provenance.ids, kNames);
 }

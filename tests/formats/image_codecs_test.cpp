@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The decoders that are built in give what OpenImageIO's give, bit for bit.
+// The decoders that are built in give what OpenImageIO's give, bit for bit, and encoders write what
+// both read.
 #include <gtest/gtest.h>
 #include <turbojpeg.h>
 
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/parallel.h"
 #include "formats/image/image_codecs.h"
 #include "formats/image/image_library.h"
 #include "formats/image/image_metadata.h"
@@ -157,6 +159,67 @@ TEST(BuiltInPng, IsOpenImageIosInEveryKind) {
                                        randomBytes(row * height, 5), kind.chunks, interlaced);
                 expectSameDecoded(builtInPng(file), byOpenImageIo("png", file));
             }
+}
+
+/// What the encoder makes of samples, whose 16 bits are the machine's.
+Bytes encodedPng(const ImageToEncode& image, const Bytes& samples, int rows_at_once) {
+    struct : EncodedFile {
+        std::uint64_t size() const override { return bytes.size(); }
+        std::size_t writeAt(std::uint64_t offset, std::span<const std::byte> written) override {
+            EXPECT_EQ(offset, bytes.size());
+            for (const std::byte byte : written)
+                bytes.push_back(static_cast<std::uint8_t>(byte));
+            return written.size();
+        }
+        std::size_t readAt(std::uint64_t, std::span<std::byte>) override { return 0; }
+        Bytes bytes;
+    } file;
+    const std::size_t row =
+        static_cast<std::size_t>(image.width * image.channels) * (image.bits == 16 ? 2 : 1);
+    const auto encoder = pngEncoder();
+    encoder->open(image, file);
+    for (int y = 0; y < image.height; y += rows_at_once) {
+        encoder->writeRows(y, std::min(y + rows_at_once, image.height),
+                           samples.data() + static_cast<std::size_t>(y) * row);
+    }
+    encoder->close();
+    return file.bytes;
+}
+
+// Rows are compressed in pieces, side by side. The largest picture is more than are held at once.
+TEST(BuiltInPng, EncodesTheSameBytesOnAnyNumberOfThreads) {
+    for (const auto& [width, height] : {std::pair(1, 1), {3, 200}, {300, 500}, {1100, 1300}}) {
+        for (const int channels : {1, 2, 3, 4}) {
+            for (const int bits : {8, 16}) {
+                if (width > 1000 && bits == 16) continue;
+                SCOPED_TRACE(std::to_string(width) + " wide, " + std::to_string(channels) +
+                             " channels of " + std::to_string(bits) + " bits");
+                ImageToEncode image{"", width, height, channels, bits, "peeler", "a picture", true};
+                Bytes samples =
+                    randomBytes(static_cast<std::size_t>(width * height * channels * bits / 8), 11);
+                for (std::size_t i = 0; i < samples.size(); ++i)  // half of it compresses well
+                    if (i % 4096 < 2048) samples[i] = static_cast<std::uint8_t>(i / 4096);
+                setThreadCount(1);
+                const Bytes alone = encodedPng(image, samples, 64);
+                setThreadCount(5);
+                EXPECT_TRUE(encodedPng(image, samples, 7) == alone);
+                setThreadCount(0);
+                const Decoded read = builtInPng(alone);
+                expectSameDecoded(read, byOpenImageIo("png", alone));
+                EXPECT_EQ(read.description, "a picture");
+                if (bits == 8) {
+                    EXPECT_TRUE(read.bytes == samples);
+                } else {
+                    std::vector<std::uint16_t> wide(samples.size() / 2);
+                    std::memcpy(wide.data(), samples.data(), samples.size());
+                    std::vector<float> floats(wide.size());
+                    for (std::size_t i = 0; i < wide.size(); ++i)
+                        floats[i] = convertedSample<float>(wide[i]);
+                    EXPECT_TRUE(read.floats == floats);
+                }
+            }
+        }
+    }
 }
 
 TEST(BuiltInPng, ConvertsEverySampleOfSixteenBitsAlike) {

@@ -103,15 +103,46 @@ TEST_F(ImageFile, BackgroundExposureAndCrop) {
     options.exposure = -1;
     const Pixels pixels = writeAndRead(
         scratch / "out.png", rowOfPixels({{}, {1, 1, 1, 1}, {0.5F, 0, 0, 0.5F}}), options);
-    const std::vector<std::uint16_t> wanted = {0,   0,   137, 255,   // half of 0.5
+    const std::vector<std::uint16_t> wanted = {0,   0,   188, 255,   // 0.5, whatever the exposure
                                                188, 188, 188, 255,   // half of 1
-                                               137, 0,   99,  255};  // half of (0.5, 0, 0.25)
+                                               137, 0,   137, 255};  // (0.25, 0, 0) and half of 0.5
     EXPECT_EQ(pixels.values, wanted);
 
     const auto picture = test::makePicture({.seed = 8, .crop = {10, 20, 40, 50}});
     const Pixels crop = writeAndRead(scratch / "crop.png", picture);
     EXPECT_EQ(crop.width, 30);
     EXPECT_EQ(crop.height, 30);
+}
+
+TEST_F(ImageFile, LightWithoutCoverageRaisesAlpha) {
+    OutputOptions options;
+    options.outcome = std::make_shared<DisplayOutcome>();
+    const Pixels pixels = writeAndRead(
+        scratch / "out.png", rowOfPixels({{0.18F, 0.18F, 0.18F, 0}, {0.1F, 0, 0, 0.5F}}), options);
+    // sRGB of 0.18 is 118; 0.1 premultiplied by 0.5 is 0.2, 124.
+    EXPECT_EQ(pixels.values, (std::vector<std::uint16_t>{255, 255, 255, 118, 124, 0, 0, 128}));
+    EXPECT_EQ(options.outcome->raised_pixels, 1U);
+    options.background = {0, 0, 0, 1};
+    const Pixels over =
+        writeAndRead(scratch / "over.png", rowOfPixels({{0.18F, 0.18F, 0.18F, 0}}), options);
+    EXPECT_EQ(over.values, (std::vector<std::uint16_t>{118, 118, 118, 255}));
+    EXPECT_EQ(options.outcome->raised_pixels, 0U);
+}
+
+TEST_F(ImageFile, AutomaticExposureIsMeteredOnTheWholePicture) {
+    OutputOptions options;
+    options.automatic_exposure = true;
+    options.outcome = std::make_shared<DisplayOutcome>();
+    const std::vector<Rgba> bright(100, {100, 100, 100, 1});
+    test::SyntheticPicture picture = rowOfPixels(bright);
+    const Pixels pixels = writeAndRead(scratch / "out.png", picture, options);
+    // Halfway between 0.18 and 1, in stops: √0.18 = 0.424, which sRGB has at 174; by tenths.
+    EXPECT_NEAR(options.outcome->exposure, std::log2(0.424 / 100), 0.051);
+    EXPECT_NEAR(pixels.values[0], 174, 4);
+    // A part of a picture is not metered, so that parts agree.
+    picture.plan.view.height = 2;
+    writeAndRead(scratch / "part.png", picture, options);
+    EXPECT_EQ(options.outcome->exposure, 0);
 }
 
 TEST_F(ImageFile, JpegIsOverBlackOrTheBackground) {
@@ -130,7 +161,7 @@ TEST_F(ImageFile, JpegIsOverBlackOrTheBackground) {
 
 TEST_F(ImageFile, TiffHasSixteenBits) {
     const Pixels pixels = writeAndRead(scratch / "out.tiff",
-                                       rowOfPixels({{0.25F, 0, 1, 0.5F}, {0.001F, 0.5F, 1, 1}}));
+                                       rowOfPixels({{0.25F, 0, 0.5F, 0.5F}, {0.001F, 0.5F, 1, 1}}));
     const auto encoded = [](float v) {
         return static_cast<std::uint16_t>(encodeSrgb(v) * 65535 + 0.5F);
     };
@@ -195,7 +226,7 @@ TEST(Srgb, KnownValues) {
 }
 
 TEST(ToneMaps, CurvesAreWhatTheyClaim) {
-    ASSERT_EQ(toneMaps().front().name, "none");
+    ASSERT_EQ(toneMaps().front().name, "neutral");
     for (const ToneMap& entry : toneMaps()) {
         SCOPED_TRACE(std::string(entry.name));
         float before = -1;
@@ -248,7 +279,7 @@ TEST(Writers, ChoicesAreListedWhereAChoiceIsWrong) {
               "choose one of: ldi, deep, composite, midpoint-depth, page");
     options.as = "";
     options.tone_map = "filmic";
-    EXPECT_EQ(usageHint("out.png", options), "choose one of: none, neutral, aces");
+    EXPECT_EQ(usageHint("out.png", options), "choose one of: neutral, none, aces");
 }
 
 TEST(Writers, ExtensionAndKindChooseTheFormat) {

@@ -56,7 +56,8 @@ TEST(NpzWriter, NumpyReadsArraysThatGrewSideBySide) {
         "none": ["uint32", [0, 4], []],
         "bytes": ["uint8", [2], [255, 7]],
         "half": ["float16", [1], [1.0]],
-        "int": ["int32", [1], [-5]]})"));
+        "int": ["int32", [1], [-5]],
+        "arrays_version": ["int64", [], [2]]})"));
 }
 
 TEST(NpzWriter, RefusesWhatDoesNotFitTheShapes) {

@@ -41,7 +41,7 @@ TEST(PlyWriter, WritesTheHeaderOfTheStandardAndTheBytes) {
     }
     all.insert(all.end(), second.begin(), second.end());
     EXPECT_EQ(test::bytesOf(path),
-              "ply\nformat binary_little_endian 1.0\ncomment a comment\n"
+              "ply\nformat binary_little_endian 1.0\ncomment arrays_version 2\ncomment a comment\n"
               "comment ...................\nelement vertex 2\n"
               "property double x\nproperty float y\nproperty uint id\nproperty uchar red\n"
               "end_header\n" +

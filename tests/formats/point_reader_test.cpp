@@ -162,6 +162,7 @@ numpy.savez(folder + 'lone.npz', xyz=p.astype('<f4'), ids=numpy.arange(6).reshap
 numpy.savez(folder + 'big.npz', p.astype('>f8'))
 numpy.savez_compressed(folder + 'big4.npz', p.astype('>f4'))
 numpy.savez(folder + 'fortran.npz', points=numpy.asfortranarray(p))
+numpy.savez(folder + 'ours.npz', viewer_normals=-p, positions=p, bundle_up=p)
 numpy.savez(folder + 'two.npz', a=p, b=p)
 numpy.savez(folder + 'none.npz', a=p[:, :2], b=p.astype('f2'), c=p[None])
 numpy.savez(folder + 'ints.npz', points=p.astype('i4'))
@@ -183,7 +184,7 @@ TEST(NpzPoints, AsNumpyWritesThem) {
     const Outcome wrote = runPython(kWriteNpz, {scratch.path()});
     ASSERT_EQ(wrote.exit_code, 0) << wrote.err;
     const std::vector<glm::dvec3> points = {{-300, 0.5, -3.25}, {4, -0.125, 0.0009765625}};
-    for (const char* name : {"points", "packed", "lone", "big", "big4", "fortran"})
+    for (const char* name : {"points", "packed", "lone", "big", "big4", "fortran", "ours"})
         EXPECT_EQ(readPoints(scratch / (std::string(name) + ".npz")), points) << name;
     EXPECT_EQ(readPoints(scratch / "zeros.npz").size(), 40000U);
 

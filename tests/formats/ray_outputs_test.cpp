@@ -15,6 +15,7 @@
 #include "formats/exr/exr_header.h"
 #include "formats/image/flat_image.h"
 #include "formats/image/image_writer.h"
+#include "formats/image/legend.h"
 #include "formats/rays/ray_output.h"
 #include "support/python.h"
 #include "support/ray_hits.h"
@@ -172,6 +173,38 @@ TEST_F(RayOutputs, PicturesGoFromBlackToTheGreatestValue) {
     const FlatImage film = readFlatImage(path("x.png"));
     EXPECT_EQ(film.image.rgba[0][0], 0);
     EXPECT_NEAR(double(byte(film, middle, 0)), 255 * (1 - std::exp(-0.1 - 1.0)), 2);
+}
+
+/// The legend changes no pixel of the map, and says which colours its numbers have.
+TEST_F(RayOutputs, PicturesHaveALegendBelow) {
+    const std::span<const Bundle> one = std::span(bundles_).first(1);
+    const Window& crop = bundles_[0].view.crop;
+    const auto width = std::size_t(crop.width()), height = std::size_t(crop.height());
+    for (const RayMap map : {RayMap::kThickness, RayMap::kTransmission, RayMap::kLast}) {
+        RayMapOptions options;
+        options.settings.maps = {map};
+        options.settings.attenuation = {0.1, 1};
+        trace(*maps("plain.png", options), one);
+        options.legend = true;
+        trace(*maps("legend.png", options), one);
+        const CompositeImage plain = readFlatImage(path("plain.png")).image,
+                             with = readFlatImage(path("legend.png")).image;
+        const auto wide = std::size_t(with.window.width());
+        ASSERT_GE(wide, width);
+        ASSERT_GT(std::size_t(with.window.height()), height);
+        for (std::size_t y = 0; y < height; ++y)
+            for (std::size_t x = 0; x < width; ++x)
+                ASSERT_EQ(with.rgba[y * wide + x], plain.rgba[y * width + x]) << x << ", " << y;
+        // The bar's middle row: from the colour of the least number to that of the greatest.
+        const LegendSize size = colorBarSize("", crop.width());
+        const auto at = [&](std::size_t x) {
+            return with.rgba[(height + std::size_t(size.height) / 2) * wide + x];
+        };
+        const std::size_t left = 4 * std::size_t(size.scale), right = wide - left - 1;
+        const bool film = map == RayMap::kTransmission;
+        EXPECT_EQ(at(left)[0] > 0.99F, film) << at(left)[0];
+        EXPECT_EQ(at(right)[0] < 0.01F, film) << at(right)[0];
+    }
 }
 
 TEST_F(RayOutputs, MapsThatCannotBe) {

@@ -2,9 +2,9 @@
 // The classic 5x7 glyphs of character displays (public domain), printable ASCII.
 #include <cstdint>
 
-#include "cmd/sheet/sheet_cells.h"
+#include "formats/image/legend.h"
 
-namespace peeler::cmd {
+namespace peeler {
 
 namespace {
 
@@ -146,4 +146,4 @@ void drawText(CompositeImage& picture, int x, int y, int scale, const std::array
     }
 }
 
-}  // namespace peeler::cmd
+}  // namespace peeler

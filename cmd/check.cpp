@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler check: whether parts can be made of what a scene shows, and if not, why and where.
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "cmd/check/part_report.h"
+#include "cmd/cli/arguments.h"
+#include "cmd/cli/errors.h"
+#include "cmd/cli/parse.h"
+#include "cmd/cli/progress.h"
+#include "cmd/cli/report.h"
+#include "cmd/options/capture_job.h"
+#include "cmd/options/output_options.h"
+#include "cmd/verbs.h"
+#include "core/base/error.h"
+#include "formats/image/legend.h"
+#include "formats/writers.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a scene unit is, in metres.
+struct LengthUnit {
+    double metres = 1;
+};
+constexpr LengthUnit kMetre{1}, kMillimetre{1e-3}, kCentimetre{1e-2}, kInch{0.0254};
+constexpr Choice<const LengthUnit*> kUnits[] = {
+    {"m", &kMetre, "metres, as glTF has it"},
+    {"mm", &kMillimetre, "millimetres, as some exporters leave them"},
+    {"cm", &kCentimetre, "centimetres"},
+    {"in", &kInch, "inches"},
+};
+
+struct CheckOptions : CaptureJobOptions {
+    OutputRequest output;
+    CameraOptions camera;
+    bool together = false;
+    const LengthUnit* unit = &kMetre;
+    std::optional<double> least_wall;  ///< millimetres
+
+    bool writesPicture() const { return !output.path.empty(); }
+};
+
+/// Keeps a composite as it comes, band after band.
+class PlacesKeeper : public Sink {
+  public:
+    explicit PlacesKeeper(CompositeImage& picture) : picture_(picture) {}
+
+    void begin(const Plan& plan) override { picture_.window = plan.view.crop; }
+    void write(LayeredImage&& band) override {
+        compositeOver(band, {1, 1, 1, 1}, band_);
+        picture_.rgba.insert(picture_.rgba.end(), band_.rgba.begin(), band_.rgba.end());
+    }
+    void finish() override { picture_.z.assign(picture_.rgba.size(), 0); }
+
+  private:
+    CompositeImage& picture_;
+    CompositeImage band_;
+};
+
+/// The picture with the legend below it.
+CompositeImage withLegend(const CompositeImage& picture, const std::vector<LegendLine>& lines) {
+    const int width = picture.window.width(), height = picture.window.height();
+    const LegendSize size = legendSize(lines, width);
+    const CompositeImage legend = drawLegend(lines, size);
+    CompositeImage both;
+    both.window = {0, 0, size.width, height + size.height};
+    for (int y = 0; y < height; ++y) {
+        const auto row = picture.rgba.begin() + std::ptrdiff_t{y} * width;
+        both.rgba.insert(both.rgba.end(), row, row + width);
+        both.rgba.resize(both.rgba.size() + static_cast<std::size_t>(size.width - width),
+                         {1, 1, 1, 1});
+    }
+    both.rgba.insert(both.rgba.end(), legend.rgba.begin(), legend.rgba.end());
+    both.z.assign(both.rgba.size(), 0);
+    return both;
+}
+
+/// One run. run() lists its stages.
+class Check {
+  public:
+    Check(const CheckOptions& options, Console& console)
+        : options_(options), console_(console), job_(options, console) {}
+
+    int run() {
+        checkOptions();
+        check();
+        if (options_.writesPicture()) writePicture();
+        return report();
+    }
+
+  private:
+    void checkOptions() {
+        job_.checkOptions();
+        std::vector<fs::path> others{options_.scene.file};
+        if (options_.writesPicture()) {
+            OutputRequest output = options_.output;
+            output.options.as = "composite";
+            checkOutput(output, others);
+            others.push_back(options_.output.path);
+        }
+        checkReport(options_.report, others);
+    }
+
+    void check() {
+        const OpenedScene& scene = job_.openScene();
+        job_.checkOutputs(options_.writesPicture() ? std::vector{options_.output.path}
+                                                   : std::vector<fs::path>{});
+        const PosedScene posed = job_.pose();
+        CheckSettings settings;
+        settings.together = options_.together;
+        settings.metres = options_.unit->metres;
+        if (options_.least_wall)
+            settings.least_wall = *options_.least_wall / 1000 / settings.metres;
+        const StageTimer timer(job_.times(), "check");
+        ProgressReport progress(console_, options_.report.shownProgress(), "check");
+        report_ = checkParts(posed, settings, [&](double share) { progress.update(share); });
+        warn(scene);
+    }
+
+    void warn(const OpenedScene&) {
+        constexpr double kLarge = 10;  // metres: larger than printers are
+        const glm::dvec3 size = report_.bounds.max - report_.bounds.min;
+        const double largest = std::max({size.x, size.y, size.z});
+        if (largest * report_.metres > kLarge && options_.unit == &kMetre)
+            console_.hint("this is " + groupedText(static_cast<std::uint64_t>(largest)) +
+                          " metres large; if the file has millimetres, say --unit mm");
+    }
+
+    void writePicture() {
+        const Scene scene = placesScene(report_);
+        const PosedScene posed(scene);
+        Renderer& renderer = job_.openRenderer(posed);
+        CaptureSettings capture = options_.capture;
+        capture.composite = true;
+        capture.color_type = PixelType::kFloat;
+        CompositeImage picture;
+        PlacesKeeper keeper(picture);
+        keeper.begin(renderer.plan(makeView(posed, SceneExtent(posed), options_.camera), capture));
+        renderer.capture(keeper);
+        keeper.finish();
+        job_.closeRenderer();
+        OutputOptions output = options_.output.options;
+        output.provenance.version = PEELER_VERSION;
+        peeler::writePicture(options_.output.path.string(),
+                             withLegend(picture, placesLegend(report_)), output);
+    }
+
+    int report() {
+        RunResult result;
+        job_.finish(result);
+        if (options_.writesPicture()) result.setFile(options_.output.path);
+        const Json json = toJson(result, toJson(report_));
+        if (options_.report.file) writeReport(*options_.report.file, json);
+        if (options_.report.json)
+            console_.result(jsonText(json));
+        else
+            console_.result(toText(report_, options_.scene.file.string()));
+        if (options_.writesPicture())
+            console_.note(options_.output.path.string() + ": " + bytesText(result.bytes) + ", " +
+                          totalText(result.milliseconds));
+        if (report_.faulty() == 0) return 0;
+        console_.error(verdictText(report_));
+        return static_cast<int>(ErrorKind::kInput);
+    }
+
+    const CheckOptions& options_;
+    Console& console_;
+    CaptureJob job_;
+    CheckReport report_;
+};
+
+constexpr const char* kCheckFooter =
+    "A part is a mesh in its place, of all its materials; vertices at the same position, bit for\n"
+    "bit, are one. It is good to print if it is\n"
+    "  closed        every edge has an even number of triangles\n"
+    "  manifold      no edge has more than two\n"
+    "  oriented      neighbours run along their common edge in opposite directions, outer shells\n"
+    "                face outwards, shells inside of others inwards (cavities)\n"
+    "  not crossing  no triangle goes through another one, no shell lies in another's material;\n"
+    "                what reaches less than a millionth of the part's size into it only touches\n"
+    "and its thinnest wall is not below --min-wall. Parts may overlap each other: that is told,\n"
+    "with the volume of their union, and is wrong only with --together.\n"
+    "The thinnest wall is the shortest way from the surface straight into the material, against\n"
+    "the normal of a triangle, to a face that looks the other way within 30 degrees; found for\n"
+    "all points of the surface, not for samples, to 1e-4 of itself. Faces that share a corner are\n"
+    "an edge and no wall; sharp edges, of less than 30 degrees, are counted. Of open parts it is\n"
+    "the thinnest of what is there. Alpha and textures do not matter.\n\n"
+    "Exit codes: 0 good to print; 3 not as it is, or the file is no scene.";
+
+}  // namespace
+
+VerbAction declareCheck(VerbOptions& verb) {
+    const auto options = std::make_shared<CheckOptions>();
+    addSceneArgument(verb, *options);
+    addOutputFile(verb, options->output);
+    verb.option("--output")
+        .required(false)
+        .description(
+            "a picture (.png, .jpg, .tif) of the parts, like glass, with what is wrong "
+            "and the thinnest wall in bright colours");
+    addValue(verb, "--size", "WxH", options->camera.size, parseSize,
+             "of the picture (default: 1280x720)")
+        .group("Output");
+    addValue(verb, "--min-wall", "MM", options->least_wall, parsePositive,
+             "a thinner wall is a problem; millimetres")
+        .group("Check");
+    addChoice<const LengthUnit*>(verb, "--unit", options->unit, kUnits, "unit",
+                                 "what a unit of the scene is")
+        .group("Check");
+    verb.addFlag("--together", options->together,
+                 "all parts are one: they are welded where vertices are at the same place, and may "
+                 "not overlap")
+        .group("Check");
+    addShownOptions(verb, *options);
+    addRunOptions(verb, *options, "of the picture; the check itself takes what it needs");
+    verb.footer(kCheckFooter);
+    return [options](Console& console) { return Check(*options, console).run(); };
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+// What checks have found, in words and as JSON.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "cmd/check/part_report.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// How many parts and problems are told one by one; JSON has them all.
+constexpr std::size_t kNamedParts = 10;
+/// Of each problem, JSON tells so many places.
+constexpr std::size_t kToldPlaces = 8;
+
+/// A problem in words: "3 edges are open, around 1 hole".
+struct ProblemWords {
+    PartProblem kind;
+    const char* key;
+    std::string (*text)(const PartReport& part, const FoundProblem& problem);
+};
+
+std::string counted(std::uint64_t count, const std::string& noun, const char* one,
+                    const char* several) {
+    return countText(count, noun) + (count == 1 ? one : several);
+}
+
+constexpr ProblemWords kProblems[] = {
+    {PartProblem::kEmpty, "empty",
+     [](const PartReport&, const FoundProblem&) {
+         return std::string("no triangle of it has an area");
+     }},
+    {PartProblem::kOpenEdges, "openEdges",
+     [](const PartReport& part, const FoundProblem& problem) {
+         return counted(problem.count, "edge", " is open", " are open") + ", around " +
+                countText(part.topology.holes, "hole");
+     }},
+    {PartProblem::kCrowdedEdges, "nonManifoldEdges",
+     [](const PartReport&, const FoundProblem& problem) {
+         return counted(problem.count, "edge", " has", " have") + " more than two triangles";
+     }},
+    {PartProblem::kTurnedTriangles, "flippedTriangles",
+     [](const PartReport&, const FoundProblem& problem) {
+         return counted(problem.count, "triangle", " is flipped", " are flipped") +
+                ", against those around";
+     }},
+    {PartProblem::kOneSided, "oneSidedShells",
+     [](const PartReport&, const FoundProblem& problem) {
+         return counted(problem.count, "shell", " has", " have") +
+                " one side only, as a Moebius strip has";
+     }},
+    {PartProblem::kInsideOut, "insideOutShells",
+     [](const PartReport&, const FoundProblem& problem) {
+         return counted(problem.count, "shell", " is inside out", " are inside out");
+     }},
+    {PartProblem::kSelfIntersections, "selfIntersections",
+     [](const PartReport&, const FoundProblem& problem) {
+         return "the surface goes through itself: " +
+                counted(problem.count, "pair", " of triangles crosses", " of triangles cross");
+     }},
+    {PartProblem::kOverlaps, "overlaps",
+     [](const PartReport&, const FoundProblem& problem) {
+         return "shells overlap in " + countText(problem.count, "place");
+     }},
+    {PartProblem::kThinWall, "thinWalls",
+     [](const PartReport&, const FoundProblem&) {
+         return std::string("the thinnest wall is thinner than --min-wall");
+     }},
+};
+
+const ProblemWords& wordsOf(PartProblem kind) {
+    return *std::ranges::find(kProblems, kind, &ProblemWords::kind);
+}
+
+std::string number(double value, const char* format) {
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), format, value);
+    return text.data();
+}
+
+/// Numbers in the units that parts are made in, and in glTF's.
+class Units {
+  public:
+    explicit Units(double metres) : metres_(metres) {}
+
+    std::string millimetres(double length) const { return number(1000 * metres_ * length, "%.4f"); }
+    std::string length(double length) const {
+        return millimetres(length) + " mm (" + number(metres_ * length, "%.6g") + " m)";
+    }
+    std::string size(const Bounds& box) const {
+        const glm::dvec3 size = box.max - box.min;
+        const auto three = [](const std::string& x, const std::string& y, const std::string& z) {
+            return x + " x " + y + " x " + z;
+        };
+        const double mm = 1000 * metres_;
+        return three(number(mm * size.x, "%.6g"), number(mm * size.y, "%.6g"),
+                     number(mm * size.z, "%.6g")) +
+               " mm (" +
+               three(number(metres_ * size.x, "%.6g"), number(metres_ * size.y, "%.6g"),
+                     number(metres_ * size.z, "%.6g")) +
+               " m)";
+    }
+    std::string area(double area) const {
+        return number(1e6 * metres_ * metres_ * area, "%.6g") + " mm2";
+    }
+    std::string volume(double volume) const {
+        const double cubic = metres_ * metres_ * metres_ * volume;
+        return number(1e9 * cubic, "%.6g") + " mm3 (" + number(cubic, "%.6g") + " m3)";
+    }
+    /// Where something is: in the scene's own units, as other programs show them.
+    static std::string place(const glm::dvec3& p) {
+        const auto coordinate = [](double x) {
+            return number(std::abs(x) < 1e-12 ? 0 : x, "%.6g");
+        };
+        return "(" + coordinate(p.x) + ", " + coordinate(p.y) + ", " + coordinate(p.z) + ")";
+    }
+
+  private:
+    double metres_;
+};
+
+std::string nameOf(const PartReport& part) {
+    return printable(part.name) +
+           (part.instance > 0 ? " #" + std::to_string(part.instance) : std::string());
+}
+
+std::string problemText(const PartReport& part, const FoundProblem& problem, const Units& units) {
+    std::string text = wordsOf(problem.kind).text(part, problem);
+    if (problem.kind == PartProblem::kThinWall)
+        text += ": " + units.length(part.wall->thickness);
+    else if (problem.kind == PartProblem::kOverlaps && part.volume && part.union_volume)
+        text += ": " + units.volume(*part.volume) + " in sum, " + units.volume(*part.union_volume) +
+                " of their union";
+    if (!problem.places.empty())
+        text += (problem.places.size() > 1 ? ", one at " : ", at ") +
+                Units::place(problem.places.front());
+    return text;
+}
+
+std::string line(const std::string& label, const std::string& text) {
+    return "  " + label + std::string(label.size() < 15 ? 15 - label.size() : 1, ' ') + text + '\n';
+}
+
+std::string shellsText(const PartReport& part) {
+    std::string text = countText(part.topology.shells.size(), "shell");
+    if (const std::size_t cavities = part.shellsOf(ShellSide::kCavity); cavities > 0)
+        text += ", of which " + std::to_string(cavities) +
+                (cavities == 1 ? " is a cavity" : " are cavities");
+    return text;
+}
+
+std::string wallText(const PartReport& part, const Units& units) {
+    if (!part.wall) return "none: no two faces are opposite";
+    return units.length(part.wall->thickness) + ", from " + Units::place(part.wall->from) + " to " +
+           Units::place(part.wall->to);
+}
+
+std::string partText(const PartReport& part, const Units& units) {
+    const PartTopology& topology = part.topology;
+    std::string text = nameOf(part) + ": " + (part.good() ? "good" : "not good") + '\n';
+    for (const FoundProblem& problem : part.problems)
+        text += line("problem", problemText(part, problem, units));
+    text += line("triangles",
+                 groupedText(part.mesh.triangles.size()) + " in " + shellsText(part) +
+                     (part.mesh.degenerate == 0 ? std::string()
+                                                : "; " + groupedText(part.mesh.degenerate) +
+                                                      " more without area are left out"));
+    std::string surface = topology.closed() ? "closed" : "open";
+    surface += topology.crowded.empty() ? ", manifold" : ", not manifold";
+    surface += topology.turned.empty() && part.count(PartProblem::kInsideOut) == 0
+                   ? ", facing outwards"
+                   : ", not all facing outwards";
+    surface += part.crossings.empty() ? ", nothing crosses"
+                                      : ", " + countText(part.crossings.size(), "crossing");
+    text += line("surface", surface);
+    text += line("size", units.size(part.mesh.bounds()));
+    text += line("area", units.area(part.area));
+    if (part.volume)
+        text += line("volume", units.volume(*part.volume) +
+                                   (part.count(PartProblem::kOverlaps) +
+                                                part.count(PartProblem::kSelfIntersections) ==
+                                            0
+                                        ? std::string()
+                                        : "; the union " + units.volume(*part.union_volume)));
+    text += line("thinnest wall", wallText(part, units));
+    if (part.sharp.empty()) return text;
+    const PartEdge& edge = part.sharp.front();
+    const glm::dvec3 place = (part.mesh.points[edge.a] + part.mesh.points[edge.b]) / 2.0;
+    return text + line("sharp edges", counted(part.sharp.size(), "edge", " encloses", " enclose") +
+                                          " less than 30 degrees, one at " + Units::place(place));
+}
+
+std::string overlapsText(const CheckReport& report, const Units& units) {
+    std::string text;
+    for (std::size_t i = 0; i < std::min(report.overlaps.size(), kNamedParts); ++i) {
+        const PartOverlap& overlap = report.overlaps[i];
+        text += line("overlap", nameOf(report.parts[overlap.a]) + " and " +
+                                    nameOf(report.parts[overlap.b]) + ": " +
+                                    countText(overlap.pairs, "pair") + " of triangles, at " +
+                                    Units::place(overlap.place));
+    }
+    if (report.overlaps.size() > kNamedParts)
+        text += line("", "and " + countText(report.overlaps.size() - kNamedParts, "more overlap"));
+    text += line("size", units.size(report.bounds));
+    if (report.volume)
+        text += line("volume", units.volume(*report.volume) + " in sum; the union " +
+                                   units.volume(*report.union_volume));
+    if (const auto thinnest = report.thinnest())
+        text += line("thinnest wall", wallText(report.parts[*thinnest], units) + ", of " +
+                                          nameOf(report.parts[*thinnest]));
+    return text;
+}
+
+Json placeJson(const glm::dvec3& p) {
+    return {p.x, p.y, p.z};
+}
+
+Json boundsJson(const Bounds& box) {
+    return {{"min", placeJson(box.min)}, {"max", placeJson(box.max)}};
+}
+
+Json numberJson(const std::optional<double>& value) {
+    return value ? Json(*value) : Json();
+}
+
+Json wallJson(const PartReport& part) {
+    if (!part.wall) return {};
+    return {{"thickness", part.wall->thickness},
+            {"from", placeJson(part.wall->from)},
+            {"to", placeJson(part.wall->to)}};
+}
+
+Json partJson(const PartReport& part) {
+    const PartTopology& topology = part.topology;
+    Json json;
+    json["node"] = part.name;
+    json["nodeIndex"] = part.node < 0 ? Json() : Json(part.node);
+    json["instance"] = part.instance;
+    json["verdict"] = part.good() ? "good" : "bad";
+    json["closed"] = topology.closed();
+    json["manifold"] = topology.closed() && topology.crowded.empty();
+    json["oriented"] = topology.turned.empty() && part.count(PartProblem::kOneSided) == 0 &&
+                       part.count(PartProblem::kInsideOut) == 0;
+    json["triangles"] = part.mesh.triangles.size();
+    json["degenerateTriangles"] = part.mesh.degenerate;
+    json["shells"] = topology.shells.size();
+    json["cavities"] = part.shellsOf(ShellSide::kCavity);
+    json["openEdges"] = topology.open.size();
+    json["holes"] = topology.holes;
+    json["nonManifoldEdges"] = topology.crowded.size();
+    json["flippedTriangles"] = topology.turned.size();
+    json["insideOutShells"] = part.count(PartProblem::kInsideOut);
+    json["selfIntersections"] = part.count(PartProblem::kSelfIntersections);
+    json["overlaps"] = part.count(PartProblem::kOverlaps);
+    json["bounds"] = boundsJson(part.mesh.bounds());
+    json["area"] = part.area;
+    json["volume"] = numberJson(part.volume);
+    json["unionVolume"] = numberJson(part.union_volume);
+    json["thinnestWall"] = wallJson(part);
+    json["sharpEdges"] = part.sharp.size();
+    json["problems"] = Json::array();
+    for (const FoundProblem& problem : part.problems) {
+        Json places = Json::array();
+        for (std::size_t i = 0; i < std::min(problem.places.size(), kToldPlaces); ++i)
+            places.push_back(placeJson(problem.places[i]));
+        json["problems"].push_back({{"kind", wordsOf(problem.kind).key},
+                                    {"count", problem.count},
+                                    {"places", std::move(places)}});
+    }
+    return json;
+}
+
+}  // namespace
+
+std::string verdictText(const CheckReport& report) {
+    const std::size_t faulty = report.faulty();
+    if (faulty == 0) return "good to print";
+    std::string why;
+    if (report.parts.size() == 1) {
+        const PartReport& part = report.parts.front();
+        for (const FoundProblem& problem : part.problems)
+            why += (why.empty() ? ": " : "; ") + wordsOf(problem.kind).text(part, problem);
+        return "not printable as it is" + why;
+    }
+    return "not printable as it is: " + groupedText(faulty) + " of " +
+           countText(report.parts.size(), "part") + (faulty == 1 ? " is" : " are") + " not good";
+}
+
+std::string toText(const CheckReport& report, const std::string& file) {
+    const Units units(report.metres);
+    std::string text = printable(file) + ": " + verdictText(report) + '\n';
+    const bool several = report.parts.size() > 1;
+    // Of many parts those that are not good; of a few all.
+    std::size_t named = 0;
+    for (const PartReport& part : report.parts) {
+        if (report.parts.size() > kNamedParts && part.good()) continue;
+        if (++named <= kNamedParts) text += partText(part, units);
+    }
+    if (named > kNamedParts)
+        text += "and " + countText(named - kNamedParts, "more part") + " that " +
+                (named - kNamedParts == 1 ? "is" : "are") + " not good; --json has them all\n";
+    if (several)
+        text +=
+            "all " + countText(report.parts.size(), "part") + ":\n" + overlapsText(report, units);
+    return text;
+}
+
+Json toJson(const CheckReport& report) {
+    Json json;
+    json["verdict"] = report.faulty() == 0 ? "good" : "bad";
+    json["metresPerUnit"] = report.metres;
+    json["bounds"] = boundsJson(report.bounds);
+    const bool one = report.parts.size() == 1;
+    json["volume"] = numberJson(one ? report.parts.front().volume : report.volume);
+    json["unionVolume"] = numberJson(one ? report.parts.front().union_volume : report.union_volume);
+    const auto thinnest = report.thinnest();
+    json["thinnestWall"] = thinnest ? wallJson(report.parts[*thinnest]) : Json();
+    if (thinnest) json["thinnestWall"]["part"] = *thinnest;
+    json["parts"] = Json::array();
+    for (const PartReport& part : report.parts)
+        json["parts"].push_back(partJson(part));
+    json["partOverlaps"] = Json::array();
+    for (const PartOverlap& overlap : report.overlaps)
+        json["partOverlaps"].push_back({{"parts", {overlap.a, overlap.b}},
+                                        {"pairs", overlap.pairs},
+                                        {"place", placeJson(overlap.place)}});
+    return json;
+}
+
+}  // namespace peeler::cmd

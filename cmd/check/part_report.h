@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `peeler check` finds of the parts of a scene, and how it tells that.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <glm/glm.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cmd/cli/report.h"
+#include "core/image/composite.h"
+#include "core/parts/part_check.h"
+#include "core/scene/posed_scene.h"
+#include "formats/image/legend.h"
+
+namespace peeler::cmd {
+
+/// What can be wrong with a part; the table in check_text.cpp names each.
+enum class PartProblem : std::uint8_t {
+    kEmpty,
+    kOpenEdges,
+    kCrowdedEdges,
+    kTurnedTriangles,
+    kOneSided,
+    kInsideOut,
+    kSelfIntersections,
+    kOverlaps,
+    kThinWall,
+};
+
+/// Something that is wrong, how often, and where.
+struct FoundProblem {
+    PartProblem kind = PartProblem::kEmpty;
+    std::uint64_t count = 0;
+    std::vector<glm::dvec3> places{};  ///< world space; the first few
+};
+
+/// What is known of a part, or of all of them as one.
+struct PartReport {
+    std::string name;            ///< of its node
+    int node = -1;               ///< index; -1 = all parts together
+    std::uint32_t instance = 0;  ///< which of its node
+    PartMesh mesh;               ///< as it is
+    PartMesh turned;             ///< facing outwards
+    PartTopology topology;
+    std::vector<ShellSide> sides;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> crossings;
+    double area = 0;
+    std::optional<double> volume, union_volume;  ///< of closed ones
+    std::optional<Wall> wall;
+    std::vector<PartEdge> sharp;  ///< of less than kWallAngle
+    std::vector<FoundProblem> problems;
+
+    bool good() const { return problems.empty(); }
+    std::uint64_t count(PartProblem kind) const;
+    std::size_t shellsOf(ShellSide side) const;
+};
+
+/// Two parts whose surfaces go through each other.
+struct PartOverlap {
+    std::size_t a = 0, b = 0;  ///< indices into CheckReport::parts
+    std::uint64_t pairs = 0;   ///< of triangles
+    glm::dvec3 place{0};
+};
+
+/// All that is known.
+struct CheckReport {
+    std::vector<PartReport> parts;
+    double metres = 1;                 ///< a scene unit
+    std::optional<double> least_wall;  ///< asked for, scene units
+    /// Of several parts.
+    std::vector<PartOverlap> overlaps;
+    std::optional<double> volume, union_volume;  ///< if all are closed
+    Bounds bounds;
+
+    std::size_t faulty() const;
+    /// Index of the part with the thinnest wall.
+    std::optional<std::size_t> thinnest() const;
+};
+
+struct CheckSettings {
+    bool together = false;             ///< all parts are one, welded
+    double metres = 1;                 ///< a scene unit
+    std::optional<double> least_wall;  ///< scene units
+};
+
+/// Checks all that a scene shows. `progress` is called with the share that is done.
+CheckReport checkParts(const PosedScene& posed, const CheckSettings& settings,
+                       const std::function<void(double)>& progress);
+
+/// The verdict, and why, as lines of text.
+std::string toText(const CheckReport& report, const std::string& file);
+/// What the verdict is, in one line without the file's name.
+std::string verdictText(const CheckReport& report);
+/// The keys that cmd/README.md lists.
+nlohmann::ordered_json toJson(const CheckReport& report);
+
+/// The parts, pale, and all places where something is wrong, in bright colours: a scene of its own.
+Scene placesScene(const CheckReport& report);
+/// What the colours of placesScene() stand for.
+std::vector<LegendLine> placesLegend(const CheckReport& report);
+
+}  // namespace peeler::cmd

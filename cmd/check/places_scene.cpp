@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// The picture of `check -o`: the parts like pale glass, what is wrong with them in bright colours.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "cmd/check/part_report.h"
+#include "core/scene/framing.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// What is marked, in which colour, and how the legend calls it.
+struct Mark {
+    const char* text;
+    std::array<float, 3> color;  ///< linear
+};
+constexpr Mark kOpenMark{"open edges", {1, 0.02F, 0.02F}};
+constexpr Mark kCrowdedMark{"edges of more than two triangles", {0.9F, 0, 0.7F}};
+constexpr Mark kTurnedMark{"flipped or inside out", {1, 0.3F, 0}};
+constexpr Mark kCrossingMark{"crossing or overlapping", {0.9F, 0.75F, 0}};
+constexpr Mark kWallMark{"thinnest wall", {0, 0.15F, 1}};
+
+constexpr Mark markOf(PartProblem kind) {
+    switch (kind) {
+        case PartProblem::kOpenEdges:
+            return kOpenMark;
+        case PartProblem::kCrowdedEdges:
+            return kCrowdedMark;
+        case PartProblem::kSelfIntersections:
+        case PartProblem::kOverlaps:
+            return kCrossingMark;
+        case PartProblem::kThinWall:
+            return kWallMark;
+        default:
+            return kTurnedMark;
+    }
+}
+
+/// Adds primitives of one colour each to a scene.
+class PlacesScene {
+  public:
+    PlacesScene() {
+        scene_.scenes.resize(1);
+        scene_.scenes[0].roots = {0};
+        scene_.nodes.resize(1);
+        scene_.nodes[0].mesh = 0;
+        scene_.meshes.resize(1);
+    }
+
+    /// A primitive of a new material. A reference is good until the next one.
+    Primitive& add(const std::array<float, 3>& color, float alpha, Topology topology) {
+        Material material;
+        material.base_color = {color[0], color[1], color[2], alpha};
+        material.alpha_mode = alpha < 1 ? AlphaMode::kBlend : AlphaMode::kOpaque;
+        material.double_sided = true;
+        material.metallic = 0;
+        material.unlit = alpha == 1;
+        Primitive primitive;
+        primitive.topology = topology;
+        primitive.material = static_cast<int>(scene_.materials.size());
+        scene_.materials.push_back(material);
+        scene_.meshes[0].primitives.push_back(std::move(primitive));
+        return scene_.meshes[0].primitives.back();
+    }
+
+    Scene finish() {
+        auto& primitives = scene_.meshes[0].primitives;
+        std::erase_if(primitives, [](const Primitive& p) { return p.positions.empty(); });
+        scene_.materials.emplace_back();  // glTF's default one is the last
+        return std::move(scene_);
+    }
+
+  private:
+    Scene scene_;
+};
+
+/// A ball of a few triangles.
+void addBall(Primitive& primitive, const glm::dvec3& middle, double radius) {
+    constexpr int kAround = 12, kAcross = 6;
+    const auto at = [&](int i, int j) {
+        const double u = 2 * std::numbers::pi * i / kAround, v = std::numbers::pi * j / kAcross;
+        return glm::vec3(middle + radius * glm::dvec3(std::sin(v) * std::cos(u), std::cos(v),
+                                                      std::sin(v) * std::sin(u)));
+    };
+    for (int i = 0; i < kAround; ++i) {
+        for (int j = 0; j < kAcross; ++j) {
+            for (const auto& [a, b] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}})
+                primitive.positions.push_back(at(i + a, j + b));
+        }
+    }
+}
+
+void addTriangle(Primitive& primitive, const PartMesh& mesh, std::uint32_t triangle) {
+    for (const glm::dvec3& corner : mesh.corners(triangle))
+        primitive.positions.emplace_back(corner);
+}
+
+void addLines(Primitive& primitive, const PartMesh& mesh, const std::vector<PartEdge>& edges) {
+    for (const PartEdge& edge : edges)
+        for (const std::uint32_t point : {edge.a, edge.b})
+            primitive.positions.emplace_back(mesh.points[point]);
+}
+
+void addPart(PlacesScene& scene, const PartReport& part, double ball) {
+    const PartMesh& mesh = part.mesh;
+    const auto lines = [&](const Mark& mark, const std::vector<PartEdge>& edges) {
+        addLines(scene.add(mark.color, 1, Topology::kLines), mesh, edges);
+    };
+    lines(kOpenMark, part.topology.open);
+    lines(kCrowdedMark, part.topology.crowded);
+    Primitive& turned = scene.add(kTurnedMark.color, 1, Topology::kTriangles);
+    for (const std::uint32_t t : part.topology.turned)
+        addTriangle(turned, mesh, t);
+    std::set<std::uint32_t> crossing;
+    for (const auto& [a, b] : part.crossings)
+        crossing.insert({a, b});
+    Primitive& crossed = scene.add(kCrossingMark.color, 1, Topology::kTriangles);
+    for (const std::uint32_t t : crossing)
+        addTriangle(crossed, mesh, t);
+    // The rest of it, like glass.
+    Primitive& body = scene.add({0.3F, 0.34F, 0.4F}, 0.25F, Topology::kTriangles);
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+        if (!crossing.contains(t) && !std::ranges::binary_search(part.topology.turned, t))
+            addTriangle(body, mesh, t);
+    for (const FoundProblem& problem : part.problems) {
+        if (problem.kind == PartProblem::kThinWall) continue;  // marked in any case
+        Primitive& balls = scene.add(markOf(problem.kind).color, 1, Topology::kTriangles);
+        for (const glm::dvec3& place : problem.places)
+            addBall(balls, place, ball);
+    }
+}
+
+}  // namespace
+
+Scene placesScene(const CheckReport& report) {
+    PlacesScene scene;
+    const double size = glm::length(report.bounds.max - report.bounds.min);
+    const double ball = 0.008 * size;
+    for (const PartReport& part : report.parts)
+        addPart(scene, part, ball);
+    if (const auto thinnest = report.thinnest()) {
+        const Wall& wall = *report.parts[*thinnest].wall;
+        Primitive& marks = scene.add(kWallMark.color, 1, Topology::kTriangles);
+        addBall(marks, wall.from, 2 * ball);
+        addBall(marks, wall.to, 2 * ball);
+    }
+    return scene.finish();
+}
+
+std::vector<LegendLine> placesLegend(const CheckReport& report) {
+    std::vector<LegendLine> lines{
+        {{1, 1, 1}, report.faulty() == 0 ? "good to print" : "not printable as it is"}};
+    std::set<std::string> told;
+    for (const PartReport& part : report.parts) {
+        for (const FoundProblem& problem : part.problems) {
+            const Mark mark = markOf(problem.kind);
+            if (problem.kind == PartProblem::kThinWall || !told.insert(mark.text).second) continue;
+            lines.push_back({mark.color, mark.text});
+        }
+    }
+    if (const auto thinnest = report.thinnest()) {
+        const double millimetres = 1000 * report.metres * report.parts[*thinnest].wall->thickness;
+        std::array<char, 64> text{};
+        std::snprintf(text.data(), text.size(), "%s: %.4f mm", kWallMark.text, millimetres);
+        lines.push_back({kWallMark.color, text.data()});
+    }
+    return lines;
+}
+
+}  // namespace peeler::cmd

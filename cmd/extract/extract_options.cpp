@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/extract/extract_options.h"
+
+#include <algorithm>
+#include <string>
+
+#include "cmd/cli/arguments.h"
+#include "cmd/cli/parse.h"
+#include "cmd/options/forecast.h"
+#include "cmd/options/frames.h"
+#include "core/base/error.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// Adds layers to a list that is written like one of frames, but without negative numbers. Throws
+/// Error (kUsage).
+void takeLayers(const std::string& text, std::vector<int>& layers) {
+    std::vector<int> more;
+    try {
+        more = parseFrames(text);
+    } catch (const Error&) {
+        more = {-1};
+    }
+    if (std::ranges::any_of(more, [](int layer) { return layer < 0; })) {
+        throw Error(ErrorKind::kUsage, "expected layers, counted from 0", "",
+                    "e.g. 2, 0-3 or 0,2,5-8");
+    }
+    layers.insert(layers.end(), more.begin(), more.end());
+}
+
+constexpr const char* kExtractFooter =
+    "Arrays of the .npz, for n fragments of w x h pixels, with the names that peeler rays gives "
+    "to\n"
+    "the same things: ray_splits (w*h + 1, int64; pixel p, row by row, has the fragments\n"
+    "ray_splits[p] to ray_splits[p + 1], front to back), z (n; depth along bundle_direction),\n"
+    "rgba (n, 4; linear, premultiplied), opacity (n, 3; of R, G and B, where the file has AR, AG\n"
+    "and AB), layer (n, from 0); of channels, if the file has them:\n"
+    "t_hit (n; distance along the ray), primitive_ids, node_ids, instance_ids, material_ids (n;\n"
+    "indices from 0, 0xFFFFFFFF = none), primitive_uvs (n, 2), facing (n; 1 = the front), normals\n"
+    "and primitive_normals (n, 3; on the front if facing is there, else toward the viewer, and\n"
+    "called viewer_normals, viewer_primitive_normals), positions (n, 3), texcoords (n, 2), "
+    "tangents\n"
+    "(n, 4), base_color, emissive (n, 3), roughness, metallic (n), motion (n, 2), others by their\n"
+    "names; of the camera bundle_origin, bundle_direction, bundle_right, bundle_up (1, 3),\n"
+    "bundle_size (1, 2; at distance 1, or in scene units), bundle_resolution (1, 2), "
+    "bundle_window\n"
+    "(1, 4; x, y, w, h of these pixels), bundle_perspective (1; 0 or 1), near, far: NaN where the\n"
+    "file does not tell; arrays_version. With (W, H) = bundle_resolution, what lies behind pixel\n"
+    "(i, j) at z is origin + z * direction + s * (((i + 0.5) / W - 0.5) * size[0] * right\n"
+    "  - ((j + 0.5) / H - 0.5) * size[1] * up), s = z if it is perspective, else 1.\n"
+    "examples/readers does it.";
+
+}  // namespace
+
+void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
+    addFile(verb, "IN", "", options.input, "a layered or deep image (.exr)").required();
+    addOutputOptions(verb, options.output);
+    verb.option("--output")
+        .required(false)
+        .description(
+            "every layer as a file of its own, #### or %04d being its number: .exr (all channels, "
+            "cropped to the layer), .png, .jpg, .tif");
+    const auto add = [&](const char* name, auto& target, const char* help) {
+        addFile(verb, name, "FILE", target, help).group("Output");
+    };
+    add("--depth-complexity", options.counts,
+        "how many fragments every pixel has: .exr (a channel count), or a picture, black to "
+        "yellow");
+    add("--points", options.points,
+        "every fragment as a point in world space (.ply, binary) with colour, layer, and normal "
+        "and ids if the file has them");
+    verb.addFlag("--double", options.double_points, "x, y, z of --points in 64 bits, not 32")
+        .group("Output");
+    add("--npz", options.arrays, "every fragment in arrays for numpy (.npz, see below)");
+    addObjectOptions(verb, options.objects);
+    verb.addRepeated(
+            "--layer", "K",
+            [&options](const std::string& text) { takeLayers(text, options.layers); },
+            "only these layers, 0 being the nearest: 2, 0-3 or 0,2,5-8; may be repeated")
+        .group("Layers");
+    addValue(
+        verb, "--layers", "N|all", options.max_layers,
+        [](const std::string& text) { return parseLayers(text); },
+        "only the N nearest layers (default: all)")
+        .group("Layers");
+    addThreadsOption(verb, options.threads);
+    addReportOptions(verb, options.report);
+    addDryRunOption(verb, options.dry_run);
+    verb.footer(kExtractFooter);
+}
+
+}  // namespace peeler::cmd

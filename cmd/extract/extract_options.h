@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// The options of peeler extract.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "cmd/cli/report.h"
+#include "cmd/options/object_options.h"
+#include "cmd/options/output_options.h"
+
+namespace peeler::cmd {
+
+class VerbOptions;
+
+struct ExtractOptions {
+    std::filesystem::path input;
+    OutputRequest output;  ///< of layers; an empty path = none
+    std::optional<std::filesystem::path> counts, points, arrays;
+    ObjectOptions objects;
+    std::vector<int> layers;       ///< empty = all
+    std::uint32_t max_layers = 0;  ///< nearest layers; 0 = all
+    bool double_points = false;
+    bool dry_run = false;
+    int threads = 0;
+    ReportOptions report;
+};
+
+/// Declares all options of the verb. `options` must outlive the parse.
+void addExtractOptions(VerbOptions& verb, ExtractOptions& options);
+
+}  // namespace peeler::cmd

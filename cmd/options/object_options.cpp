@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/options/object_options.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "cmd/cli/arguments.h"
+#include "cmd/cli/parse.h"
+#include "cmd/options/differences.h"
+#include "cmd/options/layered_bands.h"
+#include "cmd/options/scene_options.h"
+#include "core/base/error.h"
+#include "core/image/layers.h"
+#include "formats/file/content_hash.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// A layered file without the fragments that nobody has chosen.
+class ChosenObjects final : public LayeredInput {
+  public:
+    ChosenObjects(std::unique_ptr<LayeredInput> input, ObjectSelection selection)
+        : input_(std::move(input)), selection_(std::move(selection)), info_(input_->info()) {
+        DepthComplexity complexity(info_.plan.view.crop);
+        forEachBand(*this, kBandBytes, [&](const LayeredImage& band) { complexity.addBand(band); });
+        Plan& plan = info_.plan;
+        // What the file lacks is lacking of any of its objects, as far as anybody knows.
+        const std::uint64_t lacking =
+            std::max(plan.fragments_counted, plan.fragments_stored) - plan.fragments_stored;
+        plan.layers = complexity.layers();
+        plan.fragments_stored = complexity.counted();
+        plan.fragments_counted = plan.fragments_stored + lacking;
+        info_.composite = -1;
+        info_.has_cryptomatte = false;
+    }
+
+    const ExrInfo& info() const override { return info_; }
+    ExrInfo& info() { return info_; }
+
+    void read(const Window& window, LayeredImage& out) override {
+        input_->read(window, out);
+        keepObjects(out, selection_);
+    }
+    void readComposite(const Window&, CompositeImage&) override {
+        throw Error(ErrorKind::kInput, "the composite is one of all objects", "",
+                    "flatten the layers");
+    }
+    int rowsFor(std::uint64_t bytes) const override { return input_->rowsFor(bytes); }
+
+  private:
+    std::unique_ptr<LayeredInput> input_;
+    ObjectSelection selection_;
+    ExrInfo info_;
+};
+
+/// A kind of id: its channel, its names, and what a message calls those.
+struct IdKind {
+    const char* channel;
+    const std::vector<std::string>& names;
+    const char* one;
+    const char* many;
+};
+
+std::optional<std::uint32_t> idIn(const std::string& text) {
+    try {
+        return static_cast<std::uint32_t>(parseInteger(text, 0, 0xFFFFFFFF));
+    } catch (const Error&) {
+        return std::nullopt;
+    }
+}
+
+/// The ids with names like these, and those given as numbers that are no name.
+std::vector<std::uint32_t> idsLike(const std::vector<std::string>& globs, const IdKind& kind,
+                                   const char* option, const std::string& path) {
+    std::vector<std::uint32_t> ids;
+    for (const std::string& glob : globs) {
+        const std::vector<char> marked = namesLike(kind.names, glob);
+        const auto before = ids.size();
+        for (std::size_t i = 0; i < marked.size(); ++i)
+            if (marked[i]) ids.push_back(static_cast<std::uint32_t>(i + 1));
+        if (ids.size() > before) continue;
+        if (const auto id = idIn(glob)) {
+            ids.push_back(*id);
+            continue;
+        }
+        const std::string where = std::string(option) + ' ' + glob;
+        if (kind.names.empty()) {
+            throw Error(ErrorKind::kInput, "the ids of the file have no names", path,
+                        "give " + std::string(option) + " a number, as in " + kind.channel);
+        }
+        throw Error(
+            ErrorKind::kUsage, std::string("no ") + kind.one + " has a name like this", where,
+            choiceHint(glob, kind.many,
+                       std::vector<std::string_view>(kind.names.begin(), kind.names.end())));
+    }
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    return ids;
+}
+
+/// Adds whatever is below one of the ids, as far as the file knows what is below what.
+void addBelow(const std::vector<std::uint32_t>& parents, std::vector<std::uint32_t>& ids) {
+    std::vector<char> known(parents.size() + 1, 0), inside(parents.size() + 1, 0);
+    known[0] = 1;
+    for (const std::uint32_t id : ids)
+        if (id < inside.size()) known[id] = inside[id] = 1;
+    std::vector<std::uint32_t> way;
+    for (std::uint32_t id = 1; id < known.size(); ++id) {
+        // Up to an ancestor of which it is known; what a damaged file closes to a ring is outside.
+        for (std::uint32_t at = id; at < known.size() && !known[at]; at = parents[at - 1]) {
+            known[at] = 1;
+            way.push_back(at);
+        }
+        const std::uint32_t top = way.empty() ? 0 : parents[way.back() - 1];
+        for (const std::uint32_t at : way)
+            inside[at] = top < inside.size() ? inside[top] : 0;
+        way.clear();
+    }
+    for (std::uint32_t id = 1; id < inside.size(); ++id)
+        if (inside[id]) ids.push_back(id);
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+}
+
+void checkChannel(const ExrInfo& info, const std::string& channel, const char* option,
+                  const std::string& path) {
+    const auto is_there = [&](const ExrInputPart& part) {
+        return std::ranges::any_of(part.channels, [&](const ExrInputChannel& c) {
+            return c.type == PixelType::kUint &&
+                   (c.name == channel || c.name.ends_with('.' + channel));
+        });
+    };
+    if (std::ranges::any_of(info.parts, is_there)) return;
+    throw Error(ErrorKind::kInput,
+                std::string("its fragments have no ids, which ") + option + " would go by", path,
+                "render it with --channels id");
+}
+
+}  // namespace
+
+void addObjectOptions(VerbOptions& verb, ObjectOptions& options) {
+    const auto add = [&](const char* name, std::vector<std::string>& globs,
+                         const std::string& help) {
+        verb.addRepeated(
+                name, "GLOB|ID", [&globs](const std::string& text) { globs.push_back(text); }, help)
+            .group("Objects");
+    };
+    add("--include", options.include,
+        "only fragments of objects with such a name, and of those below them; *, ? and [a-z] as in "
+        "a shell; or the number of an id. May be repeated. The file has to have ids (peeler render "
+        "--channels id)");
+    add("--exclude", options.exclude, "none of these objects, nor of those below them");
+    add("--material", options.materials, "only fragments of materials with such a name");
+}
+
+std::unique_ptr<LayeredInput> openChosen(const std::string& path, const ObjectOptions& options) {
+    std::unique_ptr<LayeredInput> input = openLayered(path);
+    const ExrInfo& info = input->info();
+    // Of an empty picture there is nothing to choose.
+    if (!options.any() || info.plan.layers.empty()) return input;
+    const IdNames& names = info.provenance.ids;
+    const IdKind objects{"id.object", names.objects, "object", "objects"};
+    const IdKind materials{"id.material", names.materials, "material", "materials"};
+    const auto idsOf = [&](const std::vector<std::string>& globs, const char* option) {
+        if (!globs.empty()) checkChannel(info, objects.channel, option, path);
+        std::vector<std::uint32_t> ids = idsLike(globs, objects, option, path);
+        addBelow(names.parents, ids);
+        return ids;
+    };
+    ObjectSelection selection;
+    const std::vector<std::uint32_t> included = idsOf(options.include, "--include");
+    const std::vector<std::uint32_t> excluded = idsOf(options.exclude, "--exclude");
+    selection.objects.others = options.include.empty();
+    if (options.include.empty())
+        selection.objects.listed = excluded;
+    else
+        std::ranges::set_difference(included, excluded,
+                                    std::back_inserter(selection.objects.listed));
+    if (!options.materials.empty()) {
+        checkChannel(info, materials.channel, "--material", path);
+        selection.materials = {idsLike(options.materials, materials, "--material", path), false};
+    }
+
+    auto chosen = std::make_unique<ChosenObjects>(std::move(input), std::move(selection));
+    ExrInfo& chosen_info = chosen->info();
+    // It is no longer what one render would make, nor of the settings of that one.
+    chosen_info.parts.front().attributes.erase("peeler:outputHash");
+    Provenance& provenance = chosen_info.provenance;
+    nlohmann::json settings = settingsJson(provenance);
+    const nlohmann::json selected = {{"include", options.include},
+                                     {"exclude", options.exclude},
+                                     {"material", options.materials}};
+    if (settings.is_null()) {
+        provenance.settings_hash = hashText(provenance.settings_hash + selected.dump());
+    } else {
+        settings["selected"].push_back(selected);
+        provenance.settings = settings.dump();
+        provenance.settings_hash = hashText(provenance.settings);
+    }
+    return chosen;
+}
+
+}  // namespace peeler::cmd

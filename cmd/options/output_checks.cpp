@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is known of outputs before any work: that they replace nothing that must stay, and that
+// their folders take them.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+
+#include "cmd/cli/errors.h"
+#include "cmd/options/output_options.h"
+#include "core/base/error.h"
+#include "formats/exr/exr_files.h"
+#include "formats/file/atomic_file.h"
+#include "formats/file/file_name.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Whether both name one file, however they are spelt; a file that is not there yet has only its
+/// spelling.
+bool sameFile(const fs::path& a, const fs::path& b) {
+    std::error_code failure;
+    if (fs::equivalent(a, b, failure)) return true;
+    return a.lexically_normal() == b.lexically_normal();
+}
+
+void checkFolderIsThere(const fs::path& file) {
+    std::error_code failure;
+    if (fs::exists(fs::absolute(file, failure).parent_path(), failure)) return;
+    throw Error(ErrorKind::kOutput, "cannot write: the folder does not exist", file.string(),
+                "make the folder first, or leave --no-mkdir out");
+}
+
+/// Throws Error (kUsage) if a file of a set would replace an input; (kOutput) under --no-clobber if
+/// a file of a set is there already.
+void checkLayerFiles(const OutputRequest& output, const std::vector<fs::path>& inputs) {
+    if (!output.hasFilePerLayer()) return;
+    if (isStandardOutput(output.path.string()))
+        refuse("standard output takes one file", "--layout per-file", "name a file");
+    for (const fs::path& input : inputs) {
+        for (const std::string& file : exrFilesOf(input.string())) {
+            if (isExrLayerFile(file, output.path.string())) {
+                refuse("a layer's file could replace the input " + file, "--layout per-file",
+                       "choose another name for the output");
+            }
+        }
+    }
+    if (!output.no_clobber) return;
+    std::error_code failure;
+    const fs::path folder =
+        output.path.has_parent_path() ? output.path.parent_path() : fs::path(".");
+    for (const auto& entry : fs::directory_iterator(folder, failure)) {
+        if (isExrLayerFile(entry.path().string(), output.path.string()))
+            checkNotThere(entry.path());
+    }
+}
+
+}  // namespace
+
+void checkNotThere(const fs::path& file) {
+    if (isStandardOutput(file.string())) return;
+    std::error_code failure;
+    if (!fs::exists(fs::symlink_status(file, failure))) return;
+    throw Error(ErrorKind::kOutput, "the file is there already", file.string(),
+                "remove it, choose another name, or leave --no-clobber out");
+}
+
+void checkFolder(const fs::path& file) {
+    std::error_code failure;
+    fs::path folder = fs::absolute(file, failure).parent_path();
+    if (fs::exists(folder, failure) || isStandardOutput(file.string())) {
+        const AtomicFile probe(file.string());
+        return;
+    }
+    while (!fs::exists(folder, failure) && folder.has_relative_path())
+        folder = folder.parent_path();
+    if (access(folder.c_str(), W_OK | X_OK) == 0 && fs::is_directory(folder, failure)) return;
+    const int cause = fs::is_directory(folder, failure) ? errno : ENOTDIR;
+    throw Error(ErrorKind::kOutput,
+                "cannot make the folder: " + std::generic_category().message(cause), file.string(),
+                "choose another folder, or check the permissions of " + folder.string());
+}
+
+void checkTarget(const OutputRequest& output, const std::vector<fs::path>& inputs) {
+    for (const fs::path& input : inputs) {
+        for (const std::string& file : exrFilesOf(input.string())) {
+            if (!sameFile(output.path, file)) continue;
+            throw Error(ErrorKind::kUsage,
+                        file == input.string() ? "the output is the input"
+                                               : "the output is a file of the input",
+                        output.path.string(), "choose another name for the output");
+        }
+    }
+    if (output.no_clobber) checkNotThere(output.path);
+    if (output.no_mkdir) checkFolderIsThere(output.path);
+    checkLayerFiles(output, inputs);
+}
+
+std::vector<fs::path> checkSeries(const OutputRequest& output, std::span<const int> numbers,
+                                  const std::vector<fs::path>& inputs) {
+    if (!hasFrameToken(output.path.string())) {
+        checkTarget(output, inputs);
+        return {output.path};
+    }
+    std::vector<fs::path> files;
+    OutputRequest file = output;
+    for (const int number : numbers) {
+        file.path = framePath(output.path.string(), number);
+        checkTarget(file, inputs);
+        files.push_back(file.path);
+    }
+    return files;
+}
+
+void checkOutput(const OutputRequest& output, const std::vector<fs::path>& inputs) {
+    checkFormat(output);
+    checkTarget(output, inputs);
+    checkFolder(output.path);
+}
+
+void checkExtraFile(const fs::path& file, const std::vector<fs::path>& others,
+                    const std::string& what, const std::string& option) {
+    for (const fs::path& other : others) {
+        if (!sameFile(file, other) && !isExrLayerFile(file.string(), other.string())) continue;
+        throw Error(ErrorKind::kUsage, what + " would replace the input or the output",
+                    option + " " + file.string(), "choose another name for it");
+    }
+    checkFolder(file);
+}
+
+void checkReport(const ReportOptions& options, const std::vector<fs::path>& others) {
+    const auto on_stdout = [](const fs::path& file) { return isStandardOutput(file.string()); };
+    if (options.json && std::ranges::any_of(others, on_stdout))
+        refuse("standard output cannot take the picture and the result", "--json",
+               "write the result to a file: --report FILE");
+    if (options.file) checkExtraFile(*options.file, others, "the report", "--report");
+}
+
+void checkSceneFiles(const Scene& scene, const std::vector<fs::path>& outputs) {
+    const std::set<fs::path> files(scene.files.begin(), scene.files.end());
+    for (const fs::path& output : outputs) {
+        std::error_code failure;
+        if (!files.contains(fs::weakly_canonical(fs::absolute(output, failure), failure))) continue;
+        throw Error(ErrorKind::kUsage, "this would replace a file that the scene is made of",
+                    output.string(), "choose another name");
+    }
+}
+
+}  // namespace peeler::cmd

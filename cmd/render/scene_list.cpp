@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scenes that render is given: files, folders and globs, and the names of what is made of them.
+#include <glob.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "cmd/cli/errors.h"
+#include "cmd/render/render_request.h"
+#include "core/base/error.h"
+#include "formats/file/file_name.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool isGlob(const fs::path& path) {
+    std::error_code failure;
+    return path.string().find_first_of("*?[") != std::string::npos && !fs::exists(path, failure);
+}
+
+bool isScene(const fs::path& path) {
+    const std::string extension = lowerExtension(path);
+    return extension == ".gltf" || extension == ".glb";
+}
+
+std::vector<fs::path> scenesBelow(const fs::path& folder) {
+    std::vector<fs::path> scenes;
+    std::error_code failure;
+    for (fs::recursive_directory_iterator entry(folder, failure), end; !failure && entry != end;
+         entry.increment(failure)) {
+        std::error_code unknown;
+        if (isScene(entry->path()) && entry->is_regular_file(unknown))
+            scenes.push_back(entry->path());
+    }
+    if (failure)
+        throw Error(ErrorKind::kInput, "cannot list the folder: " + failure.message(),
+                    folder.string(), "check the permissions of the folders in it");
+    std::ranges::sort(scenes);
+    return scenes;
+}
+
+std::vector<fs::path> matches(const fs::path& pattern) {
+    glob_t found{};
+    glob(pattern.c_str(), 0, nullptr, &found);
+    std::vector<fs::path> scenes(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+    globfree(&found);
+    return scenes;
+}
+
+std::vector<fs::path> scenesNamed(const fs::path& name) {
+    std::error_code failure;
+    const bool folder = fs::is_directory(name, failure);
+    if (!folder && !isGlob(name)) return {name};
+    std::vector<fs::path> scenes = folder ? scenesBelow(name) : matches(name);
+    if (scenes.empty())
+        throw Error(ErrorKind::kInput,
+                    folder ? "there is no scene in the folder" : "no file has such a name",
+                    name.string(), "a scene is a .gltf or .glb file");
+    return scenes;
+}
+
+/// The name of an output with {stem} and {folder} replaced.
+fs::path named(const fs::path& output, const fs::path& scene) {
+    const std::array<std::pair<std::string, std::string>, 2> places = {{
+        {"{stem}", scene.stem().string()},
+        {"{folder}", fs::absolute(scene).lexically_normal().parent_path().filename().string()},
+    }};
+    std::string name = output.string();
+    for (const auto& [place, text] : places) {
+        for (std::size_t at = name.find(place); at != std::string::npos;
+             at = name.find(place, at + text.size()))
+            name.replace(at, place.size(), text);
+    }
+    return name;
+}
+
+}  // namespace
+
+bool RenderOptions::isOneScene() const {
+    std::error_code failure;
+    return scenes.size() == 1 && !isGlob(scenes.front()) &&
+           !fs::is_directory(scenes.front(), failure);
+}
+
+std::vector<RenderOptions> eachScene(const RenderOptions& options) {
+    std::vector<RenderOptions> each;
+    std::map<fs::path, fs::path> scene_of;  // by output
+    for (const fs::path& name : options.scenes) {
+        for (const fs::path& scene : scenesNamed(name)) {
+            RenderOptions& one = each.emplace_back(options);
+            one.scene.file = scene;
+            one.output.path = named(options.output.path, scene);
+            if (options.channels.manifest)
+                one.channels.manifest = named(*options.channels.manifest, scene);
+            if (!options.isOneScene()) {  // one report for all
+                one.report.json = false;
+                one.report.file.reset();
+            }
+            const auto [other, is_new] = scene_of.emplace(one.output.path, scene);
+            if (is_new) continue;
+            refuse("the pictures of " + other->second.string() + " and " + scene.string() +
+                       " would have the same name",
+                   "--output " + options.output.path.string(),
+                   "put {stem}, the scene's name, into the output's, or {folder}, its folder's");
+        }
+    }
+    return each;
+}
+
+}  // namespace peeler::cmd

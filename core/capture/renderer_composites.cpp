@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// Composites that are captured without what lies behind opaque surfaces: when, and how their parts
+// become bands.
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "core/capture/renderer_state.h"
+#include "core/capture/supersampling.h"
+
+namespace peeler {
+
+/// No fragment behind an opaque one changes an exact composite of all layers: its alpha is 1, so
+/// that nothing gets through. Such composites are captured without them. Approximations average
+/// all fragments, and limits count them.
+void Renderer::State::chooseSurfaces() {
+    CaptureSettings& settings = shot.settings;
+    const auto& draws = posed.drawList().draws();
+    opaque_first = planning = false;
+    if (!settings.composite || !method->exact() || settings.max_layers != 0 ||
+        settings.occlusion_ratio > 0 || settings.surfaces == Surfaces::kTransparent ||
+        std::ranges::none_of(draws, &Draw::opaque))
+        return;
+    settings.surfaces = Surfaces::kVisible;
+    if (composite_method || !layer_method->takesOpaqueFirst() || !settings.clip.nodes.empty() ||
+        settings.depth_clamp)
+        return;
+    opaque_first = true;
+    opaque_first = hasRoom(settings.memory, residentBytes(), costs());
+}
+
+/// To count what is visible is most of the work of compositing it. So where there is room to keep
+/// composites they are made at once, and true is returned.
+bool Renderer::State::compositeViews() {
+    const Window& crop = plan.view.crop;
+    const std::uint64_t floats = shot.settings.tinted ? 8 : 5;
+    if (!opaque_first ||
+        !fitsKept(crop.pixels() * (floats * sizeof(float) + sizeof(std::uint32_t))))
+        return false;
+    samples.emplace(crop);
+    merged.reset();
+    kept_counts = {};
+    kept_bands.clear();
+    clip_rows.clear();
+    kept_passes = report.passes = 0;
+    planning = true;
+    if (progress) plan_share = kCompositeShare;
+    for (const Window& band : bands(nullptr)) {
+        composeVisible(band, [&](LayeredImage& rows) { kept_bands.push_back(std::move(rows)); });
+        kept_passes = std::max(kept_passes, report.passes);
+        report.passes = 0;
+        reportPlanned(0, 1, static_cast<double>(band.y1 - crop.y0) / crop.height());
+    }
+    planning = false;
+    return true;
+}
+
+/// Counts what compositeVisible() has found.
+void Renderer::State::addVisible(const Window& rows,
+                                 std::span<const std::uint32_t> visible_counts) {
+    const auto width = static_cast<std::size_t>(rows.width());
+    for (int y = rows.y0; planning && y < rows.y1; ++y) {
+        const auto row = static_cast<std::size_t>(y - rows.y0) * width;
+        samples->addRow(rows.x0, y, visible_counts.subspan(row, width));
+    }
+    if (!planning)
+        visible += std::accumulate(visible_counts.begin(), visible_counts.end(), std::uint64_t{0});
+}
+
+/// Composites a band without what lies behind opaque surfaces.
+void Renderer::State::composeVisible(const Window& band, const TakeBand& take) {
+    const auto handOver = [&](const CompositeImage& rows) {
+        {
+            const StageTimer timer(times, "composite");
+            toSingleLayer(rows, image);
+        }
+        take(image);
+    };
+    // Several samples are to be averaged, and the parts of several raster tiles put side by side.
+    const bool whole = positions.size() > 1 || band_capture.tilesAcross(band) > 1;
+    if (whole) beginMean(band, composite, shot.settings.tinted);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        if (positions.size() > 1) showSample(i);
+        report.passes += band_capture.compositeVisible(
+            *layer_method, band, band_limits,
+            [&](const CompositeImage& part, std::span<const std::uint32_t> seen) {
+                addVisible(part.window, seen);
+                if (!whole) return handOver(part);
+                const StageTimer timer(times, "composite");
+                addToMean(part, static_cast<int>(positions.size()), composite);
+            });
+    }
+    if (!whole) return;
+    CompositeImage part;
+    for (int y = band.y0; y < band.y1; y += kRowsHandedOver) {
+        part.window = {band.x0, y, band.x1, std::min(y + kRowsHandedOver, band.y1)};
+        const auto first = static_cast<std::ptrdiff_t>(band.width()) * (y - band.y0);
+        const auto end = first + static_cast<std::ptrdiff_t>(part.window.pixels());
+        part.rgba.assign(composite.rgba.begin() + first, composite.rgba.begin() + end);
+        if (composite.tinted())
+            part.opacity.assign(composite.opacity.begin() + first, composite.opacity.begin() + end);
+        part.z.assign(composite.z.begin() + first, composite.z.begin() + end);
+        handOver(part);
+    }
+}
+
+}  // namespace peeler

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+// Composites that show no fragment behind an opaque one: opaque surfaces first, depth-tested, then
+// only what is transparent in front of them.
+#include <algorithm>
+#include <numeric>
+
+#include "core/capture/band_capture.h"
+
+namespace peeler {
+namespace {
+
+// Composites are made and handed over a few rows at a time, in memory that stays warm: to touch
+// fresh memory costs more than to composite into it.
+constexpr std::uint64_t kPixelsAtOnce = 1 << 18;
+
+}  // namespace
+
+gl::Framebuffer BandCapture::framebufferInFront() const {
+    std::vector<GLuint> slots;
+    if (SlotTarget::supported(context_)) slots.push_back(slot_target_.texture());
+    return gl::makeFramebuffer(gl(), slots, opaque_.depth());
+}
+
+int BandCapture::captureOpaque(const Window& tile, const Window& area) {
+    const StageTimer timer(times_, "capture");
+    const auto& draws = gpu_scene_.posed().drawList().draws();
+    opaque_.reserve(gl(), tile, shot_.settings.color_type);
+    opaque_.clear(gl(), rasterizer_.passState(opaque_.framebuffer(), area));
+    const bool any = std::ranges::any_of(draws, &Draw::opaque);
+    if (any) {
+        rasterizer_.draw({.fragment_shader = "opaque.frag",
+                          .shades = true,
+                          .draws = Draws::kOpaque,
+                          .bounded = false,
+                          .framebuffer = opaque_.framebuffer(),
+                          .depth_test = gl::DepthTest::kNearest},
+                         area);
+    }
+    gl::checkErrors(gl(), "capturing opaque fragments");
+    return any ? 1 : 0;
+}
+
+void BandCapture::countInFront(const Window& tile, const Window& area,
+                               std::vector<std::uint32_t>& counts) {
+    const StageTimer timer(times_, "count");
+    counts.resize(area.pixels());
+    const bool target = SlotTarget::supported(context_);
+    if (target) {
+        slot_target_.write(gl(), tile, area, area, {});
+    } else {
+        buffers_.reserveSlots(area.pixels());
+        buffers_.slots().clearToZero(area.pixels() * sizeof(std::uint32_t));
+        buffers_.bindForLayers();
+    }
+    const gl::Framebuffer framebuffer = framebufferInFront();
+    opaque_.bindForReading(gl());
+    GeometryPass pass{.fragment_shader = "count.frag", .framebuffer = framebuffer.name()};
+    if (target) pass.definitions = kFetchedSlots;
+    rasterizer_.draw(pass.inFront(), area);
+    if (target) {
+        slot_target_.read(gl(), tile, area, area, counts);
+    } else {
+        gl::waitForGpu(gl());
+        const auto slots = buffers_.slots().read(area.pixels() * sizeof(std::uint32_t));
+        std::copy_n(slots.as<const std::uint32_t>(), area.pixels(), counts.begin());
+    }
+    gl::checkErrors(gl(), "counting fragments");
+}
+
+void BandCapture::takeVisible(const Window& tile, const Window& rows,
+                              const CapturedFragments& captured, const TakeVisible& take) {
+    constexpr std::size_t kWords = OpaqueFragments::kWords;
+    const auto width = static_cast<std::size_t>(rows.width());
+    const auto height = static_cast<std::size_t>(rows.height());
+    {
+        const StageTimer timer(times_, "capture");
+        opaque_.read(gl(), tile, rows, opaque_pixels_);
+    }
+    visible_counts_.resize(rows.pixels());
+    {
+        const StageTimer timer(times_, "composite");
+        OpaqueFragments behind{.fragments = opaque_pixels_.data() + (height - 1) * width * kWords};
+        if (shot_.settings.color_type == PixelType::kFloat)
+            behind.colors = behind.fragments + rows.pixels() * kWords;
+        for (std::size_t row = 0; row < height; ++row) {
+            const std::size_t first = row * width;
+            const std::uint32_t* const opaque = behind.fragments - first * kWords;
+            for (std::size_t x = 0; x < width; ++x) {
+                const std::uint32_t listed =
+                    captured.first[first + x + 1] - captured.first[first + x];
+                visible_counts_[first + x] = listed + (opaque[x * kWords] != 0 ? 1 : 0);
+            }
+        }
+        visible_.window = rows;
+        depthSortComposite(captured, shot_.view.projection, 0, Tail::kDrop,
+                           {colorNames(shot_.settings.tinted), shot_.settings.color_type, {}},
+                           visible_, &behind);
+    }
+    take(visible_, visible_counts_);
+}
+
+int BandCapture::compositeVisible(LayerMethod& method, const Window& band, const BandLimits& limits,
+                                  const TakeVisible& take) {
+    const bool blends = !std::ranges::all_of(gpu_scene_.posed().drawList().draws(), &Draw::opaque);
+    std::vector<std::uint32_t> in_front;
+    int passes = 0;
+    forEachTile(band, [&](const Window& tile, const Window& area) {
+        rasterizer_.setBand(area);
+        rasterizer_.setTile(tile);
+        passes += captureOpaque(tile, area);
+        if (blends) countInFront(tile, area, in_front);
+        const auto width = static_cast<std::uint64_t>(area.width());
+        const auto rowsBelow = [&](const Window& rows, int y) {
+            const auto step = static_cast<int>(std::max<std::uint64_t>(kPixelsAtOnce / width, 1));
+            return Window{rows.x0, y, rows.x1, std::min(y + step, rows.y1)};
+        };
+        const auto pixelsAbove = [&](const Window& rows, int y) {
+            return static_cast<std::size_t>(width) * static_cast<std::size_t>(y - rows.y0);
+        };
+        if (!blends) {
+            const std::vector<std::uint32_t> none(rowsBelow(area, area.y0).pixels() + 1);
+            for (Window rows = rowsBelow(area, area.y0); !rows.empty();
+                 rows = rowsBelow(area, rows.y1))
+                takeVisible(tile, rows, {.first = none}, take);
+            return;
+        }
+        const auto listed = [&](int y) {
+            const auto first = in_front.begin() + static_cast<std::ptrdiff_t>(pixelsAbove(area, y));
+            return std::accumulate(first, first + area.width(), std::uint64_t{0});
+        };
+        int most = 0;
+        for (const Window& part : cutBands(area, limits, listed)) {
+            const std::span<const std::uint32_t> counts =
+                std::span(in_front).subspan(pixelsAbove(area, part.y0), part.pixels());
+            opaque_.bindForReading(gl());
+            most = std::max(
+                most, fillLists(method, {.band = part, .counts = counts, .in_front = true}, 0));
+            const auto takeRows = [&](CapturedFragments captured) {
+                for (Window rows = rowsBelow(part, part.y0); !rows.empty();
+                     rows = rowsBelow(part, rows.y1)) {
+                    captured.first = std::span<const std::uint32_t>(first_).subspan(
+                        pixelsAbove(part, rows.y0), rows.pixels() + 1);
+                    takeVisible(tile, rows, captured, take);
+                }
+            };
+            if (first_.back() == 0) {
+                takeRows({});
+            } else {
+                const auto stored = readFragments();
+                takeRows(capturedIn(stored));
+            }
+        }
+        passes += most;
+    });
+    return passes;
+}
+
+}  // namespace peeler

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which triangles of a mesh go through each other.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "core/base/parallel.h"
+#include "core/parts/part_check.h"
+
+namespace peeler {
+namespace {
+
+using Corners3 = std::array<glm::dvec3, 3>;
+using Distances = std::array<double, 3>;
+
+/// Unit normal, or 0.
+glm::dvec3 unitNormal(const Corners3& t) {
+    return unitOrZero(glm::cross(t[1] - t[0], t[2] - t[0]));
+}
+
+/// Of the corners from a plane; 0 if they are nearer than `near`.
+Distances distancesFrom(const glm::dvec3& point, const glm::dvec3& normal, const Corners3& t,
+                        double near) {
+    Distances d{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        d[i] = glm::dot(normal, t[i] - point);
+        if (std::abs(d[i]) <= near) d[i] = 0;
+    }
+    return d;
+}
+
+bool allOnOneSide(const Distances& d) {
+    return (d[0] > 0 && d[1] > 0 && d[2] > 0) || (d[0] < 0 && d[1] < 0 && d[2] < 0);
+}
+bool onBothSides(const Distances& d) {
+    return std::max({d[0], d[1], d[2]}) > 0 && std::min({d[0], d[1], d[2]}) < 0;
+}
+
+struct Interval {
+    double begin = std::numeric_limits<double>::infinity();
+    double end = -std::numeric_limits<double>::infinity();
+
+    void add(double x) {
+        begin = std::min(begin, x);
+        end = std::max(end, x);
+    }
+};
+
+/// What the triangle has of a plane that its corners are `d` from, along a line in that plane.
+Interval cut(const Corners3& t, const Distances& d, const glm::dvec3& along) {
+    Interval interval;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t k = (i + 1) % 3;
+        if (d[i] == 0) interval.add(glm::dot(along, t[i]));
+        if (d[i] * d[k] < 0)
+            interval.add(glm::dot(along, glm::mix(t[i], t[k], d[i] / (d[i] - d[k]))));
+    }
+    return interval;
+}
+
+/// How far two triangles of one plane are apart, or, below 0, overlap: the largest gap along the
+/// normals of their edges.
+double planarGap(const Corners3& a, const Corners3& b, const glm::dvec3& normal) {
+    double gap = -std::numeric_limits<double>::infinity();
+    for (const Corners3* t : {&a, &b}) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            const glm::dvec3 out = unitOrZero(glm::cross((*t)[(i + 1) % 3] - (*t)[i], normal));
+            Interval x, y;
+            for (std::size_t k = 0; k < 3; ++k) {
+                x.add(glm::dot(out, a[k]));
+                y.add(glm::dot(out, b[k]));
+            }
+            gap = std::max(gap, std::max(x.begin - y.end, y.begin - x.end));
+        }
+    }
+    return gap;
+}
+
+Meeting planarMeeting(const Corners3& a, const Corners3& b, int shared, double near) {
+    const glm::dvec3 na = unitNormal(a), nb = unitNormal(b);
+    const double gap = planarGap(a, b, na);
+    if (gap > near) return Meeting::kApart;
+    if (gap >= -near) return shared > 0 ? Meeting::kApart : Meeting::kTouch;
+    // Faces of two bodies that lie against each other only touch; folded back they overlap.
+    if (glm::dot(na, nb) < 0 && shared == 0) return Meeting::kTouch;
+    return Meeting::kCross;
+}
+
+}  // namespace
+
+Meeting meetingOf(const Corners3& a, const Corners3& b, int shared, double near) {
+    const glm::dvec3 na = unitNormal(a), nb = unitNormal(b);
+    if (na == glm::dvec3(0) || nb == glm::dvec3(0)) return Meeting::kApart;
+    const Distances db = distancesFrom(a[0], na, b, near);
+    if (allOnOneSide(db)) return Meeting::kApart;
+    const Distances da = distancesFrom(b[0], nb, a, near);
+    if (allOnOneSide(da)) return Meeting::kApart;
+    const bool flat = db == Distances{} || da == Distances{};
+    if (flat) {
+        // A sliver can lie in the plane of whatever it hangs on.
+        if (db != Distances{} || da != Distances{})
+            return shared > 0 ? Meeting::kApart : Meeting::kTouch;
+        return planarMeeting(a, b, shared, near);
+    }
+    const glm::dvec3 line = unitOrZero(glm::cross(na, nb));
+    if (line == glm::dvec3(0)) return Meeting::kApart;
+    const Interval x = cut(a, da, line), y = cut(b, db, line);
+    const double common = std::min(x.end, y.end) - std::max(x.begin, y.begin);
+    if (common < -near) return Meeting::kApart;
+    if (common > near && onBothSides(da) && onBothSides(db)) return Meeting::kCross;
+    return shared > 0 ? Meeting::kApart : Meeting::kTouch;
+}
+
+namespace {
+
+constexpr std::size_t kCrossedAtOnce = 1024;
+
+}  // namespace
+
+Crossings findCrossings(const TriangleTree& tree) {
+    const PartMesh& mesh = tree.mesh();
+    const double near = kTouching * mesh.size();
+    using Pair = std::pair<std::uint32_t, std::uint32_t>;
+    struct Share {
+        std::vector<Pair> crossing, touching;
+    };
+    const std::size_t count = mesh.triangles.size();
+    std::vector<Share> shares((count + kCrossedAtOnce - 1) / kCrossedAtOnce);
+    parallelFor(shares.size(), [&](std::size_t i) {
+        Share& share = shares[i];
+        const std::size_t end = std::min((i + 1) * kCrossedAtOnce, count);
+        for (std::size_t k = i * kCrossedAtOnce; k < end; ++k) {
+            const auto t = static_cast<std::uint32_t>(k);
+            const Corners3 corners = mesh.corners(t);
+            const Bounds box = grown(boundsOf(corners), near);
+            tree.visit([&](const Bounds& other) { return overlap(box, other); },
+                       [&](std::uint32_t s) {
+                           if (s <= t || !overlap(box, boundsOf(mesh.corners(s)))) return;
+                           const int shared = mesh.sharedCorners(t, s);
+                           if (shared == 3) return;  // their edges are crowded
+                           const Meeting meeting =
+                               meetingOf(corners, mesh.corners(s), shared, near);
+                           if (meeting == Meeting::kCross) share.crossing.emplace_back(t, s);
+                           if (meeting == Meeting::kTouch) share.touching.emplace_back(t, s);
+                       });
+        }
+    });
+    Crossings found;
+    found.touched.resize(count);
+    for (const Share& share : shares) {
+        found.pairs.insert(found.pairs.end(), share.crossing.begin(), share.crossing.end());
+        for (const auto* pairs : {&share.crossing, &share.touching})
+            for (const auto& [a, b] : *pairs)
+                found.touched[a] = found.touched[b] = 1;
+    }
+    std::sort(found.pairs.begin(), found.pairs.end());
+    return found;
+}
+
+}  // namespace peeler

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// A tree of boxes around triangles, in double precision, and the rays that go through it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <optional>
+#include <vector>
+
+#include "core/parts/part_mesh.h"
+
+namespace peeler {
+
+inline bool overlap(const Bounds& a, const Bounds& b) {
+    return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y &&
+           a.min.z <= b.max.z && b.min.z <= a.max.z;
+}
+
+inline Bounds grown(const Bounds& box, double margin) {
+    return {box.min - margin, box.max + margin};
+}
+
+Bounds boundsOf(const std::array<glm::dvec3, 3>& corners);
+
+/// Where a line meets a triangle.
+struct LineHit {
+    double t = 0;
+    std::uint32_t triangle = 0;
+    bool leaves = false;   ///< through the front, from behind
+    bool on_edge = false;  ///< exactly through an edge: its neighbour is hit as well, or neither is
+};
+
+/// A line from an origin, with t along it. Triangles that share an edge have it in common: a line
+/// that does not go through the edge itself hits exactly one of them (Woop, Benthin and Wald 2013,
+/// "Watertight Ray/Triangle Intersection", section 3.2).
+class CheckedLine {
+  public:
+    CheckedLine(const glm::dvec3& origin, const glm::dvec3& direction);
+
+    /// Whether it goes through the box somewhere in [from, to].
+    bool meets(const Bounds& box, double from, double to) const;
+    std::optional<LineHit> meets(const std::array<glm::dvec3, 3>& corners) const;
+
+    glm::dvec3 at(double t) const { return origin_ + t * direction_; }
+    const glm::dvec3& direction() const { return direction_; }
+
+  private:
+    glm::dvec3 origin_, direction_, inverse_;
+    int x_ = 0, y_ = 1, z_ = 2;
+    glm::dvec3 shear_;
+};
+
+/// Boxes around the triangles of a mesh, halved at the median of their middles until four are left.
+class TriangleTree {
+  public:
+    /// The mesh must outlive the tree.
+    explicit TriangleTree(const PartMesh& mesh);
+
+    /// Calls visit(triangle) for every triangle in a box for which enter(box) is true.
+    template <class Enter, class Visit>
+    void visit(Enter&& enter, Visit&& visit) const {
+        if (nodes_.empty()) return;
+        std::array<std::uint32_t, 64> stack{};
+        std::size_t left = 1;
+        while (left > 0) {
+            const Node& node = nodes_[stack[--left]];
+            if (!enter(node.box)) continue;
+            if (node.count == 0) {
+                stack[left++] = node.first;
+                stack[left++] = node.first + 1;
+                continue;
+            }
+            for (std::uint32_t i = 0; i < node.count; ++i)
+                visit(order_[node.first + i]);
+        }
+    }
+
+    const PartMesh& mesh() const { return mesh_; }
+
+    /// How many bodies the point just in front of a surface lies in, each as often as its surface
+    /// winds around it: the sum over what a ray along `normal`'s side leaves and enters, but for
+    /// triangles within `near` of the point, which lie on the surface itself.
+    int windingInFront(const glm::dvec3& point, const glm::dvec3& normal, double near) const;
+
+  private:
+    struct Node {
+        Bounds box;
+        std::uint32_t first = 0;  ///< of a leaf in order_, else the first of two nodes
+        std::uint32_t count = 0;  ///< of a leaf; 0 = none
+    };
+    void build(std::uint32_t node, std::uint32_t begin, std::uint32_t end,
+               const std::vector<Bounds>& boxes);
+
+    const PartMesh& mesh_;
+    std::vector<Node> nodes_;
+    std::vector<std::uint32_t> order_;
+};
+
+}  // namespace peeler

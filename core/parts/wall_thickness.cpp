@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+// The thinnest wall of a part: a first bound by rays from every triangle, then every pair of faces
+// that could be nearer to each other than that.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/base/parallel.h"
+#include "core/parts/part_check.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::size_t kWallsAtOnce = 512;
+constexpr double kEnd = std::numeric_limits<double>::infinity();
+
+/// Rays from points of triangles into the material.
+class WallRays {
+  public:
+    explicit WallRays(const TriangleTree& tree)
+        : tree_(tree), near_(kTouching * tree.mesh().size()) {}
+
+    double near() const { return near_; }
+
+    /// The wall behind a point of a triangle, if it is thinner than `below` and the point is on the
+    /// surface of all that overlaps.
+    std::optional<Wall> at(std::uint32_t triangle, const glm::dvec3& from,
+                           const glm::dvec3& unit_normal, double below) {
+        const CheckedLine line(from, -unit_normal);
+        hits_.clear();
+        tree_.visit([&](const Bounds& box) { return line.meets(box, -kSlack * near_, below); },
+                    [&](std::uint32_t t) {
+                        if (t == triangle) return;
+                        const auto hit = line.meets(tree_.mesh().corners(t));
+                        if (!hit || hit->t > below) return;
+                        // What lies on the surface is entered with it, or left at once.
+                        if (hit->t < (hit->leaves ? -kSlack * near_ : kSlack * near_)) return;
+                        hits_.push_back(*hit);
+                        hits_.back().triangle = t;
+                    });
+        std::sort(hits_.begin(), hits_.end(), [](const LineHit& a, const LineHit& b) {
+            return a.t < b.t || (a.t == b.t && a.triangle < b.triangle);
+        });
+        int inside = 1;
+        for (const LineHit& hit : hits_) {
+            if (hit.on_edge && !hit.leaves) return std::nullopt;  // entered once or twice?
+            inside += hit.leaves ? -1 : 1;
+            if (inside > 0) continue;
+            const glm::dvec3 other = unitOrZero(tree_.mesh().normal(hit.triangle));
+            if (-glm::dot(other, unit_normal) < kFacing || hit.t >= below) return std::nullopt;
+            if (tree_.mesh().sharedCorners(triangle, hit.triangle) > 0) return std::nullopt;
+            if (tree_.windingInFront(from, unit_normal, kSlack * near_) != 0) return std::nullopt;
+            const double thickness = std::max(hit.t, 0.0);
+            return Wall{thickness, from, line.at(thickness), triangle, hit.triangle};
+        }
+        return std::nullopt;
+    }
+
+    static const double kFacing;
+
+  private:
+    static constexpr double kSlack = 1e-6;  // of what touches: rounding alone
+
+    const TriangleTree& tree_;
+    double near_;
+    std::vector<LineHit> hits_;
+};
+
+const double WallRays::kFacing = std::cos(kWallAngle * std::numbers::pi / 180);
+
+/// The wall behind the middle of a triangle, if it is thinner than what is known.
+void sampleWall(std::size_t triangle, WallRays& rays, const PartMesh& mesh,
+                std::optional<Wall>& thinnest) {
+    const glm::dvec3 normal = unitOrZero(mesh.normal(triangle));
+    if (normal == glm::dvec3(0)) return;
+    const double below = thinnest ? thinnest->thickness : kEnd;
+    if (const auto wall =
+            rays.at(static_cast<std::uint32_t>(triangle), mesh.middle(triangle), normal, below))
+        thinnest = wall;
+}
+
+/// A bound by the middles of all triangles. Some of them first, so that the rays of the others end
+/// early.
+std::optional<Wall> sampledWall(const TriangleTree& tree) {
+    constexpr std::size_t kFirst = 1000;
+    const PartMesh& mesh = tree.mesh();
+    const std::size_t count = mesh.triangles.size();
+    std::optional<Wall> first;
+    WallRays first_rays(tree);
+    for (std::size_t t = 0; t < count; t += std::max<std::size_t>(1, count / kFirst))
+        sampleWall(t, first_rays, mesh, first);
+    std::vector<std::optional<Wall>> found((count + kWallsAtOnce - 1) / kWallsAtOnce, first);
+    parallelFor(found.size(), [&](std::size_t i) {
+        WallRays rays(tree);
+        const std::size_t end = std::min((i + 1) * kWallsAtOnce, count);
+        for (std::size_t t = i * kWallsAtOnce; t < end; ++t)
+            sampleWall(t, rays, mesh, found[i]);
+    });
+    std::optional<Wall> thinnest = first;
+    for (const auto& wall : found)
+        if (wall && (!thinnest || wall->thickness < thinnest->thickness)) thinnest = wall;
+    return thinnest;
+}
+
+/// What two faces have in common, seen along the normal of the first.
+struct FacePair {
+    double least = 0;  ///< distance behind the first
+    glm::dvec3 at{0};  ///< where, on the first
+    glm::dvec3 middle{0};
+    std::uint32_t triangle = 0;
+};
+
+/// Cuts away what of a polygon lies below 0 of a distance.
+template <class Distance>
+void cutPolygon(std::vector<glm::dvec3>& polygon, std::vector<glm::dvec3>& scratch,
+                Distance&& distance) {
+    scratch.clear();
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const glm::dvec3 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+        const double d = distance(p), e = distance(q);
+        if (d >= 0) scratch.push_back(p);
+        if ((d > 0 && e < 0) || (d < 0 && e > 0)) scratch.push_back(glm::mix(p, q, d / (d - e)));
+    }
+    polygon.swap(scratch);
+}
+
+/// Finds the pairs of a face and others behind it that are nearer than a bound somewhere.
+class FacePairs {
+  public:
+    FacePairs(const TriangleTree& tree, double below)
+        : tree_(tree), below_(below), size_(tree.mesh().size()) {}
+
+    void add(std::uint32_t triangle, std::vector<FacePair>& pairs) {
+        const PartMesh& mesh = tree_.mesh();
+        corners_ = mesh.corners(triangle);
+        normal_ = unitOrZero(mesh.normal(triangle));
+        if (normal_ == glm::dvec3(0)) return;
+        Bounds box = boundsOf(corners_);
+        const Bounds behind{box.min - below_ * normal_, box.max - below_ * normal_};
+        box = grown({glm::min(box.min, behind.min), glm::max(box.max, behind.max)}, 1e-9 * size_);
+        tree_.visit([&](const Bounds& other) { return overlap(box, other) && isBehind(other); },
+                    [&](std::uint32_t other) {
+                        if (mesh.sharedCorners(triangle, other) > 0) return;
+                        if (auto pair = pairWith(mesh.corners(other))) {
+                            pair->triangle = triangle;
+                            pairs.push_back(*pair);
+                        }
+                    });
+    }
+
+  private:
+    double depth(const glm::dvec3& p) const { return glm::dot(normal_, corners_[0] - p); }
+
+    bool isBehind(const Bounds& box) const {
+        const double middle = depth((box.min + box.max) / 2.0);
+        const double reach = glm::dot(glm::abs(normal_), box.max - box.min) / 2;
+        return middle + reach >= 0 && middle - reach < below_;
+    }
+
+    std::optional<FacePair> pairWith(const std::array<glm::dvec3, 3>& other) {
+        const glm::dvec3 facing = unitOrZero(glm::cross(other[1] - other[0], other[2] - other[0]));
+        if (-glm::dot(facing, normal_) < WallRays::kFacing) return std::nullopt;
+        polygon_.assign(other.begin(), other.end());
+        cutPolygon(polygon_, scratch_, [&](const glm::dvec3& p) { return depth(p); });
+        for (std::size_t i = 0; i < 3 && !polygon_.empty(); ++i) {
+            const glm::dvec3 inwards = glm::cross(normal_, corners_[(i + 1) % 3] - corners_[i]);
+            cutPolygon(polygon_, scratch_,
+                       [&](const glm::dvec3& p) { return glm::dot(inwards, p - corners_[i]); });
+        }
+        if (polygon_.size() < 3) return std::nullopt;
+        // Faces that only share an edge in this view have nothing behind each other.
+        glm::dvec3 twice(0);
+        for (std::size_t i = 1; i + 1 < polygon_.size(); ++i)
+            twice += glm::cross(polygon_[i] - polygon_[0], polygon_[i + 1] - polygon_[0]);
+        if (glm::length(twice) <= kLeastArea * size_ * size_) return std::nullopt;
+        FacePair pair{kEnd};
+        for (const glm::dvec3& p : polygon_) {
+            const double d = depth(p);
+            const glm::dvec3 on_face = p + d * normal_;
+            pair.middle += on_face / double(polygon_.size());
+            if (d >= pair.least) continue;
+            pair.least = d;
+            pair.at = on_face;
+        }
+        if (pair.least >= below_) return std::nullopt;
+        return pair;
+    }
+
+    static constexpr double kLeastArea = 1e-15;
+
+    const TriangleTree& tree_;
+    double below_, size_;
+    std::array<glm::dvec3, 3> corners_{};
+    glm::dvec3 normal_{0};
+    std::vector<glm::dvec3> polygon_, scratch_;
+};
+
+}  // namespace
+
+std::optional<Wall> thinnestWall(const TriangleTree& tree) {
+    const PartMesh& mesh = tree.mesh();
+    std::optional<Wall> thinnest = sampledWall(tree);
+    const double bound = thinnest ? thinnest->thickness : mesh.size();
+    const std::size_t count = mesh.triangles.size();
+    std::vector<std::vector<FacePair>> shares((count + kWallsAtOnce - 1) / kWallsAtOnce);
+    parallelFor(shares.size(), [&](std::size_t i) {
+        FacePairs pairs(tree, bound * (1 - kWallTolerance));
+        const std::size_t end = std::min((i + 1) * kWallsAtOnce, count);
+        for (std::size_t t = i * kWallsAtOnce; t < end; ++t)
+            pairs.add(static_cast<std::uint32_t>(t), shares[i]);
+    });
+    std::vector<FacePair> pairs;
+    for (const auto& share : shares)
+        pairs.insert(pairs.end(), share.begin(), share.end());
+    std::stable_sort(pairs.begin(), pairs.end(),
+                     [](const FacePair& a, const FacePair& b) { return a.least < b.least; });
+    WallRays rays(tree);
+    for (const FacePair& pair : pairs) {
+        const double below = thinnest ? thinnest->thickness : kEnd;
+        if (pair.least >= below * (1 - kWallTolerance)) break;
+        // Something else may be in between there, but not farther towards the middle.
+        for (const double share : {1e-7, 1e-4, 1e-2, 0.1, 0.3, 0.6, 1.0}) {
+            const glm::dvec3 from = glm::mix(pair.at, pair.middle, share);
+            const double least = thinnest ? thinnest->thickness : kEnd;
+            const auto wall =
+                rays.at(pair.triangle, from, unitOrZero(mesh.normal(pair.triangle)), least);
+            if (!wall) continue;
+            thinnest = wall;
+            break;
+        }
+    }
+    return thinnest;
+}
+
+std::vector<PartEdge> sharpEdges(const PartMesh& mesh, const PartTopology& topology) {
+    std::vector<PartEdge> sharp;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const glm::dvec3 normal = unitOrZero(mesh.normal(t));
+        for (const std::uint32_t other : topology.beyond[t]) {
+            if (other == kNoTriangle || other < t) continue;
+            const glm::dvec3 beyond = unitOrZero(mesh.normal(other));
+            if (-glm::dot(normal, beyond) < WallRays::kFacing) continue;
+            PartEdge edge;
+            glm::dvec3 tip(0);
+            int common = 0;
+            for (const std::uint32_t point : mesh.triangles[other]) {
+                if (std::ranges::count(mesh.triangles[t], point) == 0)
+                    tip = mesh.points[point];
+                else
+                    (common++ == 0 ? edge.a : edge.b) = point;
+            }
+            // The other one's third corner lies behind the face, or the material is outside.
+            if (glm::dot(normal, tip - mesh.points[edge.a]) >= 0) continue;
+            if (edge.b < edge.a) std::swap(edge.a, edge.b);
+            sharp.push_back(edge);
+        }
+    }
+    return sharp;
+}
+
+}  // namespace peeler

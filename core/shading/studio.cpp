@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// The built-in studio, in azimuths (from +Z toward +X) and elevations around the object. A viewer
+// stands in front, between +Z and +X: the key light is over the left shoulder, the dark side to the
+// right, and strips from the sides and from behind draw the edges of what is smooth.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "core/base/parallel.h"
+#include "core/shading/environment_maps.h"
+
+namespace peeler {
+namespace {
+
+// Every edge is several pixels wide, so that more of them would show no more.
+constexpr int kWidth = 256, kHeight = 128, kParts = 2;
+
+/// A plane rectangle that shines, with soft edges, and less away from its middle.
+struct SoftBox {
+    double azimuth, elevation;       ///< of its middle, degrees
+    double half_width, half_height;  ///< seen from a distance of 1
+    double edge;                     ///< how wide it fades
+    double vignette;                 ///< share of its light that is missing in the corners
+    glm::dvec3 radiance;
+};
+
+constexpr SoftBox kSoftBoxes[] = {
+    {-42, 42, 0.42, 0.34, 0.08, 0.45, {7.2, 7.0, 6.7}},    // key
+    {60, 80, 0.40, 0.26, 0.10, 0.30, {1.2, 1.2, 1.25}},    // overhead
+    {102, 16, 0.15, 0.70, 0.07, 0.30, {1.8, 1.85, 1.95}},  // a tall strip in the dark side
+    {165, 32, 0.18, 0.44, 0.06, 0.30, {4.8, 5.1, 5.5}},    // rim
+    {-118, 14, 0.10, 0.50, 0.06, 0.30, {2.6, 2.6, 2.6}},   // a strip from behind at the left
+};
+
+constexpr glm::dvec3 kNearFloor(0.16, 0.155, 0.15), kFarFloor(0.40, 0.395, 0.385);
+constexpr glm::dvec3 kHorizon(0.36, 0.365, 0.375), kWall(0.20, 0.205, 0.215);
+constexpr glm::dvec3 kCeiling(0.10, 0.105, 0.115);
+constexpr double kDarkAzimuth = 118, kDarkness = 0.75;
+
+double smooth(double x) {
+    const double t = std::clamp(x, 0.0, 1.0);
+    return t * t * (3 - 2 * t);
+}
+
+glm::dvec3 toward(double azimuth, double elevation) {
+    const double a = glm::radians(azimuth), e = glm::radians(elevation);
+    return {std::sin(a) * std::cos(e), std::sin(e), std::cos(a) * std::cos(e)};
+}
+
+struct PlacedBox {
+    SoftBox box;
+    glm::dvec3 middle, right, up;
+};
+
+std::array<PlacedBox, std::size(kSoftBoxes)> placedBoxes() {
+    std::array<PlacedBox, std::size(kSoftBoxes)> placed{};
+    for (std::size_t i = 0; i < placed.size(); ++i) {
+        const SoftBox& box = kSoftBoxes[i];
+        const glm::dvec3 middle = toward(box.azimuth, box.elevation);
+        const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), middle));
+        placed[i] = {box, middle, right, glm::cross(middle, right)};
+    }
+    return placed;
+}
+
+/// How much of the box is seen in a direction, from 0 to 1; `light` is what it shines there.
+double coverage(const PlacedBox& placed, const glm::dvec3& direction, glm::dvec3& light) {
+    const double along = glm::dot(direction, placed.middle);
+    if (along < 1e-3) return 0;
+    const SoftBox& box = placed.box;
+    const double x = glm::dot(direction, placed.right) / along;
+    const double y = glm::dot(direction, placed.up) / along;
+    const double covered = smooth((box.half_width - std::abs(x)) / box.edge + 0.5) *
+                           smooth((box.half_height - std::abs(y)) / box.edge + 0.5);
+    const double off =
+        (x * x / (box.half_width * box.half_width) + y * y / (box.half_height * box.half_height)) /
+        2;
+    light = box.radiance * (1 - box.vignette * std::min(1.0, off));
+    return covered;
+}
+
+glm::dvec3 room(const glm::dvec3& d) {
+    const double up = std::max(0.0, d.y), down = std::max(0.0, -d.y);
+    const glm::dvec3 above = kCeiling + (kWall - kCeiling) * (1 - smooth(1.2 * up)) +
+                             (kHorizon - kWall) * (1 - smooth(up / 0.35));
+    const glm::dvec3 floor = glm::mix(kFarFloor, kNearFloor, smooth(down / 0.9));
+    const double side = smooth((glm::dot(d, toward(kDarkAzimuth, 0)) - 0.25) / 0.7);
+    return glm::mix(floor, above, smooth((d.y + 0.04) / 0.08)) *
+           (1 - kDarkness * side * smooth((d.y + 0.35) / 0.5));
+}
+
+}  // namespace
+
+Environment studioEnvironment() {
+    const auto boxes = placedBoxes();
+    Environment studio;
+    studio.width = kWidth;
+    studio.height = kHeight;
+    studio.radiance.resize(std::size_t{kWidth} * kHeight);
+    parallelFor(kHeight, [&](std::size_t row) {
+        for (std::size_t column = 0; column < kWidth; ++column) {
+            glm::dvec3 sum(0);
+            for (int part = 0; part < kParts * kParts; ++part) {
+                const double x = static_cast<double>(column) + (part % kParts + 0.5) / kParts;
+                const double y = static_cast<double>(row) + (part / kParts + 0.5) / kParts;
+                const double longitude = (0.5 - x / kWidth) * 2 * std::numbers::pi;
+                const double latitude = (0.5 - y / kHeight) * std::numbers::pi;
+                const glm::dvec3 d(std::sin(longitude) * std::cos(latitude), std::sin(latitude),
+                                   std::cos(longitude) * std::cos(latitude));
+                glm::dvec3 radiance = room(d), light(0);
+                for (const PlacedBox& box : boxes) {
+                    const double covered = coverage(box, d, light);
+                    if (covered > 0) radiance = glm::mix(radiance, light, covered);
+                }
+                sum += radiance;
+            }
+            // In steps, so that sines that differ in their last bit make the same studio.
+            constexpr double kStep = 4096;
+            studio.radiance[row * kWidth + column] =
+                glm::round(sum / double(kParts * kParts) * kStep) / kStep;
+        }
+    });
+    return studio;
+}
+
+}  // namespace peeler

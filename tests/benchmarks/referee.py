@@ -1,0 +1,395 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""How near spheres in an environment come to the integral of glTF's lobes: referee.py PEELER
+
+One sphere a material, seen by parallel rays, in an environment with a gradient, coloured sides and a small bright box.
+`peeler render --environment` shades them from prefiltered maps. The referee integrates light times lobe over all
+directions at every pixel, by importance sampling with a fixed set of samples (Hammersley), from the specifications alone:
+
+- glTF 2.0, appendix B: GGX with height-correlated Smith visibility, Schlick's Fresnel term at the half vector, Lambert
+  below it, dielectric and metal mixed by metalness;
+- KHR_materials_specular, _ior, _clearcoat, _anisotropy; KHR_materials_sheen with the Charlie lobe, its shadowing, and
+  what is below scaled by the lobe's own albedo;
+- light that microfacets pass on to each other, which glTF leaves open and peeler adds, so that white stays white: Kulla &
+  Conty, "Revisiting Physically Based Shading at Imageworks", 2017, with albedos that are integrated here.
+
+It shares no code with the shaders. Told are, of each sphere: the mean of ours over the referee's; the relative error,
+which is the root of the mean square difference over that of the referee's pixels, R, G and B together; and the largest
+step from a pixel to the next in its row, ours and the referee's: where ours is larger, edges are seen that are not there.
+Pixels whose normal leans more than `--edge` degrees from the view are left out: they are edges, where a pixel sees more
+than its middle.
+
+Needs Debian's python3-numpy and python3-openimageio.
+"""
+from __future__ import annotations
+
+import argparse
+import math
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+
+import numpy as np
+import OpenImageIO as oiio
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "examples"))
+
+from scene_kit.glb import Geometry, Glb  # noqa: E402
+
+Array = Any  # numpy's annotations differ from release to release
+VIEW = np.array([0.0, 0.0, 1.0])  # from every surface toward the eye
+
+
+class Ball(NamedTuple):
+    """A sphere and its material, in glTF's terms."""
+
+    name: str
+    color: Tuple[float, float, float] = (1.0, 1.0, 1.0)
+    metallic: float = 0.0
+    roughness: float = 0.5
+    specular: float = 1.0
+    ior: float = 1.5
+    coat: Optional[float] = None  # its roughness
+    sheen: Optional[float] = None  # its roughness; the colour is white
+    anisotropy: float = 0.0
+
+    def material(self, glb: Glb) -> Dict[str, Any]:
+        extensions: Dict[str, Any] = {}
+        if self.specular != 1:
+            extensions["KHR_materials_specular"] = {"specularFactor": self.specular}
+        if self.ior != 1.5:
+            extensions["KHR_materials_ior"] = {"ior": self.ior}
+        if self.coat is not None:
+            extensions["KHR_materials_clearcoat"] = {"clearcoatFactor": 1, "clearcoatRoughnessFactor": self.coat}
+        if self.sheen is not None:
+            extensions["KHR_materials_sheen"] = {"sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": self.sheen}
+        if self.anisotropy:
+            extensions["KHR_materials_anisotropy"] = {"anisotropyStrength": self.anisotropy}
+        for extension in extensions:
+            glb.extend(extension)
+        return {
+            "name": self.name,
+            "pbrMetallicRoughness": {"baseColorFactor": [*self.color, 1], "metallicFactor": self.metallic,
+                                     "roughnessFactor": self.roughness},
+            "extensions": extensions,
+        }
+
+
+BLACK = (0.0, 0.0, 0.0)
+
+
+def balls() -> List[Ball]:
+    """Every lobe, by roughness."""
+    some, many = (0.2, 0.4, 0.6, 0.8, 1.0), (0.2, 0.3, 0.5, 0.7, 1.0)
+    return [
+        Ball("white diffuse", specular=0.0),
+        *(Ball(f"white metal {r}", metallic=1, roughness=r) for r in many),
+        *(Ball(f"gold {r}", (1.0, 0.78, 0.34), 1, r) for r in (0.3, 0.6)),
+        *(Ball(f"black dielectric {r}", BLACK, 0, r) for r in many),
+        *(Ball(f"white dielectric {r}", roughness=r) for r in (0.2, 0.6, 1.0)),
+        Ball("red plastic, index 1.8", (0.8, 0.1, 0.1), 0, 0.3, ior=1.8),
+        *(Ball(f"half metal {r}", (0.9, 0.6, 0.3), 0.5, r) for r in (0.2, 0.6, 1.0)),
+        *(Ball(f"clearcoat {r} on black", BLACK, 0, 1, 0.0, coat=r) for r in (0.2, 0.6)),
+        *(Ball(f"sheen {r} on black", BLACK, 0, 1, 0.0, sheen=r) for r in some),
+        *(Ball(f"anisotropic metal {r}", metallic=1, roughness=r, anisotropy=0.7) for r in (0.3, 0.6)),
+    ]
+
+
+# The environment: equirectangular, as OpenEXR's ImfEnvmap.h has it. The centre is along +Z, the left along +X.
+
+
+def smooth(x: Array) -> Array:
+    x = np.clip(x, 0, 1)
+    return x * x * (3 - 2 * x)
+
+
+def environment(height: int) -> Array:
+    """Radiance, `height` x 2 `height` pixels: floor, sky, a red and a green side, and a bright box with a soft edge."""
+    longitude = (0.5 - (np.arange(2 * height) + 0.5) / (2 * height)) * 2 * np.pi
+    latitude = ((0.5 - (np.arange(height) + 0.5) / height) * np.pi)[:, None]
+    y, x = np.sin(latitude) + 0 * longitude, np.sin(longitude) * np.cos(latitude)
+    floor, horizon, zenith = (np.array(c) for c in ((0.20, 0.18, 0.16), (0.65, 0.66, 0.70), (0.25, 0.35, 0.60)))
+    light = floor + (horizon - floor) * smooth((y + 0.05) / 0.1)[..., None]
+    light = light + (zenith - horizon) * smooth(y)[..., None]
+    for sign, color in ((1, (0.9, 0.15, 0.1)), (-1, (0.1, 0.6, 0.2))):
+        light = light + (np.array(color) - light) * 0.8 * smooth((sign * x - 0.6) / 0.3)[..., None]
+    across, up = np.degrees(longitude + 0.7), np.degrees(latitude - 0.6)
+    box = smooth((11 - np.abs(across)) / 2) * smooth((11 - np.abs(up)) / 2)
+    return light + box[..., None] * (np.array((12.0, 11.4, 10.2)) - light)
+
+
+def radiance(image: Array, direction: Array) -> Array:
+    """Interpolated between the four nearest pixels."""
+    height, width, _ = image.shape
+    u = 0.5 - np.arctan2(direction[..., 0], direction[..., 2]) / (2 * np.pi)
+    v = 0.5 - np.arcsin(np.clip(direction[..., 1], -1, 1)) / np.pi
+    x, y = u * width - 0.5, np.clip(v * height - 0.5, 0, height - 1)
+    left, top = np.floor(x).astype(int), np.floor(y).astype(int)
+    across, down = (x - left)[..., None], (y - top)[..., None]
+    right, below = (left + 1) % width, np.minimum(top + 1, height - 1)
+    left = left % width
+    flat = image.reshape(-1, 3)
+    rows = [flat[row * width + left] * (1 - across) + flat[row * width + right] * across for row in (top, below)]
+    return rows[0] * (1 - down) + rows[1] * down
+
+
+# Lobes. Directions are in the surface's own frame: z along the normal, x along the tangent.
+
+
+def hammersley(count: int) -> Tuple[Array, Array]:
+    reversed_bits, digit, n = np.zeros(count), 0.5, np.arange(count)
+    while n.any():
+        reversed_bits, digit, n = reversed_bits + digit * (n % 2), digit / 2, n // 2
+    return (np.arange(count) + 0.5) / count, reversed_bits
+
+
+def dot(a: Array, b: Array) -> Array:
+    return (a * b).sum(-1)
+
+
+def unit(a: Array) -> Array:
+    return a / np.sqrt(dot(a, a))[..., None]
+
+
+def schlick(f0: Array, f90: float, cosine: Array) -> Array:
+    return f0 + (f90 - f0) * ((1 - cosine) ** 5)[..., None]
+
+
+def smith(alpha: Tuple[float, float], w: Array) -> Array:
+    """Lambda of GGX."""
+    slope = ((alpha[0] * w[..., 0]) ** 2 + (alpha[1] * w[..., 1]) ** 2) / np.maximum(w[..., 2], 1e-9) ** 2
+    return (np.sqrt(1 + slope) - 1) / 2
+
+
+def facets(v: Array, alpha: Tuple[float, float], count: int) -> Array:
+    """Half vectors, `count` for each view of `v`, as microfacets are seen (Heitz, "Sampling the GGX Distribution of
+    Visible Normals", 2018)."""
+    u1, u2 = hammersley(count)
+    stretched = unit(v * np.array([alpha[0], alpha[1], 1.0]))[:, None, :]
+    across = np.stack([-stretched[..., 1], stretched[..., 0], 0 * stretched[..., 0]], -1)
+    size = np.sqrt(dot(across, across))[..., None]
+    across = np.where(size > 1e-7, across / np.maximum(size, 1e-7), np.array([1.0, 0.0, 0.0]))
+    along = np.cross(stretched, across)
+    r, phi, share = np.sqrt(u1), 2 * np.pi * u2, 0.5 * (1 + stretched[..., 2])
+    t1 = r * np.cos(phi) + 0 * share
+    t2 = (1 - share) * np.sqrt(1 - t1 * t1) + share * r * np.sin(phi)
+    up = np.sqrt(np.maximum(0, 1 - t1 * t1 - t2 * t2))
+    h = t1[..., None] * across + t2[..., None] * along + up[..., None] * stretched
+    h = h * np.array([alpha[0], alpha[1], 1.0])
+    h[..., 2] = np.maximum(h[..., 2], 1e-9)
+    return unit(h)
+
+
+def ggx_weights(v: Array, alpha: Tuple[float, float], count: int) -> Tuple[Array, Array, Array]:
+    """Directions, what each counts for light times GGX times cosine (without the Fresnel term), and cosines v·h."""
+    h = facets(v, alpha, count)
+    v = v[:, None, :]
+    v_dot_h = np.clip(dot(v, h), 0, 1)
+    light = 2 * v_dot_h[..., None] * h - v
+    hidden = 1 + smith(alpha, v)
+    weight = np.where(light[..., 2] > 0, hidden / (hidden + smith(alpha, light)), 0)
+    return light, weight / count, v_dot_h
+
+
+class Albedo:
+    """What GGX reflects of white light from all around if the Fresnel term is 1: by the cosine, the mean of all azimuths;
+    and the mean of all directions."""
+
+    def __init__(self, alpha: Tuple[float, float]) -> None:
+        self.cosine = np.linspace(0.01, 1, 64)
+        azimuths = np.array([0.0]) if alpha[0] == alpha[1] else (np.arange(8) + 0.5) * np.pi / 16
+        sine = np.sqrt(1 - self.cosine**2)
+        views = [np.stack([sine * np.cos(a), sine * np.sin(a), self.cosine], -1) for a in azimuths]
+        self.value = np.mean([ggx_weights(view, alpha, 1024)[1].sum(1) for view in views], 0)
+        even = np.linspace(0, 1, 512)
+        self.mean = float((np.interp(even, self.cosine, self.value) * 2 * even).mean())
+
+    def at(self, cosine: Array) -> Array:
+        return np.interp(cosine, self.cosine, self.value)
+
+
+def hemisphere(count: int) -> Array:
+    """As a cosine falls."""
+    u, w = hammersley(count)
+    return np.stack([np.sqrt(u) * np.cos(2 * np.pi * w), np.sqrt(u) * np.sin(2 * np.pi * w), np.sqrt(1 - u)], -1)
+
+
+def charlie(alpha: float, v: Array, light: Array) -> Array:
+    """Estevez & Kulla, "Production Friendly Microfacet Sheen BRDF", 2017."""
+    h = unit(v + light)
+    sine = np.sqrt(np.clip(1 - h[..., 2] ** 2, 0, 1))
+    distribution = (2 + 1 / alpha) * sine ** (1 / alpha) / (2 * np.pi)
+    mixed = [a + (b - a) * (1 - alpha) ** 2 for a, b in ((21.5473, 25.3245), (3.82987, 3.32435), (0.19823, 0.16801),
+                                                         (-1.97760, -1.27393), (-4.32054, -4.85967))]
+
+    def fit(x: Array) -> Array:
+        return mixed[0] / (1 + mixed[1] * x ** mixed[2]) + mixed[3] * x + mixed[4]
+
+    def shadowing(x: Array) -> Array:
+        return np.exp(np.where(x < 0.5, fit(x), 2 * fit(np.array(0.5)) - fit(1 - x)))
+
+    l_z, v_z = np.maximum(light[..., 2], 1e-6), np.maximum(v[..., 2], 1e-6)
+    return distribution / ((1 + shadowing(v_z) + shadowing(l_z)) * 4 * l_z * v_z)
+
+
+class Referee:
+    """Integrates over an environment, with `count` samples a lobe and pixel."""
+
+    def __init__(self, image: Array, count: int) -> None:
+        self.image, self.count = image, count
+        self.albedos: Dict[Tuple[float, float], Albedo] = {}
+
+    def albedo(self, alpha: Tuple[float, float]) -> Albedo:
+        if alpha not in self.albedos:
+            self.albedos[alpha] = Albedo(alpha)
+        return self.albedos[alpha]
+
+    def glossy(self, frame: Array, v: Array, alpha: Tuple[float, float], f0: Array, f90: float) -> Array:
+        light, weight, v_dot_h = ggx_weights(v, alpha, self.count)
+        arriving = radiance(self.image, light @ frame)
+        once = (schlick(f0, f90, v_dot_h) * weight[..., None] * arriving).sum(1)
+        albedo = self.albedo(alpha)
+        mean = f0 + (f90 - f0) / 21
+        again = mean * mean * albedo.mean / (1 - mean * (1 - albedo.mean)) / max(1 - albedo.mean, 1e-6)
+        spread = hemisphere(self.count)
+        share = (1 - albedo.at(v[:, 2]))[:, None] * (1 - albedo.at(spread[:, 2]))
+        return once + again * (share[..., None] * radiance(self.image, spread @ frame)).mean(1)
+
+    def lambert(self, frame: Array, v: Array, f0: Array, f90: float) -> Array:
+        spread = hemisphere(self.count)
+        v_dot_h = np.sqrt(np.clip((1 + v @ spread.T) / 2, 0, 1))
+        kept = 1 - schlick(f0, f90, v_dot_h).max(-1, keepdims=True)
+        return (kept * radiance(self.image, spread @ frame)).mean(1)
+
+    def cloth(self, frame: Array, v: Array, roughness: float) -> Tuple[Array, Array]:
+        """Light, and the lobe's albedo."""
+        u, w = hammersley(self.count)
+        sine = np.sqrt(1 - u * u)
+        even = np.stack([sine * np.cos(2 * np.pi * w), sine * np.sin(2 * np.pi * w), u], -1)
+        share = charlie(roughness**2, v[:, None, :], even[None]) * u * 2 * np.pi
+        albedo = np.minimum(share.mean(1), 1)
+        return (share[..., None] * radiance(self.image, even @ frame)).mean(1), albedo[:, None]
+
+    def shade(self, ball: Ball, normals: Array) -> Array:
+        """Radiance toward the eye from surfaces with these normals."""
+        east = np.stack([normals[:, 2], 0 * normals[:, 0], -normals[:, 0]], -1)
+        tangents = unit(east + np.array([1e-9, 0, 0]))
+        frame = np.stack([tangents, np.cross(normals, tangents), normals], 1)
+        v = frame @ VIEW
+        color, fine = np.array(ball.color), ball.roughness**2
+        alpha = (fine + (1 - fine) * ball.anisotropy**2, fine)
+        total = np.zeros_like(normals)
+        if ball.metallic > 0:
+            total += ball.metallic * self.glossy(frame, v, alpha, color, 1.0)
+        if ball.metallic < 1:
+            f0 = np.full(3, ball.specular * ((ball.ior - 1) / (ball.ior + 1)) ** 2)
+            under = color * self.lambert(frame, v, f0, ball.specular) if color.any() else 0
+            above = self.glossy(frame, v, alpha, f0, ball.specular) if ball.specular > 0 else 0
+            total += (1 - ball.metallic) * (under + above)
+        if ball.sheen is not None:
+            light, albedo = self.cloth(frame, v, ball.sheen)
+            total = (1 - albedo) * total + light
+        if ball.coat is not None:
+            fresnel = schlick(np.full(3, 0.04), 1.0, v[:, 2])
+            coat = self.glossy(frame, v, (ball.coat**2, ball.coat**2), np.ones(3), 1.0)
+            total = (1 - fresnel) * total + fresnel * coat
+        return total
+
+    def sphere(self, ball: Ball, normals: Array) -> Array:
+        return np.concatenate([self.shade(ball, part) for part in np.array_split(normals, max(1, len(normals) // 48))])
+
+
+# The same by peeler.
+
+
+def unit_sphere(around: int, rows: int) -> Geometry:
+    out = Geometry()
+    for j in range(rows + 1):
+        for i in range(around + 1):
+            theta, phi = math.pi * j / rows, 2 * math.pi * i / around
+            p = (math.sin(theta) * math.sin(phi), math.cos(theta), math.sin(theta) * math.cos(phi))
+            out.positions.append(p)
+            out.normals.append(p)
+            out.uvs.append((i / around, j / rows))
+    for j in range(rows):
+        for i in range(around):
+            a, b = j * (around + 1) + i, (j + 1) * (around + 1) + i
+            out.indices += [*([] if j == 0 else [a, b, a + 1]), *([] if j == rows - 1 else [a + 1, b, b + 1])]
+    return out
+
+
+def scene(chosen: List[Ball]) -> Glb:
+    """The spheres in a row along X, two apart."""
+    glb = Glb("spheres")
+    stored = glb.store(unit_sphere(192, 96))
+    for i, ball in enumerate(chosen):
+        mesh = glb.mesh(ball.name, (stored, glb.push("materials", ball.material(glb))))
+        glb.node(ball.name, mesh, at=(2.0 * i - len(chosen) + 1, 0.0, 0.0))
+    return glb
+
+
+def pixel_normals(size: int) -> Array:
+    """Of a sphere that fills `size` x `size` pixels; z is NaN beside it."""
+    x = 2 * (np.arange(size) + 0.5) / size - 1
+    x, y = np.meshgrid(x, -x)
+    with np.errstate(invalid="ignore"):
+        return np.stack([x, y, np.sqrt(1 - x * x - y * y)], -1)
+
+
+def rendered(peeler: str, chosen: List[Ball], image: Array, size: int, turn: str) -> Array:
+    """Rows, spheres, columns, channels."""
+    with tempfile.TemporaryDirectory() as folder:
+        glb, sky, out = (Path(folder) / name for name in ("spheres.glb", "sky.exr", "out.exr"))
+        glb.write_bytes(scene(chosen).bytes())
+        light = oiio.ImageBuf(np.ascontiguousarray(image, dtype=np.float32))
+        if not light.write(str(sky), oiio.FLOAT):
+            raise OSError(light.geterror())
+        subprocess.run(
+            [peeler, "render", str(glb), "-o", str(out), "--as", "composite", "--surfaces", "visible", "--quiet",
+             "--eye", "0,0,10", "--target", "0,0,0", "--ortho-height", "2", "--size", f"{size * len(chosen)}x{size}",
+             "--environment", str(sky), "--environment-rotation", turn],
+            check=True)
+        pixels = oiio.ImageBuf(str(out)).get_pixels(oiio.FLOAT)[..., :3]
+    return pixels.reshape(size, len(chosen), size, 3)
+
+
+def largest_step(values: Array, seen: Array) -> float:
+    """`values` are those of the pixels that are seen."""
+    rows = np.full((*seen.shape, 3), np.nan)
+    rows[seen] = values
+    return float(np.nanmax(np.abs(np.diff(rows, axis=1))))
+
+
+def arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("peeler")
+    parser.add_argument("--size", type=int, default=32, help="pixels a sphere")
+    parser.add_argument("--samples", type=int, default=4096, help="of the referee, a lobe and pixel")
+    parser.add_argument("--height", type=int, default=256, help="of the environment, pixels")
+    parser.add_argument("--edge", type=float, default=80, help="greatest angle of normal and view, degrees")
+    parser.add_argument("--only", default="", help="spheres whose name contains this")
+    parser.add_argument("--environment-rotation", default="0", help="of peeler's; the referee's stays")
+    return parser.parse_args()
+
+
+def main() -> None:
+    asked = arguments()
+    chosen = [ball for ball in balls() if asked.only in ball.name]
+    image = environment(asked.height).astype(np.float32).astype(float)
+    ours = rendered(asked.peeler, chosen, image, asked.size, asked.environment_rotation)
+    normals = pixel_normals(asked.size)
+    seen = normals[..., 2] > math.cos(math.radians(asked.edge))
+    referee = Referee(image, asked.samples)
+    print("| sphere | mean, ours to the referee's | relative error | largest step | the referee's |")
+    print("| --- | ---: | ---: | ---: | ---: |")
+    for i, ball in enumerate(chosen):
+        theirs, own = referee.sphere(ball, normals[seen]), ours[:, i][seen]
+        error = math.sqrt(((own - theirs) ** 2).mean() / (theirs**2).mean())
+        steps = " | ".join(f"{largest_step(values, seen):.3f}" for values in (own, theirs))
+        print(f"| {ball.name} | {own.mean() / theirs.mean():.3f} | {error:.3f} | {steps} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+// check: the verdict on parts that are good, and on parts that are broken in one way each.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "cmd/tiny_gltf.h"
+#include "formats/image/flat_image.h"
+#include "formats/image/legend.h"
+#include "support/closed_meshes.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+using Json = nlohmann::json;
+
+class CheckVerb : public testing::Test {
+  protected:
+    /// A scene of these meshes, in nodes "part 0", "part 1", …
+    std::string write(const std::vector<Primitive>& meshes) {
+        Json scene = {{"asset", {{"version", "2.0"}}}, {"scene", 0}};
+        std::string buffer;
+        const auto view = [&](const void* data, std::size_t bytes) {
+            scene["bufferViews"].push_back(
+                {{"buffer", 0}, {"byteOffset", buffer.size()}, {"byteLength", bytes}});
+            buffer.append(static_cast<const char*>(data), bytes);
+            return scene["bufferViews"].size() - 1;
+        };
+        for (std::size_t i = 0; i < meshes.size(); ++i) {
+            const Primitive& mesh = meshes[i];
+            glm::vec3 least = mesh.positions[0], most = least;
+            for (const glm::vec3& p : mesh.positions) {
+                least = glm::min(least, p);
+                most = glm::max(most, p);
+            }
+            const auto positions =
+                view(mesh.positions.data(), mesh.positions.size() * sizeof(glm::vec3));
+            const auto indices = view(mesh.indices.data(), mesh.indices.size() * 4);
+            scene["accessors"].push_back({{"bufferView", positions},
+                                          {"componentType", 5126},
+                                          {"count", mesh.positions.size()},
+                                          {"type", "VEC3"},
+                                          {"min", {least.x, least.y, least.z}},
+                                          {"max", {most.x, most.y, most.z}}});
+            scene["accessors"].push_back({{"bufferView", indices},
+                                          {"componentType", 5125},
+                                          {"count", mesh.indices.size()},
+                                          {"type", "SCALAR"}});
+            scene["meshes"].push_back(
+                {{"primitives",
+                  {{{"attributes", {{"POSITION", 2 * i}}}, {"indices", 2 * i + 1}}}}});
+            scene["nodes"].push_back({{"mesh", i}, {"name", "part " + std::to_string(i)}});
+            scene["scenes"][0]["nodes"].push_back(i);
+        }
+        scene["buffers"].push_back({{"byteLength", buffer.size()}});
+        writeText(dir_ / "part.glb", glb(scene, buffer));
+        return (dir_ / "part.glb").string();
+    }
+
+    static Outcome check(const std::string& scene, const std::vector<std::string>& more = {}) {
+        std::vector<std::string> arguments{"check", scene};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return runPeeler(arguments);
+    }
+
+    /// The JSON of a check that has to end with this code.
+    static Json json(const std::string& scene, int code, std::vector<std::string> more = {}) {
+        more.push_back("--json");
+        const Outcome run = check(scene, more);
+        EXPECT_EQ(run.exit_code, code) << run.err;
+        return Json::parse(run.out);
+    }
+
+    static std::string onlyProblem(const Json& result, std::size_t part = 0) {
+        const Json& problems = result.at("parts").at(part).at("problems");
+        return problems.size() == 1 ? problems[0].at("kind").get<std::string>() : problems.dump();
+    }
+
+    ScratchDir dir_;
+};
+
+Primitive inwards(Primitive mesh) {
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
+        std::swap(mesh.indices[i], mesh.indices[i + 1]);
+    return mesh;
+}
+
+Primitive together(Primitive a, const Primitive& b) {
+    const auto before = static_cast<std::uint32_t>(a.positions.size());
+    a.positions.insert(a.positions.end(), b.positions.begin(), b.positions.end());
+    for (const std::uint32_t index : b.indices)
+        a.indices.push_back(before + index);
+    return a;
+}
+
+TEST_F(CheckVerb, ACubeIsGoodToPrint) {
+    const std::string scene = write({cube()});
+    const Outcome text = check(scene);
+    EXPECT_EQ(text.exit_code, 0);
+    EXPECT_TRUE(contains(text.out, "part.glb: good to print\n")) << text.out;
+    EXPECT_TRUE(contains(text.out, "closed, manifold, facing outwards, nothing crosses"));
+    EXPECT_TRUE(contains(text.out, "2000.0000 mm (2 m)")) << text.out;
+    EXPECT_FALSE(contains(text.err, "error")) << text.err;
+    const Json result = json(scene, 0);
+    EXPECT_EQ(result.at("verdict"), "good");
+    EXPECT_DOUBLE_EQ(result.at("volume"), 8);
+    EXPECT_DOUBLE_EQ(result.at("unionVolume"), 8);
+    const Json& part = result.at("parts").at(0);
+    EXPECT_EQ(part.at("node"), "part 0");
+    EXPECT_EQ(part.at("shells"), 1);
+    EXPECT_DOUBLE_EQ(part.at("area"), 24);
+    EXPECT_EQ(part.at("bounds").at("max"), (Json{1.0, 1.0, 1.0}));
+    EXPECT_DOUBLE_EQ(part.at("thinnestWall").at("thickness"), 2);
+}
+
+TEST_F(CheckVerb, EveryDefectIsNamed) {
+    Primitive open = cube(), flipped = cube();
+    open.indices.resize(33);
+    std::swap(flipped.indices[3], flipped.indices[4]);
+    const Json hole = json(write({open}), 3);
+    EXPECT_EQ(onlyProblem(hole), "openEdges");
+    EXPECT_EQ(hole.at("parts")[0].at("openEdges"), 3);
+    EXPECT_EQ(hole.at("parts")[0].at("holes"), 1);
+    EXPECT_TRUE(hole.at("volume").is_null());
+    EXPECT_EQ(onlyProblem(json(write({flipped}), 3)), "flippedTriangles");
+    EXPECT_EQ(onlyProblem(json(write({inwards(cube())}), 3)), "insideOutShells");
+    const Json overlap = json(write({together(cube(), placed(cube(), 1, {1, 1, 1}))}), 3);
+    EXPECT_EQ(onlyProblem(overlap), "overlaps");
+    EXPECT_NEAR(overlap.at("volume").get<double>(), 16, 1e-9);
+    EXPECT_NEAR(overlap.at("unionVolume").get<double>(), 15, 1e-9);
+    EXPECT_EQ(onlyProblem(json(write({together(cube(), placed(cube(), 1, {2, 2, 0}))}), 3)),
+              "nonManifoldEdges");
+    const Json cavity = json(write({together(cube(), inwards(placed(cube(), 0.5F, {})))}), 0);
+    EXPECT_EQ(cavity.at("parts")[0].at("cavities"), 1);
+    EXPECT_DOUBLE_EQ(cavity.at("volume"), 7);
+    const Outcome text = check(write({open}));
+    EXPECT_TRUE(contains(text.out, "3 edges are open, around 1 hole, one at (")) << text.out;
+    EXPECT_TRUE(contains(text.err, "peeler: error: not printable as it is")) << text.err;
+}
+
+TEST_F(CheckVerb, AThinWallIsAProblemIfItIsAskedFor) {
+    const std::string scene = (sourceDir() / "examples" / "scenes" / "bracket.glb").string();
+    const Json wall = json(scene, 0, {"--min-wall", "1.19"}).at("thinnestWall");
+    EXPECT_NEAR(wall.at("thickness").get<double>(), 0.0012, 1e-9);
+    // Above the window, whose upper side is at 18.8 mm of 20.
+    EXPECT_NEAR(wall.at("from")[2].get<double>() + wall.at("to")[2].get<double>(), -0.0388, 1e-8);
+    EXPECT_EQ(onlyProblem(json(scene, 3, {"--min-wall", "1.21"})), "thinWalls");
+    // In a scene of millimetres it is 1.2 thousandths of one.
+    EXPECT_EQ(json(scene, 3, {"--min-wall", "0.0013", "--unit", "mm"}).at("metresPerUnit"), 0.001);
+    EXPECT_EQ(check(scene, {"--min-wall", "0.0011", "--unit", "mm"}).exit_code, 0);
+}
+
+TEST_F(CheckVerb, PartsAreCheckedOneByOneOrTogether) {
+    const std::string scene = write({cube(), placed(cube(), 1, {1, 0, 0})});
+    const Json apart = json(scene, 0);
+    EXPECT_EQ(apart.at("parts").size(), 2U);
+    ASSERT_EQ(apart.at("partOverlaps").size(), 1U);
+    EXPECT_EQ(apart.at("partOverlaps")[0].at("parts"), (Json{0, 1}));
+    EXPECT_NEAR(apart.at("volume").get<double>(), 16, 1e-9);
+    EXPECT_NEAR(apart.at("unionVolume").get<double>(), 12, 1e-9);
+    EXPECT_NE(onlyProblem(json(scene, 3, {"--together"})), "");
+    Primitive lower = cube(), upper = cube();
+    lower.indices.resize(18);
+    upper.indices.erase(upper.indices.begin(), upper.indices.begin() + 18);
+    const std::string halves = write({lower, upper});
+    EXPECT_EQ(json(halves, 3).at("parts")[1].at("closed"), false);
+    EXPECT_EQ(json(halves, 0, {"--together"}).at("parts").size(), 1U);
+    EXPECT_EQ(json(halves, 3, {"--include", "part 1"}).at("parts").size(), 1U);
+}
+
+TEST_F(CheckVerb, ThePictureMarksThePlaces) {
+    Primitive open = cube();
+    open.indices.resize(33);
+    const std::string bad = write({open}), picture = (dir_ / "places.png").string();
+    const Outcome run = check(bad, {"-o", picture, "--size", "160x90", "--json"});
+    EXPECT_EQ(run.exit_code, 3) << run.err;
+    EXPECT_EQ(Json::parse(run.out).at("output"), picture);
+    const CompositeImage image = readFlatImage(picture).image;
+    EXPECT_GE(image.window.width(), 160);
+    EXPECT_GT(image.window.height(), 90);
+    std::size_t red = 0, blue = 0;
+    for (std::size_t i = 0; i < 90 * std::size_t(image.window.width()); ++i) {
+        const auto [r, g, b, a] = image.rgba[i];
+        red += r > 0.4F && g < 0.3F * r && b < 0.3F * r ? 1 : 0;
+        blue += b > 0.4F && g < 0.7F * b && r < 0.5F * b ? 1 : 0;
+    }
+    EXPECT_GT(red, 60U) << "open edges, not only their middles";
+    EXPECT_GT(blue, 5U) << "the thinnest wall";
+}
+
+TEST_F(CheckVerb, WhatIsNoPartIsRefused) {
+    EXPECT_EQ(check((dir_ / "missing.glb").string()).exit_code, 3);
+    const std::string scene = write({cube()});
+    EXPECT_EQ(check(scene, {"--min-wall", "0"}).exit_code, 2);
+    EXPECT_EQ(check(scene, {"--unit", "miles"}).exit_code, 2);
+    EXPECT_EQ(check(scene, {"-o", scene}).exit_code, 2);
+    EXPECT_EQ(check(scene, {"-o", (dir_ / "places.npz").string()}).exit_code, 2);
+}
+
+/// Sample models that are one closed box each.
+TEST_F(CheckVerb, SampleModels) {
+    PEELER_REQUIRE_ASSETS(assets);
+    for (const char* name : {"Box", "BoxTextured"}) {
+        const auto scene =
+            assets / "gltf-sample-assets" / name / "glTF-Binary" / (std::string(name) + ".glb");
+        const Json result = json(scene.string(), 0);
+        EXPECT_NEAR(result.at("volume").get<double>(), 1, 1e-6) << name;
+        EXPECT_NEAR(result.at("thinnestWall").at("thickness").get<double>(), 1, 1e-6) << name;
+    }
+}
+
+}  // namespace
+}  // namespace peeler::test

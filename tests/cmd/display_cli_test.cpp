@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures for eyes: what they get by default, what is metered, and what stays as it is.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cmd/tiny_gltf.h"
+#include "core/base/color.h"
+#include "formats/image/flat_image.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A white wall under a sun of 5000 lux, and a camera that looks at it.
+Json sunlitWall() {
+    Json scene = stackScene(1);
+    scene["materials"][0] = {{"doubleSided", true},
+                             {"pbrMetallicRoughness", {{"metallicFactor", 0}}}};
+    scene["extensionsUsed"] = {"KHR_lights_punctual"};
+    scene["extensions"]["KHR_lights_punctual"]["lights"] =
+        Json::parse(R"([{"type": "directional", "name": "sun", "intensity": 5000}])");
+    scene["scenes"][0]["nodes"].push_back(scene["nodes"].size());
+    scene["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    return scene;
+}
+
+class ForEyes : public testing::Test {
+  protected:
+    Outcome peeler(std::vector<std::string> arguments) const {
+        const Outcome outcome = runPeeler(arguments);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return outcome;
+    }
+    /// The result of rendering the sunlit wall.
+    Json render(const std::string& name, std::vector<std::string> more) const {
+        more.insert(more.begin(), {"render", lit_.string(), "-o", scratch_ / name, "--size",
+                                   "48x32", "--json", "--samples", "1"});
+        return Json::parse(peeler(more).out);
+    }
+    std::string bytes(const std::string& name) const { return bytesOf(scratch_ / name); }
+
+    ScratchDir scratch_;
+    fs::path lit_ = writeScene(scratch_.path(), sunlitWall());
+    fs::path glasses_ = sourceDir() / "examples" / "scenes" / "glasses.glb";
+};
+
+TEST_F(ForEyes, HaveFourSamplesAndTheNeutralToneMap) {
+    const auto result = [&](const std::string& name, std::vector<std::string> more) {
+        more.insert(more.begin(), {"render", glasses_.string(), "-o", scratch_ / name, "--size",
+                                   "32x18", "--json"});
+        return Json::parse(peeler(more).out);
+    };
+    for (const char* name : {"a.png", "a.jpg", "a.tif"}) {
+        const Json found = result(name, {});
+        EXPECT_EQ(found["samples"], 4) << name;
+        EXPECT_EQ(found["toneMap"], "neutral") << name;
+        EXPECT_EQ(found["exposure"], 0) << name;
+        EXPECT_EQ(found["exposureAutomatic"], false) << name;
+    }
+    result("b.png", {"--samples", "4", "--tone-map", "neutral", "--exposure", "0"});
+    EXPECT_EQ(bytes("b.png").size(), bytes("a.png").size());
+    EXPECT_EQ(result("c.png", {"--samples", "2"})["samples"], 2);
+    EXPECT_EQ(result("c.png", {"--fxaa"})["samples"], 1);
+    EXPECT_EQ(result("c.html", {})["samples"], 1);
+    for (const char* kind : {"ldi", "deep", "composite"}) {
+        const Json found = result("a.exr", {"--as", kind});
+        EXPECT_EQ(found["samples"], 1) << kind;
+        EXPECT_FALSE(found.contains("toneMap")) << kind;
+    }
+}
+
+TEST_F(ForEyes, AreExposedForLampsAndSayByHowMuch) {
+    const Json found = render("a.png", {});
+    EXPECT_EQ(found["exposureAutomatic"], true);
+    // A white dielectric sends 5000/π·0.96 and some of the mirrored sky back; the least that
+    // comes of it is √0.18 of white.
+    EXPECT_NEAR(found["exposure"].get<double>(), std::log2(std::sqrt(0.18) / (5000 / 3.1416)),
+                0.25);
+    const FlatImage picture = readFlatImage(scratch_ / "a.png");
+    EXPECT_NEAR(picture.image.rgba[48 * 16 + 24][1], std::sqrt(0.18), 0.06);
+    // What was found can be given, and gives the same picture; 0 is the light as it is.
+    const Json given = render("b.png", {"--exposure", found["exposure"].dump()});
+    EXPECT_EQ(given["exposureAutomatic"], false);
+    EXPECT_EQ(readFlatImage(scratch_ / "b.png").image.rgba, picture.image.rgba);
+    render("c.png", {"--exposure", "0", "--tone-map", "none"});
+    EXPECT_EQ(readFlatImage(scratch_ / "c.png").image.rgba[48 * 16 + 24][1], 1);
+    EXPECT_EQ(render("d.png", {"--shading", "unlit"})["exposureAutomatic"], false);
+}
+
+TEST_F(ForEyes, TilesAndCropsAreExposedAlike) {
+    const Json whole = render("a.png", {});
+    EXPECT_EQ(render("b.png", {"--tile", "2/3"})["exposure"], whole["exposure"]);
+    EXPECT_EQ(render("c.png", {"--crop", "0,0,1,1"})["exposure"], whole["exposure"]);
+    EXPECT_EQ(render("d.png", {"--method", "two-pass"})["exposure"], whole["exposure"]);
+}
+
+TEST_F(ForEyes, FramesAreExposedAlikeWhicheverAreAsked) {
+    const Json all = render("a.#.png", {"--frames", "0-2"});
+    ASSERT_EQ(all["frames"].size(), 3U);
+    for (const Json& frame : all["frames"])
+        EXPECT_EQ(frame["exposure"], all["frames"][0]["exposure"]);
+    EXPECT_EQ(render("b.#.png", {"--frames", "2"})["frames"][0]["exposure"],
+              all["frames"][0]["exposure"]);
+}
+
+TEST_F(ForEyes, LayersOfLampsAreMeteredFromTheFile) {
+    render("a.exr", {});
+    const Json flat = Json::parse(
+        peeler({"flatten", scratch_ / "a.exr", "-o", scratch_ / "a.png", "--json"}).out);
+    EXPECT_EQ(flat["exposureAutomatic"], true);
+    EXPECT_NEAR(flat["exposure"].get<double>(), render("b.png", {})["exposure"].get<double>(),
+                0.11);
+    const Json sheet = Json::parse(
+        peeler({"sheet", scratch_ / "a.exr", "-o", scratch_ / "sheet.png", "--json"}).out);
+    EXPECT_NEAR(sheet["exposure"].get<double>(), flat["exposure"].get<double>(), 0.11);
+    const Json page =
+        Json::parse(peeler({"view", scratch_ / "a.exr", "-o", scratch_ / "a.html", "--json"}).out);
+    EXPECT_EQ(page["exposure"], flat["exposure"]);
+    // Light that can be shown stays, and a part of a picture is not metered.
+    peeler({"render", glasses_.string(), "-o", scratch_ / "g.exr", "--size", "32x18"});
+    EXPECT_EQ(
+        Json::parse(peeler({"flatten", scratch_ / "g.exr", "-o", scratch_ / "g.png", "--json"})
+                        .out)["exposure"],
+        0);
+    render("part.exr", {"--crop", "0,0,16,16"});
+    EXPECT_EQ(Json::parse(
+                  peeler({"flatten", scratch_ / "part.exr", "-o", scratch_ / "part.png", "--json"})
+                      .out)["exposure"],
+              0);
+}
+
+TEST_F(ForEyes, DryRunsTellWhatWillBeDone) {
+    const Json plan = render("a.png", {"--dry-run"})["pictures"][0];
+    EXPECT_EQ(plan["samples"], 1);
+    EXPECT_EQ(plan["toneMap"], "neutral");
+    EXPECT_TRUE(plan["exposure"].is_null());
+    EXPECT_EQ(plan["exposureAutomatic"], true);
+    EXPECT_EQ(render("a.png", {"--dry-run", "--exposure", "-2"})["pictures"][0]["exposure"], -2);
+    EXPECT_FALSE(render("a.exr", {"--dry-run"})["pictures"][0].contains("toneMap"));
+}
+
+TEST_F(ForEyes, BackgroundsKeepTheirDigits) {
+    for (const char* tone_map : {"none", "neutral", "aces"}) {
+        render("a.png", {"--background", "#888888", "--exposure", "-4", "--tone-map", tone_map,
+                         "--eye", "0,0,9", "--target", "0,0,10"});  // with its back to the wall
+        const FlatImage picture = readFlatImage(scratch_ / "a.png");
+        for (const auto& pixel : picture.image.rgba)
+            ASSERT_NEAR(pixel[0], linearFromSrgb(136.0F / 255), 1e-6);
+    }
+}
+
+TEST_F(ForEyes, SkippedOnlyIfMeteredAlike) {
+    render("a.png", {});
+    const auto again = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), "--skip-existing");
+        return render("a.png", more).contains("skipped");
+    };
+    EXPECT_TRUE(again({}));
+    EXPECT_FALSE(again({"--exposure", "0"}));
+}
+
+}  // namespace
+}  // namespace peeler::test
