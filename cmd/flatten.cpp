@@ -126,8 +126,8 @@ void Flatten::report() {
     result_.inputs = {options_.input};
     result_.setFile(options_.output.path);
     describeDisplay(written_, written_.automatic_exposure, result_);
-    noteDisplay(result_, console_);
     describePicture(plan_, reader_->info().provenance, result_);
+    noteDisplay(result_, console_);
     reportResult(options_.report, result_, console_);
 }
 

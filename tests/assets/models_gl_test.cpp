@@ -60,7 +60,7 @@ std::size_t compareMethods(const fs::path& path, const CaptureSettings& base) {
     const View view = cmd::makeView(shown, SceneExtent(shown), camera);
     Renderer renderer(sharedContext(), shown);
     const auto reference = capture(renderer, view, base);
-    EXPECT_EQ(reference.plan.complete(), base.max_layers == 0);
+    EXPECT_TRUE(reference.plan.complete() || base.max_layers != 0);
     for (const auto& method : peelMethods()) {
         if (!method.exact()) continue;
         if (method.name == base.method) continue;

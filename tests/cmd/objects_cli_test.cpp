@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files worked on by object: what is chosen of a file is what a render of it alone would have.
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -66,6 +68,11 @@ class Objects : public testing::Test {
         const Outcome result = runPeeler({"compare", a, b, "--json", "--quiet"});
         EXPECT_EQ(result.exit_code, 0) << a << ' ' << b << '\n' << result.out << result.err;
         EXPECT_TRUE(Json::parse(result.out).at("identical").get<bool>()) << a << ' ' << b;
+    }
+    static void expectSamePixels(const std::string& a, const std::string& b) {
+        const OIIO::ImageBuf one(a), other(b);
+        EXPECT_EQ(OIIO::ImageBufAlgo::compare(one, other, 0, 0).maxerror, 0) << a << ' ' << b;
+        EXPECT_GT(one.spec().image_pixels(), 100U);
     }
     static void expectRefused(const std::vector<std::string>& arguments, int code,
                               const std::string& says) {
@@ -144,7 +151,7 @@ TEST_F(Objects, ExtractAndViewTakeThemToo) {
     }
     EXPECT_TRUE(bytesOf(at("chosen.ply")) == bytesOf(at("alone.ply")));
     EXPECT_TRUE(bytesOf(at("chosen.npz")) == bytesOf(at("alone.npz")));
-    EXPECT_TRUE(bytesOf(at("chosen.counts.exr")) == bytesOf(at("alone.counts.exr")));
+    expectSamePixels(at("chosen.counts.exr"), at("alone.counts.exr"));
     expectEqual(at("chosen.layer.00.exr"), at("alone.layer.00.exr"));
     EXPECT_EQ(fs::exists(at("chosen.layer.09.exr")), fs::exists(at("alone.layer.09.exr")));
     expectEqual(at("chosen.view.exr"), at("alone.view.exr"));

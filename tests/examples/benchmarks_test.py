@@ -159,7 +159,7 @@ class AgainstThree(PeelerTest):
         """A reason is of a row that there is, and stands in the guide."""
         names = {*three_scenes.MADE, *(model.split("/")[0] for model in three_scenes.MODELS)}
         self.assertLessEqual(reasons.THREE.keys(), names)
-        guide = (EXAMPLES / "guide" / "light.md").read_text(encoding="utf-8")
+        guide = (SOURCE / "examples/guide/light.md").read_text(encoding="utf-8")
         section = guide.split("## Beside three.js")[1].split("\n## ")[0]
         for reason in reasons.THREE.values():
             self.assertIn(f"**{reason}", section)

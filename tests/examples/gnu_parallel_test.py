@@ -49,13 +49,14 @@ class GnuParallel(PeelerTest):
         return done, codes
 
     def test_resume(self):
-        # No folder: the first failure ends it.
+        # A file where the folder should be: the first failure ends it.
+        self.frames.write_text("")
         done, codes = self.run_script()
         self.assertNotEqual(done.returncode, 0)
         self.assertLess(len(codes), 6, codes)
         self.assertEqual({code for chunk in codes.values() for code in chunk}, {4}, done.stderr)
 
-        self.frames.mkdir()
+        self.frames.unlink()
         done, codes = self.run_script(PEELER_HOSTS="2/:")  # this machine, without ssh
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual([chunk[-1] for chunk in codes.values()], [0] * 6)

@@ -178,12 +178,16 @@ class Slurm(PeelerTest):
         options = (EXAMPLES / "scenes" / "coincident.glb", "--size", "400x301")
         names = ("layers.exr", "picture.png")
         jobs = [self.submit("tiles.sh", 3, self.folder / name, *options) for name in names]
+        whole = self.folder / "whole.exr"
+        self.render(*options, "-o", whole)
         for name, job in zip(names, jobs):
-            whole = self.folder / f"whole_{name}"
-            self.render(*options, "-o", whole)
             self.assert_completed(self.cluster.wait_for(job))
             self.verify(self.folder / f"{name}.tiles", 3)
-            self.assertEqual((self.folder / name).read_bytes(), whole.read_bytes(), name)
+        self.assertEqual((self.folder / "layers.exr").read_bytes(), whole.read_bytes())
+        flat = self.folder / "flat.png"
+        self.assertEqual(peeler("flatten", whole, "-o", flat).returncode, 0)
+        same = peeler("compare", flat, self.folder / "picture.png")
+        self.assertEqual(same.returncode, 0, same.stdout)
 
     def test_tiles_that_fail_are_not_merged(self):
         job = self.submit("tiles.sh", 2, self.folder / "out.exr", self.folder / "missing.glb")
