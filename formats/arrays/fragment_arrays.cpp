@@ -19,7 +19,7 @@ namespace peeler {
 namespace {
 
 /// The arrays of every file, in this order; then the columns, then the bundle.
-enum FixedArray : std::size_t { kSplits, kZ, kColor, kNear, kFar, kFirstColumn };
+enum FixedArray : std::size_t { kSplits, kDepths, kColors, kNear, kFar, kFirstColumn };
 
 NumberType numberTypeOfColor(PixelType type) {
     return type == PixelType::kHalf ? NumberType::kHalf : NumberType::kFloat;
@@ -112,8 +112,8 @@ void FragmentArrays::write(LayeredImage&& band) {
         splits_.push_back(fragments_ + band.offsets[p]);
     fragments_ += static_cast<std::int64_t>(band.fragments());
     writer_->append(kSplits, std::as_bytes(std::span(splits_)));
-    writer_->append(kZ, std::as_bytes(std::span(band.z)));
-    writer_->append(kColor, band.color.data);
+    writer_->append(kDepths, std::as_bytes(std::span(band.z)));
+    writer_->append(kColors, band.color.data);
     for (std::size_t i = 0; i < columns_.size(); ++i)
         writeColumn(band, i);
 }
