@@ -19,7 +19,7 @@ namespace peeler {
 namespace {
 
 /// The arrays of every file, in this order; then the columns, then the bundle.
-enum FixedArray : std::size_t { kSplits, kDepths, kColors, kNear, kFar, kFirstColumn };
+enum FixedArray : std::size_t { kSplitArray, kDepthArray, kColorArray, kNear, kFar, kFirstColumn };
 
 NumberType numberTypeOfColor(PixelType type) {
     return type == PixelType::kHalf ? NumberType::kHalf : NumberType::kFloat;
@@ -79,7 +79,7 @@ class FragmentArrays final : public Sink {
 void FragmentArrays::open(const LayeredImage& band) {
     columns_ = fragmentColumns(band);
     writer_.emplace(path_, fragmentArraysOf(plan_, band, columns_));
-    writer_->append(kSplits, std::as_bytes(std::span(&fragments_, 1)));
+    writer_->append(kSplitArray, std::as_bytes(std::span(&fragments_, 1)));
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
     const Projection& projection = plan_.view.projection;
     for (const auto& [array, value] : {std::pair{kNear, projection.near}, {kFar, projection.far}}) {
@@ -111,9 +111,9 @@ void FragmentArrays::write(LayeredImage&& band) {
     for (std::size_t p = 1; p < band.offsets.size(); ++p)
         splits_.push_back(fragments_ + band.offsets[p]);
     fragments_ += static_cast<std::int64_t>(band.fragments());
-    writer_->append(kSplits, std::as_bytes(std::span(splits_)));
-    writer_->append(kDepths, std::as_bytes(std::span(band.z)));
-    writer_->append(kColors, band.color.data);
+    writer_->append(kSplitArray, std::as_bytes(std::span(splits_)));
+    writer_->append(kDepthArray, std::as_bytes(std::span(band.z)));
+    writer_->append(kColorArray, band.color.data);
     for (std::size_t i = 0; i < columns_.size(); ++i)
         writeColumn(band, i);
 }
