@@ -109,7 +109,7 @@ class Check {
     }
 
     void check() {
-        const OpenedScene& scene = job_.openScene();
+        job_.openScene();
         job_.checkOutputs(options_.writesPicture() ? std::vector{options_.output.path}
                                                    : std::vector<fs::path>{});
         const PosedScene posed = job_.pose();
@@ -121,10 +121,11 @@ class Check {
         const StageTimer timer(job_.times(), "check");
         ProgressReport progress(console_, options_.report.shownProgress(), "check");
         report_ = checkParts(posed, settings, [&](double share) { progress.update(share); });
-        warn(scene);
+        noteUnit();
     }
 
-    void warn(const OpenedScene&) {
+    /// Files for printers often have millimetres and say metres.
+    void noteUnit() {
         constexpr double kLarge = 10;  // metres: larger than printers are
         const glm::dvec3 size = report_.bounds.max - report_.bounds.min;
         const double largest = std::max({size.x, size.y, size.z});

@@ -374,10 +374,6 @@ void Render::reportSkipped(Picture& picture) {
     results_.add(picture.result);
 }
 
-}  // namespace
-
-namespace {
-
 /// Prints and stores the result as it was asked for. Returns the exit code.
 int report(const RenderOptions& options, const Json& result, Console& console) {
     return runReported(console, [&] {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #include "cmd/check/part_report.h"
 #include "core/scene/framing.h"
@@ -24,20 +25,16 @@ constexpr Mark kTurnedMark{"flipped or inside out", {1, 0.3F, 0}};
 constexpr Mark kCrossingMark{"crossing or overlapping", {0.9F, 0.75F, 0}};
 constexpr Mark kWallMark{"thinnest wall", {0, 0.15F, 1}};
 
-constexpr Mark markOf(PartProblem kind) {
-    switch (kind) {
-        case PartProblem::kOpenEdges:
-            return kOpenMark;
-        case PartProblem::kCrowdedEdges:
-            return kCrowdedMark;
-        case PartProblem::kSelfIntersections:
-        case PartProblem::kOverlaps:
-            return kCrossingMark;
-        case PartProblem::kThinWall:
-            return kWallMark;
-        default:
-            return kTurnedMark;
-    }
+constexpr std::pair<PartProblem, Mark> kMarks[] = {
+    {PartProblem::kOpenEdges, kOpenMark},         {PartProblem::kCrowdedEdges, kCrowdedMark},
+    {PartProblem::kTurnedTriangles, kTurnedMark}, {PartProblem::kOneSided, kTurnedMark},
+    {PartProblem::kInsideOut, kTurnedMark},       {PartProblem::kSelfIntersections, kCrossingMark},
+    {PartProblem::kOverlaps, kCrossingMark},      {PartProblem::kThinWall, kWallMark},
+    {PartProblem::kEmpty, kTurnedMark},
+};
+
+const Mark& markOf(PartProblem kind) {
+    return std::ranges::find(kMarks, kind, &std::pair<PartProblem, Mark>::first)->second;
 }
 
 /// Adds primitives of one colour each to a scene.
@@ -157,7 +154,7 @@ std::vector<LegendLine> placesLegend(const CheckReport& report) {
     std::set<std::string> told;
     for (const PartReport& part : report.parts) {
         for (const FoundProblem& problem : part.problems) {
-            const Mark mark = markOf(problem.kind);
+            const Mark& mark = markOf(problem.kind);
             if (problem.kind == PartProblem::kThinWall || !told.insert(mark.text).second) continue;
             lines.push_back({mark.color, mark.text});
         }

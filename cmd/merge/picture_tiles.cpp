@@ -34,45 +34,64 @@ struct CommonAttribute {
     std::string (*text)(const ExrInfo& info);
 };
 
+constexpr CommonAttribute kFrame{
+    "the frame", [](const ExrInfo& i) { return std::to_string(i.provenance.frame); }};
+constexpr CommonAttribute kTime{
+    "the time", [](const ExrInfo& i) { return std::to_string(i.provenance.time) + " s"; }};
+constexpr CommonAttribute kSamples{"--samples",
+                                   [](const ExrInfo& i) { return std::to_string(i.plan.samples); }};
+constexpr CommonAttribute kPrecision{
+    "--precision", [](const ExrInfo& i) {
+        return std::string(i.plan.color_type == PixelType::kHalf ? "half" : "float");
+    }};
+
 /// What the tiles of one picture have in common.
-constexpr CommonAttribute kCommon[] = {
-    {"the frame", [](const ExrInfo& i) { return std::to_string(i.provenance.frame); }},
-    {"the time", [](const ExrInfo& i) { return std::to_string(i.provenance.time) + " s"; }},
+constexpr CommonAttribute kOfTiles[] = {
+    kFrame,
+    kTime,
     {"--surfaces", [](const ExrInfo& i) { return i.provenance.surfaces; }},
-    {"--samples", [](const ExrInfo& i) { return std::to_string(i.plan.samples); }},
-    {"--precision",
-     [](const ExrInfo& i) {
-         return std::string(i.plan.color_type == PixelType::kHalf ? "half" : "float");
-     }},
+    kSamples,
+    kPrecision,
     {"--transmission",
      [](const ExrInfo& i) { return std::string(i.plan.tinted ? "color" : "alpha"); }},
     {"--deep-merge", [](const ExrInfo& i) { return i.provenance.deep_merge; }},
 };
 
-/// What may differ: the first tile's is kept, with a warning.
-constexpr CommonAttribute kLesser[] = {
+/// What the elements of one picture have in common.
+constexpr CommonAttribute kOfElements[] = {kPrecision};
+
+/// What may differ between tiles: the first one's is kept, with a warning.
+constexpr CommonAttribute kLesserOfTiles[] = {
     {"method", [](const ExrInfo& i) { return i.provenance.method; }},
     {"renderer", [](const ExrInfo& i) { return i.provenance.renderer; }},
     {"version", [](const ExrInfo& i) { return i.provenance.version; }},
 };
 
 /// The same of elements, which are often of one moment, but need not be.
-constexpr CommonAttribute kOfElements[] = {kCommon[0], kCommon[1], kCommon[3]};
+constexpr CommonAttribute kLesserOfElements[] = {kFrame, kTime, kSamples};
 
-/// What two headers that should be of one picture say differently, nothing twice.
-std::vector<Difference> pictureDifferences(const ExrInfo& here, const ExrInfo& there) {
+/// What two headers say differently of these.
+std::vector<Difference> attributeDifferences(std::span<const CommonAttribute> attributes,
+                                             const ExrInfo& here, const ExrInfo& there) {
     const auto orNone = [](const std::string& text) { return text.empty() ? "none" : text; };
-    std::vector<Difference> found = sceneDifferences(here.provenance, there.provenance);
-    for (const CommonAttribute& attribute : kCommon) {
+    std::vector<Difference> found;
+    for (const CommonAttribute& attribute : attributes) {
         const std::string a = attribute.text(here), b = attribute.text(there);
         if (a != b) found.push_back({attribute.name, orNone(a), orNone(b)});
     }
+    return found;
+}
+
+/// What two headers that should be of one picture say differently, nothing twice.
+std::vector<Difference> pictureDifferences(const ExrInfo& here, const ExrInfo& there) {
+    std::vector<Difference> found = sceneDifferences(here.provenance, there.provenance);
     const auto add = [&](const std::vector<Difference>& more) {
         for (const Difference& difference : more) {
             const auto known = [&](const Difference& d) { return d.what == difference.what; };
             if (std::ranges::none_of(found, known)) found.push_back(difference);
         }
     };
+    add(attributeDifferences(kOfTiles, here, there));
     add(sizeDifferences(here.plan.view, there.plan.view));
     add(cameraDifferences(here.plan.view, there.plan.view));
     add(settingsDifferences(here.provenance, there.provenance));
@@ -84,11 +103,8 @@ std::vector<Difference> elementDifferences(const ExrInfo& here, const ExrInfo& t
     const View &a = here.plan.view, &b = there.plan.view;
     std::vector<Difference> found = sizeDifferences(a, b);
     if (found.empty() && a.known && b.known) found = cameraDifferences(a, b);
-    const auto precision = [](const ExrInfo& info) {
-        return std::string(info.plan.color_type == PixelType::kHalf ? "half" : "float");
-    };
-    if (precision(here) != precision(there))
-        found.push_back({"--precision", precision(here), precision(there)});
+    const std::vector<Difference> others = attributeDifferences(kOfElements, here, there);
+    found.insert(found.end(), others.begin(), others.end());
     return found;
 }
 
@@ -193,7 +209,8 @@ void PictureTiles::checkCommon(Console& console) {
                                        : elementDifferences(tile.info(), first.info());
         if (!differences.empty()) differ(first, tile, differences);
     }
-    for (const CommonAttribute& attribute : tiles ? std::span(kLesser) : std::span(kOfElements)) {
+    for (const CommonAttribute& attribute :
+         tiles ? std::span(kLesserOfTiles) : std::span<const CommonAttribute>(kLesserOfElements)) {
         for (const PictureTile& tile : tiles_) {
             const std::string a = attribute.text(first.info()), b = attribute.text(tile.info());
             if (a == b) continue;

@@ -72,6 +72,11 @@ std::optional<std::uint32_t> idIn(const std::string& text) {
     }
 }
 
+void sortUnique(std::vector<std::uint32_t>& ids) {
+    std::ranges::sort(ids);
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+}
+
 /// The ids with names like these, and those given as numbers that are no name.
 std::vector<std::uint32_t> idsLike(const std::vector<std::string>& globs, const IdKind& kind,
                                    const char* option, const std::string& path) {
@@ -96,8 +101,7 @@ std::vector<std::uint32_t> idsLike(const std::vector<std::string>& globs, const 
             choiceHint(glob, kind.many,
                        std::vector<std::string_view>(kind.names.begin(), kind.names.end())));
     }
-    std::sort(ids.begin(), ids.end());
-    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    sortUnique(ids);
     return ids;
 }
 
@@ -121,8 +125,7 @@ void addBelow(const std::vector<std::uint32_t>& parents, std::vector<std::uint32
     }
     for (std::uint32_t id = 1; id < inside.size(); ++id)
         if (inside[id]) ids.push_back(id);
-    std::sort(ids.begin(), ids.end());
-    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    sortUnique(ids);
 }
 
 void checkChannel(const ExrInfo& info, const std::string& channel, const char* option,

@@ -102,8 +102,9 @@ Environment studioEnvironment() {
         for (std::size_t column = 0; column < kWidth; ++column) {
             glm::dvec3 sum(0);
             for (int part = 0; part < kParts * kParts; ++part) {
-                const double x = static_cast<double>(column) + (part % kParts + 0.5) / kParts;
-                const double y = static_cast<double>(row) + (part / kParts + 0.5) / kParts;
+                const int right = part % kParts, down = part / kParts;
+                const double x = static_cast<double>(column) + (right + 0.5) / kParts;
+                const double y = static_cast<double>(row) + (down + 0.5) / kParts;
                 const double longitude = (0.5 - x / kWidth) * 2 * std::numbers::pi;
                 const double latitude = (0.5 - y / kHeight) * std::numbers::pi;
                 const glm::dvec3 d(std::sin(longitude) * std::cos(latitude), std::sin(latitude),

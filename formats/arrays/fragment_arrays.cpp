@@ -21,10 +21,10 @@ namespace {
 
 /// The arrays of every file, in this order; then that of coloured opacity, where there is any, the
 /// columns, and the bundle.
-enum FixedArray : std::size_t { kSplits, kZ, kColor, kNear, kFar, kOpacity };
+enum FixedArray : std::size_t { kSplitArray, kDepthArray, kColorArray, kNear, kFar, kOpacityArray };
 
 std::size_t firstColumnOf(const Plan& plan) {
-    return kOpacity + (plan.tinted ? 1U : 0U);
+    return kOpacityArray + (plan.tinted ? 1U : 0U);
 }
 
 NumberType numberTypeOfColor(PixelType type) {
@@ -89,7 +89,7 @@ class FragmentArrays final : public Sink {
 void FragmentArrays::open(const LayeredImage& band) {
     columns_ = fragmentColumns(band);
     writer_.emplace(path_, fragmentArraysOf(plan_, band, columns_));
-    writer_->append(kSplits, std::as_bytes(std::span(&fragments_, 1)));
+    writer_->append(kSplitArray, std::as_bytes(std::span(&fragments_, 1)));
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
     const Projection& projection = plan_.view.projection;
     for (const auto& [array, value] : {std::pair{kNear, projection.near}, {kFar, projection.far}}) {
@@ -116,7 +116,7 @@ void FragmentArrays::writeColumn(const LayeredImage& band, std::size_t index) {
 }
 
 void FragmentArrays::writeColors(const LayeredImage& band) {
-    if (!plan_.tinted) return writer_->append(kColor, band.color.data);
+    if (!plan_.tinted) return writer_->append(kColorArray, band.color.data);
     const std::size_t number = pixelTypeSize(band.color.type), stride = band.color.stride();
     const auto components = [&](std::size_t first, std::size_t count) {
         values_.resize(band.fragments() * count * number);
@@ -126,8 +126,9 @@ void FragmentArrays::writeColors(const LayeredImage& band) {
         }
         return std::span<const std::byte>(values_);
     };
-    writer_->append(kColor, components(0, kPlainComponents));
-    writer_->append(kOpacity, components(kPlainComponents, kTintedComponents - kPlainComponents));
+    writer_->append(kColorArray, components(0, kPlainComponents));
+    writer_->append(kOpacityArray,
+                    components(kPlainComponents, kTintedComponents - kPlainComponents));
 }
 
 void FragmentArrays::write(LayeredImage&& band) {
@@ -136,8 +137,8 @@ void FragmentArrays::write(LayeredImage&& band) {
     for (std::size_t p = 1; p < band.offsets.size(); ++p)
         splits_.push_back(fragments_ + band.offsets[p]);
     fragments_ += static_cast<std::int64_t>(band.fragments());
-    writer_->append(kSplits, std::as_bytes(std::span(splits_)));
-    writer_->append(kZ, std::as_bytes(std::span(band.z)));
+    writer_->append(kSplitArray, std::as_bytes(std::span(splits_)));
+    writer_->append(kDepthArray, std::as_bytes(std::span(band.z)));
     writeColors(band);
     for (std::size_t i = 0; i < columns_.size(); ++i)
         writeColumn(band, i);

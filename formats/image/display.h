@@ -145,7 +145,8 @@ class ExposureMeter {
     }
 
     static constexpr int kStepsAStop = 64, kStops = 64;  ///< from 2^-32 on to 2^32
-    std::vector<std::uint64_t> counts_ = std::vector<std::uint64_t>(kStepsAStop * kStops);
+    std::vector<std::uint64_t> counts_ =
+        std::vector<std::uint64_t>(std::size_t{kStepsAStop} * kStops);
 };
 
 /// Whether the view shows but a part of a picture (a tile, a crop), whose exposure is that of the

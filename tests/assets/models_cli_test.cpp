@@ -2,9 +2,12 @@
 // The command on every static real model: complete on both backends, and the same bytes from both.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "assets/model_files.h"
 #include "assets/models.h"
 #include "support/test_support.h"
 
@@ -18,8 +21,7 @@ TEST(Models, RenderCompletelyAndAlikeOnBothBackends) {
     const ScratchDir scratch;
     auto models = staticModels(assets);
     ASSERT_GT(models.size(), 40U);
-    for (const auto& entry : fs::directory_iterator(sourceDir() / "examples" / "scenes"))
-        if (entry.path().extension() == ".glb") models.push_back(entry.path());
+    std::ranges::copy(modelFiles(sourceDir() / "examples" / "scenes"), std::back_inserter(models));
     for (const auto& model : models) {
         SCOPED_TRACE(model.string());
         std::string bytes[2];

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "assets/model_files.h"
 #include "assets/models.h"
 #include "cmd/options/camera_options.h"
 #include "core/capture/method.h"
@@ -86,13 +87,11 @@ TEST(Models, EveryMethodGivesTheSameLayers) {
 
 TEST(Models, EveryMethodGivesTheSameLayersOfTheExampleScenes) {
     std::size_t scenes = 0;
-    for (const auto& entry : fs::directory_iterator(sourceDir() / "examples" / "scenes")) {
-        if (entry.path().extension() != ".glb") continue;
+    for (const auto& path : modelFiles(sourceDir() / "examples" / "scenes")) {
         ++scenes;
-        EXPECT_GT(compareMethods(entry.path(), {}), 1000U);
-        EXPECT_GT(compareMethods(entry.path(), {.surfaces = Surfaces::kVisible}), 1000U);
-        EXPECT_GT(compareMethods(entry.path(), {.color_type = PixelType::kFloat, .max_layers = 3}),
-                  0U);
+        EXPECT_GT(compareMethods(path, {}), 1000U);
+        EXPECT_GT(compareMethods(path, {.surfaces = Surfaces::kVisible}), 1000U);
+        EXPECT_GT(compareMethods(path, {.color_type = PixelType::kFloat, .max_layers = 3}), 0U);
     }
     EXPECT_GE(scenes, 5U);
 }

@@ -131,7 +131,8 @@ TEST(Frames, AreFramedByTheWholeMovement) {
     const fs::path scene = builder.write(folder, "far.glb");
     const Outcome result = renderBoats(scene, folder / "f.#.exr", {"--frames", "0,12,24"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
-    for (const Json& frame : Json::parse(result.out).at("frames"))
+    const Json report = Json::parse(result.out);
+    for (const Json& frame : report.at("frames"))
         EXPECT_GT(frame.at("fragmentsCounted"), 0) << frame;
     EXPECT_LT(windowOf(folder / "f.0000.exr").max.x, windowOf(folder / "f.0012.exr").min.x);
     EXPECT_LT(windowOf(folder / "f.0012.exr").max.x, windowOf(folder / "f.0024.exr").min.x);

@@ -22,21 +22,14 @@ class Forecasts : public testing::Test {
         EXPECT_EQ(result.exit_code, 0) << result.err;
         return result.exit_code == 0 ? Json::parse(result.out) : Json();
     }
-    std::vector<std::string> files() const {
-        std::vector<std::string> names;
-        for (const auto& entry : fs::directory_iterator(scratch_.path()))
-            names.push_back(entry.path().filename());
-        std::ranges::sort(names);
-        return names;
-    }
     /// Runs the line, dry and then in earnest, and compares sizes; `certainty` as --dry-run says.
     void expectForecast(std::vector<std::string> line, const std::string& certainty) const {
-        const std::vector<std::string> before = files();
+        const std::vector<std::string> before = scratch_.files();
         std::vector<std::string> dry = line;
         dry.insert(dry.end(), {"--dry-run", "--quiet"});
         const Outcome told = runPeeler(dry);
         ASSERT_EQ(told.exit_code, 0) << told.err;
-        EXPECT_EQ(files(), before);
+        EXPECT_EQ(scratch_.files(), before);
         std::uint64_t forecast = 0;
         const Json plan = Json::parse(told.out);
         for (const Json& output : plan.at("outputs")) {

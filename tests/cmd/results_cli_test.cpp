@@ -119,8 +119,8 @@ TEST_F(Results, BeginAndEndAlikeWhateverTheVerb) {
         EXPECT_EQ(json.at("bytes"), fs::file_size(line[3]));
         EXPECT_EQ(json.at("settingsHash").get<std::string>().size(), 16U);
         EXPECT_NE(json.at("renderer"), "");
-        for (const auto& [stage, milliseconds] :
-             Json::parse(rendered.out).at("milliseconds").items())
+        const Json stages = Json::parse(rendered.out).at("milliseconds");
+        for (const auto& [stage, milliseconds] : stages.items())
             EXPECT_TRUE(json.at("milliseconds").contains(stage)) << line[0] << ' ' << stage;
         EXPECT_EQ(std::prev(json.at("milliseconds").end()).key(), "total");
     }

@@ -68,6 +68,13 @@ Material black(float roughness = 1) {
     return m;
 }
 
+Material whiteMetal(float roughness) {
+    Material m = black(roughness);
+    m.base_color = {1, 1, 1, 1};
+    m.metallic = 1;
+    return m;
+}
+
 /// Distribution times visibility of GGX for the view along the normal.
 double ggx(double alpha, double degrees) {
     const double a2 = alpha * alpha, l = std::cos(degrees * kPi / 180);
@@ -243,9 +250,7 @@ double stretchedGgx(double at, double ab, double degrees, double azimuth) {
 }
 
 TEST(Anisotropy, StretchesHighlightsAlongTheTangent) {
-    Material m = black(0.5F);
-    m.metallic = 1;
-    m.base_color = {1, 1, 1, 1};
+    Material m = whiteMetal(0.5F);
     m.anisotropy.strength = 0.6F;
     const double ab = 0.25, at = ab + (1 - ab) * 0.36;
     LitWall wall(m);
@@ -260,9 +265,7 @@ TEST(Anisotropy, StretchesHighlightsAlongTheTangent) {
 }
 
 TEST(Anisotropy, FollowsItsTextureWithOrWithoutTangents) {
-    Material m = black(0.5F);
-    m.metallic = 1;
-    m.base_color = {1, 1, 1, 1};
+    Material m = whiteMetal(0.5F);
     m.anisotropy.strength = 1;
     LitWall wall(m);
     // Along the bitangent, which is up; strength 0.6.
@@ -289,9 +292,7 @@ TEST(Anisotropy, FollowsItsTextureWithOrWithoutTangents) {
 }
 
 TEST(Anisotropy, TurnsWithTheTransformOfItsTexture) {
-    Material m = black(0.5F);
-    m.metallic = 1;
-    m.base_color = {1, 1, 1, 1};
+    Material m = whiteMetal(0.5F);
     m.anisotropy.strength = 0.6F;
     const double ab = 0.25, at = ab + (1 - ab) * 0.36;
     // U' = cos U + sin V, and V runs down: U' grows at −35 degrees.

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <string>
 
+#include "assets/model_files.h"
 #include "cmd/options/camera_options.h"
 #include "core/capture/bands.h"
 #include "core/capture/method.h"
@@ -268,11 +269,9 @@ TEST(OpaqueFirst, LeavesLimitsAndApproximationsAlone) {
 
 TEST(OpaqueFirst, EqualsTheCompositeOfAllLayersOfTheExampleScenes) {
     std::size_t scenes = 0;
-    for (const auto& entry :
-         std::filesystem::directory_iterator(sourceDir() / "examples" / "scenes")) {
-        if (entry.path().extension() != ".glb") continue;
+    for (const auto& path : modelFiles(sourceDir() / "examples" / "scenes")) {
         ++scenes;
-        const Scene scene = readGltf(entry.path());
+        const Scene scene = readGltf(path);
         cmd::CameraOptions camera;
         camera.size = {240, 135};
         const PosedScene contained(scene, 0);
@@ -280,7 +279,7 @@ TEST(OpaqueFirst, EqualsTheCompositeOfAllLayersOfTheExampleScenes) {
         for (const int samples : {1, 4}) {
             CaptureSettings settings;
             settings.samples = samples;
-            expectTheSame(scene, view, settings, entry.path().filename().string());
+            expectTheSame(scene, view, settings, path.filename().string());
         }
     }
     EXPECT_GE(scenes, 5U);

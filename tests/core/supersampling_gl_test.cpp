@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "assets/model_files.h"
 #include "cmd/options/camera_options.h"
 #include "core/capture/method.h"
 #include "core/image/composite.h"
@@ -16,8 +17,6 @@
 
 namespace peeler::test {
 namespace {
-
-namespace fs = std::filesystem;
 
 CaptureSettings samplesAPixel(int samples, bool composite) {
     CaptureSettings settings;
@@ -105,10 +104,9 @@ TEST(Supersampling, LayersCompositeToTheSupersampledComposite) {
 
 TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite) {
     std::size_t scenes = 0;
-    for (const auto& entry : fs::directory_iterator(sourceDir() / "examples" / "scenes")) {
-        if (entry.path().extension() != ".glb") continue;
+    for (const auto& path : modelFiles(sourceDir() / "examples" / "scenes")) {
         ++scenes;
-        const Scene scene = readGltf(entry.path());
+        const Scene scene = readGltf(path);
         cmd::CameraOptions camera;
         camera.size = {240, 135};
         const PosedScene contained(scene, 0);
@@ -125,11 +123,11 @@ TEST(Supersampling, LayersOfTheExampleScenesCompositeToTheSupersampledComposite)
         };
         const float in_file =
             worstColor(shown(flat(capture(scene, view, stored).image)), shown(composite));
-        EXPECT_LT(in_file, 1 / 255.0F) << entry.path();
+        EXPECT_LT(in_file, 1 / 255.0F) << path;
         stored.color_type = PixelType::kFloat;
         const float exact = worstColor(flat(capture(scene, view, stored).image), composite);
-        EXPECT_LT(exact, 1e-4F) << entry.path();
-        std::printf("%s: %.5f in half, %.7f in float\n", entry.path().filename().c_str(),
+        EXPECT_LT(exact, 1e-4F) << path;
+        std::printf("%s: %.5f in half, %.7f in float\n", path.filename().c_str(),
                     static_cast<double>(in_file), static_cast<double>(exact));
     }
     EXPECT_GE(scenes, 5U);

@@ -20,6 +20,7 @@ from peeler_command import (
     animated_scene,
     fingerprints,
     main,
+    peeler,
     skip,
 )
 

@@ -39,13 +39,6 @@ class RayOutputs : public testing::Test, protected test::TracedSpheres {
     std::unique_ptr<RayOutput> maps(const std::string& name, RayMapOptions options) const {
         return makeRayMapOutput(path(name), shown_, &solids_, std::move(options));
     }
-    std::vector<std::string> files() const {
-        std::vector<std::string> names;
-        for (const auto& entry : fs::directory_iterator(scratch_.path()))
-            names.push_back(entry.path().filename());
-        std::ranges::sort(names);
-        return names;
-    }
 
     ScratchDir scratch_;
 };
@@ -71,7 +64,7 @@ TEST_F(RayOutputs, AnExrHasAPartABundle) {
     options.provenance.version = "test";
     const auto output = maps("m.exr", options);
     trace(*output, bundles_);
-    EXPECT_EQ(files(), std::vector<std::string>{"m.exr"});
+    EXPECT_EQ(scratch_.files(), std::vector<std::string>{"m.exr"});
 
     Imf::MultiPartInputFile file(path("m.exr").c_str());
     ASSERT_EQ(file.parts(), 2);
@@ -143,7 +136,7 @@ TEST_F(RayOutputs, PicturesGoFromBlackToTheGreatestValue) {
     RayMapOptions options;
     options.settings.maps = {RayMap::kThickness};
     trace(*maps("t.##.png", options), bundles_);
-    EXPECT_EQ(files(), (std::vector<std::string>{"t.00.png", "t.01.png"}));
+    EXPECT_EQ(scratch_.files(), (std::vector<std::string>{"t.00.png", "t.01.png"}));
     const FlatImage image = readFlatImage(path("t.00.png"));
     const Window& crop = bundles_[0].view.crop;
     ASSERT_EQ(image.image.window.pixels(), crop.pixels());
@@ -236,7 +229,7 @@ TEST_F(RayOutputs, MapsThatCannotBe) {
     EXPECT_NE(message("a.exr", options).find("as they are"), std::string::npos);
     options.range.reset();
     EXPECT_EQ(message("a.exr", options), "");
-    EXPECT_TRUE(files().empty());  // nothing was finished
+    EXPECT_TRUE(scratch_.files().empty());  // nothing was finished
 }
 
 constexpr const char* kCompareVoxels = R"(
@@ -292,7 +285,7 @@ TEST_F(RayOutputs, VoxelsForNumpyAndOpenVdb) {
 
 TEST_F(RayOutputs, VoxelsAreArraysOrAGrid) {
     EXPECT_THROW(makeVoxelOutput(path("v.obj"), solids_, axisBundles(box_, box_, {70}), ""), Error);
-    EXPECT_TRUE(files().empty());
+    EXPECT_TRUE(scratch_.files().empty());
 }
 
 }  // namespace

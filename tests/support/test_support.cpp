@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
@@ -48,6 +49,14 @@ ScratchDir::~ScratchDir() {
     std::error_code error;
     fs::permissions(path_, fs::perms::owner_all, error);
     fs::remove_all(path_, error);
+}
+
+std::vector<std::string> ScratchDir::files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(path_))
+        names.push_back(entry.path().filename());
+    std::ranges::sort(names);
+    return names;
 }
 
 std::string bytesOf(const fs::path& path) {

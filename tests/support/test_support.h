@@ -38,6 +38,8 @@ class ScratchDir {
     ScratchDir& operator=(const ScratchDir&) = delete;
     const std::filesystem::path& path() const { return path_; }
     std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+    /// The names of what is in it, sorted; not of what is in folders below it.
+    std::vector<std::string> files() const;
 
   private:
     std::filesystem::path path_;
