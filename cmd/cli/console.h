@@ -3,6 +3,7 @@
 #pragma once
 
 #include <iosfwd>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -36,6 +37,10 @@ class Console {
     void warning(std::string_view text) { message("warning: ", text, "33"); }
     /// What a person may want to know and a script need not.
     void note(std::string_view text);
+    /// A note about the whole run: the same text is told once.
+    void noteOnce(const std::string& text) {
+        if (told_.insert(text).second) note(text);
+    }
     /// What is going on, which is told to those who ask for it.
     void detail(std::string_view text);
     /// Writes a line for programs to stderr as it is, even if quiet.
@@ -63,6 +68,7 @@ class Console {
     bool quiet_ = false, verbose_ = false;
     std::size_t bar_width_ = 0;
     std::string failure_prefix_;
+    std::set<std::string> told_;  ///< notes about the whole run
     double reported_ = -1;
 };
 

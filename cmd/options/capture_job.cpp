@@ -197,11 +197,10 @@ Renderer& CaptureJob::openRenderer(const PosedScene& posed) {
         const StageTimer timer(times_, "context");
         context_ = gl::createContext(options_.device);
     }
-    const bool first = !device_;
     device_ = context_->device();
-    if (first && device_->software && !isChosen(options_.device)) {
-        console_.note("no GPU can be used, so " + device_->renderer + " renders in software (" +
-                      device_->backend + "); peeler devices says why");
+    if (device_->software && !isChosen(options_.device)) {
+        console_.noteOnce("no GPU can be used, so " + device_->renderer + " renders in software (" +
+                          device_->backend + "); peeler devices says why");
     }
     console_.detail("GL: " + device_->renderer + " (" + device_->backend + "), OpenGL " +
                     device_->version);

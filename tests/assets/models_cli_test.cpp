@@ -9,6 +9,7 @@
 
 #include "assets/model_files.h"
 #include "assets/models.h"
+#include "formats/image/flat_image.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -42,6 +43,49 @@ TEST(Models, RenderCompletelyAndAlikeOnBothBackends) {
         EXPECT_TRUE(bytes[0] == bytes[1]) << "the files of the two backends differ";
     }
     std::printf("%zu models on 2 backends\n", models.size());
+}
+
+/// The walk of somebody who wants a picture of each of ten models and reads no manual.
+TEST(Models, TenGiveTheirFirstPictures) {
+    PEELER_REQUIRE_ASSETS(assets);
+    const ScratchDir scratch;
+    const fs::path samples = assets / "gltf-sample-assets";
+    std::vector<std::string> line{"render"};
+    for (const char* model :
+         {"2CylinderEngine/glTF/2CylinderEngine.gltf", "CesiumMan/glTF-Binary/CesiumMan.glb",
+          "CesiumMilkTruck/glTF-Draco/CesiumMilkTruck.gltf",
+          "DamagedHelmet/glTF-Binary/DamagedHelmet.glb", "Duck/glTF-Binary/Duck.glb",
+          "Fox/glTF/Fox.gltf", "GearboxAssy/glTF-Draco/GearboxAssy.gltf",
+          "GlassVaseFlowers/glTF/GlassVaseFlowers.gltf",
+          "LightsPunctualLamp/glTF/LightsPunctualLamp.gltf",
+          "StainedGlassLamp/glTF-JPG-PNG/StainedGlassLamp.gltf"})
+        line.push_back(samples / model);
+    line.insert(line.end(), {"-o", scratch / "pictures/{stem}.png", "--size", "320x180", "--json"});
+    const Outcome run = runPeeler(line);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const auto json = nlohmann::json::parse(run.out);
+    ASSERT_EQ(json.at("scenes").size(), 10U);
+    // What is said of the machine is said once.
+    const std::string notice = "renders in software";
+    const auto at = run.err.find(notice);
+    EXPECT_EQ(run.err.find(notice, at + 1), std::string::npos) << run.err;
+    for (const auto& scene : json.at("scenes")) {
+        const std::string output = scene.at("output");
+        SCOPED_TRACE(output);
+        const CompositeImage picture = readFlatImage(output).image;
+        ASSERT_EQ(picture.rgba.size(), std::size_t{320} * 180);
+        std::size_t covered = 0, clipped = 0, dark = 0;
+        for (const auto& [r, g, b, a] : picture.rgba) {
+            if (a < 0.5F) continue;
+            ++covered;
+            clipped += r >= 1 && g >= 1 && b >= 1 ? 1 : 0;
+            dark += r + g + b < 0.003F ? 1 : 0;
+        }
+        EXPECT_GT(covered, picture.rgba.size() / 50);
+        EXPECT_LT(covered, picture.rgba.size() * 9 / 10);
+        EXPECT_LT(clipped, covered / 10);
+        EXPECT_LT(dark, covered / 4);
+    }
 }
 
 }  // namespace
