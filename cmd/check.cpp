@@ -55,7 +55,7 @@ class PlacesKeeper : public Sink {
     void begin(const Plan& plan) override { picture_.window = plan.view.crop; }
     void write(LayeredImage&& band) override {
         compositeOver(band, {1, 1, 1, 1}, band_);
-        picture_.rgba.insert(picture_.rgba.end(), band_.rgba.begin(), band_.rgba.end());
+        picture_.appendColors(band_);
     }
     void finish() override { picture_.z.assign(picture_.rgba.size(), 0); }
 

@@ -65,17 +65,14 @@ void cutBand(const CompositeImage& all, const Window& band, CompositeImage& out)
     const auto width = static_cast<std::size_t>(all.window.width());
     const std::size_t first = static_cast<std::size_t>(band.y0 - all.window.y0) * width;
     out.window = band;
-    out.rgba.assign(all.rgba.data() + first, all.rgba.data() + first + band.pixels());
-    out.opacity.clear();
-    if (all.tinted())
-        out.opacity.assign(all.opacity.data() + first, all.opacity.data() + first + band.pixels());
+    out.clearColors();
+    out.appendColors(all, first, first + band.pixels());
 }
 
 void CompositeKeeper::begin(const Plan& plan) {
     composite_.window = plan.view.crop;
-    composite_.rgba.clear();
+    composite_.clearColors();
     composite_.rgba.reserve(plan.view.crop.pixels());
-    composite_.opacity.clear();
     composite_.opacity.reserve(plan.tinted ? plan.view.crop.pixels() : 0);
     composite_.z.clear();
     next_.begin(plan);
@@ -83,8 +80,7 @@ void CompositeKeeper::begin(const Plan& plan) {
 
 void CompositeKeeper::write(LayeredImage&& band) {
     compositeOver(band, {}, band_);
-    composite_.rgba.insert(composite_.rgba.end(), band_.rgba.begin(), band_.rgba.end());
-    composite_.opacity.insert(composite_.opacity.end(), band_.opacity.begin(), band_.opacity.end());
+    composite_.appendColors(band_);
     composite_.z.insert(composite_.z.end(), band_.z.begin(), band_.z.end());
     next_.write(std::move(band));
 }

@@ -96,9 +96,9 @@ void Renderer::State::composeVisible(const Window& band, const TakeBand& take) {
         part.window = {band.x0, y, band.x1, std::min(y + kRowsHandedOver, band.y1)};
         const auto first = static_cast<std::ptrdiff_t>(band.width()) * (y - band.y0);
         const auto end = first + static_cast<std::ptrdiff_t>(part.window.pixels());
-        part.rgba.assign(composite.rgba.begin() + first, composite.rgba.begin() + end);
-        if (composite.tinted())
-            part.opacity.assign(composite.opacity.begin() + first, composite.opacity.begin() + end);
+        part.clearColors();
+        part.appendColors(composite, static_cast<std::size_t>(first),
+                          static_cast<std::size_t>(end));
         part.z.assign(composite.z.begin() + first, composite.z.begin() + end);
         handOver(part);
     }

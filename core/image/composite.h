@@ -64,6 +64,17 @@ struct CompositeImage {
         rgba.resize(window.pixels());
         opacity.resize(is_tinted ? window.pixels() : 0);
     }
+    /// Adds the colours of the pixels [first, last) of another picture.
+    void appendColors(const CompositeImage& from, std::size_t first, std::size_t last) {
+        rgba.insert(rgba.end(), from.rgba.data() + first, from.rgba.data() + last);
+        if (from.tinted())
+            opacity.insert(opacity.end(), from.opacity.data() + first, from.opacity.data() + last);
+    }
+    void appendColors(const CompositeImage& from) { appendColors(from, 0, from.rgba.size()); }
+    void clearColors() {
+        rgba.clear();
+        opacity.clear();
+    }
 };
 
 /// Front to back "over" of premultiplied colours (Porter & Duff 1984): C += (1 − A)·c, A += (1 −

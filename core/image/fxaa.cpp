@@ -267,10 +267,7 @@ std::uint64_t filteredBytes(bool tinted) {
 void appendRows(const CompositeImage& from, int y0, int y1, CompositeImage& to) {
     const auto width = static_cast<std::ptrdiff_t>(from.window.width());
     const auto first = (y0 - from.window.y0) * width, last = (y1 - from.window.y0) * width;
-    to.rgba.insert(to.rgba.end(), from.rgba.begin() + first, from.rgba.begin() + last);
-    if (from.tinted())
-        to.opacity.insert(to.opacity.end(), from.opacity.begin() + first,
-                          from.opacity.begin() + last);
+    to.appendColors(from, static_cast<std::size_t>(first), static_cast<std::size_t>(last));
     to.z.insert(to.z.end(), from.z.begin() + first, from.z.begin() + last);
     to.window.y1 += y1 - y0;
 }

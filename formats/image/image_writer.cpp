@@ -230,6 +230,7 @@ void ImageWriter::begin(const Plan& plan) {
 
     const Window& crop = plan.view.crop;
     metered_ = options_.automatic_exposure && !isPart(plan.view);
+    tinted_ = plan.tinted;
     if (metered_) {
         kept_.window = crop;
         kept_.rgba.reserve(crop.pixels());
@@ -252,7 +253,7 @@ void ImageWriter::write(LayeredImage&& band) {
         compositeOver(band, {}, composite_);
     }
     if (metered_) {
-        kept_.rgba.insert(kept_.rgba.end(), composite_.rgba.begin(), composite_.rgba.end());
+        kept_.appendColors(composite_);
         return;
     }
     const StageTimer timer(times_, "encode");  // the encoder writes as it encodes
@@ -261,7 +262,9 @@ void ImageWriter::write(LayeredImage&& band) {
 
 SinkMemory ImageWriter::memory() const {
     if (!metered_) return {};
-    return {.bytes = kept_.window.pixels() * sizeof(kept_.rgba.front())};
+    const std::size_t pixel_bytes =
+        sizeof(kept_.rgba.front()) + (tinted_ ? sizeof(kept_.opacity.front()) : 0);
+    return {.bytes = kept_.window.pixels() * pixel_bytes};
 }
 
 void ImageWriter::encode(const CompositeImage& composite) {

@@ -38,8 +38,8 @@ SizeForecast imageForecast(const std::string& path, std::uint64_t pixels);
 /// Writes the crop of the picture, all layers composited, shown as `options` say (Display), over
 /// the background, sRGB-encoded, in the format of the path's extension. PNG and TIFF keep alpha,
 /// straight (straightPixel). JPEG has none: what the background leaves open is black. If the
-/// exposure is automatic the composite is kept until finish(), 16 bytes a pixel, and metered; what
-/// is but a part of a picture is not metered, so that parts agree.
+/// exposure is automatic the composite is kept until finish(), 16 bytes a pixel (28 with coloured
+/// opacity), and metered; what is but a part of a picture is not metered, so that parts agree.
 class ImageWriter : public Sink {
   public:
     /// Throws Error (kUsage) if there is no such tone map; (kInternal) if the path ends in no
@@ -63,6 +63,7 @@ class ImageWriter : public Sink {
     const ImageFormat* format_ = nullptr;
     Display display_;
     bool metered_ = false;  ///< the exposure is found at finish(), of what `kept_` has
+    bool tinted_ = false;   ///< the picture has coloured opacity
     CompositeImage kept_;
     std::unique_ptr<Output> output_;
     CompositeImage composite_;

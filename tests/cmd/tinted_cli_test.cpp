@@ -60,7 +60,7 @@ TEST_F(TintedFiles, HaveTheOpacityOfEveryChannelBesideAlpha) {
     // Beside the wall the red pane alone is seen, over nothing.
     EXPECT_EQ(stored.colorAt(0), (TintedColor{0, 0, 0, stored.rgba[0][3], 0, 0.75F, 0.5F}));
     EXPECT_NEAR(stored.rgba[0][3], 1.25 / 3, 1e-3);
-    EXPECT_NE(run({"info", at("a.exr")}).out.find("A half AB half AG half AR half B half"),
+    EXPECT_NE(runPeeler({"info", at("a.exr")}).out.find("A half AB half AG half AR half B half"),
               std::string::npos);
 }
 

@@ -60,8 +60,9 @@ inline nlohmann::json stackScene(int count) {
     return scene;
 }
 
-/// A red, a green and a blue pane of unlit glass before a grey wall; those in between are narrow,
-/// so that pixels see one, two or all of them, and the wall ends before the picture does.
+/// A red, a green and a blue pane of glass that reflects nothing before a white, unlit wall; those
+/// in between are narrow, so that pixels see one, two or all of them, and the wall ends before the
+/// picture does.
 inline nlohmann::json tintedPanes() {
     nlohmann::json scene = stackScene(4);
     const nlohmann::json primitive = scene["meshes"][0]["primitives"][0];
@@ -74,19 +75,21 @@ inline nlohmann::json tintedPanes() {
         scene["nodes"][i]["mesh"] = i;
         scene["nodes"][i]["name"] = "pane " + std::to_string(i);
         nlohmann::json material = nlohmann::json::parse(
-            R"({"doubleSided": true, "extensions": {"KHR_materials_unlit": {}}})");
+            i < 3 ? R"({"doubleSided": true, "extensions": {
+                        "KHR_materials_transmission": {"transmissionFactor": 1},
+                        "KHR_materials_specular": {"specularFactor": 0}}})"
+                  : R"({"doubleSided": true, "extensions": {"KHR_materials_unlit": {}}})");
         material["name"] = "glass " + std::to_string(i);
         material["pbrMetallicRoughness"] = {
             {"baseColorFactor", {colors[i][0], colors[i][1], colors[i][2], 1}},
             {"metallicFactor", 0}};
-        if (i < 3)
-            material["extensions"]["KHR_materials_transmission"] = {{"transmissionFactor", 1}};
         scene["materials"].push_back(material);
     }
     scene["nodes"][1]["scale"] = {1, 1, 1};
     scene["nodes"][2]["scale"] = {0.5, 0.5, 1};
     scene["nodes"][3]["scale"] = {1.5, 1.5, 1};
-    scene["extensionsUsed"] = {"KHR_materials_transmission", "KHR_materials_unlit"};
+    scene["extensionsUsed"] = {"KHR_materials_transmission", "KHR_materials_specular",
+                               "KHR_materials_unlit"};
     return scene;
 }
 
