@@ -30,7 +30,7 @@ def read(folder):
             word = "left out: " if state == "passed" else "skipped: "
             why = [line.removeprefix(word) for line in output if line.startswith(word)]
             if state != "passed":
-                why = why or output[-1:]
+                why = why or reason(output)
             tests.append((name, seconds, state, "; ".join(why)))
             continue
         # A process that ended badly has not written its results, or not all of them.
@@ -39,6 +39,12 @@ def read(folder):
             found.append((name, seconds, "failed", "ended badly"))
         tests += found
     return tests
+
+
+def reason(output):
+    """Of what a failed script has printed: what it says of its assertion, or else its last line."""
+    asserted = [i for i, line in enumerate(output) if line.startswith("AssertionError")]
+    return output[asserted[0] : asserted[0] + 4] if asserted else output[-1:]
 
 
 def shard(results, program):
