@@ -5,14 +5,17 @@
 // bright horizon, a blue-grey dome and one large soft box around the key light, fixed in world space (+Y up).
 
 #if defined(ENVIRONMENT) || defined(SHEEN)
-/// By cosine of the view and roughness: scale and bias of F0 (GGX), the albedo of sheen, and how far its lobe leans
-/// toward the viewer.
+/// By cosine of the view and roughness: scale and bias of F0 (GGX), and the albedo of sheen.
 layout(binding = PEELER_ALBEDO_UNIT) uniform sampler2D albedo_table;
 
-vec4 tabledAlbedo(float n_dot_v, float roughness) {
-    // The entries lie on 0 and 1.
+/// Where the table has what belongs to these: its entries lie on 0 and 1.
+vec2 tablePlace(float n_dot_v, float roughness) {
     vec2 size = vec2(textureSize(albedo_table, 0));
-    return textureLod(albedo_table, (vec2(n_dot_v, roughness) * (size - 1.0) + 0.5) / size, 0.0);
+    return (vec2(n_dot_v, roughness) * (size - 1.0) + 0.5) / size;
+}
+
+vec3 tabledAlbedo(float n_dot_v, float roughness) {
+    return textureLod(albedo_table, tablePlace(n_dot_v, roughness), 0.0).rgb;
 }
 #endif
 
@@ -30,23 +33,13 @@ vec3 environmentRadiance(vec3 direction, float roughness) {
 /// Irradiance / pi on a surface with this normal.
 vec3 environmentDiffuse(vec3 normal) { return textureLod(environment_irradiance, normal, 0.0).rgb; }
 
-#ifdef SHEEN
-layout(binding = PEELER_CLOTH_UNIT) uniform samplerCube environment_cloth;
+/// By the same, where to look up what F0 scales and what F90 does: how far from the normal to the mirrored view, and in
+/// which roughness, over the surface's own (core/shading/environment_maps.h, lobeTable()).
+layout(binding = PEELER_LOBE_UNIT) uniform sampler2D lobe_table;
 
-/// What sheen of this roughness makes of the environment, over its albedo. `lean` is how far its lobe leans from the
-/// normal toward `v`, where it is brighter by the slope of the irradiance.
-vec3 environmentCloth(vec3 normal, vec3 v, float roughness, float lean) {
-    float level = roughness * float(textureQueryLevels(environment_cloth) - 1);
-    vec3 around = textureLod(environment_cloth, normal, level).rgb;
-    vec3 along = v - normal * dot(normal, v);
-    float size = dot(along, along);
-    if (size < 1e-8) return around;
-    along *= inversesqrt(size);
-    // The irradiance of what is linear in the direction has 2/3 of its slope.
-    vec3 slope = 0.75 * (environmentDiffuse(along) - environmentDiffuse(-along));
-    return max(around + lean * slope, 0.0);
+vec4 tabledLobe(float n_dot_v, float roughness) {
+    return textureLod(lobe_table, tablePlace(n_dot_v, roughness), 0.0);
 }
-#endif
 
 /// Directional albedo of GGX, split into scale of F0 and bias (Karis, "Real Shading in Unreal Engine 4", 2013).
 vec2 environmentBrdf(float roughness, float n_dot_v) { return tabledAlbedo(n_dot_v, roughness).xy; }

@@ -70,7 +70,7 @@ using glm::vec4;
 #define PEELER_ENVIRONMENT_UNIT 23  // from here on filtered linearly, with mipmaps
 #define PEELER_IRRADIANCE_UNIT 24
 #define PEELER_ALBEDO_UNIT 25
-#define PEELER_CLOTH_UNIT 26
+#define PEELER_LOBE_UNIT 26
 // When a composite is put together, and no geometry is drawn:
 #define PEELER_FRONT_UNIT 17
 #define PEELER_BACK_UNIT 18

@@ -50,11 +50,18 @@ float sheenLambda(float cosine, float alpha) {
                             : 2.0 * sheenLambdaFit(0.5, alpha) - sheenLambdaFit(1.0 - cosine, alpha));
 }
 
-float charlie(float alpha, float n_dot_l, float n_dot_v, float n_dot_h) {
+float sheenDistribution(float alpha, float n_dot_h) {
     float sine = sqrt(max(1.0 - n_dot_h * n_dot_h, 0.0));
-    float distribution = (2.0 + 1.0 / alpha) * pow(sine, 1.0 / alpha) / (2.0 * kPi);
+    return (2.0 + 1.0 / alpha) * pow(sine, 1.0 / alpha) / (2.0 * kPi);
+}
+
+float sheenVisibility(float alpha, float n_dot_l, float n_dot_v) {
     float visibility = 1.0 / ((1.0 + sheenLambda(n_dot_v, alpha) + sheenLambda(n_dot_l, alpha)) * 4.0 *
                               max(n_dot_l * n_dot_v, 1e-6));
-    return distribution * min(visibility, 1.0);
+    return min(visibility, 1.0);
+}
+
+float charlie(float alpha, float n_dot_l, float n_dot_v, float n_dot_h) {
+    return sheenDistribution(alpha, n_dot_h) * sheenVisibility(alpha, n_dot_l, n_dot_v);
 }
 #endif

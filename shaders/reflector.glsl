@@ -212,10 +212,9 @@ float coatReflectance(Reflector s, vec3 l) {
 #endif
 
 #ifdef ENVIRONMENT
-/// Where a lobe about the mirror direction `mirrored` looks, on average: rough ones see more of what is above the surface.
-/// The power is what fits integrals best (tests/benchmarks/referee.py).
-vec3 leaning(vec3 mirrored, vec3 n, float roughness) {
-    return mix(mirrored, n, roughness * roughness * roughness);
+/// Radiance from where a part of a lobe looks: `part` is its half of tabledLobe().
+vec3 radianceAlong(vec3 n, vec3 mirrored, float roughness, vec2 part) {
+    return environmentRadiance(mix(n, mirrored, part.x), min(roughness * part.y, 1.0));
 }
 
 /// What microfacets reflect: light that is theirs alone, `once`, and that which they pass on to each other (Fdez-Agüera, "A
@@ -254,10 +253,65 @@ vec3 stretchedRadiance(Reflector s) {
         float weight = v_dot_h / dot(s.n, h) * 2.0 * n_dot_l / (n_dot_l + sqrt(n_dot_l * n_dot_l + across * across));
         float gap = 2.0 / float(kNormals) * along * inversesqrt(rest) / (rest + along * along * u * u);
         float roughness = sqrt(clamp(kReach * gap, s.alpha, 1.0));
-        sum += weight * environmentRadiance(leaning(l, s.n, roughness), roughness);
+        // Rough ones see more of what is above the surface. The power is what fits integrals best.
+        sum += weight * environmentRadiance(mix(l, s.n, roughness * roughness * roughness), roughness);
         weights += weight;
     }
     return weights > 0.0 ? sum / weights : environmentRadiance(s.n, s.roughness);
+}
+#endif
+
+#ifdef SHEEN
+/// What fibres see, over their albedo: the lobe's mean of directions where it is not much less than at its greatest, each
+/// as wide as its cell (Krivanek & Colbert, "Real-time Shading with Filtered Importance Sampling", 2008). The cells lie
+/// in rings around the normal, alike on both sides of the plane of the view, and evenly in azimuth.
+vec3 fibresRadiance(Reflector s) {
+    const int kRings = 3, kMost = 9;  // a cell less in each that is nearer to the normal
+    const float kLeast = 0.16;        // of the lobe, in its plane and in a ring
+    const float kReach = 0.3;         // alpha of a GGX lobe as wide as a cell, over the root of the solid angle
+    float alpha = max(s.sheen_roughness * s.sheen_roughness, kLeastSheenAlpha);
+    float v_sine = sqrt(1.0 - s.n_dot_v * s.n_dot_v);
+    vec3 toward = s.v - s.n * dot(s.n, s.v);
+    if (dot(toward, toward) < 1e-8) toward = cross(s.n, abs(s.n.x) < 0.9 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0));
+    toward = normalize(toward);
+    vec3 aside = cross(s.n, toward);
+
+    // The distribution is a power of the half vector's sine. In the plane of the view its angle is the mean of both
+    // directions'; it is greatest for light from the horizon.
+    float v_angle = acos(s.n_dot_v), root = pow(kLeast, alpha);
+    float least_angle = 2.0 * asin(root * sin(0.5 * (0.5 * kPi + v_angle))) - v_angle;
+    float top = cos(max(least_angle, 0.0));
+    vec3 sum = vec3(0.0);
+    float weights = 0.0;
+    for (int ring = 0; ring < kRings; ++ring) {
+        // Closer together near the horizon.
+        vec3 edges = pow((vec3(0.0, 0.5, 1.0) + float(ring)) / float(kRings), vec3(1.3));
+        float n_dot_l = top * edges.y, sine = sqrt(1.0 - n_dot_l * n_dot_l);
+        float cosines = n_dot_l * s.n_dot_v, sines = max(sine * v_sine, 1e-6);
+        float across = (n_dot_l + s.n_dot_v) * (n_dot_l + s.n_dot_v);
+        // Where the ring's lobe has fallen to its least: of cos² = across / (2 + 2 l.v), and the sine's power.
+        float greatest = 1.0 - across / (2.0 + 2.0 * (cosines + sines));
+        float widest = acos(clamp((across / (1.0 - greatest * root * root) - 2.0 - 2.0 * cosines) / (2.0 * sines),
+                                  -1.0, 1.0));
+        int cells = kMost - ring;
+        float cell = top * (edges.z - edges.x) * 2.0 * widest / float(cells);
+        float roughness = sqrt(min(kReach * sqrt(cell), 1.0));
+        float of_ring = cell * n_dot_l * sheenVisibility(alpha, n_dot_l, s.n_dot_v);
+        for (int i = cells % 2 == 1 ? 0 : 1; i < cells; i += 2) {
+            float azimuth = widest * float(i) / float(cells);
+            float cosine = cosines + sines * cos(azimuth);
+            float weight = of_ring * sheenDistribution(alpha, sqrt(across / (2.0 + 2.0 * cosine)));
+            vec3 middle = s.n * n_dot_l + toward * (sine * cos(azimuth)), off = aside * (sine * sin(azimuth));
+            vec3 radiance = environmentRadiance(middle + off, roughness);
+            if (i > 0) {
+                radiance += environmentRadiance(middle - off, roughness);
+                weights += weight;
+            }
+            sum += weight * radiance;
+            weights += weight;
+        }
+    }
+    return weights > 0.0 ? sum / weights : environmentDiffuse(s.n);
 }
 #endif
 
@@ -273,21 +327,18 @@ vec3 reflectedEnvironment(Reflector s, float occlusion) {
     Reflected dielectric = reflected(s.f0, s.f90, scale_bias), metal = reflected(s.metal, 1.0, scale_bias);
     vec3 around = environmentDiffuse(s.n);
 #ifdef ANISOTROPY
-    vec3 mirrored = stretchedRadiance(s);
+    vec3 once = mixed(s, dielectric.once, metal.once) * stretchedRadiance(s);
 #else
-    // Schlick's term favours directions far from the normal, and so narrows the lobe of what reflects little otherwise.
-    float narrowed = (1.0 - s.metallic) * (s.f90 - largest(s.f0)) * scale_bias.y /
-                     max(largest(dielectric.once), 1e-4);
-    vec3 mirrored = environmentRadiance(leaning(reflect(-s.v, s.n), s.n, s.roughness),
-                                        s.roughness * (1.0 - 0.5 * (1.0 - s.roughness) * clamp(narrowed, 0.0, 1.0)));
+    vec4 lobe = tabledLobe(s.n_dot_v, s.roughness);
+    vec3 mirrored = reflect(-s.v, s.n);
+    vec3 once = scale_bias.x * mixed(s, s.f0, s.metal) * radianceAlong(s.n, mirrored, s.roughness, lobe.xy) +
+                scale_bias.y * mixed(s, vec3(s.f90), vec3(1.0)) * radianceAlong(s.n, mirrored, s.roughness, lobe.zw);
 #endif
     vec3 below = s.diffuse * beneath(dielectric.once + dielectric.again);
-    vec3 radiance = mixed(s, dielectric.once, metal.once) * mirrored +
-                    mixed(s, dielectric.again + below, metal.again) * around;
+    vec3 radiance = once + mixed(s, dielectric.again + below, metal.again) * around;
 #ifdef SHEEN
-    vec4 fibres = tabledAlbedo(s.n_dot_v, s.sheen_roughness);
-    radiance = (1.0 - largest(s.sheen) * fibres.z) * radiance +
-               s.sheen * fibres.z * environmentCloth(s.n, s.v, s.sheen_roughness, fibres.w);
+    float albedo = tabledAlbedo(s.n_dot_v, s.sheen_roughness).z;
+    radiance = (1.0 - largest(s.sheen) * albedo) * radiance + s.sheen * albedo * fibresRadiance(s);
 #endif
     return occlusion * radiance;
 }
@@ -296,9 +347,9 @@ vec3 reflectedEnvironment(Reflector s, float occlusion) {
 /// What the varnish reflects of it.
 vec3 coatEnvironment(Reflector s) {
     vec2 scale_bias = environmentBrdf(s.coat_roughness, s.coat_n_dot_v);
-    vec3 mirrored = leaning(reflect(-s.v, s.coat_n), s.coat_n, s.coat_roughness);
-    return s.coat * mix(environmentDiffuse(s.coat_n), environmentRadiance(mirrored, s.coat_roughness),
-                        scale_bias.x + scale_bias.y);
+    vec2 part = tabledLobe(s.coat_n_dot_v, s.coat_roughness).xy;
+    vec3 once = radianceAlong(s.coat_n, reflect(-s.v, s.coat_n), s.coat_roughness, part);
+    return s.coat * mix(environmentDiffuse(s.coat_n), once, scale_bias.x + scale_bias.y);
 }
 #endif
 

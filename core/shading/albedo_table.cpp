@@ -39,30 +39,107 @@ std::array<glm::dvec2, kGgxSamples> diskSamples() {
     return points;
 }
 
+/// A part of a lobe: how much of it there is, and the sum of its directions.
+struct Part {
+    double share = 0;
+    glm::dvec3 moment{0};
+
+    void add(double more, const glm::dvec3& direction) {
+        share += more;
+        moment += more * direction;
+    }
+};
+
+/// What F0 is multiplied with, and what is added (F90).
+struct GgxLobe {
+    Part scale, bias;
+};
+
 /// Samples of the normals that are visible (Heitz, "Sampling the GGX Distribution of Visible
 /// Normals", 2018): what remains to average is between 0 and 1. The view lies in the plane y = 0.
-glm::vec2 ggxAlbedo(double alpha, double n_dot_v) {
+GgxLobe ggxLobe(double alpha, double n_dot_v) {
     static const auto points = diskSamples();
     const double a2 = alpha * alpha, hidden = smith(a2, n_dot_v);
     const glm::dvec3 v(std::sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v);
     const glm::dvec3 stretched = glm::normalize(glm::dvec3(alpha * v.x, 0, v.z));
     const glm::dvec3 across(0, 1, 0), along = glm::cross(stretched, across);
     const double s = 0.5 * (1 + stretched.z);
-    double scale = 0, bias = 0;
+    GgxLobe lobe;
     for (const glm::dvec2& point : points) {
         const double t1 = point.x, t2 = (1 - s) * std::sqrt(1 - t1 * t1) + s * point.y;
         const glm::dvec3 facet =
             t1 * across + t2 * along + std::sqrt(std::max(0.0, 1 - t1 * t1 - t2 * t2)) * stretched;
         const glm::dvec3 h =
             glm::normalize(glm::dvec3(alpha * facet.x, alpha * facet.y, std::max(1e-9, facet.z)));
-        const double v_dot_h = glm::dot(v, h), n_dot_l = 2 * v_dot_h * h.z - v.z;
-        if (n_dot_l <= 0 || v_dot_h <= 0) continue;
-        const double share = (1 + hidden) / (1 + hidden + smith(a2, n_dot_l));
+        const double v_dot_h = glm::dot(v, h);
+        const glm::dvec3 l = 2 * v_dot_h * h - v;
+        if (l.z <= 0 || v_dot_h <= 0) continue;
+        const double share =
+            (1 + hidden) / (1 + hidden + smith(a2, l.z)) / static_cast<double>(kGgxSamples);
         const double x = 1 - v_dot_h, fresnel = x * x * x * x * x;
-        scale += (1 - fresnel) * share;
-        bias += fresnel * share;
+        lobe.scale.add((1 - fresnel) * share, l);
+        lobe.bias.add(fresnel * share, l);
     }
-    return glm::dvec2(scale, bias) / double(kGgxSamples);
+    return lobe;
+}
+
+/// The mean cosine with the normal of the lobe that a level is filtered with: GGX seen head-on,
+/// weighted by the cosine. In closed form, since the solid angle goes as the cosine of the half
+/// vector squared, x, of which the distribution is a function: over u = 1 - (1 - alpha²) x.
+double levelCosine(double alpha) {
+    const double a2 = std::min(alpha * alpha, 0.998), k = 1 - a2, m = 1 + a2;
+    const auto weights = [m](double u) { return -m / u - 2 * std::log(u); };
+    const auto cosines = [m](double u) { return 4 * u - m * m / u - 4 * m * std::log(u); };
+    return (cosines(1 - k / 2) - cosines(a2)) / (weights(1 - k / 2) - weights(a2)) / k;
+}
+
+/// The roughness of the level whose mean cosine this is.
+double levelOfCosine(double cosine) {
+    double least = 0, greatest = 1;
+    for (int i = 0; i < 20; ++i) {
+        const double middle = 0.5 * (least + greatest);
+        (levelCosine(middle * middle) > cosine ? least : greatest) = middle;
+    }
+    return 0.5 * (least + greatest);
+}
+
+/// x: how far the part's mean direction has gone from the normal toward the mirrored view, along
+/// the line between them.
+double turnOf(const Part& part, double n_dot_v) {
+    if (!(part.share > 1e-12)) return 1;
+    const double slope = -part.moment.x / part.moment.z;
+    return slope / (std::sqrt(1 - n_dot_v * n_dot_v) + slope * (1 - n_dot_v));
+}
+
+/// The roughness of the level that is as wide as the part, over the lobe's own.
+double widthOf(const Part& part, double roughness) {
+    if (!(part.share > 1e-12)) return 1;
+    return levelOfCosine(glm::length(part.moment) / part.share) / roughness;
+}
+
+struct GgxEntry {
+    glm::vec2 albedo;
+    glm::vec4 lobe;
+};
+
+GgxEntry ggxEntry(double roughness, double n_dot_v) {
+    // There are too few samples for the far ends of narrow lobes, which are all alike.
+    constexpr double kNarrow = 0.2;
+    // There, no direction is toward the viewer.
+    constexpr double kHeadOn = 0.995;
+    const auto lobeOf = [](double rough, double cosine) {
+        return ggxLobe(std::max(rough * rough, kLeastAlpha), cosine);
+    };
+    const GgxLobe own = lobeOf(roughness, n_dot_v);
+    const double leaning = std::min(n_dot_v, kHeadOn), wide = std::max(roughness, kNarrow);
+    const GgxLobe turned = n_dot_v > leaning ? lobeOf(roughness, leaning) : own;
+    const GgxLobe widened = roughness < wide ? lobeOf(wide, n_dot_v) : own;
+    // The far ends of narrow lobes count for more in a mean cosine than in what is seen
+    // (tests/benchmarks/referee.py).
+    const double seen = std::min(1.0, 0.9 + 0.25 * roughness);
+    return {{own.scale.share, own.bias.share},
+            {turnOf(turned.scale, leaning), seen * widthOf(widened.scale, wide),
+             turnOf(turned.bias, leaning), seen * widthOf(widened.bias, wide)}};
 }
 
 double lambdaFit(double x, double alpha) {
@@ -89,59 +166,63 @@ double charlie(double alpha, double n_dot_v, double n_dot_l, double cos_phi, dou
            std::pow(h_sine2, 0.5 / alpha);
 }
 
-/// x: albedo; y: the part of the lobe's mean direction that lies along the surface, toward the
-/// viewer. Over the middles of equal solid angles.
-glm::vec2 sheenAlbedo(double alpha, double n_dot_v) {
+/// Over the middles of equal solid angles.
+double sheenAlbedo(double alpha, double n_dot_v) {
     constexpr int kCosines = 32, kAngles = 32;
     const double v_lambda = lambda(n_dot_v, alpha);
-    double sum = 0, along = 0;
+    double sum = 0;
     for (int i = 0; i < kCosines; ++i) {
-        const double n_dot_l = (i + 0.5) / kCosines, l_sine = std::sqrt(1 - n_dot_l * n_dot_l);
+        const double n_dot_l = (i + 0.5) / kCosines;
         const double shadowing = 1 + v_lambda + lambda(n_dot_l, alpha);
         for (int j = 0; j < kAngles; ++j) {
             const double cos_phi = std::cos(std::numbers::pi * (j + 0.5) / kAngles);
-            const double share = charlie(alpha, n_dot_v, n_dot_l, cos_phi, shadowing);
-            sum += share;
-            along += share * l_sine * cos_phi;
+            sum += charlie(alpha, n_dot_v, n_dot_l, cos_phi, shadowing);
         }
     }
-    return {std::min(1.0, sum * 2 * std::numbers::pi / (kCosines * kAngles)),
-            sum > 0 ? along / sum : 0};
+    return std::min(1.0, sum * 2 * std::numbers::pi / (kCosines * kAngles));
 }
 
-std::vector<glm::vec4> integrate(bool sheen) {
+/// `integrand` (roughness, cosine of the view) of every entry.
+template <typename Entry, typename Integrand>
+std::vector<Entry> tabulated(const Integrand& integrand) {
     constexpr std::size_t kSide = kAlbedoTableSize;
-    std::vector<glm::vec4> table(kSide * kSide);
+    std::vector<Entry> table(kSide * kSide);
     parallelFor(kSide, [&](std::size_t row) {
         const double roughness = static_cast<double>(row) / (kSide - 1);
-        for (std::size_t column = 0; column < kSide; ++column) {
-            const double cosine = std::max(kLeastCosine, static_cast<double>(column) / (kSide - 1));
-            const glm::vec2 ggx = ggxAlbedo(std::max(roughness * roughness, kLeastAlpha), cosine);
-            const glm::vec2 fibres =
-                sheen ? sheenAlbedo(std::max(roughness * roughness, kLeastSheenAlpha), cosine)
-                      : glm::vec2(0);
-            table[row * kSide + column] = glm::vec4(ggx, fibres);
-        }
+        for (std::size_t column = 0; column < kSide; ++column)
+            table[row * kSide + column] = integrand(
+                roughness, std::max(kLeastCosine, static_cast<double>(column) / (kSide - 1)));
     });
     return table;
 }
 
-}  // namespace
-
-double sheenLobe(double roughness, double n_dot_v, double n_dot_l, double azimuth) {
-    const double alpha = std::max(roughness * roughness, kLeastSheenAlpha);
-    return charlie(alpha, n_dot_v, n_dot_l, std::cos(azimuth),
-                   1 + lambda(n_dot_v, alpha) + lambda(n_dot_l, alpha));
+// They depend on nothing, and take a tenth of a second.
+const std::vector<GgxEntry>& ggxEntries() {
+    static const auto entries = tabulated<GgxEntry>(ggxEntry);
+    return entries;
 }
 
-const std::vector<glm::vec4>& albedoTable(bool sheen) {
-    // It depends on nothing, and takes a tenth of a second.
-    if (sheen) {
-        static const auto with_sheen = integrate(true);
-        return with_sheen;
-    }
-    static const auto plain = integrate(false);
-    return plain;
+const std::vector<double>& sheenAlbedos() {
+    static const auto albedos = tabulated<double>([](double roughness, double n_dot_v) {
+        return sheenAlbedo(std::max(roughness * roughness, kLeastSheenAlpha), n_dot_v);
+    });
+    return albedos;
+}
+
+}  // namespace
+
+std::vector<glm::vec4> albedoTable(bool sheen) {
+    std::vector<glm::vec4> table;
+    for (const GgxEntry& entry : ggxEntries())
+        table.emplace_back(entry.albedo, sheen ? sheenAlbedos()[table.size()] : 0, 0);
+    return table;
+}
+
+std::vector<glm::vec4> lobeTable() {
+    std::vector<glm::vec4> table;
+    for (const GgxEntry& entry : ggxEntries())
+        table.push_back(entry.lobe);
+    return table;
 }
 
 }  // namespace peeler

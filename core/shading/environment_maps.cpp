@@ -21,7 +21,6 @@ namespace {
 constexpr int kSmallFace = 16, kUsualFace = 128, kLargestFace = 512;
 constexpr int kRoughestFace = 8;
 constexpr int kIrradianceFace = 16, kIrradianceSource = 32;
-constexpr int kClothFace = 32, kClothLevels = 3;
 // No patch is larger than a texel of this.
 constexpr int kCoarsestFace = 8;
 
@@ -289,26 +288,6 @@ std::vector<Patch> ggxPatches(double roughness, const std::vector<SeamlessCube>&
         pyramid);
 }
 
-/// What fibres reflect that stand on a surface which faces +Z, from any azimuth and a middling
-/// elevation: how that share falls with the view's elevation is in the albedo table.
-std::vector<Patch> clothPatches(double roughness, const std::vector<SeamlessCube>& pyramid) {
-    constexpr int kRings = 10, kAround = 16, kAzimuths = 32;
-    constexpr double kViewCosine = 0.6;
-    std::vector<double> angles;
-    for (int i = 0; i <= kRings; ++i)
-        angles.push_back(std::numbers::pi / 2 * i / kRings);
-    return patches(
-        angles, kAround,
-        [&](double angle) {
-            double sum = 0;
-            for (int i = 0; i < kAzimuths; ++i)
-                sum += sheenLobe(roughness, kViewCosine, std::cos(angle),
-                                 std::numbers::pi * (i + 0.5) / kAzimuths);
-            return sum;
-        },
-        pyramid);
-}
-
 CubeMap convolved(const std::vector<SeamlessCube>& pyramid, int size,
                   const std::vector<Patch>& lobe) {
     CubeMap cube = makeCube(size);
@@ -389,7 +368,7 @@ double levelRoughness(int level, int levels) {
     return (1.4 - std::sqrt(1.96 - 1.6 * t)) / 0.8;
 }
 
-EnvironmentMaps prefilter(const Environment& environment, bool sheen) {
+EnvironmentMaps prefilter(const Environment& environment) {
     const auto texels = [](int pixels) {
         return static_cast<int>(std::bit_ceil(static_cast<unsigned>(std::min(pixels, 1 << 16))));
     };
@@ -412,11 +391,6 @@ EnvironmentMaps prefilter(const Environment& environment, bool sheen) {
     for (int level = 1; level < levels; ++level)
         maps.radiance.push_back(
             convolved(pyramid, size >> level, ggxPatches(levelRoughness(level, levels), pyramid)));
-    for (int level = 0; sheen && level < kClothLevels; ++level) {
-        const double roughness = static_cast<double>(level) / (kClothLevels - 1);
-        maps.cloth.push_back(
-            convolved(pyramid, kClothFace >> level, clothPatches(roughness, pyramid)));
-    }
     return maps;
 }
 

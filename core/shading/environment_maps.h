@@ -30,10 +30,6 @@ struct EnvironmentMaps {
     /// is. Each has half the size of the one before.
     std::vector<CubeMap> radiance;
     CubeMap irradiance;  ///< divided by pi
-    /// By the surface's normal, what sheen (Charlie's lobe, of all azimuths of a view) makes of it,
-    /// over the lobe's albedo: level i of n for sheen roughness i / (n - 1). Empty unless asked
-    /// for.
-    std::vector<CubeMap> cloth;
 };
 
 /// What arrives from one of `count` directions that are spread evenly: the mean around it, so that
@@ -55,22 +51,24 @@ Environment studioEnvironment();
 
 /// The same numbers whatever the number of threads. A white environment gives exactly white maps,
 /// up to rounding.
-EnvironmentMaps prefilter(const Environment& environment, bool sheen = false);
+EnvironmentMaps prefilter(const Environment& environment);
 
-/// Entries a side of the albedo table: row r for roughness r / (size − 1), column c for a cosine of
+/// Entries a side of the tables: row r for roughness r / (size − 1), column c for a cosine of
 /// c / (size − 1).
 inline constexpr int kAlbedoTableSize = 64;
 
 /// x, y: directional albedo of GGX (height-correlated Smith) as scale and bias of F0 (Karis, "Real
 /// Shading in Unreal Engine 4", 2013); together at most 1. z: that of sheen (Estevez & Kulla,
-/// "Production Friendly Microfacet Sheen BRDF", 2017), at most 1; w: how far that lobe's mean
-/// direction leans toward the viewer, as its part along the surface. Both are 0 unless `sheen`,
-/// since they take long. Prefiltered light is multiplied with z. Calculated once, with the same
-/// numbers on any number of threads.
-const std::vector<glm::vec4>& albedoTable(bool sheen);
+/// "Production Friendly Microfacet Sheen BRDF", 2017), at most 1; 0 unless `sheen`, since it takes
+/// long. w: 0. Calculated once, with the same numbers on any number of threads.
+std::vector<glm::vec4> albedoTable(bool sheen);
 
-/// Charlie's lobe times the cosine at the surface, for these cosines of view and light with the
-/// normal and an angle (radians) between them around it.
-double sheenLobe(double roughness, double n_dot_v, double n_dot_l, double azimuth);
+/// Where to look up prefiltered light for GGX, so that what is linear in the direction comes out as
+/// the lobe's own integral. x, y: of what F0 scales; z, w: of what F90 does, which Schlick's term
+/// pushes away from the normal. x and z: the mean direction, as how far it has gone from the normal
+/// (0) to the mirrored view (1) on the line between them; farther than 1 is possible. y and w: the
+/// roughness of the level whose lobe has the same mean cosine with its axis, over the surface's;
+/// somewhat less for a roughness below 0.4.
+std::vector<glm::vec4> lobeTable();
 
 }  // namespace peeler

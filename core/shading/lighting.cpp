@@ -24,6 +24,13 @@ gl::Texture uploadCube(const gl::Functions& gl, std::span<const CubeMap> levels)
     return texture;
 }
 
+gl::Texture uploadTable(const gl::Functions& gl, const std::vector<glm::vec4>& table) {
+    auto texture = gl::makeTexture2D(gl, GL_RGBA32F, kAlbedoTableSize, kAlbedoTableSize);
+    gl.TextureSubImage2D(texture.name(), 0, 0, 0, kAlbedoTableSize, kAlbedoTableSize, GL_RGBA,
+                         GL_FLOAT, table.data());
+    return texture;
+}
+
 }  // namespace
 
 EnvironmentTextures::EnvironmentTextures(const gl::Functions& gl, const Scene& scene) : gl_(gl) {
@@ -31,15 +38,12 @@ EnvironmentTextures::EnvironmentTextures(const gl::Functions& gl, const Scene& s
                                    [](const Material& m) { return m.sheen.color != glm::vec3(0); });
     if (!scene.environment && !sheen) return;
     if (scene.environment) {
-        const EnvironmentMaps maps = prefilter(*scene.environment, sheen);
+        const EnvironmentMaps maps = prefilter(*scene.environment);
         radiance_ = uploadCube(gl, maps.radiance);
-        if (sheen) cloth_ = uploadCube(gl, maps.cloth);
         irradiance_ = uploadCube(gl, {&maps.irradiance, 1});
+        lobes_ = uploadTable(gl, lobeTable());
     }
-    albedo_ = gl::makeTexture2D(gl, GL_RGBA32F, kAlbedoTableSize, kAlbedoTableSize);
-    const auto& table = albedoTable(sheen);
-    gl.TextureSubImage2D(albedo_.name(), 0, 0, 0, kAlbedoTableSize, kAlbedoTableSize, GL_RGBA,
-                         GL_FLOAT, table.data());
+    albedo_ = uploadTable(gl, albedoTable(sheen));
     GLuint name = 0;
     gl.CreateSamplers(1, &name);
     linear_ = gl::SamplerObject(gl, name);
@@ -56,7 +60,7 @@ void EnvironmentTextures::bind() const {
     const std::pair<GLuint, GLuint> units[] = {{PEELER_ENVIRONMENT_UNIT, radiance_.name()},
                                                {PEELER_IRRADIANCE_UNIT, irradiance_.name()},
                                                {PEELER_ALBEDO_UNIT, albedo_.name()},
-                                               {PEELER_CLOTH_UNIT, cloth_.name()}};
+                                               {PEELER_LOBE_UNIT, lobes_.name()}};
     for (const auto& [unit, texture] : units) {
         if (!texture) continue;
         gl_.BindTextureUnit(unit, texture);

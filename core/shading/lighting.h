@@ -14,12 +14,12 @@
 namespace peeler {
 
 /// What surfaces reflect of a scene's own environment, as textures: two cube maps (prefilter()),
-/// one more if a material has a sheen, and the albedo table. A scene without an environment has no
-/// cube map, since the shaders work out the built-in one themselves; it has the table if one of its
-/// materials has a sheen.
+/// the albedo table and the lobe table. A scene without an environment has none of them, since the
+/// shaders work out the built-in one themselves; it has the albedo table if one of its materials
+/// has a sheen.
 class EnvironmentTextures {
   public:
-    /// Prefilters the environment and computes the table, each if it is needed. Throws Error
+    /// Prefilters the environment and computes the tables, each if it is needed. Throws Error
     /// (kMemory) if the driver has no room.
     EnvironmentTextures(const gl::Functions& gl, const Scene& scene);
 
@@ -30,7 +30,7 @@ class EnvironmentTextures {
 
   private:
     const gl::Functions& gl_;
-    gl::Texture radiance_, irradiance_, cloth_, albedo_;
+    gl::Texture radiance_, irradiance_, albedo_, lobes_;
     gl::SamplerObject linear_;
 };
 

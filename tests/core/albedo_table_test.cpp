@@ -81,26 +81,77 @@ TEST(AlbedoTable, OfSheenGrowsTowardGrazingAngles) {
     EXPECT_EQ(entry(albedoTable(false), 40, 6).z, 0);
 }
 
-TEST(AlbedoTable, OfSheenLeansTowardTheViewer) {
-    // What fibres reflect comes from where the viewer is; the smoother they are, the more so. Seen
-    // along the normal there is no such side.
-    const auto table = albedoTable(true);
-    for (const int column : {10, 30, 50})
-        EXPECT_GT(entry(table, 26, column).w, entry(table, 60, column).w + 0.1F) << column;
-    EXPECT_GT(entry(table, 60, 30).w, 0.1F);
-    EXPECT_NEAR(entry(table, 40, kLast).w, 0, 1e-3);
-    // The mean of a lobe of the albedo's own integrand, done more finely.
-    double sum = 0, along = 0;
+/// The part of GGX that F0 scales or, with `bias`, that F90 does, light by light over the
+/// hemisphere: its mean direction, where the viewer is in the plane of X and Z, on the side of -X.
+glm::dvec3 meanDirection(bool bias, double roughness, double n_dot_v) {
+    const double a2 = std::pow(roughness, 4);
+    const glm::dvec3 v(-std::sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v);
     constexpr int kSteps = 300;
+    double sum = 0;
+    glm::dvec3 moment(0);
     for (int i = 0; i < kSteps; ++i) {
         for (int j = 0; j < kSteps; ++j) {
-            const double cosine = (i + 0.5) / kSteps, azimuth = kPi * (j + 0.5) / kSteps;
-            const double share = sheenLobe(40.0 / kLast, 30.0 / kLast, cosine, azimuth);
+            const double theta = (i + 0.5) / kSteps * kPi / 2, phi = (j + 0.5) / kSteps * kPi;
+            const glm::dvec3 l(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
+                               std::cos(theta));
+            const glm::dvec3 h = glm::normalize(l + v);
+            const double d = h.z * h.z * (a2 - 1) + 1;
+            const auto lambda = [&](double c) {
+                return 0.5 * (std::sqrt(1 + a2 * (1 - c * c) / (c * c)) - 1);
+            };
+            const double schlick = std::pow(1 - glm::dot(l, h), 5);
+            const double share = (bias ? schlick : 1 - schlick) / (d * d) /
+                                 (1 + lambda(l.z) + lambda(n_dot_v)) * std::sin(theta);
             sum += share;
-            along += share * std::sqrt(1 - cosine * cosine) * std::cos(azimuth);
+            moment += share * glm::dvec3(l.x, 0, l.z);
         }
     }
-    EXPECT_NEAR(entry(table, 40, 30).w, along / sum, 0.01);
+    return moment / sum;
+}
+
+/// The mean cosine with the normal of what a level of this roughness is filtered with.
+double levelCosine(double roughness) {
+    const double a2 = std::pow(roughness, 4);
+    constexpr int kSteps = 20000;
+    double sum = 0, moment = 0;
+    for (int i = 0; i < kSteps; ++i) {
+        const double t = (i + 0.5) / kSteps, theta = t * t * kPi / 2;
+        const double d = std::pow(std::cos(theta / 2), 2) * (a2 - 1) + 1;
+        const double weight = t * std::cos(theta) * std::sin(theta) / (d * d);
+        sum += weight;
+        moment += weight * std::cos(theta);
+    }
+    return moment / sum;
+}
+
+TEST(LobeTable, HasMeanDirectionAndMeanCosineOfTheLobe) {
+    const auto table = lobeTable();
+    for (const int row : {25, 40, 55}) {
+        for (const int column : {12, 31, 55}) {
+            const double roughness = double(row) / kLast, n_dot_v = double(column) / kLast;
+            const glm::vec4 found = entry(table, row, column);
+            const glm::dvec3 mirrored(std::sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v);
+            for (const bool bias : {false, true}) {
+                const glm::dvec3 expected = meanDirection(bias, roughness, n_dot_v);
+                const double turn = double(bias ? found.z : found.x);
+                const double width = double(bias ? found.w : found.y);
+                const glm::dvec3 looked =
+                    glm::normalize(glm::mix(glm::dvec3(0, 0, 1), mirrored, turn));
+                EXPECT_GT(glm::dot(looked, glm::normalize(expected)), std::cos(0.02))
+                    << row << ", " << column << ", " << bias;
+                EXPECT_NEAR(levelCosine(std::min(1.0, roughness * width)),
+                            std::max(glm::length(expected), levelCosine(1)), 0.012)
+                    << row << ", " << column << ", " << bias;
+            }
+        }
+    }
+}
+
+TEST(LobeTable, OfMirrorsLooksAlongTheMirroredView) {
+    const auto table = lobeTable();
+    for (int column = 3; column <= kLast; ++column)
+        EXPECT_NEAR(entry(table, 0, column).x, 1, 1e-3) << column;
+    EXPECT_NEAR(entry(table, 0, kLast).y, 1, 0.05);  // as wide as the levels
 }
 
 }  // namespace

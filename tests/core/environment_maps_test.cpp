@@ -212,43 +212,13 @@ TEST(EnvironmentMaps, ALampIsSeenAlikeAcrossTheEdgesOfFaces) {
     }
 }
 
-TEST(EnvironmentMaps, ClothIsCharliesLobeAboutTheNormal) {
-    // Over what is linear in the direction a lobe of all azimuths keeps its part along the normal.
-    const auto maps = prefilter(environmentOf(128,
-                                              [](float, float v) {
-                                                  const double y =
-                                                      std::sin((0.5 - double(v)) * kPi);
-                                                  return glm::vec3(static_cast<float>(1 + y));
-                                              }),
-                                true);
-    ASSERT_EQ(maps.cloth.size(), 3U);
-    for (const std::size_t level : {1U, 2U}) {
-        const double roughness = static_cast<double>(level) / 2;
-        double sum = 0, along = 0;
-        constexpr int kSteps = 200;
-        for (int i = 0; i < kSteps; ++i) {
-            for (int j = 0; j < kSteps; ++j) {
-                const double cosine = (i + 0.5) / kSteps;
-                const double share = sheenLobe(roughness, 0.6, cosine, kPi * (j + 0.5) / kSteps);
-                sum += share;
-                along += share * cosine;
-            }
-        }
-        forEachTexel(maps.cloth[level], [&](glm::vec3 n, glm::vec3 radiance) {
-            ASSERT_NEAR(radiance.g, 1 + along / sum * double(n.y), 0.02) << roughness;
-        });
-    }
-    EXPECT_TRUE(
-        prefilter(environmentOf(16, [](float, float) { return glm::vec3(1); })).cloth.empty());
-}
-
 TEST(EnvironmentMaps, AreTheSameOnOneThread) {
     const Environment source =
         environmentOf(300, [](float u, float v) { return glm::vec3(u, v, u * v); });
     setThreadCount(1);
-    const EnvironmentMaps alone = prefilter(source, true);
+    const EnvironmentMaps alone = prefilter(source);
     setThreadCount(3);
-    const EnvironmentMaps together = prefilter(source, true);
+    const EnvironmentMaps together = prefilter(source);
     setThreadCount(0);
     const auto same = [](const CubeMap& a, const CubeMap& b) {
         return a.texels.size() == b.texels.size() &&
@@ -258,8 +228,6 @@ TEST(EnvironmentMaps, AreTheSameOnOneThread) {
     EXPECT_TRUE(same(alone.irradiance, together.irradiance));
     for (std::size_t i = 0; i < alone.radiance.size(); ++i)
         EXPECT_TRUE(same(alone.radiance[i], together.radiance[i]));
-    for (std::size_t i = 0; i < alone.cloth.size(); ++i)
-        EXPECT_TRUE(same(alone.cloth[i], together.cloth[i]));
 }
 
 /// What a white diffuse surface reflects that faces this way, of an environment's green light.
