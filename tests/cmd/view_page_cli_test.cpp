@@ -216,7 +216,8 @@ TEST_F(ViewPage, TellsWhatIsShown) {
     for (const std::vector<std::string>& verb :
          {std::vector<std::string>{"render", "scene.gltf", "-o", "layers.exr", "--camera", "front",
                                    "--size", "96x64", "--channels", "id"},
-          {"view", "layers.exr", "-o", "page.html", "--background", "#dbdbdb"}}) {
+          {"view", "layers.exr", "-o", "page.html", "--background", "#dbdbdb", "--tone-map",
+           "none"}}) {
         const auto result = run(verb);
         ASSERT_EQ(result.exit_code, 0) << result.err;
     }
