@@ -57,12 +57,13 @@ Bytes samplesBytes(const PlannedBytes& planned, const OutputOptions&) {
            planned.plan.fragments_stored * (planned.fragment + sizeof(float));
 }
 
-/// A fragment takes 16 bytes before it is deflated, 19 with coloured opacity, and base 64 makes 4
-/// of 3.
-Bytes pageBytes(const PlannedBytes& planned, const OutputOptions&) {
+/// A fragment takes 18 bytes before it is deflated, 3 more with coloured opacity and 8 with ids,
+/// and base 64 makes 4 of 3. Names take hardly more room than in the header of an EXR.
+Bytes pageBytes(const PlannedBytes& planned, const OutputOptions& options) {
     constexpr Bytes kViewer = std::uint64_t{256} << 10;
-    const Bytes packed = planned.plan.tinted ? 19 : 16;
-    return kViewer + planned.plan.fragments_stored * packed * 4 / 3;
+    const bool ids = !options.provenance.ids.empty();
+    const Bytes packed = 18 + (planned.plan.tinted ? 3 : 0) + (ids ? 8 : 0);
+    return kViewer + 2 * planned.header + planned.plan.fragments_stored * packed * 4 / 3;
 }
 
 Bytes shadowMapBytes(const PlannedBytes& planned, const OutputOptions&) {

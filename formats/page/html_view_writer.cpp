@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Packs fragments in 16 bytes each (19 with coloured opacity), as differences that deflate well,
-// and puts them into the page.
+// Packs fragments in 18 bytes each (3 more with coloured opacity, 4 with ids of objects, 4 with
+// those of materials), as differences that deflate well, and puts them into the page.
 #include "formats/page/html_view_writer.h"
 
 #include <libdeflate.h>
@@ -12,6 +12,7 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -33,9 +34,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Rgba = std::array<float, 4>;
 
-/// Bytes of a fragment before compression, and more with coloured opacity.
-constexpr std::size_t kPlanes = 16, kOpacityPlanes = 3;
-constexpr std::uint64_t kScratch = 80;  ///< bytes a fragment takes in finish()
+/// Bytes of a fragment before compression, and more with coloured opacity, and of a kind of ids.
+constexpr std::size_t kPlanes = 18, kOpacityPlanes = 3, kIdPlanes = 4;
+/// Bytes that a fragment takes in finish(), and more if there may be ids.
+constexpr std::uint64_t kScratch = 84, kIdScratch = 2 * kIdPlanes;
 
 /// The fragments in the order of the page: layer after layer, row by row.
 struct LayerOrder {
@@ -77,6 +79,11 @@ struct Range {
         low = std::min(low, value);
         high = std::max(high, value);
     }
+    /// Where a value lies in it, in 16 bits.
+    std::uint16_t code(double value) const {
+        const double share = std::clamp((value - low) / (high - low), 0.0, 1.0);
+        return static_cast<std::uint16_t>(std::lround(65535 * share));
+    }
     /// The range if it has a length by which one can divide, else a little more.
     Range widened() const {
         if (!(low <= high)) return {0, 1};
@@ -87,31 +94,58 @@ struct Range {
 /// Bytes of R, G, B, A, AR, AG, AB.
 using EncodedColor = std::array<std::uint8_t, kTintedComponents>;
 
-/// Packs fragments, each as what differs from the one before; unpack() in view_page.html adds the
+/// The ids of one kind that fragments may have, and how the page knows them.
+struct IdKind {
+    const char *channel, *key;
+    std::vector<std::string> IdNames::*names;
+};
+constexpr std::array<IdKind, 2> kIdKinds = {{{"id.object", "objects", &IdNames::objects},
+                                             {"id.material", "materials", &IdNames::materials}}};
+
+/// A fragment as the page has it.
+struct PackedFragment {
+    std::uint32_t pixel = 0;                        ///< row-major in the window
+    std::array<std::uint16_t, kCorners> corners{};  ///< codes of depth
+    std::uint16_t depth = 0;                        ///< the code of its own
+    EncodedColor color{};
+    std::array<std::uint32_t, kIdKinds.size()> ids{};
+};
+
+/// Packs fragments, each as what differs from the one before, in planes of bytes: pixel (4), upper
+/// left, lower left, the rise to the upper right, what the lower right rises more (2 each), colour
+/// (4, or 7 with the opacity of each channel), the code of its own depth less the mean of the
+/// corners (2), and the ids that there are (4 each). unpack() in page_drawing.js adds the
 /// differences up again.
 class Packer {
   public:
-    Packer(std::size_t count, bool tinted)
+    Packer(std::size_t count, bool tinted, const std::array<bool, kIdKinds.size()>& ids)
         : count_(count),
           colors_(tinted ? kTintedComponents : kPlainComponents),
-          planes_((kPlanes + (tinted ? kOpacityPlanes : 0)) * count) {}
+          ids_(ids),
+          planes_((kPlanes + (tinted ? kOpacityPlanes : 0) +
+                   kIdPlanes * static_cast<std::size_t>(std::ranges::count(ids, true))) *
+                  count) {}
 
-    void add(std::uint32_t pixel, const std::array<std::uint16_t, kCorners>& corners,
-             const EncodedColor& color) {
+    void add(const PackedFragment& fragment) {
         plane_ = 0;
-        put(pixel - pixel_, 4);
-        pixel_ = pixel;
+        put(fragment.pixel - last_.pixel, 4);
         // Along a surface a corner is the one before's right corner, and the slope changes little.
+        const auto& corners = fragment.corners;
         const std::uint32_t rise = corners[kUpperRight] - std::uint32_t{corners[kUpperLeft]};
-        put(corners[kUpperLeft] - std::uint32_t{corners_[kUpperRight]}, 2);
-        put(corners[kLowerLeft] - std::uint32_t{corners_[kLowerRight]}, 2);
+        put(corners[kUpperLeft] - std::uint32_t{last_.corners[kUpperRight]}, 2);
+        put(corners[kLowerLeft] - std::uint32_t{last_.corners[kLowerRight]}, 2);
         put(rise - rise_, 2);
         put(corners[kLowerRight] - std::uint32_t{corners[kLowerLeft]} - rise, 2);
-        corners_ = corners;
         rise_ = rise;
         for (std::size_t c = 0; c < colors_; ++c)
-            put(std::uint32_t{color[c]} - color_[c], 1);
-        color_ = color;
+            put(std::uint32_t{fragment.color[c]} - last_.color[c], 1);
+        std::uint32_t sum = 2;  // rounds
+        for (const std::uint16_t corner : corners)
+            sum += corner;
+        put(fragment.depth - static_cast<std::uint32_t>(sum / kCorners), 2);
+        for (std::size_t kind = 0; kind < kIdKinds.size(); ++kind)
+            if (ids_[kind]) put(fragment.ids[kind] - last_.ids[kind], 4);
+        last_ = fragment;
         ++at_;
     }
 
@@ -124,10 +158,10 @@ class Packer {
     }
 
     std::size_t count_, colors_, at_ = 0, plane_ = 0;
+    std::array<bool, kIdKinds.size()> ids_;
     std::vector<std::uint8_t> planes_;
-    std::uint32_t pixel_ = 0, rise_ = 0;
-    std::array<std::uint16_t, kCorners> corners_{};
-    EncodedColor color_{};
+    PackedFragment last_;
+    std::uint32_t rise_ = 0;
 };
 
 std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
@@ -234,6 +268,20 @@ Json describeView(const View& view, const LayeredImage& image, const LayerOrder&
             {"layerEnds", order.ends}};
 }
 
+/// The ids that fragments have, each with its name, or null if it has none.
+Json namesOf(const FragmentChannel& ids, const LayerOrder& order,
+             const std::vector<std::string>& names) {
+    std::set<std::uint32_t> used;
+    for (const auto& place : order.places)
+        used.insert(ids.id(place.fragment));
+    Json named = Json::object();
+    for (const std::uint32_t id : used) {
+        const std::size_t row = id - std::size_t{1};
+        named[std::to_string(id)] = row < names.size() ? Json(names[row]) : Json();
+    }
+    return named;
+}
+
 void appendArray(FragmentArray& to, const FragmentArray& from) {
     to.channels = from.channels;
     to.type = from.type;
@@ -254,7 +302,7 @@ void HtmlViewWriter::begin(const Plan& plan) {
                         " fragments, and there are " + std::to_string(plan.fragments_stored),
                     path_,
                     "keep fewer --layers, render a smaller --size, or raise "
-                    "peeler view --max-fragments (2 to 5 bytes of page each)");
+                    "peeler view --max-fragments (1 to 7 bytes of page each)");
     }
     plan_ = plan;
     image_ = {};
@@ -274,7 +322,8 @@ void HtmlViewWriter::write(LayeredImage&& band) {
 }
 
 SinkMemory HtmlViewWriter::memory() const {
-    return {.rows = plan_.view.crop.height(), .bytes = plan_.fragments_stored * kScratch};
+    const std::uint64_t bytes = kScratch + (options_.provenance.ids.empty() ? 0 : kIdScratch);
+    return {.rows = plan_.view.crop.height(), .bytes = plan_.fragments_stored * bytes};
 }
 
 void HtmlViewWriter::finish() {
@@ -286,29 +335,42 @@ void HtmlViewWriter::finish() {
         const LayerOrder order = orderByLayer(image_, rays);
         const SurfaceCells cells = surfaceCells(image_, view);
         Range codes;
-        for (const auto& place : order.places)
+        for (const auto& place : order.places) {
+            codes.add(depthMeasure(rays, rays.planar(image_.z[place.fragment])));
             for (const float planar : cells.corners[place.fragment])
                 codes.add(depthMeasure(rays, planar));
+        }
         codes = codes.widened();
 
         const float exposure = exposureOf(options_, image_, view);
         if (options_.outcome) *options_.outcome = {exposure, 0};
         display_ = Display(exposure, options_.tone_map);
-        Packer packer(order.places.size(), plan_.tinted);
+        std::array<FragmentChannel, kIdKinds.size()> ids;
+        std::array<bool, kIdKinds.size()> has_ids{};
+        for (std::size_t kind = 0; kind < kIdKinds.size(); ++kind) {
+            ids[kind] = findIds(image_, kIdKinds[kind].channel);
+            has_ids[kind] = static_cast<bool>(ids[kind]);
+        }
+        Packer packer(order.places.size(), plan_.tinted, has_ids);
         for (const auto& [fragment, pixel] : order.places) {
-            std::array<std::uint16_t, kCorners> corners{};
-            for (std::size_t c = 0; c < kCorners; ++c) {
-                const double share = (depthMeasure(rays, cells.corners[fragment][c]) - codes.low) /
-                                     (codes.high - codes.low);
-                corners[c] =
-                    static_cast<std::uint16_t>(std::lround(65535 * std::clamp(share, 0.0, 1.0)));
-            }
-            packer.add(pixel, corners, encodedColor(tintedColorOf(image_, fragment), display_));
+            PackedFragment packed{.pixel = pixel};
+            for (std::size_t c = 0; c < kCorners; ++c)
+                packed.corners[c] = codes.code(depthMeasure(rays, cells.corners[fragment][c]));
+            packed.depth = codes.code(depthMeasure(rays, rays.planar(image_.z[fragment])));
+            packed.color = encodedColor(tintedColorOf(image_, fragment), display_);
+            for (std::size_t kind = 0; kind < kIdKinds.size(); ++kind)
+                if (has_ids[kind]) packed.ids[kind] = ids[kind].id(fragment);
+            packer.add(packed);
         }
         data = base64(deflated(packer.bytes()));
 
         Json about = describeView(view, image_, order, codes);
         if (plan_.tinted) about["tinted"] = true;
+        for (std::size_t kind = 0; kind < kIdKinds.size(); ++kind) {
+            if (!has_ids[kind]) continue;
+            const auto& [channel, key, names] = kIdKinds[kind];
+            about[key] = namesOf(ids[kind], order, options_.provenance.ids.*names);
+        }
         const std::string& scene = options_.provenance.scene;
         about["title"] = scene.empty() ? "A scene" : scene;
         Rgba background = options_.background;
@@ -320,8 +382,12 @@ void HtmlViewWriter::finish() {
     AtomicFile file(path_);
     std::string_view rest = viewPage();
     const std::string hash = outputHashText(options_.provenance.output_hash);
-    const std::array<std::pair<std::string_view, std::string_view>, 3> fields = {
-        {{"{{hash}}", hash}, {"{{view}}", json}, {"{{fragments}}", data}}};
+    const std::array<std::pair<std::string_view, std::string_view>, 5> fields = {
+        {{"{{hash}}", hash},
+         {"{{view}}", json},
+         {"{{fragments}}", data},
+         {"{{drawing}}", pageDrawing()},
+         {"{{controls}}", pageControls()}}};
     const auto append = [&](std::string_view text) { file.append(std::as_bytes(std::span(text))); };
     for (const auto& [name, text] : fields) {
         const std::size_t at = rest.find(name);

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes layers as a web page in which one can look around. The page, view_page.html, is longer
-// than other files because a page that needs nothing else is one file; a reason in its own head
-// would stand in every page that is written.
+// Writes layers as a web page in which one can look around.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +16,10 @@ namespace peeler {
 /// (core/views/surface_cells.h), packed, and a page that draws them with WebGL 2
 /// (formats/page/view_page.html). Colours are sRGB in 8 bits, premultiplied and clipped fragment by
 /// fragment, exposure and tone map included (Display); a background that is all zero is the page's
-/// own.
-/// Depths have 16 bits, of log2 Z for a perspective camera. Holds the picture until finish(), with
-/// about 80 bytes a fragment beside it.
+/// own. Depths have 16 bits, of log2 Z for a perspective camera: those of a cell's corners, and the
+/// fragment's own. Ids of objects and materials are in the page, with the names that `options` give
+/// them, if the fragments have them. Holds the picture until finish(), with about 90 bytes a
+/// fragment beside it.
 class HtmlViewWriter : public Sink {
   public:
     /// Throws Error (kUsage) if there is no such tone map.
@@ -43,8 +42,12 @@ class HtmlViewWriter : public Sink {
 };
 
 /// The page that shows layers in a browser, formats/page/view_page.html, embedded at build time.
-/// {{hash}} stands where its output hash goes, {{view}} where its JSON goes, and {{fragments}}
-/// where its data goes.
+/// {{hash}} stands where its output hash goes, {{view}} where its JSON goes, {{fragments}} where
+/// its data goes, {{drawing}} and {{controls}} where its script goes.
 std::string_view viewPage();
+/// What unpacks and draws fragments, formats/page/page_drawing.js.
+std::string_view pageDrawing();
+/// What the page does at the hand of its user, formats/page/page_controls.js.
+std::string_view pageControls();
 
 }  // namespace peeler

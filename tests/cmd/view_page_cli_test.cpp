@@ -4,10 +4,15 @@
 #include <OpenImageIO/imagebufalgo.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
+#include <set>
 
 #include "cmd/tiny_gltf.h"
+#include "formats/image/display.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -34,15 +39,70 @@ class ViewPage : public testing::Test {
     }
 
     /// Has the browser use the page; exit code 77: there is no browser.
-    Outcome use(const std::string& page) const {
+    Outcome use(const std::string& page, const std::string& tour = "look",
+                const std::vector<std::string>& pixels = {}) const {
         // Debian's Python has Debian's Selenium, whatever other Python is first in the path.
         const auto script = sourceDir() / "tests" / "cmd" / "view_page_test.py";
-        return runCommand({"/usr/bin/python3", script, page, "."}, {"SE_AVOID_STATS=true"},
-                          scratch_.path());
+        std::vector<std::string> command = {"/usr/bin/python3", script, page, ".", tour};
+        command.insert(command.end(), pixels.begin(), pixels.end());
+        return runCommand(command, {"SE_AVOID_STATS=true"}, scratch_.path());
+    }
+    Json readings() const { return Json::parse(bytesOf(scratch_ / "readings.json")); }
+
+    /// A layer of "layers.exr", counted from 1.
+    OIIO::ImageBuf layer(int number) const {
+        OIIO::ImageBuf image((scratch_ / "layers.exr").string(), number, 0);
+        EXPECT_TRUE(image.read(number, 0, true, OIIO::TypeDesc::FLOAT)) << image.geterror();
+        return image;
+    }
+    static float valueAt(const OIIO::ImageBuf& image, const char* channel, int x, int y) {
+        return image.getchannel(x, y, 0, image.spec().channelindex(channel));
+    }
+    /// A pixel of a picture, 0 to 255.
+    std::array<int, 3> color(const std::string& name, int x, int y) const {
+        OIIO::ImageBuf image((scratch_ / (name + ".png")).string());
+        std::array<int, 3> bytes{};
+        for (int c = 0; c < 3; ++c)
+            bytes[static_cast<std::size_t>(c)] =
+                static_cast<int>(std::lround(255 * image.getchannel(x, y, 0, c)));
+        return bytes;
+    }
+    void expectColor(const std::string& name, int x, int y, const std::array<int, 3>& expected,
+                     int tolerance = 1) const {
+        const auto found = color(name, x, y);
+        for (std::size_t c = 0; c < 3; ++c)
+            EXPECT_NEAR(found[c], expected[c], tolerance)
+                << name << " at " << x << ", " << y << ", channel " << c;
     }
 
     ScratchDir scratch_;
 };
+
+struct Pixel {
+    int x = 0, y = 0;
+    std::string name() const { return std::to_string(x) + "," + std::to_string(y); }
+    std::string place() const { return std::to_string(x) + ", " + std::to_string(y); }
+};
+
+/// Where a layer is bent most, within a surface: there the corners of a cell tell least of its Z.
+std::vector<Pixel> sharpestFolds(const OIIO::ImageBuf& layer, std::size_t count) {
+    const int z = layer.spec().channelindex("Z");
+    std::vector<std::pair<double, Pixel>> found;
+    for (int y = layer.ybegin() + 1; y + 1 < layer.yend(); ++y) {
+        for (int x = layer.xbegin() + 1; x + 1 < layer.xend(); ++x) {
+            const double here = layer.getchannel(x, y, 0, z);
+            const double left = layer.getchannel(x - 1, y, 0, z) - here;
+            const double right = layer.getchannel(x + 1, y, 0, z) - here;
+            const bool surface = std::max(std::abs(left), std::abs(right)) < 0.005 * here;
+            if (surface) found.push_back({-std::abs(left + right), {x, y}});
+        }
+    }
+    std::ranges::sort(found, {}, [](const auto& entry) { return entry.first; });
+    std::vector<Pixel> folds;
+    for (std::size_t i = 0; i < std::min(count, found.size()); ++i)
+        folds.push_back(found[i].second);
+    return folds;
+}
 
 TEST_F(ViewPage, OfColouredGlassFiltersColourByColour) {
     writeScene(scratch_.path(), tintedPanes());
@@ -64,6 +124,15 @@ TEST_F(ViewPage, OfColouredGlassFiltersColourByColour) {
     std::printf("the page of coloured glass against the composite: %.1f dB\n", found);
     EXPECT_GE(found, 44);
     EXPECT_LT(psnr("milky", "all"), 30);
+    // One pane alone is in the corner: its opacity of each channel.
+    const OIIO::ImageBuf front = layer(1);
+    std::array<int, 3> opacities{};
+    for (std::size_t c = 0; c < 3; ++c)
+        opacities[c] = static_cast<int>(
+            std::lround(255 * valueAt(front, std::array{"AR", "AG", "AB"}[c], 3, 3)));
+    EXPECT_GT(opacities[1], opacities[2] + 50);
+    EXPECT_GT(opacities[2], opacities[0] + 50);
+    expectColor("alpha", 3, 3, opacities);
     EXPECT_LT(psnr("depth", "original"), 20);
     EXPECT_GE(psnr("reset", "original"), 100);
 }
@@ -81,7 +150,12 @@ TEST_F(ViewPage, InABrowser) {
         const auto result = run(arguments);
         ASSERT_EQ(result.exit_code, 0) << result.err;
     }
-    const auto browser = use("page.html");
+    const OIIO::ImageBuf front = layer(1);
+    const std::vector<Pixel> folds = sharpestFolds(front, 6);
+    std::vector<std::string> places;
+    for (const Pixel& pixel : folds)
+        places.push_back(pixel.name());
+    const auto browser = use("page.html", "look", places);
     if (browser.exit_code == 77) GTEST_SKIP() << browser.out;
     ASSERT_EQ(browser.exit_code, 0) << browser.out << browser.err;
     EXPECT_EQ(bytesOf(scratch_ / "console.json"), "[]") << "no word on the console";
@@ -98,6 +172,135 @@ TEST_F(ViewPage, InABrowser) {
     EXPECT_LT(psnr("keys", "dragged"), 35);
     EXPECT_LT(psnr("nearer", "keys"), 30);
     EXPECT_GE(psnr("reset", "original"), 100);
+    const Json told = readings();
+    for (const Pixel& pixel : folds) {
+        const std::string text = told[pixel.name()];
+        const double z = valueAt(front, "Z", pixel.x, pixel.y);
+        EXPECT_TRUE(contains(text, "pixel " + pixel.place())) << text;
+        EXPECT_TRUE(contains(text, "layer 1 of 15")) << text;
+        EXPECT_FALSE(contains(text, "object")) << text << ": the file has no ids";
+        EXPECT_NEAR(std::stod(text.substr(2)), z, 2e-5 * z) << text;
+    }
+}
+
+/// A red pane before a green triangle, which is turned by 45 degrees, before a blue wall; unlit.
+Json threeSurfaces() {
+    Json scene = stackScene(3);
+    const Json primitive = scene["meshes"][0]["primitives"][0];
+    const std::array<std::array<double, 4>, 3> colors = {
+        {{1, 0.1, 0.1, 0.5}, {0.1, 0.6, 0.2, 1}, {0.1, 0.2, 0.9, 1}}};
+    const std::array<const char*, 3> names = {"near <b>pane", "turned", "wall"};
+    scene["materials"].clear();
+    scene["meshes"].clear();
+    for (std::size_t i = 0; i < 3; ++i) {
+        scene["meshes"].push_back({{"primitives", {primitive}}});
+        scene["meshes"][i]["primitives"][0]["material"] = i;
+        scene["nodes"][i]["mesh"] = i;
+        scene["nodes"][i]["name"] = names[i];
+        scene["nodes"][i]["translation"] = {0, 0, std::array<int, 3>{0, -1, -3}[i]};
+        scene["materials"].push_back({{"name", "paint of " + std::string(names[i])},
+                                      {"doubleSided", true},
+                                      {"alphaMode", i == 0 ? "BLEND" : "OPAQUE"},
+                                      {"pbrMetallicRoughness", {{"baseColorFactor", colors[i]}}},
+                                      {"extensions", {{"KHR_materials_unlit", Json::object()}}}});
+    }
+    scene["nodes"][0]["scale"] = {0.3, 0.3, 1};
+    scene["nodes"][1]["scale"] = {1.5, 1.5, 1};
+    scene["nodes"][1]["rotation"] = {0, 0.38268343, 0, 0.92387953};
+    scene["extensionsUsed"] = {"KHR_materials_unlit"};
+    return scene;
+}
+
+TEST_F(ViewPage, TellsWhatIsShown) {
+    writeScene(scratch_.path(), threeSurfaces());
+    for (const std::vector<std::string>& verb :
+         {std::vector<std::string>{"render", "scene.gltf", "-o", "layers.exr", "--camera", "front",
+                                   "--size", "96x64", "--channels", "id"},
+          {"view", "layers.exr", "-o", "page.html", "--background", "#dbdbdb", "--tone-map",
+           "none"}}) {
+        const auto result = run(verb);
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+    }
+    const auto browser = use("page.html", "read", {"48,32", "40,32", "5,7", "54,30"});
+    if (browser.exit_code == 77) GTEST_SKIP() << browser.out;
+    ASSERT_EQ(browser.exit_code, 0) << browser.out << browser.err;
+    EXPECT_EQ(bytesOf(scratch_ / "console.json"), "[]") << "no word on the console";
+    const Json told = readings();
+
+    // What is under the pointer. The pane and the wall stand at whole numbers; Z of the triangle is
+    // that of the file, whose fifth digit the codes tell.
+    const std::string of_pane = "object near <b>pane material paint of near <b>pane";
+    EXPECT_EQ(told["48,32"], "Z 3.0000 layer 1 of 3 pixel 48, 32 " + of_pane);
+    EXPECT_EQ(told["5,7"], "Z 6.0000 layer 1 of 3 pixel 5, 7 object wall material paint of wall");
+    const std::string turned = "object turned material paint of turned";
+    for (const int x : {40, 54}) {
+        const int y = x == 40 ? 32 : 30;
+        const std::string place = std::to_string(x) + ", " + std::to_string(y);
+        const std::string text = told[std::to_string(x) + "," + std::to_string(y)];
+        EXPECT_TRUE(text.ends_with(" layer 1 of 3 pixel " + place + " " + turned)) << text;
+        EXPECT_NEAR(std::stod(text.substr(2)), valueAt(layer(1), "Z", x, y), 7e-5) << text;
+    }
+    EXPECT_EQ(told["middle"], told["48,32"]);
+    EXPECT_EQ(told["nowhere"], "Point at the picture: depth, layer, pixel, object.");
+
+    // One layer alone.
+    EXPECT_EQ(told["of all"], "3 of 3");
+    EXPECT_EQ(told["two"], "2 of 3");
+    EXPECT_EQ(told["second"], "only 2 of 3");
+    const std::string second = told["only 2"];
+    EXPECT_TRUE(second.ends_with("layer 2 of 3 pixel 48, 32 " + turned)) << second;
+    EXPECT_NEAR(std::stod(second.substr(2)), valueAt(layer(2), "Z", 48, 32), 7e-5) << second;
+    const OIIO::ImageBuf behind = layer(2);
+    int there = 0;
+    for (int y = 0; y < 64; ++y) {
+        for (int x = 0; x < 96; ++x) {
+            std::array<int, 3> expected = {0xdb, 0xdb, 0xdb};
+            if (std::isfinite(valueAt(behind, "Z", x, y)) && valueAt(behind, "A", x, y) > 0) {
+                ++there;
+                for (std::size_t c = 0; c < 3; ++c)
+                    expected[c] = static_cast<int>(std::lround(
+                        255 * encodeSrgb(valueAt(behind, std::array{"R", "G", "B"}[c], x, y))));
+            }
+            ASSERT_NO_FATAL_FAILURE(expectColor("only_2", x, y, expected));
+        }
+    }
+    EXPECT_GT(there, 100);
+
+    // Channels: of the second layer alone, of the first alone, and of all.
+    EXPECT_EQ(told["ramp from"], "1");
+    EXPECT_EQ(told["ramp to"], "3");
+    expectColor("layer_2", 48, 32, {35, 144, 139});  // halfway on viridis
+    expectColor("layer_2", 5, 7, {0, 0, 0});
+    expectColor("alpha_1", 48, 32, {128, 128, 128});
+    expectColor("alpha_1", 5, 7, {255, 255, 255});
+    expectColor("layer", 48, 32, {0xfd, 0xe7, 0x25});
+    expectColor("depth", 48, 32, {0xfc, 0xff, 0xa4});  // nearest on inferno
+    expectColor("depth", 5, 7, {0x21, 0x0c, 0x4a});
+    expectColor("normal", 48, 32, {128, 128, 255});  // 0.5 + 0.5 (0, 0, 1)
+    expectColor("normal", 5, 7, {128, 128, 255});
+    expectColor("normal", 40, 32, {218, 128, 218}, 3);  // 0.5 + 0.5 (1, 0, 1) / sqrt 2
+    const std::set<std::array<int, 3>> objects = {color("object", 48, 32), color("object", 40, 32),
+                                                  color("object", 5, 7)};
+    EXPECT_EQ(objects.size(), 3U);
+    EXPECT_EQ(color("object", 90, 60), color("object", 5, 7)) << "one object";
+    EXPECT_EQ(told["cycle"], Json({"alpha", "depth", "layer", "object", "normal", "color"}));
+
+    // A drag moves what is at the distance that one looks at, and the wall by as much less as it is
+    // farther away: what is told of (30, 40) after 20 pixels right and 10 up was there before.
+    const std::string page = bytesOf(scratch_ / "page.html");
+    const double share = std::stod(page.substr(page.find("\"distance\":") + 11)) / 6;
+    ASSERT_TRUE(share > 0.5 && share < 0.9) << share;
+    const Pixel before = {static_cast<int>(30.5 - 20 * share), static_cast<int>(40.5 + 10 * share)};
+    EXPECT_TRUE(contains(told["moved"], "pixel " + before.place() + " object wall"))
+        << told["moved"];
+    EXPECT_EQ(told["moved by fingers"], told["moved"]);
+    EXPECT_LT(psnr("moved", "original"), 30);
+    EXPECT_LT(psnr("moved_by_keys", "original"), 30);
+    EXPECT_GE(psnr("reset", "original"), 100);
+    EXPECT_EQ(told["menu_opens"], false);
+
+    const std::vector<double> tops = told["layout"];
+    EXPECT_TRUE(std::is_sorted(tops.begin(), tops.end())) << "help stands above the picture";
 }
 
 TEST_F(ViewPage, NeedsNothingElse) {

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Uses a page of `peeler view` in headless Chromium as a visitor would.
 
-    view_page_test.py PAGE.html OUT_FOLDER [screenshots]
+    view_page_test.py PAGE.html OUT_FOLDER TOUR [X,Y...]
 
-Writes what the canvas shows after each step as PNG (original, one_layer, depth, dragged, keys,
-nearer, reset), and console.json: what the browser's console said. With "screenshots" also pictures
-of all of the page, for eyes (on a busy machine Chromium may not be in time for them).
+Writes what the canvas shows after each step of a tour as PNG, console.json: what the browser's
+console said, and readings.json: what the page told, of the pixels X, Y as "X,Y" among others. The
+tour "look" is one round the scene: original, one_layer, depth, alpha, dragged, keys, nearer, reset;
+"read" is for a scene of three layers: original, only_2, layer_2, alpha_1, each channel, moved,
+moved_by_fingers, moved_by_keys, reset; "picture" writes page.png alone, all of the window with the
+first of the pixels (of the canvas) pointed at.
 Exit code 77: there is no Chromium, no chromedriver or no Selenium; why is on stdout.
 """
 import base64
@@ -23,16 +26,19 @@ class Page:
     def __init__(self, driver, out):
         from selenium.webdriver.support.ui import WebDriverWait
         self.driver, self.out, self.wait = driver, out, WebDriverWait(driver, ENDLESS)
+        self.readings = {}
 
-    def frames(self):
+    def count(self, what):
+        """Of frames that the canvas, or readings that the line below it has had."""
         return int(self.driver.execute_script(
-            "return document.getElementById('picture').dataset.frame || 0"))
+            {"frame": "return document.getElementById('picture').dataset.frame || 0",
+             "reading": "return document.getElementById('probe').dataset.reading || 0"}[what]))
 
-    def after(self, action):
+    def after(self, action, what="frame"):
         """Does something and waits until the page has drawn it."""
-        before = self.frames()
+        before = self.count(what)
         action()
-        self.wait.until(lambda _: self.frames() > before)
+        self.wait.until(lambda _: self.count(what) > before)
         # What else was asked for meanwhile is drawn by the frame after next.
         self.driver.execute_async_script(
             "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(done))")
@@ -40,56 +46,178 @@ class Page:
     def run(self, script, *arguments):
         self.after(lambda: self.driver.execute_script(script, *arguments))
 
+    def element(self, name):
+        return self.driver.find_element("id", name)
+
+    def click(self, name):
+        self.after(lambda: self.element(name).click())
+
+    def press(self, *keys):
+        self.after(lambda: self.driver.find_element("tag name", "body").send_keys(*keys))
+
+    def slide(self, layer):
+        self.run("const s = document.getElementById('layers'); s.value = arguments[0];"
+                 "s.dispatchEvent(new Event('input'))", layer)
+
+    def show(self, channel):
+        self.run("const s = document.getElementById('channel'); s.value = arguments[0];"
+                 "s.dispatchEvent(new Event('input'))", channel)
+
+    def drag(self, x, y):
+        from selenium.webdriver.common.action_chains import ActionChains
+        return (ActionChains(self.driver).click_and_hold(self.element("picture"))
+                .move_by_offset(x, y).release())
+
     def save(self, name):
         url = self.driver.execute_script(
             "return document.getElementById('picture').toDataURL('image/png')")
         (self.out / f"{name}.png").write_bytes(base64.b64decode(url.split(",", 1)[1]))
 
+    def told(self, name, element="probe"):
+        self.readings[name] = self.driver.execute_script(
+            "return document.getElementById(arguments[0]).textContent.trim()", element)
+
+    def point(self, x, y, name=None, kind="mouse"):
+        """At a pixel of the canvas, as a mouse or a finger does."""
+        self.after(lambda: self.driver.execute_script(
+            "const c = document.getElementById('picture'), r = c.getBoundingClientRect();"
+            "c.dispatchEvent(new PointerEvent('pointermove', {pointerType: arguments[2],"
+            "  clientX: r.left + arguments[0] + 0.5, clientY: r.top + arguments[1] + 0.5}))",
+            x, y, kind), "reading")
+        self.told(name or f"{x},{y}")
+
+
+def one_to_one(page, pixels):
+    """A pixel of the canvas for a pixel of the capture, from here on."""
+    page.run("const c = document.getElementById('picture');"
+             "c.style.border = 0;"
+             "c.style.width = JSON.parse(document.getElementById('view').textContent).width + 'px'")
+    page.save("original")
+    for x, y in pixels:
+        page.point(x, y)
+
+
+def picture(page, pixels):
+    page.point(*pixels[0], kind="touch")
+    page.driver.save_screenshot(str(page.out / "page.png"))
+
+
+def look(page, pixels):
+    one_to_one(page, pixels)
+    page.slide(1)
+    page.save("one_layer")
+    page.slide(10000)
+    page.press("d")
+    page.save("depth")
+    page.show("alpha")
+    page.save("alpha")
+    page.show("color")
+    page.after(lambda: page.drag(-40, 10).perform())
+    page.save("dragged")
+    from selenium.webdriver.common.keys import Keys
+    page.press(Keys.ARROW_LEFT, Keys.ARROW_LEFT, "[")
+    page.save("keys")
+    page.run("document.getElementById('picture').dispatchEvent("
+             "new WheelEvent('wheel', {deltaY: -200, cancelable: true}))")
+    page.save("nearer")
+    page.click("reset")
+    page.save("reset")
+
+
+def two_fingers(driver, canvas, right, down):
+    """One above the other, both moved alike, step by step."""
+    from selenium.webdriver.common.actions.action_builder import ActionBuilder
+    actions, steps = ActionBuilder(driver), 10
+    for name, y in (("one", -15), ("other", 15)):
+        finger = actions.add_pointer_input("touch", name)
+        finger.create_pointer_move(duration=0, x=0, y=y, origin=canvas)
+        finger.create_pointer_down(button=0)
+        for _ in range(steps):
+            finger.create_pointer_move(duration=0, x=right // steps, y=down // steps,
+                                       origin="pointer")
+        finger.create_pointer_up(button=0)
+    actions.perform()
+
+
+def read(page, pixels):
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.keys import Keys
+    one_to_one(page, pixels)
+    driver, canvas = page.driver, page.element("picture")
+    page.readings["layout"] = driver.execute_script(
+        "return ['title', 'help', 'picture', 'probe', 'controls'].map("
+        "id => document.getElementById(id).getBoundingClientRect().top)")
+    page.readings["menu_opens"] = driver.execute_script(
+        "return document.getElementById('picture').dispatchEvent("
+        "new MouseEvent('contextmenu', {cancelable: true}))")
+
+    # One layer alone.
+    page.told("of all", "shown")
+    page.slide(2)
+    page.told("two", "shown")
+    page.press("o")
+    page.told("second", "shown")
+    page.save("only_2")
+    page.point(48, 32, "only 2")
+    page.show("layer")
+    page.told("ramp from", "low")
+    page.told("ramp to", "high")
+    page.save("layer_2")
+    page.slide(1)
+    page.show("alpha")
+    page.save("alpha_1")
+    page.click("only")
+    page.slide(3)
+    for channel in ("depth", "layer", "object", "normal"):
+        page.show(channel)
+        page.save(channel)
+    page.show("color")
+    cycle = []
+    for _ in range(6):
+        page.press("c")
+        cycle.append(page.element("channel").get_attribute("value"))
+    page.readings["cycle"] = cycle
+
+    # From elsewhere.
+    def shift_drag():
+        ActionChains(driver).key_down(Keys.SHIFT).perform()
+        page.drag(20, -10).perform()
+        ActionChains(driver).key_up(Keys.SHIFT).perform()
+    page.after(shift_drag)
+    page.save("moved")
+    page.point(30, 40, "moved")
+    page.click("reset")
+    page.save("reset")
+    page.after(lambda: two_fingers(driver, canvas, 20, -10))
+    page.point(30, 40, "moved by fingers")
+    page.save("moved_by_fingers")
+    page.press("r")
+    page.press(Keys.SHIFT, Keys.ARROW_LEFT, Keys.ARROW_LEFT)
+    page.save("moved_by_keys")
+    page.press("r")
+    page.after(lambda: driver.find_element("tag name", "body").send_keys("p"), "reading")
+    page.told("middle")
+    page.after(lambda: driver.execute_script(
+        "document.getElementById('picture').dispatchEvent("
+        "new PointerEvent('pointerleave', {pointerType: 'mouse'}))"), "reading")
+    page.told("nowhere")
+
 
 def main():
     page_file, out = Path(sys.argv[1]).resolve(), Path(sys.argv[2])
-    screenshots = sys.argv[3:] == ["screenshots"]
+    tour = {"look": look, "read": read, "picture": picture}[sys.argv[3]]
+    pixels = [[int(x) for x in pair.split(",")] for pair in sys.argv[4:]]
     try:
         driver = start()
     except Missing as what:
         print(what)
         sys.exit(SKIP)
     try:
-        from selenium.webdriver.common.action_chains import ActionChains
-        from selenium.webdriver.common.keys import Keys
         page = Page(driver, out)
         driver.get(page_file.as_uri())
-        page.wait.until(lambda _: page.frames() > 0)
-        if screenshots:
-            driver.save_screenshot(str(out / "page.png"))
-
-        # A pixel of the canvas for a pixel of the capture.
-        page.run("const c = document.getElementById('picture');"
-                 "c.style.border = 0;"
-                 "c.style.width = JSON.parse(document.getElementById('view').textContent).width + 'px'")
-        page.save("original")
-        slide = ("const s = document.getElementById('layers'); s.value = arguments[0];"
-                 "s.dispatchEvent(new Event('input'))")
-        page.run(slide, 1)
-        page.save("one_layer")
-        page.run(slide, 10000)
-        page.after(lambda: driver.find_element("id", "depth").click())
-        page.save("depth")
-        page.after(lambda: driver.find_element("id", "depth").click())
-        canvas = driver.find_element("id", "picture")
-        page.after(lambda: ActionChains(driver).click_and_hold(canvas)
-                   .move_by_offset(-40, 10).release().perform())
-        page.save("dragged")
-        if screenshots:
-            driver.save_screenshot(str(out / "page_dragged.png"))
-        page.after(lambda: driver.find_element("tag name", "body").send_keys(
-            Keys.ARROW_LEFT, Keys.ARROW_LEFT, "["))
-        page.save("keys")
-        page.run("document.getElementById('picture').dispatchEvent("
-                 "new WheelEvent('wheel', {deltaY: -200, cancelable: true}))")
-        page.save("nearer")
-        page.after(lambda: driver.find_element("id", "reset").click())
-        page.save("reset")
+        page.wait.until(lambda _: page.count("frame") > 0)
+        tour(page, pixels)
+        (out / "readings.json").write_text(json.dumps(page.readings, indent=1))
         (out / "console.json").write_text(json.dumps(driver.get_log("browser"), indent=1))
     finally:
         driver.quit()
