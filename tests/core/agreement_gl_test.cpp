@@ -131,7 +131,7 @@ TEST(Bands, LeaveRoomForWhatTheSinksHold) {
     const PosedScene shown(builder.scene(), 0);
     Renderer renderer(sharedContext(), shown);
     CaptureSettings s;
-    // What earlier tests have left free in this process would be room that the budget does not name.
+    // What earlier tests have left free here would be room that the budget does not name.
     returnFreeMemory();
     s.memory = residentBytes() + (512ULL << 20);
     renderer.plan(testView(64, 64), s);
