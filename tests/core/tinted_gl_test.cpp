@@ -158,23 +158,8 @@ TEST(TintedGlass, OfVerticesAndTexturesCounts) {
     EXPECT_FALSE(has());
 }
 
-/// The first hard scene, in which every other surface is glass, mostly coloured.
-Scene colouredScene() {
-    Scene scene = hardScenes()[0].scene;
-    constexpr AlphaMode kModes[] = {AlphaMode::kOpaque, AlphaMode::kMask, AlphaMode::kBlend};
-    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-        Material& m = scene.materials[i];
-        m.alpha_mode = kModes[i % 3];
-        m.unlit = i % 4 == 0;
-        m.metallic = 0;
-        m.roughness = 0.4F;
-        if (i % 2 == 0) m.transmission.factor = i % 8 == 0 ? 1 : 0.6F;
-    }
-    return scene;
-}
-
 TEST(TintedGlass, IsTheSameInEveryExactMethod) {
-    const Scene scene = colouredScene();
+    const Scene scene = glassScene();
     Renderer renderer(sharedContext(), PosedScene(scene));
     const View view = testView(100, 75);
     for (const PixelType type : {PixelType::kHalf, PixelType::kFloat}) {
@@ -203,7 +188,7 @@ TEST(TintedGlass, IsTheSameInEveryExactMethod) {
 }
 
 TEST(TintedGlass, WithATailIsBlendedColourByColour) {
-    const Scene scene = colouredScene();
+    const Scene scene = glassScene();
     const auto all = capture(scene, testView(100, 75), tintedSettings());
     for (const char* method : {"a-buffer", "dual", "back-to-front"}) {
         CaptureSettings s = tintedSettings();
@@ -223,7 +208,7 @@ TEST(TintedGlass, IsApproximatedByTheFormulasColourByColour) {
     using Formula = void (*)(const LayeredImage&, const std::array<float, 4>&, CompositeImage&);
     const std::pair<const char*, Formula> formulas[] = {
         {"weighted-average", compositeWeightedAverage}, {"weighted-sum", compositeWeightedSum}};
-    const Scene scene = colouredScene();
+    const Scene scene = glassScene();
     const auto layers = capture(scene, testView(100, 75), tintedSettings());
     for (const auto& [method, formula] : formulas) {
         CompositeImage expected;
@@ -284,7 +269,7 @@ TEST(TintedGlass, IsBlendedInTheOrderOfDrawingIfItIsNotSorted) {
 }
 
 TEST(TintedGlass, OfSeveralSamplesIsTheirMean) {
-    const Scene scene = colouredScene();
+    const Scene scene = glassScene();
     CaptureSettings s = tintedSettings();
     s.samples = 4;
     const CompositeImage layers = flat(capture(scene, testView(60, 45), s).image);
@@ -301,7 +286,7 @@ TEST(TintedGlass, OfSeveralSamplesIsTheirMean) {
 TEST(TintedGlass, LeavesEverythingElseAsItIs) {
     // Where nothing is coloured glass each opacity is alpha, and all has the bits of a plain
     // capture.
-    Scene scene = colouredScene();
+    Scene scene = glassScene();
     for (Material& m : scene.materials)
         if (m.transmission.factor > 0) m.base_color = glm::vec4(glm::vec3(m.base_color.g), 1);
     for (const PixelType type : {PixelType::kHalf, PixelType::kFloat}) {

@@ -159,25 +159,10 @@ TEST(Transmission, CastsNoShadow) {
     EXPECT_GT(brightness(0.5F), 0.5F);
 }
 
-/// The first hard scene, in which every other surface is glass: of each alpha mode, lit and unlit,
-/// some perfectly clear.
-Scene glassScene() {
-    Scene scene = hardScenes()[0].scene;
-    constexpr AlphaMode kModes[] = {AlphaMode::kOpaque, AlphaMode::kMask, AlphaMode::kBlend};
-    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-        Material& m = scene.materials[i];
-        m.alpha_mode = kModes[i % 3];
-        m.unlit = i % 4 == 0;
-        m.metallic = 0;
-        m.roughness = 0.4F;
-        if (i % 2 == 0) m.transmission.factor = i % 8 == 0 ? 1 : 0.6F;
-        if (i % 16 == 0) m.base_color = {1, 1, 1, 1};
-    }
-    return scene;
-}
-
 TEST(Transmission, IsTheSameInEveryMethod) {
-    const Scene scene = glassScene();
+    Scene scene = glassScene();
+    for (std::size_t i = 0; i < scene.materials.size(); i += 16)
+        scene.materials[i].base_color = {1, 1, 1, 1};  // perfectly clear
     const PosedScene shown(scene, 0);
     Renderer renderer(sharedContext(), shown);
     const View view = testView(100, 75);

@@ -46,4 +46,18 @@ std::vector<HardScene> hardScenes() {
     return scenes;
 }
 
+Scene glassScene() {
+    Scene scene = hardScenes()[0].scene;
+    constexpr AlphaMode kModes[] = {AlphaMode::kOpaque, AlphaMode::kMask, AlphaMode::kBlend};
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        Material& m = scene.materials[i];
+        m.alpha_mode = kModes[i % 3];
+        m.unlit = i % 4 == 0;
+        m.metallic = 0;
+        m.roughness = 0.4F;
+        if (i % 2 == 0) m.transmission.factor = i % 8 == 0 ? 1 : 0.6F;
+    }
+    return scene;
+}
+
 }  // namespace peeler::test

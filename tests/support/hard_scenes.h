@@ -16,4 +16,8 @@ struct HardScene {
 /// The scenes, which are the same every time.
 std::vector<HardScene> hardScenes();
 
+/// The first of them, in which every other surface is glass, mostly coloured: of each alpha mode,
+/// lit and unlit.
+Scene glassScene();
+
 }  // namespace peeler::test
