@@ -114,13 +114,8 @@ void ComparedImage::read(int first, int rows, CompositeImage& out) {
         compositeOver(band_, {}, out);
         return;
     }
-    const Window all = window();
-    out.window = {all.x0, all.y0 + first, all.x1, all.y0 + first + rows};
-    const auto width = static_cast<std::size_t>(all.width());
-    const std::size_t begin = static_cast<std::size_t>(first) * width;
-    const std::size_t end = begin + out.window.pixels();
-    out.rgba.assign(flat_.image.rgba.data() + begin, flat_.image.rgba.data() + end);
-    out.z.assign(flat_.image.z.data() + begin, flat_.image.z.data() + end);
+    const int y = window().y0 + first;
+    out.setRows(flat_.image, y, y + rows);
 }
 
 /// Throws Error (kUsage) unless the pixels of both can be laid on each other.

@@ -33,6 +33,7 @@ class CompositeKeeper : public Sink {
   private:
     CompositeImage& composite_;
     Sink& next_;
+    bool tinted_ = false;  ///< opacity is coloured
     CompositeImage band_;
 };
 
@@ -60,35 +61,24 @@ class CompositeCell : public Sink {
     StageTimes times_;
 };
 
-/// The part of a picture that a band covers.
-void cutBand(const CompositeImage& all, const Window& band, CompositeImage& out) {
-    const auto width = static_cast<std::size_t>(all.window.width());
-    const std::size_t first = static_cast<std::size_t>(band.y0 - all.window.y0) * width;
-    out.window = band;
-    out.clearColors();
-    out.appendColors(all, first, first + band.pixels());
-}
-
 void CompositeKeeper::begin(const Plan& plan) {
+    tinted_ = plan.tinted;
     composite_.window = plan.view.crop;
-    composite_.clearColors();
+    composite_.clear();
     composite_.rgba.reserve(plan.view.crop.pixels());
-    composite_.opacity.reserve(plan.tinted ? plan.view.crop.pixels() : 0);
-    composite_.z.clear();
+    composite_.opacity.reserve(tinted_ ? plan.view.crop.pixels() : 0);
     next_.begin(plan);
 }
 
 void CompositeKeeper::write(LayeredImage&& band) {
     compositeOver(band, {}, band_);
-    composite_.appendColors(band_);
-    composite_.z.insert(composite_.z.end(), band_.z.begin(), band_.z.end());
+    composite_.appendRows(band_, band.window.y0, band.window.y1);
     next_.write(std::move(band));
 }
 
 SinkMemory CompositeKeeper::memory() const {
     SinkMemory memory = next_.memory();
-    const std::size_t floats = composite_.opacity.capacity() > 0 ? 8 : 5;
-    memory.bytes += composite_.window.pixels() * floats * sizeof(float);
+    memory.bytes += composite_.window.pixels() * CompositeImage::pixelBytes(tinted_);
     return memory;
 }
 
@@ -104,7 +94,7 @@ void CompositeCell::write(LayeredImage&& band) {
     compositeOver(band, {}, band_);
     addRows(band_, *filter_);
     if (exact_.rgba.empty()) return;
-    cutBand(exact_, band.window, exact_band_);
+    exact_band_.setRows(exact_, band.window.y0, band.window.y1);
     addDifference(band_, exact_band_, cell_.error);
     cell_.has_error = true;
 }

@@ -39,7 +39,7 @@ void BandBuffers::clearForComposite(std::span<const std::uint32_t> counts, bool 
     reserveSlots(counts.size());
     reserve(depths_, words);
     reserve(stamps_, 2 * words);
-    reserve(colors_, (tinted ? 8 : 4) * words);
+    reserve(colors_, storedComponents(tinted) * words);
     reserve(counts_, words);
     slots_.clearToZero(words);
     depths_.clearToZero(words);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/window.h"
+#include "core/capture/capture_settings.h"
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
 #include "core/image/layered_image.h"
@@ -29,7 +30,7 @@ class BandBuffers {
 
     /// Bytes of one pixel of a composite.
     static std::size_t compositeBytes(bool tinted) {
-        return 5 * sizeof(std::uint32_t) + (tinted ? 8 : 4) * sizeof(float);
+        return 5 * sizeof(std::uint32_t) + storedComponents(tinted) * sizeof(float);
     }
 
     void reserveSlots(std::size_t pixels) { reserve(slots_, pixels * sizeof(std::uint32_t)); }

@@ -42,6 +42,12 @@ enum class HitMode : std::uint8_t {
     kSloped    ///< likewise; in place of colours, how depth changes (LayeredImage::color)
 };
 
+/// How many components a colour has while it is captured (shaders/packed_color.glsl): of coloured
+/// opacity the last says nothing.
+inline constexpr std::size_t storedComponents(bool tinted) {
+    return tinted ? 8 : 4;
+}
+
 struct CaptureSettings {
     std::string method = "a-buffer";  ///< a name of the method table (core/capture/method.h)
     Surfaces surfaces = Surfaces::kAll;
@@ -74,11 +80,11 @@ struct CaptureSettings {
     /// Bytes of what a fragment has in the place of its colour.
     std::size_t colorBytes() const {
         if (hit_mode != HitMode::kNone) return storedColorBytes();
-        return (tinted ? kTintedComponents : kPlainComponents) * pixelTypeSize(color_type);
+        return colorComponents(tinted) * pixelTypeSize(color_type);
     }
-    /// The same while it is captured (shaders/packed_color.glsl).
+    /// The same while it is captured.
     std::size_t storedColorBytes() const {
-        if (hit_mode == HitMode::kNone) return (tinted ? 8 : 4) * pixelTypeSize(color_type);
+        if (hit_mode == HitMode::kNone) return storedComponents(tinted) * pixelTypeSize(color_type);
         return hit_mode == HitMode::kSloped ? 2 * sizeof(float) : 0;
     }
 };

@@ -44,7 +44,7 @@ BandCosts Renderer::State::costs() const {
         // Every pixel counts as a fragment, as in rowFragments().
         costs.fixed_bytes += composite_method->tileBytes(tile, shot.settings);
         costs.fragment_bytes = band_capture.pixelBytes() + 15 * sizeof(float) + 3 * opacity;
-        costs.largest_array_bytes = (shot.settings.tinted ? 8 : 4) * sizeof(float);
+        costs.largest_array_bytes = storedComponents(shot.settings.tinted) * sizeof(float);
     } else {
         costs.fixed_bytes += layer_method->tileBytes(tile, shot.settings);
         const std::uint64_t channels = channelBytes(shot.settings.channels, type);

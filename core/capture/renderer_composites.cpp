@@ -33,9 +33,8 @@ void Renderer::State::chooseSurfaces() {
 /// composites they are made at once, and true is returned.
 bool Renderer::State::compositeViews() {
     const Window& crop = plan.view.crop;
-    const std::uint64_t floats = shot.settings.tinted ? 8 : 5;
-    if (!opaque_first ||
-        !fitsKept(crop.pixels() * (floats * sizeof(float) + sizeof(std::uint32_t))))
+    const std::uint64_t composite_bytes = CompositeImage::pixelBytes(shot.settings.tinted);
+    if (!opaque_first || !fitsKept(crop.pixels() * (composite_bytes + sizeof(std::uint32_t))))
         return false;
     samples.emplace(crop);
     merged.reset();
@@ -93,13 +92,7 @@ void Renderer::State::composeVisible(const Window& band, const TakeBand& take) {
     if (!whole) return;
     CompositeImage part;
     for (int y = band.y0; y < band.y1; y += kRowsHandedOver) {
-        part.window = {band.x0, y, band.x1, std::min(y + kRowsHandedOver, band.y1)};
-        const auto first = static_cast<std::ptrdiff_t>(band.width()) * (y - band.y0);
-        const auto end = first + static_cast<std::ptrdiff_t>(part.window.pixels());
-        part.clearColors();
-        part.appendColors(composite, static_cast<std::size_t>(first),
-                          static_cast<std::size_t>(end));
-        part.z.assign(composite.z.begin() + first, composite.z.begin() + end);
+        part.setRows(composite, y, std::min(y + kRowsHandedOver, band.y1));
         handOver(part);
     }
 }

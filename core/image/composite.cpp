@@ -18,6 +18,26 @@
 
 namespace peeler {
 
+void CompositeImage::appendRows(const CompositeImage& from, int y0, int y1) {
+    const auto width = static_cast<std::size_t>(from.window.width());
+    const std::size_t first = static_cast<std::size_t>(y0 - from.window.y0) * width;
+    const std::size_t last = static_cast<std::size_t>(y1 - from.window.y0) * width;
+    appendColors(from, first, last);
+    z.insert(z.end(), from.z.data() + first, from.z.data() + last);
+}
+
+void CompositeImage::setRows(const CompositeImage& from, int y0, int y1) {
+    window = {from.window.x0, y0, from.window.x1, y1};
+    clear();
+    appendRows(from, y0, y1);
+}
+
+void CompositeImage::clear() {
+    rgba.clear();
+    opacity.clear();
+    z.clear();
+}
+
 std::array<float, 4> over(const std::array<float, 4>& a, const std::array<float, 4>& b) {
     const float rest = 1.0F - a[3];
     std::array<float, 4> sum = a;
@@ -104,14 +124,6 @@ C averageOf(const T* colors, std::size_t count) {
     return average(sumOf<C>(colors, count), static_cast<float>(count));
 }
 
-void setColor(CompositeImage& out, std::size_t pixel, const Color& color) {
-    out.rgba[pixel] = color;
-}
-void setColor(CompositeImage& out, std::size_t pixel, const TintedColor& color) {
-    out.rgba[pixel] = untinted(color);
-    out.opacity[pixel] = {color[4], color[5], color[6]};
-}
-
 /// Consecutive pixels of an image, and where they are composited.
 struct Pixels {
     const LayeredImage& image;
@@ -129,7 +141,7 @@ void compositePixels(const Pixels& pixels, const C& background, const One& one) 
     for (std::size_t p = pixels.begin; p < pixels.end; ++p) {
         const std::uint32_t first = image.offsets[p], count = image.count(p);
         const C color = one.template operator()<C>(colors + background.size() * first, count);
-        setColor(pixels.out, pixels.to + p, over(color, background));
+        pixels.out.setColor(pixels.to + p, over(color, background));
         pixels.out.z[pixels.to + p] =
             count > 0 ? image.z[first] : std::numeric_limits<float>::infinity();
     }

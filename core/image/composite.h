@@ -48,6 +48,11 @@ struct CompositeImage {
     std::vector<std::array<float, 3>> opacity{};
     std::vector<FragmentArray> extra{};  ///< other quantities, a record a pixel
 
+    /// Bytes of a pixel's colour and Z.
+    static constexpr std::size_t pixelBytes(bool is_tinted) {
+        return (colorComponents(is_tinted) + 1) * sizeof(float);
+    }
+
     bool tinted() const { return !opacity.empty(); }
     TintedColor colorAt(std::size_t pixel) const {
         if (!tinted()) return peeler::tinted(rgba[pixel]);
@@ -59,6 +64,8 @@ struct CompositeImage {
         rgba[pixel] = untinted(color);
         if (tinted()) opacity[pixel] = {color[4], color[5], color[6]};
     }
+    /// Of a picture whose opacity is not coloured.
+    void setColor(std::size_t pixel, const std::array<float, 4>& color) { rgba[pixel] = color; }
     /// Room for the colours of the window.
     void resizeColors(bool is_tinted) {
         rgba.resize(window.pixels());
@@ -71,10 +78,12 @@ struct CompositeImage {
             opacity.insert(opacity.end(), from.opacity.data() + first, from.opacity.data() + last);
     }
     void appendColors(const CompositeImage& from) { appendColors(from, 0, from.rgba.size()); }
-    void clearColors() {
-        rgba.clear();
-        opacity.clear();
-    }
+    /// Adds colours and Z of the rows [y0, y1) of another picture; the window stays as it is.
+    void appendRows(const CompositeImage& from, int y0, int y1);
+    /// Colours, Z and window become those of these rows of another picture.
+    void setRows(const CompositeImage& from, int y0, int y1);
+    /// Removes colours and Z.
+    void clear();
 };
 
 /// Front to back "over" of premultiplied colours (Porter & Duff 1984): C += (1 − A)·c, A += (1 −

@@ -19,11 +19,6 @@ double absoluteDifference(double a, double b) {
     return std::isnan(apart) ? std::numeric_limits<double>::infinity() : apart;
 }
 
-/// How many channels a colour has in one picture or the other.
-std::size_t componentsIn(bool tinted_a, bool tinted_b) {
-    return tinted_a || tinted_b ? kTintedComponents : kPlainComponents;
-}
-
 /// Adds the channels of one colour; returns the largest difference.
 float addColor(const TintedColor& a, const TintedColor& b, std::size_t components, int x, int y,
                DifferenceStatistics& sum) {
@@ -41,7 +36,7 @@ float addPixel(const LayeredImage& a, const LayeredImage& b, std::size_t pixel, 
     const std::uint32_t in_a = a.count(pixel), in_b = b.count(pixel);
     const std::uint32_t all = std::max(in_a, in_b), both = std::min(in_a, in_b);
     if (sum.layers.size() < all) sum.layers.resize(all);
-    const std::size_t components = componentsIn(a.tinted(), b.tinted());
+    const std::size_t components = colorComponents(a.tinted() || b.tinted());
     float largest = 0;
     for (std::uint32_t k = 0; k < both; ++k) {
         const std::size_t f = a.offsets[pixel] + k, g = b.offsets[pixel] + k;
@@ -152,10 +147,10 @@ void addDifference(const CompositeImage& a, const CompositeImage& b, DifferenceS
     parallelFor(rows.size(), [&](std::size_t row) {
         for (std::size_t column = 0; column < width; ++column) {
             const std::size_t pixel = row * width + column;
-            const float found =
-                addColor(a.colorAt(pixel), b.colorAt(pixel), componentsIn(a.tinted(), b.tinted()),
-                         a.window.x0 + static_cast<int>(column),
-                         a.window.y0 + static_cast<int>(row), rows[row]);
+            const float found = addColor(a.colorAt(pixel), b.colorAt(pixel),
+                                         colorComponents(a.tinted() || b.tinted()),
+                                         a.window.x0 + static_cast<int>(column),
+                                         a.window.y0 + static_cast<int>(row), rows[row]);
             if (!largest.empty()) largest[pixel] = found;
         }
     });

@@ -254,22 +254,12 @@ namespace {
 constexpr std::uint64_t kSliceBytes = 32U << 20;
 constexpr int kLeastSlice = 16, kMostSlice = 256;  // rows
 
-std::uint64_t compositeBytes(bool tinted) {  // a pixel
-    return sizeof(float) * ((tinted ? kTintedComponents : kPlainComponents) + 1);
-}
+// Bytes of a pixel.
 std::uint64_t keptBytes(bool tinted) {
-    return compositeBytes(tinted) + 2 * sizeof(float);  // and its two lumas
+    return CompositeImage::pixelBytes(tinted) + 2 * sizeof(float);  // and its two lumas
 }
 std::uint64_t filteredBytes(bool tinted) {
-    return 2 * compositeBytes(tinted) + sizeof(std::uint32_t);  // as a layer
-}
-
-void appendRows(const CompositeImage& from, int y0, int y1, CompositeImage& to) {
-    const auto width = static_cast<std::ptrdiff_t>(from.window.width());
-    const auto first = (y0 - from.window.y0) * width, last = (y1 - from.window.y0) * width;
-    to.appendColors(from, static_cast<std::size_t>(first), static_cast<std::size_t>(last));
-    to.z.insert(to.z.end(), from.z.begin() + first, from.z.begin() + last);
-    to.window.y1 += y1 - y0;
+    return 2 * CompositeImage::pixelBytes(tinted) + sizeof(std::uint32_t);  // as a layer
 }
 
 void dropRowsAbove(int y, CompositeImage& image) {
@@ -316,7 +306,8 @@ void FxaaFilter::write(LayeredImage&& band) {
 void FxaaFilter::keep(int y0, int y1) {
     const StageTimer timer(times_, "composite");
     dropRowsAbove(next_row_ - kFxaaReach, kept_);
-    appendRows(composite_, y0, y1, kept_);
+    kept_.appendRows(composite_, y0, y1);
+    kept_.window.y1 = y1;
 }
 
 /// Hands on the rows that have all others they need.

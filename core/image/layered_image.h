@@ -46,9 +46,14 @@ struct FragmentArray {
 inline constexpr std::array kColorNames = {"R", "G", "B", "A", "AR", "AG", "AB"};
 inline constexpr std::size_t kPlainComponents = 4, kTintedComponents = 7;
 
+/// How many of these a colour has: `tinted`, with the opacity of each channel.
+inline constexpr std::size_t colorComponents(bool tinted) {
+    return tinted ? kTintedComponents : kPlainComponents;
+}
+
 /// The channels of a colour.
 inline std::vector<std::string> colorNames(bool tinted) {
-    return {kColorNames.begin(), kColorNames.begin() + (tinted ? 7 : 4)};
+    return {kColorNames.begin(), kColorNames.begin() + colorComponents(tinted)};
 }
 
 /// No index of a fragment: where a pixel has none.

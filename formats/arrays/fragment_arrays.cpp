@@ -23,10 +23,6 @@ namespace {
 /// columns, and the bundle.
 enum FixedArray : std::size_t { kSplitArray, kDepthArray, kColorArray, kNear, kFar, kOpacityArray };
 
-std::size_t firstColumnOf(const Plan& plan) {
-    return kOpacityArray + (plan.tinted ? 1U : 0U);
-}
-
 NumberType numberTypeOfColor(PixelType type) {
     return type == PixelType::kHalf ? NumberType::kHalf : NumberType::kFloat;
 }
@@ -74,7 +70,7 @@ class FragmentArrays final : public Sink {
     void open(const LayeredImage& band);
     void writeColors(const LayeredImage& band);
     void writeColumn(const LayeredImage& band, std::size_t index);
-    std::size_t firstColumn() const { return firstColumnOf(plan_); }
+    std::size_t firstColumn() const { return kOpacityArray + (plan_.tinted ? 1U : 0U); }
 
     std::string path_;
     FragmentArrayOptions options_;

@@ -23,6 +23,13 @@ std::size_t planeOf(std::size_t component) {
     return component < kColorChannels ? component : component + 1;
 }
 
+/// The channels of the planes of colours and Z.
+std::vector<std::string> planeNames(bool tinted) {
+    std::vector<std::string> names = colorNames(tinted);
+    names.insert(names.begin() + kDepthChannel, "Z");
+    return names;
+}
+
 }  // namespace
 
 /// The decoded channels of a layer in the window that is read, a plane each; a plane is empty where
@@ -133,9 +140,9 @@ void ExrLdiReader::checkLayers() const {
 }
 
 void ExrLdiReader::findChannels() {
-    for (const std::string& name : colorNames(info_.plan.tinted))
+    for (const std::string& name : planeNames(info_.plan.tinted))
         channels_.push_back({name, info_.plan.color_type});
-    channels_.insert(channels_.begin() + kDepthChannel, {"Z", PixelType::kFloat});
+    channels_[kDepthChannel].type = PixelType::kFloat;
     first_extra_ = channels_.size();
     if (sources_.empty()) return;
     const Source& first = sources_.front();
@@ -310,9 +317,7 @@ void ExrLdiReader::readComposite(const Window& window, CompositeImage& out) {
     }
     std::vector<ExrInputChannel> channels;
     const bool tinted = hasTint(composite, "");
-    std::vector<std::string> names = colorNames(tinted);
-    names.insert(names.begin() + kDepthChannel, "Z");
-    for (const std::string& name : names) {
+    for (const std::string& name : planeNames(tinted)) {
         if (!composite.channel(name) || composite.type != "scanlineimage") {
             throw Error(ErrorKind::kInput, "the composite has no channel " + name,
                         input_.where(part));
@@ -325,10 +330,12 @@ void ExrLdiReader::readComposite(const Window& window, CompositeImage& out) {
     out.resizeColors(tinted);
     out.z.resize(window.pixels());
     for (std::size_t p = 0; p < out.z.size(); ++p) {
-        for (std::size_t c = 0; c < (tinted ? kTintedComponents : kPlainComponents); ++c) {
-            float& to = c < kColorChannels ? out.rgba[p][c] : out.opacity[p][c - kColorChannels];
-            std::memcpy(&to, layer.planes[planeOf(c)].data() + p * sizeof(float), sizeof(float));
+        TintedColor color{};
+        for (std::size_t c = 0; c < colorComponents(tinted); ++c) {
+            std::memcpy(&color[c], layer.planes[planeOf(c)].data() + p * sizeof(float),
+                        sizeof(float));
         }
+        out.setColor(p, color);
         std::memcpy(&out.z[p], layer.planes[kDepthChannel].data() + p * sizeof(float),
                     sizeof(float));
     }

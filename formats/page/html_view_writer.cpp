@@ -34,8 +34,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Rgba = std::array<float, 4>;
 
-/// Bytes of a fragment before compression, and more with coloured opacity, and of a kind of ids.
-constexpr std::size_t kPlanes = 18, kOpacityPlanes = 3, kIdPlanes = 4;
+/// Bytes of a fragment before compression: besides its colour, and of a kind of ids.
+constexpr std::size_t kPlanes = 14, kIdPlanes = 4;
 /// Bytes that a fragment takes in finish(), and more if there may be ids.
 constexpr std::uint64_t kScratch = 84, kIdScratch = 2 * kIdPlanes;
 
@@ -120,9 +120,9 @@ class Packer {
   public:
     Packer(std::size_t count, bool tinted, const std::array<bool, kIdKinds.size()>& ids)
         : count_(count),
-          colors_(tinted ? kTintedComponents : kPlainComponents),
+          colors_(colorComponents(tinted)),
           ids_(ids),
-          planes_((kPlanes + (tinted ? kOpacityPlanes : 0) +
+          planes_((kPlanes + colors_ +
                    kIdPlanes * static_cast<std::size_t>(std::ranges::count(ids, true))) *
                   count) {}
 

@@ -26,8 +26,7 @@ class Canvas : public Sink {
         EXPECT_GT(band.window.height(), 0);
         CompositeImage rows;
         compositeOver(band, {}, rows);
-        image.rgba.insert(image.rgba.end(), rows.rgba.begin(), rows.rgba.end());
-        image.z.insert(image.z.end(), rows.z.begin(), rows.z.end());
+        image.appendRows(rows, band.window.y0, band.window.y1);
         image.window.y1 = band.window.y1;
     }
     void finish() override { finished = true; }

@@ -172,9 +172,8 @@ TEST(Fxaa, TellsNoPictureFromItsBands) {
     const CompositeImage whole = filtered(image);
     for (int y = 0; y < 90; ++y) {
         const int y0 = std::max(0, y - kFxaaReach), y1 = std::min(90, y + 1 + kFxaaReach);
-        CompositeImage part{{0, y0, 70, y1}, {}, {}}, out;
-        part.rgba.assign(image.rgba.begin() + y0 * 70, image.rgba.begin() + y1 * 70);
-        part.z.assign(image.z.begin() + y0 * 70, image.z.begin() + y1 * 70);
+        CompositeImage part, out;
+        part.setRows(image, y0, y1);
         applyFxaa(part, kClear, y, y + 1, out);
         EXPECT_TRUE(std::equal(out.rgba.begin(), out.rgba.end(), whole.rgba.begin() + y * 70)) << y;
         EXPECT_TRUE(std::equal(out.z.begin(), out.z.end(), whole.z.begin() + y * 70)) << y;
