@@ -192,6 +192,18 @@ class AgainstThree(PeelerTest):
             self.assertIn(made.environment, three_scenes.ENVIRONMENTS)
             self.assertEqual(made.scene().bytes()[:4], b"glTF")
 
+    def test_what_is_far_apart_is_listed(self):
+        decibels = {"ToyCar": 21.04, "Duck": 29.9, "Fox": 30.0, "GlassVaseFlowers": 25.0, "metal, roughness 1": 7.0}
+        text = against_three.reasons({name: against_three.Measured(psnr, 0, 1) for name, psnr in decibels.items()})
+        self.assertEqual(
+            text.splitlines()[3:],
+            [
+                "- **Glass.** ToyCar (21.0 dB); GlassVaseFlowers (25.0 dB).",
+                "- **Not looked into.** Duck (29.9 dB); metal, roughness 1 (7.0 dB).",
+            ],
+        )
+        self.assertIn("Nothing is below 30 dB", against_three.reasons({"Fox": against_three.Measured(np.inf, 0, 1)}))
+
     def test_reasons(self):
         """A reason is of a row that there is, and stands in the guide."""
         names = {*three_scenes.MADE, *(model.split("/")[0] for model in three_scenes.MODELS)}
