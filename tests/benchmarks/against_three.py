@@ -36,6 +36,7 @@ from three_scenes import ENVIRONMENTS, MADE, MODELS
 THREE_VERSION = "0.187.0"
 # In three.js the middle of an environment is seen along +X, in peeler along +Z.
 ROTATION = "90"
+LEAST = 30.0  # dB; pictures that are farther apart have a reason (reasons.py)
 PAGE = Path(__file__).resolve().parent / "three_page.html"
 
 
@@ -76,8 +77,17 @@ def sample_positions(count: int) -> List[Tuple[float, float]]:
 
 
 def line(scene: str, measured: Measured) -> str:
-    return (f"| {scene} | {measured.psnr:.1f} | {measured.flip:.3f} | {measured.luminance:.3f} | "
-            f"{THREE.get(scene, '')} |")
+    return f"| {scene} | {measured.psnr:.1f} | {measured.flip:.3f} | {measured.luminance:.3f} |"
+
+
+def reasons(rows: Dict[str, Measured]) -> str:
+    """What stands under the table: the pictures that are far apart, by why they are."""
+    far: Dict[str, List[str]] = {}
+    for scene, measured in rows.items():
+        if measured.psnr < LEAST:
+            far.setdefault(THREE.get(scene, "Not looked into"), []).append(f"{scene} ({measured.psnr:.1f} dB)")
+    lines = [f"- **{reason}.** {'; '.join(scenes)}." for reason, scenes in far.items()]
+    return "\n".join(["", f"Below {LEAST:g} dB, and why:", "", *lines]) if lines else f"\nNothing is below {LEAST:g} dB."
 
 
 def install(build: Path) -> Path:
@@ -295,17 +305,20 @@ def main() -> int:
     browser = Browser(install(options.build.resolve()), images)
     bench = Bench(options.build.resolve() / "peeler", folder, options.size, options.samples, browser)
     skipped: List[str] = []
-    print("| scene | PSNR, dB | FLIP | luminance | |\n| --- | ---: | ---: | ---: | --- |", flush=True)
+    rows: Dict[str, Measured] = {}
+    print("| scene | PSNR, dB | FLIP | luminance |\n| --- | ---: | ---: | ---: |", flush=True)
     try:
         with tempfile.TemporaryDirectory() as scratch:
             only = options.only.split(";") if options.only else None
             for scene in scenes(assets, Path(scratch), only, skipped):
                 try:
-                    print(line(scene.name, bench.measured(scene)), flush=True)
+                    rows[scene.name] = bench.measured(scene)
+                    print(line(scene.name, rows[scene.name]), flush=True)
                 except RuntimeError as error:
                     skipped.append(f"{scene.name}: {error}")
     finally:
         browser.close()
+    print(reasons(rows), flush=True)
     print("".join(f"\nSkipped: {why}." for why in skipped), end="\n" if skipped else "")
     say(f"pictures in {folder}")
     return 0

@@ -20,6 +20,6 @@ REASONS: Dict[str, str] = {
         "From 8 to 16 layers the compiled shaders' share grows, and nothing else's does; beyond, time grows as the fragments do.",
 }
 
-# Why pictures of three.js differ from ours, by the rows' names: paragraphs of "Beside three.js" in
-# examples/guide/light.md.
+# Why pictures of three.js are far from ours, by the rows' names: what paragraphs of examples/guide/light.md,
+# "Beside three.js", begin with.
 THREE: Dict[str, str] = {name: "Glass" for name in ("GlassVaseFlowers", "LightsPunctualLamp", "ToyCar", "TransmissionTest")}

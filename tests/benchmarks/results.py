@@ -58,6 +58,14 @@ SECTIONS: Dict[str, Section] = {
         "made here, in a furnace all of white. What differs, and why: "
         "[light and materials](../../examples/guide/light.md#beside-threejs).",
         (("against_three.py", "--build", "{build}"),)),
+    "shading-spheres": Section(
+        "Shading spheres",
+        "Spheres of one material each, of roughness 0.2 and more, lit by an environment with a gradient, coloured sides and a "
+        "small bright box, beside the integral of the lobes of glTF's specification over it. The relative error is the root "
+        "mean square difference over the integral's root mean square; a step is from a pixel to the next; the furnace is "
+        "light of 1 from everywhere, and its column how far white spheres are from 1 there at most. What is integrated, and "
+        "how: [referee.py](referee.py).",
+        (("referee.py", "{build}/peeler"),)),
     "stages": Section(
         "Stages",
         "Layered files by every exact method: milliseconds of each stage, of the run with the smallest total.",

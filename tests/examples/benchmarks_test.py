@@ -69,8 +69,45 @@ class Benchmarks(PeelerTest):
         for row in rows:
             self.assertAlmostEqual(float(row["mean, ours to the referee's"]), 1, delta=0.05, msg=row)
             self.assertLess(float(row["relative error"]), 0.2, row)
+            self.assertLess(float(row["furnace"]), 0.02, row)
         other = self.rows("referee.py", *tiny, "--only", "white diffuse", "--environment-rotation=90")
         self.assertGreater(float(other[0]["relative error"]), 0.2)
+        self.assertEqual(other[0]["met"], "**no**")
+
+    @unittest.skipUnless(REFEREE_RUNS, "Debian's python3-numpy or python3-openimageio is missing")
+    def test_referee_in_a_furnace(self):
+        """White lobes return all light, black ones less, and varnish on black what its Fresnel term says."""
+        import referee
+        from referee_spheres import balls
+
+        normals = referee.pixel_normals(8)
+        normals = normals[normals[..., 2] > 0.5]
+        judge = referee.Referee(np.ones((8, 16, 3)), 512)
+        shaded = {ball.name: judge.sphere(ball, normals) for ball in balls()}
+        for name in ("white diffuse", *(f"white metal {r}" for r in (0.2, 0.3, 0.5, 0.7, 1.0))):
+            self.assertLess(np.abs(shaded[name] - 1).max(), 0.005, name)
+        self.assertLess(shaded["black dielectric 0.2"].max(), 0.1)
+        fresnel = 0.04 + 0.96 * (1 - normals[:, 2:]) ** 5
+        self.assertLess(np.abs(shaded["clearcoat 0.2 on black"] - fresnel).max(), 0.002)
+
+    @unittest.skipUnless(REFEREE_RUNS, "Debian's python3-numpy or python3-openimageio is missing")
+    def test_referee_says_what_is_missed(self):
+        import referee
+
+        theirs = np.ones((4, 3))
+        near = {
+            "same": referee.nearness(theirs, theirs, theirs),
+            "bright": referee.nearness(1.04 * theirs, theirs, None),
+            "uneven": referee.nearness(theirs + [[0.2], [-0.2], [0.2], [-0.2]], theirs, None),
+            "grey": referee.nearness(theirs, theirs, theirs - [[0], [0.03], [0], [0]]),
+            "nothing": referee.nearness(np.nan * theirs, theirs, np.nan * theirs),
+        }
+        self.assertAlmostEqual(near["bright"].mean, 1.04, 12)
+        self.assertAlmostEqual(near["uneven"].error, 0.2, 12)
+        self.assertAlmostEqual(near["grey"].furnace, 0.03, 12)
+        missed = "bright (mean); uneven (relative error); grey (furnace); nothing (mean, relative error, furnace)."
+        self.assertTrue(referee.judgement(near).endswith(f"Missed by: {missed}"), referee.judgement(near))
+        self.assertIn("Missed by: none.", referee.judgement({"same": near["same"]}))
 
     def test_budgets(self):
         rows = self.rows("budgets.py", "--quick")
@@ -154,6 +191,18 @@ class AgainstThree(PeelerTest):
         for made in three_scenes.MADE.values():
             self.assertIn(made.environment, three_scenes.ENVIRONMENTS)
             self.assertEqual(made.scene().bytes()[:4], b"glTF")
+
+    def test_what_is_far_apart_is_listed(self):
+        decibels = {"ToyCar": 21.04, "Duck": 29.9, "Fox": 30.0, "GlassVaseFlowers": 25.0, "metal, roughness 1": 7.0}
+        text = against_three.reasons({name: against_three.Measured(psnr, 0, 1) for name, psnr in decibels.items()})
+        self.assertEqual(
+            text.splitlines()[3:],
+            [
+                "- **Glass.** ToyCar (21.0 dB); GlassVaseFlowers (25.0 dB).",
+                "- **Not looked into.** Duck (29.9 dB); metal, roughness 1 (7.0 dB).",
+            ],
+        )
+        self.assertIn("Nothing is below 30 dB", against_three.reasons({"Fox": against_three.Measured(np.inf, 0, 1)}))
 
     def test_reasons(self):
         """A reason is of a row that there is, and stands in the guide."""
