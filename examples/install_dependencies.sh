@@ -1,11 +1,11 @@
-#!/ bin / sh
-#SPDX - License - Identifier : Apache - 2.0
-#Installs the Debian packages peeler needs, if any is missing(12 and 13 name them alike).
-#sh examples / install_dependencies.sh[build][test][coverage][bench]
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Installs the Debian packages peeler needs, if any is missing (12 and 13 name them alike).
+#   sh examples/install_dependencies.sh [build] [test] [coverage] [bench]
 set -eu
 
 run="libegl1 libgl1-mesa-dri libosmesa6"
-#openimageio - tools : without them the CMake files of libopenimageio - dev fail.
+# openimageio-tools: without them the CMake files of libopenimageio-dev fail.
 build="g++ cmake ninja-build pkg-config libgl-dev libegl-dev libglm-dev libopenexr-dev
     libopenimageio-dev openimageio-tools libtinygltf-dev nlohmann-json3-dev libcli11-dev libdeflate-dev libdraco-dev
     libspng-dev zlib1g-dev libturbojpeg0-dev libxxhash-dev libmeshoptimizer-dev libopenvdb-dev libtbb-dev libboost-dev"
@@ -13,17 +13,16 @@ test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy
     python3-openimageio python3-openvdb python3-meshio clang-format clang-tidy chromium
     chromium-driver python3-selenium python3-yaml locales slurmctld slurmd slurm-client munge parallel
     debootstrap"
-#What `sh tests / run.sh coverage` counts with.
+# What `sh tests/run.sh coverage` counts with.
 coverage="gcovr"
-#What `sh tests / run.sh bench` builds with and compares with.
+# What `sh tests/run.sh bench` builds with and compares with.
 bench="libgtest-dev libembree-dev git f3d xvfb python3 python3-vtk9 openimageio-tools linux-perf python3-numpy
     python3-openimageio chromium chromium-driver python3-selenium"
-#It fetches three.js; Node.js of other sources than Debian brings its own, beside which Debian's cannot be.
+# It fetches three.js; Node.js of other sources than Debian brings its own, beside which Debian's cannot be.
 command -v npm >/dev/null || bench="$bench npm"
 
 packages=$run
-for set in "$@";
-do
+for set in "$@"; do
     case $set in
     build) packages="$packages $build" ;;
     test) packages="$packages $test" ;;
@@ -44,5 +43,5 @@ echo "installing:$missing" >&2
 sudo=
 [ "$(id -u)" -eq 0 ] || sudo=sudo
 $sudo apt-get update -qq
-#shellcheck disable = SC2086 #a list of words
+# shellcheck disable=SC2086  # a list of words
 $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing
