@@ -52,7 +52,7 @@ struct Renderer::State {
         shot.lighting = &lighting;
     }
 
-    /// Prefiltering an environment takes its time.
+    /// Prefiltering an environment of a file takes its time.
     static Lighting timedLighting(gl::Context& ctx, const PosedScene& posed, StageTimes& times) {
         const StageTimer timer(times, "upload");
         return {ctx.functions(), posed};

@@ -41,6 +41,8 @@ struct Environment {
     std::vector<glm::vec3> radiance;  ///< finite, not negative
     double rotation = 0;  ///< radians about +Y; a positive one turns what is along +Z toward +X
     std::uint64_t content_hash = 0;
+    /// The built-in one, whose maps are part of the program (core/shading/constants.h).
+    bool is_studio = false;
 };
 
 /// Up to four joints that move each vertex, and how much (JOINTS_n, WEIGHTS_n).

@@ -196,25 +196,25 @@ std::vector<Entry> tabulated(const Integrand& integrand) {
     return table;
 }
 
-// They depend on nothing, and take a tenth of a second.
+// Both tables are made of them.
 const std::vector<GgxEntry>& ggxEntries() {
     static const auto entries = tabulated<GgxEntry>(ggxEntry);
     return entries;
 }
 
-const std::vector<double>& sheenAlbedos() {
-    static const auto albedos = tabulated<double>([](double roughness, double n_dot_v) {
+std::vector<double> sheenAlbedos() {
+    return tabulated<double>([](double roughness, double n_dot_v) {
         return sheenAlbedo(std::max(roughness * roughness, kLeastSheenAlpha), n_dot_v);
     });
-    return albedos;
 }
 
 }  // namespace
 
-std::vector<glm::vec4> albedoTable(bool sheen) {
+std::vector<glm::vec4> albedoTable() {
+    const std::vector<double> sheen = sheenAlbedos();
     std::vector<glm::vec4> table;
     for (const GgxEntry& entry : ggxEntries())
-        table.emplace_back(entry.albedo, sheen ? sheenAlbedos()[table.size()] : 0, 0);
+        table.emplace_back(entry.albedo, sheen[table.size()], 0);
     return table;
 }
 

@@ -46,8 +46,11 @@ class EnvironmentSamples {
 
 /// The built-in studio, with what metal and glass can reflect: a large soft box and smaller ones, a
 /// floor, a horizon, and a dark side. A white surface that faces the key light comes out at 1.2,
-/// one that looks up at 1.1, one that faces a viewer in front at 0.7. Without a hash.
+/// one that looks up at 1.1, one that faces a viewer in front at 0.7. Without a hash. Calculated
+/// when peeler is built; what runs takes embeddedStudio().
 Environment studioEnvironment();
+// Every edge is several pixels wide, so that more of them would show no more.
+inline constexpr int kStudioWidth = 256, kStudioHeight = 128;
 
 /// The same numbers whatever the number of threads. A white environment gives exactly white maps,
 /// up to rounding.
@@ -59,9 +62,9 @@ inline constexpr int kAlbedoTableSize = 64;
 
 /// x, y: directional albedo of GGX (height-correlated Smith) as scale and bias of F0 (Karis, "Real
 /// Shading in Unreal Engine 4", 2013); together at most 1. z: that of sheen (Estevez & Kulla,
-/// "Production Friendly Microfacet Sheen BRDF", 2017), at most 1; 0 unless `sheen`, since it takes
-/// long. w: 0. Calculated once, with the same numbers on any number of threads.
-std::vector<glm::vec4> albedoTable(bool sheen);
+/// "Production Friendly Microfacet Sheen BRDF", 2017), at most 1. w: 0. The same numbers on any
+/// number of threads; calculated when peeler is built, as lobeTable() is (constants.h).
+std::vector<glm::vec4> albedoTable();
 
 /// Where to look up prefiltered light for GGX, so that what is linear in the direction comes out as
 /// the lobe's own integral. x, y: of what F0 scales; z, w: of what F90 does, which Schlick's term

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <span>
 
+#include "core/shading/constants.h"
 #include "core/shading/environment_maps.h"
 #include "shaders/interface.glsl"
 
@@ -24,11 +25,16 @@ gl::Texture uploadCube(const gl::Functions& gl, std::span<const CubeMap> levels)
     return texture;
 }
 
-gl::Texture uploadTable(const gl::Functions& gl, const std::vector<glm::vec4>& table) {
+gl::Texture uploadTable(const gl::Functions& gl, std::span<const glm::vec4> table) {
     auto texture = gl::makeTexture2D(gl, GL_RGBA32F, kAlbedoTableSize, kAlbedoTableSize);
     gl.TextureSubImage2D(texture.name(), 0, 0, 0, kAlbedoTableSize, kAlbedoTableSize, GL_RGBA,
                          GL_FLOAT, table.data());
     return texture;
+}
+
+EnvironmentMaps mapsOf(const Environment& environment) {
+    const bool known = environment.is_studio && environment.rotation == 0;
+    return known ? embeddedStudioMaps() : prefilter(environment);
 }
 
 }  // namespace
@@ -38,12 +44,12 @@ EnvironmentTextures::EnvironmentTextures(const gl::Functions& gl, const Scene& s
                                    [](const Material& m) { return m.sheen.color != glm::vec3(0); });
     if (!scene.environment && !sheen) return;
     if (scene.environment) {
-        const EnvironmentMaps maps = prefilter(*scene.environment);
+        const EnvironmentMaps maps = mapsOf(*scene.environment);
         radiance_ = uploadCube(gl, maps.radiance);
         irradiance_ = uploadCube(gl, {&maps.irradiance, 1});
-        lobes_ = uploadTable(gl, lobeTable());
+        lobes_ = uploadTable(gl, constants().lobes);
     }
-    albedo_ = uploadTable(gl, albedoTable(sheen));
+    albedo_ = uploadTable(gl, constants().albedos);
     GLuint name = 0;
     gl.CreateSamplers(1, &name);
     linear_ = gl::SamplerObject(gl, name);

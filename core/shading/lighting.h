@@ -19,7 +19,8 @@ namespace peeler {
 /// has a sheen.
 class EnvironmentTextures {
   public:
-    /// Prefilters the environment and computes the tables, each if it is needed. Throws Error
+    /// Uploads what is needed. An environment is prefiltered, unless it is the built-in studio, not
+    /// turned: its maps are part of the program, as the tables are (constants.h). Throws Error
     /// (kMemory) if the driver has no room.
     EnvironmentTextures(const gl::Functions& gl, const Scene& scene);
 

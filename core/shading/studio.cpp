@@ -13,8 +13,7 @@
 namespace peeler {
 namespace {
 
-// Every edge is several pixels wide, so that more of them would show no more.
-constexpr int kWidth = 256, kHeight = 128, kParts = 2;
+constexpr int kParts = 2;
 
 /// A plane rectangle that shines, with soft edges, and less away from its middle.
 struct SoftBox {
@@ -95,18 +94,19 @@ glm::dvec3 room(const glm::dvec3& d) {
 Environment studioEnvironment() {
     const auto boxes = placedBoxes();
     Environment studio;
-    studio.width = kWidth;
-    studio.height = kHeight;
-    studio.radiance.resize(std::size_t{kWidth} * kHeight);
-    parallelFor(kHeight, [&](std::size_t row) {
-        for (std::size_t column = 0; column < kWidth; ++column) {
+    studio.width = kStudioWidth;
+    studio.height = kStudioHeight;
+    studio.is_studio = true;
+    studio.radiance.resize(std::size_t{kStudioWidth} * kStudioHeight);
+    parallelFor(kStudioHeight, [&](std::size_t row) {
+        for (std::size_t column = 0; column < kStudioWidth; ++column) {
             glm::dvec3 sum(0);
             for (int part = 0; part < kParts * kParts; ++part) {
                 const int right = part % kParts, down = part / kParts;
                 const double x = static_cast<double>(column) + (right + 0.5) / kParts;
                 const double y = static_cast<double>(row) + (down + 0.5) / kParts;
-                const double longitude = (0.5 - x / kWidth) * 2 * std::numbers::pi;
-                const double latitude = (0.5 - y / kHeight) * std::numbers::pi;
+                const double longitude = (0.5 - x / kStudioWidth) * 2 * std::numbers::pi;
+                const double latitude = (0.5 - y / kStudioHeight) * std::numbers::pi;
                 const glm::dvec3 d(std::sin(longitude) * std::cos(latitude), std::sin(latitude),
                                    std::cos(longitude) * std::cos(latitude));
                 glm::dvec3 radiance = room(d), light(0);
@@ -118,7 +118,7 @@ Environment studioEnvironment() {
             }
             // In steps, so that sines that differ in their last bit make the same studio.
             constexpr double kStep = 4096;
-            studio.radiance[row * kWidth + column] =
+            studio.radiance[row * kStudioWidth + column] =
                 glm::round(sum / double(kParts * kParts) * kStep) / kStep;
         }
     });

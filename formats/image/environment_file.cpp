@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "core/base/error.h"
-#include "core/shading/environment_maps.h"
+#include "core/shading/constants.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
 #include "formats/image/flat_image.h"
@@ -74,7 +74,7 @@ Environment readEnvironment(const std::string& path, const EnvironmentLimits& li
 
 Environment environmentNamed(const std::string& name_or_path) {
     if (name_or_path != kStudioName) return readEnvironment(name_or_path);
-    Environment environment = studioEnvironment();
+    Environment environment = embeddedStudio();
     environment.content_hash = hashOf(environment);
     return environment;
 }

@@ -21,7 +21,7 @@ struct EnvironmentLimits {
 /// (kMemory).
 Environment readEnvironment(const std::string& path, const EnvironmentLimits& limits = {});
 
-/// The name of the built-in environment, studioEnvironment(); a file of that name is "./studio".
+/// The name of the built-in environment, embeddedStudio(); a file of that name is "./studio".
 inline constexpr const char* kStudioName = "studio";
 
 /// The built-in environment for its name, else what readEnvironment reads; with a hash of the

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// write_constants FILE: calculates Constants while peeler is built, and writes them as they lie in
+// memory, for constants.cpp to embed.
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "core/shading/constants.h"
+
+namespace peeler {
+namespace {
+
+static_assert(std::is_trivially_copyable_v<Constants> && sizeof(Constants) % sizeof(float) == 0);
+
+template <typename Room, typename Value>
+void fill(Room& room, const std::vector<Value>& values) {
+    if (values.size() != room.size())
+        throw std::logic_error("core/shading/constants.h has room for " +
+                               std::to_string(room.size()) + " of " +
+                               std::to_string(values.size()) + " numbers");
+    std::copy(values.begin(), values.end(), room.begin());
+}
+
+std::unique_ptr<Constants> calculated() {
+    auto all = std::make_unique<Constants>();
+    const Environment studio = studioEnvironment();
+    fill(all->studio, studio.radiance);
+    const EnvironmentMaps maps = prefilter(studio);
+    std::vector<glm::vec3> radiance;
+    for (const CubeMap& level : maps.radiance)
+        radiance.insert(radiance.end(), level.texels.begin(), level.texels.end());
+    fill(all->studio_radiance, radiance);
+    fill(all->studio_irradiance, maps.irradiance.texels);
+    fill(all->albedos, albedoTable());
+    fill(all->lobes, lobeTable());
+    return all;
+}
+
+/// Under another name until it is whole: half a file would look newer than what it is made of.
+void write(const Constants& all, const std::string& path) {
+    const std::string unfinished = path + ".tmp";
+    std::ofstream file;
+    file.exceptions(std::ios::failbit | std::ios::badbit);
+    file.open(unfinished, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(&all), sizeof all);
+    file.close();
+    std::filesystem::rename(unfinished, path);
+}
+
+}  // namespace
+}  // namespace peeler
+
+int main(int count, char** arguments) {
+    if (count != 2) {
+        std::fputs("usage: write_constants FILE\n", stderr);
+        return 2;
+    }
+    try {
+        peeler::write(*peeler::calculated(), arguments[1]);
+        return 0;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "write_constants: %s: %s\n", arguments[1], error.what());
+        return 1;
+    }
+}
