@@ -64,6 +64,9 @@ class BandCapture {
     /// Composites what layers() would give, without storing it. Returns and throws like that.
     int composite(LayerMethod& method, const BandRequest& request, CompositeImage& out);
 
+    /// Where in the picture there may be fragments, whatever the sample position.
+    Window drawnWindow() const { return rasterizer_.drawnWindow(); }
+
     /// Composites what is visible of a band: the nearest opaque fragment of every pixel, and those
     /// transparent ones in front of it, which alone are put into lists, of as many rows at a time
     /// as the limits allow. There may be no clip meshes. Returns and throws like layers().

@@ -27,6 +27,7 @@ void Renderer::State::chooseSurfaces() {
         return;
     opaque_first = true;
     opaque_first = hasRoom(settings.memory, residentBytes(), costs());
+    if (opaque_first) drawn = band_capture.drawnWindow();
 }
 
 /// To count what is visible is most of the work of compositing it. So where there is room to keep
@@ -66,35 +67,46 @@ void Renderer::State::addVisible(const Window& rows,
         visible += std::accumulate(visible_counts.begin(), visible_counts.end(), std::uint64_t{0});
 }
 
-/// Composites a band without what lies behind opaque surfaces.
+/// Composites a band without what lies behind opaque surfaces. Only where the scene is: many a
+/// picture is empty around it.
 void Renderer::State::composeVisible(const Window& band, const TakeBand& take) {
     const auto handOver = [&](const CompositeImage& rows) {
         {
             const StageTimer timer(times, "composite");
-            toSingleLayer(rows, image);
+            toSingleLayer(rows, {band.x0, rows.window.y0, band.x1, rows.window.y1}, image);
         }
         take(image);
     };
+    CompositeImage part;
+    const auto handOverEmpty = [&](int y0, int y1) {
+        part.clear();
+        for (int y = y0; y < y1; y += kRowsHandedOver) {
+            part.window = {band.x0, y, band.x0, std::min(y + kRowsHandedOver, y1)};
+            handOver(part);
+        }
+    };
+    Window seen = intersect(band, drawn);
+    if (seen.empty()) seen = {band.x0, band.y1, band.x0, band.y1};
+    handOverEmpty(band.y0, seen.y0);
     // Several samples are to be averaged, and the parts of several raster tiles put side by side.
-    const bool whole = positions.size() > 1 || band_capture.tilesAcross(band) > 1;
-    if (whole) beginMean(band, composite, shot.settings.tinted);
+    const bool whole = positions.size() > 1 || band_capture.tilesAcross(seen) > 1;
+    if (whole) beginMean(seen, composite, shot.settings.tinted);
     for (std::size_t i = 0; i < positions.size(); ++i) {
         if (positions.size() > 1) showSample(i);
         report.passes += band_capture.compositeVisible(
-            *layer_method, band, band_limits,
-            [&](const CompositeImage& part, std::span<const std::uint32_t> seen) {
-                addVisible(part.window, seen);
-                if (!whole) return handOver(part);
+            *layer_method, seen, band_limits,
+            [&](const CompositeImage& rows, std::span<const std::uint32_t> counts_seen) {
+                addVisible(rows.window, counts_seen);
+                if (!whole) return handOver(rows);
                 const StageTimer timer(times, "composite");
-                addToMean(part, static_cast<int>(positions.size()), composite);
+                addToMean(rows, static_cast<int>(positions.size()), composite);
             });
     }
-    if (!whole) return;
-    CompositeImage part;
-    for (int y = band.y0; y < band.y1; y += kRowsHandedOver) {
-        part.setRows(composite, y, std::min(y + kRowsHandedOver, band.y1));
+    for (int y = seen.y0; whole && y < seen.y1; y += kRowsHandedOver) {
+        part.setRows(composite, y, std::min(y + kRowsHandedOver, seen.y1));
         handOver(part);
     }
+    handOverEmpty(seen.y1, band.y1);
 }
 
 }  // namespace peeler

@@ -86,6 +86,7 @@ struct Renderer::State {
     double plan_share = 0;      // of a picture's work, as progress counts it
     int kept_passes = 0;        // that the kept bands took
     bool opaque_first = false;  // whether composites are captured by compositeVisible()
+    Window drawn;               // then: outside of it there is nothing
     BandLimits band_limits{};   // of the bands that are being captured
     bool planning = false;      // whether what compositeVisible() finds is still to be counted
     std::uint64_t visible = 0;  // fragments that it found

@@ -168,6 +168,24 @@ void SceneRasterizer::uploadDrawRecords() {
     }
 }
 
+Window SceneRasterizer::drawnWindow() const {
+    const DrawList& list = scene_.posed().drawList();
+    const int width = shot_.view.width, height = shot_.view.height;
+    const glm::dmat4 clip_from_world =
+        shot_.view.projection.matrix(0, 0, 1, 1) * glm::inverse(shot_.view.camera_to_world);
+    Window drawn;
+    for (const Draw& draw : list.draws()) {
+        for (const glm::dmat4& world : list.worlds(draw)) {
+            // Y points up there, and here down.
+            const Window bounds =
+                screenBounds(scene_.geometry().box(draw), clip_from_world * world, width, height);
+            drawn = unite(
+                drawn, grown({bounds.x0, height - bounds.y1, bounds.x1, height - bounds.y0}, draw));
+        }
+    }
+    return drawn;
+}
+
 /// What points of several pixels cover, too; no pixel less.
 Window SceneRasterizer::grown(const Window& bounds, const Draw& draw) const {
     const int size = shot_.settings.point_size;

@@ -47,6 +47,9 @@ class SceneRasterizer {
     /// Runs a compute shader over `area`, which is also its argument.
     void compute(std::string_view shader, std::string_view definitions, const Window& area);
 
+    /// Where in the picture the scene's draws may be, whatever the sample position; outside of it
+    /// there is no fragment. Takes as long as setTile().
+    Window drawnWindow() const;
     const Window& tile() const { return tile_; }
     /// The tile's viewport and `area` as scissor.
     gl::PassState passState(GLuint framebuffer, const Window& area) const;

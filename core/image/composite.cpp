@@ -266,28 +266,40 @@ void appendNearestChannels(const LayeredImage& image, CompositeImage& out) {
     }
 }
 
-void toSingleLayer(const CompositeImage& composite, LayeredImage& out) {
-    const auto width = static_cast<std::size_t>(composite.window.width());
-    const auto height = static_cast<std::size_t>(composite.window.height());
+void toSingleLayer(const CompositeImage& composite, const Window& window, LayeredImage& out) {
+    const Window& own = composite.window;
+    const auto own_width = static_cast<std::size_t>(own.width());
+    const auto width = static_cast<std::size_t>(window.width());
+    const auto height = static_cast<std::size_t>(window.height());
+    const auto left = static_cast<std::size_t>(own.x0 - window.x0);
     const auto hasFragment = [&](std::size_t p) {
         return composite.z[p] < std::numeric_limits<float>::infinity();
     };
-    out.window = composite.window;
+    out.window = window;
     out.offsets.resize(width * height + 1);
     out.offsets[0] = 0;
-    for (std::size_t p = 0; p < width * height; ++p)
-        out.offsets[p + 1] = out.offsets[p] + (hasFragment(p) ? 1 : 0);
+    std::uint32_t* offset = out.offsets.data() + 1;
+    std::uint32_t fragments = 0;
+    for (std::size_t row = 0; row < height; ++row, offset += width) {
+        std::fill_n(offset, left, fragments);
+        for (std::size_t x = 0; x < own_width; ++x) {
+            if (hasFragment(row * own_width + x)) ++fragments;
+            offset[left + x] = fragments;
+        }
+        std::fill(offset + left + own_width, offset + width, fragments);
+    }
     out.color = {colorNames(composite.tinted()), PixelType::kFloat, std::move(out.color.data)};
-    out.color.data.resize(out.offsets.back() * out.color.stride());
+    out.color.data.resize(fragments * out.color.stride());
     out.extra.clear();
-    out.z.resize(out.offsets.back());
+    out.z.resize(fragments);
     const std::size_t components = out.color.components();
     float* const colors = out.color.as<float>().data();
     parallelFor(height, [&](std::size_t row) {
-        for (std::size_t p = row * width; p < (row + 1) * width; ++p) {
+        std::size_t fragment = out.offsets[row * width];
+        for (std::size_t p = row * own_width; p < (row + 1) * own_width; ++p) {
             if (!hasFragment(p)) continue;
-            out.z[out.offsets[p]] = composite.z[p];
-            float* const color = colors + components * out.offsets[p];
+            out.z[fragment] = composite.z[p];
+            float* const color = colors + components * fragment++;
             std::copy_n(composite.rgba[p].begin(), 4, color);
             if (composite.tinted()) std::copy_n(composite.opacity[p].begin(), 3, color + 4);
         }

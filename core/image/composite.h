@@ -54,6 +54,10 @@ struct CompositeImage {
     }
 
     bool tinted() const { return !opacity.empty(); }
+    /// Whether two pixels have the same colour.
+    bool isSame(std::size_t a, std::size_t b) const {
+        return rgba[a] == rgba[b] && (!tinted() || opacity[a] == opacity[b]);
+    }
     TintedColor colorAt(std::size_t pixel) const {
         if (!tinted()) return peeler::tinted(rgba[pixel]);
         const auto& [r, g, b, a] = rgba[pixel];
@@ -131,7 +135,11 @@ void compositeWeightedSum(const LayeredImage& image, const std::array<float, 4>&
 void appendNearestChannels(const LayeredImage& image, CompositeImage& out);
 
 /// A composite as a layered image of one layer, in 32-bit float: a fragment in every pixel whose Z
-/// is finite. Compositing that gives the composite again. `out` is overwritten.
-void toSingleLayer(const CompositeImage& composite, LayeredImage& out);
+/// is finite. Compositing that gives the composite again. `window` has the composite's rows, and
+/// may be wider: beside the composite there is nothing. `out` is overwritten.
+void toSingleLayer(const CompositeImage& composite, const Window& window, LayeredImage& out);
+inline void toSingleLayer(const CompositeImage& composite, LayeredImage& out) {
+    toSingleLayer(composite, composite.window, out);
+}
 
 }  // namespace peeler

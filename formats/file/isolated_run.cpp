@@ -143,6 +143,8 @@ std::vector<std::uint8_t> runIsolated(const std::function<std::vector<std::uint8
     if (pipe2(ends, O_CLOEXEC) != 0)
         throw Error(ErrorKind::kInternal, "no pipe: " + std::string(std::strerror(errno)));
     PipeEnd in(ends[0]), out(ends[1]);
+    // Answers are of megabytes; what a pipe holds by default is a fraction of one. May be refused.
+    fcntl(out.get(), F_SETPIPE_SZ, 1 << 20);
     const pid_t child = fork();
     if (child < 0)
         throw Error(ErrorKind::kInternal,

@@ -140,26 +140,33 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
     pixels.resize(width * kRowsAtOnce * channels * sizeof(T));
     T* const first = reinterpret_cast<T*>(pixels.data());
     std::atomic<std::uint64_t> raised = 0;
+    const auto shownPixel = [&](std::size_t in) -> StraightPixel {
+        if (!keeps_alpha) {
+            const Rgba over = display.shownOver(composite, in, background);
+            return {{over[0], over[1], over[2]}};
+        }
+        if (has_background) return straightPixel(display.shownOver(composite, in, background));
+        return display.straight(composite.rgba[in]);
+    };
     for (int y = 0; y < height; y += kRowsAtOnce) {
         const int rows = std::min(kRowsAtOnce, height - y);
         parallelFor(static_cast<std::size_t>(rows), [&](std::size_t row) {
             T* out = first + row * width * channels;
             std::size_t in = (static_cast<std::size_t>(y) + row) * width;
             std::uint64_t raised_here = 0;
+            bool is_raised = false;
             for (std::size_t x = 0; x < width; ++x, ++in, out += channels) {
-                StraightPixel pixel;
-                if (!keeps_alpha) {
-                    const Rgba over = display.shownOver(composite, in, background);
-                    pixel.color = {over[0], over[1], over[2]};
-                } else if (has_background) {
-                    pixel = straightPixel(display.shownOver(composite, in, background));
+                // Around the scene, and on what is flat, pixels are like those on their left.
+                if (x > 0 && composite.isSame(in, in - 1)) {
+                    std::copy_n(out - channels, channels, out);
                 } else {
-                    pixel = display.straight(composite.rgba[in]);
+                    const StraightPixel pixel = shownPixel(in);
+                    for (std::size_t c = 0; c < 3; ++c)
+                        out[c] = quantizeSrgb<T>(pixel.color[c]);
+                    if (keeps_alpha) out[3] = quantize<T>(pixel.alpha);
+                    is_raised = pixel.raised;
                 }
-                for (std::size_t c = 0; c < 3; ++c)
-                    out[c] = quantizeSrgb<T>(pixel.color[c]);
-                if (keeps_alpha) out[3] = quantize<T>(pixel.alpha);
-                raised_here += pixel.raised ? 1 : 0;
+                raised_here += is_raised ? 1 : 0;
             }
             raised += raised_here;
         });
