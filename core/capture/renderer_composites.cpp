@@ -77,16 +77,17 @@ void Renderer::State::composeVisible(const Window& band, const TakeBand& take) {
         }
         take(image);
     };
-    CompositeImage part;
     const auto handOverEmpty = [&](int y0, int y1) {
-        part.clear();
         for (int y = y0; y < y1; y += kRowsHandedOver) {
-            part.window = {band.x0, y, band.x0, std::min(y + kRowsHandedOver, y1)};
-            handOver(part);
+            image = {};
+            image.window = {band.x0, y, band.x1, std::min(y + kRowsHandedOver, y1)};
+            image.offsets.resize(image.window.pixels() + 1);
+            image.color = {colorNames(shot.settings.tinted), PixelType::kFloat, {}};
+            take(image);
         }
     };
-    Window seen = intersect(band, drawn);
-    if (seen.empty()) seen = {band.x0, band.y1, band.x0, band.y1};
+    const Window seen = intersect(band, drawn);
+    if (seen.empty()) return handOverEmpty(band.y0, band.y1);
     handOverEmpty(band.y0, seen.y0);
     // Several samples are to be averaged, and the parts of several raster tiles put side by side.
     const bool whole = positions.size() > 1 || band_capture.tilesAcross(seen) > 1;
@@ -102,6 +103,7 @@ void Renderer::State::composeVisible(const Window& band, const TakeBand& take) {
                 addToMean(rows, static_cast<int>(positions.size()), composite);
             });
     }
+    CompositeImage part;
     for (int y = seen.y0; whole && y < seen.y1; y += kRowsHandedOver) {
         part.setRows(composite, y, std::min(y + kRowsHandedOver, seen.y1));
         handOver(part);

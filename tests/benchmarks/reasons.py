@@ -24,4 +24,8 @@ REASONS: Dict[str, str] = {
 
 # Why pictures of three.js are far from ours, by the rows' names: what paragraphs of examples/guide/light.md,
 # "Beside three.js", begin with.
-THREE: Dict[str, str] = {name: "Glass" for name in ("GlassVaseFlowers", "LightsPunctualLamp", "ToyCar", "TransmissionTest")}
+THREE: Dict[str, str] = {
+    **{name: "Glass" for name in ("GlassVaseFlowers", "LightsPunctualLamp", "ToyCar", "TransmissionTest")},
+    **{name: "Cloth" for name in ("cloth, roughness 0.3", "cloth, roughness 0.8")},
+    **{name: "Highlights at the rim" for name in ("metal, roughness 0.5", "OrientationTest")},
+}

@@ -189,16 +189,19 @@ TEST(OpaqueFirst, HoldsForEveryWayToSeeAScene) {
 // Only the part of a picture is composited where the scene is.
 TEST(OpaqueFirst, LeavesEmptyWhatIsBesideTheScene) {
     const Scene scene = mixed(hardScenes()[0].scene, 0);
-    for (const int samples : {1, 4}) {
-        CaptureSettings settings;
-        settings.samples = samples;
-        for (const glm::dvec2 aside : {glm::dvec2(0), glm::dvec2(7, 4), glm::dvec2(-11, 0),
-                                       glm::dvec2(0, 9), glm::dvec2(90)}) {
-            View view = testView(240, 160);
-            view.camera_to_world[3] = {aside, 12, 1};  // it is small, and in a corner or at a side
-            expectTheSame(scene, view, settings, "beside the scene");
-            view.crop = {30, 20, 100, 150};
-            expectTheSame(scene, view, settings, "beside the scene, cropped");
+    for (const bool tinted : {false, true}) {
+        for (const int samples : {1, 4}) {
+            CaptureSettings settings;
+            settings.samples = samples;
+            settings.tinted = tinted;
+            for (const glm::dvec2 aside : {glm::dvec2(0), glm::dvec2(7, 4), glm::dvec2(-11, 0),
+                                           glm::dvec2(0, 9), glm::dvec2(90)}) {
+                View view = testView(240, 160);
+                view.camera_to_world[3] = {aside, 12, 1};  // small, and in a corner or at a side
+                expectTheSame(scene, view, settings, "beside the scene");
+                view.crop = {30, 20, 100, 150};
+                expectTheSame(scene, view, settings, "beside the scene, cropped");
+            }
         }
     }
 }

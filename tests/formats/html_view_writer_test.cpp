@@ -10,6 +10,7 @@
 #include <random>
 
 #include "formats/synthetic_image.h"
+#include "formats/writers.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -169,6 +170,16 @@ TEST_F(PageOfFragments, HasTheIdsThatThereAre) {
         EXPECT_EQ(found.view.value("materials", Json()), (kinds & 2) != 0 ? paints : Json())
             << "names of what is not in the picture are left out";
     }
+}
+
+// Of noise, which deflates hardly at all.
+TEST_F(PageOfFragments, TakeNoMoreThanIsForecast) {
+    const SyntheticPicture picture = makePicture({.width = 160, .height = 160, .most_layers = 8});
+    page(picture);
+    const auto bytes = std::filesystem::file_size(scratch_ / "a.html");
+    const std::uint64_t forecast = forecastPicture("a.html", picture.plan, {}).bytes;
+    EXPECT_LE(bytes, forecast);
+    EXPECT_GT(bytes, forecast / 2);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
 #include <thread>
 
 #include "support/test_support.h"
@@ -111,6 +112,9 @@ void CollectSink::write(LayeredImage&& band) {
         image = std::move(band);
         return;
     }
+    if (band.color.channels != image.color.channels || band.color.type != image.color.type ||
+        band.extra.size() != image.extra.size())
+        throw std::logic_error("the bands of a picture have different channels");
     image.window = unite(image.window, band.window);
     const std::uint32_t base = image.offsets.back();
     for (std::size_t p = 1; p < band.offsets.size(); ++p)
