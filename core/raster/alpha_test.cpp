@@ -12,7 +12,7 @@ AlphaTest::AlphaTest(const Scene& scene, const Primitive& primitive)
         image_ = &scene.images[static_cast<std::size_t>(material_->base_color_texture.image)];
 }
 
-bool AlphaTest::passes(const std::array<std::size_t, 3>& vertex,
+bool AlphaTest::passes(const std::array<std::uint32_t, 3>& vertex,
                        const std::array<double, 3>& weight) const {
     double alpha = double{material_->base_color.a};
     if (image_) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <glm/glm.hpp>
 
 #include "core/scene/scene.h"
@@ -17,7 +18,7 @@ class AlphaTest {
     AlphaTest(const Scene& scene, const Primitive& primitive);
 
     /// At a point of the triangle with these vertices; the weights add up to 1.
-    bool passes(const std::array<std::size_t, 3>& vertex,
+    bool passes(const std::array<std::uint32_t, 3>& vertex,
                 const std::array<double, 3>& weight) const;
 
   private:

@@ -47,7 +47,7 @@ HitTriangle hitTriangle(const CornerPlacement& placement, const HitView& seen,
 
 TriangleTest::TriangleTest(const HitView& seen, const CornerPlacement& placement,
                            const HitTriangle& triangle, const AlphaTest* alpha,
-                           const std::array<std::size_t, 3>& vertex,
+                           const std::array<std::uint32_t, 3>& vertex,
                            const std::array<glm::vec3, 3>& positions)
     : seen_(seen), triangle_(triangle), alpha_(alpha), vertex_(vertex) {
     if (!alpha) return;

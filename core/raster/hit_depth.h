@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <glm/glm.hpp>
 
 #include "core/raster/alpha_test.h"
@@ -46,7 +47,7 @@ inline bool isWithin(const HitTriangle& triangle, const Projection& projection) 
 class TriangleTest {
   public:
     TriangleTest(const HitView& seen, const CornerPlacement& placement, const HitTriangle& triangle,
-                 const AlphaTest* alpha, const std::array<std::size_t, 3>& vertex,
+                 const AlphaTest* alpha, const std::array<std::uint32_t, 3>& vertex,
                  const std::array<glm::vec3, 3>& positions);
 
     /// The ray of a pixel of the picture.
@@ -59,7 +60,7 @@ class TriangleTest {
     const HitView& seen_;
     const HitTriangle& triangle_;
     const AlphaTest* alpha_;  // null: all pass
-    std::array<std::size_t, 3> vertex_;
+    std::array<std::uint32_t, 3> vertex_;
     std::array<glm::dvec3, 3> weights_{};  // over x, y and 1; up to a common factor
 };
 

@@ -24,21 +24,6 @@ float zOf(std::uint64_t hit) {
     return std::bit_cast<float>(turned ^ (~(turned >> 31) | std::int32_t(0x80000000)));
 }
 
-void sortHits(std::uint64_t* hits, std::size_t count) {
-    constexpr std::size_t kShort = 48;
-    if (count > kShort) {
-        std::sort(hits, hits + count);
-        return;
-    }
-    for (std::size_t i = 1; i < count; ++i) {
-        const std::uint64_t hit = hits[i];
-        std::size_t at = i;
-        for (; at > 0 && hits[at - 1] > hit; --at)
-            hits[at] = hits[at - 1];
-        hits[at] = hit;
-    }
-}
-
 }  // namespace
 
 std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::uint32_t> counts) {
@@ -88,7 +73,12 @@ bool HitSorter::sortRow(const SpanStore& store, const HitRow& row) {
     const std::size_t rays = row.offsets.size();
     const std::uint32_t first = row.offsets[0], count = row.end - first;
     if (count == 0) return true;
-    if (hits_.size() < count) hits_ = std::vector<std::uint64_t>(count);
+    if (hits_.size() < count) {
+        hits_ = {};
+        hits_ = std::vector<std::uint64_t>(count);
+        sorted_ = {};
+        sorted_ = std::vector<std::uint64_t>(count);
+    }
     next_.resize(rays);
     for (std::size_t i = 0; i < rays; ++i)
         next_[i] = row.offsets[i] - first;
@@ -98,15 +88,16 @@ bool HitSorter::sortRow(const SpanStore& store, const HitRow& row) {
             : (row.perspective ? &HitSorter::fill<true, false> : &HitSorter::fill<false, false>);
     (this->*fill_row)(store, row);
     bool complete = true;
+    std::uint32_t begin = 0;
     for (std::size_t i = 0; i < rays; ++i) {
-        const std::uint32_t begin = row.offsets[i] - first;
         const std::uint32_t end = (i + 1 < rays ? row.offsets[i + 1] : row.end) - first;
         complete &= next_[i] == end;
-        if (end - begin > 1) sortHits(hits_.data() + begin, end - begin);
+        lists_.sort(hits_.data() + begin, end - begin, sorted_.data() + begin);
+        begin = end;
     }
     for (std::uint32_t i = 0; i < count; ++i) {
-        row.z[i] = zOf(hits_[i]);
-        row.keys[i] = static_cast<std::uint32_t>(hits_[i]);
+        row.z[i] = zOf(sorted_[i]);
+        row.keys[i] = static_cast<std::uint32_t>(sorted_[i]);
     }
     if (!row.slopes) return complete;
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -125,7 +116,7 @@ double slopeScale(const Projection& projection) {
 }
 
 std::uint64_t HitSorter::bytes(std::uint64_t rays, std::uint64_t hits) {
-    return rays * 2 * sizeof(std::uint32_t) + hits * sizeof(std::uint64_t);
+    return rays * 2 * sizeof(std::uint32_t) + hits * 2 * sizeof(std::uint64_t);
 }
 
 }  // namespace peeler

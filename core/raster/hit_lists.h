@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "core/raster/list_sorter.h"
 #include "core/raster/span_store.h"
 #include "core/scene/view.h"
 
@@ -52,8 +53,9 @@ class HitSorter {
     template <bool kPerspective, bool kSloped>
     void fill(const SpanStore& store, const HitRow& row);
 
-    std::vector<std::uint64_t> hits_;
+    std::vector<std::uint64_t> hits_, sorted_;
     std::vector<std::uint32_t> counts_, next_;  // of each ray: where its next hit goes
+    ListSorter lists_;
 };
 
 }  // namespace peeler

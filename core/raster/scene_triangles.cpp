@@ -79,153 +79,183 @@ SceneTriangles::SceneTriangles(const PosedScene& posed) : posed_(posed) {
 
 namespace {
 
-/// Finds what the rays of a section hit of one block of triangles.
+/// Finds what the rays of a section hit of one block of triangles. Rows are found first and stored
+/// some hundred at a time: whether a row has rays is known late, and what is done about it must not
+/// hold up the next triangle.
 class BlockWalk {
   public:
     BlockWalk(const HitView& seen, const Window& section, SpanStore& store, SectionWriter& writer)
         : seen_(seen),
-          section_(section),
           store_(store),
           writer_(writer),
           window_{seen.grid.bits(), section.x0 + seen.grid.origin().x,
                   section.y0 + seen.grid.origin().y, section.x1 + seen.grid.origin().x,
                   section.y1 + seen.grid.origin().y} {}
 
-    /// False if there is no more memory.
-    bool begin(std::size_t block) {
+    /// Before the first piece.
+    void begin(std::size_t block) {
         number_ = static_cast<std::uint32_t>(block) << HitTriangles::kBlockBits;
         triangles_ = writer_.room(store_.pool());
-        if (triangles_) store_.triangles().place(block, triangles_);
-        return triangles_ != nullptr;
+        room_ = triangles_ != nullptr;
+        store_.triangles().place(block, triangles_);
     }
+    /// After the last one.
     void end() { writer_.keep(found_); }
+    /// False once there was no more memory.
+    bool hasRoom() const { return room_; }
 
     /// The triangles of a piece from one to another, whose corners are snapped.
-    bool walk(const TrianglePiece& piece, const SnappedCorner* corners, std::uint32_t first,
+    void walk(const TrianglePiece& piece, const SnappedCorner* corners, std::uint32_t first,
               std::uint32_t last);
 
   private:
+    using Vertices = std::array<std::uint32_t, 3>;
+    /// A triangle that has rows.
+    struct Candidate {
+        std::uint32_t element = 0;
+        Vertices vertex{};  // in an order that does not depend on which one comes first
+    };
+    /// Of a candidate, perhaps without rays.
+    struct Row {
+        std::uint32_t candidate = 0;
+        std::int32_t row = 0, first = 0, end = 0;
+    };
+    static constexpr std::size_t kRows = 512, kMostShortRows = 8;
+
     template <class CornersOf>
-    bool walkAll(std::uint32_t first, std::uint32_t last, CornersOf&& corners_of);
-    bool walkOne(std::uint32_t element, const std::array<std::size_t, 3>& vertex);
-    bool walkCut(std::uint32_t element, const std::array<std::size_t, 3>& vertex);
+    void walkAll(std::uint32_t first, std::uint32_t last, CornersOf&& corners_of);
+    void walkOne(std::uint32_t element, const Vertices& vertex);
+    void walkCut(std::uint32_t element, const Vertices& vertex);
+    void add(std::int32_t row, std::int32_t first, std::int32_t end) {
+        if (rows_ == kRows) storeRows();
+        row_[rows_] = {candidates_, row, first, end};
+        rows_ += first < end ? 1U : 0U;
+    }
+    void storeRows();
+    void storeSpan(std::int32_t row, std::int32_t first, std::int32_t end);
+    void storeTested(const TriangleTest& test, const Row& row);
     bool culled(bool clockwise) const {
         // Counter-clockwise is the front, unless a reflection has turned it.
         return clockwise != piece_->mirrored ? cull_back_ : cull_front_;
     }
-    std::array<glm::vec3, 3> positionsOf(const std::array<std::size_t, 3>& vertex) const {
+    std::array<glm::vec3, 3> positionsOf(const Vertices& vertex) const {
         const auto& positions = *piece_->positions;
         return {positions[vertex[0]], positions[vertex[1]], positions[vertex[2]]};
     }
-    /// Takes the spans of a triangle, or of a polygon that was cut out of it.
-    template <class Rows>
-    bool keep(std::uint32_t element, const std::array<std::size_t, 3>& vertex,
-              const std::array<std::size_t, 3>& order, Rows&& rows);
 
     const HitView& seen_;
-    const Window& section_;
     SpanStore& store_;
     SectionWriter& writer_;
     RayWindow window_;
     HitTriangle* triangles_ = nullptr;
     std::size_t found_ = 0;
     std::uint32_t number_ = 0;
+    bool room_ = true;
     // Of the piece at hand.
     const TrianglePiece* piece_ = nullptr;
     const SnappedCorner* corners_ = nullptr;
     const CornerPlacement* placement_ = nullptr;
     bool cull_front_ = false, cull_back_ = false;
+    // Not yet stored.
+    std::array<Row, kRows + 1> row_;
+    std::array<Candidate, kRows + 1> candidate_;
+    std::size_t rows_ = 0;
+    std::uint32_t candidates_ = 0, last_stored_ = kNone;
+    static constexpr std::uint32_t kNone = 0xFFFFFFFF;
 };
 
-template <class Rows>
-bool BlockWalk::keep(std::uint32_t element, const std::array<std::size_t, 3>& vertex,
-                     const std::array<std::size_t, 3>& order, Rows&& rows) {
-    HitTriangle& triangle = triangles_[found_];
-    const auto number = number_ + static_cast<std::uint32_t>(found_);
-    bool placed = false, tested = false, room = true, hit = false;
-    const auto add = [&](std::int32_t row, std::int32_t first, std::int32_t end) {
-        hit = true;
-        room &= writer_.spans.add(store_.pool(), static_cast<std::size_t>(row - window_.y0),
-                                  {number, static_cast<std::uint16_t>(first - window_.x0),
-                                   static_cast<std::uint16_t>(end - 1 - window_.x0)});
-    };
-    rows([&](std::int32_t row, std::int32_t first, std::int32_t end) {
-        if (!placed) {
-            placed = true;
-            triangle = hitTriangle(*placement_, seen_, positionsOf(order));
-            triangle.key = piece_->first_key + element;
-            tested = piece_->alpha || (seen_.cut && !isWithin(triangle, seen_.view.projection));
-        }
-        if (!tested) return add(row, first, end);
-        const TriangleTest test(seen_, *placement_, triangle, piece_->alpha, vertex,
-                                positionsOf(vertex));
-        std::int32_t begin = first;
-        for (std::int32_t ray = first; ray <= end; ++ray) {
-            const bool passes =
-                ray < end && test.passes(ray - seen_.grid.origin().x, row - seen_.grid.origin().y);
-            if (passes) continue;
-            if (begin < ray) add(row, begin, ray);
-            begin = ray + 1;
-        }
-    });
-    found_ += hit ? 1 : 0;
-    return room;
+void BlockWalk::storeSpan(std::int32_t row, std::int32_t first, std::int32_t end) {
+    room_ &= writer_.spans.add(store_.pool(), static_cast<std::size_t>(row - window_.y0),
+                               {number_ + static_cast<std::uint32_t>(found_ - 1),
+                                static_cast<std::uint16_t>(first - window_.x0),
+                                static_cast<std::uint16_t>(end - 1 - window_.x0)});
 }
 
-bool BlockWalk::walkOne(std::uint32_t element, const std::array<std::size_t, 3>& vertex) {
+void BlockWalk::storeTested(const TriangleTest& test, const Row& row) {
+    std::int32_t begin = row.first;
+    for (std::int32_t ray = row.first; ray <= row.end; ++ray) {
+        const bool passes = ray < row.end && test.passes(ray - seen_.grid.origin().x,
+                                                         row.row - seen_.grid.origin().y);
+        if (passes) continue;
+        if (begin < ray) storeSpan(row.row, begin, ray);
+        begin = ray + 1;
+    }
+}
+
+void BlockWalk::storeRows() {
+    for (std::size_t i = 0; i < rows_ && room_; ++i) {
+        const Row row = row_[i];
+        const Candidate& candidate = candidate_[row.candidate];
+        if (row.candidate != last_stored_) {
+            last_stored_ = row.candidate;
+            HitTriangle& triangle = triangles_[found_++];
+            triangle = hitTriangle(*placement_, seen_, positionsOf(candidate.vertex));
+            triangle.key = piece_->first_key + candidate.element;
+        }
+        const HitTriangle& triangle = triangles_[found_ - 1];
+        if (!piece_->alpha && (!seen_.cut || isWithin(triangle, seen_.view.projection)))
+            storeSpan(row.row, row.first, row.end);
+        else
+            storeTested({seen_, *placement_, triangle, piece_->alpha, candidate.vertex,
+                         positionsOf(candidate.vertex)},
+                        row);
+    }
+    rows_ = 0;
+    // The last candidate may have more rows.
+    candidate_[0] = candidate_[candidates_];
+    last_stored_ = last_stored_ == candidates_ ? 0 : kNone;
+    candidates_ = 0;
+}
+
+void BlockWalk::walkOne(std::uint32_t element, const Vertices& vertex) {
     const SnappedCorner a = corners_[vertex[0]], b = corners_[vertex[1]], c = corners_[vertex[2]];
     if ((a.x | b.x | c.x) < 0) return walkCut(element, vertex);
-    const std::int32_t top = window_.rayFrom(std::min({a.y, b.y, c.y}));
-    const std::int32_t bottom = window_.rayFrom(std::max({a.y, b.y, c.y}));
-    const std::int32_t left = window_.rayFrom(std::min({a.x, b.x, c.x}));
-    const std::int32_t right = window_.rayFrom(std::max({a.x, b.x, c.x}));
-    if (std::max(top, window_.y0) >= std::min(bottom, window_.y1) ||
-        std::max(left, window_.x0) >= std::min(right, window_.x1))
-        return true;
-    const std::int64_t area = doubledArea(a, b, c);
-    if (area == 0 || culled(area > 0)) return true;
+    // Most triangles of fine meshes lie between rays.
+    RayWindow window = window_;
+    window.x0 = std::max(window.x0, window.rayFrom(std::min({a.x, b.x, c.x})));
+    window.x1 = std::min(window.x1, window.rayFrom(std::max({a.x, b.x, c.x})));
+    window.y0 = std::max(window.y0, window.rayFrom(std::min({a.y, b.y, c.y})));
+    window.y1 = std::min(window.y1, window.rayFrom(std::max({a.y, b.y, c.y})));
+    if (window.x0 >= window.x1 || window.y0 >= window.y1) return;
+    const SortedTriangle triangle(a, b, c);
+    if (triangle.area == 0 || culled(triangle.clockwise())) return;
+    if (rows_ + kMostShortRows > kRows) storeRows();
     // In an order that does not depend on which corner comes first, so that of triangles that
     // coincide depths do so, too.
-    std::array<std::size_t, 3> order = vertex;
-    const auto sort = [&](std::size_t i, std::size_t k) {
-        const SnappedCorner& one = corners_[order[i]];
-        const SnappedCorner& other = corners_[order[k]];
-        if (other.y < one.y || (other.y == one.y && other.x < one.x)) std::swap(order[i], order[k]);
-    };
-    sort(0, 1);
-    sort(1, 2);
-    sort(0, 1);
-    return keep(element, vertex, order, [&](auto&& emit) {
-        forEachRow(corners_[order[0]], corners_[order[1]], corners_[order[2]], window_, emit);
+    candidate_[++candidates_] = {
+        element, {vertex[triangle.which[0]], vertex[triangle.which[1]], vertex[triangle.which[2]]}};
+    forEachRow(triangle, window, [this](std::int32_t row, std::int32_t first, std::int32_t end) {
+        add(row, first, end);
     });
 }
 
 /// Of a triangle that leaves the grid or reaches behind a pinhole.
-bool BlockWalk::walkCut(std::uint32_t element, const std::array<std::size_t, 3>& vertex) {
+void BlockWalk::walkCut(std::uint32_t element, const Vertices& vertex) {
     const PlacedPolygon polygon = placement_->placedPolygon(positionsOf(vertex));
-    if (polygon.corners < 3) return true;
+    if (polygon.corners < 3) return;
     std::array<SnappedCorner, std::tuple_size_v<decltype(polygon.corner)>> corners;
     double area = 0;
     for (std::size_t i = 0; i < polygon.corners; ++i)
         corners[i] = snapped(polygon.corner[i]);
     for (std::size_t i = 2; i < polygon.corners; ++i)
         area += static_cast<double>(doubledArea(corners[0], corners[i - 1], corners[i]));
-    if (culled(area > 0)) return true;
-    return keep(element, vertex, vertex, [&](auto&& emit) {
-        forEachRow(std::span<const SnappedCorner>(corners.data(), polygon.corners), window_, emit);
-    });
+    if (culled(area > 0)) return;
+    candidate_[++candidates_] = {element, vertex};
+    forEachRow(
+        std::span<const SnappedCorner>(corners.data(), polygon.corners), window_,
+        [this](std::int32_t row, std::int32_t first, std::int32_t end) { add(row, first, end); });
 }
 
 template <class CornersOf>
-bool BlockWalk::walkAll(std::uint32_t first, std::uint32_t last, CornersOf&& corners_of) {
-    for (std::uint32_t element = first; element < last; ++element)
-        if (!walkOne(element, corners_of(element))) return false;
-    return true;
+void BlockWalk::walkAll(std::uint32_t first, std::uint32_t last, CornersOf&& corners_of) {
+    for (std::uint32_t element = first; element < last && room_; ++element) {
+        if (candidates_ == kRows) storeRows();
+        walkOne(element, corners_of(element));
+    }
 }
 
-bool BlockWalk::walk(const TrianglePiece& piece, const SnappedCorner* corners, std::uint32_t first,
+void BlockWalk::walk(const TrianglePiece& piece, const SnappedCorner* corners, std::uint32_t first,
                      std::uint32_t last) {
-    using Vertices = std::array<std::size_t, 3>;
     const CornerPlacement placement(seen_.view, seen_.grid, piece.world);
     piece_ = &piece;
     corners_ = corners;
@@ -233,22 +263,27 @@ bool BlockWalk::walk(const TrianglePiece& piece, const SnappedCorner* corners, s
     cull_front_ = seen_.faces == Faces::kBack;
     cull_back_ =
         seen_.faces == Faces::kFront || (seen_.faces == Faces::kGltf && !piece.double_sided);
+    candidates_ = 0;
+    last_stored_ = kNone;
     const Primitive& primitive = *piece.primitive;
+    const std::uint32_t* const indices = primitive.indices.data();
     if (primitive.topology != Topology::kTriangles) {
-        return walkAll(first, last,
-                       [&](std::uint32_t element) { return cornersOf(primitive, element).vertex; });
-    }
-    if (primitive.indices.empty()) {
-        return walkAll(first, last, [](std::uint32_t element) {
+        walkAll(first, last, [&](std::uint32_t element) {
+            const auto [a, b, c] = cornersOf(primitive, element).vertex;
+            return Vertices{static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b),
+                            static_cast<std::uint32_t>(c)};
+        });
+    } else if (primitive.indices.empty()) {
+        walkAll(first, last, [](std::uint32_t element) {
+            return Vertices{3 * element, 3 * element + 1, 3 * element + 2};
+        });
+    } else {
+        walkAll(first, last, [indices](std::uint32_t element) {
             const std::size_t at = std::size_t{element} * 3;
-            return Vertices{at, at + 1, at + 2};
+            return Vertices{indices[at], indices[at + 1], indices[at + 2]};
         });
     }
-    const std::uint32_t* const indices = primitive.indices.data();
-    return walkAll(first, last, [indices](std::uint32_t element) {
-        const std::size_t at = std::size_t{element} * 3;
-        return Vertices{indices[at], indices[at + 1], indices[at + 2]};
-    });
+    storeRows();
 }
 
 }  // namespace
@@ -287,20 +322,19 @@ void SceneTriangles::findSpans(const HitView& seen, const Window& section, std::
             const std::uint64_t end = first + HitTriangles::kBlock;
             store.write([&](SectionWriter& writer) {
                 BlockWalk walk(seen, section, store, writer);
-                bool room = walk.begin(block);
+                walk.begin(block);
                 for (std::size_t i = piece_at(&TrianglePiece::first, first);
-                     room && i < pieces.size() && pieces[i].first < end; ++i) {
+                     i < pieces.size() && pieces[i].first < end && walk.hasRoom(); ++i) {
                     const TrianglePiece& piece = pieces[i];
                     const std::uint64_t from = std::max(first, piece.first) - piece.first;
                     const std::uint64_t to =
                         std::min<std::uint64_t>(end - piece.first, piece.triangles);
                     if (from >= to) continue;
-                    room =
-                        walk.walk(piece, corners_.data() + piece.first_corner,
-                                  static_cast<std::uint32_t>(from), static_cast<std::uint32_t>(to));
+                    walk.walk(piece, corners_.data() + piece.first_corner,
+                              static_cast<std::uint32_t>(from), static_cast<std::uint32_t>(to));
                 }
                 walk.end();
-                if (!room) store.overflow();
+                if (!walk.hasRoom()) store.overflow();
             });
         });
     }

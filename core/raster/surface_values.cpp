@@ -6,7 +6,8 @@
 
 namespace peeler {
 
-glm::dvec2 texcoordAt(const Primitive& primitive, int set, const std::array<std::size_t, 3>& vertex,
+glm::dvec2 texcoordAt(const Primitive& primitive, int set,
+                      const std::array<std::uint32_t, 3>& vertex,
                       const std::array<double, 3>& weight) {
     const auto& texcoords = primitive.texcoords[set == 0 ? 0 : 1];
     return texcoords.empty() ? glm::dvec2(0) : weighted(texcoords, vertex, weight);

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <span>
 #include <vector>
@@ -19,7 +20,7 @@ namespace peeler {
 /// A mean of what the corners of a triangle have.
 template <class Value>
 glm::vec<Value::length(), double> weighted(const std::vector<Value>& values,
-                                           const std::array<std::size_t, 3>& vertex,
+                                           const std::array<std::uint32_t, 3>& vertex,
                                            const std::array<double, 3>& weight) {
     using Sum = glm::vec<Value::length(), double>;
     return weight[0] * Sum(values[vertex[0]]) + weight[1] * Sum(values[vertex[1]]) +
@@ -27,7 +28,8 @@ glm::vec<Value::length(), double> weighted(const std::vector<Value>& values,
 }
 
 /// Texture coordinates of a set, (0, 0) where the file has none.
-glm::dvec2 texcoordAt(const Primitive& primitive, int set, const std::array<std::size_t, 3>& vertex,
+glm::dvec2 texcoordAt(const Primitive& primitive, int set,
+                      const std::array<std::uint32_t, 3>& vertex,
                       const std::array<double, 3>& weight);
 
 /// A texture's value at texture coordinates, which are transformed as the material says; 0 to 1,
