@@ -10,6 +10,7 @@
 
 #include "core/raster/alpha_test.h"
 #include "core/raster/corner_grid.h"
+#include "core/raster/lanes.h"
 #include "core/raster/span_store.h"
 #include "core/scene/view.h"
 
@@ -22,19 +23,23 @@ struct HitView;
 HitTriangle hitTriangle(const CornerPlacement& placement, const HitView& seen,
                         const std::array<glm::vec3, 3>& positions);
 
-/// The Z of a hit from its planar depth, rounded once, and within that of the corners: a ray that
-/// has a snapped triangle may miss the true one by a fraction of its distance from the next ray.
+/// The Z of four hits from their planar depths, rounded once, and within that of the corners: a ray
+/// that has a snapped triangle may miss the true one by a fraction of its distance from the next
+/// ray. Of planes too steep for numbers (NaN) it is the nearest corner's.
 template <bool kPerspective>
-inline float hitZ(const HitTriangle& triangle, double planar) {
-    const auto z = static_cast<float>(kPerspective ? 1 / planar : planar);
-    // In this order NaN, of planes too steep for numbers, becomes the nearest corner's.
-    const float near = z > triangle.nearest ? z : triangle.nearest;
-    return (near < triangle.farthest ? near : triangle.farthest) + 0.0F;  // never −0
+inline FourFloats hitZ(const TwoDoubles& first, const TwoDoubles& second, float nearest,
+                       float farthest) {
+    const FourFloats z = kPerspective ? toFloats(1 / first, 1 / second) : toFloats(first, second);
+    const FourFloats none{};
+    return least(most(z, none + nearest), none + farthest) + none;  // never −0
 }
 
 inline float hitZAt(const HitTriangle& triangle, bool perspective, int x, int y) {
-    const double planar = triangle.along_x * x + (triangle.along_y * y + triangle.at_origin);
-    return perspective ? hitZ<true>(triangle, planar) : hitZ<false>(triangle, planar);
+    const TwoDoubles none{};
+    const TwoDoubles planar =
+        none + (triangle.along_x * x + (triangle.along_y * y + triangle.at_origin));
+    return perspective ? hitZ<true>(planar, planar, triangle.nearest, triangle.farthest)[0]
+                       : hitZ<false>(planar, planar, triangle.nearest, triangle.farthest)[0];
 }
 
 /// Whether all hits of a triangle are from the near plane on, and before the far one.

@@ -2,8 +2,11 @@
 #include "core/raster/hit_lists.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 #include "core/raster/hit_depth.h"
 
@@ -12,11 +15,16 @@ namespace {
 
 /// Z above and what orders hits of equal Z below: sorted as one number. Floats order like their
 /// bits once those of negative ones are turned.
-std::uint64_t packed(float z, std::uint32_t order) {
-    const auto bits = std::bit_cast<std::int32_t>(z);
-    const auto turned =
-        static_cast<std::uint32_t>(bits ^ ((bits >> 31) | std::int32_t(0x80000000)));
-    return std::uint64_t{turned} << 32 | order;
+void pack(const FourFloats& z, std::uint32_t order, std::uint64_t* hits) {
+    constexpr std::int32_t kSign = std::numeric_limits<std::int32_t>::min();
+    const FourInts none{}, bits = std::bit_cast<FourInts>(z);
+    const FourInts above = bits ^ ((bits >> 31) | kSign);
+    const FourInts below = none + static_cast<std::int32_t>(order);
+    static_assert(std::endian::native == std::endian::little);
+    const FourInts first = __builtin_shufflevector(below, above, 0, 4, 1, 5);
+    const FourInts second = __builtin_shufflevector(below, above, 2, 6, 3, 7);
+    std::memcpy(hits, &first, sizeof first);
+    std::memcpy(hits + 2, &second, sizeof second);
 }
 
 float zOf(std::uint64_t hit) {
@@ -47,26 +55,61 @@ std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::
     return sum;
 }
 
+namespace {
+
+/// Hits in the order in which spans have them, some hundred at a time. What is next to be done does
+/// not wait for how long a span is: kWide hits are computed of every one, and those behind its end
+/// are overwritten by the next one's.
+struct HitRun {
+    static constexpr std::size_t kMost = 512, kWide = 4;
+
+    std::array<std::uint64_t, kMost + kWide> hit;
+    std::array<std::uint32_t, kMost + kWide> column;
+    std::size_t hits = 0;
+
+    /// Puts the hits where their rays' next ones go.
+    void scatter(std::uint64_t* to, std::uint32_t* next) {
+        for (std::size_t i = 0; i < hits; ++i)
+            to[next[column[i]]++] = hit[i];
+        hits = 0;
+    }
+};
+
+}  // namespace
+
 template <bool kPerspective, bool kSloped>
 void HitSorter::fill(const SpanStore& store, const HitRow& row) {
     const HitTriangles& triangles = store.triangles();
     std::uint64_t* const hits = hits_.data();
     std::uint32_t* const next = next_.data();
+    HitRun run;
     store.forEachSpan(row.row, [&](std::span<const Span> spans) {
         for (std::size_t i = 0; i < spans.size(); ++i) {
             const Span span = spans[i];
             constexpr std::size_t kAhead = 8;
             if (i + kAhead < spans.size())
                 __builtin_prefetch(&triangles[spans[i + kAhead].triangle]);
-            const HitTriangle triangle = triangles[span.triangle];
+            const HitTriangle& triangle = triangles[span.triangle];
+            const double along = triangle.along_x;
             const double start = triangle.along_y * row.y + triangle.at_origin;
+            const float nearest = triangle.nearest, farthest = triangle.farthest;
             const std::uint32_t order = kSloped ? span.triangle : triangle.key;
-            for (std::uint32_t x = span.first; x <= span.last; ++x) {
-                const double planar = triangle.along_x * (row.x0 + static_cast<int>(x)) + start;
-                hits[next[x]++] = packed(hitZ<kPerspective>(triangle, planar), order);
+            for (std::uint32_t x = span.first; x <= span.last; x += HitRun::kWide) {
+                if (run.hits > HitRun::kMost - HitRun::kWide) run.scatter(hits, next);
+                const TwoDoubles none{}, step = {0, 1};
+                const TwoDoubles at =
+                    none + static_cast<double>(row.x0 + static_cast<int>(x)) + step;
+                pack(hitZ<kPerspective>(along * at + start, along * (at + 2) + start, nearest,
+                                        farthest),
+                     order, run.hit.data() + run.hits);
+                std::uint32_t* const column = run.column.data() + run.hits;
+                for (std::uint32_t k = 0; k < HitRun::kWide; ++k)
+                    column[k] = x + k;
+                run.hits += std::min<std::size_t>(HitRun::kWide, span.last - x + 1);
             }
         }
     });
+    run.scatter(hits, next);
 }
 
 bool HitSorter::sortRow(const SpanStore& store, const HitRow& row) {

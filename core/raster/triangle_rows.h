@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/raster/corner_grid.h"
+#include "core/raster/lanes.h"
 
 namespace peeler {
 
@@ -150,16 +151,6 @@ void forEachLongRow(const SortedTriangle& triangle, const RayWindow& window, Emi
     if (middle < bottom) rows(EdgeRows(b, c, middle, window.bits), middle, bottom);
 }
 
-// Two numbers that are calculated with at once, as GCC and Clang have them on every processor.
-using Two = double __attribute__((vector_size(2 * sizeof(double))));
-
-inline Two least(const Two& a, const Two& b) {
-    return a < b ? a : b;
-}
-inline Two most(const Two& a, const Two& b) {
-    return a < b ? b : a;
-}
-
 /// The same of a small triangle, two rows at once and without branches: a crossing is the quotient
 /// of two numbers below 2^53, and in floating point it is an integer, or on one side of it, exactly
 /// if it is so on paper.
@@ -174,7 +165,7 @@ void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Em
     const double sign = triangle.area > 0 ? 1 : -1;
     struct Edge {
         double at, slope, down;
-        Two crossing(const Two& y) const { return (at + y * slope) / down; }
+        TwoDoubles crossing(const TwoDoubles& y) const { return (at + y * slope) / down; }
     };
     const auto edge = [&](const SnappedCorner& from, const SnappedCorner& to) {
         const std::int64_t across = std::int64_t{to.x} - from.x, down = std::int64_t{to.y} - from.y;
@@ -185,13 +176,13 @@ void forEachShortRow(const SortedTriangle& triangle, const RayWindow& window, Em
     // A level one bounds nothing.
     const Edge whole = edge(a, c), upper = a.y == b.y ? edge(b, c) : edge(a, b),
                lower = b.y == c.y ? edge(a, b) : edge(b, c);
-    const Two none{}, all = none + width;
-    Two y = {0, 1};
+    const TwoDoubles none{}, all = none + width;
+    TwoDoubles y = {0, 1};
     for (std::int32_t row = window.y0; row < window.y1; row += 2, y += 2) {
-        const Two one = whole.crossing(y) * sign;
-        const Two other = least(upper.crossing(y), lower.crossing(y)) * sign;
-        const Two left = least(most(least(one, other), none), all);
-        const Two right = least(most(most(one, other), none), all);
+        const TwoDoubles one = whole.crossing(y) * sign;
+        const TwoDoubles other = least(upper.crossing(y), lower.crossing(y)) * sign;
+        const TwoDoubles left = least(most(least(one, other), none), all);
+        const TwoDoubles right = least(most(most(one, other), none), all);
         for (int i = 0; i < 2; ++i) {
             const auto l = static_cast<std::int32_t>(left[i]),
                        r = static_cast<std::int32_t>(right[i]);
