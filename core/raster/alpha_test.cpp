@@ -17,8 +17,10 @@ bool AlphaTest::passes(const std::array<std::uint32_t, 3>& vertex,
     double alpha = double{material_->base_color.a};
     if (image_) {
         const TextureRef& texture = material_->base_color_texture;
-        alpha *=
-            texelAt(*image_, texture, texcoordAt(*primitive_, texture.texcoord, vertex, weight)).a;
+        const auto& texcoords = primitive_->texcoords[texture.texcoord == 0 ? 0 : 1];
+        const glm::dvec2 uv =
+            texcoords.empty() ? glm::dvec2(0) : weighted(texcoords, vertex, weight);
+        alpha *= texelAt(*image_, texture, uv).a;
     }
     if (!primitive_->colors.empty()) alpha *= weighted(primitive_->colors, vertex, weight).a;
     // As the shaders have it, in single precision.

@@ -41,6 +41,7 @@ void checkHitSettings(const View& view, const CaptureSettings& settings) {
         settings.opaque_only || settings.surfaces != Surfaces::kAll) {
         throw Error(ErrorKind::kInternal, "rays have all hits, as they are");
     }
+    checkSurfaceChannels(settings.channels);
     if (view.crop.width() <= kMostSide && view.crop.height() <= kMostSide) return;
     throw Error(ErrorKind::kUsage,
                 "a bundle would have more than " + std::to_string(kMostSide) + " rays on a side",

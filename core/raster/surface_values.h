@@ -18,29 +18,28 @@
 namespace peeler {
 
 /// A mean of what the corners of a triangle have.
-template <class Value>
+template <class Value, class Index>
 glm::vec<Value::length(), double> weighted(const std::vector<Value>& values,
-                                           const std::array<std::uint32_t, 3>& vertex,
+                                           const std::array<Index, 3>& vertex,
                                            const std::array<double, 3>& weight) {
     using Sum = glm::vec<Value::length(), double>;
     return weight[0] * Sum(values[vertex[0]]) + weight[1] * Sum(values[vertex[1]]) +
            weight[2] * Sum(values[vertex[2]]);
 }
 
-/// Texture coordinates of a set, (0, 0) where the file has none.
-glm::dvec2 texcoordAt(const Primitive& primitive, int set,
-                      const std::array<std::uint32_t, 3>& vertex,
-                      const std::array<double, 3>& weight);
-
-/// A texture's value at texture coordinates, which are transformed as the material says; 0 to 1,
-/// filtered as the sampler magnifies. `srgb`: R, G and B become linear before they are filtered.
+/// A texture's value at coordinates of the set that it uses, which are transformed as the material
+/// says: 0 to 1, wrapped as the sampler does and filtered as it magnifies. `srgb`: R, G and B
+/// become linear before they are filtered.
 glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv,
                    bool srgb = false);
 
+/// Throws Error (kUsage) for a channel that surfaceValues() does not have: the tangent, for which
+/// no bundle asks.
+void checkSurfaceChannels(std::span<const Channel> channels);
+
 /// What shaders yield of the channels (core/image/channels.h) of every hit of a band, as
-/// FragmentSources::values has it: records of shadedComponents() floats, hit after hit. Hits are
-/// seen from the rays of `view`; `keys` are theirs. Rows are done in parallel; the result does not
-/// depend on how. Throws Error (kInternal) for a channel that no bundle asks for.
+/// FragmentSources::values has it: records of shadedComponents() floats, hit after hit. `keys` are
+/// those of the hits. Rows are done in parallel; the result does not depend on how.
 std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
                                  const LayeredImage& band, std::span<const std::uint32_t> keys,
                                  std::span<const Channel> channels);
