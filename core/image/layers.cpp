@@ -99,6 +99,19 @@ void DepthComplexity::addBand(const LayeredImage& band) {
     }
 }
 
+void DepthComplexity::add(const DepthComplexity& rows) {
+    if (histogram_.size() < rows.histogram_.size()) histogram_.resize(rows.histogram_.size());
+    for (std::size_t i = 0; i < rows.histogram_.size(); ++i)
+        histogram_[i] += rows.histogram_[i];
+    if (windows_.size() < rows.windows_.size()) windows_.resize(rows.windows_.size());
+    for (std::size_t i = 0; i < rows.windows_.size(); ++i)
+        windows_[i] = unite(windows_[i], rows.windows_[i]);
+    const auto first = static_cast<std::size_t>(rows.crop_.y0 - crop_.y0);
+    for (std::size_t y = 0; y < rows.row_fragments_.size(); ++y)
+        row_fragments_[first + y] += rows.row_fragments_[y];
+    counted_ += rows.counted_;
+}
+
 std::uint64_t DepthComplexity::mostFragments(int rows) const {
     const auto height = static_cast<std::size_t>(std::max(0, rows));
     std::uint64_t most = 0, sum = 0;

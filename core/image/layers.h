@@ -24,6 +24,9 @@ class DepthComplexity {
     /// The counts of the pixels of a band.
     void addBand(const LayeredImage& band);
 
+    /// What was counted of some of the rows.
+    void add(const DepthComplexity& rows);
+
     /// One entry a layer, front to back; the nearest `limit` of them (0 = all).
     std::vector<LayerPlan> layers(std::uint32_t limit = 0) const;
     std::uint64_t counted() const { return counted_; }

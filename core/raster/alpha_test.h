@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether a point of a surface is there at all, by its alpha.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/glm.hpp>
+
+#include "core/scene/scene.h"
+
+namespace peeler {
+
+/// The alpha test of MASK materials, and alpha exactly 0 of BLEND ones (core/README.md, "What a
+/// fragment is"): the base colour's texture at its finest level, whatever the distance.
+class AlphaTest {
+  public:
+    AlphaTest(const Scene& scene, const Primitive& primitive);
+
+    /// At a point of the triangle with these vertices; the weights add up to 1.
+    bool passes(const std::array<std::uint32_t, 3>& vertex,
+                const std::array<double, 3>& weight) const;
+
+  private:
+    const Primitive* primitive_;
+    const Material* material_;
+    const Image* image_ = nullptr;
+};
+
+}  // namespace peeler

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/raster/hit_lists.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "core/raster/hit_depth.h"
+
+namespace peeler {
+namespace {
+
+/// Z above and what orders hits of equal Z below: sorted as one number. Floats order like their
+/// bits once those of negative ones are turned.
+void pack(const FourFloats& z, std::uint32_t order, std::uint64_t* hits) {
+    constexpr std::int32_t kSign = std::numeric_limits<std::int32_t>::min();
+    const FourInts none{}, bits = std::bit_cast<FourInts>(z);
+    const FourInts above = bits ^ ((bits >> 31) | kSign);
+    const FourInts below = none + static_cast<std::int32_t>(order);
+    static_assert(std::endian::native == std::endian::little);
+    const FourInts first = __builtin_shufflevector(below, above, 0, 4, 1, 5);
+    const FourInts second = __builtin_shufflevector(below, above, 2, 6, 3, 7);
+    std::memcpy(hits, &first, sizeof first);
+    std::memcpy(hits + 2, &second, sizeof second);
+}
+
+float zOf(std::uint64_t hit) {
+    const auto turned = static_cast<std::int32_t>(hit >> 32);
+    return std::bit_cast<float>(turned ^ (~(turned >> 31) | std::int32_t(0x80000000)));
+}
+
+}  // namespace
+
+std::uint64_t countHits(const SpanStore& store, std::size_t row, std::span<std::uint32_t> counts) {
+    std::fill(counts.begin(), counts.end(), 0U);
+    std::uint32_t beyond = 0;  // the end of spans that end with the row
+    const std::size_t width = counts.size();
+    store.forEachSpan(row, [&](std::span<const Span> spans) {
+        for (const Span& span : spans) {
+            const std::size_t end = std::size_t{span.last} + 1;
+            ++counts[span.first];
+            --(end < width ? counts[end] : beyond);
+        }
+    });
+    std::uint64_t sum = 0;
+    std::uint32_t count = 0;
+    for (std::uint32_t& at : counts) {
+        count += at;
+        at = count;
+        sum += count;
+    }
+    return sum;
+}
+
+namespace {
+
+/// Hits in the order in which spans have them, some hundred at a time. What is next to be done does
+/// not wait for how long a span is: kWide hits are computed of every one, and those behind its end
+/// are overwritten by the next one's.
+struct HitRun {
+    static constexpr std::size_t kMost = 512, kWide = 4;
+
+    std::array<std::uint64_t, kMost + kWide> hit;
+    std::array<std::uint32_t, kMost + kWide> column;
+    std::size_t hits = 0;
+
+    /// Puts the hits where their rays' next ones go.
+    void scatter(std::uint64_t* to, std::uint32_t* next) {
+        for (std::size_t i = 0; i < hits; ++i)
+            to[next[column[i]]++] = hit[i];
+        hits = 0;
+    }
+};
+
+}  // namespace
+
+template <bool kPerspective, bool kSloped>
+void HitSorter::fill(const SpanStore& store, const HitRow& row) {
+    const HitTriangles& triangles = store.triangles();
+    std::uint64_t* const hits = hits_.data();
+    std::uint32_t* const next = next_.data();
+    HitRun run;
+    store.forEachSpan(row.row, [&](std::span<const Span> spans) {
+        for (std::size_t i = 0; i < spans.size(); ++i) {
+            const Span span = spans[i];
+            constexpr std::size_t kAhead = 8;
+            if (i + kAhead < spans.size())
+                __builtin_prefetch(&triangles[spans[i + kAhead].triangle]);
+            const HitTriangle& triangle = triangles[span.triangle];
+            const double along = triangle.along_x;
+            const double start = triangle.along_y * row.y + triangle.at_origin;
+            const float nearest = triangle.nearest, farthest = triangle.farthest;
+            const std::uint32_t order = kSloped ? span.triangle : triangle.key;
+            for (std::uint32_t x = span.first; x <= span.last; x += HitRun::kWide) {
+                if (run.hits > HitRun::kMost - HitRun::kWide) run.scatter(hits, next);
+                const TwoDoubles none{}, step = {0, 1};
+                const TwoDoubles at =
+                    none + static_cast<double>(row.x0 + static_cast<int>(x)) + step;
+                pack(hitZ<kPerspective>(along * at + start, along * (at + 2) + start, nearest,
+                                        farthest),
+                     order, run.hit.data() + run.hits);
+                std::uint32_t* const column = run.column.data() + run.hits;
+                for (std::uint32_t k = 0; k < HitRun::kWide; ++k)
+                    column[k] = x + k;
+                run.hits += std::min<std::size_t>(HitRun::kWide, span.last - x + 1);
+            }
+        }
+    });
+    run.scatter(hits, next);
+}
+
+bool HitSorter::sortRow(const SpanStore& store, const HitRow& row) {
+    const std::size_t rays = row.offsets.size();
+    const std::uint32_t first = row.offsets[0], count = row.end - first;
+    if (count == 0) return true;
+    if (hits_.size() < count) {
+        hits_ = {};
+        hits_ = std::vector<std::uint64_t>(count);
+        sorted_ = {};
+        sorted_ = std::vector<std::uint64_t>(count);
+    }
+    next_.resize(rays);
+    for (std::size_t i = 0; i < rays; ++i)
+        next_[i] = row.offsets[i] - first;
+    const auto fill_row =
+        row.slopes
+            ? (row.perspective ? &HitSorter::fill<true, true> : &HitSorter::fill<false, true>)
+            : (row.perspective ? &HitSorter::fill<true, false> : &HitSorter::fill<false, false>);
+    (this->*fill_row)(store, row);
+    bool complete = true;
+    std::uint32_t begin = 0;
+    for (std::size_t i = 0; i < rays; ++i) {
+        const std::uint32_t end = (i + 1 < rays ? row.offsets[i + 1] : row.end) - first;
+        complete &= next_[i] == end;
+        lists_.sort(hits_.data() + begin, end - begin, sorted_.data() + begin);
+        begin = end;
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+        row.z[i] = zOf(sorted_[i]);
+        row.keys[i] = static_cast<std::uint32_t>(sorted_[i]);
+    }
+    if (!row.slopes) return complete;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const HitTriangle& triangle = store.triangles()[row.keys[i]];
+        row.keys[i] = triangle.key;
+        row.slopes[2 * i] = static_cast<float>(triangle.along_x * row.slope_scale);
+        row.slopes[2 * i + 1] = static_cast<float>(-triangle.along_y * row.slope_scale);
+    }
+    return complete;
+}
+
+double slopeScale(const Projection& projection) {
+    const double near = projection.near, far = projection.far;
+    if (!projection.perspective) return -1 / (far - near);
+    return std::isinf(far) ? near : near * far / (far - near);
+}
+
+std::uint64_t HitSorter::bytes(std::uint64_t rays, std::uint64_t hits) {
+    return rays * 2 * sizeof(std::uint32_t) + hits * 2 * sizeof(std::uint64_t);
+}
+
+}  // namespace peeler

@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/raster/hit_rasterizer.h"
+
+#include <algorithm>
+#include <limits>
+#include <mutex>
+#include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/capture/bands.h"
+#include "core/capture/captured_fragments.h"
+#include "core/capture/supersampling.h"
+#include "core/image/layers.h"
+#include "core/raster/hit_lists.h"
+#include "core/raster/scene_triangles.h"
+#include "core/raster/surface_values.h"
+
+namespace peeler {
+namespace {
+
+constexpr int kMostSide = 65536;  // spans hold columns in 16 bits
+constexpr int kRowsAtOnce = 8;    // that a thread takes
+// Without a budget, most bytes of spans; with one, of what it leaves, this share. What has more is
+// found section by section.
+constexpr std::uint64_t kSpanBytes = std::uint64_t{2} << 30;
+constexpr std::uint64_t kSpanShare = 2;
+constexpr std::uint64_t kLeastSpanBytes = std::uint64_t{4} << 20;
+// Hits are found from spans, so many small bands cost no more than few large ones, and what is used
+// again stays warm.
+constexpr std::uint64_t kBandBytes = std::uint64_t{32} << 20;
+// How much of a bundle's time planning takes, roughly.
+constexpr double kPlanShare = 0.4;
+
+void checkHitSettings(const View& view, const CaptureSettings& settings) {
+    if (settings.hit_mode == HitMode::kNone || settings.composite || settings.samples > 1 ||
+        settings.max_layers != 0 || settings.occlusion_ratio > 0 || settings.clip.active() ||
+        settings.opaque_only || settings.surfaces != Surfaces::kAll) {
+        throw Error(ErrorKind::kInternal, "rays have all hits, as they are");
+    }
+    checkSurfaceChannels(settings.channels);
+    if (view.crop.width() <= kMostSide && view.crop.height() <= kMostSide) return;
+    throw Error(ErrorKind::kUsage,
+                "a bundle would have more than " + std::to_string(kMostSide) + " rays on a side",
+                "", "give a lower --resolution or a smaller --size");
+}
+
+/// One of each for every thread at work.
+template <class Item>
+class Spares {
+  public:
+    template <class Use>
+    void with(Use&& use) {
+        std::unique_ptr<Item> item;
+        {
+            const std::lock_guard lock(mutex_);
+            if (!items_.empty()) {
+                item = std::move(items_.back());
+                items_.pop_back();
+            }
+        }
+        if (!item) item = std::make_unique<Item>();
+        use(*item);
+        const std::lock_guard lock(mutex_);
+        items_.push_back(std::move(item));
+    }
+    void free() { items_.clear(); }
+
+  private:
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<Item>> items_;
+};
+
+}  // namespace
+
+struct HitRasterizer::State {
+    explicit State(PosedScene shown) : posed(std::move(shown)), triangles(posed) {}
+
+    void findSections();
+    void countSection(const Window& section);
+    void fillPlan();
+    void freeBands();
+    BandCosts costs(const Sink& sink) const;
+    void captureBand(const Window& band, int section_top);
+    void captureRow(const Window& band, int section_top, int y, std::uint32_t first,
+                    HitSorter& sorter);
+
+    PosedScene posed;
+    SceneTriangles triangles;
+    SpanStore store;
+    StageTimes times;
+    CaptureSettings settings;
+    std::optional<HitView> seen;
+    Plan plan;
+    std::optional<DepthComplexity> complexity;
+    std::vector<Window> sections;  // of rows, top to bottom, whose spans are held at a time
+    Window held;                   // the section whose spans the store has
+    std::uint64_t span_limit = 0;
+    Spares<HitSorter> sorters;
+    LayeredImage image;
+    double plan_share = 0;
+};
+
+HitRasterizer::HitRasterizer(PosedScene posed)
+    : state_(std::make_unique<State>(std::move(posed))) {}
+
+HitRasterizer::~HitRasterizer() = default;
+
+const PosedScene& HitRasterizer::posed() const {
+    return state_->posed;
+}
+
+StageTimes HitRasterizer::takeTimes() {
+    return std::exchange(state_->times, {});
+}
+
+int HitRasterizer::gridBits() const {
+    return state_->seen ? state_->seen->grid.bits() : 0;
+}
+
+/// Counts the hits of a section whose spans are in the store.
+void HitRasterizer::State::countSection(const Window& section) {
+    const auto width = static_cast<std::size_t>(section.width());
+    const auto groups =
+        static_cast<std::size_t>((section.height() + kRowsAtOnce - 1) / kRowsAtOnce);
+    std::mutex mutex;
+    parallelFor(groups, [&](std::size_t group) {
+        thread_local std::vector<std::uint32_t> counts;
+        counts.resize(width);
+        Window rows = section;
+        rows.y0 += static_cast<int>(group) * kRowsAtOnce;
+        rows.y1 = std::min(section.y1, rows.y0 + kRowsAtOnce);
+        DepthComplexity part(rows);
+        for (int y = rows.y0; y < rows.y1; ++y) {
+            countHits(store, static_cast<std::size_t>(y - section.y0), counts);
+            part.addRow(rows.x0, y, counts);
+        }
+        const std::lock_guard lock(mutex);
+        complexity->add(part);
+    });
+}
+
+/// Cuts the picture into sections whose spans fit, and counts the hits of each.
+void HitRasterizer::State::findSections() {
+    sections.clear();
+    complexity.emplace(plan.view.crop);
+    std::vector<Window> to_do{plan.view.crop};
+    while (!to_do.empty()) {
+        const Window section = to_do.back();
+        to_do.pop_back();
+        if (section.empty()) continue;
+        held = section;
+        triangles.findSpans(*seen, section, span_limit, store);
+        if (!store.overflowed()) {
+            sections.push_back(section);
+            countSection(section);
+            continue;
+        }
+        const int middle = section.y0 + section.height() / 2;
+        if (middle == section.y0) {
+            throw Error(
+                ErrorKind::kMemory,
+                "what the scene's triangles cover of one row does not fit the memory budget",
+                settings.memory.where(),
+                settings.memory.hint(residentBytes() + kSpanShare * span_limit));
+        }
+        to_do.push_back({section.x0, middle, section.x1, section.y1});
+        to_do.push_back({section.x0, section.y0, section.x1, middle});
+    }
+}
+
+void HitRasterizer::State::fillPlan() {
+    plan.color_type = settings.color_type;
+    plan.channel_bytes =
+        channelBytes(settings.channels, settings.color_type) + sizeof(std::uint32_t);
+    plan.layers = complexity->layers();
+    plan.fragments_counted = plan.fragments_stored = complexity->counted();
+}
+
+/// What the last bundle has left is resident, and must not be counted a second time.
+void HitRasterizer::State::freeBands() {
+    BandCosts costs;
+    costs.band_bytes = kBandBytes + store.bytes();
+    if (isRoomy(settings.memory, residentBytes(), costs)) return;
+    image = {};
+    sorters.free();
+    store.free();
+    triangles.free();
+    returnFreeMemory();
+}
+
+Plan HitRasterizer::plan(const View& view, const CaptureSettings& settings,
+                         const Progress& progress) {
+    State& s = *state_;
+    checkHitSettings(view, settings);
+    s.settings = settings;
+    s.plan = {};
+    s.plan.view = view;
+    s.seen.emplace(view, settings);
+    s.freeBands();
+    s.span_limit = kSpanBytes;
+    if (settings.memory != 0) {
+        // As bands have it: what is left besides a reserve.
+        BandCosts costs;
+        costs.band_bytes = kSpanBytes;
+        costs.fragment_bytes = costs.pixel_bytes = costs.largest_array_bytes = 1;
+        costs.storage_block_bytes = std::numeric_limits<std::uint64_t>::max();
+        costs.fixed_bytes = s.triangles.mostBytes();
+        const std::uint64_t left =
+            bandLimits(settings.memory, residentBytes(), costs).row_fragments / 3 * 4;
+        s.span_limit = std::clamp(left / kSpanShare, kLeastSpanBytes, kSpanBytes);
+    }
+    timed(s.times, "count", [&] { s.findSections(); });
+    s.fillPlan();
+    s.plan_share = progress ? kPlanShare : 0;
+    if (progress) progress(s.plan_share);
+    return s.plan;
+}
+
+BandCosts HitRasterizer::State::costs(const Sink& sink) const {
+    const SinkMemory memory = sink.memory();
+    const std::uint64_t width = static_cast<std::uint64_t>(plan.view.crop.width());
+    const std::uint64_t hit = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
+    BandCosts costs;
+    costs.band_bytes = std::min(settings.band_bytes, kBandBytes);
+    costs.fragment_bytes = hit * (1 + static_cast<std::uint64_t>(memory.bands));
+    if (const std::size_t floats = shadedComponents(settings.channels); floats > 0)
+        costs.fragment_bytes += floats * sizeof(float) + sizeof(std::uint32_t);
+    costs.pixel_bytes =
+        sizeof(std::uint32_t) * (1 + static_cast<std::uint64_t>(memory.bands)) + memory.pixel_bytes;
+    costs.fixed_bytes = static_cast<std::uint64_t>(threadCount()) *
+                            HitSorter::bytes(width, complexity->mostFragments(1)) +
+                        memory.bytes + 2 * complexity->mostFragments(memory.rows) * hit;
+    // Offsets are 32 bits wide.
+    costs.largest_array_bytes = 1;
+    costs.storage_block_bytes = std::numeric_limits<std::uint32_t>::max();
+    return costs;
+}
+
+namespace {
+
+/// resize() for contents that will be overwritten: never holds the old and the new storage at once.
+template <class T>
+void resizeFresh(std::vector<T>& values, std::size_t size) {
+    if (values.capacity() < size) {
+        values = {};
+        values.reserve(size);
+    }
+    values.resize(size);
+}
+
+}  // namespace
+
+void HitRasterizer::State::captureRow(const Window& band, int section_top, int y,
+                                      std::uint32_t first, HitSorter& sorter) {
+    const std::size_t row = static_cast<std::size_t>(y - section_top);
+    const auto width = static_cast<std::size_t>(band.width());
+    std::uint32_t* const offsets = image.offsets.data() + image.pixelIndex(band.x0, y);
+    // The entry behind the row's last is the next row's to write; it has the same.
+    const std::span<std::uint32_t> counts = sorter.counts(width);
+    const std::uint64_t found = countHits(store, row, counts);
+    if (found != complexity->rowFragments(y)) {
+        throw Error(ErrorKind::kInternal,
+                    std::to_string(found) + " hits were found where " +
+                        std::to_string(complexity->rowFragments(y)) + " were counted",
+                    "row " + std::to_string(y), "please report this with the scene");
+    }
+    std::uint32_t at = first;
+    for (std::size_t x = 0; x < width; ++x) {
+        offsets[x] = at;
+        at += counts[x];
+    }
+    HitRow hits;
+    hits.row = row;
+    hits.x0 = band.x0;
+    hits.y = y;
+    hits.perspective = seen->view.projection.perspective;
+    hits.offsets = {offsets, width};
+    hits.end = at;
+    hits.z = image.z.data() + first;
+    hits.keys = image.extra.front().as<std::uint32_t>().data() + first;
+    if (settings.hit_mode == HitMode::kSloped) {
+        hits.slopes = image.color.as<float>().data() + 2 * std::size_t{first};
+        hits.slope_scale = slopeScale(seen->view.projection);
+    }
+    if (!sorter.sortRow(store, hits)) {
+        throw Error(ErrorKind::kInternal, "a ray has not the hits that were counted",
+                    "row " + std::to_string(y), "please report this with the scene");
+    }
+}
+
+void HitRasterizer::State::captureBand(const Window& band, int section_top) {
+    std::vector<std::uint32_t> first(static_cast<std::size_t>(band.height()) + 1);
+    for (int y = band.y0; y < band.y1; ++y) {
+        const auto row = static_cast<std::size_t>(y - band.y0);
+        first[row + 1] = first[row] + static_cast<std::uint32_t>(complexity->rowFragments(y));
+    }
+    const std::size_t hits = first.back();
+    image.window = band;
+    resizeFresh(image.offsets, band.pixels() + 1);
+    image.offsets.back() = first.back();
+    resizeFresh(image.z, hits);
+    image.color.type =
+        settings.hit_mode == HitMode::kSloped ? PixelType::kFloat : settings.color_type;
+    image.color.channels.clear();
+    if (settings.hit_mode == HitMode::kSloped) image.color.channels = {"dDepth.X", "dDepth.Y"};
+    resizeFresh(image.color.data, hits * image.color.stride());
+    image.extra.resize(1);
+    image.extra.front().channels = {kKeyChannel};
+    image.extra.front().type = PixelType::kUint;
+    resizeFresh(image.extra.front().data, hits * sizeof(std::uint32_t));
+    const StageTimer timer(times, "capture");
+    const auto groups = static_cast<std::size_t>((band.height() + kRowsAtOnce - 1) / kRowsAtOnce);
+    parallelFor(groups, [&](std::size_t group) {
+        sorters.with([&](HitSorter& sorter) {
+            const int begin = band.y0 + static_cast<int>(group) * kRowsAtOnce;
+            for (int y = begin; y < std::min(begin + kRowsAtOnce, band.y1); ++y)
+                captureRow(band, section_top, y, first[static_cast<std::size_t>(y - band.y0)],
+                           sorter);
+        });
+    });
+    if (settings.channels.empty()) return;
+    const std::span<const std::uint32_t> keys = image.extra.front().as<std::uint32_t>();
+    FragmentSources sources{posed, seen->view, nullptr, keys, {}, nullptr};
+    std::vector<float> values;
+    std::vector<std::uint32_t> places;
+    if (shadedComponents(settings.channels) > 0) {
+        values = surfaceValues(posed, seen->view, image, keys, settings.channels);
+        places.resize(hits);
+        std::iota(places.begin(), places.end(), 0U);
+        sources.shaded = places;
+        sources.values = values.data();
+    }
+    image.color.type = settings.color_type;  // which is also that of channels
+    appendChannels(sources, settings.channels, image);
+    if (settings.hit_mode == HitMode::kSloped) image.color.type = PixelType::kFloat;
+}
+
+CaptureReport HitRasterizer::capture(Sink& sink, const Progress& progress) {
+    State& s = *state_;
+    CaptureReport report;
+    report.passes = 1;
+    const Window& crop = s.plan.view.crop;
+    std::uint64_t stored = 0;
+    for (const Window& section : s.sections) {
+        if (section != s.held) {
+            const StageTimer timer(s.times, "count");
+            s.held = section;
+            s.triangles.findSpans(*s.seen, section, s.span_limit, s.store);
+            if (s.store.overflowed())
+                throw Error(ErrorKind::kInternal, "a section that has fitted fits no longer");
+        }
+        const BandLimits limits = bandLimits(s.settings.memory, residentBytes(), s.costs(sink));
+        for (const Window& band :
+             cutBands(section, limits, [&](int y) { return s.complexity->rowFragments(y); })) {
+            s.captureBand(band, section.y0);
+            stored += s.image.fragments();
+            ++report.bands;
+            sink.write(std::move(s.image));
+            if (progress) {
+                const double share = static_cast<double>(band.y1 - crop.y0) / crop.height();
+                progress(s.plan_share + (1 - s.plan_share) * share);
+            }
+        }
+    }
+    if (stored != s.plan.fragments_stored) {
+        throw Error(ErrorKind::kInternal, std::to_string(stored) + " hits were captured and " +
+                                              std::to_string(s.plan.fragments_stored) + " planned");
+    }
+    return report;
+}
+
+}  // namespace peeler

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// All hits of bundles of rays without GL: rasterised on the CPU, exactly and in integers.
+#pragma once
+
+#include <memory>
+
+#include "core/capture/hit_source.h"
+
+namespace peeler {
+
+/// Finds the hits of bundles, parallel or through a pinhole, by rasterising triangles.
+///
+/// Corners are snapped to a grid (CornerGrid), and a ray hits a triangle if it goes through the
+/// snapped one, or through its left or top edges: exactly, so that a ray through an edge that two
+/// triangles share hits one of them, and a closed surface an even number of times. Z is that of the
+/// triangle as it is where the ray meets its plane, in double precision, rounded once. Hits are
+/// ordered by that and then by draw order. All bits are the same on every machine and with any
+/// number of threads, bands and budget.
+///
+/// What counts is what core/README.md ("What a fragment is") says, textures being looked up at
+/// their finest level. Triangles that reach beyond the grid are cut off there, without cracks; one
+/// with a corner that is not a finite number is not hit.
+///
+/// HitMode::kRefined and kRaw are the same. Lines and points are not hit.
+class HitRasterizer final : public HitSource {
+  public:
+    /// Throws Error (kInput) if the scene has 2^32 triangles or more.
+    explicit HitRasterizer(PosedScene posed);
+    ~HitRasterizer() override;
+    HitRasterizer(const HitRasterizer&) = delete;
+    HitRasterizer& operator=(const HitRasterizer&) = delete;
+
+    /// Throws Error (kInternal) for settings that ask for a picture, or for what only pictures have
+    /// (clip volumes, hidden surfaces, composites, samples, a limit of layers), and (kUsage) if a
+    /// bundle has more than 65,536 rays on a side.
+    Plan plan(const View& view, const CaptureSettings& settings,
+              const Progress& progress = {}) override;
+    CaptureReport capture(Sink& sink, const Progress& progress = {}) override;
+    const PosedScene& posed() const override;
+    StageTimes takeTimes() override;
+
+    /// Of the last plan: 2^gridBits() steps of the grid lie between two rays.
+    int gridBits() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace peeler

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/raster/surface_values.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/base/color.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/scene/elements.h"
+
+namespace peeler {
+namespace {
+
+/// The texel that a sampler takes for one that may be outside of the image.
+int wrapped(double texel, int size, int wrap) {
+    constexpr int kClampToEdge = 33071, kMirroredRepeat = 33648;
+    if (wrap == kClampToEdge)
+        return static_cast<int>(std::clamp(texel, 0.0, static_cast<double>(size - 1)));
+    const double period = wrap == kMirroredRepeat ? 2.0 * size : size;
+    const auto at = static_cast<int>(texel - period * std::floor(texel / period));
+    if (wrap == kMirroredRepeat && at >= size) return std::max(0, 2 * size - 1 - at);
+    return std::min(at, size - 1);
+}
+
+const std::array<double, 256>& decoded(bool srgb) {
+    static const auto kTables = [] {
+        std::array<std::array<double, 256>, 2> tables{};
+        for (std::size_t i = 0; i < 256; ++i) {
+            tables[0][i] = static_cast<double>(i) / 255;
+            tables[1][i] = linearFromSrgb(tables[0][i]);
+        }
+        return tables;
+    }();
+    return kTables[srgb ? 1 : 0];
+}
+
+glm::dvec4 texel(const Image& image, int x, int y, bool srgb) {
+    const std::uint8_t* const rgba =
+        image.rgba.data() +
+        4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
+             static_cast<std::size_t>(x));
+    const auto& color = decoded(srgb);
+    return {color[rgba[0]], color[rgba[1]], color[rgba[2]], decoded(false)[rgba[3]]};
+}
+
+}  // namespace
+
+glm::dvec4 texelAt(const Image& image, const TextureRef& texture, const glm::dvec2& uv, bool srgb) {
+    constexpr int kNearest = 9728;
+    const Sampler& sampler = texture.sampler;
+    const glm::dvec3 moved = glm::dmat3(texture.transform) * glm::dvec3(uv, 1);
+    glm::dvec2 at(moved.x * image.width, moved.y * image.height);
+    if (!std::isfinite(at.x) || !std::isfinite(at.y)) at = glm::dvec2(0);
+    if (sampler.mag_filter == kNearest) {
+        return texel(image, wrapped(std::floor(at.x), image.width, sampler.wrap_s),
+                     wrapped(std::floor(at.y), image.height, sampler.wrap_t), srgb);
+    }
+    at -= 0.5;
+    const glm::dvec2 low = glm::floor(at), share = at - low;
+    const int x0 = wrapped(low.x, image.width, sampler.wrap_s);
+    const int x1 = wrapped(low.x + 1, image.width, sampler.wrap_s);
+    const int y0 = wrapped(low.y, image.height, sampler.wrap_t);
+    const int y1 = wrapped(low.y + 1, image.height, sampler.wrap_t);
+    const glm::dvec4 above =
+        (1 - share.x) * texel(image, x0, y0, srgb) + share.x * texel(image, x1, y0, srgb);
+    const glm::dvec4 below =
+        (1 - share.x) * texel(image, x0, y1, srgb) + share.x * texel(image, x1, y1, srgb);
+    return (1 - share.y) * above + share.y * below;
+}
+
+namespace {
+
+/// A hit, with all that its values depend on.
+struct SurfacePoint {
+    const Scene& scene;
+    const WorldElement& element;
+    const Material& material;
+    std::array<double, 3> weight;
+    glm::dvec3 direction;  // of the ray
+    glm::dvec3 facet;      // of the triangle, toward the ray; not of unit length
+    double side = 1;       // −1 on the back
+
+    const Primitive& primitive() const { return *element.primitive; }
+    template <class Value>
+    auto mean(const std::vector<Value>& values) const {
+        return weighted(values, element.corners.vertex, weight);
+    }
+    glm::dvec2 texcoord(int set) const {
+        const auto& texcoords = primitive().texcoords[set == 0 ? 0 : 1];
+        return texcoords.empty() ? glm::dvec2(0) : mean(texcoords);
+    }
+    /// All ones where there is no texture.
+    glm::dvec4 textured(const TextureRef& texture, bool srgb) const {
+        if (!texture) return glm::dvec4(1);
+        return texelAt(scene.images[static_cast<std::size_t>(texture.image)], texture,
+                       texcoord(texture.texcoord), srgb);
+    }
+};
+
+/// Without any map (shaders/normal.glsl).
+glm::dvec3 interpolatedNormal(const PosedScene& posed, const SurfacePoint& point) {
+    const WorldElement& element = point.element;
+    const auto& normals = posed.normals(*element.instance, element.origin.primitive);
+    if (!normals.empty()) {
+        const glm::dvec3 normal =
+            normalMatrix(glm::dmat3(element.instance->world)) * point.mean(normals);
+        const double size = glm::length(normal);
+        if (size > 0) return point.side / size * normal;
+    }
+    const double size = glm::length(point.facet);
+    return size > 0 ? point.facet / size : -glm::normalize(point.direction);
+}
+
+/// Where U and (up the image) V grow about `normal`, as shaders/normal.glsl has it, but from the
+/// edges of the triangle in the place of derivatives on the picture.
+std::pair<glm::dvec3, glm::dvec3> tangentFrame(const PosedScene& posed, const SurfacePoint& point,
+                                               const TextureRef& texture,
+                                               const glm::dvec3& normal) {
+    const WorldElement& element = point.element;
+    const Primitive& primitive = point.primitive();
+    const int deformed = element.instance->deformed;
+    const auto& tangents =
+        deformed < 0
+            ? primitive.tangents
+            : posed.deformed()[static_cast<std::size_t>(deformed)][element.origin.primitive]
+                  .tangents;
+    if (!tangents.empty() && !primitive.normals.empty()) {
+        const glm::dvec4 mean = point.mean(tangents);
+        glm::dvec3 tangent = glm::dmat3(element.instance->world) * glm::dvec3(mean);
+        const double size = glm::length(tangent);
+        tangent *= size > 0 ? point.side / size : 0;
+        const double handedness = element.instance->mirrored ? -mean.w : mean.w;
+        return {tangent, point.side * handedness * glm::cross(normal, tangent)};
+    }
+    const auto& texcoords = primitive.texcoords[texture.texcoord == 0 ? 0 : 1];
+    if (texcoords.empty()) return {glm::dvec3(0), glm::dvec3(0)};
+    const auto& vertex = element.corners.vertex;
+    const glm::dvec3 p1 = element.corner[1] - element.corner[0];
+    const glm::dvec3 p2 = element.corner[2] - element.corner[0];
+    const glm::dmat2 turn = glm::dmat2(glm::dmat3(texture.transform));
+    const glm::dvec2 uv0(texcoords[vertex[0]]);
+    const glm::dvec2 uv1 = turn * (glm::dvec2(texcoords[vertex[1]]) - uv0);
+    const glm::dvec2 uv2 = turn * (glm::dvec2(texcoords[vertex[2]]) - uv0);
+    // As if the edges went to the right and up on the picture.
+    const double turned = glm::dot(glm::cross(p1, p2), point.facet) < 0 ? -1 : 1;
+    const glm::dvec3 across_2 = turned * glm::cross(p2, normal);
+    const glm::dvec3 across_1 = turned * glm::cross(normal, p1);
+    glm::dvec3 tangent = across_2 * uv1.x + across_1 * uv2.x;
+    glm::dvec3 bitangent = -(across_2 * uv1.y + across_1 * uv2.y);
+    const double scale = std::max(glm::dot(tangent, tangent), glm::dot(bitangent, bitangent));
+    const double facing = glm::dot(normal, point.facet) < 0 ? -point.side : point.side;
+    const double factor = scale > 0 ? facing / std::sqrt(scale) : 0;
+    return {factor * tangent, factor * bitangent};
+}
+
+// One function a channel that shaders yield: its components.
+
+void shadingNormal(const PosedScene& posed, const SurfacePoint& point, float* out) {
+    glm::dvec3 normal = interpolatedNormal(posed, point);
+    const Material& material = point.material;
+    if (const TextureRef& texture = material.normal_texture) {
+        glm::dvec3 mapped = glm::dvec3(point.textured(texture, false)) * 2.0 - 1.0;
+        mapped.x *= double{material.normal_scale};
+        mapped.y *= double{material.normal_scale};
+        const auto [tangent, bitangent] = tangentFrame(posed, point, texture, normal);
+        const glm::dvec3 bent = tangent * mapped.x + bitangent * mapped.y + normal * mapped.z;
+        if (const double size = glm::length(bent); size > 0) normal = bent / size;
+    }
+    for (int i = 0; i < 3; ++i)
+        out[i] = static_cast<float>(normal[i]);
+}
+
+void texcoords(const PosedScene&, const SurfacePoint& point, float* out) {
+    const glm::dvec2 uv = point.texcoord(0);
+    out[0] = static_cast<float>(uv.x);
+    out[1] = static_cast<float>(uv.y);
+}
+
+void baseColor(const PosedScene&, const SurfacePoint& point, float* out) {
+    const Material& material = point.material;
+    glm::dvec4 color =
+        glm::dvec4(material.base_color) * point.textured(material.base_color_texture, true);
+    if (!point.primitive().colors.empty()) color *= point.mean(point.primitive().colors);
+    for (int i = 0; i < 3; ++i)
+        out[i] = static_cast<float>(color[i]);
+}
+
+void emissive(const PosedScene&, const SurfacePoint& point, float* out) {
+    const Material& material = point.material;
+    const glm::dvec3 color =
+        glm::dvec3(material.emissive) * glm::dvec3(point.textured(material.emissive_texture, true));
+    for (int i = 0; i < 3; ++i)
+        out[i] = static_cast<float>(color[i]);
+}
+
+void roughnessMetallic(const PosedScene&, const SurfacePoint& point, float* out) {
+    const Material& material = point.material;
+    double roughness = 0, metallic = 0;
+    if (const auto& gloss = material.specular_glossiness) {
+        roughness = 1 - double{gloss->glossiness} * point.textured(gloss->texture, true).a;
+    } else {
+        const glm::dvec4 texel = point.textured(material.metallic_roughness_texture, false);
+        roughness = double{material.roughness} * texel.g;
+        metallic = double{material.metallic} * texel.b;
+    }
+    out[0] = static_cast<float>(std::clamp(roughness, 0.0, 1.0));
+    out[1] = static_cast<float>(std::clamp(metallic, 0.0, 1.0));
+}
+
+using EvaluateSurface = void (*)(const PosedScene&, const SurfacePoint&, float*);
+
+/// None: the channel follows from Z and primitive, or is not there.
+constexpr std::pair<Channel, EvaluateSurface> kSurfaceChannels[] = {
+    {Channel::kNormal, shadingNormal},
+    {Channel::kUv, texcoords},
+    {Channel::kBaseColor, baseColor},
+    {Channel::kEmissive, emissive},
+    {Channel::kRoughnessMetallic, roughnessMetallic},
+};
+
+EvaluateSurface evaluationOf(Channel channel) {
+    for (const auto& [one, evaluate] : kSurfaceChannels)
+        if (one == channel) return evaluate;
+    return nullptr;
+}
+
+}  // namespace
+
+void checkSurfaceChannels(std::span<const Channel> channels) {
+    for (const Channel channel : channels) {
+        const ChannelInfo& info = infoOf(channel);
+        if (info.definition.empty() || evaluationOf(channel)) continue;
+        throw Error(ErrorKind::kUsage, "hits have no channel '" + std::string(info.name) + "'");
+    }
+}
+
+std::vector<float> surfaceValues(const PosedScene& posed, const View& view,
+                                 const LayeredImage& band, std::span<const std::uint32_t> keys,
+                                 std::span<const Channel> channels) {
+    struct Column {
+        EvaluateSurface evaluate;
+        std::size_t first;
+    };
+    std::vector<Column> columns;
+    std::size_t floats = 0;
+    for (const Channel channel : channels) {
+        if (infoOf(channel).definition.empty()) continue;
+        columns.push_back({evaluationOf(channel), floats});
+        floats += infoOf(channel).components.size();
+    }
+    std::vector<float> values(floats * keys.size());
+    const auto width = static_cast<std::size_t>(band.window.width());
+    const Scene& scene = posed.scene();
+    parallelFor(static_cast<std::size_t>(band.window.height()), [&](std::size_t row) {
+        for (std::size_t x = 0; x < width; ++x) {
+            const std::size_t pixel = row * width + x;
+            if (band.count(pixel) == 0) continue;
+            const glm::dvec2 at = glm::dvec2(band.window.x0 + static_cast<double>(x),
+                                             band.window.y0 + static_cast<double>(row)) +
+                                  view.sample;
+            const glm::dvec3 origin = worldPosition(view, at.x, at.y, 0);
+            const glm::dvec3 direction = worldPosition(view, at.x, at.y, 1) - origin;
+            for (std::uint32_t f = band.offsets[pixel]; f < band.offsets[pixel + 1]; ++f) {
+                WorldElement element = elementOf(posed, keys[f]);
+                placeCorners(posed, element);
+                const bool back = glm::dot(element.normal(), direction) > 0;
+                const SurfacePoint point{
+                    scene,
+                    element,
+                    scene.materials[static_cast<std::size_t>(element.primitive->material)],
+                    element.weightsAt(origin, direction),
+                    direction,
+                    back ? -element.normal() : element.normal(),
+                    back ? -1.0 : 1.0};
+                for (const Column& column : columns)
+                    column.evaluate(posed, point, values.data() + f * floats + column.first);
+            }
+        }
+    });
+    return values;
+}
+
+}  // namespace peeler

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// All hits of a bundle from a source, and bundles whose rays stand where a test wants them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/capture/hit_source.h"
+
+namespace peeler::test {
+
+struct TracedHits {
+    Plan plan;
+    CaptureReport report;
+    LayeredImage image;  ///< all bands as one
+    std::vector<Window> bands;
+
+    std::vector<std::uint32_t> keys(std::size_t pixel) const {
+        const auto all = image.extra.front().as<std::uint32_t>();
+        return {all.begin() + image.offsets[pixel], all.begin() + image.offsets[pixel + 1]};
+    }
+};
+
+/// Puts bands below each other.
+class JoiningSink final : public Sink {
+  public:
+    explicit JoiningSink(TracedHits& traced) : traced_(traced) {}
+    void begin(const Plan&) override {}
+    void finish() override {}
+    void write(LayeredImage&& band) override {
+        traced_.bands.push_back(band.window);
+        LayeredImage& all = traced_.image;
+        if (traced_.bands.size() == 1) {
+            all = band;
+            return;
+        }
+        all.window.y1 = band.window.y1;
+        const std::uint32_t before = all.offsets.back();
+        for (std::size_t i = 1; i < band.offsets.size(); ++i)
+            all.offsets.push_back(before + band.offsets[i]);
+        all.z.insert(all.z.end(), band.z.begin(), band.z.end());
+        append(all.color, band.color);
+        for (std::size_t i = 0; i < all.extra.size(); ++i)
+            append(all.extra[i], band.extra[i]);
+    }
+
+  private:
+    static void append(FragmentArray& to, const FragmentArray& from) {
+        to.data.insert(to.data.end(), from.data.begin(), from.data.end());
+    }
+
+    TracedHits& traced_;
+};
+
+inline CaptureSettings hitSettings(HitMode hit_mode = HitMode::kRefined) {
+    CaptureSettings settings;
+    settings.hit_mode = hit_mode;
+    settings.faces = Faces::kBoth;
+    settings.depth_clamp = true;
+    settings.color_type = PixelType::kFloat;
+    return settings;
+}
+
+inline TracedHits trace(HitSource& source, const View& view,
+                        const CaptureSettings& settings = hitSettings()) {
+    TracedHits traced;
+    traced.plan = source.plan(view, settings);
+    JoiningSink sink(traced);
+    traced.report = source.capture(sink);
+    return traced;
+}
+
+/// Rays along −Z from Z = 0 on, a unit apart: that of pixel (x, y) goes through (x + 0.5, −y − 0.5)
+/// if a corner of the picture is at the origin.
+inline View parallelView(int width, int height, double far = 100) {
+    View view;
+    view.width = width;
+    view.height = height;
+    view.crop = {0, 0, width, height};
+    view.projection.perspective = false;
+    view.projection.half_width = width / 2.0;
+    view.projection.half_height = height / 2.0;
+    view.projection.near = 0;
+    view.projection.far = far;
+    view.camera_to_world[3] = glm::dvec4(width / 2.0, -height / 2.0, 0, 1);
+    return view;
+}
+
+}  // namespace peeler::test
