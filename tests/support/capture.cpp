@@ -140,11 +140,11 @@ Captured capture(const Scene& scene, const View& view, const CaptureSettings& se
     return capture(renderer, view, settings);
 }
 
-Captured capture(Renderer& renderer, const View& view, const CaptureSettings& settings) {
+Captured capture(HitSource& source, const View& view, const CaptureSettings& settings) {
     Captured result;
-    result.plan = renderer.plan(view, settings);
+    result.plan = source.plan(view, settings);
     CollectSink collect;
-    result.report = renderer.capture(collect);
+    result.report = source.capture(collect);
     result.image = std::move(collect.image);
     result.bands = std::move(collect.bands);
     return result;

@@ -77,8 +77,9 @@ void inOwnThread(const std::function<void()>& test);
 Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings = {},
                  gl::Context& context = sharedContext());
 
-/// The same with a Renderer that is open already, for tests that render a scene many times.
-Captured capture(Renderer& renderer, const View& view, const CaptureSettings& settings = {});
+/// The same with a source that is open already, for tests that capture a scene many times; of all
+/// but a Renderer hits alone.
+Captured capture(HitSource& source, const View& view, const CaptureSettings& settings = {});
 
 /// Compares bit for bit: windows, offsets, depth, colour, extra arrays. Returns "" or what differs
 /// first.
