@@ -7,6 +7,7 @@
 #include <cstring>
 #include <thread>
 
+#include "core/raster/hit_rasterizer.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -138,6 +139,11 @@ Captured capture(const Scene& scene, const View& view, const CaptureSettings& se
     const PosedScene shown(scene);
     Renderer renderer(context, shown);
     return capture(renderer, view, settings);
+}
+
+std::unique_ptr<HitSource> openHits(const std::string& engine, const PosedScene& posed) {
+    if (engine == "gl") return std::make_unique<Renderer>(sharedContext(), posed);
+    return std::make_unique<HitRasterizer>(posed);
 }
 
 Captured capture(HitSource& source, const View& view, const CaptureSettings& settings) {

@@ -77,6 +77,9 @@ void inOwnThread(const std::function<void()>& test);
 Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings = {},
                  gl::Context& context = sharedContext());
 
+/// What finds the hits of a scene, by what --engine calls it: cpu, or gl, on the shared context.
+std::unique_ptr<HitSource> openHits(const std::string& engine, const PosedScene& posed);
+
 /// The same with a source that is open already, for tests that capture a scene many times; of all
 /// but a Renderer hits alone.
 Captured capture(HitSource& source, const View& view, const CaptureSettings& settings = {});
