@@ -231,6 +231,7 @@ void Bake::describe() {
     json["quantity"] = nameOf<BakeQuantity>(kBakeQuantities, options_.bake.settings.quantity);
     json["target"] = targetName(options_.bake.chosenTarget());
     json["receivers"] = receivers().size();
+    job_.chooseEngine();  // the hash depends on it
     json["settingsHash"] = job_.settingsHash(capture_, bakeSettings(options_.bake));
     json["outputs"] = forecastJson(forecast_);
     console_.result(jsonText(json));
@@ -238,23 +239,23 @@ void Bake::describe() {
 }
 
 void Bake::gather() {
-    Renderer& renderer = job_.openRenderer(*posed_);
-    add(job_.times(), renderer.takeTimes());
+    HitSource& source = job_.openHits(*posed_);
+    add(job_.times(), source.takeTimes());
     BakeSettings settings = options_.bake.settings;
     settings.bounces = options_.bake.bounces.value_or(settings.bounces);
     {
         const SurfaceLookup lookup = texels_ ? texels_->lookup() : vertices_->lookup();
         ProgressReport progress(console_, options_.report.shownProgress(), "bake");
         const StageTimer timer(job_.times(), "bake");
-        values_ = bake(renderer, receivers(), settings, capture_, lookup,
+        values_ = bake(source, receivers(), settings, capture_, lookup,
                        [&](double share) { progress.update(share); });
     }
     // The captures are booked under stages of their own; what is left of the time is "bake".
-    const StageTimes captures = renderer.takeTimes();
+    const StageTimes captures = source.takeTimes();
     for (const auto& [stage, milliseconds] : captures)
         job_.times()["bake"] -= milliseconds;
     add(job_.times(), captures);
-    job_.closeRenderer();
+    job_.closeHits();
 }
 
 void Bake::write() {
@@ -375,6 +376,7 @@ VerbAction declareBake(VerbOptions& verb) {
     addBakeOptions(verb, options->bake);
     addShownOptions(verb, *options);
     addBakedAppearanceOptions(verb, options->appearance);
+    addEngineOption(verb, options->engine);
     addRunOptions(verb, *options, "rays are traced in bands that fit; receivers come on top");
     addDryRunOption(verb, options->bake.dry_run);
     verb.footer(kBakeFooter);

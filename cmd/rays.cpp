@@ -62,7 +62,7 @@ class Rays {
         chooseBundles();
         checkOutputs();
         openOutputs();
-        openRenderer();
+        openHits();
         count();
         if (options_.dry_run) return describe();
         tellForecast(forecast_, console_);
@@ -80,7 +80,7 @@ class Rays {
     void chooseBundles();
     void openOutputs();
     std::unique_ptr<RayOutput> makeOutput();
-    void openRenderer();
+    void openHits();
     void count();
     void describe();
     void trace();
@@ -103,7 +103,7 @@ class Rays {
     std::vector<std::unique_ptr<RayOutput>> outputs_;
     const RayParity* parity_ = nullptr;  ///< one of outputs_; null without --parity
     std::vector<fs::path> files_;        ///< the files that are written
-    Renderer* renderer_ = nullptr;       ///< owned by job_
+    HitSource* source_ = nullptr;        ///< owned by job_
     std::vector<std::uint64_t> hits_;    ///< of each bundle; empty if no output needs them first
     Forecast forecast_;
     std::uint64_t hits_found_ = 0;
@@ -231,8 +231,8 @@ std::unique_ptr<RayOutput> Rays::makeOutput() {
                                 .double_positions = options_.double_points});
 }
 
-void Rays::openRenderer() {
-    renderer_ = &job_.openRenderer(*posed_);
+void Rays::openHits() {
+    source_ = &job_.openHits(*posed_);
 }
 
 /// Counts first where an output needs it: its header or arrays say how many hits follow, and come
@@ -241,7 +241,7 @@ void Rays::count() {
     if (std::ranges::any_of(outputs_, [](const auto& output) { return output->needsHits(); })) {
         ProgressReport progress(console_, options_.report.shownProgress(), {"count", kCountEnd});
         for (const Bundle& bundle : bundles_) {
-            hits_.push_back(renderer_->plan(bundle.view, capture_).fragments_counted);
+            hits_.push_back(source_->plan(bundle.view, capture_).fragments_counted);
             progress.update(static_cast<double>(hits_.size()) /
                             static_cast<double>(bundles_.size()));
         }
@@ -276,13 +276,13 @@ void Rays::trace() {
     ProgressReport progress(console_, options_.report.shownProgress(), "trace");
     const auto all = static_cast<double>(bundles_.size());
     for (std::size_t i = 0; i < bundles_.size(); ++i) {
-        // The Renderer still has the plan of a lone bundle from count().
+        // The source still has the plan of a lone bundle from count().
         if (hits_.size() != 1) {
-            const Plan plan = renderer_->plan(bundles_[i].view, capture_);
+            const Plan plan = source_->plan(bundles_[i].view, capture_);
             hits_found_ += plan.fragments_counted;
         }
         BundleSink sink(outputs_, i);
-        const CaptureReport report = renderer_->capture(
+        const CaptureReport report = source_->capture(
             sink, [&](double share) { progress.update((static_cast<double>(i) + share) / all); });
         largest_correction_ = std::max(largest_correction_, report.largest_correction);
     }

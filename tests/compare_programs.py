@@ -54,11 +54,11 @@ ADDED = (
     ("merge", ("inputs", "settingsHash")),
     ("convert", ("input", "settingsHash")),
     ("view", ("input", "settingsHash")),
-    ("rays", BEGINNING_AND_END),
-    ("bake", BEGINNING_AND_END),
+    ("rays", (*BEGINNING_AND_END, "engine")),
+    ("bake", (*BEGINNING_AND_END, "engine")),
     ("extract", BEGINNING_AND_END),
     ("sheet", ("input", "settingsHash")),
-    ("batch", tuple(f"result.{key}" for key in BEGINNING_AND_END)),
+    ("batch", tuple(f"result.{key}" for key in (*BEGINNING_AND_END, "engine"))),
 )
 
 # JSON keys whose values no run repeats, nor those below them.

@@ -133,6 +133,7 @@ void describePicture(const Plan& plan, const Provenance& provenance, PictureResu
 Json toJson(const RunResult& run, const Json& findings) {
     Json json = filesJson(run);
     json.update(findings);
+    if (!run.engine.empty()) json["engine"] = run.engine;
     json["settingsHash"] = run.settings_hash;
     json["renderer"] = run.renderer;
     json["backend"] = run.backend;

@@ -54,10 +54,11 @@ struct RunResult {
     std::optional<std::uint64_t> forecast_bytes{};
     /// Each of the files, of verbs that write several under one name, or under several names.
     std::optional<std::vector<WrittenFile>> files{};
+    std::string engine{};         ///< that has found the hits; "" = no rays were traced
     std::string settings_hash{};  ///< peeler:settingsHash; "" = not known
-    /// GL_RENDERER; of a verb that renders nothing, what its input says.
+    /// GL_RENDERER; of a verb that renders nothing, what its input says; "" = no GL was used.
     std::string renderer{};
-    std::string backend{};          ///< "" = nothing was rendered
+    std::string backend{};          ///< "" = nothing was rendered by GL
     std::uint64_t peak_memory = 0;  ///< bytes
     StageTimes milliseconds{};
 
@@ -98,8 +99,8 @@ struct PictureResult : RunResult {
 void describePicture(const Plan& plan, const Provenance& provenance, PictureResult& result);
 
 /// A run as JSON (cmd/README.md, "JSON"): `input` (`inputs` of several), `output` and `bytes`, then
-/// what the verb found, then `settingsHash`, `renderer`, `backend`, `peakMemory` and
-/// `milliseconds`. Every stage is there, 0 where it did not happen.
+/// what the verb found, `engine` if it traced rays, then `settingsHash`, `renderer`, `backend`,
+/// `peakMemory` and `milliseconds`. Every stage is there, 0 where it did not happen.
 Json toJson(const RunResult& run, const Json& findings);
 
 /// What toJson() says of a picture besides what it says of every run; `frame` and `time` only of a

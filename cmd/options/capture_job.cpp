@@ -10,6 +10,7 @@
 #include "cmd/machine/resources.h"
 #include "cmd/options/output_options.h"
 #include "core/capture/method.h"
+#include "core/raster/hit_rasterizer.h"
 #include "formats/file/content_hash.h"
 #include "formats/image/display.h"
 
@@ -164,6 +165,7 @@ CaptureJob::CaptureJob(const CaptureJobOptions& options, Console& console)
 void CaptureJob::checkOptions() const {
     checkAnimationOptions(options_.animation);
     checkAppearanceOptions(options_.appearance);
+    checkEngine(options_.engine, options_.device);
     setThreads(options_.threads);
 }
 
@@ -193,7 +195,7 @@ PosedScene CaptureJob::pose() {
 }
 
 Renderer& CaptureJob::openRenderer(const PosedScene& posed) {
-    {
+    if (!context_) {
         const StageTimer timer(times_, "context");
         context_ = gl::createContext(options_.device);
     }
@@ -210,6 +212,32 @@ Renderer& CaptureJob::openRenderer(const PosedScene& posed) {
 void CaptureJob::closeRenderer() {
     renderer_.reset();
     context_.reset();
+}
+
+Engine CaptureJob::chooseEngine() {
+    if (engine_) return *engine_;
+    if (options_.engine != Engine::kAuto) return engine_.emplace(options_.engine);
+    if (asksForDevice(options_.device)) return engine_.emplace(Engine::kGl);
+    const StageTimer timer(times_, "context");
+    std::vector<std::string> attempts;
+    context_ = gl::findGpuContext(&attempts);
+    if (context_) return engine_.emplace(Engine::kGl);
+    std::string reasons;
+    for (const std::string& attempt : attempts)
+        reasons += (reasons.empty() ? "" : "; ") + attempt;
+    console_.detail("no GPU can be used, so the CPU finds the hits: " + reasons);
+    return engine_.emplace(Engine::kCpu);
+}
+
+HitSource& CaptureJob::openHits(const PosedScene& posed) {
+    if (chooseEngine() == Engine::kGl) return openRenderer(posed);
+    rasterizer_ = std::make_unique<HitRasterizer>(posed);
+    return *rasterizer_;
+}
+
+void CaptureJob::closeHits() {
+    rasterizer_.reset();
+    closeRenderer();
 }
 
 float CaptureJob::meterExposure(const CaptureSettings& capture, const CameraOptions& camera) {
@@ -239,6 +267,7 @@ float CaptureJob::meterExposure(const CaptureSettings& capture, const CameraOpti
 
 StageTimes CaptureJob::takeTimes() {
     if (renderer_) add(times_, renderer_->takeTimes());
+    if (rasterizer_) add(times_, rasterizer_->takeTimes());
     return std::exchange(times_, {});
 }
 
@@ -253,6 +282,7 @@ std::string CaptureJob::settingsText(const CaptureSettings& capture, nlohmann::j
         more["ignoredExtensions"] = ignored;
     if (capture.point_size != 1 && hasPoints(scene_->scene()))
         more["pointSize"] = capture.point_size;
+    if (engine_ == Engine::kCpu) more["engine"] = nameOf<Engine>(kEngines, Engine::kCpu);
     const ShownScene shown{scene_->index(),        scene_->animations(), options_.scene.include,
                            options_.scene.exclude, frames_per_second,    crop};
     return cmd::settingsText(shown, capture, more);
@@ -265,6 +295,7 @@ std::string CaptureJob::settingsHash(const CaptureSettings& capture, nlohmann::j
 
 void CaptureJob::finish(RunResult& result) {
     result.inputs = {options_.scene.file};
+    if (engine_) result.engine = nameOf<Engine>(kEngines, *engine_);
     if (device_) {
         result.renderer = device_->renderer;
         result.backend = device_->backend;

@@ -28,6 +28,7 @@ struct CaptureJobOptions {
     AppearanceOptions appearance;
     CaptureSettings capture;  ///< as options say it; a verb adjusts a copy
     gl::ContextRequest device;
+    Engine engine = Engine::kAuto;  ///< of verbs that trace rays
     int threads = 0;
     ReportOptions report;
 };
@@ -98,7 +99,7 @@ class OpenedScene {
 };
 
 /// One run over one scene, from options to a result, stage after stage: checkOptions(),
-/// openScene(), checkOutputs(), openRenderer(), finish().
+/// openScene(), checkOutputs(), openRenderer() or openHits(), finish().
 class CaptureJob {
   public:
     using Clock = std::chrono::steady_clock;
@@ -128,6 +129,14 @@ class CaptureJob {
     bool hasContext() const { return context_ != nullptr; }
     const gl::Device& device() const { return *device_; }  ///< of the Renderer opened last
 
+    /// The engine that finds the hits of this run, kCpu or kGl: the one that was asked for, or what
+    /// `auto` comes to here, which is found out once and noted for those who want to know.
+    Engine chooseEngine();
+    /// Opens what finds the hits of the scene by that engine: the rasteriser on the CPU, with
+    /// nothing of GL, or as openRenderer() does, throwing like it.
+    HitSource& openHits(const PosedScene& posed);
+    void closeHits();
+
     /// The exposure in stops that the light of the scene asks for (ExposureMeter), of the open
     /// Renderer. It is metered on a small picture of all that the camera sees, whatever part is
     /// asked for, with a sample a pixel and by the first method, so that tiles and crops agree; of
@@ -139,22 +148,23 @@ class CaptureJob {
     Clock::time_point start() const { return start_; }
     /// What stages have taken, in milliseconds; a verb adds its own.
     StageTimes& times() { return times_; }
-    /// The times and those of the Renderer, since the last call.
+    /// The times and those of what is open, since the last call.
     StageTimes takeTimes();
 
     /// wantsTint() of the options.
     bool wantsTint(const PosedScene& posed) const;
 
-    /// settingsText() of the opened scene and of how it looks. `crop` and `frames_per_second` are
-    /// as in ShownScene.
+    /// settingsText() of the opened scene, of how it looks, and of the engine that finds hits if it
+    /// is not GL (once it is chosen): at edges engines find others. `crop` and `frames_per_second`
+    /// are as in ShownScene.
     std::string settingsText(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}, double frames_per_second = 0) const;
     /// Likewise settingsHash().
     std::string settingsHash(const CaptureSettings& capture, nlohmann::json more,
                              const Window& crop = {}) const;
 
-    /// Fills in what every verb reports alike: the input, the device if there was one, the memory,
-    /// and takeTimes() with the run's total, which ends here.
+    /// Fills in what every verb reports alike: the input, the engine and the device if there was
+    /// one, the memory, and takeTimes() with the run's total, which ends here.
     void finish(RunResult& result);
 
   private:
@@ -166,6 +176,8 @@ class CaptureJob {
     std::optional<gl::Device> device_;
     std::unique_ptr<gl::Context> context_;  // before the Renderer, which needs it to the end
     std::optional<Renderer> renderer_;
+    std::optional<Engine> engine_;  ///< kCpu or kGl, once it is chosen
+    std::unique_ptr<HitSource> rasterizer_;
 };
 
 }  // namespace peeler::cmd

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cmd/cli/arguments.h"
+#include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/output_options.h"
@@ -171,6 +172,25 @@ void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threa
         .group(kGroup);
     addThreadsOption(verb, threads);
     addMemoryOption(verb, capture.memory, memory);
+}
+
+void addEngineOption(VerbOptions& verb, Engine& engine) {
+    addChoice<Engine>(verb, "--engine", engine, kEngines, "engine", "what finds the hits of rays:")
+        .group("Machine");
+}
+
+bool asksForDevice(const gl::ContextRequest& device) {
+    return device.backend != "auto" || device.device.given() || device.require_gpu;
+}
+
+void checkEngine(Engine engine, const gl::ContextRequest& device) {
+    if (engine != Engine::kCpu || !asksForDevice(device)) return;
+    std::string options;
+    if (device.backend != "auto") options += ", --backend " + device.backend;
+    if (device.device.given()) options += ", --device " + device.device.text();
+    if (device.require_gpu) options += ", --require-gpu";
+    refuse("the CPU finds hits without a GL device", "--engine cpu" + options,
+           "leave out one or the other, or choose --engine gl");
 }
 
 }  // namespace peeler::cmd

@@ -2,6 +2,7 @@
 // What verbs that capture a scene share: which fragments, in which volume, and on which device.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -45,6 +46,16 @@ inline constexpr Choice<PixelType> kPrecisions[] = {
     {"float", PixelType::kFloat, "32-bit colour"},
 };
 
+/// What finds the hits of rays.
+enum class Engine : std::uint8_t { kAuto, kCpu, kGl };
+inline constexpr Choice<Engine> kEngines[] = {
+    {"auto", Engine::kAuto,
+     "gl if there is a GPU, or --backend, --device or --require-gpu is given; else cpu"},
+    {"cpu", Engine::kCpu,
+     "a rasteriser of hits that needs no GL and finds the same ones on every machine"},
+    {"gl", Engine::kGl, "the device that pictures are rendered by: the fragments of peeler render"},
+};
+
 /// Declares --method, --layers, --occlusion-ratio, --tail, --samples, --surfaces, --faces,
 /// --shading, --point-size and --precision.
 void addLayerOptions(VerbOptions& verb, CaptureSettings& capture);
@@ -69,6 +80,15 @@ void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string&
 /// keeps to that.
 void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threads,
                        CaptureSettings& capture, const std::string& memory);
+
+/// Declares --engine.
+void addEngineOption(VerbOptions& verb, Engine& engine);
+
+/// Whether the request says anything of which device it is.
+bool asksForDevice(const gl::ContextRequest& device);
+
+/// Throws Error (kUsage) if an engine without GL is asked for as well as a device of GL.
+void checkEngine(Engine engine, const gl::ContextRequest& device);
 
 /// --clip-box, --clip-plane, --clip-mesh and --clip.
 struct ClipOptions {

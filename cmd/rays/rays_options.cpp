@@ -144,7 +144,7 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
     addBundleOptions(verb, options.bundles);
     verb.addFlag("--refine,!--no-refine", options.refine,
                  "find t anew in double precision from the triangle (default); otherwise it is as "
-                 "the rasteriser has it: a 32-bit depth, corners on a grid of 1/256 pixel")
+                 "the rasteriser has it: of GL a 32-bit depth, corners on a grid of 1/256 pixel")
         .group("Rays");
     addRayFacesOption(verb, options.faces);
     addRayMapOptions(verb, options.maps);
@@ -168,6 +168,7 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
         .group("Inside");
     addShownOptions(verb, options);
     addVariantOption(verb, options.appearance);
+    addEngineOption(verb, options.engine);
     addRunOptions(verb, options, "rays are traced in bands that fit");
     addDryRunOption(verb, options.dry_run);
     verb.footer(kRaysFooter);

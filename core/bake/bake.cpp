@@ -144,17 +144,17 @@ void checkMemory(std::uint64_t bytes, std::size_t receivers, const MemoryBudget&
 
 }  // namespace
 
-std::vector<float> bake(Renderer& renderer, const Receivers& receivers,
-                        const BakeSettings& settings, const CaptureSettings& capture,
-                        const SurfaceLookup& lookup, const Progress& progress) {
+std::vector<float> bake(HitSource& source, const Receivers& receivers, const BakeSettings& settings,
+                        const CaptureSettings& capture, const SurfaceLookup& lookup,
+                        const Progress& progress) {
     const std::size_t components = componentsOf(settings.quantity);
-    const auto integrator = makeIntegrator(settings, {renderer.posed(), lookup});
+    const auto integrator = makeIntegrator(settings, {source.posed(), lookup});
     // The values of this round, and of the one before.
     const std::size_t kept = integrator->rounds() > 1 ? 2 : 1;
     checkMemory(receivers.size() * (sizeof(Sum) + kept * components * sizeof(float)),
                 receivers.size(), capture.memory);
     std::vector<float> values(receivers.size() * components);
-    const std::optional<Bounds> all = renderer.posed().bounds();
+    const std::optional<Bounds> all = source.posed().bounds();
     if (!all) return values;
     CaptureSettings hits = capture;
     hits.hit_mode = HitMode::kSloped;
@@ -173,9 +173,9 @@ std::vector<float> bake(Renderer& renderer, const Receivers& receivers,
         for (std::size_t i = 0; i < directions.size(); ++i) {
             const Bundle bundle = parallelBundle("bundle", *all, *all, directions[i],
                                                  gridOf(settings, static_cast<int>(i)));
-            renderer.plan(bundle.view, hits);
+            source.plan(bundle.view, hits);
             ReceiverSink sink(bundle, receivers, *integrator, sums);
-            renderer.capture(sink);
+            source.capture(sink);
             if (progress) progress(++done / steps);
         }
         for (std::size_t r = 0; r < receivers.size(); ++r)

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/capture/capture_settings.h"
-#include "core/capture/renderer.h"
+#include "core/capture/hit_source.h"
 
 namespace peeler {
 
@@ -52,8 +52,8 @@ using SurfaceLookup = std::function<glm::vec3(std::span<const float> irradiance,
 /// receiver's ray is the one nearest to it. Memory does not grow with the number of directions.
 /// `lookup` is needed for kIrradiance with several bounces. Throws what captures throw, and Error
 /// (kMemory) if the receivers' sums alone are over the budget.
-std::vector<float> bake(Renderer& renderer, const Receivers& receivers,
-                        const BakeSettings& settings, const CaptureSettings& capture,
-                        const SurfaceLookup& lookup, const Progress& progress);
+std::vector<float> bake(HitSource& source, const Receivers& receivers, const BakeSettings& settings,
+                        const CaptureSettings& capture, const SurfaceLookup& lookup,
+                        const Progress& progress);
 
 }  // namespace peeler

@@ -155,6 +155,28 @@ std::vector<BackendCandidate> requested(const ContextRequest& request) {
                 "--device " + request.device.text(), "there are:" + list);
 }
 
+/// Opens the first of the candidates that can be used; null if none can. `attempts` gets a sentence
+/// for each before it.
+std::unique_ptr<Context> openFirst(std::vector<BackendCandidate> rows,
+                                   const ContextRequest& request,
+                                   std::vector<std::string>& attempts) {
+    for (auto& row : rows) {
+        Device device;
+        auto context = tryOpen(row.candidate, device);
+        if (context && request.require_gpu && device.software) {
+            device.problem = "it renders in software (" + device.renderer + ")";
+            context.reset();
+        }
+        if (context) {
+            if (request.core_only) device.limits.framebuffer_fetch = false;
+            context->setDevice(device);
+            return context;
+        }
+        attempts.push_back(device.backend + ", " + device.name + ": " + device.problem);
+    }
+    return nullptr;
+}
+
 }  // namespace
 
 Context::Context() = default;
@@ -187,21 +209,9 @@ std::unique_ptr<Context> createContext(const ContextRequest& request,
                     "choose auto, " + quotedList(backendNames()));
     }
     std::vector<std::string> attempts;
-    for (auto& row : requested(request)) {
-        Device device;
-        auto context = tryOpen(row.candidate, device);
-        if (context && request.require_gpu && device.software) {
-            device.problem = "it renders in software (" + device.renderer + ")";
-            context.reset();
-        }
-        if (context) {
-            if (request.core_only) device.limits.framebuffer_fetch = false;
-            context->setDevice(device);
-            if (failed_attempts) *failed_attempts = std::move(attempts);
-            return context;
-        }
-        attempts.push_back(device.backend + ", " + device.name + ": " + device.problem);
-    }
+    auto context = openFirst(requested(request), request, attempts);
+    if (failed_attempts) *failed_attempts = attempts;
+    if (context) return context;
     std::string reasons;
     for (const auto& attempt : attempts)
         reasons += (reasons.empty() ? "" : "; ") + attempt;
@@ -210,6 +220,18 @@ std::unique_ptr<Context> createContext(const ContextRequest& request,
                     ? "leave out --require-gpu to render in software"
                     : "install Mesa (Debian: libegl1 libgl1-mesa-dri, or libosmesa6); "
                       "'peeler devices' shows every attempt");
+}
+
+std::unique_ptr<Context> findGpuContext(std::vector<std::string>* failed_attempts) {
+    std::vector<BackendCandidate> rows = allCandidates();
+    for (BackendCandidate& row : rows) {
+        Device& device = row.candidate.device;
+        if (device.software && device.problem.empty()) device.problem = "it renders in software";
+    }
+    std::vector<std::string> attempts;
+    auto context = openFirst(std::move(rows), {.require_gpu = true}, attempts);
+    if (failed_attempts) *failed_attempts = std::move(attempts);
+    return context;
 }
 
 }  // namespace peeler::gl

@@ -95,4 +95,9 @@ struct ContextRequest {
 std::unique_ptr<Context> createContext(const ContextRequest& request,
                                        std::vector<std::string>* failed_attempts = nullptr);
 
+/// A context of the first GPU that can be used, current on this thread; null if there is none,
+/// which is found out cheaply: what a backend lists as software is not opened. `failed_attempts` as
+/// above.
+std::unique_ptr<Context> findGpuContext(std::vector<std::string>* failed_attempts = nullptr);
+
 }  // namespace peeler::gl

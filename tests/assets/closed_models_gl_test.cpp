@@ -18,6 +18,7 @@ TEST(ClosedModels, EveryRayLeavesWhatItEnters) {
         EXPECT_GT(found.hits, found.rays / 2);
         EXPECT_EQ(found.raw, 0U);
         EXPECT_EQ(found.refined, 0U);
+        EXPECT_EQ(found.cpu, 0U);
     }
 }
 

@@ -3,6 +3,7 @@
 // prints time and error as a Markdown table.
 //
 //     bake_ao SCENE... [--directions 64,256,1024] [--resolution 512] [--reference 4096] [--runs 1]
+//             [--engine cpu]
 //
 // Both look along the same N directions over the sphere, with the same threads, from the same
 // points; the error is the root mean square against rays of Embree along `--reference` directions
@@ -10,13 +11,15 @@
 // count. Peeler's time begins with uploading the scene, Embree's with building its hierarchy.
 // The last column is how much the reference itself depends on where a surface begins: its
 // difference from one whose rays start that far above it, mostly at vertices where parts touch.
-// PEELER_TEST_BACKEND chooses the renderer.
+// Peeler's hits are found by the CPU, or with --engine gl by the renderer that PEELER_TEST_BACKEND
+// chooses.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -25,7 +28,9 @@
 #include "core/bake/bake.h"
 #include "core/bake/receivers.h"
 #include "core/base/error.h"
+#include "core/capture/renderer.h"
 #include "core/gl/context.h"
+#include "core/raster/hit_rasterizer.h"
 #include "core/rays/bundle.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/occlusion_oracle.h"
@@ -38,6 +43,7 @@ struct Options {
     std::vector<std::string> scenes{};
     std::vector<int> directions{64, 256, 1024};
     int resolution = 512, reference = 4096, runs = 1;
+    std::string engine = "cpu";
 };
 
 std::vector<int> numbers(const std::string& text) {
@@ -61,6 +67,8 @@ Options parse(int count, char** arguments) {
             options.reference = value().at(0);
         else if (argument == "--runs")
             options.runs = value().at(0);
+        else if (argument == "--engine")
+            options.engine = ++i < count ? arguments[i] : "";
         else
             options.scenes.push_back(argument);
     }
@@ -79,7 +87,8 @@ double best(int runs, const std::function<void()>& work) {
     return least;
 }
 
-void measure(const std::string& path, const Options& options, gl::Context& context) {
+/// `context`: null = the CPU finds the hits.
+void measure(const std::string& path, const Options& options, gl::Context* context) {
     const Scene scene = readGltf(path);
     const PosedScene shown(scene);
     const VertexReceivers vertices(shown);
@@ -94,13 +103,17 @@ void measure(const std::string& path, const Options& options, gl::Context& conte
     for (const int count : options.directions) {
         std::vector<float> ours, theirs;
         const double our_time = best(options.runs, [&] {
-            Renderer renderer(context, shown);
+            std::unique_ptr<HitSource> source;
+            if (context)
+                source = std::make_unique<Renderer>(*context, shown);
+            else
+                source = std::make_unique<HitRasterizer>(shown);
             BakeSettings settings;
             settings.directions = count;
             settings.resolution = options.resolution;
             CaptureSettings capture;
             capture.faces = Faces::kBoth;
-            ours = bake(renderer, receivers, settings, capture, {}, {});
+            ours = bake(*source, receivers, settings, capture, {}, {});
         });
         const double their_time = best(options.runs, [&] {
             theirs = OcclusionOracle(soup, own_surface).along(receivers, sphereDirections(count));
@@ -115,15 +128,19 @@ void measure(const std::string& path, const Options& options, gl::Context& conte
 }
 
 int run(const Options& options) {
-    const auto context = gl::createContext({.backend = testBackend()});
+    std::unique_ptr<gl::Context> context;
+    if (options.engine == "gl")
+        context = gl::createContext({.backend = testBackend()});
+    else if (options.engine != "cpu")
+        throw Error(ErrorKind::kUsage, "--engine is cpu or gl");
     std::printf("%s, %d threads; resolution %d, reference of %d directions\n\n",
-                context->device().renderer.c_str(), threadCount(), options.resolution,
-                options.reference);
+                context ? context->device().renderer.c_str() : "the CPU", threadCount(),
+                options.resolution, options.reference);
     std::printf(
         "| scene | triangles | vertices | directions | peeler | RMSE | Embree | RMSE | raised |\n"
         "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
     for (const std::string& scene : options.scenes)
-        measure(scene, options, *context);
+        measure(scene, options, context.get());
     return 0;
 }
 

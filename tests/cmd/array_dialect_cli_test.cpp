@@ -69,7 +69,7 @@ class ArrayDialect : public testing::Test {
         const Outcome result = runPeeler(line);
         ASSERT_EQ(result.exit_code, 0) << result.err;
     }
-    /// The pixels of a scene's camera, by both verbs with their defaults.
+    /// The pixels of a scene's camera, by both verbs with their defaults, of the same device.
     void make(const std::string& scene, const std::string& camera) const {
         run({"render", scene, "-o", path("in.exr"), "--camera", camera, "--size", "96x54",
              "--precision", "float", "--channels",
@@ -77,7 +77,7 @@ class ArrayDialect : public testing::Test {
         run({"extract", path("in.exr"), "--npz", path("extract.npz")});
         // A picture has the rasteriser's depths.
         run({"rays", scene, "-o", path("rays.npz"), "--camera", camera, "--size", "96x54",
-             "--no-refine"});
+             "--no-refine", "--engine", "gl"});
     }
 
     ScratchDir scratch_;

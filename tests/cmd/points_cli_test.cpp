@@ -22,8 +22,8 @@ finite = lambda v: [None if x in (numpy.inf, 0xFFFFFFFF) else round(float(x), 6)
 print(json.dumps({k: [str(a[k].dtype), list(a[k].shape), finite(a[k])] for k in a}))
 )";
 
-/// Three triangles across Z: at 0, −0.1 and −0.2; along X there is nothing to hit.
-class Points : public testing::Test {
+/// Three triangles across Z: at 0, −0.1 and −0.2; along X there is nothing to hit. By each engine.
+class Points : public testing::TestWithParam<const char*> {
   protected:
     Points() {
         writeScene(scratch_.path(), stackScene(3));
@@ -33,15 +33,17 @@ class Points : public testing::Test {
     }
     Outcome rays(std::vector<std::string> options) const {
         options.insert(options.begin(), {"rays", scratch_ / "scene.gltf"});
-        options.insert(options.end(), {"--backend", testBackend()});
+        options.insert(options.end(), {"--engine", GetParam()});
         return runPeeler(options);
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
 
     ScratchDir scratch_;
 };
+INSTANTIATE_TEST_SUITE_P(By, Points, testing::Values("cpu", "gl"),
+                         [](const auto& row) { return std::string(row.param); });
 
-TEST_F(Points, BeforeAndAfter) {
+TEST_P(Points, BeforeAndAfter) {
     PEELER_REQUIRE_PYTHON("numpy");
     for (const char* budget : {"0", "700M"}) {
         std::vector<std::string> options = {
@@ -75,7 +77,7 @@ TEST_F(Points, BeforeAndAfter) {
     }
 }
 
-TEST_F(Points, WhatContradicts) {
+TEST_P(Points, WhatContradicts) {
     const auto expect = [&](int code, const std::string& what, std::vector<std::string> options) {
         options.insert(options.end(), {"--points", path("p.ply")});
         const Outcome run = rays(options);

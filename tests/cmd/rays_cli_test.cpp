@@ -20,11 +20,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class RaysCli : public testing::Test {
+/// By each engine (--engine).
+class RaysCli : public testing::TestWithParam<const char*> {
   protected:
     void SetUp() override { scene_ = writeScene(scratch_ / "."); }
     Outcome rays(std::vector<std::string> arguments) const {
-        arguments.insert(arguments.begin(), {"rays", scene_.string(), "--quiet"});
+        arguments.insert(arguments.begin(),
+                         {"rays", scene_.string(), "--quiet", "--engine", GetParam()});
         return runPeeler(arguments);
     }
     /// Refused with this exit code and words, and nothing is written.
@@ -42,6 +44,8 @@ class RaysCli : public testing::Test {
     const ScratchDir scratch_;
     fs::path scene_;
 };
+INSTANTIATE_TEST_SUITE_P(By, RaysCli, testing::Values("cpu", "gl"),
+                         [](const auto& row) { return std::string(row.param); });
 
 // The triangle (−1,−1,0), (1,−1,0), (0,1,0) faces +Z.
 constexpr const char* kCheckArrays = R"(
@@ -90,7 +94,7 @@ assert np.abs(np.array(area) - 2 * np.array((1, 0.8))).max() < 0.01, area  # see
 print(n)
 )";
 
-TEST_F(RaysCli, NumpyReadsArraysWithTheNamesOfOpen3D) {
+TEST_P(RaysCli, NumpyReadsArraysWithTheNamesOfOpen3D) {
     PEELER_REQUIRE_PYTHON("numpy");
     const Outcome run = rays({"--direction", "0,0,-1", "--direction", "3,0,4", "--resolution",
                               "200", "-o", out(), "--json"});
@@ -103,7 +107,7 @@ TEST_F(RaysCli, NumpyReadsArraysWithTheNamesOfOpen3D) {
     EXPECT_EQ(std::stoull(read.out), json.at("hits").get<std::uint64_t>());
 }
 
-TEST_F(RaysCli, MeshioReadsThePointsOfTheArrays) {
+TEST_P(RaysCli, MeshioReadsThePointsOfTheArrays) {
     PEELER_REQUIRE_PYTHON("meshio");
     const std::vector<std::string> bundles = {"--directions", "5", "--resolution", "64", "-o"};
     for (const std::string name : {"a.npz", "a.ply", "double.ply"}) {
@@ -147,7 +151,7 @@ at = a['bundle_origin'][0] + a['t_hit'][:, None] * toward
 assert len(ray) > 300 and np.abs(at[:, 2]).max() < 1e-6, (len(ray), np.abs(at[:, 2]).max())
 )";
 
-TEST_F(RaysCli, RaysOfACamerasCropAreWhereTheHelpSaysTheyAre) {
+TEST_P(RaysCli, RaysOfACamerasCropAreWhereTheHelpSaysTheyAre) {
     PEELER_REQUIRE_PYTHON("numpy");
     const std::vector<std::string> camera = {"--eye", "0,0,2",  "--target",
                                              "0,0,0", "--size", "80x70"};
@@ -162,7 +166,7 @@ TEST_F(RaysCli, RaysOfACamerasCropAreWhereTheHelpSaysTheyAre) {
     EXPECT_EQ(Json::parse(rays(near).out).at("hits"), 0);
 }
 
-TEST_F(RaysCli, OpenExrReadsADeepPartABundle) {
+TEST_P(RaysCli, OpenExrReadsADeepPartABundle) {
     ASSERT_EQ(rays({"--axes", "--direction", "0,0,-1", "--resolution", "50", "-o", out("a.exr")})
                   .exit_code,
               0);
@@ -216,7 +220,7 @@ TEST_F(RaysCli, OpenExrReadsADeepPartABundle) {
     }
 }
 
-TEST_F(RaysCli, RefusesRaysThatCannotBe) {
+TEST_P(RaysCli, RefusesRaysThatCannotBe) {
     expectRefused({"--direction", "0,0,0"}, 2, "--direction 0,0,0");
     expectRefused({"--direction", "0,0,nan"}, 2, "--direction");
     expectRefused({"--axes", "--bounds", "0,0,nan,1,1,1"}, 2, "--bounds");
@@ -236,7 +240,7 @@ TEST_F(RaysCli, RefusesRaysThatCannotBe) {
               std::string::npos);
 }
 
-TEST_F(RaysCli, RefusesMapsThatCannotBe) {
+TEST_P(RaysCli, RefusesMapsThatCannotBe) {
     expectRefused({"--axes", "--map", "thicknes"}, 2, "thickness");
     expectRefused({"--axes", "--map", "overlap"}, 2, "--part");
     expectRefused({"--axes", "--map", "transmission"}, 2, "--attenuation");
@@ -247,7 +251,7 @@ TEST_F(RaysCli, RefusesMapsThatCannotBe) {
     EXPECT_FALSE(fs::exists(out("a.exr")));
 }
 
-TEST_F(RaysCli, NoPictureOfASeriesIsReplaced) {
+TEST_P(RaysCli, NoPictureOfASeriesIsReplaced) {
     writeText(out("m_0002.png"), "there");
     const Outcome run = rays({"--axes", "--map", "first", "--no-clobber", "-o", out("m_####.png")});
     EXPECT_EQ(run.exit_code, 4);
@@ -261,7 +265,7 @@ TEST_F(RaysCli, NoPictureOfASeriesIsReplaced) {
     EXPECT_EQ(bytesOf(out("d_0001.png")), "0 0 1\n1 0 0\n");
 }
 
-TEST_F(RaysCli, LinesAndPointsAreNotHit) {
+TEST_P(RaysCli, LinesAndPointsAreNotHit) {
     Json lines = triangleScene();
     Json& primitives = lines["meshes"][0]["primitives"];
     primitives.push_back(primitives[0]);
@@ -279,7 +283,7 @@ TEST_F(RaysCli, LinesAndPointsAreNotHit) {
     EXPECT_GT(alone, 1000U);
 }
 
-TEST_F(RaysCli, DirectionsOfAnyLengthAreDirections) {
+TEST_P(RaysCli, DirectionsOfAnyLengthAreDirections) {
     const auto hits = [&](const std::string& direction) {
         const Outcome run =
             rays({"--direction", direction, "--resolution", "64", "-o", out(), "--json"});
@@ -290,14 +294,14 @@ TEST_F(RaysCli, DirectionsOfAnyLengthAreDirections) {
     EXPECT_EQ(hits("0,0,1e200"), hits("0,0,1"));
 }
 
-TEST_F(RaysCli, AnEmptySceneHasNothingToHit) {
+TEST_P(RaysCli, AnEmptySceneHasNothingToHit) {
     Json empty = triangleScene();
     empty["nodes"][0].erase("mesh");
     writeText(scene_, empty.dump());
     expectRefused({"--axes"}, 3, "nothing that a ray could hit");
 }
 
-TEST_F(RaysCli, AnOpenMeshFailsTheParity) {
+TEST_P(RaysCli, AnOpenMeshFailsTheParity) {
     const Outcome run = rays({"--axes", "--resolution", "32", "--parity", "fail"});
     EXPECT_EQ(run.exit_code, 3);
     EXPECT_NE(run.err.find("first"), std::string::npos) << run.err;
@@ -313,7 +317,7 @@ TEST_F(RaysCli, AnOpenMeshFailsTheParity) {
     EXPECT_EQ(rays({"--axes", "--resolution", "32", "--parity", "report"}).exit_code, 0);
 }
 
-TEST_F(RaysCli, DirectionsComeFromAFile) {
+TEST_P(RaysCli, DirectionsComeFromAFile) {
     writeText(scratch_ / "d.txt", "# two\n0 0 -1\n\n0, 0.5,\t1e0  # up\r\n");
     const Outcome run = rays(
         {"--directions-file", scratch_ / "d.txt", "--resolution", "32", "-o", out(), "--json"});
@@ -321,7 +325,7 @@ TEST_F(RaysCli, DirectionsComeFromAFile) {
     EXPECT_EQ(Json::parse(run.out).at("bundles"), 2);
 }
 
-TEST_F(RaysCli, TheBytesDoNotDependOnThreadsOrMemory) {
+TEST_P(RaysCli, TheBytesDoNotDependOnThreadsOrMemory) {
     const std::vector<std::string> same = {"--directions", "3", "--resolution", "400"};
     for (const std::string name : {"a", "b"}) {
         for (const std::string extension : {".npz", ".ply", ".exr"}) {

@@ -166,6 +166,28 @@ TEST_F(FakeGpus, ThatCudaHidesAreNotUsed) {
         << "software, as without a GPU";
 }
 
+/// A GPU finds the hits of rays where there is one, else the CPU does.
+TEST_F(FakeGpus, FindHits) {
+    const auto found = [&](const Strings& options, const Strings& variables) {
+        Strings arguments = {"rays",   scene_.string(), "-o", (scratch_ / "a.npz").string(),
+                             "--axes", "--resolution",  "16", "--json",
+                             "--quiet"};
+        arguments.insert(arguments.end(), options.begin(), options.end());
+        const CommandResult run = runPeelerProcess(arguments, with(gpus(variables)));
+        EXPECT_EQ(run.exit_code, 0) << run.err;
+        const Json json = Json::parse(run.out);
+        return json.at("engine").get<std::string>() + ' ' + json.at("renderer").get<std::string>();
+    };
+    EXPECT_EQ(found({}, {}), "gl Fake GPU 0");
+    EXPECT_EQ(found({}, {"PEELER_FAKE_EGL_FORBIDDEN=0"}), "gl Fake GPU 1");
+    EXPECT_EQ(found({"--require-gpu"}, {"CUDA_VISIBLE_DEVICES=0"}), "gl Fake GPU 2");
+    EXPECT_EQ(found({"--engine", "cpu"}, {}), "cpu ");
+    const std::string hidden = found({}, {"CUDA_VISIBLE_DEVICES="});
+    EXPECT_EQ(hidden.find("Fake"), std::string::npos);
+    if (hidden.starts_with("gl")) GTEST_SKIP() << "this machine has a GPU: " << hidden;
+    EXPECT_EQ(hidden, "cpu ");
+}
+
 /// Its attributes would end the process: the fake sees to that.
 TEST_F(FakeGpus, OfOthersAreLeftAlone) {
     EXPECT_EQ(rendererOf({}, {"PEELER_FAKE_EGL_FORBIDDEN=0"}), "Fake GPU 1");

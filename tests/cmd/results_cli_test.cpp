@@ -97,8 +97,10 @@ TEST_F(Results, BeginAndEndAlikeWhateverTheVerb) {
     const Outcome rendered = render({"--json", "--quiet"});
     ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
     const std::vector<std::vector<std::string>> lines{
-        {"rays", scene_.string(), "-o", in("a.npz"), "--direction", "0,0,1", "--resolution", "8"},
-        {"bake", scene_.string(), "-o", in("a.glb"), "--directions", "2", "--resolution", "8"},
+        {"rays", scene_.string(), "-o", in("a.npz"), "--direction", "0,0,1", "--resolution", "8",
+         "--engine", "gl"},
+        {"bake", scene_.string(), "-o", in("a.glb"), "--directions", "2", "--resolution", "8",
+         "--engine", "gl"},
         {"extract", image_.string(), "--points", in("a.ply")}};
     const std::vector<std::string> last{"settingsHash", "renderer", "backend", "peakMemory",
                                         "milliseconds"};

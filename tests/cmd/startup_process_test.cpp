@@ -84,6 +84,23 @@ TEST(Startup, LayersOfASceneWithoutTexturesNeedNoLibraryOfImages) {
     EXPECT_TRUE(loads(rendering("picture.jpg"), kImages));
 }
 
+TEST(Startup, HitsOnTheCpuNeedNoGl) {
+    const ScratchDir scratch;
+    const auto tracing = [&](const std::string& engine) {
+        return loadedBy({"rays", exampleScene("jellyfish.glb"), "--axes", "--resolution", "32",
+                         "-o", scratch / "hits.npz", "--engine", engine});
+    };
+    EXPECT_TRUE(loads(tracing("gl"), "libEGL")) << "the linker does not tell";
+    const std::string text = tracing("cpu");
+    for (const char* library : {"libEGL", "libGL", "libOSMesa", "libLLVM", "libgallium", "_dri.so"})
+        EXPECT_FALSE(loads(text, library)) << library;
+    EXPECT_FALSE(loads(tracing("auto"), "libOSMesa")) << "it is no GPU";
+    EXPECT_FALSE(
+        loads(loadedBy({"bake", exampleScene("jellyfish.glb"), "--directions", "2", "--resolution",
+                        "16", "-o", scratch / "baked.glb", "--engine", "cpu"}),
+              "libEGL"));
+}
+
 TEST(Startup, TexturesOfPngNeedNoLibraryOfImages) {
     const ScratchDir scratch;
     for (const char* output : {"layers.exr", "picture.png"}) {

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "core/bake/receivers.h"
@@ -31,8 +33,8 @@ BakeSettings settingsOf(BakeQuantity quantity, int directions = 512) {
 /// A scene and what is baked of it.
 class Bakery {
   public:
-    explicit Bakery(const Scene& scene)
-        : scene_(scene), shown_(scene), renderer_(sharedContext(), shown_), vertices_(shown_) {}
+    Bakery(const std::string& engine, const Scene& scene)
+        : scene_(scene), shown_(scene), source_(openHits(engine, shown_)), vertices_(shown_) {}
 
     const PosedScene& shown() const { return shown_; }
     const VertexReceivers& vertices() const { return vertices_; }
@@ -42,7 +44,7 @@ class Bakery {
         CaptureSettings capture;
         capture.faces = Faces::kBoth;
         capture.memory = memory;
-        return bake(renderer_, receivers, settings, capture, lookup, {});
+        return bake(*source_, receivers, settings, capture, lookup, {});
     }
     /// At the vertices of all meshes.
     std::vector<float> atVertices(const BakeSettings& settings) {
@@ -52,7 +54,7 @@ class Bakery {
   private:
     const Scene& scene_;
     PosedScene shown_;
-    Renderer renderer_;
+    std::unique_ptr<HitSource> source_;
     VertexReceivers vertices_;
 };
 
@@ -140,7 +142,12 @@ double mean(const std::vector<float>& values) {
     return sum / static_cast<double>(values.size());
 }
 
-TEST(Bake, NothingOccludesAConvexBody) {
+/// By each engine.
+class Bake : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(By, Bake, testing::Values("cpu", "gl"),
+                         [](const auto& row) { return std::string(row.param); });
+
+TEST_P(Bake, NothingOccludesAConvexBody) {
     for (const bool round : {true, false}) {
         SceneBuilder builder;
         const int white = builder.material(glm::vec4(1), AlphaMode::kOpaque);
@@ -148,7 +155,7 @@ TEST(Bake, NothingOccludesAConvexBody) {
             builder.sphere({1, 2, 3}, 5, white);
         else
             box(builder, {1, 2, 3}, white);
-        Bakery bakery(builder.scene());
+        Bakery bakery(GetParam(), builder.scene());
         const auto ao = bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 256));
         SCOPED_TRACE(round ? "sphere" : "box");
         // Between rays facets are followed beyond their edges, of which the sphere has many.
@@ -157,7 +164,7 @@ TEST(Bake, NothingOccludesAConvexBody) {
     }
 }
 
-TEST(Bake, FarFromTheOriginTheSameIsSeen) {
+TEST_P(Bake, FarFromTheOriginTheSameIsSeen) {
     const auto baked = [](double offset) {
         SceneBuilder builder;
         const int white = builder.material(glm::vec4(1), AlphaMode::kOpaque);
@@ -165,7 +172,7 @@ TEST(Bake, FarFromTheOriginTheSameIsSeen) {
         plate(builder, glm::vec3(0, -1, 0), 3, white);
         for (Node& node : builder.scene().nodes)
             node.local = glm::translate(glm::dmat4(1), glm::dvec3(offset)) * node.local;
-        Bakery bakery(builder.scene());
+        Bakery bakery(GetParam(), builder.scene());
         return bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 64));
     };
     const std::vector<float> near = baked(0), far = baked(1 << 20);
@@ -179,7 +186,7 @@ TEST(Bake, FarFromTheOriginTheSameIsSeen) {
 }
 
 /// A floor, and a roof above its middle.
-class UnderARoof : public testing::Test {
+class UnderARoof : public testing::TestWithParam<const char*> {
   protected:
     void build(double radius, float height, float floor = 2) {
         const int white = builder_.material(glm::vec4(1), AlphaMode::kOpaque);
@@ -187,13 +194,15 @@ class UnderARoof : public testing::Test {
         disc(builder_, height, radius, white);
     }
     float value(const BakeSettings& settings) {
-        Bakery bakery(builder_.scene());
+        Bakery bakery(GetParam(), builder_.scene());
         return bakery({{glm::dvec3(0)}, {kUp}}, settings).front();
     }
     SceneBuilder builder_;
 };
+INSTANTIATE_TEST_SUITE_P(By, UnderARoof, testing::Values("cpu", "gl"),
+                         [](const auto& row) { return std::string(row.param); });
 
-TEST_F(UnderARoof, ADiscHidesItsFormFactor) {
+TEST_P(UnderARoof, ADiscHidesItsFormFactor) {
     build(1, 0.75F);
     // 1 − R² / (R² + h²): Howell's catalogue of configuration factors, B-12.
     EXPECT_NEAR(value(settingsOf(BakeQuantity::kAmbientOcclusion, 1024)), 0.36, 0.01);
@@ -201,12 +210,12 @@ TEST_F(UnderARoof, ADiscHidesItsFormFactor) {
     EXPECT_NEAR(value(settingsOf(BakeQuantity::kSkyVisibility, 1024)), 0.36, 0.01);
 }
 
-TEST_F(UnderARoof, AnInfinitePlateHidesAll) {
+TEST_P(UnderARoof, AnInfinitePlateHidesAll) {
     build(40, 0.4F, 40);
     EXPECT_NEAR(value(settingsOf(BakeQuantity::kAmbientOcclusion)), 0.0001, 0.002);
 }
 
-TEST_F(UnderARoof, WhatIsFartherThanTheLargestDistanceHidesNothing) {
+TEST_P(UnderARoof, WhatIsFartherThanTheLargestDistanceHidesNothing) {
     build(1, 0.5F);
     BakeSettings settings = settingsOf(BakeQuantity::kAmbientOcclusion, 1024);
     settings.max_distance = 0.8;  // that much of the disc: R² = D² − h²
@@ -215,12 +224,12 @@ TEST_F(UnderARoof, WhatIsFartherThanTheLargestDistanceHidesNothing) {
     EXPECT_EQ(value(settings), 1);
 }
 
-TEST(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
+TEST_P(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
     // Inside a sphere the form factor of a part is its share of the sphere, from everywhere.
     for (const double opening : {kPi / 2, kPi / 3}) {
         SceneBuilder builder;
         bowl(builder, opening, builder.material(glm::vec4(1), AlphaMode::kOpaque));
-        Bakery bakery(builder.scene());
+        Bakery bakery(GetParam(), builder.scene());
         std::vector<float> ao = bakery.atVertices(settingsOf(BakeQuantity::kAmbientOcclusion, 512));
         // On the rim itself a ray cannot tell the bowl from its outside.
         ao.erase(ao.begin(), ao.begin() + std::ptrdiff_t{2} * 129);
@@ -230,12 +239,12 @@ TEST(Bake, EveryPointOfABowlSeesAsMuchOfItsOpening) {
     }
 }
 
-TEST(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
+TEST_P(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
     SceneBuilder builder;
     const int white = builder.material(glm::vec4(1), AlphaMode::kOpaque);
     plate(builder, glm::vec3(0), 3, white);
     builder.rectangle(3, 3, 0, white);
-    Bakery bakery(builder.scene());
+    Bakery bakery(GetParam(), builder.scene());
     const Receivers receivers{{{0, 0, 3}, {0, 1, 0}, {0, 3, 0}}, {kUp, {0, 0, 1}, {0, 0, 1}}};
     const auto sky = bakery(receivers, settingsOf(BakeQuantity::kSkyVisibility));
     const auto open = bakery(receivers, settingsOf(BakeQuantity::kAmbientOcclusion));
@@ -245,18 +254,18 @@ TEST(Bake, APlainSeesTheWholeSkyAndAWallHalfOfIt) {
     EXPECT_GT(open[1], 0.6);  // the sky is not all that is open
     SceneBuilder plain;
     plate(plain, glm::vec3(0), 3, plain.material(glm::vec4(1), AlphaMode::kOpaque));
-    Bakery lone(plain.scene());
+    Bakery lone(GetParam(), plain.scene());
     EXPECT_EQ(lone({{glm::dvec3(0)}, {kUp}}, settingsOf(BakeQuantity::kSkyVisibility)).front(), 1);
     EXPECT_EQ(lone({{glm::dvec3(0)}, {kDown}}, settingsOf(BakeQuantity::kSkyVisibility)).front(),
               0);
 }
 
-TEST(Bake, BentNormalsLeanAwayFromWalls) {
+TEST_P(Bake, BentNormalsLeanAwayFromWalls) {
     SceneBuilder builder;
     const int white = builder.material(glm::vec4(1), AlphaMode::kOpaque);
     plate(builder, glm::vec3(0), 8, white);
     builder.rectangle(8, 8, 0, white);
-    Bakery bakery(builder.scene());
+    Bakery bakery(GetParam(), builder.scene());
     const Receivers receivers{{{0, 0, 0.2F}, {0, 0, -0.2F}}, {kUp, kDown}};
     const auto bent = bakery(receivers, settingsOf(BakeQuantity::kBentNormal, 1024));
     // Of half a hemisphere: (2/3, π/3) across and along the normal.
@@ -269,10 +278,10 @@ TEST(Bake, BentNormalsLeanAwayFromWalls) {
     EXPECT_NEAR(bent[5], -along * slope, 0.02);
 }
 
-TEST(Bake, ThicknessOfASlabIsTheMeanOfItsDepthOverTheCosine) {
+TEST_P(Bake, ThicknessOfASlabIsTheMeanOfItsDepthOverTheCosine) {
     SceneBuilder builder;
     box(builder, {5, 0.5F, 5}, builder.material(glm::vec4(1), AlphaMode::kOpaque));
-    Bakery bakery(builder.scene());
+    Bakery bakery(GetParam(), builder.scene());
     const Receivers receivers{{{0, 0.5F, 0}, {0.3F, -0.5F, 0.2F}}, {kUp, kDown}};
     BakeSettings settings = settingsOf(BakeQuantity::kThickness, 512);
     for (const double most : {1.0, 2.0, 4.0}) {
@@ -282,18 +291,18 @@ TEST(Bake, ThicknessOfASlabIsTheMeanOfItsDepthOverTheCosine) {
     }
 }
 
-TEST(Bake, ThicknessOfASphereIsTheMeanOfItsChords) {
+TEST_P(Bake, ThicknessOfASphereIsTheMeanOfItsChords) {
     SceneBuilder builder;
     builder.sphere({0, 1, 0}, 3, builder.material(glm::vec4(1), AlphaMode::kOpaque));
-    Bakery bakery(builder.scene());
+    Bakery bakery(GetParam(), builder.scene());
     expectAll(bakery.atVertices(settingsOf(BakeQuantity::kThickness)), 4, 0.06);  // 4 r / 3
 }
 
-TEST(Bake, InAFurnaceAllIsAsBright) {
+TEST_P(Bake, InAFurnaceAllIsAsBright) {
     for (const int bounces : {0, 1, 3}) {
         SceneBuilder builder;
         box(builder, {2, 1, 1.5F}, emitter(builder, 0.5F, 3, false), true);
-        Bakery bakery(builder.scene());
+        Bakery bakery(GetParam(), builder.scene());
         BakeSettings settings = settingsOf(BakeQuantity::kIrradiance, 64);
         settings.bounces = bounces;
         double series = 0;
@@ -309,11 +318,11 @@ TEST(Bake, InAFurnaceAllIsAsBright) {
     }
 }
 
-TEST(Bake, LightBouncesInABowlByItsFormFactor) {
+TEST_P(Bake, LightBouncesInABowlByItsFormFactor) {
     SceneBuilder builder;
     bowl(builder, kPi / 2, emitter(builder, 1, 0, false));
     useUniformSky(builder, 2);
-    Bakery bakery(builder.scene());
+    Bakery bakery(GetParam(), builder.scene());
     BakeSettings settings = settingsOf(BakeQuantity::kIrradiance, 64);
     float before = 0;
     for (const int bounces : {0, 1, 2}) {
@@ -328,12 +337,12 @@ TEST(Bake, LightBouncesInABowlByItsFormFactor) {
     }
 }
 
-TEST(Bake, OnlyFrontsOfSingleSidedSurfacesShine) {
+TEST_P(Bake, OnlyFrontsOfSingleSidedSurfacesShine) {
     for (const bool double_sided : {false, true}) {
         SceneBuilder builder;
         plate(builder, glm::vec3(0), 3, builder.material(glm::vec4(0, 0, 0, 1)));
         disc(builder, 1, 1, emitter(builder, 0, 1, double_sided));  // faces up
-        Bakery bakery(builder.scene());
+        Bakery bakery(GetParam(), builder.scene());
         BakeSettings settings = settingsOf(BakeQuantity::kIrradiance, 256);
         settings.bounces = 0;
         const auto light = bakery({{glm::dvec3(0)}, {kUp}}, settings);
@@ -365,9 +374,9 @@ Scene hills(std::uint32_t size) {
     return builder.scene();
 }
 
-TEST(Bake, VerticesAndTexelsAgree) {
+TEST_P(Bake, VerticesAndTexelsAgree) {
     const Scene scene = hills(64);
-    Bakery bakery(scene);
+    Bakery bakery(GetParam(), scene);
     TexelSettings texel_settings;
     texel_settings.size = 64;
     const TexelReceivers texels(bakery.shown(), bakery.vertices(), texel_settings);
@@ -385,9 +394,9 @@ TEST(Bake, VerticesAndTexelsAgree) {
     EXPECT_GT(most, 0.98F);
 }
 
-TEST(Bake, BandsDoNotShow) {
+TEST_P(Bake, BandsDoNotShow) {
     const Scene scene = hills(64);
-    Bakery bakery(scene);
+    Bakery bakery(GetParam(), scene);
     BakeSettings settings = settingsOf(BakeQuantity::kAmbientOcclusion, 16);
     settings.resolution = 1024;
     const Receivers& receivers = bakery.vertices().receivers();
@@ -396,9 +405,9 @@ TEST(Bake, BandsDoNotShow) {
     EXPECT_EQ(bakery(receivers, settings, {}, tight), at_once);
 }
 
-TEST(Bake, SumsOfReceiversCountUnderABudget) {
+TEST_P(Bake, SumsOfReceiversCountUnderABudget) {
     const Scene scene = hills(4);
-    Bakery bakery(scene);
+    Bakery bakery(GetParam(), scene);
     const BakeSettings settings = settingsOf(BakeQuantity::kIrradiance, 16);
     Receivers receivers;
     receivers.positions.resize(1 << 20);

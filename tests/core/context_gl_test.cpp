@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/base/error.h"
 #include "support/capture.h"
 #include "support/test_support.h"
@@ -50,6 +52,22 @@ TEST(Context, UnknownBackendsAndDevicesAreRefused) {
 TEST(Context, ASoftwareRendererIsRefusedWhereAGpuIsRequired) {
     if (!test::sharedContext().device().software) GTEST_SKIP() << "this machine has a GPU";
     EXPECT_EQ(kindOf({.backend = test::testBackend(), .require_gpu = true}), ErrorKind::kDevice);
+}
+
+TEST(Context, AGpuIsFoundIfThereIsOne) {
+    std::vector<std::string> attempts;
+    bool found = false;
+    test::inOwnThread([&] {
+        const auto context = findGpuContext(&attempts);
+        found = context != nullptr;
+        EXPECT_FALSE(found && context->device().software);
+    });
+    std::vector<Device> devices;
+    test::inOwnThread([&] { devices = listDevices(); });
+    const bool listed = std::ranges::any_of(
+        devices, [](const Device& device) { return device.problem.empty() && !device.software; });
+    EXPECT_EQ(found, listed);
+    EXPECT_TRUE(found || attempts.size() == devices.size()) << "each says why not";
 }
 
 }  // namespace

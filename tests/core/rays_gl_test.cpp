@@ -30,11 +30,13 @@ TEST(ClosedMeshes, EveryRayLeavesWhatItEnters) {
         EXPECT_GT(found.hits, found.rays / 100);
         EXPECT_EQ(found.raw, 0U);
         EXPECT_EQ(found.refined, 0U);
+        EXPECT_EQ(found.cpu, 0U);
     }
     const OddRays fine =
         countOddRays("icosphere 5", sceneOf({{"", {icosphere(5)}}}), 2, 1024, with_embree);
     EXPECT_EQ(fine.raw, 0U);
     EXPECT_EQ(fine.refined, 0U);
+    EXPECT_EQ(fine.cpu, 0U);
 }
 
 // What the tests above cannot see if they could not fail.
@@ -44,16 +46,17 @@ TEST(ClosedMeshes, AHoleIsSeen) {
     const OddRays found = countOddRays("a hole", sceneOf({{"", {mesh}}}), 2, 256, false);
     EXPECT_GT(found.raw, 10U);
     EXPECT_EQ(found.raw, found.refined);
+    EXPECT_GT(found.cpu, 10U);
 }
 
 /// A scene and the hits of a bundle.
 struct Traced {
-    Traced(Scene from, const glm::dvec3& direction, const RayGrid& grid,
+    Traced(const std::string& engine, Scene from, const glm::dvec3& direction, const RayGrid& grid,
            std::optional<Bounds> area = {}, HitMode hit_mode = HitMode::kRefined)
         : scene(std::move(from)) {
         const Bounds all = shown.bounds().value();
         bundle = parallelBundle("b", area.value_or(all), all, direction, grid);
-        image = capture(renderer, bundle.view, raySettings(hit_mode)).image;
+        image = capture(*openHits(engine, shown), bundle.view, raySettings(hit_mode)).image;
     }
 
     glm::dvec3 start(std::size_t pixel) const {
@@ -89,7 +92,6 @@ struct Traced {
 
     Scene scene;
     PosedScene shown{scene};
-    Renderer renderer{sharedContext(), shown};
     Bundle bundle;
     LayeredImage image;
 };
@@ -101,9 +103,14 @@ double beside(const glm::dvec3& start, const glm::dvec3& direction) {
     return glm::length(glm::cross(start, direction));
 }
 
-TEST(RayLengths, ChordsOfASphere) {
+/// By each engine.
+class RayLengths : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(By, RayLengths, testing::Values("cpu", "gl"),
+                         [](const auto& row) { return std::string(row.param); });
+
+TEST_P(RayLengths, ChordsOfASphere) {
     const Primitive mesh = icosphere(5);
-    const Traced traced(sceneOf({{"", {mesh}}}), kAskew, {512});
+    const Traced traced(GetParam(), sceneOf({{"", {mesh}}}), kAskew, {512});
     const std::vector<float> thickness = traced.maps({{RayMap::kThickness}}).at(0);
 
     // How far the triangles lie within the sphere, at their middles.
@@ -155,7 +162,7 @@ TEST(RayLengths, ChordsOfASphere) {
     EXPECT_GT(hit, 300U);
 }
 
-TEST(RayLengths, NestedSpheresOfTwoMaterials) {
+TEST_P(RayLengths, NestedSpheresOfTwoMaterials) {
     const glm::vec3 inner_at(0.2F, -0.1F, 0.15F);
     Primitive outer = icosphere(5), inner = placed(icosphere(5), 0.5F, inner_at);
     inner.material = 1;
@@ -163,7 +170,7 @@ TEST(RayLengths, NestedSpheresOfTwoMaterials) {
         SCOPED_TRACE(as_nodes);
         std::vector<Mesh> meshes = as_nodes ? std::vector<Mesh>{{"", {outer}}, {"", {inner}}}
                                             : std::vector<Mesh>{{"", {outer, inner}}};
-        const Traced traced(sceneOf(std::move(meshes)), kAskew, {256});
+        const Traced traced(GetParam(), sceneOf(std::move(meshes)), kAskew, {256});
         const auto paths = traced.maps({{RayMap::kPathLength}});
         ASSERT_EQ(paths.size(), 2U);
         std::size_t through_both = 0;
@@ -186,7 +193,7 @@ TEST(RayLengths, NestedSpheresOfTwoMaterials) {
     }
 }
 
-TEST(RayLengths, VolumesOfASphereATorusAndACube) {
+TEST_P(RayLengths, VolumesOfASphereATorusAndACube) {
     struct Row {
         const char* name;
         Primitive mesh;
@@ -198,7 +205,8 @@ TEST(RayLengths, VolumesOfASphereATorusAndACube) {
     for (const Row& row : rows) {
         SCOPED_TRACE(row.name);
         const double own = volumeOf(row.mesh);
-        const double found = Traced(sceneOf({{"", {row.mesh}}}), kAskew, {1024}).volume();
+        const double found =
+            Traced(GetParam(), sceneOf({{"", {row.mesh}}}), kAskew, {1024}).volume();
         std::printf("%s: off by %.2g of its volume, %.2g of the mesh's\n", row.name,
                     found / row.volume - 1, found / own - 1);
         EXPECT_NEAR(found / row.volume, 1, 1e-3);
@@ -206,8 +214,13 @@ TEST(RayLengths, VolumesOfASphereATorusAndACube) {
     }
 }
 
-TEST(BundleRays, AreWhereTheHelpSaysTheyAre) {
-    const Traced traced(sceneOf({{"", {torus(0.4, 64, 32)}}}), {-2, 1, 0.5}, {200});
+/// By each engine.
+class BundleRays : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(By, BundleRays, testing::Values("cpu", "gl"),
+                         [](const auto& row) { return std::string(row.param); });
+
+TEST_P(BundleRays, AreWhereTheHelpSaysTheyAre) {
+    const Traced traced(GetParam(), sceneOf({{"", {torus(0.4, 64, 32)}}}), {-2, 1, 0.5}, {200});
     const Bundle& bundle = traced.bundle;
     const glm::dvec2 size = bundle.size();
     const auto w = static_cast<std::size_t>(bundle.view.width),
@@ -243,7 +256,7 @@ TEST(BundleRays, AreWhereTheHelpSaysTheyAre) {
     EXPECT_LT(misses, 0.01);
 }
 
-TEST(BundleRays, DirectionsAreEven) {
+TEST_P(BundleRays, DirectionsAreEven) {
     for (const int count : {64, 1000}) {
         glm::dvec3 sum(0);
         glm::dmat3 moments(0);
@@ -261,13 +274,14 @@ TEST(BundleRays, DirectionsAreEven) {
     }
 }
 
-TEST(BundleRays, BoundsCutNothingOffAlongTheRays) {
+TEST_P(BundleRays, BoundsCutNothingOffAlongTheRays) {
     // A slab across the rays, far thinner than the sphere, and one that is beside its middle.
     const Bounds slabs[] = {{{-0.5, -0.5, -0.001}, {0.5, 0.5, 0.001}},
                             {{-0.5, -0.5, 0.7}, {0.5, 0.5, 0.7}}};
     for (const Bounds& slab : slabs) {
         for (const double sign : {1.0, -1.0}) {
-            const Traced traced(sceneOf({{"", {icosphere(4)}}}), {0, 0, sign}, {64}, slab);
+            const Traced traced(GetParam(), sceneOf({{"", {icosphere(4)}}}), {0, 0, sign}, {64},
+                                slab);
             EXPECT_NEAR(traced.bundle.size().x, 1, 1e-4);
             for (std::size_t p = 0; p < traced.bundle.rays(); ++p) {
                 const double d = beside(traced.start(p), {0, 0, 1});
@@ -279,14 +293,14 @@ TEST(BundleRays, BoundsCutNothingOffAlongTheRays) {
     }
 }
 
-TEST(BundleRays, WhatLiesOnTheBorderIsHit) {
+TEST_P(BundleRays, WhatLiesOnTheBorderIsHit) {
     Primitive quad;
     quad.positions = {{-1, -1, 0.3F}, {1, -1, 0.3F}, {1, 1, 0.3F}, {-1, 1, 0.3F}};
     quad.indices = {0, 1, 2, 0, 2, 3};
     for (const glm::dvec3 direction : {glm::dvec3(0, 0, 1), glm::dvec3(0, 0, -1)}) {
         // The bounds are flat; both ends of a cube are at the ends of the bundle.
-        const Traced flat(sceneOf({{"", {quad}}}), direction, {100});
-        const Traced box(sceneOf({{"", {cube()}}}), direction, {100});
+        const Traced flat(GetParam(), sceneOf({{"", {quad}}}), direction, {100});
+        const Traced box(GetParam(), sceneOf({{"", {cube()}}}), direction, {100});
         for (std::size_t p = 0; p < flat.bundle.rays(); ++p)
             ASSERT_EQ(flat.t(p).size(), 1U) << p;
         for (std::size_t p = 0; p < box.bundle.rays(); ++p) {
@@ -296,7 +310,7 @@ TEST(BundleRays, WhatLiesOnTheBorderIsHit) {
     }
 }
 
-TEST(BundleRays, OfAxesGoThroughTheCentresOfCells) {
+TEST_P(BundleRays, OfAxesGoThroughTheCentresOfCells) {
     const Bounds area{{-1, 0.5, 2}, {1.3, 1.9, 2.7}};
     const AxisBundles axes = axisBundles(area, area, {37});
     ASSERT_EQ(axes.bundles.size(), 3U);

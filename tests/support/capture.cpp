@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "core/raster/hit_rasterizer.h"
 #include "support/test_support.h"
 
 namespace peeler::test {
@@ -144,11 +145,16 @@ Captured capture(const Scene& scene, const View& view, const CaptureSettings& se
     return capture(renderer, view, settings);
 }
 
-Captured capture(Renderer& renderer, const View& view, const CaptureSettings& settings) {
+std::unique_ptr<HitSource> openHits(const std::string& engine, const PosedScene& posed) {
+    if (engine == "gl") return std::make_unique<Renderer>(sharedContext(), posed);
+    return std::make_unique<HitRasterizer>(posed);
+}
+
+Captured capture(HitSource& source, const View& view, const CaptureSettings& settings) {
     Captured result;
-    result.plan = renderer.plan(view, settings);
+    result.plan = source.plan(view, settings);
     CollectSink collect;
-    result.report = renderer.capture(collect);
+    result.report = source.capture(collect);
     result.image = std::move(collect.image);
     result.bands = std::move(collect.bands);
     return result;

@@ -77,8 +77,12 @@ void inOwnThread(const std::function<void()>& test);
 Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings = {},
                  gl::Context& context = sharedContext());
 
-/// The same with a Renderer that is open already, for tests that render a scene many times.
-Captured capture(Renderer& renderer, const View& view, const CaptureSettings& settings = {});
+/// What finds the hits of a scene, by what --engine calls it: cpu, or gl, on the shared context.
+std::unique_ptr<HitSource> openHits(const std::string& engine, const PosedScene& posed);
+
+/// The same with a source that is open already, for tests that capture a scene many times; of all
+/// but a Renderer hits alone.
+Captured capture(HitSource& source, const View& view, const CaptureSettings& settings = {});
 
 /// Compares bit for bit: windows, offsets, depth, colour, extra arrays. Returns "" or what differs
 /// first.

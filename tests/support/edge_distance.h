@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far a point is from the edges of a projected triangle.
+// How far a point is from the edges of a projected triangle, or what is left of one.
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <glm/glm.hpp>
 #include <limits>
+#include <span>
 
 namespace peeler::test {
 
-inline double distanceToEdges(const glm::dvec2 (&corners)[3], const glm::dvec2& point) {
+/// Infinite without corners.
+inline double distanceToEdges(std::span<const glm::dvec2> corners, const glm::dvec2& point) {
     double nearest = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < 3; ++i) {
-        const glm::dvec2 a = corners[i], ab = corners[(i + 1) % 3] - a;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        const glm::dvec2 a = corners[i], ab = corners[(i + 1) % corners.size()] - a;
         const double length = glm::dot(ab, ab);
         const double t = length > 0 ? std::clamp(glm::dot(point - a, ab) / length, 0.0, 1.0) : 0;
         nearest = std::min(nearest, glm::length(point - a - t * ab));

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdio>
+#include <memory>
 #include <string>
 
 #include "core/base/parallel.h"
@@ -45,7 +46,8 @@ inline std::uint64_t oddRays(const AllHits& embree, const Bundle& bundle) {
 
 struct OddRays {
     std::uint64_t rays = 0, hits = 0;
-    std::uint64_t raw = 0, refined = 0;                ///< ours that have an odd number of hits
+    std::uint64_t raw = 0, refined = 0;                ///< of GL, with an odd number of hits
+    std::uint64_t cpu = 0;                             ///< of the CPU
     std::uint64_t embree_fast = 0, embree_robust = 0;  ///< on every fourth bundle
 };
 
@@ -55,6 +57,7 @@ inline OddRays countOddRays(const std::string& name, const Scene& scene, int dir
     const PosedScene shown(scene);
     const Bounds all = shown.bounds().value();
     Renderer renderer(sharedContext(), shown);
+    const std::unique_ptr<HitSource> rasterizer = openHits("cpu", shown);
     const TriangleSoup soup = soupOf(scene);
     const AllHits fast(soup, RTC_SCENE_FLAG_NONE), robust(soup);
     OddRays found;
@@ -67,15 +70,18 @@ inline OddRays countOddRays(const std::string& name, const Scene& scene, int dir
         found.hits += refined.image.fragments();
         found.refined += oddRays(refined.image);
         found.raw += oddRays(capture(renderer, bundle.view, raySettings(HitMode::kRaw)).image);
+        found.cpu +=
+            oddRays(capture(*rasterizer, bundle.view, raySettings(HitMode::kRefined)).image);
         if (!with_embree || number++ % 4 != 0) continue;
         compared += bundle.rays();
         found.embree_fast += oddRays(fast, bundle);
         found.embree_robust += oddRays(robust, bundle);
     }
     std::printf(
-        "%s: of %llu rays (%llu hits) %llu odd, refined %llu;", name.c_str(),
+        "%s: of %llu rays (%llu hits) %llu odd, refined %llu, on the CPU %llu;", name.c_str(),
         static_cast<unsigned long long>(found.rays), static_cast<unsigned long long>(found.hits),
-        static_cast<unsigned long long>(found.raw), static_cast<unsigned long long>(found.refined));
+        static_cast<unsigned long long>(found.raw), static_cast<unsigned long long>(found.refined),
+        static_cast<unsigned long long>(found.cpu));
     std::printf(" Embree, of %llu of them: %llu, robust %llu\n",
                 static_cast<unsigned long long>(compared),
                 static_cast<unsigned long long>(found.embree_fast),
