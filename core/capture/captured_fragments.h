@@ -17,11 +17,12 @@
 namespace peeler {
 
 /// resize() for contents that will be overwritten: never holds the old and the new storage at once.
+/// There is room for a little more, as the next band may have, which takes no memory until then.
 template <class T>
 void resizeAnew(std::vector<T>& values, std::size_t size) {
     if (values.capacity() < size) {
         values = {};
-        values.reserve(size);
+        values.reserve(size + size / 8);
     }
     values.resize(size);
 }
