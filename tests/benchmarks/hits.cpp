@@ -119,7 +119,8 @@ nlohmann::json measure(const Options& options) {
     nlohmann::json result = {{"threads", threadCount()}, {"hits", hits.hits()}};
     for (int i = 0; i < options.runs; ++i) {
         for (const Contender& contender : contenders) {
-            if (contender.name == "npz") std::filesystem::remove(hits.path());  // a file that is new
+            if (contender.name == "npz")
+                std::filesystem::remove(hits.path());  // a file that is new
             const double before = processorMilliseconds();
             result["milliseconds"][contender.name].push_back(milliseconds(contender.work));
             result["processor"][contender.name].push_back(processorMilliseconds() - before);
