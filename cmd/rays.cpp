@@ -228,7 +228,8 @@ std::unique_ptr<RayOutput> Rays::makeOutput() {
                                 .provenance = provenance,
                                 .comment = "hits in world space of " + printable(provenance.scene) +
                                            ", +Y up, by peeler " PEELER_VERSION,
-                                .double_positions = options_.double_points});
+                                .double_positions = options_.double_points,
+                                .columns = options_.columns});
 }
 
 void Rays::openHits() {

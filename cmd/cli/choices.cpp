@@ -118,4 +118,18 @@ void refuseName(const std::string& kind, std::string_view text,
                 choiceHint(text, pluralOf(kind), names));
 }
 
+std::vector<std::string_view> listedNames(const std::string& kind, std::string_view list,
+                                          std::span<const std::string_view> names) {
+    std::vector<std::string_view> listed;
+    for (std::size_t begin = 0; begin <= list.size();) {
+        const std::size_t end = std::min(list.find(',', begin), list.size());
+        const std::string_view name = list.substr(begin, end - begin);
+        const auto found = std::ranges::find(names, name);
+        if (found == names.end()) refuseName(kind, name, names);
+        listed.push_back(*found);
+        begin = end + 1;
+    }
+    return listed;
+}
+
 }  // namespace peeler::cmd

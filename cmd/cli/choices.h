@@ -55,6 +55,11 @@ std::size_t chooseFrom(const std::string& kind, const std::string& text,
 [[noreturn]] void refuseName(const std::string& kind, std::string_view text,
                              std::span<const std::string_view> names);
 
+/// The names of a list with commas between, in its order. Throws like refuseName() for one that is
+/// not among `names`.
+std::vector<std::string_view> listedNames(const std::string& kind, std::string_view list,
+                                          std::span<const std::string_view> names);
+
 /// The value with this name. Throws like refuseName() for an unknown one.
 template <class T>
 T choose(const std::string& kind, std::span<const Choice<T>> choices, std::string_view text) {

@@ -16,18 +16,12 @@ namespace peeler::cmd {
 namespace {
 
 void takeMaps(const std::string& text, std::vector<RayMap>& maps) {
-    for (std::size_t begin = 0; begin <= text.size();) {
-        const std::size_t end = std::min(text.find(',', begin), text.size());
-        const std::string name = text.substr(begin, end - begin);
-        const auto found = std::ranges::find(rayMapTable(), name, &RayMapInfo::name);
-        if (found == rayMapTable().end()) {
-            std::vector<std::string_view> names;
-            for (const RayMapInfo& map : rayMapTable())
-                names.push_back(map.name);
-            refuseName("map", name, names);
-        }
-        if (std::ranges::find(maps, found->map) == maps.end()) maps.push_back(found->map);
-        begin = end + 1;
+    std::vector<std::string_view> names;
+    for (const RayMapInfo& map : rayMapTable())
+        names.push_back(map.name);
+    for (const std::string_view name : listedNames("map", text, names)) {
+        const RayMap map = std::ranges::find(rayMapTable(), name, &RayMapInfo::name)->map;
+        if (std::ranges::find(maps, map) == maps.end()) maps.push_back(map);
     }
 }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cmd/cli/arguments.h"
+#include "cmd/cli/choices.h"
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
@@ -12,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/rays/voxels.h"
 #include "formats/file/file_name.h"
+#include "formats/rays/hit_columns.h"
 #include "formats/rays/ray_output.h"
 
 namespace peeler::cmd {
@@ -34,7 +36,8 @@ constexpr const char* kRaysFooter =
     "its mesh), primitive_uvs (n, 2; weights of the second and third corner), facing (n; 1 = the\n"
     "front), normals and primitive_normals (n, 3; world space, on the front: of the shading, and\n"
     "of the flat triangle), node_ids, mesh_ids, instance_ids (among those of the node),\n"
-    "material_ids (n; indices into the glTF, from 0, 0xFFFFFFFF = none); of each bundle\n"
+    "material_ids (n; indices into the glTF, from 0, 0xFFFFFFFF = none), of those with n numbers\n"
+    "the ones that --columns chooses; of each bundle\n"
     "bundle_origin, bundle_direction, bundle_right, bundle_up (b, 3), bundle_size (b, 2), "
     "float64,\n"
     "bundle_resolution (b, 2) and bundle_window (b, 4; x, y, width, height: the rays that were\n"
@@ -54,6 +57,31 @@ constexpr const char* kRaysFooter =
     "the next hit against and along the direction, inf = none), geometry_ids_before, ..._after,\n"
     "primitive_ids_before, ..._after (d, n; 0xFFFFFFFF = none), points (n, 3) and directions\n"
     "(d, 3). A surface that a point lies on is before it, at distance 0.";
+
+/// "t_hit,normals" or "all", which is no name; in the order of the table.
+std::vector<std::string> parseColumns(const std::string& text) {
+    std::vector<std::string_view> names;
+    for (const HitColumn& column : hitColumns())
+        names.push_back(column.name);
+    if (text == "all") return {};
+    const std::vector<std::string_view> listed = listedNames("column", text, names);
+    std::erase_if(names, [&](std::string_view name) {
+        return std::ranges::find(listed, name) == listed.end();
+    });
+    if (names.size() == hitColumns().size()) return {};
+    return {names.begin(), names.end()};
+}
+
+std::string columnHelp() {
+    std::string help =
+        "what every hit has in a .npz, or in a .ply besides x, y, z and bundle, separated by "
+        "commas, or all (default): fewer are found and written sooner; ray_splits and the bundles "
+        "are always there:";
+    std::string line;
+    for (const HitColumn& column : hitColumns())
+        line += (line.empty() ? "\n" : ", ") + std::string(column.name);
+    return help + line;
+}
 
 void checkVoxels(const RaysOptions& options) {
     if (options.writesPictures() || options.double_points)
@@ -88,8 +116,15 @@ void checkOutputs(const RaysOptions& options) {
         refuse("there is no file to write to", "--output", "add --output FILE");
     if (options.double_points && lowerExtension(options.output.path) != ".ply")
         refuse("only points can be stored in 64 bits", "--double", "leave it out, or write a .ply");
-    if (options.writesFile() && !options.writesPictures() && !options.voxels)
-        checkHitFormat(options.output.path.string());
+    const bool hits = options.writesFile() && !options.writesPictures() && !options.voxels;
+    if (hits) checkHitFormat(options.output.path.string());
+    if (options.columns.empty()) return;
+    if (!hits || options.points)
+        refuse("columns are those of a file of hits", "--columns",
+               "leave it out, or --map, --voxels and --points");
+    if (lowerExtension(options.output.path) == ".exr")
+        refuse("a deep image has channels, all of them", "--columns",
+               "leave it out, or write a .npz or a .ply");
 }
 
 nlohmann::json bundleJson(const Bundle& bundle) {
@@ -140,6 +175,8 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
             "all hits: a .ply, or a .npz with the array points (n, 3)")
         .group("Output");
     verb.addFlag("--double", options.double_points, "x, y, z of a .ply in 64 bits, not 32")
+        .group("Output");
+    addValue(verb, "--columns", "LIST", options.columns, parseColumns, columnHelp())
         .group("Output");
     addBundleOptions(verb, options.bundles);
     verb.addFlag("--refine,!--no-refine", options.refine,
@@ -198,6 +235,7 @@ nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> b
     if (!options.maps.legend) settings["legend"] = false;
     if (options.voxels) settings["voxels"] = *options.voxels;
     if (options.points) settings["points"] = true;
+    if (!options.columns.empty()) settings["columns"] = options.columns;
     return settings;
 }
 

@@ -93,6 +93,7 @@ struct RaysOptions : CaptureJobOptions {
     std::optional<Faces> faces;  ///< none = chosenFaces()
     bool refine = true;
     bool double_points = false;
+    std::vector<std::string> columns;  ///< of hits, in the order of hitColumns(); none = all
     /// A file of points of which the next hits are asked for, not all hits.
     std::optional<std::filesystem::path> points;
     /// Cells along the longest side of a lattice.

@@ -21,18 +21,11 @@ std::vector<Channel> parseChannels(const std::string& text) {
     std::vector<std::string_view> names;
     for (const ChannelInfo& info : channelTable())
         names.push_back(info.name);
-    std::vector<bool> wanted(names.size(), text == "all");
-    for (std::size_t begin = 0; text != "all" && begin <= text.size();) {
-        const std::size_t end = std::min(text.find(',', begin), text.size());
-        const std::string word = text.substr(begin, end - begin);
-        const auto found = std::find(names.begin(), names.end(), word);
-        if (found == names.end()) refuseName("channel", word, names);
-        wanted[static_cast<std::size_t>(found - names.begin())] = true;
-        begin = end + 1;
-    }
+    const std::vector<std::string_view> wanted =
+        text == "all" ? names : listedNames("channel", text, names);
     std::vector<Channel> channels;
     for (const ChannelInfo& info : channelTable())
-        if (wanted[static_cast<std::size_t>(info.channel)]) channels.push_back(info.channel);
+        if (std::ranges::find(wanted, info.name) != wanted.end()) channels.push_back(info.channel);
     return channels;
 }
 

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/base/error.h"
+#include "core/base/parallel.h"
 #include "core/capture/captured_fragments.h"
 #include "core/capture/supersampling.h"
 
@@ -187,8 +188,8 @@ int BandCapture::layers(LayerMethod& method, const BandRequest& request, Layered
     out.color.type =
         shot_.settings.hit_mode == HitMode::kSloped ? PixelType::kFloat : shot_.settings.color_type;
     out.color.channels = colorChannels(shot_.settings);
-    out.extra.clear();
     const bool keyed = needsKeys(request);
+    if (!keyed) out.extra.clear();
     std::vector<std::uint32_t> sources;
     const CapturedFragments captured = capturedIn(stored);
     depthSort(captured, shot_.view.projection, request.layers, out, keyed ? &sources : nullptr);
@@ -301,24 +302,35 @@ int BandCapture::captureChannels(const Window& band, std::size_t fragments) {
 
 void BandCapture::addChannels(const BandRequest& request, const CapturedFragments& captured,
                               std::span<std::uint32_t> sources, LayeredImage& out) {
-    FragmentArray array{{kKeyChannel}, PixelType::kUint, {}};
-    array.data.resize(sources.size() * sizeof(std::uint32_t));
-    const std::span<std::uint32_t> keys = array.as<std::uint32_t>();
-    for (std::size_t i = 0; i < sources.size(); ++i)
-        keys[i] = captured.primitive(sources[i]);
-    const std::size_t floats = shadedComponents(shot_.settings.channels) * first_.back();
+    const std::vector<Channel>& channels = shot_.settings.channels;
+    const bool hits = shot_.settings.hit_mode != HitMode::kNone, keyed = hits || request.keys;
+    out.extra.resize(channels.size() + (keyed ? 1 : 0));
+    FragmentArray not_asked_for;
+    FragmentArray& first = keyed ? out.extra.front() : not_asked_for;
+    first.channels = {kKeyChannel};
+    first.type = PixelType::kUint;
+    resizeAnew(first.data, sources.size() * sizeof(std::uint32_t));
+    const std::span<std::uint32_t> keys = first.as<std::uint32_t>();
+    constexpr std::size_t kAtOnce = std::size_t{1} << 16;
+    parallelFor((sources.size() + kAtOnce - 1) / kAtOnce, [&](std::size_t part) {
+        const std::size_t end = std::min((part + 1) * kAtOnce, sources.size());
+        for (std::size_t i = part * kAtOnce; i < end; ++i)
+            keys[i] = captured.primitive(sources[i]);
+    });
+
     FragmentSources from{gpu_scene_.posed(), shot_.view, next_frame_, keys, sources};
-    if (shot_.settings.hit_mode == HitMode::kRefined)
-        largest_correction_ = std::max(largest_correction_, refineHits(from, out, keys, sources));
-    if (floats == 0) {
-        appendChannels(from, shot_.settings.channels, out);
-    } else {
-        const auto values = buffers_.channels().read(floats * sizeof(float));
-        from.values = values.as<const float>();
-        appendChannels(from, shot_.settings.channels, out);
-    }
-    if (request.keys || shot_.settings.hit_mode != HitMode::kNone)
-        out.extra.insert(out.extra.begin(), std::move(array));
+    const std::span<FragmentArray> arrays = std::span(out.extra).last(channels.size());
+    const auto fill = [&] {
+        if (shot_.settings.hit_mode != HitMode::kRefined)
+            return fillChannels(from, channels, out, arrays);
+        const double correction = refineHits(from, channels, out, keys, sources, arrays);
+        largest_correction_ = std::max(largest_correction_, correction);
+    };
+    const std::size_t floats = shadedComponents(channels) * first_.back();
+    if (floats == 0) return fill();
+    const auto values = buffers_.channels().read(floats * sizeof(float));
+    from.values = values.as<const float>();
+    fill();
 }
 
 int BandCapture::composite(CompositeMethod& method, const BandRequest& request,

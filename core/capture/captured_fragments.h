@@ -16,6 +16,17 @@
 
 namespace peeler {
 
+/// resize() for contents that will be overwritten: never holds the old and the new storage at once.
+/// There is room for a little more, as the next band may have, which takes no memory until then.
+template <class T>
+void resizeAnew(std::vector<T>& values, std::size_t size) {
+    if (values.capacity() < size) {
+        values = {};
+        values.reserve(size + size / 8);
+    }
+    values.resize(size);
+}
+
 // depth_sort.cpp.
 
 /// A band as it comes out of the capture: pixel p owns the fragments [first[p], first[p + 1]), each
@@ -74,7 +85,8 @@ struct FragmentSources {
     const float* values = nullptr;
 };
 
-/// Appends the arrays of `channels` (in the order of the table) to the extra ones of `image`.
+/// Fills in the arrays of `channels` (in the order of the table), which are overwritten, for the
+/// fragments of `image`.
 ///
 /// Position and distance follow from Z and the centre of the pixel (or its `View::sample`), all
 /// others that no shader yields from the primitive, in double precision:
@@ -87,17 +99,18 @@ struct FragmentSources {
 /// - Lines and points face the camera: their geometric normal is against the ray.
 ///
 /// Rows are done in parallel; the result does not depend on how.
-void appendChannels(const FragmentSources& sources, std::span<const Channel> channels,
-                    LayeredImage& image);
+void fillChannels(const FragmentSources& sources, std::span<const Channel> channels,
+                  const LayeredImage& image, std::span<FragmentArray> arrays);
 
 /// Finds the Z of every fragment anew, in double precision from its primitive and the pixel's ray,
 /// rounds it to the 32 bits of the image, and sorts each pixel by what it was before rounding, then
 /// by key: the fragments that depth could not tell apart come in their true order. A ray that
 /// misses its primitive (WorldElement::weightsAt) gets the Z of the nearest point of it. `keys` and
-/// `shaded` are those of `sources`, of every fragment, and are sorted along; the image has neither
-/// colours nor extra arrays yet. Returns the largest change of Z, scene units. Rows are done in
-/// parallel; the result does not depend on how.
-double refineHits(const FragmentSources& sources, LayeredImage& image,
-                  std::span<std::uint32_t> keys, std::span<std::uint32_t> shaded);
+/// `shaded` are those of `sources`, of every fragment, and are sorted along; the image has no
+/// colours. Then the arrays of `channels` are filled in as by fillChannels(). Returns the largest
+/// change of Z, scene units. Rows are done in parallel; the result does not depend on how.
+double refineHits(const FragmentSources& sources, std::span<const Channel> channels,
+                  LayeredImage& image, std::span<std::uint32_t> keys,
+                  std::span<std::uint32_t> shaded, std::span<FragmentArray> arrays);
 
 }  // namespace peeler

@@ -62,16 +62,6 @@ class ListSorter {
     std::vector<std::uint64_t> keys_;
 };
 
-/// resize() for contents that will be overwritten: never holds the old and the new storage at once.
-template <class T>
-void resizeAnew(std::vector<T>& values, std::size_t size) {
-    if (values.capacity() < size) {
-        values = {};
-        values.reserve(size);
-    }
-    values.resize(size);
-}
-
 /// The pixels of a row, and where their sorted fragments go.
 struct SortedRow {
     std::size_t first_pixel, pixels;  ///< as captured

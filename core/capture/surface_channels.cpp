@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "core/base/parallel.h"
@@ -48,48 +49,51 @@ struct Band {
     std::vector<std::uint32_t> ordinals;  // of every instance among those of its node
 };
 
-/// Everything about the fragment at hand.
-struct Fragment {
-    glm::dvec2 at{0};  // in the picture
-    double z = 0;
-    WorldElement element;
-    // The rest, and the element's corners, only if a channel asks for it.
-    glm::dvec3 direction{0};         // of the pixel's ray; not of unit length
-    std::array<double, 3> weight{};  // of the corners
+/// A pixel's ray.
+struct PixelRay {
+    PixelRay(const View& view, const glm::dvec2& pixel)
+        : at(pixel),
+          origin(worldPosition(view, at.x, at.y, 0)),
+          direction(worldPosition(view, at.x, at.y, 1) - origin) {}
+
+    glm::dvec2 at;  // in the picture
+    glm::dvec3 origin;
+    glm::dvec3 direction;  // not of unit length
 };
 
-void findPoint(const Band& band, Fragment& f) {
-    const View& view = band.sources.view;
-    placeCorners(band.sources.posed, f.element);
-    const glm::dvec3 origin = worldPosition(view, f.at.x, f.at.y, 0);
-    f.direction = worldPosition(view, f.at.x, f.at.y, 1) - origin;
-    f.weight = f.element.weightsAt(origin, f.direction);
-}
+/// Everything about the fragment at hand.
+struct Fragment {
+    const PixelRay& ray;
+    const RecentElements::Entry& entry;
+    std::array<double, 3> weight{};  // of the corners; only if a channel asks for it
+    double z = 0;
+
+    const WorldElement& element() const { return entry.element; }
+};
 
 // One function a channel: its components, as doubles, which hold any id.
 
 void normalOfTriangle(const Band&, const Fragment& f, double* out) {
-    glm::dvec3 normal = f.element.normal();
-    if (glm::dot(normal, f.direction) > 0) normal = -normal;
-    const double size = glm::length(normal);
-    normal = size > 0 ? normal / size : -glm::normalize(f.direction);
+    const glm::dvec3& front = f.entry.unit;
+    glm::dvec3 normal = glm::dot(f.entry.normal, f.ray.direction) > 0 ? -front : front;
+    if (front == glm::dvec3(0)) normal = -glm::normalize(f.ray.direction);
     std::copy_n(&normal.x, 3, out);
 }
 
 void position(const Band& band, const Fragment& f, double* out) {
-    const glm::dvec3 world = worldPosition(band.sources.view, f.at.x, f.at.y, f.z);
+    const glm::dvec3 world = worldPosition(band.sources.view, f.ray.at.x, f.ray.at.y, f.z);
     std::copy_n(&world.x, 3, out);
 }
 
 void facing(const Band&, const Fragment& f, double* out) {
-    *out = glm::dot(f.element.normal(), f.direction) > 0 ? -1 : 1;
+    *out = glm::dot(f.entry.normal, f.ray.direction) > 0 ? -1 : 1;
 }
 
 void motion(const Band& band, const Fragment& f, double* out) {
     const NextFrame* next = band.sources.next;
     glm::dvec2 before, after;
-    if (!next || !band.now.project(f.element.weighted(f.weight), before)) return;
-    WorldElement moved = f.element;
+    if (!next || !band.now.project(f.element().weighted(f.weight), before)) return;
+    WorldElement moved = f.element();
     placeCorners(next->posed, moved);
     if (!band.next.project(moved.weighted(f.weight), after)) return;
     out[0] = after.x - before.x;
@@ -97,7 +101,7 @@ void motion(const Band& band, const Fragment& f, double* out) {
 }
 
 void identity(const Band& band, const Fragment& f, double* out) {
-    const WorldElement& element = f.element;
+    const WorldElement& element = f.element();
     out[0] = element.instance->node + 1.0;
     out[1] = element.primitive->material + 1.0;
     out[2] = element.origin.in_mesh + 1.0;
@@ -111,8 +115,7 @@ void barycentric(const Band&, const Fragment& f, double* out) {
 
 void distance(const Band& band, const Fragment& f, double* out) {
     const View& view = band.sources.view;
-    *out = glm::distance(worldPosition(view, f.at.x, f.at.y, f.z),
-                         worldPosition(view, f.at.x, f.at.y, 0));
+    *out = glm::distance(worldPosition(view, f.ray.at.x, f.ray.at.y, f.z), f.ray.origin);
 }
 
 /// How a channel follows from Z and primitive; none: a shader says it.
@@ -140,89 +143,126 @@ Evaluation evaluationOf(Channel channel) {
     return kTable[static_cast<std::size_t>(channel)];
 }
 
-void storeValue(double value, PixelType type, std::byte* to) {
-    if (type == PixelType::kHalf) {
-        const std::uint16_t bits = imath_float_to_half(static_cast<float>(value));
-        std::memcpy(to, &bits, sizeof bits);
-    } else if (type == PixelType::kFloat) {
-        const auto number = static_cast<float>(value);
-        std::memcpy(to, &number, sizeof number);
-    } else {
-        const auto number = static_cast<std::uint32_t>(value);
-        std::memcpy(to, &number, sizeof number);
-    }
+void storeValues(const double* values, std::size_t count, PixelType type, std::byte* to) {
+    const auto store_as = [&](auto&& converted) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto number = converted(values[i]);
+            std::memcpy(to + i * sizeof number, &number, sizeof number);
+        }
+    };
+    if (type == PixelType::kFloat)
+        store_as([](double value) { return static_cast<float>(value); });
+    else if (type == PixelType::kHalf)
+        store_as([](double value) { return imath_float_to_half(static_cast<float>(value)); });
+    else
+        store_as([](double value) { return static_cast<std::uint32_t>(value); });
 }
 
 /// Fills in the channels of one fragment after the other.
 class ChannelFiller {
   public:
     ChannelFiller(const FragmentSources& sources, std::span<const Channel> channels,
-                  std::span<FragmentArray> arrays)
-        : band_(sources), channels_(channels), arrays_(arrays) {
-        for (const Channel channel : channels) {
-            const Evaluation evaluation = evaluationOf(channel);
-            evaluations_.push_back(evaluation);
-            shaded_components_ += evaluation.evaluate ? 0 : infoOf(channel).components.size();
+                  const LayeredImage& image, std::span<FragmentArray> arrays)
+        : band_(sources) {
+        for (std::size_t c = 0; c < channels.size(); ++c) {
+            FragmentArray& array = arrays[c];
+            // Its storage serves again.
+            FragmentArray fresh = emptyArray(channels[c], image.color.type);
+            fresh.data.swap(array.data);
+            array = std::move(fresh);
+            resizeAnew(array.data, image.fragments() * array.stride());
+            const Evaluation evaluation = evaluationOf(channels[c]);
+            targets_.push_back({evaluation.evaluate, array.components(), array.type, array.stride(),
+                                array.data.data()});
+            shaded_components_ += evaluation.evaluate ? 0 : array.components();
             needs_point_ = needs_point_ || evaluation.needs_point;
         }
     }
 
-    void fill(std::size_t fragment, const glm::dvec2& at, float z) const {
+    /// Whether weights and corners are needed.
+    bool needsPoint() const { return needs_point_; }
+
+    void fill(std::size_t fragment, const Fragment& f) const {
         const FragmentSources& sources = band_.sources;
-        Fragment f;
-        f.at = at;
-        f.z = static_cast<double>(z);
-        f.element = elementOf(sources.posed, sources.keys[fragment]);
-        if (needs_point_) findPoint(band_, f);
         const float* shaded = shaded_components_ == 0
                                   ? nullptr
                                   : sources.values + sources.shaded[fragment] * shaded_components_;
-        for (std::size_t c = 0; c < channels_.size(); ++c) {
-            FragmentArray& array = arrays_[c];
+        for (const Target& target : targets_) {
             std::array<double, 4> values{};
-            if (evaluations_[c].evaluate) {
-                evaluations_[c].evaluate(band_, f, values.data());
+            if (target.evaluate) {
+                target.evaluate(band_, f, values.data());
             } else {
-                std::copy_n(shaded, array.components(), values.data());
-                shaded += array.components();
+                std::copy_n(shaded, target.components, values.data());
+                shaded += target.components;
             }
-            std::byte* to = array.data.data() + fragment * array.stride();
-            for (std::size_t i = 0; i < array.components(); ++i, to += pixelTypeSize(array.type))
-                storeValue(values[i], array.type, to);
+            storeValues(values.data(), target.components, target.type,
+                        target.data + fragment * target.stride);
         }
     }
 
   private:
+    /// The array of a channel.
+    struct Target {
+        void (*evaluate)(const Band&, const Fragment&, double* out);
+        std::size_t components;
+        PixelType type;
+        std::size_t stride;
+        std::byte* data;
+    };
+
     Band band_;
-    std::span<const Channel> channels_;
-    std::span<FragmentArray> arrays_;
-    std::vector<Evaluation> evaluations_;
+    std::vector<Target> targets_;
     std::size_t shaded_components_ = 0;
     bool needs_point_ = false;
 };
 
-}  // namespace
-
-void appendChannels(const FragmentSources& sources, std::span<const Channel> channels,
-                    LayeredImage& image) {
-    if (channels.empty()) return;
-    const std::size_t first = image.extra.size();
-    for (const Channel channel : channels) {
-        image.extra.push_back(emptyArray(channel, image.color.type));
-        FragmentArray& array = image.extra.back();
-        array.data.resize(image.fragments() * array.stride());
-    }
-    const ChannelFiller filler(sources, channels, std::span(image.extra).subspan(first));
-    const auto width = static_cast<std::size_t>(image.window.width());
-    parallelFor(static_cast<std::size_t>(image.window.height()), [&](std::size_t row) {
-        for (std::size_t x = 0; x < width; ++x) {
-            const std::size_t pixel = row * width + x;
-            const glm::dvec2 at(image.window.x0 + static_cast<double>(x),
-                                image.window.y0 + static_cast<double>(row));
-            for (std::uint32_t f = image.offsets[pixel]; f < image.offsets[pixel + 1]; ++f)
-                filler.fill(f, at + sources.view.sample, image.z[f]);
+/// Calls take(part, elements, pixel, ray) for every pixel that has fragments, on all threads, those
+/// of a part on one. `corners`: whether elements need them.
+template <class Take>
+void forEachPixel(const FragmentSources& sources, bool corners, const LayeredImage& image,
+                  const std::vector<Window>& parts, Take&& take) {
+    parallelFor(parts.size(), [&](std::size_t part) {
+        RecentElements elements(sources.posed, corners);
+        const Window& rows = parts[part];
+        for (int y = rows.y0; y < rows.y1; ++y) {
+            for (int x = rows.x0; x < rows.x1; ++x) {
+                const std::size_t pixel = image.pixelIndex(x, y);
+                if (image.count(pixel) == 0) continue;
+                const PixelRay ray(sources.view, glm::dvec2(x, y) + sources.view.sample);
+                take(part, elements, pixel, ray);
+            }
         }
     });
+}
+
+/// Rows of an image that are done by one thread: enough for triangles to be met again.
+std::vector<Window> partsOf(const Window& window) {
+    constexpr int kPixels = 1 << 14;
+    const int rows = std::max(1, kPixels / std::max(1, window.width()));
+    std::vector<Window> parts;
+    for (int y = window.y0; y < window.y1; y += rows)
+        parts.push_back({window.x0, y, window.x1, std::min(y + rows, window.y1)});
+    return parts;
+}
+
+}  // namespace
+
+void fillChannels(const FragmentSources& sources, std::span<const Channel> channels,
+                  const LayeredImage& image, std::span<FragmentArray> arrays) {
+    if (channels.empty()) return;
+    const ChannelFiller filler(sources, channels, image, arrays);
+    const bool point = filler.needsPoint();
+    forEachPixel(
+        sources, point, image, partsOf(image.window),
+        [&](std::size_t, RecentElements& elements, std::size_t pixel, const PixelRay& ray) {
+            for (std::size_t f = image.offsets[pixel]; f < image.offsets[pixel + 1]; ++f) {
+                Fragment fragment{ray, elements.at(sources.keys[f])};
+                fragment.z = static_cast<double>(image.z[f]);
+                if (point)
+                    fragment.weight = fragment.element().weightsAt(ray.origin, ray.direction);
+                filler.fill(f, fragment);
+            }
+        });
 }
 
 namespace {
@@ -230,6 +270,7 @@ namespace {
 struct RefinedHit {
     double z;
     std::uint32_t key, shaded;
+    std::array<double, 3> weight;
 };
 
 bool precedes(const RefinedHit& a, const RefinedHit& b) {
@@ -238,44 +279,42 @@ bool precedes(const RefinedHit& a, const RefinedHit& b) {
 
 }  // namespace
 
-double refineHits(const FragmentSources& sources, LayeredImage& image,
-                  std::span<std::uint32_t> keys, std::span<std::uint32_t> shaded) {
+double refineHits(const FragmentSources& sources, std::span<const Channel> channels,
+                  LayeredImage& image, std::span<std::uint32_t> keys,
+                  std::span<std::uint32_t> shaded, std::span<FragmentArray> arrays) {
     const View& view = sources.view;
     const glm::dvec3 eye(view.camera_to_world[3]), axis(-view.camera_to_world[2]);
-    const auto width = static_cast<std::size_t>(image.window.width());
-    const auto height = static_cast<std::size_t>(image.window.height());
-    std::vector<double> largest(height);
-    parallelFor(height, [&](std::size_t row) {
-        thread_local std::vector<RefinedHit> hits;
-        for (std::size_t x = 0; x < width; ++x) {
-            const std::size_t pixel = row * width + x;
-            const std::uint32_t begin = image.offsets[pixel], end = image.offsets[pixel + 1];
-            if (begin == end) continue;
-            const glm::dvec2 at = glm::dvec2(image.window.x0 + static_cast<double>(x),
-                                             image.window.y0 + static_cast<double>(row)) +
-                                  view.sample;
-            const glm::dvec3 origin = worldPosition(view, at.x, at.y, 0);
-            const glm::dvec3 direction = worldPosition(view, at.x, at.y, 1) - origin;
+    const ChannelFiller filler(sources, channels, image, arrays);
+    const std::vector<Window> parts = partsOf(image.window);
+    std::vector<double> largest(parts.size());
+    forEachPixel(
+        sources, true, image, parts,
+        [&](std::size_t part, RecentElements& elements, std::size_t pixel, const PixelRay& ray) {
+            thread_local std::vector<RefinedHit> hits;
+            const std::size_t begin = image.offsets[pixel], end = image.offsets[pixel + 1];
             hits.clear();
-            for (std::uint32_t f = begin; f < end; ++f) {
-                WorldElement element = elementOf(sources.posed, keys[f]);
-                placeCorners(sources.posed, element);
-                const auto weight = element.weightsAt(origin, direction);
+            for (std::size_t f = begin; f < end; ++f) {
+                const WorldElement& element = elements.at(keys[f]).element;
+                const auto weight = element.weightsAt(ray.origin, ray.direction);
                 const double before = static_cast<double>(image.z[f]);
                 double z = glm::dot(element.weighted(weight) - eye, axis);
                 if (!std::isfinite(z)) z = before;
-                largest[row] = std::max(largest[row], std::abs(z - before));
-                hits.push_back({z, keys[f], shaded[f]});
+                if (const double change = std::abs(z - before); change > largest[part])
+                    largest[part] = change;
+                hits.push_back({z, keys[f], shaded[f], weight});
             }
             std::sort(hits.begin(), hits.end(), precedes);
-            for (std::uint32_t f = begin; f < end; ++f) {
-                image.z[f] = static_cast<float>(hits[f - begin].z);
-                keys[f] = hits[f - begin].key;
-                shaded[f] = hits[f - begin].shaded;
+            for (std::size_t f = begin; f < end; ++f) {
+                const RefinedHit& hit = hits[f - begin];
+                image.z[f] = static_cast<float>(hit.z);
+                keys[f] = hit.key;
+                shaded[f] = hit.shaded;
+                if (channels.empty()) continue;
+                filler.fill(
+                    f, {ray, elements.at(hit.key), hit.weight, static_cast<double>(image.z[f])});
             }
-        }
-    });
-    return height == 0 ? 0 : *std::max_element(largest.begin(), largest.end());
+        });
+    return parts.empty() ? 0 : *std::max_element(largest.begin(), largest.end());
 }
 
 }  // namespace peeler

@@ -57,6 +57,7 @@ DrawList::DrawList(const Scene& scene, std::span<const MeshInstance> instances) 
         while (end < instances.size() && together(scene, instances[i], instances[end]));
         addGroup(scene, instances.subspan(i, end - i));
     }
+    indexKeys();
 }
 
 std::size_t DrawList::indexOf(const Geometry& geometry) {
@@ -65,14 +66,15 @@ std::size_t DrawList::indexOf(const Geometry& geometry) {
     return entry->second;
 }
 
+/// Takes instances that are drawn at once.
 void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instances) {
     const MeshInstance& first = instances.front();
     const auto& primitives = scene.meshes[static_cast<std::size_t>(first.mesh)].primitives;
-    Group group{static_cast<std::uint32_t>(next_key_), 0, next_surface_, worlds_.size(), {}};
+    const auto first_key = static_cast<std::uint32_t>(next_key_);
+    const std::size_t first_surface = surfaces_.size(), first_world = worlds_.size();
     std::uint64_t keys = 0;
     std::size_t most_vertices = 0;
     for (const Primitive& p : primitives) {
-        group.surfaces.push_back(static_cast<std::uint32_t>(keys));
         keys += elementsOf(p);
         most_vertices = std::max(most_vertices, verticesOf(p));
     }
@@ -84,7 +86,9 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
         throw Error(ErrorKind::kInput, "the scene has more primitives than 32 bits can count",
                     "/meshes/" + std::to_string(first.mesh), "render it in parts");
     }
-    group.instance_keys = static_cast<std::uint32_t>(keys);
+    addSurfaces(primitives, first_key, instances.size());
+    for (const MeshInstance& instance : instances)
+        worlds_.push_back(instance.world);
 
     for (std::size_t i = 0; i < primitives.size(); ++i) {
         const Primitive& p = primitives[i];
@@ -93,51 +97,59 @@ void DrawList::addGroup(const Scene& scene, std::span<const MeshInstance> instan
         draw.topology = p.topology;
         draw.indexed = !p.indices.empty();
         draw.count = static_cast<int>(verticesOf(p));
-        draw.first_world = worlds_.size();
+        draw.first_world = first_world;
         draw.instances = instances.size();
         draw.material = static_cast<std::size_t>(p.material);
         draw.node = first.node;
         draw.mirrored = first.mirrored;
-        draw.first_primitive = group.first_key + group.surfaces[i];
-        draw.instance_keys = group.instance_keys;
+        draw.first_primitive = surfaces_[first_surface + i].first_key;
+        draw.instance_keys = static_cast<std::uint32_t>(keys);
         draw.flags = flagsOf(p, first.mirrored);
         if (setAlpha(draw, p, scene.materials[draw.material])) draws_.push_back(draw);
     }
-    for (const MeshInstance& instance : instances)
-        worlds_.push_back(instance.world);
-    next_surface_ += static_cast<std::uint32_t>(primitives.size() * instances.size());
-    groups_.push_back(std::move(group));
 }
 
-const DrawList::Group& DrawList::groupOf(std::uint32_t key) const {
-    const auto after =
-        std::upper_bound(groups_.begin(), groups_.end(), key,
-                         [](std::uint32_t k, const Group& group) { return k < group.first_key; });
-    return *(after - 1);
+/// `first_key` is that of the first of so many instances, of which worlds_ has none yet.
+void DrawList::addSurfaces(std::span<const Primitive> primitives, std::uint32_t first_key,
+                           std::size_t instances) {
+    for (std::size_t i = 0; i < instances; ++i) {
+        std::uint32_t in_mesh = 0;
+        for (std::size_t p = 0; p < primitives.size(); ++p) {
+            surfaces_.push_back({first_key + in_mesh, in_mesh,
+                                 static_cast<std::uint32_t>(worlds_.size() + i),
+                                 static_cast<std::uint32_t>(p)});
+            in_mesh += static_cast<std::uint32_t>(elementsOf(primitives[p]));
+        }
+        first_key += in_mesh;
+    }
 }
 
-KeyOrigin DrawList::originIn(const Group& group, std::uint32_t key) {
-    KeyOrigin origin;
-    origin.instance = group.first_instance + (key - group.first_key) / group.instance_keys;
-    origin.in_mesh = (key - group.first_key) % group.instance_keys;
-    // The last of those that begin there: primitives without elements begin there, too.
-    const auto next =
-        std::upper_bound(group.surfaces.begin(), group.surfaces.end(), origin.in_mesh);
-    origin.primitive = static_cast<std::size_t>(next - group.surfaces.begin()) - 1;
-    origin.element = origin.in_mesh - group.surfaces[origin.primitive];
-    return origin;
-}
-
-KeyOrigin DrawList::originOf(std::uint32_t key) const {
-    return originIn(groupOf(key), key);
+/// Makes near_key_, with about two entries a surface.
+void DrawList::indexKeys() {
+    while ((next_key_ >> key_shift_) > 2 * surfaces_.size())
+        ++key_shift_;
+    std::uint32_t surface = 0;
+    for (std::uint64_t key = 0; key < next_key_; key += std::uint64_t{1} << key_shift_) {
+        while (surface + 1 < surfaces_.size() && surfaces_[surface + 1].first_key <= key)
+            ++surface;
+        near_key_.push_back(surface);
+    }
+    near_key_.push_back(static_cast<std::uint32_t>(surfaces_.size()) - 1);
 }
 
 std::uint32_t DrawList::surfaceOf(std::uint32_t key) const {
-    const Group& group = groupOf(key);
-    const KeyOrigin origin = originIn(group, key);
-    const std::size_t surface =
-        (origin.instance - group.first_instance) * group.surfaces.size() + origin.primitive;
-    return group.first_surface + static_cast<std::uint32_t>(surface);
+    const std::size_t near = key >> key_shift_;
+    // The last of those that begin there: primitives without elements begin there, too.
+    const auto after = std::upper_bound(
+        surfaces_.begin() + near_key_[near], surfaces_.begin() + near_key_[near + 1] + 1, key,
+        [](std::uint32_t k, const DrawnSurface& surface) { return k < surface.first_key; });
+    return static_cast<std::uint32_t>(after - surfaces_.begin()) - 1;
+}
+
+KeyOrigin DrawList::originOf(std::uint32_t key) const {
+    const DrawnSurface& surface = surfaces_[surfaceOf(key)];
+    const std::uint32_t element = key - surface.first_key;
+    return {surface.instance, surface.primitive, element, surface.in_mesh + element};
 }
 
 }  // namespace peeler

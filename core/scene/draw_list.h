@@ -52,6 +52,14 @@ struct KeyOrigin {
     std::uint32_t in_mesh = 0;  ///< which of those of the whole mesh, primitive after primitive
 };
 
+/// A primitive of a mesh at one place: its keys follow one another.
+struct DrawnSurface {
+    std::uint32_t first_key = 0;
+    std::uint32_t in_mesh = 0;    ///< KeyOrigin::in_mesh of the first key
+    std::uint32_t instance = 0;   ///< index into PosedScene::meshes()
+    std::uint32_t primitive = 0;  ///< of the mesh
+};
+
 /// Depth-first over the nodes, then instance, then primitive of the mesh: a key counts the
 /// primitives that GL makes in this order, whether instances are drawn at once or one by one. Keys
 /// start at 1.
@@ -67,30 +75,28 @@ class DrawList {
     std::span<const glm::dmat4> worlds(const Draw& draw) const {
         return {worlds_.data() + draw.first_world, draw.instances};
     }
-    KeyOrigin originOf(std::uint32_t key) const;
-    /// A number for the primitive of a mesh at the place that a key belongs to; in draw order.
+    /// In draw order, those without anything to draw, too.
+    const std::vector<DrawnSurface>& surfaces() const { return surfaces_; }
+    /// The index of the surface that a key belongs to.
     std::uint32_t surfaceOf(std::uint32_t key) const;
+    KeyOrigin originOf(std::uint32_t key) const;
 
   private:
-    /// The instances that are drawn at once: surface s of instance i has the keys
-    /// first_key + i · instance_keys + [surfaces[s], surfaces[s + 1]).
-    struct Group {
-        std::uint32_t first_key = 0, instance_keys = 0, first_surface = 0;
-        std::size_t first_instance = 0;  // index into PosedScene::meshes()
-        std::vector<std::uint32_t> surfaces;
-    };
-    const Group& groupOf(std::uint32_t key) const;
-    static KeyOrigin originIn(const Group& group, std::uint32_t key);
     void addGroup(const Scene& scene, std::span<const MeshInstance> instances);
+    void addSurfaces(std::span<const Primitive> primitives, std::uint32_t first_key,
+                     std::size_t instances);
     std::size_t indexOf(const Geometry& geometry);
+    void indexKeys();
 
     std::vector<Draw> draws_;
     std::vector<Geometry> geometries_;
     std::map<Geometry, std::size_t> geometry_index_;
     std::vector<glm::dmat4> worlds_;
-    std::vector<Group> groups_;
+    std::vector<DrawnSurface> surfaces_;
     std::uint64_t next_key_ = 1;  // 0 is the key of "no layer yet" in front-to-back peeling
-    std::uint32_t next_surface_ = 0;
+    /// The surface of every key that is a multiple of 2^key_shift_: others are not far from there.
+    std::vector<std::uint32_t> near_key_;
+    unsigned key_shift_ = 0;
 };
 
 }  // namespace peeler

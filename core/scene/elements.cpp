@@ -124,4 +124,13 @@ void placeCorners(const PosedScene& posed, WorldElement& element) {
     }
 }
 
+void RecentElements::find(std::uint32_t key, Entry& entry) const {
+    entry.key = key;
+    entry.element = elementOf(posed_, key);
+    if (!corners_) return;
+    placeCorners(posed_, entry.element);
+    entry.normal = entry.element.normal();
+    entry.unit = unitOrZero(entry.normal);
+}
+
 }  // namespace peeler

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <vector>
 
 #include "core/scene/posed_scene.h"
 #include "core/scene/scene.h"
@@ -55,5 +56,37 @@ WorldElement elementOf(const PosedScene& posed, std::uint32_t key);
 /// Finds the corners, in double precision; in another pose of the same scene, where the same
 /// element is then.
 void placeCorners(const PosedScene& posed, WorldElement& element);
+
+/// Elements with what it takes a while to find out, those that were asked for lately being at hand:
+/// rays beside each other mostly meet the same ones. Not for several threads at once.
+class RecentElements {
+  public:
+    struct Entry {
+        std::uint32_t key = 0;  ///< 0 = none yet
+        WorldElement element;   ///< with its corners, if they are wanted
+        glm::dvec3 normal{0};   ///< WorldElement::normal()
+        glm::dvec3 unit{0};     ///< of that direction; 0 if it has none
+    };
+
+    /// `posed` must outlive it. Without corners there are no normals, either.
+    RecentElements(const PosedScene& posed, bool corners)
+        : posed_(posed), corners_(corners), entries_(kEntries) {}
+
+    /// Until the next call.
+    const Entry& at(std::uint32_t key) {
+        Entry& entry = entries_[key % kEntries];
+        if (entry.key != key) find(key, entry);
+        return entry;
+    }
+
+  private:
+    static constexpr std::size_t kEntries = 512;  ///< fit a processor's own cache
+
+    void find(std::uint32_t key, Entry& entry) const;
+
+    const PosedScene& posed_;
+    bool corners_;
+    std::vector<Entry> entries_;
+};
 
 }  // namespace peeler

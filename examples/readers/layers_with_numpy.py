@@ -45,6 +45,8 @@ def unproject(a):
     spread = b["perspective"].astype(bool)
     if "z" in a:
         z = a["z"].astype(np.float64)
+    elif "t_hit" not in a:
+        sys.exit("there is no array t_hit (nor z): peeler rays --columns has to name it")
     else:  # hits have the distance along the ray instead of the depth along the axis
         z = a["t_hit"] / np.where(spread, np.linalg.norm(b["direction"] + sideways, axis=1), 1)
     scale = np.where(spread, z, 1)

@@ -247,6 +247,10 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
     auto named = std::ranges::find(members, "points.npy", &Member::name);
     if (named == members.end()) named = std::ranges::find(members, "positions.npy", &Member::name);
     const bool is_named = named != members.end();
+    // Other arrays of ours are vectors, too: they are no points.
+    if (!is_named && std::ranges::find(members, "ray_splits.npy", &Member::name) != members.end())
+        throw Error(ErrorKind::kInput, "rows of rays without the array positions are no points",
+                    where, "extract writes it of the channel position, and rays a .ply of points");
     if (is_named) members = {*named};
     std::vector<glm::dvec3> found;
     std::string name;

@@ -5,8 +5,9 @@
 #include "formats/arrays/table_writers.h"
 
 #include <libdeflate.h>
+#include <zlib.h>
 
-#include <cstring>
+#include <iterator>
 #include <set>
 #include <utility>
 
@@ -83,8 +84,8 @@ std::vector<NpzWriter::Entry> NpzWriter::entriesOf(std::vector<NpzArray> arrays,
         Entry& entry = entries.emplace_back();
         entry.array = std::move(array);
         entry.header = npyHeader(entry.array);
-        entry.crc = libdeflate_crc32(0, entry.header.data(), entry.header.size());
         entry.offset = end;
+        entry.numbers = end + localHeader(entry).size() + entry.header.size();
         end = endOf(entries);
     }
     return entries;
@@ -92,7 +93,7 @@ std::vector<NpzWriter::Entry> NpzWriter::entriesOf(std::vector<NpzArray> arrays,
 
 std::uint64_t NpzWriter::endOf(const std::vector<Entry>& entries) {
     const Entry& last = entries.back();
-    return last.offset + localHeader(last).size() + last.bytes();
+    return last.numbers + last.array.bytes();
 }
 
 std::uint64_t NpzWriter::fileBytes(std::vector<NpzArray> arrays) {
@@ -105,25 +106,59 @@ NpzWriter::NpzWriter(const std::string& path, std::vector<NpzArray> arrays)
     append(entries_.size() - 1, std::as_bytes(std::span(&kArraysVersion, 1)));
 }
 
+void NpzWriter::fail(const char* what, const Entry& entry) const {
+    throw Error(ErrorKind::kInternal, what, file_.path() + ": " + entry.array.name);
+}
+
 void NpzWriter::append(std::size_t array, std::span<const std::byte> numbers) {
+    const std::uint64_t first = entries_[array].appended;
+    entries_[array].appended += numbers.size();
+    writeAt(array, first, numbers);
+}
+
+void NpzWriter::writeAt(std::size_t array, std::uint64_t first,
+                        std::span<const std::byte> numbers) {
     Entry& entry = entries_[array];
-    if (numbers.size() > entry.array.bytes() - entry.written) {
-        throw Error(ErrorKind::kInternal, "more numbers than the array holds",
-                    file_.path() + ": " + entry.array.name);
-    }
+    const std::uint64_t all = entry.array.bytes();
+    if (first > all || numbers.size() > all - first)
+        fail("more numbers than the array holds", entry);
     if (numbers.empty()) return;
-    file_.writeAt(entry.offset + localHeader(entry).size() + entry.header.size() + entry.written,
-                  numbers);
-    entry.written += numbers.size();
-    entry.crc = libdeflate_crc32(entry.crc, numbers.data(), numbers.size());
+    // The checksum is the caller's thread's work; the file takes one piece at a time.
+    const Piece piece{first + numbers.size(), libdeflate_crc32(0, numbers.data(), numbers.size())};
+    const std::lock_guard lock(mutex_);
+    add(entry, first, piece);
+    file_.writeAt(entry.numbers + first, numbers);
+}
+
+void NpzWriter::add(Entry& entry, std::uint64_t first, Piece piece) const {
+    auto after = entry.written.upper_bound(first);
+    const auto before = after == entry.written.begin() ? entry.written.end() : std::prev(after);
+    if ((before != entry.written.end() && before->second.end > first) ||
+        (after != entry.written.end() && after->first < piece.end))
+        fail("numbers are written twice", entry);
+    const auto joined = [](const Piece& a, const Piece& b, std::uint64_t begin_of_b) {
+        const auto size = static_cast<z_off_t>(b.end - begin_of_b);
+        return Piece{b.end, static_cast<std::uint32_t>(crc32_combine(a.crc, b.crc, size))};
+    };
+    if (after != entry.written.end() && after->first == piece.end) {
+        piece = joined(piece, after->second, after->first);
+        after = entry.written.erase(after);
+    }
+    if (before != entry.written.end() && before->second.end == first)
+        before->second = joined(before->second, piece, first);
+    else
+        entry.written.emplace_hint(after, first, piece);
 }
 
 void NpzWriter::finish() {
-    for (const Entry& entry : entries_) {
-        if (entry.written != entry.array.bytes()) {
-            throw Error(ErrorKind::kInternal, "numbers are missing",
-                        file_.path() + ": " + entry.array.name);
-        }
+    for (Entry& entry : entries_) {
+        // An array without numbers has no piece.
+        const auto piece = entry.written.extract(0);
+        const Piece whole = piece ? piece.mapped() : Piece{};
+        if (whole.end != entry.array.bytes()) fail("numbers are missing", entry);
+        const std::uint32_t header = libdeflate_crc32(0, entry.header.data(), entry.header.size());
+        entry.crc = static_cast<std::uint32_t>(
+            crc32_combine(header, whole.crc, static_cast<z_off_t>(whole.end)));
         // The headers are written only now, when the checksum is known.
         file_.writeAt(entry.offset, asBytes(localHeader(entry) + entry.header));
     }

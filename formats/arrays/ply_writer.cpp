@@ -33,6 +33,7 @@ PlyWriter::PlyWriter(const std::string& path, std::vector<PlyProperty> propertie
     for (const std::string& comment : comments_)
         checkWord(comment, "\r\n", path);
     const std::string text = header(properties_, comments_, 0);
+    header_size_ = text.size();
     file_.append(std::as_bytes(std::span(text)));
 }
 
@@ -61,15 +62,28 @@ std::uint64_t PlyWriter::fileBytes(std::span<const PlyProperty> properties,
     return header(properties, comments, points).size() + points * point;
 }
 
-void PlyWriter::append(std::span<const std::byte> points) {
+void PlyWriter::checkWhole(std::span<const std::byte> points) const {
     if (point_size_ == 0 || points.size() % point_size_ != 0) {
         throw Error(ErrorKind::kInternal, "these are not whole points", file_.path());
     }
+}
+
+void PlyWriter::append(std::span<const std::byte> points) {
+    checkWhole(points);
     file_.append(points);
     points_ += points.size() / point_size_;
 }
 
+void PlyWriter::writeAt(std::uint64_t first, std::span<const std::byte> points) {
+    checkWhole(points);
+    const std::lock_guard lock(mutex_);
+    file_.writeAt(header_size_ + first * point_size_, points);
+    points_ += points.size() / point_size_;
+}
+
 void PlyWriter::finish() {
+    if (file_.size() != header_size_ + points_ * point_size_)
+        throw Error(ErrorKind::kInternal, "points are missing", file_.path());
     const std::string text = header(properties_, comments_, points_);
     file_.writeAt(0, std::as_bytes(std::span(text)));
     file_.commit();

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes tables of numbers: arrays for numpy (.npz), all of them growing at once, and point clouds
-// (binary PLY), point after point.
+// (binary PLY). Numbers and points go straight to their places in the file, from any thread.
 #pragma once
 
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <mutex>
 #include <span>
 #include <string>
 #include <string_view>
@@ -59,9 +61,9 @@ struct NpzArray {
 
 /// Writes a ZIP archive of .npy files (numpy.lib.format 1.0; PKWARE APPNOTE 6.3), not compressed as
 /// numpy.savez does it, always with ZIP64 fields, dated 1980 so that the same arrays make the same
-/// bytes. Shapes are given at the start, so every array has its place in the file, and they can be
-/// filled side by side, each front to back. No numbers are kept in memory. numpy.load(path) reads
-/// the file without pickle. The last array of every file is `arrays_version`, int64.
+/// bytes. Shapes are given at the start, so every number has its place in the file, and is written
+/// once. None is kept in memory. numpy.load(path) reads the file without pickle. The last array of
+/// every file is `arrays_version`, int64.
 class NpzWriter {
   public:
     /// Creates the hidden file. Throws Error (kOutput); (kInternal) if two arrays have one name, or
@@ -71,20 +73,32 @@ class NpzWriter {
     /// The size of the file that holds these arrays, to the byte.
     static std::uint64_t fileBytes(std::vector<NpzArray> arrays);
 
-    /// Adds the next numbers of the array with this index, as they lie in memory. Throws Error
-    /// (kOutput); (kInternal) if there are too many.
+    /// Adds the next numbers of the array with this index, as they lie in memory. Not for several
+    /// threads at once. Throws like writeAt().
     void append(std::size_t array, std::span<const std::byte> numbers);
+    /// Writes numbers of the array with this index, as they lie in memory, from its byte `first`
+    /// on, in whatever order, and from several threads at once. Throws Error (kOutput);
+    /// (kInternal) if the array has no such bytes, or has them already.
+    void writeAt(std::size_t array, std::uint64_t first, std::span<const std::byte> numbers);
     /// Writes headers and directory, and commits the file. Throws Error (kOutput); (kInternal) if
     /// an array is not full.
     void finish();
 
   private:
+    /// Bytes that follow one another, and are written.
+    struct Piece {
+        std::uint64_t end = 0;
+        std::uint32_t crc = 0;
+    };
     struct Entry {
         NpzArray array;
-        std::string header;         ///< of the .npy file
-        std::uint64_t offset = 0;   ///< of the local header
-        std::uint64_t written = 0;  ///< bytes of the numbers
-        std::uint32_t crc = 0;      ///< of header and numbers so far
+        std::string header;          ///< of the .npy file
+        std::uint64_t offset = 0;    ///< of the local header
+        std::uint64_t numbers = 0;   ///< offset of the first number
+        std::uint64_t appended = 0;  ///< bytes
+        /// By where they begin in the array; pieces that meet have become one.
+        std::map<std::uint64_t, Piece> written{};
+        std::uint32_t crc = 0;  ///< of header and numbers, once all are written
 
         std::string fileName() const { return array.name + ".npy"; }
         std::uint64_t bytes() const { return header.size() + array.bytes(); }
@@ -95,9 +109,13 @@ class NpzWriter {
     static std::string localHeader(const Entry& entry);
     static std::uint64_t endOf(const std::vector<Entry>& entries);  ///< of the last array
     static std::string directory(const std::vector<Entry>& entries);
+    [[noreturn]] void fail(const char* what, const Entry& entry) const;
+    /// Notes that a piece is written.
+    void add(Entry& entry, std::uint64_t first, Piece piece) const;
 
     AtomicFile file_;
     std::vector<Entry> entries_;
+    std::mutex mutex_;  ///< of the file and of what is written
 };
 
 /// The numbers of an array as bytes.
@@ -115,7 +133,7 @@ struct PlyProperty {
 
 /// Writes a PLY 1.0 file (G. Turk, "The PLY Polygon File Format", 1994), binary_little_endian, with
 /// one element `vertex`. How many points there will be need not be known: the header is filled in
-/// by finish(). Nothing is kept in memory.
+/// by finish(). No point is kept in memory.
 class PlyWriter {
   public:
     /// Creates the hidden file. Throws Error (kOutput); (kInternal) if a property has a type that
@@ -129,19 +147,27 @@ class PlyWriter {
 
     /// Bytes of a point: its properties packed in their order.
     std::size_t pointSize() const { return point_size_; }
-    /// Adds whole points, pointSize() bytes each. Throws Error (kOutput).
+    /// Adds whole points, pointSize() bytes each. Throws Error (kOutput). Not for several threads
+    /// at once, nor together with writeAt().
     void append(std::span<const std::byte> points);
+    /// Writes whole points to their place, the first being the point of that index, in whatever
+    /// order and from several threads at once. Every point has to be written once.
+    void writeAt(std::uint64_t first, std::span<const std::byte> points);
+    /// Throws Error (kOutput); (kInternal) if there are other points than were written.
     void finish();
 
   private:
     static std::string header(std::span<const PlyProperty> properties,
                               std::span<const std::string> comments, std::uint64_t points);
+    void checkWhole(std::span<const std::byte> points) const;
 
     AtomicFile file_;
     std::vector<PlyProperty> properties_;
     std::vector<std::string> comments_;
     std::size_t point_size_ = 0;
+    std::uint64_t header_size_ = 0;
     std::uint64_t points_ = 0;
+    std::mutex mutex_;  ///< of the file and of how many points there are
 };
 
 }  // namespace peeler

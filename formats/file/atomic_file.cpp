@@ -30,6 +30,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
+/// Transfers of less, to places here and there, would take the kernel longer than the writing.
+constexpr std::uint64_t kTransferBytes = std::uint64_t{8} << 20U;
 
 /// The paths that a signal handler must unlink: fixed storage, since it may not allocate.
 struct Slot {
@@ -299,13 +301,16 @@ void AtomicFile::writeOut(std::uint64_t offset, std::span<const std::byte> bytes
             pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) fail("cannot write: " + text(errno), errno);
-        // A short write is no error yet: the next one says why (most often: no space). The transfer
-        // to the disk begins now, so that sync() has less to wait for; where it cannot begin,
-        // sync() waits for all of it.
-        sync_file_range(descriptor_, static_cast<off_t>(offset), n, SYNC_FILE_RANGE_WRITE);
+        // A short write is no error yet: the next one says why (most often: no space).
         offset += static_cast<std::uint64_t>(n);
+        transferable_ += static_cast<std::uint64_t>(n);
         bytes = bytes.subspan(static_cast<std::size_t>(n));
     }
+    if (transferable_ < kTransferBytes) return;
+    // The transfer to the disk begins now, so that sync() has less to wait for; where it cannot
+    // begin, sync() waits for all of it.
+    sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
+    transferable_ = 0;
 }
 
 void AtomicFile::copyToStandardOutput() {

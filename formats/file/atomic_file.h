@@ -63,6 +63,7 @@ class AtomicFile {
     int slot_ = -1;  ///< in the registry behind removeTemporaryFiles(), −1 = it was full
     std::vector<std::byte> buffer_;
     std::uint64_t size_ = 0;
+    std::uint64_t transferable_ = 0;  ///< bytes whose transfer to the disk has not begun
 };
 
 /// Whether a name stands for standard output: "-", or "-.EXT" for a format by its extension. A file

@@ -5,19 +5,26 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/parallel.h"
 #include "formats/arrays/bundle_arrays.h"
 #include "formats/arrays/table_writers.h"
+#include "formats/file/byte_buffer.h"
 #include "formats/rays/hit_columns.h"
 
 namespace peeler {
 namespace {
 
+/// The arrays: ray_splits, the columns of hits, then the bundles.
+constexpr std::size_t kRaySplits = 0, kFirstColumn = 1;
+
 class HitArrays final : public RayOutput {
   public:
     HitArrays(std::string path, const HitOptions& options)
-        : path_(std::move(path)), reader_(options.posed) {}
+        : path_(std::move(path)),
+          columns_(chosenHitColumns(options.columns)),
+          reader_(options.posed) {}
 
-    std::vector<Channel> channels() const override { return hitChannels(); }
+    std::vector<Channel> channels() const override { return channelsOf(columns_); }
     bool needsHits() const override { return true; }
     SizeForecast forecast(std::span<const Bundle> bundles,
                           std::span<const std::uint64_t> hits) const override {
@@ -28,36 +35,34 @@ class HitArrays final : public RayOutput {
         bundles_ = {bundles.begin(), bundles.end()};
         writer_.emplace(path_, arraysOf(bundles, hits));
         const std::int64_t zero = 0;
-        writer_->append(0, std::as_bytes(std::span(&zero, 1)));
-        writeBundles(*writer_, 1 + hitColumns().size(), bundles);
+        writer_->append(kRaySplits, std::as_bytes(std::span(&zero, 1)));
+        writeBundles(*writer_, kFirstColumn + columns_.size(), bundles);
     }
 
     void take(std::size_t index, const LayeredImage& band) override {
-        splits_.clear();
-        for (std::size_t p = 1; p < band.offsets.size(); ++p)
-            splits_.push_back(hits_ + band.offsets[p]);
-        hits_ += static_cast<std::int64_t>(band.fragments());
-        writer_->append(0, asBytes(splits_));
-        reader_.read(bundles_[index], index, band, [&](std::span<const Hit> hits) {
-            for (std::size_t c = 0; c < hitColumns().size(); ++c) {
-                const HitColumn& column = hitColumns()[c];
-                values_.resize(hits.size() * column.bytes());
-                for (std::size_t i = 0; i < hits.size(); ++i)
-                    column.put(hits[i], values_.data() + i * column.bytes());
-                writer_->append(1 + c, values_);
+        writeSplits(band);
+        reader_.read(bundles_[index], band, [&](const HitBatch& hits) {
+            thread_local ByteBuffer numbers;
+            for (std::size_t c = 0; c < columns_.size(); ++c) {
+                const HitColumn& column = columns_[c];
+                const std::size_t bytes = column.bytes();
+                numbers.resize(hits.size * bytes);
+                column.put(hits, numbers.data(), bytes);
+                writer_->writeAt(kFirstColumn + c, (hits_ + hits.first) * bytes, numbers);
             }
         });
+        hits_ += band.fragments();
+        rays_ += band.window.pixels();
     }
 
     void finish() override { writer_->finish(); }
 
   private:
-    /// ray_splits, the columns of hits, then the bundles.
-    static std::vector<NpzArray> arraysOf(std::span<const Bundle> bundles,
-                                          std::span<const std::uint64_t> hits) {
+    std::vector<NpzArray> arraysOf(std::span<const Bundle> bundles,
+                                   std::span<const std::uint64_t> hits) const {
         const std::uint64_t n = std::accumulate(hits.begin(), hits.end(), std::uint64_t{0});
         std::vector<NpzArray> arrays{{"ray_splits", NumberType::kInt64, {raysOf(bundles) + 1}}};
-        for (const HitColumn& column : hitColumns()) {
+        for (const HitColumn& column : columns_) {
             arrays.push_back({std::string(column.name), column.type, {n}});
             if (column.components() > 1) arrays.back().shape.push_back(column.components());
         }
@@ -66,13 +71,27 @@ class HitArrays final : public RayOutput {
         return arrays;
     }
 
+    /// Writes where the hits of each ray of a band end.
+    void writeSplits(const LayeredImage& band) {
+        constexpr std::size_t kRaysAtOnce = std::size_t{1} << 15;
+        const std::size_t rays = band.window.pixels();
+        parallelFor((rays + kRaysAtOnce - 1) / kRaysAtOnce, [&](std::size_t part) {
+            thread_local std::vector<std::int64_t> splits;
+            const std::size_t first = part * kRaysAtOnce;
+            splits.resize(std::min(kRaysAtOnce, rays - first));
+            for (std::size_t i = 0; i < splits.size(); ++i)
+                splits[i] = static_cast<std::int64_t>(hits_ + band.offsets[first + i + 1]);
+            // The first number of all is the 0 where the first ray's hits begin.
+            writer_->writeAt(kRaySplits, (1 + rays_ + first) * sizeof splits[0], asBytes(splits));
+        });
+    }
+
     std::string path_;
+    std::vector<HitColumn> columns_;
     HitReader reader_;
     std::vector<Bundle> bundles_;
     std::optional<NpzWriter> writer_;
-    std::int64_t hits_ = 0;  // so far
-    std::vector<std::int64_t> splits_;
-    std::vector<std::byte> values_;
+    std::uint64_t hits_ = 0, rays_ = 0;  ///< so far
 };
 
 }  // namespace

@@ -1,22 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of columns, and how a fragment becomes a hit.
+// The table of columns, and how their numbers follow from hits.
 #include "formats/rays/hit_columns.h"
 
 #include <algorithm>
-#include <cstring>
 
-#include "core/base/parallel.h"
-#include "core/capture/supersampling.h"
-#include "core/image/layered_image.h"
+#include "core/base/error.h"
 #include "formats/file/byte_buffer.h"
 
 namespace peeler {
 namespace {
 
-constexpr std::size_t kHitsAtOnce = std::size_t{1} << 16;
+/// Stores value(i) of every hit.
+template <class Value>
+void putEach(const HitBatch& hits, std::byte* out, std::size_t stride, Value&& value) {
+    for (std::size_t i = 0; i < hits.size; ++i)
+        storeNumber(value(i), out + i * stride);
+}
 
-void storeIndex(std::size_t value, std::byte* out) {
-    storeNumber(static_cast<std::uint32_t>(value), out);
+/// Stores what all hits of an instance share.
+void putShared(const HitBatch& hits, std::byte* out, std::size_t stride,
+               std::uint32_t HitInstance::*number) {
+    putEach(hits, out, stride,
+            [&](std::size_t i) { return hits.instances[hits.places[i].instance].*number; });
+}
+
+/// Stores vectors that are toward the ray as they are on the front.
+void putOnTheFront(const HitBatch& hits, std::byte* out, std::size_t stride,
+                   std::span<const glm::vec3> vectors) {
+    putEach(hits, out, stride, [&](std::size_t i) { return hits.facing[i] * vectors[i]; });
 }
 
 }  // namespace
@@ -27,122 +38,104 @@ std::span<const HitColumn> hitColumns() {
         {"t_hit",
          kFloat,
          {"t"},
-         [](const Hit& h, std::byte* out) { storeNumber(static_cast<float>(h.t), out); }},
+         {},
+         [](const HitBatch& hits, std::byte* out, std::size_t stride) {
+             putEach(hits, out, stride, [&](std::size_t i) { return hits.t[i]; });
+         }},
         {"geometry_ids",
          kUint32,
          {"geometry"},
-         [](const Hit& h, std::byte* out) { storeIndex(h.origin.instance, out); }},
+         {},
+         [](const HitBatch& hits, std::byte* out, std::size_t stride) {
+             putEach(hits, out, stride, [&](std::size_t i) { return hits.places[i].instance; });
+         }},
         {"primitive_ids",
          kUint32,
          {"primitive"},
-         [](const Hit& h, std::byte* out) { storeIndex(h.origin.in_mesh, out); }},
+         {},
+         [](const HitBatch& hits, std::byte* out, std::size_t stride) {
+             putEach(hits, out, stride, [&](std::size_t i) { return hits.places[i].in_mesh; });
+         }},
         {"primitive_uvs",
          kFloat,
          {"u", "v"},
-         [](const Hit& h, std::byte* out) { storeNumber(h.barycentric, out); }},
+         {Channel::kBarycentric},
+         [](const HitBatch& hits, std::byte* out, std::size_t stride) {
+             putEach(hits, out, stride, [&](std::size_t i) { return hits.barycentrics[i]; });
+         }},
         {"facing",
          kInt32,
          {"facing"},
-         [](const Hit& h, std::byte* out) {
-             storeNumber(static_cast<std::int32_t>(h.facing), out);
+         {Channel::kFacing},
+         [](const HitBatch& hits, std::byte* out, std::size_t stride) {
+             putEach(hits, out, stride,
+                     [&](std::size_t i) { return static_cast<std::int32_t>(hits.facing[i]); });
          }},
         {"normals",
          kFloat,
          {"nx", "ny", "nz"},
-         [](const Hit& h, std::byte* out) { storeNumber(h.normal, out); }},
+         {Channel::kNormal, Channel::kFacing},
+         [](const HitBatch& hits, std::byte* out, std::size_t stride) {
+             putOnTheFront(hits, out, stride, hits.normals);
+         }},
         {"primitive_normals",
          kFloat,
          {"ngx", "ngy", "ngz"},
-         [](const Hit& h, std::byte* out) { storeNumber(h.geometric_normal, out); }},
+         {Channel::kGeometricNormal, Channel::kFacing},
+         [](const HitBatch& hits, std::byte* out, std::size_t stride) {
+             putOnTheFront(hits, out, stride, hits.geometric_normals);
+         }},
         {"node_ids",
          kUint32,
          {"node"},
-         [](const Hit& h, std::byte* out) {
-             storeIndex(static_cast<std::size_t>(h.instance->node), out);
+         {},
+         [](const HitBatch& hits, std::byte* out, std::size_t stride) {
+             putShared(hits, out, stride, &HitInstance::node);
          }},
         {"mesh_ids",
          kUint32,
          {"mesh"},
-         [](const Hit& h, std::byte* out) {
-             storeIndex(static_cast<std::size_t>(h.instance->mesh), out);
+         {},
+         [](const HitBatch& hits, std::byte* out, std::size_t stride) {
+             putShared(hits, out, stride, &HitInstance::mesh);
          }},
         {"instance_ids",
          kUint32,
          {"instance"},
-         [](const Hit& h, std::byte* out) { storeIndex(h.ordinal, out); }},
+         {},
+         [](const HitBatch& hits, std::byte* out, std::size_t stride) {
+             putShared(hits, out, stride, &HitInstance::ordinal);
+         }},
         {"material_ids",
          kUint32,
          {"material"},
-         [](const Hit& h, std::byte* out) { storeNumber(h.material, out); }},
+         {},
+         [](const HitBatch& hits, std::byte* out, std::size_t stride) {
+             putEach(hits, out, stride, [&](std::size_t i) { return hits.places[i].material; });
+         }},
     };
     return kColumns;
 }
 
-std::vector<Channel> hitChannels() {
-    return {Channel::kNormal, Channel::kGeometricNormal, Channel::kFacing, Channel::kBarycentric};
+std::vector<HitColumn> chosenHitColumns(std::span<const std::string> names) {
+    const std::span<const HitColumn> all = hitColumns();
+    for (const std::string& name : names)
+        if (std::ranges::find(all, name, &HitColumn::name) == all.end())
+            throw Error(ErrorKind::kInternal, "hits have no such column", name);
+    std::vector<HitColumn> chosen;
+    for (const HitColumn& column : all)
+        if (names.empty() || std::ranges::find(names, column.name) != names.end())
+            chosen.push_back(column);
+    return chosen;
 }
 
-HitReader::HitReader(PosedScene posed)
-    : posed_(std::move(posed)), ordinals_(posed_.instanceOrdinals()) {}
-
-void HitReader::read(const Bundle& bundle, std::size_t index, const LayeredImage& band,
-                     const std::function<void(std::span<const Hit>)>& use) {
-    const FragmentChannel key = findChannel(band, kKeyChannel),
-                          facing = findChannel(band, "facing");
-    std::vector<FragmentChannel> vectors;
-    for (const char* name :
-         {"N.X", "N.Y", "N.Z", "Ng.X", "Ng.Y", "Ng.Z", "barycentric.U", "barycentric.V"})
-        vectors.push_back(findChannel(band, name));
-    const auto hit_at = [&](std::size_t f, int x, int y, double scale) {
-        Hit hit;
-        std::uint32_t number = 0;
-        std::memcpy(&number, key.data(f), sizeof number);
-        const auto z = static_cast<double>(band.z[f]);
-        hit.t = z * scale;
-        hit.position =
-            worldPosition(bundle.view, x + bundle.view.sample.x, y + bundle.view.sample.y, z);
-        hit.origin = posed_.drawList().originOf(number);
-        hit.instance = &posed_.meshes()[hit.origin.instance];
-        hit.primitive = &posed_.primitive(hit.origin);
-        // The last material of a scene is glTF's default one, which is in no file.
-        const auto material = static_cast<std::size_t>(hit.primitive->material);
-        hit.material = material + 1 < posed_.scene().materials.size()
-                           ? static_cast<std::uint32_t>(material)
-                           : 0xFFFFFFFFU;
-        hit.ordinal = ordinals_[hit.origin.instance];
-        hit.facing = facing.value(f);
-        // Channels have normals on the side that the ray comes from, hits have them on the front.
-        hit.normal =
-            hit.facing * glm::vec3(vectors[0].value(f), vectors[1].value(f), vectors[2].value(f));
-        hit.geometric_normal =
-            hit.facing * glm::vec3(vectors[3].value(f), vectors[4].value(f), vectors[5].value(f));
-        hit.barycentric = {vectors[6].value(f), vectors[7].value(f)};
-        hit.bundle = static_cast<std::uint32_t>(index);
-        return hit;
-    };
-    const auto width = static_cast<std::size_t>(band.window.width());
-    const std::size_t pixels = band.window.pixels();
-    for (std::size_t first = 0; first < pixels;) {
-        // Hits are read by whole pixels, at least one at a time.
-        std::size_t last = first + 1;
-        while (last < pixels && band.offsets[last + 1] - band.offsets[first] <= kHitsAtOnce)
-            ++last;
-        const std::size_t begin = band.offsets[first];
-        hits_.resize(band.offsets[last] - begin);
-        parallelFor((last - first + width - 1) / width, [&](std::size_t part) {
-            const std::size_t end = std::min(last, first + (part + 1) * width);
-            for (std::size_t p = first + part * width; p < end; ++p) {
-                if (band.count(p) == 0) continue;
-                const int x = band.window.x0 + static_cast<int>(p % width);
-                const int y = band.window.y0 + static_cast<int>(p / width);
-                const double scale = bundle.tScale(x, y);
-                for (std::size_t f = band.offsets[p]; f < band.offsets[p + 1]; ++f)
-                    hits_[f - begin] = hit_at(f, x, y, scale);
-            }
-        });
-        use(hits_);
-        first = last;
-    }
+std::vector<Channel> channelsOf(std::span<const HitColumn> columns) {
+    std::vector<Channel> channels;
+    for (const HitColumn& column : columns)
+        channels.insert(channels.end(), column.channels.begin(), column.channels.end());
+    std::ranges::sort(channels);
+    channels.erase(std::unique(channels.begin(), channels.end()), channels.end());
+    return channels;
 }
 
 }  // namespace peeler

@@ -38,7 +38,7 @@ class HitImage final : public RayOutput {
     }
 
     std::vector<Channel> channels() const override {
-        std::vector<Channel> channels = hitChannels();
+        std::vector<Channel> channels = channelsOf(hitColumns());
         channels.push_back(Channel::kId);
         channels.push_back(Channel::kDistance);
         std::ranges::sort(channels);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes hits as a .ply.
-#include <cstring>
 #include <numeric>
 #include <optional>
 #include <utility>
 
 #include "formats/arrays/table_writers.h"
+#include "formats/file/byte_buffer.h"
 #include "formats/rays/hit_columns.h"
 
 namespace peeler {
@@ -17,9 +17,10 @@ class HitPoints final : public RayOutput {
         : path_(std::move(path)),
           comment_(options.comment),
           double_positions_(options.double_positions),
-          reader_(options.posed) {}
+          columns_(chosenHitColumns(options.columns)),
+          reader_(options.posed, true) {}
 
-    std::vector<Channel> channels() const override { return hitChannels(); }
+    std::vector<Channel> channels() const override { return channelsOf(columns_); }
     /// The writer itself would do without: the header is filled in at the end. But a point cloud
     /// may be larger than the disk.
     bool needsHits() const override { return true; }
@@ -35,13 +36,21 @@ class HitPoints final : public RayOutput {
     }
 
     void take(std::size_t index, const LayeredImage& band) override {
-        reader_.read(bundles_[index], index, band, [&](std::span<const Hit> hits) {
-            points_.resize(hits.size() * writer_->pointSize());
-            std::byte* out = points_.data();
-            for (const Hit& hit : hits)
-                out = put(hit, out);
-            writer_->append(points_);
+        const auto bundle = static_cast<std::uint32_t>(index);
+        reader_.read(bundles_[index], band, [&](const HitBatch& hits) {
+            thread_local ByteBuffer points;
+            const std::size_t size = writer_->pointSize();
+            points.resize(hits.size * size);
+            std::byte* out = putPositions(hits, points.data(), size);
+            for (const HitColumn& column : columns_) {
+                column.put(hits, out, size);
+                out += column.bytes();
+            }
+            for (std::size_t i = 0; i < hits.size; ++i)
+                storeNumber(bundle, out + i * size);
+            writer_->writeAt(hits_ + hits.first, points);
         });
+        hits_ += band.fragments();
     }
 
     void finish() override { writer_->finish(); }
@@ -50,36 +59,32 @@ class HitPoints final : public RayOutput {
     std::vector<PlyProperty> properties() const {
         const NumberType position = double_positions_ ? NumberType::kDouble : NumberType::kFloat;
         std::vector<PlyProperty> all = {{"x", position}, {"y", position}, {"z", position}};
-        for (const HitColumn& column : hitColumns()) {
+        for (const HitColumn& column : columns_) {
             for (const std::string_view name : column.properties)
                 all.push_back({std::string(name), column.type});
         }
         all.push_back({"bundle", NumberType::kUint32});
         return all;
     }
-    std::byte* put(const Hit& hit, std::byte* out) const {
-        const auto store = [&](const auto& value) {
-            std::memcpy(out, &value, sizeof value);
-            out += sizeof value;
+
+    /// Stores x, y and z of points of this size. Returns where the next number of the first goes.
+    std::byte* putPositions(const HitBatch& hits, std::byte* out, std::size_t size) const {
+        const auto put_all = [&](auto&& number) {
+            for (std::size_t i = 0; i < hits.size; ++i)
+                storeNumber(number(hits.positions[i]), out + i * size);
+            return out + sizeof number(glm::dvec3());
         };
-        if (double_positions_)
-            store(hit.position);
-        else
-            store(glm::vec3(hit.position));
-        for (const HitColumn& column : hitColumns()) {
-            column.put(hit, out);
-            out += column.bytes();
-        }
-        store(hit.bundle);
-        return out;
+        if (double_positions_) return put_all([](const glm::dvec3& at) { return at; });
+        return put_all([](const glm::dvec3& at) { return glm::vec3(at); });
     }
 
     std::string path_, comment_;
     bool double_positions_;
+    std::vector<HitColumn> columns_;
     HitReader reader_;
     std::vector<Bundle> bundles_;
     std::optional<PlyWriter> writer_;
-    std::vector<std::byte> points_;
+    std::uint64_t hits_ = 0;  ///< so far
 };
 
 }  // namespace

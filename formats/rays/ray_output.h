@@ -88,6 +88,8 @@ struct HitOptions {
     Provenance provenance;          ///< of an image's headers
     std::string comment{};          ///< of a point cloud: one line
     bool double_positions = false;  ///< of a point cloud: 64 bits, not 32
+    /// Names of hitColumns() (hit_columns.h); none = all. Of arrays and point clouds.
+    std::vector<std::string> columns{};
 };
 
 /// An output of every hit of every ray, by the extension:

@@ -125,6 +125,38 @@ def writers(bench: Bench) -> Rows:
         yield file("deep", "size of the deep file", "OpenEXR, ZIPS", "openexr", 1.0)
 
 
+def hits(bench: Bench) -> Rows:
+    if run(["/usr/bin/python3", "-c", "import numpy"], check=False).code != 0:
+        bench.skip("hits: python3-numpy is not installed")
+        return
+    bundles = "1700x4"  # 11 million hits
+    for _ in bench.at(HD):
+        for name, path in bench.those("gearbox"):
+            say(f"hits into .npz: {name}")
+            ours: List[float] = []
+            capture: List[float] = []
+            bare: List[float] = []
+            savez: List[float] = []
+            traced: Dict[str, Any] = {}
+            copy = bench.scratch / "savez.npz"
+            arguments = (path, "--size", bundles, "--runs", 1, "--folder", bench.scratch)
+            for _ in range(bench.runs):
+                traced = bench.program("benchmark_hits", *arguments)
+                for numbers, key in ((ours, "npz"), (capture, "capture"), (bare, "bare")):
+                    numbers += traced["processor"][key]
+                written = run(["/usr/bin/python3", HERE / "savez.py", bench.scratch / "hits.npz", copy])
+                savez.append(json.loads(written.out)["processor"])
+                copy.unlink()  # like ours, a file that is new
+            (bench.scratch / "hits.npz").unlink()
+            without = statistics.median(bare)
+            yield Row("hits into .npz, processor time", name, "4 bundles", "capture + numpy.savez of the same arrays",
+                      ours, [sum(pair) for pair in zip(capture, savez)], 1.0,
+                      note=f"{traced['hits'] / 1e6:.2f} M hits; numpy.savez {statistics.median(savez):.0f} ms; capture "
+                      f"{statistics.median(capture):.0f} ms, of t and triangles alone {without:.0f} ms",
+                      ours_alone=[bench.build / "tests" / "benchmark_hits", *arguments[:-3], 3, "--what", "npz",
+                                  "--folder", bench.scratch])
+
+
 def flatten(bench: Bench) -> Rows:
     if not bench.has("oiiotool"):
         return
@@ -218,7 +250,7 @@ def memory(bench: Bench) -> Rows:
 
 
 KINDS: Dict[str, Callable[[Bench], Rows]] = {
-    "capture": capture, "composite": composite, "command": command, "writers": writers, "flatten": flatten,
+    "capture": capture, "composite": composite, "command": command, "writers": writers, "hits": hits, "flatten": flatten,
     "stages": stages, "start": start, "layers": layers, "memory": memory}
 GENERATED: Tuple[str, ...] = (*SPHERES, "forest", "city")
 MODELS: Dict[str, Path] = {

@@ -125,6 +125,15 @@ TEST_F(ArrayDialect, OurReaderTakesBothAndThoseOfBefore) {
     const Outcome told = runCommand({python(), reader, path("many.npz")});
     EXPECT_EQ(told.exit_code, 0) << told.err;
     EXPECT_EQ(told.out.find("points: "), 0U) << told.out;
+    // What it needs, and what it lacks.
+    run({"rays", scene_, "-o", path("some.npz"), "--axes", "--resolution", "8", "--columns",
+         "t_hit"});
+    EXPECT_EQ(runCommand({python(), reader, path("some.npz")}).exit_code, 0);
+    run({"rays", scene_, "-o", path("ids.npz"), "--axes", "--resolution", "8", "--columns",
+         "node_ids"});
+    const Outcome lacking = runCommand({python(), reader, path("ids.npz")});
+    EXPECT_EQ(lacking.exit_code, 1);
+    EXPECT_NE(lacking.err.find("no array t_hit"), std::string::npos) << lacking.err;
     // The positions of one are points for the other.
     run({"rays", scene_, "-o", path("next.npz"), "--points", path("extract.npz"), "--directions",
          "1", "--resolution", "32"});

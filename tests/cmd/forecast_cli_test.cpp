@@ -77,6 +77,8 @@ TEST_F(Forecasts, Rays) {
     expect("a.npz", "exact", bundles);
     expect("a.ply", "exact", bundles);
     expect("double.ply", "exact", with({"--double"}));
+    expect("few.npz", "exact", with({"--columns", "normals,t_hit"}));
+    expect("few.ply", "exact", with({"--columns", "primitive_uvs", "--double"}));
     expect("a.exr", "at most", bundles);
     expect("camera.npz", "exact", {"--camera", "main", "--size", "64x36"});
     expect("map.exr", "at most", with({"--map", "first,count,thickness"}));

@@ -107,6 +107,77 @@ TEST_P(RaysCli, NumpyReadsArraysWithTheNamesOfOpen3D) {
     EXPECT_EQ(std::stoull(read.out), json.at("hits").get<std::uint64_t>());
 }
 
+// Each of the files has one column (or two), and its numbers are those of the file with all.
+constexpr const char* kCompareColumns = R"(
+import sys, zipfile, numpy as np
+whole = np.load(sys.argv[1], allow_pickle=False)
+assert len(whole['t_hit']) > 40000
+always = {'ray_splits', 'arrays_version', *(n for n in whole.files if n.startswith('bundle_'))}
+for path, names in zip(sys.argv[2::2], sys.argv[3::2]):
+    assert zipfile.ZipFile(path).testzip() is None
+    some = np.load(path, allow_pickle=False)
+    assert some.files == [n for n in whole.files if n in always or n in names.split(',')], some.files
+    for name in some.files:
+        assert some[name].dtype == whole[name].dtype and (some[name] == whole[name]).all(), name
+)";
+
+TEST_P(RaysCli, ChosenColumnsAreThoseOfTheWholeFile) {
+    PEELER_REQUIRE_PYTHON("numpy");
+    const std::vector<std::string> bundles = {"--direction", "0,0,1",        "--direction",
+                                              "1,2,3",       "--resolution", "300"};
+    std::vector<std::string> files = {out("whole.npz")};
+    const auto write = [&](const std::string& name, const std::string& columns) {
+        std::vector<std::string> line = bundles;
+        line.insert(line.end(), {"-o", out(name)});
+        if (!columns.empty()) line.insert(line.end(), {"--columns", columns});
+        const Outcome run = rays(line);
+        EXPECT_EQ(run.exit_code, 0) << columns << run.err;
+    };
+    write("whole.npz", "");
+    for (const std::string columns :
+         {"t_hit", "geometry_ids", "primitive_ids", "primitive_uvs", "facing", "normals",
+          "primitive_normals", "node_ids", "mesh_ids", "instance_ids", "material_ids",
+          "normals,t_hit", "mesh_ids,primitive_uvs,mesh_ids"}) {
+        write(columns + ".npz", columns);
+        files.insert(files.end(), {out(columns + ".npz"), columns});
+    }
+    const Outcome read = runPython(kCompareColumns, files);
+    EXPECT_EQ(read.exit_code, 0) << read.err;
+    // All of them by name are all of them.
+    write("all.npz", "all");
+    write("named.npz",
+          "material_ids,t_hit,geometry_ids,primitive_ids,primitive_uvs,facing,normals,"
+          "primitive_normals,node_ids,mesh_ids,instance_ids");
+    EXPECT_TRUE(bytesOf(out("all.npz")) == bytesOf(out("whole.npz")));
+    EXPECT_TRUE(bytesOf(out("named.npz")) == bytesOf(out("whole.npz")));
+}
+
+TEST_P(RaysCli, ChosenColumnsAreThoseOfPoints) {
+    const std::vector<std::string> line = {"--axes",     "--resolution", "20",          "-o",
+                                           out("a.ply"), "--columns",    "facing,t_hit"};
+    ASSERT_EQ(rays(line).exit_code, 0);
+    const std::string file = bytesOf(out("a.ply"));
+    EXPECT_NE(file.find("property float x\nproperty float y\nproperty float z\nproperty float t\n"
+                        "property int facing\nproperty uint bundle\nend_header\n"),
+              std::string::npos);
+}
+
+TEST_P(RaysCli, RefusesColumnsThatThereAreNot) {
+    expectRefused({"--axes", "--columns", "t_hits"}, 2, "did you mean 't_hit'?");
+    expectRefused({"--axes", "--columns", "colour"}, 2,
+                  "the columns are: t_hit, geometry_ids, primitive_ids, primitive_uvs, facing, "
+                  "normals, primitive_normals, node_ids, mesh_ids, instance_ids, material_ids");
+    expectRefused({"--axes", "--columns", ""}, 2, "--columns");
+    expectRefused({"--voxels", "8", "--columns", "t_hit"}, 2, "--columns");
+    EXPECT_EQ(
+        rays({"--axes", "--map", "first", "--columns", "t_hit", "-o", out("a.exr")}).exit_code, 2);
+    EXPECT_EQ(rays({"--axes", "--parity", "report", "--columns", "t_hit"}).exit_code, 2);
+    const Outcome deep = rays({"--axes", "--columns", "t_hit", "-o", out("a.exr")});
+    EXPECT_EQ(deep.exit_code, 2);
+    EXPECT_NE(deep.err.find("a deep image has channels"), std::string::npos) << deep.err;
+    EXPECT_FALSE(fs::exists(out("a.exr")));
+}
+
 TEST_P(RaysCli, MeshioReadsThePointsOfTheArrays) {
     PEELER_REQUIRE_PYTHON("meshio");
     const std::vector<std::string> bundles = {"--directions", "5", "--resolution", "64", "-o"};

@@ -128,6 +128,15 @@ TEST(NearestName, BearsNamesOfAnyLength) {
     EXPECT_EQ(nearestName(std::string(100'000, 'm'), names), "");
 }
 
+TEST(ListedNames, AreThoseBetweenCommas) {
+    constexpr std::string_view kNames[] = {"all", "visible", "transparent"};
+    const auto listed = [&](std::string_view text) { return listedNames("choice", text, kNames); };
+    EXPECT_EQ(listed("visible"), (std::vector<std::string_view>{"visible"}));
+    EXPECT_EQ(listed("visible,all"), (std::vector<std::string_view>{"visible", "all"}));
+    for (const char* text : {"", ",", "all,", ",all", "all,,visible", "all, visible", "All", "x"})
+        EXPECT_EQ(thrown([&] { listed(text); }), ErrorKind::kUsage) << text;
+}
+
 TEST(RefuseName, ListsTheChoices) {
     constexpr std::string_view kNames[] = {"all", "visible"};
     try {

@@ -114,6 +114,46 @@ TEST(DrawList, KnowsWhereKeysComeFrom) {
     }
 }
 
+TEST(DrawList, FindsKeysAmongSurfacesOfAnySize) {
+    // A mesh with primitives of nothing before, between and behind; one of many triangles; many of
+    // one. Which key is where follows from counting.
+    Scene scene;
+    scene.materials.resize(1);
+    const auto add = [&](const std::vector<std::size_t>& triangles, std::size_t nodes) {
+        Mesh& mesh = scene.meshes.emplace_back();
+        for (const std::size_t count : triangles)
+            mesh.primitives.emplace_back().positions.resize(3 * count);
+        for (std::size_t i = 0; i < nodes; ++i) {
+            scene.scenes.resize(1);
+            scene.scenes[0].roots.push_back(static_cast<int>(scene.nodes.size()));
+            scene.nodes.emplace_back().mesh = static_cast<int>(scene.meshes.size()) - 1;
+        }
+    };
+    add({0, 2, 0, 0, 3, 0}, 2);
+    add({5000}, 1);
+    add({1}, 700);
+    add({0}, 1);
+    const PosedScene shown(scene);
+    const DrawList& list = shown.drawList();
+    std::uint32_t key = 0, surface = 0;
+    for (std::size_t instance = 0; instance < shown.meshes().size(); ++instance) {
+        std::uint32_t in_mesh = 0;
+        const auto& primitives = shown.primitives(shown.meshes()[instance]);
+        for (std::size_t p = 0; p < primitives.size(); ++p, ++surface) {
+            for (std::uint32_t e = 0; e < primitives[p].positions.size() / 3; ++e, ++in_mesh) {
+                const KeyOrigin origin = list.originOf(++key);
+                ASSERT_EQ(list.surfaceOf(key), surface) << key;
+                ASSERT_EQ(origin.instance, instance) << key;
+                ASSERT_EQ(origin.primitive, p) << key;
+                ASSERT_EQ(origin.element, e) << key;
+                ASSERT_EQ(origin.in_mesh, in_mesh) << key;
+            }
+        }
+    }
+    EXPECT_EQ(key, 2U * 5 + 5000 + 700);
+    EXPECT_EQ(list.surfaces().size(), surface);
+}
+
 TEST(DrawList, GivesDeformedMeshesGeometriesOfTheirOwn) {
     Scene scene = rowOfStrips();
     scene.meshes[0].primitives[0].targets.resize(1);

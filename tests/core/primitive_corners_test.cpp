@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <glm/gtc/matrix_transform.hpp>
+#include <random>
 #include <vector>
 
 namespace peeler {
@@ -42,6 +44,35 @@ TEST(PrimitiveCorners, GoThroughTheIndices) {
     Primitive primitive = made(Topology::kTriangleStrip, 9);
     primitive.indices = {8, 6, 4, 2};
     EXPECT_EQ(all(primitive, 2), (std::vector<Vertices>{{8, 6, 4}, {4, 6, 2}}));
+}
+
+TEST(RecentElements, AreTheElementsOfTheirKeys) {
+    // More triangles than are kept, so that many take each other's place.
+    Scene scene;
+    scene.materials.resize(1);
+    Primitive& primitive = scene.meshes.emplace_back().primitives.emplace_back();
+    std::mt19937 random(7);
+    for (int i = 0; i < 3 * 3000; ++i)
+        primitive.positions.emplace_back(random() % 17, random() % 13, random() % 5);
+    scene.nodes.resize(2);
+    scene.nodes[0].mesh = scene.nodes[1].mesh = 0;
+    scene.nodes[1].local = glm::scale(glm::dmat4(1), glm::dvec3(-1, 2, 3));
+    scene.scenes = {{"", {0, 1}}};
+    const PosedScene shown(scene);
+    RecentElements recent(shown, true);
+    for (int i = 0; i < 20000; ++i) {
+        const auto key = static_cast<std::uint32_t>(1 + random() % 6000);
+        WorldElement element = elementOf(shown, key);
+        placeCorners(shown, element);
+        const RecentElements::Entry& entry = recent.at(key);
+        ASSERT_EQ(entry.element.origin.in_mesh, element.origin.in_mesh);
+        ASSERT_EQ(entry.element.instance, element.instance);
+        ASSERT_EQ(entry.element.corner, element.corner);
+        ASSERT_EQ(entry.normal, element.normal());
+        const double size = glm::length(element.normal());
+        ASSERT_NEAR(glm::length(entry.unit), size > 0 ? 1 : 0, 1e-12);
+        ASSERT_NEAR(glm::dot(entry.unit, entry.normal), size, 1e-12 * size);
+    }
 }
 
 TEST(PrimitiveCorners, VerticesThatAreLeftOverMakeNothing) {

@@ -4,9 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
+#include <random>
 
 #include "core/base/error.h"
+#include "core/base/parallel.h"
 #include "support/python.h"
 #include "support/test_support.h"
 
@@ -72,6 +76,65 @@ TEST(NpzWriter, RefusesWhatDoesNotFitTheShapes) {
     }
     EXPECT_THROW(NpzWriter(path, {{"a"}, {"a"}}), Error);
     EXPECT_TRUE(std::filesystem::is_empty(scratch.path()));
+}
+
+TEST(NpzWriter, PiecesComeInAnyOrderFromAnyThread) {
+    const test::ScratchDir scratch;
+    std::vector<std::uint32_t> numbers(10007);
+    std::iota(numbers.begin(), numbers.end(), 7U);
+    const auto write = [&](const std::string& name, auto&& fill) {
+        NpzWriter writer(scratch / name, {{"a", NumberType::kUint32, {numbers.size()}},
+                                          {"b", NumberType::kUint32, {numbers.size()}}});
+        fill(writer);
+        writer.finish();
+        return test::bytesOf(scratch / name);
+    };
+    const std::string whole = write("whole.npz", [&](NpzWriter& writer) {
+        writer.append(0, asBytes(numbers));
+        writer.append(1, asBytes(numbers));
+    });
+    // Odd lengths; neighbours meet on either side, and in the middle.
+    std::vector<std::size_t> ends{0, 1, 3, 4, 1000, 1001, 5000, 5013, 9999, numbers.size()};
+    for (const std::uint32_t seed : {1U, 2U, 3U}) {
+        std::vector<std::size_t> pieces(2 * (ends.size() - 1));
+        std::iota(pieces.begin(), pieces.end(), std::size_t{0});
+        std::shuffle(pieces.begin(), pieces.end(), std::mt19937(seed));
+        const auto parts = write("parts.npz", [&](NpzWriter& writer) {
+            parallelFor(pieces.size(), [&](std::size_t i) {
+                const std::size_t piece = pieces[i] / 2, begin = ends[piece];
+                const auto some = std::span(numbers).subspan(begin, ends[piece + 1] - begin);
+                writer.writeAt(pieces[i] % 2, begin * sizeof numbers[0], asBytes(some));
+            });
+        });
+        EXPECT_TRUE(parts == whole) << "seed " << seed;
+    }
+}
+
+TEST(NpzWriter, EveryNumberIsWrittenOnce) {
+    const test::ScratchDir scratch;
+    const std::uint32_t numbers[] = {1, 2, 3, 4};
+    const auto some = [&](std::size_t first, std::size_t count) {
+        return std::as_bytes(std::span(numbers).subspan(first, count));
+    };
+    const std::vector<NpzArray> arrays{{"a", NumberType::kUint32, {4}}};
+    NpzWriter writer(scratch / "a.npz", arrays);
+    writer.writeAt(0, 4, some(1, 2));
+    EXPECT_THROW(writer.writeAt(0, 4, some(1, 1)), Error);
+    EXPECT_THROW(writer.writeAt(0, 0, some(0, 2)), Error);
+    EXPECT_THROW(writer.writeAt(0, 8, some(2, 2)), Error);
+    EXPECT_THROW(writer.writeAt(0, 0, some(0, 4)), Error);
+    EXPECT_THROW(writer.writeAt(0, 12, some(2, 2)), Error);
+    EXPECT_THROW(writer.writeAt(0, 20, some(0, 1)), Error);
+    writer.writeAt(0, 0, some(0, 1));
+    writer.writeAt(0, 12, some(3, 1));
+    writer.finish();
+    for (const std::size_t missing : {0U, 1U, 3U}) {
+        NpzWriter incomplete(scratch / "b.npz", arrays);
+        for (std::size_t i = 0; i < 4; ++i)
+            if (i != missing) incomplete.writeAt(0, 4 * i, some(i, 1));
+        EXPECT_THROW(incomplete.finish(), Error) << missing;
+    }
+    EXPECT_EQ(scratch.files(), std::vector<std::string>{"a.npz"});
 }
 
 }  // namespace

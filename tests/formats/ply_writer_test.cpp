@@ -48,6 +48,28 @@ TEST(PlyWriter, WritesTheHeaderOfTheStandardAndTheBytes) {
                   std::string(reinterpret_cast<const char*>(all.data()), all.size()));
 }
 
+TEST(PlyWriter, PointsComeInAnyOrder) {
+    const test::ScratchDir scratch;
+    const auto write = [&](const std::string& name, auto&& fill) {
+        PlyWriter writer(scratch / name, {{"x", NumberType::kUint32}});
+        fill(writer);
+        writer.finish();
+        return test::bytesOf(scratch / name);
+    };
+    const std::uint32_t points[] = {1, 2, 3, 4};
+    const auto some = [&](std::size_t first, std::size_t count) {
+        return std::as_bytes(std::span(points).subspan(first, count));
+    };
+    EXPECT_EQ(write("a.ply", [&](PlyWriter& writer) { writer.append(some(0, 4)); }),
+              write("b.ply", [&](PlyWriter& writer) {
+                  writer.writeAt(3, some(3, 1));
+                  writer.writeAt(0, some(0, 1));
+                  writer.writeAt(1, some(1, 2));
+                  EXPECT_THROW(writer.writeAt(0, some(0, 1).first(3)), Error);
+              }));
+    EXPECT_THROW(write("c.ply", [&](PlyWriter& writer) { writer.writeAt(1, some(1, 3)); }), Error);
+}
+
 TEST(PlyWriter, TheHeaderHasRoomForAnyNumberOfPoints) {
     const test::ScratchDir scratch;
     const auto size_with = [&](std::size_t points) {

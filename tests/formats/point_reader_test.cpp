@@ -219,6 +219,24 @@ TEST(NpzPoints, AsNumpyWritesThem) {
     expectRefused(packed, "impossible size", "f, points.npy");
 }
 
+TEST(NpzPoints, RowsOfRaysWithoutPositionsAreNone) {
+    const ScratchDir scratch;
+    const std::string path = scratch / "hits.npz";
+    const std::int64_t splits[] = {0, 1};
+    const glm::vec3 vector(0, 0, 1);
+    const auto write = [&](const std::string& name) {
+        NpzWriter writer(
+            path, {{"ray_splits", NumberType::kInt64, {2}}, {name, NumberType::kFloat, {1, 3}}});
+        writer.append(0, asBytes(splits));
+        writer.append(1, asBytes(std::span(&vector, 1)));
+        writer.finish();
+        return bytesOf(path);
+    };
+    expectRefused(write("normals"), "without the array positions", "f");
+    write("positions");
+    EXPECT_EQ(readPoints(path), (std::vector<glm::dvec3>{{0, 0, 1}}));
+}
+
 TEST(NpzPoints, OurOwnAreZip64) {
     const ScratchDir scratch;
     const std::string path = scratch / "p.npz";

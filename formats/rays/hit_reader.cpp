@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the fragments of a band to batches of hits.
+#include <algorithm>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/capture/supersampling.h"
+#include "core/scene/draw_list.h"
+#include "formats/rays/hit_columns.h"
+
+namespace peeler {
+namespace {
+
+/// Enough that a file is written in large pieces, and few enough that a batch and a column of it
+/// stay in a processor's own cache.
+constexpr std::size_t kHitsAtOnce = std::size_t{1} << 14;
+
+/// The vectors of a channel, one a fragment; empty if the band does not have it.
+template <class Vector>
+std::span<const Vector> vectorsOf(const LayeredImage& band, Channel channel) {
+    const auto& components = infoOf(channel).components;
+    for (const FragmentArray& array : band.extra) {
+        if (!std::ranges::equal(array.channels, components)) continue;
+        if (array.type != PixelType::kFloat) {
+            throw Error(ErrorKind::kInternal, "hits are read in 32 bits",
+                        std::string(infoOf(channel).name));
+        }
+        return array.as<Vector>();
+    }
+    return {};
+}
+
+/// The index that a file has of a material.
+std::uint32_t materialIn(const Scene& scene, int material) {
+    // The last material of a scene is glTF's default one, which is in no file.
+    const auto index = static_cast<std::size_t>(material);
+    return index + 1 < scene.materials.size() ? static_cast<std::uint32_t>(index) : 0xFFFFFFFFU;
+}
+
+}  // namespace
+
+HitReader::HitReader(PosedScene posed, bool positions)
+    : posed_(std::move(posed)), positions_(positions) {
+    const std::vector<std::uint32_t> ordinals = posed_.instanceOrdinals();
+    for (std::size_t i = 0; i < ordinals.size(); ++i) {
+        const MeshInstance& instance = posed_.meshes()[i];
+        instances_.push_back({static_cast<std::uint32_t>(instance.node),
+                              static_cast<std::uint32_t>(instance.mesh), ordinals[i]});
+    }
+    for (const DrawnSurface& surface : posed_.drawList().surfaces()) {
+        const Primitive& primitive =
+            posed_.primitives(posed_.meshes()[surface.instance])[surface.primitive];
+        materials_.push_back(materialIn(posed_.scene(), primitive.material));
+    }
+}
+
+void HitReader::read(const Bundle& bundle, const LayeredImage& band,
+                     const std::function<void(const HitBatch&)>& use) const {
+    const FragmentArray& keys = band.extra.at(0);
+    HitBatch whole;
+    whole.size = band.fragments();
+    whole.instances = instances_;
+    whole.facing = vectorsOf<float>(band, Channel::kFacing);
+    whole.barycentrics = vectorsOf<glm::vec2>(band, Channel::kBarycentric);
+    whole.normals = vectorsOf<glm::vec3>(band, Channel::kNormal);
+    whole.geometric_normals = vectorsOf<glm::vec3>(band, Channel::kGeometricNormal);
+    parallelFor((whole.size + kHitsAtOnce - 1) / kHitsAtOnce, [&](std::size_t part) {
+        thread_local Storage storage;
+        HitBatch hits = whole;
+        hits.first = part * kHitsAtOnce;
+        hits.size = std::min(kHitsAtOnce, whole.size - hits.first);
+        const auto cut = [&](auto& values) {
+            if (!values.empty()) values = values.subspan(hits.first, hits.size);
+        };
+        cut(hits.facing);
+        cut(hits.barycentrics);
+        cut(hits.normals);
+        cut(hits.geometric_normals);
+        place(keys.as<std::uint32_t>().subspan(hits.first, hits.size), storage, hits);
+        measure(bundle, band, storage, hits);
+        use(hits);
+    });
+}
+
+/// Finds what the keys stand for.
+void HitReader::place(std::span<const std::uint32_t> keys, Storage& storage, HitBatch& hits) const {
+    const DrawList& list = posed_.drawList();
+    storage.places.resize(hits.size);
+    for (std::size_t i = 0; i < hits.size; ++i) {
+        const std::uint32_t index = list.surfaceOf(keys[i]);
+        const DrawnSurface& surface = list.surfaces()[index];
+        storage.places[i] = {surface.instance, surface.in_mesh + (keys[i] - surface.first_key),
+                             materials_[index]};
+    }
+    hits.places = storage.places;
+}
+
+/// Finds how far along their rays the hits are, and where that is.
+void HitReader::measure(const Bundle& bundle, const LayeredImage& band, Storage& storage,
+                        HitBatch& hits) const {
+    hits.t = std::span(band.z).subspan(hits.first, hits.size);
+    if (bundle.parallel() && !positions_) return;
+    storage.t.resize(hits.size);
+    storage.positions.resize(positions_ ? hits.size : 0);
+    const auto width = static_cast<std::size_t>(band.window.width());
+    const auto after = std::ranges::upper_bound(band.offsets, hits.first);
+    auto pixel = static_cast<std::size_t>(after - band.offsets.begin()) - 1;
+    for (std::size_t i = 0; i < hits.size; ++pixel) {
+        const std::size_t end = std::min(band.offsets[pixel + 1] - hits.first, hits.size);
+        if (i == end) continue;
+        const int x = band.window.x0 + static_cast<int>(pixel % width);
+        const int y = band.window.y0 + static_cast<int>(pixel / width);
+        const double scale = bundle.tScale(x, y);
+        for (; i < end; ++i) {
+            const auto z = static_cast<double>(hits.t[i]);
+            storage.t[i] = static_cast<float>(z * scale);
+            if (positions_) {
+                const View& view = bundle.view;
+                storage.positions[i] = worldPosition(view, x + view.sample.x, y + view.sample.y, z);
+            }
+        }
+    }
+    hits.t = storage.t;
+    hits.positions = storage.positions;
+}
+
+}  // namespace peeler

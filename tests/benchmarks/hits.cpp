@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// Times what it takes to write all hits of some bundles as a .npz: prints JSON with the processor
+// time of every run (of all threads, the kernel's work for them included) and its milliseconds.
+//
+//     hits SCENE [--size 1700x4] [--runs 3] [--what npz] [--folder .]
+//
+// `--size` is the resolution of the bundles by how many there are. "npz" traces them and writes
+// hits.npz, which stays in the folder; "capture" traces them and keeps nothing, with all that the
+// columns are made of; "bare" likewise without channels: t and triangles alone.
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <numeric>
+
+#include "benchmarks/measured_scene.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/gl/context.h"
+#include "core/rays/bundle.h"
+#include "formats/rays/ray_output.h"
+#include "support/test_support.h"
+
+namespace peeler::benchmark {
+namespace {
+
+double processorMilliseconds() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    const auto in_milliseconds = [](const timeval& time) {
+        return 1e3 * static_cast<double>(time.tv_sec) + 1e-3 * static_cast<double>(time.tv_usec);
+    };
+    return in_milliseconds(usage.ru_utime) + in_milliseconds(usage.ru_stime);
+}
+
+/// Hands bands on to an output, as `peeler rays` does.
+class OutputSink final : public Sink {
+  public:
+    OutputSink(RayOutput& output, std::size_t bundle) : output_(output), bundle_(bundle) {}
+    void begin(const Plan&) override {}
+    void write(LayeredImage&& band) override { output_.take(bundle_, band); }
+    void finish() override {}
+
+  private:
+    RayOutput& output_;
+    std::size_t bundle_;
+};
+
+class Hits {
+  public:
+    explicit Hits(const Options& options)
+        : options_(options),
+          scene_(options),
+          context_(gl::createContext({.backend = test::testBackend()})),
+          renderer_(*context_, scene_.posed) {
+        RayGrid grid;
+        grid.resolution = options.width;
+        const Bounds box = scene_.posed.bounds().value();
+        for (const glm::dvec3& direction : sphereDirections(options.height))
+            bundles_.push_back(parallelBundle("", box, box, direction, grid));
+        settings_.faces = Faces::kBoth;
+        settings_.hit_mode = HitMode::kRefined;
+        settings_.color_type = PixelType::kFloat;
+        settings_.depth_clamp = true;
+        for (const Bundle& bundle : bundles_)
+            hits_.push_back(renderer_.plan(bundle.view, settings_).fragments_counted);
+    }
+
+    void write() {
+        const auto output = makeHitOutput(path(), {.posed = scene_.posed, .provenance = {}});
+        settings_.channels = output->channels();
+        output->begin(bundles_, hits_);
+        trace([&](std::size_t bundle) { return OutputSink(*output, bundle); });
+        output->finish();
+    }
+    void capture(bool channels) {
+        settings_.channels.clear();
+        if (channels)
+            settings_.channels =
+                makeHitOutput(path(), {.posed = scene_.posed, .provenance = {}})->channels();
+        trace([](std::size_t) { return CountingSink(); });
+    }
+
+    std::string path() const {
+        return (std::filesystem::path(options_.folder) / "hits.npz").string();
+    }
+    std::uint64_t hits() const {
+        return std::accumulate(hits_.begin(), hits_.end(), std::uint64_t{0});
+    }
+
+  private:
+    template <class MakeSink>
+    void trace(MakeSink&& make_sink) {
+        for (std::size_t i = 0; i < bundles_.size(); ++i) {
+            renderer_.plan(bundles_[i].view, settings_);
+            auto sink = make_sink(i);
+            renderer_.capture(sink);
+        }
+    }
+
+    const Options& options_;
+    MeasuredScene scene_;
+    std::unique_ptr<gl::Context> context_;
+    Renderer renderer_;
+    std::vector<Bundle> bundles_;
+    CaptureSettings settings_;
+    std::vector<std::uint64_t> hits_;  ///< of each bundle
+};
+
+nlohmann::json measure(const Options& options) {
+    Hits hits(options);
+    std::vector<Contender> contenders = {{"npz", [&] { hits.write(); }},
+                                         {"capture", [&] { hits.capture(true); }},
+                                         {"bare", [&] { hits.capture(false); }}};
+    if (!options.what.empty())
+        std::erase_if(contenders, [&](const Contender& contender) {
+            return std::ranges::count(options.what, contender.name) == 0;
+        });
+    nlohmann::json result = {{"threads", threadCount()}, {"hits", hits.hits()}};
+    for (int i = 0; i < options.runs; ++i) {
+        for (const Contender& contender : contenders) {
+            if (contender.name == "npz")
+                std::filesystem::remove(hits.path());  // a file that is new
+            const double before = processorMilliseconds();
+            result["milliseconds"][contender.name].push_back(milliseconds(contender.work));
+            result["processor"][contender.name].push_back(processorMilliseconds() - before);
+        }
+    }
+    return result;
+}
+
+}  // namespace
+}  // namespace peeler::benchmark
+
+int main(int count, char** arguments) {
+    return peeler::benchmark::run(count, arguments, peeler::benchmark::measure);
+}

@@ -1,0 +1,27 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Writes the arrays of a .npz again with numpy.savez, and prints what that takes as a line of JSON.
+
+    savez.py IN.npz OUT.npz
+
+The arrays are in memory before. `processor` counts all threads and the kernel's work for them; both numbers
+are milliseconds. numpy does not wait until the disk has the file.
+"""
+import json
+import resource
+import sys
+import time
+
+import numpy
+
+
+def processor():
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    return 1000 * (usage.ru_utime + usage.ru_stime)
+
+
+with numpy.load(sys.argv[1]) as file:
+    arrays = dict(file)
+started, before = time.perf_counter(), processor()
+numpy.savez(sys.argv[2], **arrays)
+print(json.dumps({"processor": processor() - before, "milliseconds": 1000 * (time.perf_counter() - started)}))
