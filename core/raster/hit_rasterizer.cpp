@@ -29,6 +29,7 @@ constexpr int kRowsAtOnce = 8;    // that a thread takes
 constexpr std::uint64_t kSpanBytes = std::uint64_t{2} << 30;
 constexpr std::uint64_t kSpanShare = 2;
 constexpr std::uint64_t kLeastSpanBytes = std::uint64_t{4} << 20;
+constexpr std::uint64_t kLeastBandBytes = std::uint64_t{16} << 20;  // left for bands
 // Hits are found from spans, so many small bands cost no more than few large ones, and what is used
 // again stays warm.
 constexpr std::uint64_t kBandBytes = std::uint64_t{32} << 20;
@@ -121,6 +122,10 @@ int HitRasterizer::gridBits() const {
     return state_->seen ? state_->seen->grid.bits() : 0;
 }
 
+std::size_t HitRasterizer::sections() const {
+    return state_->sections.size();
+}
+
 /// Counts the hits of a section whose spans are in the store.
 void HitRasterizer::State::countSection(const Window& section) {
     const auto width = static_cast<std::size_t>(section.width());
@@ -208,7 +213,7 @@ Plan HitRasterizer::plan(const View& view, const CaptureSettings& settings,
         costs.band_bytes = kSpanBytes;
         costs.fragment_bytes = costs.pixel_bytes = costs.largest_array_bytes = 1;
         costs.storage_block_bytes = std::numeric_limits<std::uint64_t>::max();
-        costs.fixed_bytes = s.triangles.mostBytes();
+        costs.fixed_bytes = s.triangles.mostBytes() + kLeastBandBytes;
         const std::uint64_t left =
             bandLimits(settings.memory, residentBytes(), costs).row_fragments / 3 * 4;
         s.span_limit = std::clamp(left / kSpanShare, kLeastSpanBytes, kSpanBytes);

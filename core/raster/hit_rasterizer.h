@@ -2,6 +2,7 @@
 // All hits of bundles of rays without GL: rasterised on the CPU, exactly and in integers.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 
 #include "core/capture/hit_source.h"
@@ -41,6 +42,9 @@ class HitRasterizer final : public HitSource {
 
     /// Of the last plan: 2^gridBits() steps of the grid lie between two rays.
     int gridBits() const;
+    /// Of the last plan: into how many sections of rows the picture was cut so that what triangles
+    /// cover of one fits the budget. Of a single one it is found once, for plan() and capture().
+    std::size_t sections() const;
 
   private:
     struct State;
