@@ -245,20 +245,6 @@ BandCosts HitRasterizer::State::costs(const Sink& sink) const {
     return costs;
 }
 
-namespace {
-
-/// resize() for contents that will be overwritten: never holds the old and the new storage at once.
-template <class T>
-void resizeFresh(std::vector<T>& values, std::size_t size) {
-    if (values.capacity() < size) {
-        values = {};
-        values.reserve(size);
-    }
-    values.resize(size);
-}
-
-}  // namespace
-
 void HitRasterizer::State::captureRow(const Window& band, int section_top, int y,
                                       std::uint32_t first, HitSorter& sorter) {
     const std::size_t row = static_cast<std::size_t>(y - section_top);
@@ -305,18 +291,18 @@ void HitRasterizer::State::captureBand(const Window& band, int section_top) {
     }
     const std::size_t hits = first.back();
     image.window = band;
-    resizeFresh(image.offsets, band.pixels() + 1);
+    resizeAnew(image.offsets, band.pixels() + 1);
     image.offsets.back() = first.back();
-    resizeFresh(image.z, hits);
+    resizeAnew(image.z, hits);
     image.color.type =
         settings.hit_mode == HitMode::kSloped ? PixelType::kFloat : settings.color_type;
     image.color.channels.clear();
     if (settings.hit_mode == HitMode::kSloped) image.color.channels = {"dDepth.X", "dDepth.Y"};
-    resizeFresh(image.color.data, hits * image.color.stride());
-    image.extra.resize(1);
+    resizeAnew(image.color.data, hits * image.color.stride());
+    image.extra.resize(1 + settings.channels.size());
     image.extra.front().channels = {kKeyChannel};
     image.extra.front().type = PixelType::kUint;
-    resizeFresh(image.extra.front().data, hits * sizeof(std::uint32_t));
+    resizeAnew(image.extra.front().data, hits * sizeof(std::uint32_t));
     const StageTimer timer(times, "capture");
     const auto groups = static_cast<std::size_t>((band.height() + kRowsAtOnce - 1) / kRowsAtOnce);
     parallelFor(groups, [&](std::size_t group) {
@@ -340,7 +326,7 @@ void HitRasterizer::State::captureBand(const Window& band, int section_top) {
         sources.values = values.data();
     }
     image.color.type = settings.color_type;  // which is also that of channels
-    appendChannels(sources, settings.channels, image);
+    fillChannels(sources, settings.channels, image, std::span(image.extra).subspan(1));
     if (settings.hit_mode == HitMode::kSloped) image.color.type = PixelType::kFloat;
 }
 
