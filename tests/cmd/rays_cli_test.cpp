@@ -8,6 +8,7 @@
 #include <OpenEXR/ImfPartType.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
