@@ -77,11 +77,15 @@ class SpanWriter {
     void forEach(std::size_t row, Use&& use) const {
         if (row >= first_.size()) return;
         const Span* const end = next_[row];
+        prefetch(first_[row]);
         for (const Span* chunk = first_[row]; chunk;) {
             const bool last = end >= chunk && end <= chunk + kChunkSpans;
+            const Span* const next =
+                last ? nullptr : *reinterpret_cast<Span* const*>(chunk + kChunkSpans);
+            prefetch(next);
             use(std::span<const Span>(chunk,
                                       last ? static_cast<std::size_t>(end - chunk) : kChunkSpans));
-            chunk = last ? nullptr : *reinterpret_cast<Span* const*>(chunk + kChunkSpans);
+            chunk = next;
         }
     }
 
@@ -93,6 +97,13 @@ class SpanWriter {
     static_assert(sizeof(Span) == sizeof(Span*), "a chunk's last place holds an address");
 
     bool extend(BlockPool& pool, std::size_t row);
+    /// Chunks of a row lie anywhere, so no processor sees which one comes next.
+    static void prefetch(const Span* chunk) {
+        constexpr std::size_t kCacheLine = 64;
+        if (!chunk) return;
+        for (std::size_t at = 0; at < kChunkBytes; at += kCacheLine)
+            __builtin_prefetch(reinterpret_cast<const std::byte*>(chunk) + at);
+    }
 
     std::vector<Span*> first_, next_;  // of each row
     std::byte* free_ = nullptr;        // of the block at hand
