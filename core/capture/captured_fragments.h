@@ -17,12 +17,13 @@
 namespace peeler {
 
 /// resize() for contents that will be overwritten: never holds the old and the new storage at once.
-/// There is room for a little more, as the next band may have, which takes no memory until then.
+/// There is room for `most` or a little more, as the next band may have, which takes no memory
+/// until then.
 template <class T>
-void resizeAnew(std::vector<T>& values, std::size_t size) {
+void resizeAnew(std::vector<T>& values, std::size_t size, std::size_t most = 0) {
     if (values.capacity() < size) {
         values = {};
-        values.reserve(size + size / 8);
+        values.reserve(most >= size ? most : size + size / 8);
     }
     values.resize(size);
 }

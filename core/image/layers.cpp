@@ -68,11 +68,14 @@ void DepthComplexity::addRow(int x0, int y, std::span<const std::uint32_t> count
     // far: each scan is linear in pixels + layers.
     std::uint64_t total = 0;
     std::uint32_t seen = 0;
-    for (std::size_t i = 0; i < counts.size(); ++i) {
-        total += counts[i];
+    for (std::size_t i = 0, end = 0; i < counts.size(); i = end) {
         const std::uint32_t layers = counts[i];
+        while (end < counts.size() && counts[end] == layers)
+            ++end;
+        const std::uint64_t pixels = end - i;
+        total += layers * pixels;
         if (layers >= histogram_.size()) histogram_.resize(layers + std::size_t{1});
-        ++histogram_[layers];
+        histogram_[layers] += pixels;
         if (layers > windows_.size()) windows_.resize(layers);
         const int x = x0 + static_cast<int>(i);
         for (; seen < layers; ++seen)

@@ -146,8 +146,9 @@ bool HitSorter::sortRow(const SpanStore& store, const HitRow& row) {
     for (std::uint32_t i = 0; i < count; ++i) {
         const HitTriangle& triangle = store.triangles()[row.keys[i]];
         row.keys[i] = triangle.key;
-        row.slopes[2 * i] = static_cast<float>(triangle.along_x * row.slope_scale);
-        row.slopes[2 * i + 1] = static_cast<float>(-triangle.along_y * row.slope_scale);
+        row.slopes[std::size_t{2} * i] = static_cast<float>(triangle.along_x * row.slope_scale);
+        row.slopes[std::size_t{2} * i + 1] =
+            static_cast<float>(-triangle.along_y * row.slope_scale);
     }
     return complete;
 }

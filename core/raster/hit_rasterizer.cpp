@@ -6,6 +6,7 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -32,7 +33,7 @@ constexpr std::uint64_t kLeastSpanBytes = std::uint64_t{4} << 20;
 constexpr std::uint64_t kLeastBandBytes = std::uint64_t{16} << 20;  // left for bands
 // Hits are found from spans, so many small bands cost no more than few large ones, and what is used
 // again stays warm.
-constexpr std::uint64_t kBandBytes = std::uint64_t{32} << 20;
+constexpr std::uint64_t kBandBytes = std::uint64_t{16} << 20;
 // How much of a bundle's time planning takes, roughly.
 constexpr double kPlanShare = 0.4;
 
@@ -75,6 +76,10 @@ class Spares {
     std::vector<std::unique_ptr<Item>> items_;
 };
 
+struct BandSize {
+    std::size_t pixels = 0, hits = 0;
+};
+
 }  // namespace
 
 struct HitRasterizer::State {
@@ -85,7 +90,8 @@ struct HitRasterizer::State {
     void fillPlan();
     void freeBands();
     BandCosts costs(const Sink& sink) const;
-    void captureBand(const Window& band, int section_top);
+    BandSize largest(std::span<const Window> bands) const;
+    void captureBand(const Window& band, int section_top, const BandSize& most);
     void captureRow(const Window& band, int section_top, int y, std::uint32_t first,
                     HitSorter& sorter);
 
@@ -283,7 +289,7 @@ void HitRasterizer::State::captureRow(const Window& band, int section_top, int y
     }
 }
 
-void HitRasterizer::State::captureBand(const Window& band, int section_top) {
+void HitRasterizer::State::captureBand(const Window& band, int section_top, const BandSize& most) {
     std::vector<std::uint32_t> first(static_cast<std::size_t>(band.height()) + 1);
     for (int y = band.y0; y < band.y1; ++y) {
         const auto row = static_cast<std::size_t>(y - band.y0);
@@ -291,18 +297,19 @@ void HitRasterizer::State::captureBand(const Window& band, int section_top) {
     }
     const std::size_t hits = first.back();
     image.window = band;
-    resizeAnew(image.offsets, band.pixels() + 1);
+    resizeAnew(image.offsets, band.pixels() + 1, most.pixels + 1);
     image.offsets.back() = first.back();
-    resizeAnew(image.z, hits);
+    resizeAnew(image.z, hits, most.hits);
     image.color.type =
         settings.hit_mode == HitMode::kSloped ? PixelType::kFloat : settings.color_type;
     image.color.channels.clear();
     if (settings.hit_mode == HitMode::kSloped) image.color.channels = {"dDepth.X", "dDepth.Y"};
-    resizeAnew(image.color.data, hits * image.color.stride());
+    resizeAnew(image.color.data, hits * image.color.stride(), most.hits * image.color.stride());
     image.extra.resize(1 + settings.channels.size());
     image.extra.front().channels = {kKeyChannel};
     image.extra.front().type = PixelType::kUint;
-    resizeAnew(image.extra.front().data, hits * sizeof(std::uint32_t));
+    resizeAnew(image.extra.front().data, hits * sizeof(std::uint32_t),
+               most.hits * sizeof(std::uint32_t));
     const StageTimer timer(times, "capture");
     const auto groups = static_cast<std::size_t>((band.height() + kRowsAtOnce - 1) / kRowsAtOnce);
     parallelFor(groups, [&](std::size_t group) {
@@ -330,6 +337,17 @@ void HitRasterizer::State::captureBand(const Window& band, int section_top) {
     if (settings.hit_mode == HitMode::kSloped) image.color.type = PixelType::kFloat;
 }
 
+BandSize HitRasterizer::State::largest(std::span<const Window> bands) const {
+    BandSize most;
+    for (const Window& band : bands) {
+        std::size_t hits = 0;
+        for (int y = band.y0; y < band.y1; ++y)
+            hits += complexity->rowFragments(y);
+        most = {std::max<std::size_t>(most.pixels, band.pixels()), std::max(most.hits, hits)};
+    }
+    return most;
+}
+
 CaptureReport HitRasterizer::capture(Sink& sink, const Progress& progress) {
     State& s = *state_;
     CaptureReport report;
@@ -345,9 +363,11 @@ CaptureReport HitRasterizer::capture(Sink& sink, const Progress& progress) {
                 throw Error(ErrorKind::kInternal, "a section that has fitted fits no longer");
         }
         const BandLimits limits = bandLimits(s.settings.memory, residentBytes(), s.costs(sink));
-        for (const Window& band :
-             cutBands(section, limits, [&](int y) { return s.complexity->rowFragments(y); })) {
-            s.captureBand(band, section.y0);
+        const std::vector<Window> bands =
+            cutBands(section, limits, [&](int y) { return s.complexity->rowFragments(y); });
+        const BandSize most = s.largest(bands);
+        for (const Window& band : bands) {
+            s.captureBand(band, section.y0, most);
             stored += s.image.fragments();
             ++report.bands;
             sink.write(std::move(s.image));

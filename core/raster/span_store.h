@@ -27,6 +27,8 @@ struct HitTriangle {
     std::uint32_t key = 0;
 };
 
+inline constexpr std::size_t kAddressBytes = sizeof(std::uintptr_t);
+
 /// Memory that is handed out in pieces, never moves, and is taken back all at once. Several threads
 /// may ask, each for blocks of its own.
 class BlockPool {
@@ -77,22 +79,33 @@ class SpanWriter {
     void forEach(std::size_t row, Use&& use) const {
         if (row >= first_.size()) return;
         const Span* const end = next_[row];
+        prefetch(first_[row]);
         for (const Span* chunk = first_[row]; chunk;) {
             const bool last = end >= chunk && end <= chunk + kChunkSpans;
+            const Span* const next =
+                last ? nullptr : *reinterpret_cast<Span* const*>(chunk + kChunkSpans);
+            prefetch(next);
             use(std::span<const Span>(chunk,
                                       last ? static_cast<std::size_t>(end - chunk) : kChunkSpans));
-            chunk = last ? nullptr : *reinterpret_cast<Span* const*>(chunk + kChunkSpans);
+            chunk = next;
         }
     }
 
-    std::uint64_t bytes() const { return (first_.capacity() + next_.capacity()) * sizeof(Span*); }
+    std::uint64_t bytes() const { return (first_.capacity() + next_.capacity()) * kAddressBytes; }
 
   private:
-    static constexpr std::size_t kChunkBytes = 512, kLinkOffset = kChunkBytes - sizeof(Span*);
+    static constexpr std::size_t kChunkBytes = 512, kLinkOffset = kChunkBytes - kAddressBytes;
     static constexpr std::size_t kChunkSpans = kLinkOffset / sizeof(Span);
-    static_assert(sizeof(Span) == sizeof(Span*), "a chunk's last place holds an address");
+    static_assert(sizeof(Span) == kAddressBytes, "a chunk's last place holds an address");
 
     bool extend(BlockPool& pool, std::size_t row);
+    /// Chunks of a row lie anywhere, so no processor sees which one comes next.
+    static void prefetch(const Span* chunk) {
+        constexpr std::size_t kCacheLine = 64;
+        if (!chunk) return;
+        for (std::size_t at = 0; at < kChunkBytes; at += kCacheLine)
+            __builtin_prefetch(reinterpret_cast<const std::byte*>(chunk) + at);
+    }
 
     std::vector<Span*> first_, next_;  // of each row
     std::byte* free_ = nullptr;        // of the block at hand
@@ -111,7 +124,7 @@ class HitTriangles {
     const HitTriangle& operator[](std::uint32_t number) const {
         return blocks_[number >> kBlockBits][number & (kBlock - 1)];
     }
-    std::uint64_t bytes() const { return blocks_.capacity() * sizeof(HitTriangle*); }
+    std::uint64_t bytes() const { return blocks_.capacity() * kAddressBytes; }
 
   private:
     std::vector<const HitTriangle*> blocks_;

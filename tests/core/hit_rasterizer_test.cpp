@@ -21,6 +21,7 @@
 #include "support/edge_distance.h"
 #include "support/numbers.h"
 #include "support/one_mesh.h"
+#include "support/test_support.h"
 #include "support/traced_hits.h"
 
 namespace peeler::test {
@@ -278,17 +279,37 @@ TEST_F(SameBytes, InBandsOfAnyHeight) {
     EXPECT_GT(compare(source), 150U);
 }
 
-TEST_F(SameBytes, UnderABudget) {
+/// What triangles cover takes more room than the budget leaves: it is found section by section.
+TEST(HitRasterizer, TheSameBytesUnderABudget) {
+    if (kAddressSanitizer) GTEST_SKIP() << "its memory is not the product's";
+    constexpr std::uint64_t kMebibyte = 1 << 20;
+    Scene scene = sceneOf({{"", {icosphere(5)}}});
+    scene.nodes[0].instances.emplace();
+    for (int i = 0; i < 50; ++i)
+        scene.nodes[0].instances->push_back(glm::scale(glm::dmat4(1), glm::dvec3(1 + 0.05 * i)));
+    const PosedScene posed(scene);
+    const View view = bundleOf(posed, {1, 2, 3}, 300).view;
+    TracedHits expected;
+    {
+        HitRasterizer source(posed);
+        expected = trace(source, view);
+        EXPECT_EQ(source.sections(), 1U);
+    }
     HitRasterizer source(posed);
     returnFreeMemory();
-    settings.memory = residentBytes() + (std::uint64_t{124} << 20);
-    compare(source);
-    EXPECT_GT(source.sections(), 1U);
-    // Again, with what the last one has left.
-    compare(source);
-    settings.memory = residentBytes() + (std::uint64_t{100} << 20);
+    CaptureSettings settings = hitSettings();
+    settings.memory = residentBytes() + 140 * kMebibyte;
+    for (int time = 0; time < 2; ++time) {  // again, with what the first one has left
+        const Plan plan = source.plan(view, settings);
+        EXPECT_EQ(plan.fragments_counted, expected.plan.fragments_counted);
+        EXPECT_GT(source.sections(), 1U);
+        ComparingSink sink(expected.image);
+        source.capture(sink);
+        EXPECT_EQ(sink.fragments, expected.image.fragments());
+    }
+    settings.memory = residentBytes() + 90 * kMebibyte;
     try {
-        compare(source);
+        source.plan(view, settings);
         FAIL();
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kMemory);
@@ -634,6 +655,34 @@ TEST(HitRasterizer, PicturesAreRefused) {
         } catch (const Error& error) {
             EXPECT_EQ(error.kind(), i == 3 ? ErrorKind::kUsage : ErrorKind::kInternal);
         }
+    }
+}
+
+/// Rays have no beginning unless the near plane is one: hits behind it come first.
+TEST(HitRasterizer, HitsBehindTheStartComeFirst) {
+    const Scene scene =
+        oneMesh({square(0, 0, 4, 4, -3), square(0, 0, 4, 4, 5), square(0, 0, 4, 4, 0),
+                 square(0, 0, 4, 4, 2), square(0, 0, 4, 4, -0.0F), square(0, 0, 4, 4, -7)});
+    HitRasterizer source{PosedScene(scene)};
+    const LayeredImage image = trace(source, parallelView(4, 4)).image;
+    EXPECT_EQ(std::vector<float>(image.z.begin(), image.z.begin() + image.count(0)),
+              (std::vector<float>{-5, -2, 0, 0, 3, 7}));
+    EXPECT_FALSE(std::signbit(image.z[2]) || std::signbit(image.z[3]));
+}
+
+TEST(HitRasterizer, InstancesThatAreDrawnAtOnceHaveKeysOfTheirOwn) {
+    Scene scene = oneMesh({square(0, 0, 4, 4, -1)});
+    scene.nodes[0].instances.emplace();
+    for (int i = 0; i < 3; ++i)
+        scene.nodes[0].instances->push_back(glm::translate(glm::dmat4(1), glm::dvec3(0, 0, -i)));
+    const PosedScene posed(scene);
+    HitRasterizer source(posed);
+    const TracedHits traced = trace(source, parallelView(4, 4));
+    for (std::size_t p = 0; p < 16; ++p) {
+        const auto keys = traced.keys(p);
+        ASSERT_EQ(keys.size(), 3U);
+        for (std::size_t i = 0; i < 3; ++i)
+            EXPECT_EQ(posed.drawList().originOf(keys[i]).instance, i);
     }
 }
 
