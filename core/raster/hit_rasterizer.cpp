@@ -236,12 +236,14 @@ BandCosts HitRasterizer::State::costs(const Sink& sink) const {
     const std::uint64_t width = static_cast<std::uint64_t>(plan.view.crop.width());
     const std::uint64_t hit = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
     BandCosts costs;
-    costs.band_bytes = std::min(settings.band_bytes, kBandBytes);
     costs.fragment_bytes = hit * (1 + static_cast<std::uint64_t>(memory.bands));
     if (const std::size_t floats = shadedComponents(settings.channels); floats > 0)
         costs.fragment_bytes += floats * sizeof(float) + sizeof(std::uint32_t);
     costs.pixel_bytes =
         sizeof(std::uint32_t) * (1 + static_cast<std::uint64_t>(memory.bands)) + memory.pixel_bytes;
+    // A quarter of a band is for its pixels, and a wide row is one, too.
+    costs.band_bytes =
+        std::max(std::min(settings.band_bytes, kBandBytes), 4 * width * costs.pixel_bytes);
     costs.fixed_bytes = static_cast<std::uint64_t>(threadCount()) *
                             HitSorter::bytes(width, complexity->mostFragments(1)) +
                         memory.bytes + 2 * complexity->mostFragments(memory.rows) * hit;

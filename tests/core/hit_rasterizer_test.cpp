@@ -641,6 +641,24 @@ TEST(HitRasterizer, BundlesOfOneRayAndOfManyOnASide) {
     }
 }
 
+/// Of wide rows a band has at least one, whatever the sink holds for each pixel.
+TEST(HitRasterizer, WideRowsOfSinksThatHoldMuchFit) {
+    class Holding final : public Sink {
+      public:
+        void begin(const Plan&) override {}
+        void finish() override {}
+        void write(LayeredImage&& band) override { fragments += band.fragments(); }
+        SinkMemory memory() const override { return {1, 0, 200, 1}; }
+        std::size_t fragments = 0;
+    };
+    const Scene scene = oneMesh({square(-10, -10, 70000, 70000, -1)});
+    HitRasterizer source{PosedScene(scene)};
+    source.plan(parallelView(65536, 2), hitSettings());
+    Holding sink;
+    source.capture(sink);
+    EXPECT_EQ(sink.fragments, 2U * 65536);
+}
+
 TEST(HitRasterizer, PicturesAreRefused) {
     const Scene scene = oneMesh({square(0, 0, 4, 4, -1)});
     HitRasterizer source{PosedScene(scene)};
