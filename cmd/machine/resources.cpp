@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/base/parallel.h"
+#include "core/gl/context.h"
 #include "formats/image/image_library.h"
 
 namespace peeler::cmd {
@@ -39,10 +40,21 @@ MemoryBudget inheritedBudget() {
 void setThreads(int threads) {
     setThreadCount(threads > 0 ? threads : static_cast<int>(allowedThreads().amount));
     setLibraryThreads(threadCount());
+    // OpenImageIO makes its pool at the first use, with as many threads as the variable CUE_THREADS
+    // says, be that a number or not; its own variable goes before that one.
+    setenv("OPENIMAGEIO_THREADS", std::to_string(threadCount()).c_str(), 1);
     // llvmpipe: 0 rasterises in the calling thread, 1 would add a worker to it. Left to itself it
     // counts the processors of the machine, not those that the process may run on.
     const int wanted = threadCount();
     setenv("LP_NUM_THREADS", std::to_string(wanted == 1 ? 0 : wanted).c_str(), threads > 0 ? 1 : 0);
+}
+
+void takeVisibleGpus() {
+    constexpr const char* kName = "CUDA_VISIBLE_DEVICES";
+    const char* const value = std::getenv(kName);
+    if (!value) return;
+    gl::setCudaVisibleDevices(value);
+    unsetenv(kName);
 }
 
 std::uint64_t peakMemory() {

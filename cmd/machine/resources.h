@@ -111,6 +111,11 @@ MemoryBudget inheritedBudget();
 /// once. One that the user has set is left alone unless `threads` says otherwise.
 void setThreads(int threads);
 
+/// Takes CUDA_VISIBLE_DEVICES out of the environment, if it is there, and hands it to
+/// gl::setCudaVisibleDevices(). For commands that use GL, before any driver is loaded; one that
+/// starts others leaves it to them.
+void takeVisibleGpus();
+
 /// The most bytes that have been resident at once so far (VmHWM); 0 if the system does not say.
 std::uint64_t peakMemory();
 

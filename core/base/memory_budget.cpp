@@ -9,12 +9,12 @@ std::string mebibytesText(std::uint64_t bytes) {
 }
 
 std::string MemoryBudget::where() const {
-    return source.empty() ? "--memory " + mebibytesText(bytes) : source;
+    return source.empty() ? "`memory` " + mebibytesText(bytes) : source;
 }
 
 std::string MemoryBudget::hint(std::uint64_t needed) const {
     if (source.empty()) return "give at least " + mebibytesText(needed);
-    return "raise that limit, or say --memory " + mebibytesText(needed) +
+    return "raise that limit, or say `memory` " + mebibytesText(needed) +
            " if so much may be used all the same";
 }
 

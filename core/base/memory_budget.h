@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much memory the process may hold, and who says so.
+// How much memory may be held, and who says so.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,8 @@
 
 namespace peeler {
 
-/// Most resident bytes of the process. Converts from and to their number; 0 = no budget.
+/// Most resident bytes of the process, besides those that are none of ours. Converts from and to
+/// their number; 0 = no budget.
 struct MemoryBudget {
     // NOLINTNEXTLINE(google-explicit-constructor): a budget without a source is a number
     MemoryBudget(std::uint64_t most = 0, std::string from = {})
@@ -17,17 +18,20 @@ struct MemoryBudget {
     // NOLINTNEXTLINE(google-explicit-constructor)
     operator std::uint64_t() const { return bytes; }
 
-    /// Where an Error happens that is over the budget: "--memory 512M", or the source.
+    /// Where an Error happens that is over the budget: "`memory` 512M", or the source.
     std::string where() const;
     /// What to do where `needed` bytes would do.
     std::string hint(std::uint64_t needed) const;
 
     std::uint64_t bytes;
-    /// A sentence: "the cgroup /job_7 (memory.max) allows 2048M"; empty = --memory.
+    /// Of the process, resident before and held by somebody else: they do not count. 0 where the
+    /// process is ours.
+    std::uint64_t base = 0;
+    /// A sentence: "the cgroup /job_7 (memory.max) allows 2048M"; empty = the caller.
     std::string source;
 };
 
-/// A number of bytes in mebibytes, rounded up, as --memory takes them: "512M".
+/// A number of bytes in mebibytes, rounded up: "512M".
 std::string mebibytesText(std::uint64_t bytes);
 
 }  // namespace peeler

@@ -12,6 +12,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -134,6 +135,21 @@ std::mutex pool_mutex;  ///< held for the length of a loop
 std::unique_ptr<Pool> pool;
 int pool_threads = 0;
 
+/// A child that a host forks has the pool without its threads, and the lock as it was at that
+/// moment, perhaps held by a thread that the child does not have. Both are left behind: to end the
+/// pool would be to wait for its threads.
+void forgetPool() {
+    new (&pool_mutex) std::mutex;
+    static_cast<void>(pool.release());
+    pool_threads = 0;
+}
+
+std::unique_ptr<Pool> makePool(int threads) {
+    static const int watches_forks = pthread_atfork(nullptr, nullptr, forgetPool);
+    static_cast<void>(watches_forks);
+    return std::make_unique<Pool>(threads);
+}
+
 }  // namespace
 
 int affinityCount() {
@@ -163,7 +179,7 @@ void parallelFor(std::size_t items, const std::function<void(std::size_t)>& body
         if (threads > 1) {
             if (!pool || pool_threads != threads) {
                 pool.reset();
-                pool = std::make_unique<Pool>(threads);
+                pool = makePool(threads);
                 pool_threads = threads;
             }
             pool->run(items, body);

@@ -24,11 +24,16 @@ constexpr std::uint64_t kLeastBand = 8 * kMegabyte;
 
 std::uint64_t residentBytes() {
     unsigned long total = 0, resident = 0;
-    if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
+    if (std::FILE* file = std::fopen("/proc/self/statm", "re")) {
         if (std::fscanf(file, "%lu %lu", &total, &resident) != 2) resident = 0;
         std::fclose(file);
     }
     return static_cast<std::uint64_t>(resident) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+std::uint64_t usedBytes(const MemoryBudget& budget) {
+    const std::uint64_t resident = residentBytes();
+    return resident - std::min(resident, budget.base);
 }
 
 void returnFreeMemory() {
@@ -37,24 +42,24 @@ void returnFreeMemory() {
 #endif
 }
 
-bool isRoomy(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs) {
+bool isRoomy(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs) {
     if (budget == 0) return true;
-    return budget / 2 >= resident + costs.fixed_bytes + kReserve + costs.band_bytes;
+    return budget / 2 >= used + costs.fixed_bytes + kReserve + costs.band_bytes;
 }
 
-bool hasRoom(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs) {
+bool hasRoom(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs) {
     if (budget == 0) return true;
-    return budget >= resident + costs.fixed_bytes + kReserve + costs.band_bytes / 4;
+    return budget >= used + costs.fixed_bytes + kReserve + costs.band_bytes / 4;
 }
 
-BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs) {
+BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs) {
     std::uint64_t available = costs.band_bytes, hard = std::numeric_limits<std::uint64_t>::max();
     if (budget != 0) {
-        const std::uint64_t taken = resident + costs.fixed_bytes + kReserve;
+        const std::uint64_t taken = used + costs.fixed_bytes + kReserve;
         if (budget < taken + kLeastBand) {
             throw Error(ErrorKind::kMemory,
                         "the memory budget is " + mebibytesText(budget) + ", and " +
-                            mebibytesText(resident + costs.fixed_bytes) +
+                            mebibytesText(used + costs.fixed_bytes) +
                             " are needed besides the bands",
                         budget.where(), budget.hint(taken + kLeastBand));
         }
@@ -83,7 +88,7 @@ std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,
                         "one row of " + std::to_string(width) + " pixels with " +
                             std::to_string(row) +
                             " fragments does not fit the memory budget or the driver's buffers",
-                        "row " + std::to_string(y), "raise --memory, or render parts with --crop");
+                        "row " + std::to_string(y), "raise `memory`, or render parts with `crop`");
         }
         const auto rows = bands.empty() ? 0 : static_cast<std::uint64_t>(bands.back().height());
         if (bands.empty() || fragments + row > limits.fragments ||

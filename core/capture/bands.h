@@ -14,6 +14,9 @@ namespace peeler {
 /// Bytes of resident memory of this process now.
 std::uint64_t residentBytes();
 
+/// What of the budget is in use: the resident memory now, less the budget's base.
+std::uint64_t usedBytes(const MemoryBudget& budget);
+
 /// Hands memory that was freed back to the system, where malloc would keep it: it is not resident
 /// any longer.
 void returnFreeMemory();
@@ -35,17 +38,17 @@ struct BandCosts {
     std::uint64_t storage_block_bytes = 0;  ///< the driver's limit of one buffer binding
 };
 
-/// Limits under a budget for the whole process, of which `resident` bytes are in use already.
+/// Limits under a budget of which `used` bytes are in use already (usedBytes()).
 /// Throws Error (kMemory) if next to nothing is left; a limit may still come out too small for a
 /// row: cutBands says so.
-BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs);
+BandLimits bandLimits(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs);
 
-/// Whether a budget leaves at least as much again as is resident and as a full band takes: nothing
+/// Whether a budget leaves at least as much again as is used and as a full band takes: nothing
 /// is gained by giving buffers back between bands then. Always without one.
-bool isRoomy(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs);
+bool isRoomy(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs);
 
 /// Whether a budget leaves a quarter of a full band besides what is taken. Always without one.
-bool hasRoom(const MemoryBudget& budget, std::uint64_t resident, const BandCosts& costs);
+bool hasRoom(const MemoryBudget& budget, std::uint64_t used, const BandCosts& costs);
 
 /// Cuts the crop's rows into bands, top to bottom, as few as the limits allow. `row_fragments(y)`
 /// is the number of fragments of a row. Throws Error (kMemory) if one row alone is over a limit.

@@ -29,7 +29,7 @@ struct Limits {
 /// One way to get a context, and what came of trying it.
 struct Device {
     std::string backend;  ///< a name of the backend table: "egl", "osmesa"
-    int index = 0;        ///< counts through all backends in the order they are tried: --device N
+    int index = 0;        ///< counts through all backends in the order they are tried
     std::string name;     ///< what the backend calls it: "device 0 (/dev/dri/card0)", "surfaceless"
     std::string uuid;     ///< "8932f937-d72c-4106-c12f-20bd9faed9f6"; "" = the driver does not say
     std::optional<int> cuda;  ///< its number in CUDA, under CUDA_VISIBLE_DEVICES
@@ -72,6 +72,12 @@ class Context {
     std::unique_ptr<Functions> functions_;
     Device device_;
 };
+
+/// Says what CUDA_VISIBLE_DEVICES was, for a program that has taken it out of its own environment:
+/// a driver that asks CUDA for its numbers then gives all devices theirs, as one does that does
+/// not. Otherwise the environment is read whenever devices are listed; it is never changed. Call it
+/// before the first context.
+void setCudaVisibleDevices(std::string value);
 
 /// Names of the backend table, in the order `auto` tries them.
 std::vector<std::string> backendNames();

@@ -5,6 +5,7 @@
 #include <EGL/eglext.h>
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <string_view>
@@ -53,7 +54,6 @@ bool hasWord(std::string_view list, std::string_view word) {
 const EglLibrary& eglLibrary() {
     static const EglLibrary loaded = [] {
         EglLibrary lib;
-        takeCudaVisibleDevices();  // before any driver reads it
         // Never closed: drivers keep threads and exit handlers.
         void* handle = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
         if (!handle) {
@@ -205,10 +205,11 @@ Candidate candidate(Device device, EGLenum platform, void* native) {
             }};
 }
 
-/// A device that EGL lists, and its number in CUDA if all were visible.
+/// A device that EGL lists, and its number in CUDA as the driver tells it.
 struct Listed {
     EGLDeviceEXT handle = nullptr;
     Device device;
+    bool has_number = false;  ///< the driver can be asked for it
     std::optional<int> ordinal;
 };
 
@@ -224,12 +225,9 @@ std::string uuidOf(EGLDeviceEXT device, std::string_view extensions) {
     return uuidText(bytes.data());
 }
 
-std::optional<int> cudaOrdinal(EGLDeviceEXT device, std::string_view extensions) {
-    const auto& egl = eglLibrary();
+std::optional<int> cudaOrdinal(EGLDeviceEXT device) {
     EGLAttrib value = 0;
-    if (!egl.query_device_attrib || !hasWord(extensions, "EGL_NV_device_cuda") ||
-        !egl.query_device_attrib(device, EGL_CUDA_DEVICE_NV, &value))
-        return std::nullopt;
+    if (!eglLibrary().query_device_attrib(device, EGL_CUDA_DEVICE_NV, &value)) return std::nullopt;
     return static_cast<int>(value);
 }
 
@@ -258,7 +256,8 @@ Listed describe(EGLDeviceEXT handle, int index) {
     device.software = hasWord(text, "EGL_MESA_device_software");
     device.name = device.software ? "Mesa's software device" : deviceName(handle, index, text);
     device.uuid = uuidOf(handle, text);
-    listed.ordinal = cudaOrdinal(handle, text);
+    listed.has_number = eglLibrary().query_device_attrib && hasWord(text, "EGL_NV_device_cuda");
+    if (listed.has_number) listed.ordinal = cudaOrdinal(handle);
     return listed;
 }
 
@@ -267,17 +266,21 @@ void numberForCuda(std::vector<Listed>& devices) {
     std::vector<CudaDevice> all;
     std::vector<std::size_t> positions;
     for (std::size_t i = 0; i < devices.size(); ++i) {
-        if (!devices[i].ordinal) continue;
-        all.push_back({*devices[i].ordinal, devices[i].device.uuid});
+        if (!devices[i].has_number) continue;
+        all.push_back({devices[i].ordinal, devices[i].device.uuid});
         positions.push_back(i);
     }
-    const auto& variable = takeCudaVisibleDevices();
+    // No number at all: there is no CUDA.
+    if (std::none_of(all.begin(), all.end(), [](const CudaDevice& gpu) { return gpu.ordinal; }))
+        return;
+    const auto variable = cudaVisibleDevices();
     const auto visible = visibleCudaDevices(variable, all);
     for (std::size_t number = 0; number < visible.size(); ++number)
         devices[positions[visible[number]]].device.cuda = static_cast<int>(number);
     for (const std::size_t position : positions) {
         Device& device = devices[position].device;
-        if (!device.cuda) device.problem = "CUDA_VISIBLE_DEVICES (" + *variable + ") hides it";
+        if (variable && !device.cuda)
+            device.problem = "CUDA_VISIBLE_DEVICES (" + *variable + ") hides it";
     }
 }
 

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
-#include <numeric>
+#include <mutex>
 #include <string_view>
+#include <utility>
 
 namespace peeler::gl {
 namespace {
@@ -40,25 +41,41 @@ std::optional<std::size_t> named(std::string_view identifier,
     return only(devices, [&](const CudaDevice& device) { return device.ordinal == ordinal; });
 }
 
+/// Those that have an ordinal, by it.
+std::vector<std::size_t> byOrdinal(const std::vector<CudaDevice>& devices) {
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < devices.size(); ++i)
+        if (devices[i].ordinal) found.push_back(i);
+    std::stable_sort(found.begin(), found.end(), [&](std::size_t a, std::size_t b) {
+        return *devices[a].ordinal < *devices[b].ordinal;
+    });
+    return found;
+}
+
 std::string_view trimmed(std::string_view text) {
     const std::size_t first = text.find_first_not_of(" \t");
     if (first == std::string_view::npos) return {};
     return text.substr(first, text.find_last_not_of(" \t") + 1 - first);
 }
 
+/// What the process says that the variable was.
+struct Told {
+    std::mutex mutex;
+    std::optional<std::string> value;
+};
+
+Told& told() {
+    static Told instance;
+    return instance;
+}
+
 }  // namespace
 
 std::vector<std::size_t> visibleCudaDevices(const std::optional<std::string>& variable,
                                             const std::vector<CudaDevice>& devices) {
-    std::vector<std::size_t> visible;
-    if (!variable) {
-        visible.resize(devices.size());
-        std::iota(visible.begin(), visible.end(), std::size_t{0});
-        std::stable_sort(visible.begin(), visible.end(), [&](std::size_t a, std::size_t b) {
-            return devices[a].ordinal < devices[b].ordinal;
-        });
-        return visible;
-    }
+    std::vector<std::size_t> visible = byOrdinal(devices);
+    if (!variable || visible.size() < devices.size()) return visible;
+    visible.clear();
     for (std::string_view rest = *variable;;) {
         const std::size_t end = rest.find(',');
         const auto device = named(trimmed(rest.substr(0, end)), devices);
@@ -78,16 +95,18 @@ std::string uuidDigits(std::string text) {
     return text.find_first_not_of("0123456789abcdef") == std::string::npos ? text : "";
 }
 
-const std::optional<std::string>& takeCudaVisibleDevices() {
-    static const std::optional<std::string> taken = []() -> std::optional<std::string> {
-        constexpr const char* kName = "CUDA_VISIBLE_DEVICES";
-        const char* value = std::getenv(kName);
-        if (!value) return std::nullopt;
-        std::string text = value;
-        unsetenv(kName);
-        return text;
-    }();
-    return taken;
+void setCudaVisibleDevices(std::string value) {
+    const std::lock_guard lock(told().mutex);
+    told().value = std::move(value);
+}
+
+std::optional<std::string> cudaVisibleDevices() {
+    {
+        const std::lock_guard lock(told().mutex);
+        if (told().value) return told().value;
+    }
+    const char* const value = std::getenv("CUDA_VISIBLE_DEVICES");
+    return value ? std::optional<std::string>(value) : std::nullopt;
 }
 
 }  // namespace peeler::gl

@@ -12,7 +12,7 @@ namespace {
 
 [[noreturn]] void refuse() {
     throw Error(ErrorKind::kUsage,
-                "expected a device's number in peeler devices, cuda: and its number there, or "
+                "expected a device's number in `listDevices`, cuda: and its number there, or "
                 "uuid: and the beginning of its UUID");
 }
 

@@ -18,9 +18,9 @@ struct VdbVoxels {
     glm::ivec3 cells{0};
     glm::dvec3 corner{0};
     double spacing = 1;
-    /// The value of the cell (x, y, z) is at (x · cells.y + y) · cells.z + z.
-    std::span<const std::uint8_t> values{};
-    std::uint8_t least_inside = 1;  ///< cells of this value or a greater one are inside
+    /// Whether the cell (x, y, z) is inside says bit z % 64 of the word z / 64 of a line, which is
+    /// the (x · cells.y + y)-th; every line begins with a word of its own.
+    std::span<const std::uint64_t> inside{};
 };
 
 /// Writes a fog volume: a grid `density` of floats that is 1 and active inside, 0 elsewhere. Whole

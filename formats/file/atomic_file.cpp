@@ -157,7 +157,7 @@ void removeLeftovers(const std::string& folder) {
 AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(path_) {
     if (isStandardOutput(path_)) {
         if (isatty(STDOUT_FILENO) == 1)
-            throw Error(ErrorKind::kUsage, "standard output is a terminal", "--output " + path_,
+            throw Error(ErrorKind::kUsage, "standard output is a terminal", "`path` " + path_,
                         "pipe it to another program, or name a file");
         std::error_code none;
         destination_ = (fs::temp_directory_path(none) / "stdout").string();

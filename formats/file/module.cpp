@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds modules by the place of the executable, and opens them.
+// Finds modules by the place of the code, and opens them.
 #include "formats/file/module.h"
 
 #include <dlfcn.h>
+#include <link.h>
 
+#include <array>
 #include <filesystem>
 #include <string>
 
@@ -14,27 +16,44 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void* opened(const std::string& file) {
+/// Where the executable or the shared library lies that this function is in.
+fs::path codeFolder() {
     std::error_code failure;
-    const fs::path program = fs::read_symlink("/proc/self/exe", failure).parent_path();
-    // The first is where they lie in a build folder or an unpacked archive, the second where they
-    // are installed.
-    const fs::path folders[] = {program / PEELER_MODULES, program.parent_path() / PEELER_MODULES};
-    for (const fs::path& folder : folders) {
-        if (!fs::exists(folder / file, failure)) continue;
-        if (void* handle = dlopen((folder / file).c_str(), RTLD_LAZY | RTLD_LOCAL)) return handle;
-        throw Error(ErrorKind::kInternal,
-                    "a part of peeler cannot be loaded: " + std::string(dlerror()), folder / file,
-                    "install the libraries that it is linked with");
+    Dl_info info{};
+    void* extra = nullptr;
+    if (dladdr1(reinterpret_cast<void*>(&codeFolder), &info, &extra, RTLD_DL_LINKMAP) != 0) {
+        // Of the executable the linker tells no path, but what the caller named it.
+        const char* const library = static_cast<const link_map*>(extra)->l_name;
+        if (library && *library != '\0') return fs::canonical(library, failure).parent_path();
     }
-    throw Error(ErrorKind::kInternal, "a part of peeler is not installed", folders[1] / file,
-                "copy the folder " PEELER_MODULES " with the program");
+    return fs::read_symlink("/proc/self/exe", failure).parent_path();
 }
 
 }  // namespace
 
+fs::path moduleFile(const std::string& name) {
+    const fs::path code = codeFolder();
+    // The first is where they lie in a build folder, an unpacked archive or a Python package, the
+    // second where they are installed with a program, the third where they are with a library in a
+    // folder of its architecture.
+    const std::array<fs::path, 3> folders = {code / PEELER_MODULES,
+                                             code.parent_path() / PEELER_MODULES, code / "peeler"};
+    std::error_code failure;
+    for (const fs::path& folder : folders)
+        if (fs::exists(folder / name, failure)) return folder / name;
+    throw Error(ErrorKind::kInternal, "a part of peeler is not installed",
+                (folders[1] / name).string(),
+                "copy the folder " PEELER_MODULES " with the program; it was looked for in " +
+                    folders[0].string() + " and " + folders[2].string() + ", too");
+}
+
 void* moduleFunction(const char* module, const char* function) {
-    void* const handle = opened(module + std::string(".so"));
+    const std::string file = moduleFile(module + std::string(".so"));
+    void* const handle = dlopen(file.c_str(), RTLD_LAZY | RTLD_LOCAL);
+    if (!handle)
+        throw Error(ErrorKind::kInternal,
+                    "a part of peeler cannot be loaded: " + std::string(dlerror()), file,
+                    "install the libraries that it is linked with");
     if (void* address = dlsym(handle, function)) return address;
     throw Error(ErrorKind::kInternal, "a part of peeler is of another version", module,
                 "install all of it again");

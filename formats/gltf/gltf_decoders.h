@@ -30,6 +30,8 @@ struct DracoLimits {
     int cpu_seconds = 10;  ///< a million triangles take about one
 };
 
+inline constexpr char kDracoHint[] = "compress the file again";
+
 struct DracoMesh {
     std::vector<std::uint32_t> indices;  ///< three a triangle, all below `points`
     std::size_t points = 0;
@@ -39,8 +41,8 @@ struct DracoMesh {
 
 /// Decodes a triangle mesh (sequential or Edgebreaker; a strip is decoded to its triangles too).
 /// libdraco 1.5.5 reads 2^31 bits of orientations where one byte of a few thousand vertices is
-/// wrong, so it runs in a process of its own, which may take `cpu_seconds` and memory in proportion
-/// to what is promised.
+/// wrong, so it runs in a program of its own, peeler_decode, which may take `cpu_seconds` and
+/// memory in proportion to what is promised. Throws Error (kInternal) if that is not installed.
 DracoMesh decodeDracoMesh(std::span<const std::uint8_t> bytes,
                           std::span<const DracoAttribute> attributes, const DracoLimits& limits);
 

@@ -3,10 +3,10 @@
 #include "formats/image/image_library.h"
 
 #include <atomic>
-#include <cstdlib>
 #include <mutex>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include "formats/file/module.h"
 #include "formats/image/image_codecs.h"
@@ -31,12 +31,15 @@ constexpr BuiltIn kBuiltIn[] = {
     {"jpeg", jpegDecoder, nullptr},
 };
 
-void checkDecodedSize(const StoredImage& image) {
+/// Not by the library's own limit, which a host may share with us.
+std::unique_ptr<ImageDecoder> checked(std::unique_ptr<ImageDecoder> decoder) {
+    const StoredImage& image = decoder->image();
     const std::uint64_t bytes = static_cast<std::uint64_t>(image.width) *
                                 static_cast<std::uint64_t>(image.height) * image.channels.size();
     if (most_megabytes > 0 && bytes >> 20U >= static_cast<std::uint64_t>(most_megabytes))
         throw std::runtime_error("an image of " + std::to_string(image.width) + " x " +
                                  std::to_string(image.height) + " pixels is too large");
+    return decoder;
 }
 
 }  // namespace
@@ -47,35 +50,26 @@ const ImageLibrary& imageLibrary() {
     void* const function = moduleFunction(kImageModule, kImageModuleFunction);
     loaded_library = reinterpret_cast<ImageModuleFunction*>(function)();
     if (wanted_threads > 0) loaded_library->setThreads(wanted_threads);
-    if (most_megabytes > 0) loaded_library->limitDecodedSize(most_megabytes);
     return *loaded_library;
 }
 
 void setLibraryThreads(int threads) {
-    // OpenImageIO makes its pool at the first use, with as many threads as the variable CUE_THREADS
-    // says, be that a number or not; its own variable goes before that one.
-    setenv("OPENIMAGEIO_THREADS", std::to_string(threads).c_str(), 1);
     const std::lock_guard lock(library_mutex);
     wanted_threads = threads;
     if (loaded_library) loaded_library->setThreads(threads);
 }
 
 void limitDecodedSize(int megabytes) {
-    const std::lock_guard lock(library_mutex);
     most_megabytes = megabytes;
-    if (loaded_library) loaded_library->limitDecodedSize(megabytes);
 }
 
 std::unique_ptr<ImageDecoder> imageDecoder(const std::string& format, const std::string& path,
                                            std::span<const std::uint8_t> bytes) {
     for (const BuiltIn& row : kBuiltIn) {
         if (row.format != format) continue;
-        if (auto decoder = row.decoder(path, bytes)) {
-            checkDecodedSize(decoder->image());
-            return decoder;
-        }
+        if (auto decoder = row.decoder(path, bytes)) return checked(std::move(decoder));
     }
-    return imageLibrary().decoder(format, path, bytes);
+    return checked(imageLibrary().decoder(format, path, bytes));
 }
 
 std::unique_ptr<ImageEncoder> imageEncoder(const std::string& format) {

@@ -79,8 +79,6 @@ class ImageLibrary {
         const std::string& format, const std::string& path,
         std::span<const std::uint8_t> bytes = {}) const = 0;
     virtual std::unique_ptr<ImageEncoder> encoder(const std::string& format) const = 0;
-    /// Larger pictures are refused from now on.
-    virtual void limitDecodedSize(int megabytes) const = 0;
     /// Limits the threads (from 1) of OpenImageIO, and of OpenEXR where OpenImageIO reads or writes
     /// with it.
     virtual void setThreads(int threads) const = 0;

@@ -2,8 +2,10 @@
 #include "formats/image/legend.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
+#include <system_error>
 
 namespace peeler {
 namespace {
@@ -39,8 +41,11 @@ void fill(CompositeImage& picture, const Window& where, const Pixel& color) {
 
 std::string numberText(double value) {
     std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.4g", value);
-    return text.data();
+    // Not by printf: a host may have a locale with another decimal point.
+    constexpr int kDigits = 4;
+    const auto [end, failure] = std::to_chars(text.data(), text.data() + text.size(), value,
+                                              std::chars_format::general, kDigits);
+    return {text.data(), failure == std::errc() ? end : text.data()};
 }
 
 /// The least of 1, 2 and 5 times a power of ten that makes at most `most` steps of a length.

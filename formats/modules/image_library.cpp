@@ -151,9 +151,6 @@ class Library final : public ImageLibrary {
     std::unique_ptr<ImageEncoder> encoder(const std::string& format) const override {
         return std::make_unique<Encoder>(format);
     }
-    void limitDecodedSize(int megabytes) const override {
-        OIIO::attribute("limits:imagesize_MB", megabytes);
-    }
     void setThreads(int threads) const override {
         OIIO::attribute("threads", threads);
         // OpenEXR counts the threads that it adds; −1 is OpenImageIO's word for none.

@@ -5,7 +5,10 @@
 
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
-#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <ostream>
+#include <string>
 
 namespace peeler {
 namespace {
@@ -17,13 +20,14 @@ using openvdb::Coord;
 template <class Visit>
 void forEachInside(const VdbVoxels& voxels, const glm::ivec3& begin, const glm::ivec3& end,
                    Visit&& visit) {
+    const std::size_t words = (static_cast<std::size_t>(voxels.cells.z) + 63) / 64;
     for (int x = begin.x; x < end.x; ++x) {
         for (int y = begin.y; y < end.y; ++y) {
-            const std::size_t row = (static_cast<std::size_t>(x) * std::size_t(voxels.cells.y) +
-                                     static_cast<std::size_t>(y)) *
-                                    static_cast<std::size_t>(voxels.cells.z);
+            const std::size_t line = (static_cast<std::size_t>(x) * std::size_t(voxels.cells.y) +
+                                      static_cast<std::size_t>(y)) *
+                                     words;
             for (int z = begin.z; z < end.z; ++z)
-                if (voxels.values[row + static_cast<std::size_t>(z)] >= voxels.least_inside)
+                if (voxels.inside[line + static_cast<std::size_t>(z) / 64] >> z % 64 & 1)
                     visit(Coord(x, y, z));
         }
     }
@@ -52,14 +56,7 @@ void fill(Grid& grid, const VdbVoxels& voxels) {
     grid.tree().prune();
 }
 
-}  // namespace
-}  // namespace peeler
-
-extern "C" void peelerWriteVdbGrid(std::ostream& stream, const peeler::VdbVoxels& voxels,
-                                   const std::string& creator, int threads) {
-    using namespace peeler;
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                    static_cast<std::size_t>(threads));
+void write(std::ostream& stream, const VdbVoxels& voxels, const std::string& creator) {
     openvdb::initialize();
     const Grid::Ptr grid = Grid::create(0.0F);
     grid->setName("density");
@@ -75,4 +72,13 @@ extern "C" void peelerWriteVdbGrid(std::ostream& stream, const peeler::VdbVoxels
     metadata.insertMeta("creator", openvdb::StringMetadata(creator));
     archive.write(openvdb::GridCPtrVec{grid}, metadata);
     stream.flush();
+}
+
+}  // namespace
+}  // namespace peeler
+
+extern "C" void peelerWriteVdbGrid(std::ostream& stream, const peeler::VdbVoxels& voxels,
+                                   const std::string& creator, int threads) {
+    // Not by tbb::global_control, which would limit a host's other work, too.
+    tbb::task_arena(threads).execute([&] { peeler::write(stream, voxels, creator); });
 }

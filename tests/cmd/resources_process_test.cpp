@@ -166,6 +166,18 @@ TEST_F(FakeGpus, ThatCudaHidesAreNotUsed) {
         << "software, as without a GPU";
 }
 
+/// A batch leaves the variable to the commands that it starts.
+TEST_F(FakeGpus, ThatCudaHidesAreNotUsedByJobs) {
+    const fs::path jobs = scratch_ / "jobs.jsonl";
+    const Json job{{"verb", "render"},
+                   {"args", Json::array({scene_.string(), "-o", image_.string()})}};
+    std::ofstream(jobs) << job << '\n';
+    const CommandResult run = runPeelerProcess({"batch", jobs.string(), "--quiet"},
+                                               with(gpus({"CUDA_VISIBLE_DEVICES=0"})));
+    ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
+    EXPECT_NE(run.out.find("Fake GPU 2"), std::string::npos) << run.out;
+}
+
 /// A GPU finds the hits of rays where there is one, else the CPU does.
 TEST_F(FakeGpus, FindHits) {
     const auto found = [&](const Strings& options, const Strings& variables) {

@@ -59,13 +59,15 @@ bool loads(const std::string& text, const std::string& library) {
     return text.find(library) != std::string::npos;
 }
 
-constexpr char kImages[] = "libOpenImageIO.so", kVoxels[] = "libopenvdb.so";
+constexpr char kImages[] = "libOpenImageIO.so", kVoxels[] = "libopenvdb.so",
+               kDraco[] = "libdraco.so";
 
 TEST(Startup, NeedsNoLibraryOfImages) {
     const std::string text = loadedBy({"--version"});
     EXPECT_TRUE(loads(text, "libOpenEXR")) << "the linker does not tell";
     EXPECT_FALSE(loads(text, kImages));
     EXPECT_FALSE(loads(text, kVoxels));
+    EXPECT_FALSE(loads(text, kDraco));
     EXPECT_FALSE(loads(text, "libEGL"));
 }
 
@@ -145,6 +147,32 @@ fs::path webpScene(const ScratchDir& scratch) {
         << std::string("RIFF\0\0\0\0WEBP", 12);
     std::ofstream(scratch / "scene.gltf") << scene;
     return scratch / "scene.gltf";
+}
+
+/// The triangle, of which the file says that Draco has compressed it.
+fs::path dracoScene(const ScratchDir& scratch) {
+    constexpr const char* kName = "KHR_draco_mesh_compression";
+    nlohmann::json scene = triangleScene();
+    scene["extensionsUsed"] = scene["extensionsRequired"] = {kName};
+    scene["meshes"][0]["primitives"][0]["extensions"][kName] = {{"bufferView", 0},
+                                                                {"attributes", {{"POSITION", 0}}}};
+    scene["accessors"][0].erase("bufferView");  // nothing stands in for it
+    std::ofstream(scratch / "triangle.bin", std::ios::binary) << triangleBuffer();
+    std::ofstream(scratch / "scene.gltf") << scene;
+    return scratch / "scene.gltf";
+}
+
+TEST(Startup, ADecoderThatIsMissingIsSaid) {
+    const ScratchDir scratch;
+    const fs::path scene = dracoScene(scratch);
+    const CommandResult missing = Copy("bin/peeler", "").render(scene, "layers.exr");
+    EXPECT_EQ(missing.exit_code, 1) << missing.err;
+    for (const char* part :
+         {"a part of peeler is not installed", "lib/peeler/peeler_decode", "copy the folder"})
+        EXPECT_NE(missing.err.find(part), std::string::npos) << missing.err;
+    const CommandResult there = Copy("bin/peeler", "lib/peeler").render(scene, "layers.exr");
+    EXPECT_EQ(there.exit_code, 3) << "the data is no fault of ours";
+    EXPECT_NE(there.err.find("no Draco data"), std::string::npos) << there.err;
 }
 
 TEST(Startup, AModuleThatIsMissingIsSaidAndLeavesNoFile) {

@@ -97,14 +97,21 @@ TEST(Bands, AnErrorNamesWhoSetTheBudget) {
         }
         return std::string("not refused");
     };
-    EXPECT_EQ(refused(200ULL << 20), "--memory 200M|give at least 404M");
+    EXPECT_EQ(refused(200ULL << 20), "`memory` 200M|give at least 404M");
     EXPECT_EQ(refused({200ULL << 20, "the cgroup /a (memory.max) allows 256M"}),
-              "the cgroup /a (memory.max) allows 256M|raise that limit, or say --memory 404M if so "
+              "the cgroup /a (memory.max) allows 256M|raise that limit, or say `memory` 404M if so "
               "much may be used all the same");
 }
 
 TEST(Bands, ResidentMemoryIsRead) {
     EXPECT_GT(residentBytes(), 1U << 20);
+}
+
+TEST(Bands, WhatWasResidentBeforeDoesNotCount) {
+    MemoryBudget budget = 300ULL << 20;
+    EXPECT_GT(usedBytes(budget), 1U << 20) << "all counts";
+    budget.base = ~std::uint64_t{0};
+    EXPECT_EQ(usedBytes(budget), 0U) << "less than before is nothing";
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "core/base/error.h"
 #include "core/gl/context.h"
 
@@ -57,6 +59,37 @@ TEST(CudaDevices, TheVariableChoosesAndOrders) {
 
 TEST(CudaDevices, WithoutUuidsOnlyNumbersNameThem) {
     EXPECT_EQ(visibleCudaDevices("1,GPU-8932", {{0, ""}, {1, ""}}), Positions{1});
+}
+
+/// The driver has asked CUDA under "2,0": numbers are of what that leaves.
+TEST(CudaDevices, ADriverThatReadsTheVariableHasNumberedWhatIsVisible) {
+    std::vector<CudaDevice> numbered = gpus();
+    numbered[0].ordinal = 0;
+    numbered[1].ordinal = 1;
+    numbered[2].ordinal = std::nullopt;
+    EXPECT_EQ(visibleCudaDevices("2,0", numbered), (Positions{0, 1}));
+    EXPECT_EQ(visibleCudaDevices(std::nullopt, numbered), (Positions{0, 1}));
+}
+
+/// The environment of a host is read, and never changed; what the host says goes before it.
+TEST(CudaDevices, TheVariableStaysInTheEnvironment) {
+    constexpr const char* kName = "CUDA_VISIBLE_DEVICES";
+    const char* const before = std::getenv(kName);
+    const std::optional<std::string> kept =
+        before ? std::optional<std::string>(before) : std::nullopt;
+    unsetenv(kName);
+    EXPECT_EQ(cudaVisibleDevices(), std::nullopt);
+    setenv(kName, "1", 1);
+    EXPECT_EQ(cudaVisibleDevices(), "1");
+    listDevices();
+    ASSERT_NE(std::getenv(kName), nullptr);
+    EXPECT_STREQ(std::getenv(kName), "1");
+    setenv(kName, "0", 1);
+    EXPECT_EQ(cudaVisibleDevices(), "0") << "nothing was kept";
+    if (kept)
+        setenv(kName, kept->c_str(), 1);
+    else
+        unsetenv(kName);
 }
 
 TEST(DeviceChoice, IsANumberOrHasAWordBeforeIt) {

@@ -2,6 +2,8 @@
 #include "core/base/parallel.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <stdexcept>
@@ -75,6 +77,52 @@ TEST_P(Parallel, LoopsOfSeveralThreadsDoNotMix) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, Parallel, testing::Values(1, 2, 5));
+
+/// Whether a child that is forked now has loops on several threads, and ends.
+void expectLoopsInAChild() {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+        alarm(60);  // rather than to wait for ever
+        std::atomic<int> there{0};
+        // Each body waits for the other, so one thread alone would never end.
+        parallelFor(2, [&](std::size_t) {
+            for (++there; there < 2;)
+                std::this_thread::yield();
+        });
+        _exit(there == 2 ? 0 : 1);
+    }
+    int status = -1;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_EQ(status, 0);
+}
+
+TEST(ParallelThreads, AChildOfForkHasItsOwn) {
+    setThreadCount(2);
+    parallelFor(10, [](std::size_t) {});
+    expectLoopsInAChild();
+    std::atomic<int> calls{0};
+    parallelFor(10, [&](std::size_t) { ++calls; });
+    EXPECT_EQ(calls, 10) << "and the parent keeps its threads";
+    setThreadCount(0);
+}
+
+TEST(ParallelThreads, AChildThatIsForkedDuringALoopHasItsOwn) {
+    setThreadCount(2);
+    std::atomic<bool> begun{false}, ends{false};
+    std::thread other([&] {
+        parallelFor(2, [&](std::size_t) {
+            for (begun = true; !ends;)
+                std::this_thread::yield();
+        });
+    });
+    while (!begun)
+        std::this_thread::yield();
+    expectLoopsInAChild();
+    ends = true;
+    other.join();
+    setThreadCount(0);
+}
 
 TEST(ParallelThreads, CountIsWhatWasAskedForOrAtLeastOne) {
     setThreadCount(3);

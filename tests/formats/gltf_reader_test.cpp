@@ -168,7 +168,7 @@ TEST(GltfExtensions, AreRefusedWhereRequiredAndUnknown) {
     const Error error = errorOf(builder);
     EXPECT_EQ(error.where(), "/extensionsRequired/1");
     EXPECT_NE(std::string(error.what()).find("KHR_texture_basisu"), std::string::npos);
-    EXPECT_NE(error.hint().find("--ignore-extension KHR_texture_basisu"), std::string::npos);
+    EXPECT_NE(error.hint().find("`ignored_extensions` KHR_texture_basisu"), std::string::npos);
 }
 
 TEST(GltfExtensions, AreLeftOutWhereTheyAreIgnored) {

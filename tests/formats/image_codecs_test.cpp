@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <turbojpeg.h>
 
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <random>
@@ -294,6 +295,14 @@ TEST(BuiltInDecoders, AllocateNothingForPicturesThatAreTooLarge) {
         std::memcpy(file.data() + offset, "\x7F\xFF\xFF\xFF", 4);
     limitDecodedSize(4096);
     EXPECT_THROW(imageDecoder("png", "huge.png", file), std::runtime_error);
+}
+
+/// The environment is the host's, and OpenImageIO's limits may be.
+TEST(ImageLibrary, LeavesTheEnvironmentAlone) {
+    unsetenv("OPENIMAGEIO_THREADS");
+    setLibraryThreads(1);
+    imageLibrary();
+    EXPECT_EQ(std::getenv("OPENIMAGEIO_THREADS"), nullptr);
 }
 
 struct JpegKind {

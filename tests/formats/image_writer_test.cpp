@@ -273,7 +273,7 @@ TEST(Writers, ChoicesAreListedWhereAChoiceIsWrong) {
               "choose one of: .exr, .png, .jpg, .jpeg, .tif, .tiff, .html, .htm");
     EXPECT_NE(usageHint("out", options).find(".exr"), std::string::npos);
     options.as = "ldi";
-    EXPECT_EQ(usageHint("out.png", options), "write .exr, or use --as composite");
+    EXPECT_EQ(usageHint("out.png", options), "write .exr, or use `as` composite");
     options.as = "voxels";
     EXPECT_EQ(usageHint("out.exr", options),
               "choose one of: ldi, deep, composite, midpoint-depth, page");

@@ -17,7 +17,7 @@
 namespace peeler::test {
 namespace {
 
-constexpr glm::ivec3 kCells{21, 18, 35};
+constexpr glm::ivec3 kCells{21, 18, 70};
 
 std::uint8_t& cellAt(std::vector<std::uint8_t>& values, int x, int y, int z) {
     return values[static_cast<std::size_t>((x * kCells.y + y) * kCells.z + z)];
@@ -29,16 +29,24 @@ std::vector<std::uint8_t> box() {
     std::vector<std::uint8_t> values(static_cast<std::size_t>(kCells.x * kCells.y * kCells.z));
     for (int x = 3; x < 20; ++x)
         for (int y = 0; y < 18; ++y)
-            for (int z = 6; z < 33; ++z)
+            for (int z = 6; z < 68; ++z)
                 cellAt(values, x, y, z) = 2;
     cellAt(values, 0, 0, 0) = 1;
-    cellAt(values, 20, 17, 34) = 3;
+    cellAt(values, 20, 17, 69) = 3;
     return values;
 }
 
+/// Those of 2 and more are inside.
 void writeCells(const std::string& path, const std::vector<std::uint8_t>& values) {
+    const auto length = static_cast<std::size_t>(kCells.z);
+    static_assert(kCells.z > 64 && kCells.z < 128);
+    std::vector<std::uint64_t> inside(values.size() / length * 2);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const std::size_t z = i % length;
+        if (values[i] >= 2) inside[i / length * 2 + z / 64] |= std::uint64_t{1} << z % 64;
+    }
     AtomicFile file(path);
-    writeVdb(file, {kCells, {10, 20, 30}, 0.5, values, 2}, "test");
+    writeVdb(file, {kCells, {10, 20, 30}, 0.5, inside}, "test");
     file.commit();
 }
 
@@ -53,14 +61,14 @@ grids, metadata = pyopenvdb.readAll(sys.argv[1])
 assert len(grids) == 1 and metadata == {'creator': 'test'}, (grids, metadata)
 grid = grids[0]
 assert grid.name == 'density' and grid.gridClass == 'fog volume'
-dense = numpy.full((21, 18, 35), -1, numpy.float32)
+dense = numpy.full((21, 18, 70), -1, numpy.float32)
 grid.copyToArray(dense)
 expected = numpy.zeros_like(dense)
-expected[3:20, :, 6:33] = 1
-expected[20, 17, 34] = 1
+expected[3:20, :, 6:68] = 1
+expected[20, 17, 69] = 1
 assert (dense == expected).all()
 assert grid.activeVoxelCount() == expected.sum()
-assert grid.leafCount() < 40, grid.leafCount()
+assert grid.leafCount() < 68, grid.leafCount()
 assert grid.transform.indexToWorld((2, 4, 6)) == (11.25, 22.25, 33.25)
 )",
                                    {scratch / "a.vdb"});
@@ -72,7 +80,7 @@ TEST(VdbWriter, TheSameVoxelsMakeTheSameBytes) {
     std::vector<std::uint8_t> values = box();
     writeCells(scratch / "a.vdb", values);
     writeCells(scratch / "b.vdb", values);
-    cellAt(values, 20, 17, 34) = 0;
+    cellAt(values, 20, 17, 69) = 0;
     writeCells(scratch / "c.vdb", values);
     const std::string a = bytesOf(scratch / "a.vdb"), c = bytesOf(scratch / "c.vdb");
     EXPECT_EQ(a, bytesOf(scratch / "b.vdb"));

@@ -172,6 +172,14 @@ fs::path fakeEglDir() {
     return PEELER_FAKE_EGL_FOLDER;
 }
 
+fs::path testHelper() {
+    return PEELER_TEST_HELPER;
+}
+
+fs::path moduleFinder() {
+    return PEELER_MODULE_FINDER;
+}
+
 std::string testBackend() {
     const char* variable = std::getenv("PEELER_TEST_BACKEND");
     return variable && *variable ? variable : "egl";

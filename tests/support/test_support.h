@@ -113,6 +113,12 @@ CommandResult runCommand(const std::vector<std::string>& command,
 /// what it does (support/fake_egl/fake_egl.cpp).
 std::filesystem::path fakeEglDir();
 
+/// The program that runHelper() is tested with (support/programs/test_helper.cpp).
+std::filesystem::path testHelper();
+
+/// The library that finds modules by its own place (support/programs/module_finder.cpp).
+std::filesystem::path moduleFinder();
+
 /// "egl" or "osmesa" from PEELER_TEST_BACKEND (default egl).
 std::string testBackend();
 

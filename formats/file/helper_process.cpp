@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// Starts a helper, waits for it, and says how it ended.
+#include "formats/file/helper_process.h"
+
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace peeler {
+namespace {
+
+/// What the helper is started with: two files, no signal blocked, handled or ignored.
+class SpawnSettings {
+  public:
+    SpawnSettings(int in, int out) {
+        posix_spawn_file_actions_init(&actions_);
+        posix_spawnattr_init(&attributes_);
+        posix_spawn_file_actions_adddup2(&actions_, in, 0);
+        posix_spawn_file_actions_adddup2(&actions_, out, 1);
+        posix_spawn_file_actions_addclosefrom_np(&actions_, 2);
+        sigset_t set;
+        sigemptyset(&set);
+        posix_spawnattr_setsigmask(&attributes_, &set);
+        sigfillset(&set);
+        posix_spawnattr_setsigdefault(&attributes_, &set);
+        posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+    }
+    ~SpawnSettings() {
+        posix_spawnattr_destroy(&attributes_);
+        posix_spawn_file_actions_destroy(&actions_);
+    }
+    SpawnSettings(const SpawnSettings&) = delete;
+    SpawnSettings& operator=(const SpawnSettings&) = delete;
+
+    const posix_spawn_file_actions_t* actions() const { return &actions_; }
+    const posix_spawnattr_t* attributes() const { return &attributes_; }
+
+  private:
+    posix_spawn_file_actions_t actions_{};
+    posix_spawnattr_t attributes_{};
+};
+
+pid_t start(const HelperRun& run, int in, int out) {
+    std::string program = run.program.string(), seconds = std::to_string(run.cpu_seconds);
+    const std::array<char*, 3> arguments = {program.data(), seconds.data(), nullptr};
+    const char* const folders = std::getenv("LD_LIBRARY_PATH");
+    std::string libraries = std::string("LD_LIBRARY_PATH=") + (folders ? folders : "");
+    const std::array<char*, 2> environment = {folders ? libraries.data() : nullptr, nullptr};
+    const SpawnSettings settings(in, out);
+    pid_t child = 0;
+    const int failure = posix_spawn(&child, program.c_str(), settings.actions(),
+                                    settings.attributes(), arguments.data(), environment.data());
+    if (failure == 0) return child;
+    throw Error(ErrorKind::kInternal,
+                "a part of peeler cannot be started: " + std::string(std::strerror(failure)),
+                program);
+}
+
+/// Waits for the end of the process. Throws what is wrong if a signal has ended it.
+void waitFor(pid_t child, const HelperRun& run) {
+    int status = 0;
+    rusage used{};
+    pid_t ended = 0;
+    while ((ended = wait4(child, &status, 0, &used)) < 0 && errno == EINTR) {
+    }
+    // A host that ignores SIGCHLD, or waits for all children, leaves nothing to be told: what the
+    // helper has written has to do.
+    if (ended < 0 || !WIFSIGNALED(status)) return;
+    const int number = WTERMSIG(status);
+    const bool late =
+        used.ru_utime.tv_sec + used.ru_stime.tv_sec + 1 >= static_cast<time_t>(run.cpu_seconds);
+    if (number == SIGKILL && !late)
+        throw Error(ErrorKind::kMemory, "the decoder was killed, as where memory runs out");
+    throw Error(ErrorKind::kInput,
+                number == SIGXCPU || number == SIGKILL
+                    ? "decoding takes longer than " + std::to_string(run.cpu_seconds) +
+                          " s: the data is damaged"
+                    : "the decoder crashes on the data, which is damaged (signal " +
+                          std::to_string(number) + ")",
+                "", run.hint);
+}
+
+std::string textOf(const std::vector<char>& text) {
+    return {text.begin(), text.end()};
+}
+
+}  // namespace
+
+SharedFile runHelper(const HelperRun& run, const SharedFile& request) {
+    SharedFile result;
+    result.putOne(HelperState::kUnfinished);
+    waitFor(start(run, request.descriptor(), result.descriptor()), run);
+    result.seek(0);
+    const auto state = result.takeOne<HelperState>();
+    if (state == HelperState::kDone) return result;
+    if (state != HelperState::kFailed)
+        throw Error(ErrorKind::kInput, "the decoder ends without a result on the data", "",
+                    run.hint);
+    const auto kind = result.takeOne<ErrorKind>();
+    const std::string what = textOf(result.take<char>());
+    throw Error(kind, what, "", textOf(result.take<char>()));
+}
+
+}  // namespace peeler

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs decoders that are not to be trusted with any input: as programs of their own, with limits.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+namespace peeler {
+
+/// Arrays of numbers, one after the other, in a file that has no name and lies in memory. Two
+/// processes may have it open: each end has a place of its own. Throws Error (kMemory) where there
+/// is no room, (kInput) where something else than what is there is asked for.
+class SharedFile {
+  public:
+    /// An empty one.
+    SharedFile();
+    /// The one behind this descriptor, from `place` on.
+    explicit SharedFile(int descriptor, std::uint64_t place = 0)
+        : descriptor_(descriptor), place_(place) {}
+    ~SharedFile();
+    SharedFile(SharedFile&& other) noexcept;
+    SharedFile& operator=(SharedFile&&) = delete;
+
+    int descriptor() const { return descriptor_; }
+    void seek(std::uint64_t place) { place_ = place; }
+
+    /// Puts an array, before it how long it is.
+    template <typename T>
+    void put(std::span<const T> values) {
+        const std::uint64_t size = values.size_bytes();
+        write(&size, sizeof size);
+        write(values.data(), size);
+    }
+    template <typename T>
+    void put(const std::vector<T>& values) {
+        put(std::span<const T>(values));
+    }
+    template <typename T>
+    void putOne(const T& value) {
+        write(&value, sizeof value);
+    }
+
+    template <typename T>
+    std::vector<T> take() {
+        std::vector<T> values(takeSize(sizeof(T)) / sizeof(T));
+        read(values.data(), values.size() * sizeof(T));
+        return values;
+    }
+    template <typename T>
+    T takeOne() {
+        T value{};
+        read(&value, sizeof value);
+        return value;
+    }
+
+  private:
+    void write(const void* from, std::size_t size);
+    void read(void* to, std::size_t size);
+    /// The bytes of the array that comes next, which is there as a whole.
+    std::uint64_t takeSize(std::size_t of_value);
+
+    int descriptor_ = -1;
+    std::uint64_t place_ = 0;
+};
+
+/// What stands at the beginning of a helper's result.
+enum class HelperState : std::uint32_t {
+    kUnfinished = 0,
+    kDone,    ///< the result follows
+    kFailed,  ///< an Error follows: its kind (int), what and hint
+};
+
+struct HelperRun {
+    std::filesystem::path program;
+    int cpu_seconds = 10;
+    const char* hint = "";  ///< of the errors below
+};
+
+/// Starts the program, whose main is helperMain() (formats/modules/helper_main.h), and gives back
+/// its result. It has the request and the result open and nothing else, and of the environment
+/// LD_LIBRARY_PATH; memory and threads of this process are not copied. An Error that its work
+/// throws is thrown here with the same kind, what and hint. One that crashes or goes over its
+/// limits ends in Error(kInput) with an empty `where`. May be called from several threads. Throws
+/// Error(kInternal) if it cannot be started.
+SharedFile runHelper(const HelperRun& run, const SharedFile& request);
+
+}  // namespace peeler

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "formats/file/helper_process.h"
+
+namespace peeler {
+namespace {
+
+constexpr int kFirstUnusual = 3;  ///< behind the descriptors of the standard streams
+
+}  // namespace
+
+SharedFile::SharedFile() : descriptor_(memfd_create("peeler", MFD_CLOEXEC)) {
+    // A host may have closed its streams; what has their numbers would be in the way of a helper's.
+    if (descriptor_ >= 0 && descriptor_ < kFirstUnusual) {
+        const int low = descriptor_;
+        descriptor_ = fcntl(low, F_DUPFD_CLOEXEC, kFirstUnusual);
+        ::close(low);
+    }
+    if (descriptor_ < 0)
+        throw Error(ErrorKind::kInternal,
+                    "no file can be made in memory: " + std::string(std::strerror(errno)), "",
+                    "the system's limit of open files may be reached");
+}
+
+SharedFile::~SharedFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+SharedFile::SharedFile(SharedFile&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)), place_(other.place_) {}
+
+void SharedFile::write(const void* from, std::size_t size) {
+    const auto* bytes = static_cast<const std::byte*>(from);
+    while (size > 0) {
+        const ssize_t done = pwrite(descriptor_, bytes, size, static_cast<off_t>(place_));
+        if (done < 0 && errno == EINTR) continue;
+        if (done <= 0)
+            throw Error(ErrorKind::kMemory,
+                        "no memory for a decoder's data: " + std::string(std::strerror(errno)));
+        bytes += done;
+        size -= static_cast<std::size_t>(done);
+        place_ += static_cast<std::uint64_t>(done);
+    }
+}
+
+void SharedFile::read(void* to, std::size_t size) {
+    auto* bytes = static_cast<std::byte*>(to);
+    while (size > 0) {
+        const ssize_t got = pread(descriptor_, bytes, size, static_cast<off_t>(place_));
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) throw Error(ErrorKind::kInput, "the decoder's data ends too early");
+        bytes += got;
+        size -= static_cast<std::size_t>(got);
+        place_ += static_cast<std::uint64_t>(got);
+    }
+}
+
+std::uint64_t SharedFile::takeSize(std::size_t of_value) {
+    const auto size = takeOne<std::uint64_t>();
+    struct stat status {};
+    if (fstat(descriptor_, &status) != 0 || size % of_value != 0 ||
+        size > static_cast<std::uint64_t>(status.st_size) - place_)
+        throw Error(ErrorKind::kInput, "the decoder's data ends too early");
+    return size;
+}
+
+}  // namespace peeler

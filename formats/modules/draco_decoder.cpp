@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+// The program peeler_decode: decodes one Draco-compressed mesh (formats/gltf/draco_mesh.cpp).
+#include <draco/compression/decode.h>
+#include <draco/compression/point_cloud/point_cloud_decoder.h>
+#include <draco/core/varint_decoding.h>
+#include <draco/mesh/mesh.h>
+#include <draco/metadata/metadata_decoder.h>
+
+#include <cstring>
+#include <memory>
+#include <new>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "formats/gltf/gltf_decoders.h"
+#include "formats/modules/helper_main.h"
+
+namespace peeler {
+namespace {
+
+[[noreturn]] void failDraco(const std::string& what) {
+    throw Error(ErrorKind::kInput, what, "", kDracoHint);
+}
+
+draco::DecoderBuffer bufferOf(std::span<const std::uint8_t> bytes) {
+    draco::DecoderBuffer buffer;
+    buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return buffer;
+}
+
+// Triangles that a byte may promise. A flat regular grid of 8 million triangles, encoded at its
+// slowest and smallest, has 13 a byte. Entropy coding sets no limit of its own, so a few bytes
+// could make us allocate without end.
+constexpr std::uint64_t kMostFacesPerByte = 100;
+
+/// What the data promises at its beginning.
+struct Promise {
+    std::uint32_t faces = 0, points = 0;
+};
+
+/// A number of the connectivity header: fixed size in old versions of the format, else a varint.
+std::uint32_t number(draco::DecoderBuffer& buffer, bool fixed) {
+    std::uint32_t value = 0;
+    if (!(fixed ? buffer.Decode(&value) : draco::DecodeVarint(&value, &buffer)))
+        failDraco("the Draco data is truncated");
+    return value;
+}
+
+/// Reads the headers (Draco bitstream specification, §2 to §4). libdraco 1.5.5 allocates memory for
+/// as many faces as the header of an Edgebreaker mesh says, so this number has to be read first.
+Promise promiseOf(std::span<const std::uint8_t> bytes) {
+    draco::DecoderBuffer buffer = bufferOf(bytes);
+    draco::DracoHeader header;
+    if (const draco::Status status = draco::PointCloudDecoder::DecodeHeader(&buffer, &header);
+        !status.ok())
+        failDraco("this is no Draco data: " + status.error_msg_string());
+    if (header.encoder_type != draco::TRIANGULAR_MESH)
+        failDraco("the Draco data is no triangle mesh");
+    const int version = header.version_major << 8 | header.version_minor;
+    buffer.set_bitstream_version(static_cast<std::uint16_t>(version));
+    if ((header.flags & METADATA_FLAG_MASK) != 0) {
+        draco::GeometryMetadata ignored;
+        if (!draco::MetadataDecoder().DecodeGeometryMetadata(&buffer, &ignored))
+            failDraco("the metadata of the Draco data is damaged");
+    }
+    Promise promise;
+    if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING) {
+        promise.faces = number(buffer, version < 0x202);
+        promise.points = number(buffer, version < 0x202);
+        return promise;
+    }
+    std::uint8_t traversal = 0, attribute_data = 0;
+    if (!buffer.Decode(&traversal)) failDraco("the Draco data is truncated");
+    const bool fixed = version < 0x200;
+    if (version < 0x202) number(buffer, fixed);  // vertices added by splits
+    // Vertices of the connectivity: some that encoders count have no face, and seams make several
+    // points of others, so only their order of size is known.
+    const std::uint64_t vertices = number(buffer, fixed);
+    promise.faces = number(buffer, fixed);
+    if (!buffer.Decode(&attribute_data)) failDraco("the Draco data is truncated");
+    const std::uint32_t symbols = number(buffer, fixed), splits = number(buffer, fixed);
+    if (vertices > std::uint64_t{3} * promise.faces || symbols > promise.faces || splits > symbols)
+        failDraco("the Draco data contradicts itself");
+    return promise;
+}
+
+void checkPromise(const Promise& promise, const DracoLimits& limits) {
+    if (promise.faces > limits.faces)
+        failDraco("the Draco data has " + std::to_string(promise.faces) +
+                  " triangles, the accessors " + "have room for " + std::to_string(limits.faces));
+    if (promise.points > limits.points)
+        failDraco("the Draco data has " + std::to_string(promise.points) + " vertices, at most " +
+                  std::to_string(limits.points) + " can be used");
+}
+
+template <typename Number>
+std::vector<std::uint8_t> valuesAs(const draco::PointAttribute& attribute, std::size_t points,
+                                   int components) {
+    std::vector<std::uint8_t> result(points * static_cast<std::size_t>(components) *
+                                     sizeof(Number));
+    Number values[4] = {};
+    const std::size_t bytes = static_cast<std::size_t>(components) * sizeof(Number);
+    for (std::size_t i = 0; i < points; ++i) {
+        const draco::AttributeValueIndex place =
+            attribute.mapped_index(draco::PointIndex(static_cast<std::uint32_t>(i)));
+        if (place.value() >= attribute.size() ||
+            !attribute.ConvertValue<Number>(place, static_cast<std::int8_t>(components), values))
+            failDraco("an attribute of the Draco data does not fit its accessor");
+        std::memcpy(result.data() + i * bytes, values, bytes);
+    }
+    return result;
+}
+
+using ValuesAs = std::vector<std::uint8_t> (*)(const draco::PointAttribute&, std::size_t, int);
+
+struct ComponentRow {
+    int type;
+    ValuesAs values;
+};
+constexpr ComponentRow kComponents[] = {
+    {5120, valuesAs<std::int8_t>},   {5121, valuesAs<std::uint8_t>},
+    {5122, valuesAs<std::int16_t>},  {5123, valuesAs<std::uint16_t>},
+    {5125, valuesAs<std::uint32_t>}, {5126, valuesAs<float>},
+};
+
+std::vector<std::uint8_t> valuesOf(const draco::Mesh& mesh, const DracoAttribute& wanted) {
+    const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(wanted.unique_id);
+    if (!attribute)
+        failDraco("the Draco data has no attribute with the id " +
+                  std::to_string(wanted.unique_id));
+    if (attribute->num_components() != wanted.components || wanted.components > 4)
+        failDraco("the attribute " + std::to_string(wanted.unique_id) + " of the Draco data has " +
+                  std::to_string(attribute->num_components()) + " components, its accessor has " +
+                  std::to_string(wanted.components));
+    const std::size_t points = mesh.num_points();
+    if (!attribute->is_mapping_identity() && attribute->indices_map_size() < points)
+        failDraco("the Draco data is damaged");
+    for (const ComponentRow& row : kComponents)
+        if (row.type == wanted.component_type)
+            return row.values(*attribute, points, wanted.components);
+    failDraco("the component type " + std::to_string(wanted.component_type) +
+              " is none of Draco's");
+}
+
+std::unique_ptr<draco::Mesh> decodeMesh(std::span<const std::uint8_t> bytes) {
+    draco::DecoderBuffer buffer = bufferOf(bytes);
+    draco::Decoder decoder;
+    auto result = decoder.DecodeMeshFromBuffer(&buffer);
+    if (!result.ok())
+        failDraco("the Draco data is damaged: " + std::string(result.status().error_msg_string()));
+    return std::move(result).value();
+}
+
+std::vector<std::uint32_t> indicesOf(const draco::Mesh& mesh) {
+    std::vector<std::uint32_t> indices;
+    indices.reserve(std::size_t{3} * mesh.num_faces());
+    for (std::uint32_t i = 0; i < mesh.num_faces(); ++i)
+        for (const draco::PointIndex& point : mesh.face(draco::FaceIndex(i))) {
+            if (point.value() >= mesh.num_points()) failDraco("the Draco data is damaged");
+            indices.push_back(point.value());
+        }
+    return indices;
+}
+
+/// The bytes that a mesh of so many triangles may need: some 200 a triangle while its connectivity
+/// is decoded, its values several times over, and the result with its copy.
+std::uint64_t memoryFor(const Promise& promise, std::size_t attributes) {
+    return (std::uint64_t{256} << 20) +
+           std::uint64_t{promise.faces} * (512 + std::uint64_t{192} * attributes);
+}
+
+void decode(std::span<const std::uint8_t> bytes, std::span<const DracoAttribute> attributes,
+            const DracoLimits& limits, SharedFile& result) {
+    const std::unique_ptr<draco::Mesh> mesh = decodeMesh(bytes);
+    if (mesh->num_faces() == 0) failDraco("the Draco data holds no triangle");
+    // An Edgebreaker mesh tells only now how many points there are.
+    checkPromise({mesh->num_faces(), mesh->num_points()}, limits);
+    result.putOne(std::uint64_t{mesh->num_points()});
+    result.put(indicesOf(*mesh));
+    for (const DracoAttribute& attribute : attributes)
+        result.put(valuesOf(*mesh, attribute));
+}
+
+void decodeRequest(SharedFile& request, SharedFile& result) {
+    const auto limits = request.takeOne<DracoLimits>();
+    const auto attributes = request.take<DracoAttribute>();
+    const auto bytes = request.take<std::uint8_t>();
+    const Promise promise = promiseOf(bytes);
+    checkPromise(promise, limits);
+    if (promise.faces > kMostFacesPerByte * bytes.size())
+        failDraco("the Draco data promises " + std::to_string(promise.faces) + " triangles in " +
+                  std::to_string(bytes.size()) + " bytes");
+    limitMemory(memoryFor(promise, attributes.size()));
+    try {
+        decode(bytes, attributes, limits, result);
+    } catch (const std::bad_alloc&) {
+        failDraco("decoding the Draco data needs too much memory: it is damaged");
+    }
+}
+
+}  // namespace
+}  // namespace peeler
+
+int main(int count, char** arguments) {
+    peeler::helperMain(count, arguments, peeler::decodeRequest);
+}

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/modules/helper_main.h"
+
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <new>
+#include <span>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace peeler {
+namespace {
+
+// AddressSanitizer reserves terabytes of address space, so that no limit of it would be right.
+#ifdef __SANITIZE_ADDRESS__
+constexpr bool kLimitsMemory = false;
+#else
+constexpr bool kLimitsMemory = true;
+#endif
+
+std::uint64_t address_space_at_start = 0;  ///< bytes; 0 = the system does not say
+
+std::uint64_t addressSpace() {
+    unsigned long long pages = 0;
+    if (std::FILE* file = std::fopen("/proc/self/statm", "re")) {
+        if (std::fscanf(file, "%llu", &pages) != 1) pages = 0;
+        std::fclose(file);
+    }
+    return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+/// A host may have limits that are lower.
+void limit(int resource, std::uint64_t value) {
+    struct rlimit both {};
+    if (getrlimit(static_cast<__rlimit_resource>(resource), &both) != 0) return;
+    both.rlim_max = std::min<rlim_t>(both.rlim_max, value);
+    both.rlim_cur = both.rlim_max;
+    setrlimit(static_cast<__rlimit_resource>(resource), &both);
+}
+
+void putText(SharedFile& file, const std::string& text) {
+    file.put(std::span<const char>(text));
+}
+
+/// In the place of a result that has begun.
+void putError(SharedFile& result, const Error& error) {
+    result.seek(sizeof(HelperState));
+    result.putOne(error.kind());
+    putText(result, error.what());
+    putText(result, error.hint());
+}
+
+void workOn(SharedFile& request, SharedFile& result, HelperWork work) {
+    try {
+        work(request, result);
+    } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorKind::kInput, "decoding takes more memory than the data can be worth");
+    } catch (const std::exception& error) {
+        throw Error(ErrorKind::kInput, error.what());
+    }
+}
+
+}  // namespace
+
+void limitMemory(std::uint64_t bytes) {
+    limit(RLIMIT_FSIZE, bytes);
+    if (kLimitsMemory && address_space_at_start > 0)
+        limit(RLIMIT_AS, address_space_at_start + bytes);
+}
+
+void helperMain(int count, char** arguments, HelperWork work) {
+    if (count != 2) _exit(static_cast<int>(ErrorKind::kUsage));
+    limit(RLIMIT_CORE, 0);
+    limit(RLIMIT_CPU, std::strtoull(arguments[1], nullptr, 10));
+    address_space_at_start = addressSpace();
+    limit(RLIMIT_NOFILE, 0);
+    prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+    try {
+        SharedFile request(STDIN_FILENO), result(STDOUT_FILENO, sizeof(HelperState));
+        HelperState state = HelperState::kDone;
+        try {
+            workOn(request, result, work);
+        } catch (const Error& error) {
+            putError(result, error);
+            state = HelperState::kFailed;
+        }
+        // Last: until then there is no result, whatever ends this process.
+        result.seek(0);
+        result.putOne(state);
+    } catch (const std::exception&) {
+        _exit(1);  // there is no memory left even to say so
+    }
+    _exit(0);
+}
+
+}  // namespace peeler

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// A shared library that finds modules as the product does: by its own place.
+#include <cstring>
+#include <string>
+
+#include "core/base/error.h"
+#include "formats/file/module.h"
+
+/// Writes the path of the module, or what is wrong and where.
+extern "C" void findModule(const char* name, char* text, std::size_t size) {
+    std::string answer;
+    try {
+        answer = peeler::moduleFile(name).string();
+    } catch (const peeler::Error& error) {
+        answer = error.what() + (": " + error.where());
+    }
+    std::strncpy(text, answer.c_str(), size - 1);
+    text[size - 1] = '\0';
+}

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// A helper that does what the request says: an array of characters, one of bytes, and a number.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdint>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "formats/modules/helper_main.h"
+
+namespace peeler {
+namespace {
+
+/// How much of this process is not as new: descriptors that are open, whether one more can be had,
+/// what of the environment there is, and signals.
+void tellWhatIsInherited(SharedFile& result) {
+    std::uint64_t open = 0;
+    for (int file = 0; file < 1024; ++file)
+        if (fcntl(file, F_GETFD) >= 0) ++open;
+    sigset_t blocked;
+    sigprocmask(SIG_BLOCK, nullptr, &blocked);
+    result.putOne(open);
+    for (const bool is_so :
+         {dup(STDIN_FILENO) >= 0, std::getenv("PATH") != nullptr,
+          sigismember(&blocked, SIGTERM) != 0, std::signal(SIGPIPE, SIG_DFL) == SIG_IGN})
+        result.putOne(std::uint64_t{is_so ? 1U : 0U});
+}
+
+void obey(SharedFile& request, SharedFile& result) {
+    const auto word = request.take<char>();
+    const auto bytes = request.take<std::uint8_t>();
+    const auto number = request.takeOne<std::uint64_t>();
+    const std::string wish(word.begin(), word.end());
+    if (wish == "echo") return result.put(bytes);
+    if (wish == "abort") std::abort();
+    if (wish == "exit") _exit(static_cast<int>(number));
+    if (wish == "error") throw Error(ErrorKind::kMemory, "what", "where", "hint");
+    if (wish == "throw") throw std::runtime_error("what");
+    if (wish == "half an answer") {
+        result.put(bytes);
+        throw Error(ErrorKind::kInput, "and no more");
+    }
+    if (wish == "loop") {
+        for (volatile int i = 0; i == 0;) {
+        }
+    }
+    if (wish == "memory") {
+        limitMemory(std::uint64_t{64} << 20);
+        std::vector<std::uint8_t> taken(number);
+        std::fill(taken.begin(), taken.end(), std::uint8_t{1});
+        return result.putOne(static_cast<std::uint64_t>(std::count(taken.begin(), taken.end(), 1)));
+    }
+    if (wish == "inheritance") return tellWhatIsInherited(result);
+    throw std::runtime_error("no such wish");
+}
+
+}  // namespace
+}  // namespace peeler
+
+int main(int count, char** arguments) {
+    peeler::helperMain(count, arguments, peeler::obey);
+}
