@@ -11,6 +11,7 @@
 
 #include "cmd/bake/bake_options.h"
 #include "cmd/cli/arguments.h"
+#include "cmd/cli/errors.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/capture_job.h"
@@ -275,7 +276,7 @@ void Bake::showWhatWasBaked(GltfPackage& package) const {
 
 void Bake::writePackage(GltfPackage& package) const {
     for (const std::string& warning : package.warnings())
-        console_.warning(warning);
+        console_.warning(inOptions(warning));
     package.write(outputs_.front().string());
 }
 

@@ -94,6 +94,7 @@ void addBakeOptions(VerbOptions& verb, BakeOptions& options) {
         "the file to write: .glb (the scene with what was baked), .exr (32-bit floats, a part a "
         "material) or .png (16 bits; of several materials one each: #### or %04d in the name "
         "becomes the material's number)")
+        .files(".glb .exr .png")
         .group("Output")
         .required();
     verb.addFlag("--no-mkdir", options.no_mkdir, "fail if its folder is missing; else it is made")
@@ -106,8 +107,8 @@ void addBakeOptions(VerbOptions& verb, BakeOptions& options) {
             return choose(std::string("target"), std::span<const Choice<BakeTarget>>(kTargets),
                           text);
         },
-        "where to (default: vertices for a .glb, else texture):\nvertices: " +
-            std::string(kTargets[0].summary) + "\ntexture: " + std::string(kTargets[1].summary))
+        "where to (default: vertices for a .glb, else texture):")
+        .oneOf(describeChoices(kTargets))
         .group("Output");
     verb.addFlag("--values-alone", options.values_alone,
                  "of a .glb with values at vertices: everything gets one white, unlit material, so "
@@ -125,8 +126,9 @@ void addBakeOptions(VerbOptions& verb, BakeOptions& options) {
     add("Baking", "--directions", "N", options.settings.directions, evenNumber,
         "directions over the sphere, an even number (default: 256)");
     add("Baking", "--resolution", "R", options.settings.resolution, integers(1, kMostResolution),
-        "rays along the longer side of each direction's bundle, which covers the scene (default: "
-        "512); details smaller than a ray's distance to the next are lost");
+        "of bundles, which --engine gl and irradiance look along: rays along the longer side of "
+        "each, which covers the scene (default: 512); details smaller than a ray's distance to the "
+        "next are lost");
     add(
         "Baking", "--max-distance", "D", options.settings.max_distance,
         [](const std::string& text) { return parsePositiveOrInfinite(text); },

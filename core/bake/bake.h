@@ -37,7 +37,7 @@ std::size_t componentsOf(BakeQuantity quantity);
 struct BakeSettings {
     BakeQuantity quantity = BakeQuantity::kAmbientOcclusion;
     int directions = 256;  ///< over the sphere, in opposite pairs: one bundle serves two
-    int resolution = 512;  ///< rays along the longer side of a bundle
+    int resolution = 512;  ///< of bundles, where there are any: rays along the longer side
     double max_distance = std::numeric_limits<double>::infinity();  ///< what is farther is not seen
     int bounces = 1;  ///< of light that reaches a receiver; irradiance
 };
@@ -47,9 +47,11 @@ struct BakeSettings {
 using SurfaceLookup = std::function<glm::vec3(std::span<const float> irradiance, std::uint32_t key,
                                               const glm::vec2& barycentric)>;
 
-/// Values of every receiver, componentsOf() each. Every direction is a parallel bundle that covers
-/// the scene (Szirmay-Kalos & Purgathofer 1998; Hermes et al. 2010; Tokuyoshi et al. 2011); a
-/// receiver's ray is the one nearest to it. Memory does not grow with the number of directions.
+/// Values of every receiver, componentsOf() each. If the source prefers lines, and nothing is asked
+/// of what is seen but how far it is, every receiver has lines of its own (gatherByLines()). Else
+/// every direction is a parallel bundle that covers the scene (Szirmay-Kalos & Purgathofer 1998;
+/// Hermes et al. 2010; Tokuyoshi et al. 2011), of which a receiver's ray is the one nearest to it.
+/// Memory does not grow with the number of directions.
 /// `lookup` is needed for kIrradiance with several bounces. Throws what captures throw, and Error
 /// (kMemory) if the receivers' sums alone are over the budget.
 std::vector<float> bake(HitSource& source, const Receivers& receivers, const BakeSettings& settings,

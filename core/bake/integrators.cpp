@@ -17,43 +17,33 @@ namespace {
 class Occlusion final : public Integrator {
   public:
     /// `sky`: light comes only from the directions that go upward.
-    Occlusion(double max_distance, bool sky)
-        : max_distance_(static_cast<float>(max_distance)), sky_(sky) {}
-    void add(const DirectedHits& hits, const VisibleHit& seen, const glm::dvec3&, float cosine,
-             Sum& sum) const override {
+    explicit Occlusion(bool sky) : sky_(sky) {}
+    void add(const VisibleHit& seen, const glm::dvec3&, float cosine, Sum& sum) const override {
         sum.weight += cosine;
-        if (seen.distance > max_distance_ || !seen.fragment)
-            if (!sky_ || hits.direction.y > 0) sum.value.x += cosine;
+        if (seen.nothing() && (!sky_ || seen.direction.y > 0)) sum.value.x += cosine;
     }
 
   private:
-    float max_distance_;
     bool sky_;
 };
 
 class BentNormal final : public Integrator {
   public:
-    explicit BentNormal(double max_distance) : max_distance_(static_cast<float>(max_distance)) {}
-    void add(const DirectedHits& hits, const VisibleHit& seen, const glm::dvec3&, float cosine,
-             Sum& sum) const override {
-        if (seen.distance > max_distance_ || !seen.fragment) sum.value += cosine * hits.direction;
+    void add(const VisibleHit& seen, const glm::dvec3&, float cosine, Sum& sum) const override {
+        if (seen.nothing()) sum.value += cosine * seen.direction;
     }
     void finish(const Sum& sum, float* out) const override {
         const float length = glm::length(sum.value);
         const glm::vec3 normal = length > 0 ? sum.value / length : glm::vec3(0);
         std::copy_n(&normal.x, 3, out);
     }
-
-  private:
-    float max_distance_;
 };
 
 class Thickness final : public Integrator {
   public:
     explicit Thickness(double max_distance) : max_distance_(static_cast<float>(max_distance)) {}
     bool looksInside() const override { return true; }
-    void add(const DirectedHits&, const VisibleHit& seen, const glm::dvec3&, float cosine,
-             Sum& sum) const override {
+    void add(const VisibleHit& seen, const glm::dvec3&, float cosine, Sum& sum) const override {
         const float distance = std::min(seen.distance, max_distance_);
         if (!std::isfinite(distance)) return;  // an open surface has no other side there
         sum.weight += cosine;
@@ -69,9 +59,7 @@ class Thickness final : public Integrator {
 class Irradiance final : public Integrator {
   public:
     Irradiance(const BakeSettings& settings, const IntegratorSources& sources)
-        : sources_(sources),
-          bounces_(settings.bounces),
-          max_distance_(static_cast<float>(settings.max_distance)) {
+        : sources_(sources), bounces_(settings.bounces) {
         const Scene& scene = sources.posed.scene();
         if (scene.environment) environment_.emplace(*scene.environment, settings.directions);
     }
@@ -88,13 +76,13 @@ class Irradiance final : public Integrator {
         for (std::size_t i = 0; i < colors_.size(); ++i)
             colors_[i] = findChannel(band, kNames[i]);
     }
-    void add(const DirectedHits& hits, const VisibleHit& seen, const glm::dvec3& position,
-             float cosine, Sum& sum) const override {
+    void add(const VisibleHit& seen, const glm::dvec3& position, float cosine,
+             Sum& sum) const override {
         sum.weight += cosine;
-        if (seen.fragment && seen.distance <= max_distance_)
-            sum.value += cosine * radiance(hits, *seen.fragment, position);
+        if (!seen.nothing())
+            sum.value += cosine * radiance(glm::dvec3(seen.direction), seen.fragment, position);
         else if (environment_)
-            sum.value += cosine * environment_->radiance(hits.direction);
+            sum.value += cosine * environment_->radiance(seen.direction);
     }
     void finish(const Sum& sum, float* out) const override {
         const glm::vec3 mean = sum.weight > 0 ? sum.value / sum.weight : glm::vec3(0);
@@ -103,14 +91,14 @@ class Irradiance final : public Integrator {
     }
 
   private:
-    glm::vec3 radiance(const DirectedHits& hits, std::uint32_t fragment,
+    glm::vec3 radiance(const glm::dvec3& direction, std::uint32_t fragment,
                        const glm::dvec3& position) const {
         const std::uint32_t key = keys_.id(fragment);
         WorldElement element = elementOf(sources_.posed, key);
         placeCorners(sources_.posed, element);
         const Material& material =
             sources_.posed.scene().materials[static_cast<std::size_t>(element.primitive->material)];
-        const bool front = glm::dot(element.normal(), glm::dvec3(hits.direction)) <= 0;
+        const bool front = glm::dot(element.normal(), direction) <= 0;
         if (!front && !material.double_sided) return glm::vec3(0);
         const auto color = [&](std::size_t first) {
             return glm::vec3(colors_[first].value(fragment), colors_[first + 1].value(fragment),
@@ -118,7 +106,7 @@ class Irradiance final : public Integrator {
         };
         const glm::vec3 emitted = color(3);
         if (gathered_.empty()) return emitted;
-        const auto weight = element.weightsAt(position, glm::dvec3(hits.direction));
+        const auto weight = element.weightsAt(position, direction);
         const glm::vec3 arriving = sources_.lookup(gathered_, key, glm::vec2(weight[1], weight[2]));
         const float share = (1 - metallic_.value(fragment)) * std::numbers::inv_pi_v<float>;
         return emitted + share * color(0) * arriving;
@@ -126,7 +114,6 @@ class Irradiance final : public Integrator {
 
     IntegratorSources sources_;
     int bounces_;
-    float max_distance_;
     std::optional<EnvironmentSamples> environment_;
     std::span<const float> gathered_;
     FragmentChannel keys_, metallic_;
@@ -143,16 +130,16 @@ struct Quantity {
 /// In the order of the enumeration.
 constexpr Quantity kQuantities[] = {
     {1,
-     [](const BakeSettings& settings, const IntegratorSources&) -> std::unique_ptr<Integrator> {
-         return std::make_unique<Occlusion>(settings.max_distance, false);
+     [](const BakeSettings&, const IntegratorSources&) -> std::unique_ptr<Integrator> {
+         return std::make_unique<Occlusion>(false);
      }},
     {3,
-     [](const BakeSettings& settings, const IntegratorSources&) -> std::unique_ptr<Integrator> {
-         return std::make_unique<BentNormal>(settings.max_distance);
+     [](const BakeSettings&, const IntegratorSources&) -> std::unique_ptr<Integrator> {
+         return std::make_unique<BentNormal>();
      }},
     {1,
-     [](const BakeSettings& settings, const IntegratorSources&) -> std::unique_ptr<Integrator> {
-         return std::make_unique<Occlusion>(settings.max_distance, true);
+     [](const BakeSettings&, const IntegratorSources&) -> std::unique_ptr<Integrator> {
+         return std::make_unique<Occlusion>(true);
      }},
     {1,
      [](const BakeSettings& settings, const IntegratorSources&) -> std::unique_ptr<Integrator> {

@@ -6,7 +6,6 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,19 +15,14 @@
 
 namespace peeler {
 
-/// The hits in a band of a bundle, as receivers see them along the bundle's direction or against
-/// it.
-struct DirectedHits {
-    const LayeredImage& band;
-    bool forward = true;     ///< along the bundle's direction, else against it
-    glm::vec3 direction{0};  ///< unit, world space, away from the receiver
-};
-
-/// What a receiver sees first in a direction: a fragment of the band, and how far it is in scene
-/// units; none and infinity if there is nothing.
+/// What a receiver sees first in a direction.
 struct VisibleHit {
-    std::optional<std::uint32_t> fragment;
+    glm::vec3 direction{0};  ///< unit, world space, away from the receiver
+    /// Scene units; infinite if there is nothing within the largest distance.
     float distance = std::numeric_limits<float>::infinity();
+    std::uint32_t fragment = kNoFragment;  ///< of the band at hand, if there are bands
+
+    bool nothing() const { return distance == std::numeric_limits<float>::infinity(); }
 };
 
 /// The sum of a receiver's weighted values, and of their weights.
@@ -43,6 +37,7 @@ class Integrator {
     virtual ~Integrator() = default;
     /// Whether receivers look into the surface they are on, not away from it.
     virtual bool looksInside() const { return false; }
+    /// Of what is seen, besides how far it is: hits of bundles have them.
     virtual std::vector<Channel> channels() const { return {}; }
     /// Times that all bundles are traced.
     virtual int rounds() const { return 1; }
@@ -53,8 +48,8 @@ class Integrator {
     virtual void beginBand(const LayeredImage&) {}
     /// Adds what a receiver at `position` (world space) sees; `cosine` is that of the direction to
     /// its normal, above 0.
-    virtual void add(const DirectedHits& hits, const VisibleHit& seen, const glm::dvec3& position,
-                     float cosine, Sum& sum) const = 0;
+    virtual void add(const VisibleHit& seen, const glm::dvec3& position, float cosine,
+                     Sum& sum) const = 0;
     /// Writes the receiver's value, componentsOf() numbers, to `out`.
     virtual void finish(const Sum& sum, float* out) const {
         *out = sum.weight > 0 ? sum.value.x / sum.weight : 0;

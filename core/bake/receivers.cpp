@@ -30,7 +30,7 @@ VertexReceivers::VertexReceivers(const PosedScene& posed) : posed_(posed) {
         throw Error(ErrorKind::kInput,
                     "the scene shows " + std::to_string(count) + " vertices, at most " +
                         std::to_string(kMostReceivers) + " can be baked for",
-                    "", "bake parts of it: --include, --exclude");
+                    "", "bake parts of it: `include`, `exclude`");
     receivers_.positions.resize(count);
     receivers_.normals.resize(count);
     parallelFor(ranges_.size(), [&](std::size_t range) { fill(ranges_[range]); });
@@ -150,7 +150,7 @@ class Placement {
 
 [[noreturn]] void failTooLarge() {
     throw Error(ErrorKind::kInput, "there are too many textures of this size to bake at once", "",
-                "choose a smaller --size, or bake parts of the scene: --include, --exclude");
+                "choose a smaller `size`, or bake parts of the scene: `include`, `exclude`");
 }
 
 /// In texels, whole turns taken off, so that numbers stay small.
@@ -235,7 +235,7 @@ TexelReceivers::TexelReceivers(const PosedScene& posed, const VertexReceivers& v
     if (atlases_.empty())
         throw Error(ErrorKind::kInput,
                     "no triangle that is shown has TEXCOORD_" + std::to_string(settings.uv_set), "",
-                    "use --target vertices, or another --uv");
+                    "use `target` vertices, or another `uv_set`");
 }
 
 SurfaceLookup TexelReceivers::lookup() const {

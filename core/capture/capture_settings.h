@@ -74,7 +74,7 @@ struct CaptureSettings {
     int samples = 1;  ///< sub-pixel positions a pixel, merged into one picture
     /// Bands are handed over composited: one fragment in every pixel that has any, in 32-bit float.
     bool composite = false;
-    MemoryBudget memory{};                    ///< of the process
+    MemoryBudget memory{};                    ///< of the process, less the budget's base
     std::uint64_t band_bytes = 384ULL << 20;  ///< most bytes of a band; less under a tight budget
 
     /// Bytes of what a fragment has in the place of its colour.

@@ -49,6 +49,10 @@ class HitSource {
     /// What is captured, and what the keys of hits stand for.
     virtual const PosedScene& posed() const = 0;
 
+    /// Whether what scattered points see next is found sooner along lines of their own
+    /// (core/bake/sights.h) than among all hits of bundles.
+    virtual bool prefersLines() const { return false; }
+
     /// What the stages have taken since the last call.
     virtual StageTimes takeTimes() = 0;
 };

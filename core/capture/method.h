@@ -85,7 +85,7 @@ class CompositeMethod {
 /// One row of the table. A new method is one new file and one new row in methods.cpp.
 struct MethodInfo {
     std::string_view name;                     ///< as on the command line
-    std::string_view summary;                  ///< one line for --help
+    std::string_view summary;                  ///< one line
     std::unique_ptr<LayerMethod> (*layers)();  ///< null: an approximation, for composites only
     std::unique_ptr<CompositeMethod> (*composite)();  ///< null: the captured layers are composited
 

@@ -56,22 +56,22 @@ StageTimes Renderer::takeTimes() {
 
 void checkSettings(const CaptureSettings& settings) {
     const MethodInfo* method = findPeelMethod(settings.method);
-    const std::string where = "--method " + settings.method;
+    const std::string where = "`method` " + settings.method;
     if (!method)
         throw Error(ErrorKind::kUsage, "there is no method '" + settings.method + "'", where);
     if (!method->exact() && !settings.composite) {
         throw Error(ErrorKind::kUsage,
                     settings.method + " finds no layers: it approximates their composite", where,
-                    "add --as composite or write a .png, or choose another method");
+                    "add `composite` or write a .png, or choose another method");
     }
     if (!method->exact() && (settings.max_layers != 0 || settings.occlusion_ratio > 0)) {
         throw Error(ErrorKind::kUsage,
                     settings.method + " takes all layers at once and can keep no few", where,
-                    "leave --layers and --occlusion-ratio out, or choose another method");
+                    "leave `max_layers` and `occlusion_ratio` out, or choose another method");
     }
     if (settings.tail == Tail::kBlend && !settings.composite) {
         throw Error(ErrorKind::kUsage, "layers are stored as they are found, never blended",
-                    "--tail blend", "add --as composite or write a .png, or leave --tail out");
+                    "`tail` blend", "add `composite` or write a .png, or leave `tail` out");
     }
     if (settings.hit_mode != HitMode::kNone &&
         (!method->layers()->takesAll() || settings.composite || settings.samples > 1 ||
@@ -81,7 +81,7 @@ void checkSettings(const CaptureSettings& settings) {
     }
     if (settings.composite && !settings.channels.empty()) {
         throw Error(ErrorKind::kUsage, "a composite that is found on the fly has no channels",
-                    "--channels", "leave --channels out, or capture layers");
+                    "`channels`", "leave `channels` out, or capture layers");
     }
 }
 
@@ -121,7 +121,8 @@ void Renderer::State::countClip() {
     const Window& crop = plan.view.crop;
     const auto width = static_cast<std::ptrdiff_t>(crop.width());
     clip_rows.resize(static_cast<std::size_t>(crop.height()));
-    const BandLimits limits = bandLimits(shot.settings.memory, residentBytes(), costs());
+    const BandLimits limits =
+        bandLimits(shot.settings.memory, usedBytes(shot.settings.memory), costs());
     for (std::size_t i = 0; i < positions.size(); ++i) {
         showSample(i);
         for (const Window& band : cutBands(crop, limits, [](int) { return 0; })) {
@@ -155,7 +156,8 @@ void Renderer::State::countViews() {
     BandCosts counting = costs();
     counting.pixel_bytes = 2 * sizeof(std::uint32_t);
     if (!clip_rows.empty()) counting.pixel_bytes += 3 * sizeof(std::uint32_t);
-    const BandLimits limits = bandLimits(shot.settings.memory, residentBytes(), counting);
+    const BandLimits limits =
+        bandLimits(shot.settings.memory, usedBytes(shot.settings.memory), counting);
     const double counted = mergesLayers() ? kCountShare : 1;
     std::uint64_t rows = 0;
     const std::uint64_t all_rows = positions.size() * static_cast<std::uint64_t>(crop.height());
@@ -202,8 +204,8 @@ void Renderer::State::mergeViews() {
     if (!keeps) kept_bands.clear();
 }
 
-/// --layers and --occlusion-ratio: the first layer that touches fewer pixels than the ratio is the
-/// last one, as if a pass had found it out.
+/// max_layers and occlusion_ratio of the settings: the first layer that touches fewer pixels than
+/// the ratio is the last one, as if a pass had found it out.
 void Renderer::State::limitLayers() {
     limit = shot.settings.max_layers;
     if (!(shot.settings.occlusion_ratio > 0)) return;

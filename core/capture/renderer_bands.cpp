@@ -17,7 +17,7 @@ constexpr std::uint64_t kPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(flo
 /// budget: as resident memory and as what the next bands take. Where there is room for both, the
 /// buffers serve again.
 void Renderer::State::freeBands() {
-    if (isRoomy(shot.settings.memory, residentBytes(), costs())) return;
+    if (isRoomy(shot.settings.memory, usedBytes(shot.settings.memory), costs())) return;
     band_capture.free();
     image = {};
     composite = {};
@@ -106,7 +106,7 @@ std::vector<Window> Renderer::State::bands(const Sink* sink) {
     freeBands();
     BandCosts with_sink = costs();
     if (sink) addSink(*sink, with_sink);
-    band_limits = bandLimits(shot.settings.memory, residentBytes(), with_sink);
+    band_limits = bandLimits(shot.settings.memory, usedBytes(shot.settings.memory), with_sink);
     return cutBands(plan.view.crop, band_limits,
                     [&](int y) { return rowFragments(y) + clipFragments(with_sink, y); });
 }

@@ -26,7 +26,7 @@ void Renderer::State::chooseSurfaces() {
         settings.depth_clamp)
         return;
     opaque_first = true;
-    opaque_first = hasRoom(settings.memory, residentBytes(), costs());
+    opaque_first = hasRoom(settings.memory, usedBytes(settings.memory), costs());
     if (opaque_first) drawn = band_capture.drawnWindow();
 }
 

@@ -33,7 +33,7 @@ class SceneRasterizer {
     void begin();
     /// The tiles of the view that touch `area`, row by row.
     std::vector<Window> tilesOf(const Window& area) const;
-    /// Makes `tile` (one of tilesOf) the target. With --surfaces visible or transparent the next
+    /// Makes `tile` (one of tilesOf) the target. With Surfaces::kVisible or kTransparent the next
     /// bounded pass renders the opaque bound of the tile first.
     void setTile(const Window& tile);
     /// The band whose buffers the fragments go to, and how many of the nearest layers a composite

@@ -13,13 +13,12 @@
 namespace peeler {
 namespace {
 
-/// Z above and what orders hits of equal Z below: sorted as one number. Floats order like their
-/// bits once those of negative ones are turned.
-void pack(const FourFloats& z, std::uint32_t order, std::uint64_t* hits) {
-    constexpr std::int32_t kSign = std::numeric_limits<std::int32_t>::min();
-    const FourInts none{}, bits = std::bit_cast<FourInts>(z);
-    const FourInts above = bits ^ ((bits >> 31) | kSign);
-    const FourInts below = none + static_cast<std::int32_t>(order);
+/// Z above and what orders hits of equal Z below: sorted as one number, a double, whose sign and
+/// exponent a float's bits are enough of. Negative ones grow the other way, and so what is below
+/// them is turned.
+void pack(const FourFloats& z, std::uint32_t order, double* hits) {
+    const FourInts none{}, above = std::bit_cast<FourInts>(z);
+    const FourInts below = (none + static_cast<std::int32_t>(order)) ^ (above >> 31);
     static_assert(std::endian::native == std::endian::little);
     const FourInts first = __builtin_shufflevector(below, above, 0, 4, 1, 5);
     const FourInts second = __builtin_shufflevector(below, above, 2, 6, 3, 7);
@@ -27,10 +26,15 @@ void pack(const FourFloats& z, std::uint32_t order, std::uint64_t* hits) {
     std::memcpy(hits + 2, &second, sizeof second);
 }
 
-float zOf(std::uint64_t hit) {
-    const auto turned = static_cast<std::int32_t>(hit >> 32);
-    return std::bit_cast<float>(turned ^ (~(turned >> 31) | std::int32_t(0x80000000)));
+void unpack(double hit, float& z, std::uint32_t& order) {
+    const auto bits = std::bit_cast<std::uint64_t>(hit);
+    const auto above = static_cast<std::int32_t>(bits >> 32);
+    z = std::bit_cast<float>(above);
+    order = static_cast<std::uint32_t>(bits) ^ static_cast<std::uint32_t>(above >> 31);
 }
+
+/// Behind every hit, be its Z infinite.
+constexpr double kNoHit = std::numeric_limits<double>::max();
 
 }  // namespace
 
@@ -63,12 +67,12 @@ namespace {
 struct HitRun {
     static constexpr std::size_t kMost = 512, kWide = 4;
 
-    std::array<std::uint64_t, kMost + kWide> hit;
+    std::array<double, kMost + kWide> hit;
     std::array<std::uint32_t, kMost + kWide> column;
     std::size_t hits = 0;
 
     /// Puts the hits where their rays' next ones go.
-    void scatter(std::uint64_t* to, std::uint32_t* next) {
+    void scatter(double* to, std::uint32_t* next) {
         for (std::size_t i = 0; i < hits; ++i)
             to[next[column[i]]++] = hit[i];
         hits = 0;
@@ -80,7 +84,7 @@ struct HitRun {
 template <bool kPerspective, bool kSloped>
 void HitSorter::fill(const SpanStore& store, const HitRow& row) {
     const HitTriangles& triangles = store.triangles();
-    std::uint64_t* const hits = hits_.data();
+    double* const hits = hits_.data();
     std::uint32_t* const next = next_.data();
     HitRun run;
     store.forEachSpan(row.row, [&](std::span<const Span> spans) {
@@ -112,15 +116,55 @@ void HitSorter::fill(const SpanStore& store, const HitRow& row) {
     run.scatter(hits, next);
 }
 
+/// Lists of neighbouring rays, which are about as long, are sorted together.
+void HitSorter::sortLists(const HitRow& row) {
+    const std::size_t rays = row.offsets.size();
+    const std::uint32_t first = row.offsets[0];
+    columns_.resize(kMostAtOnce);
+    ListColumn* const columns = columns_.data();
+    for (std::size_t ray = 0; ray < rays; ray += kListsAtOnce) {
+        std::array<std::uint32_t, kListsAtOnce> begin{}, count{};
+        std::uint32_t most = 0;
+        for (std::size_t list = 0; list < kListsAtOnce && ray + list < rays; ++list) {
+            const std::size_t i = ray + list;
+            begin[list] = row.offsets[i] - first;
+            count[list] = (i + 1 < rays ? row.offsets[i + 1] : row.end) - first - begin[list];
+            if (count[list] > kMostAtOnce) {
+                sortLong(row, begin[list], begin[list] + count[list]);
+                count[list] = 0;
+            }
+            most = std::max(most, count[list]);
+        }
+        for (std::size_t list = 0; list < kListsAtOnce; ++list) {
+            const double* const hits = hits_.data() + begin[list];
+            for (std::uint32_t i = 0; i < count[list]; ++i)
+                columns[i][list] = hits[i];
+            for (std::uint32_t i = count[list]; i < most; ++i)
+                columns[i][list] = kNoHit;
+        }
+        sort_(columns, most);
+        for (std::size_t list = 0; list < kListsAtOnce; ++list) {
+            float* const z = row.z + begin[list];
+            std::uint32_t* const keys = row.keys + begin[list];
+            for (std::uint32_t i = 0; i < count[list]; ++i)
+                unpack(columns[i][list], z[i], keys[i]);
+        }
+    }
+}
+
+void HitSorter::sortLong(const HitRow& row, std::uint32_t begin, std::uint32_t end) {
+    std::sort(hits_.begin() + begin, hits_.begin() + end);
+    for (std::uint32_t i = begin; i < end; ++i)
+        unpack(hits_[i], row.z[i], row.keys[i]);
+}
+
 bool HitSorter::sortRow(const SpanStore& store, const HitRow& row) {
     const std::size_t rays = row.offsets.size();
     const std::uint32_t first = row.offsets[0], count = row.end - first;
     if (count == 0) return true;
     if (hits_.size() < count) {
         hits_ = {};
-        hits_ = std::vector<std::uint64_t>(count);
-        sorted_ = {};
-        sorted_ = std::vector<std::uint64_t>(count);
+        hits_ = std::vector<double>(count);
     }
     next_.resize(rays);
     for (std::size_t i = 0; i < rays; ++i)
@@ -131,17 +175,11 @@ bool HitSorter::sortRow(const SpanStore& store, const HitRow& row) {
             : (row.perspective ? &HitSorter::fill<true, false> : &HitSorter::fill<false, false>);
     (this->*fill_row)(store, row);
     bool complete = true;
-    std::uint32_t begin = 0;
     for (std::size_t i = 0; i < rays; ++i) {
         const std::uint32_t end = (i + 1 < rays ? row.offsets[i + 1] : row.end) - first;
         complete &= next_[i] == end;
-        lists_.sort(hits_.data() + begin, end - begin, sorted_.data() + begin);
-        begin = end;
     }
-    for (std::uint32_t i = 0; i < count; ++i) {
-        row.z[i] = zOf(sorted_[i]);
-        row.keys[i] = static_cast<std::uint32_t>(sorted_[i]);
-    }
+    sortLists(row);
     if (!row.slopes) return complete;
     for (std::uint32_t i = 0; i < count; ++i) {
         const HitTriangle& triangle = store.triangles()[row.keys[i]];
@@ -160,7 +198,7 @@ double slopeScale(const Projection& projection) {
 }
 
 std::uint64_t HitSorter::bytes(std::uint64_t rays, std::uint64_t hits) {
-    return rays * 2 * sizeof(std::uint32_t) + hits * 2 * sizeof(std::uint64_t);
+    return rays * 2 * sizeof(std::uint32_t) + hits * sizeof(double);
 }
 
 }  // namespace peeler

@@ -53,9 +53,13 @@ class HitSorter {
     template <bool kPerspective, bool kSloped>
     void fill(const SpanStore& store, const HitRow& row);
 
-    std::vector<std::uint64_t> hits_, sorted_;
+    void sortLists(const HitRow& row);
+    void sortLong(const HitRow& row, std::uint32_t begin, std::uint32_t end);
+
+    std::vector<double> hits_;                  // packed
     std::vector<std::uint32_t> counts_, next_;  // of each ray: where its next hit goes
-    ListSorter lists_;
+    std::vector<ListColumn> columns_;           // of the lists at hand
+    SortLists sort_ = sortListsFor();
 };
 
 }  // namespace peeler

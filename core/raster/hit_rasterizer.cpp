@@ -23,8 +23,9 @@
 namespace peeler {
 namespace {
 
-constexpr int kMostSide = 65536;  // spans hold columns in 16 bits
-constexpr int kRowsAtOnce = 8;    // that a thread takes
+constexpr int kMostSide = 65536;   // spans hold columns in 16 bits
+constexpr int kRowsAtOnce = 8;     // that a thread takes at most
+constexpr int kGroupsAThread = 4;  // of a band's rows, so that none waits long for another
 // Without a budget, most bytes of spans; with one, of what it leaves, this share. What has more is
 // found section by section.
 constexpr std::uint64_t kSpanBytes = std::uint64_t{2} << 30;
@@ -33,7 +34,7 @@ constexpr std::uint64_t kLeastSpanBytes = std::uint64_t{4} << 20;
 constexpr std::uint64_t kLeastBandBytes = std::uint64_t{16} << 20;  // left for bands
 // Hits are found from spans, so many small bands cost no more than few large ones, and what is used
 // again stays warm.
-constexpr std::uint64_t kBandBytes = std::uint64_t{16} << 20;
+constexpr std::uint64_t kBandBytes = std::uint64_t{4} << 20;
 // How much of a bundle's time planning takes, roughly.
 constexpr double kPlanShare = 0.4;
 
@@ -47,34 +48,8 @@ void checkHitSettings(const View& view, const CaptureSettings& settings) {
     if (view.crop.width() <= kMostSide && view.crop.height() <= kMostSide) return;
     throw Error(ErrorKind::kUsage,
                 "a bundle would have more than " + std::to_string(kMostSide) + " rays on a side",
-                "", "give a lower --resolution or a smaller --size");
+                "", "give a lower `resolution` or a smaller `size`");
 }
-
-/// One of each for every thread at work.
-template <class Item>
-class Spares {
-  public:
-    template <class Use>
-    void with(Use&& use) {
-        std::unique_ptr<Item> item;
-        {
-            const std::lock_guard lock(mutex_);
-            if (!items_.empty()) {
-                item = std::move(items_.back());
-                items_.pop_back();
-            }
-        }
-        if (!item) item = std::make_unique<Item>();
-        use(*item);
-        const std::lock_guard lock(mutex_);
-        items_.push_back(std::move(item));
-    }
-    void free() { items_.clear(); }
-
-  private:
-    std::mutex mutex_;
-    std::vector<std::unique_ptr<Item>> items_;
-};
 
 struct BandSize {
     std::size_t pixels = 0, hits = 0;
@@ -176,7 +151,7 @@ void HitRasterizer::State::findSections() {
                 ErrorKind::kMemory,
                 "what the scene's triangles cover of one row does not fit the memory budget",
                 settings.memory.where(),
-                settings.memory.hint(residentBytes() + kSpanShare * span_limit));
+                settings.memory.hint(usedBytes(settings.memory) + kSpanShare * span_limit));
         }
         to_do.push_back({section.x0, middle, section.x1, section.y1});
         to_do.push_back({section.x0, section.y0, section.x1, middle});
@@ -195,7 +170,7 @@ void HitRasterizer::State::fillPlan() {
 void HitRasterizer::State::freeBands() {
     BandCosts costs;
     costs.band_bytes = kBandBytes + store.bytes();
-    if (isRoomy(settings.memory, residentBytes(), costs)) return;
+    if (isRoomy(settings.memory, usedBytes(settings.memory), costs)) return;
     image = {};
     sorters.free();
     store.free();
@@ -221,7 +196,7 @@ Plan HitRasterizer::plan(const View& view, const CaptureSettings& settings,
         costs.storage_block_bytes = std::numeric_limits<std::uint64_t>::max();
         costs.fixed_bytes = s.triangles.mostBytes() + kLeastBandBytes;
         const std::uint64_t left =
-            bandLimits(settings.memory, residentBytes(), costs).row_fragments / 3 * 4;
+            bandLimits(settings.memory, usedBytes(settings.memory), costs).row_fragments / 3 * 4;
         s.span_limit = std::clamp(left / kSpanShare, kLeastSpanBytes, kSpanBytes);
     }
     timed(s.times, "count", [&] { s.findSections(); });
@@ -313,11 +288,13 @@ void HitRasterizer::State::captureBand(const Window& band, int section_top, cons
     resizeAnew(image.extra.front().data, hits * sizeof(std::uint32_t),
                most.hits * sizeof(std::uint32_t));
     const StageTimer timer(times, "capture");
-    const auto groups = static_cast<std::size_t>((band.height() + kRowsAtOnce - 1) / kRowsAtOnce);
+    const int at_once =
+        std::clamp(band.height() / (kGroupsAThread * threadCount()), 1, kRowsAtOnce);
+    const auto groups = static_cast<std::size_t>((band.height() + at_once - 1) / at_once);
     parallelFor(groups, [&](std::size_t group) {
         sorters.with([&](HitSorter& sorter) {
-            const int begin = band.y0 + static_cast<int>(group) * kRowsAtOnce;
-            for (int y = begin; y < std::min(begin + kRowsAtOnce, band.y1); ++y)
+            const int begin = band.y0 + static_cast<int>(group) * at_once;
+            for (int y = begin; y < std::min(begin + at_once, band.y1); ++y)
                 captureRow(band, section_top, y, first[static_cast<std::size_t>(y - band.y0)],
                            sorter);
         });
@@ -364,7 +341,8 @@ CaptureReport HitRasterizer::capture(Sink& sink, const Progress& progress) {
             if (s.store.overflowed())
                 throw Error(ErrorKind::kInternal, "a section that has fitted fits no longer");
         }
-        const BandLimits limits = bandLimits(s.settings.memory, residentBytes(), s.costs(sink));
+        const BandLimits limits =
+            bandLimits(s.settings.memory, usedBytes(s.settings.memory), s.costs(sink));
         const std::vector<Window> bands =
             cutBands(section, limits, [&](int y) { return s.complexity->rowFragments(y); });
         const BandSize most = s.largest(bands);

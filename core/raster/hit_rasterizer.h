@@ -38,6 +38,7 @@ class HitRasterizer final : public HitSource {
               const Progress& progress = {}) override;
     CaptureReport capture(Sink& sink, const Progress& progress = {}) override;
     const PosedScene& posed() const override;
+    bool prefersLines() const override { return true; }
     StageTimes takeTimes() override;
 
     /// Of the last plan: 2^gridBits() steps of the grid lie between two rays.

@@ -1,22 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/raster/span_store.h"
 
+#include <sys/mman.h>
+
 #include <new>
 
 namespace peeler {
+namespace {
 
-void BlockPool::Free::operator()(std::byte* block) const {
-    ::operator delete (block, std::align_val_t{kAlignment});
+constexpr std::size_t kPageBytes = 2 << 20;  // a large page of x86-64, and most often of ARM
+constexpr std::size_t kPageBlocks = kPageBytes / BlockPool::kBlockBytes;
+
+}  // namespace
+
+void BlockPool::Free::operator()(std::byte* page) const {
+    ::operator delete (page, std::align_val_t{kPageBytes});
 }
 
 std::byte* BlockPool::take() {
     const std::lock_guard lock(mutex_);
     if (bytes() + kBlockBytes > limit_) return nullptr;
-    if (next_ == blocks_.size()) {
-        blocks_.emplace_back(
-            static_cast<std::byte*>(::operator new (kBlockBytes, std::align_val_t{kAlignment})));
+    if (next_ == pages_.size() * kPageBlocks) {
+        pages_.emplace_back(
+            static_cast<std::byte*>(::operator new (kPageBytes, std::align_val_t{kPageBytes})));
+        madvise(pages_.back().get(), kPageBytes, MADV_HUGEPAGE);  // may be refused
     }
-    return blocks_[next_++].get();
+    std::byte* const block = pages_[next_ / kPageBlocks].get() + next_ % kPageBlocks * kBlockBytes;
+    ++next_;
+    return block;
 }
 
 void BlockPool::reuse() {
@@ -25,15 +36,15 @@ void BlockPool::reuse() {
 
 void BlockPool::free() {
     next_ = 0;
-    blocks_.clear();
+    pages_.clear();
 }
 
 void BlockPool::setLimit(std::uint64_t bytes) {
     limit_ = bytes;
-    const std::uint64_t most = bytes / kBlockBytes;
-    if (blocks_.size() <= most) return;
-    next_ = std::min<std::size_t>(next_, most);
-    blocks_.resize(most);
+    const std::uint64_t most = bytes / kPageBytes;
+    if (pages_.size() <= most) return;
+    next_ = std::min<std::size_t>(next_, most * kPageBlocks);
+    pages_.resize(most);
 }
 
 void SpanWriter::begin(std::size_t rows) {

@@ -30,10 +30,11 @@ struct HitTriangle {
 inline constexpr std::size_t kAddressBytes = sizeof(std::uintptr_t);
 
 /// Memory that is handed out in pieces, never moves, and is taken back all at once. Several threads
-/// may ask, each for blocks of its own.
+/// may ask, each for blocks of its own. It asks the system for large pages, of which few have to be
+/// found where there would be many small ones.
 class BlockPool {
   public:
-    static constexpr std::size_t kBlockBytes = 256 << 10, kAlignment = 512;
+    static constexpr std::size_t kBlockBytes = 256 << 10;
 
     /// A block of kBlockBytes; null if there are `limit` bytes already.
     std::byte* take();
@@ -48,11 +49,11 @@ class BlockPool {
 
   private:
     struct Free {
-        void operator()(std::byte* block) const;
+        void operator()(std::byte* page) const;
     };
 
     std::mutex mutex_;
-    std::vector<std::unique_ptr<std::byte, Free>> blocks_;
+    std::vector<std::unique_ptr<std::byte, Free>> pages_;
     std::size_t next_ = 0;  // those before it are in use
     std::uint64_t limit_ = ~std::uint64_t{0};
 };

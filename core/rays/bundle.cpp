@@ -36,6 +36,16 @@ std::vector<glm::dvec3> hemisphereDirections(int count) {
     return lattice(count, 1, 0);
 }
 
+glm::dmat3 bundleSides(const glm::dvec3& direction, double roll) {
+    const glm::dvec3 forward = glm::normalize(direction);
+    const bool upright = std::abs(forward.y) > 0.999;
+    const glm::dvec3 right =
+        glm::normalize(glm::cross(forward, upright ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0)));
+    const glm::dvec3 up = glm::cross(right, forward);
+    const double c = std::cos(roll), s = std::sin(roll);
+    return {c * right + s * up, c * up - s * right, -forward};
+}
+
 namespace {
 
 constexpr double kMaxSide = 65536;
@@ -46,18 +56,6 @@ constexpr double kBorderMargin = 1e-6;
 // The room left before and behind the scene, as a share of its size: GL cuts nothing off there, but
 // tells depths apart only between the two planes.
 constexpr double kEndMargin = 1e-3;
-
-/// The axes of a bundle as columns, unit vectors in world space: right, up, and backward (against
-/// the direction).
-glm::dmat3 sides(const glm::dvec3& direction, double roll = 0) {
-    const glm::dvec3 forward = glm::normalize(direction);
-    const bool upright = std::abs(forward.y) > 0.999;
-    const glm::dvec3 right =
-        glm::normalize(glm::cross(forward, upright ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0)));
-    const glm::dvec3 up = glm::cross(right, forward);
-    const double c = std::cos(roll), s = std::sin(roll);
-    return {c * right + s * up, c * up - s * right, -forward};
-}
 
 /// The box around the corners of the bounds (world space) along the axes of `frame`, in these axes.
 Bounds boxIn(const glm::dmat3& frame, const Bounds& bounds) {
@@ -85,7 +83,7 @@ Bundle latticeBundle(std::string name, const glm::dmat3& frame, const glm::dvec3
                      const glm::dvec2& rays, double spacing, const Bounds& scene) {
     if (!(rays.x <= kMaxSide && rays.y <= kMaxSide && rays.x * rays.y <= kMaxRays)) {
         throw Error(ErrorKind::kUsage, "a bundle would have more rays than 2^30", "",
-                    "give a lower --resolution, a larger --spacing or smaller --bounds");
+                    "give a lower `resolution`, a larger `spacing` or smaller `bounds`");
     }
     const Bounds box = boxIn(frame, scene);  // its z grows backward
     const double margin = kEndMargin * extentOf(scene);
@@ -123,7 +121,7 @@ double Bundle::tScale(int x, int y) const {
 
 Bundle parallelBundle(std::string name, const Bounds& area, const Bounds& scene,
                       const glm::dvec3& direction, const RayGrid& grid) {
-    const glm::dmat3 frame = sides(direction, grid.roll);
+    const glm::dmat3 frame = bundleSides(direction, grid.roll);
     const Bounds box = boxIn(frame, area);
     const glm::dvec2 size = glm::dvec2(box.max - box.min) + 2 * kBorderMargin * extentOf(area);
     const double spacing =
@@ -149,7 +147,7 @@ AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& 
     for (int axis = 0; axis < 3; ++axis) {
         glm::dvec3 direction(0);
         direction[axis] = 1;
-        const glm::dmat3 frame = sides(direction);
+        const glm::dmat3 frame = bundleSides(direction);
         // Right and up lie along axes, so these are numbers of cells.
         const glm::dvec2 rays(glm::abs(glm::dot(frame[0], cells)),
                               glm::abs(glm::dot(frame[1], cells)));

@@ -24,6 +24,11 @@ std::vector<glm::dvec3> sphereDirections(int count);
 /// Likewise over the half around +Y.
 std::vector<glm::dvec3> hemisphereDirections(int count);
 
+/// The axes of a bundle along `direction` (of any length but 0) as columns, unit vectors in world
+/// space: right, up (+Y, or +Z for directions along Y, as nearly as can be, before they are turned
+/// by `roll` radians) and backward, against the direction.
+glm::dmat3 bundleSides(const glm::dvec3& direction, double roll = 0);
+
 /// How dense the rays of a bundle are: so many along its longer side, or so far apart.
 struct RayGrid {
     int resolution = 1024;

@@ -65,8 +65,8 @@ void transmission(const MappedRay& ray, float* out) {
 }
 
 void parity(const MappedRay& ray, float* out) {
-    const auto hits = ray.scratch.spans.hits();
-    *out = static_cast<float>(std::ranges::count_if(hits, &SolidHits::odd));
+    *out = static_cast<float>(std::ranges::count_if(
+        ray.scratch.spans.hits(), [](const auto& solid) { return solid.item.odd(); }));
 }
 
 /// The length of what is in `a` and also in `b`; both are in order.
@@ -105,7 +105,7 @@ constexpr RayMapInfo kMaps[] = {
     {RayMap::kPathLength, "path-length", "length inside of each material", PixelType::kFloat,
      pathLength, true, true},
     {RayMap::kTransmission, "transmission",
-     "share of X-rays that pass, as --attenuation says; in a picture 1 is black, 0 white",
+     "share of X-rays that pass, as `attenuation` says; in a picture 1 is black, 0 white",
      PixelType::kFloat, transmission, true},
     {RayMap::kParity, "parity", "number of solids that are hit an odd number of times",
      PixelType::kUint, parity, true},
@@ -227,21 +227,27 @@ void RayMaps::evaluateRows(const Bundle& bundle, const LayeredImage& band, int y
     const std::span<const std::uint32_t> keys = band.extra[0].as<std::uint32_t>();
     planes.resize(channels_.size() * plane);
     parallelFor(rows, [&](std::size_t row) {
-        RayMapScratch scratch;
-        std::vector<float> values(channels_.size());
-        const int y = y0 + static_cast<int>(row);
-        for (std::size_t i = 0; i < width; ++i) {
-            const int x = band.window.x0 + static_cast<int>(i);
-            const std::size_t pixel = band.pixelIndex(x, y);
-            const std::size_t begin = band.offsets[pixel], hits = band.count(pixel);
-            const double scale = bundle.tScale(x, y);
-            scratch.t.resize(hits);
-            for (std::size_t k = 0; k < hits; ++k)
-                scratch.t[k] = static_cast<float>(band.z[begin + k] * scale);
-            evaluate(scratch.t, keys.subspan(begin, hits), scratch, values);
-            for (std::size_t c = 0; c < values.size(); ++c)
-                planes[c * plane + row * width + i] = values[c];
-        }
+        scratch_.with([&](RayMapScratch& scratch) {
+            scratch.values.resize(channels_.size());
+            scratch.nothing.resize(channels_.size());
+            evaluate({}, {}, scratch, scratch.nothing);
+            const int y = y0 + static_cast<int>(row);
+            for (std::size_t i = 0; i < width; ++i) {
+                const int x = band.window.x0 + static_cast<int>(i);
+                const std::size_t pixel = band.pixelIndex(x, y);
+                const std::size_t begin = band.offsets[pixel], hits = band.count(pixel);
+                if (hits > 0) {
+                    const double scale = bundle.tScale(x, y);
+                    scratch.t.resize(hits);
+                    for (std::size_t k = 0; k < hits; ++k)
+                        scratch.t[k] = static_cast<float>(band.z[begin + k] * scale);
+                    evaluate(scratch.t, keys.subspan(begin, hits), scratch, scratch.values);
+                }
+                const std::vector<float>& values = hits > 0 ? scratch.values : scratch.nothing;
+                for (std::size_t c = 0; c < values.size(); ++c)
+                    planes[c * plane + row * width + i] = values[c];
+            }
+        });
     });
 }
 

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/parallel.h"
 #include "core/image/layered_image.h"
 #include "core/rays/bundle.h"
 #include "core/rays/solids.h"
@@ -69,7 +70,9 @@ struct RayMapScratch {
     std::vector<float> t;
     std::vector<Stretch> inside, other;
     std::vector<SolidSpan> open;
-    std::vector<double> paths;  ///< by path channel
+    std::vector<double> paths;   ///< by path channel
+    std::vector<float> values;   ///< of the ray
+    std::vector<float> nothing;  ///< values of a ray without hits
 };
 
 /// Evaluates maps of a scene. Lengths are in scene units, along the ray.
@@ -105,6 +108,7 @@ class RayMaps {
     std::vector<std::size_t> path_materials_;  ///< of each path channel
     std::vector<std::size_t> path_of_;         ///< the inverse
     bool needs_spans_ = false, needs_paths_ = false;
+    mutable Spares<RayMapScratch> scratch_;
 };
 
 }  // namespace peeler

@@ -55,23 +55,66 @@ class WeldedMesh {
     std::vector<std::uint32_t> welded_;
 };
 
-/// Leaves the edges that are there an odd number of times, each once.
-void keepOpen(std::vector<Edge>& edges) {
-    std::sort(edges.begin(), edges.end());
-    std::size_t kept = 0;
-    for (std::size_t i = 0, end = 0; i < edges.size(); i = end) {
-        while (end < edges.size() && edges[end] == edges[i])
-            ++end;
-        if ((end - i) % 2 == 1) edges[kept++] = edges[i];
+}  // namespace
+
+/// Finds edges that are there an odd number of times. Keeps its storage from mesh to mesh.
+class Solids::EdgeParity {
+  public:
+    /// Leaves these edges, each once.
+    void keepOpen(std::vector<Edge>& list) {
+        sort(list);
+        std::size_t kept = 0;
+        for (std::size_t i = 0, end = 0; i < list.size(); i = end) {
+            while (end < list.size() && list[end] == list[i])
+                ++end;
+            if ((end - i) % 2 == 1) list[kept++] = list[i];
+        }
+        list.resize(kept);
     }
-    edges.resize(kept);
-}
+
+    std::vector<Edge> edges;  ///< of the primitive at hand
+
+  private:
+    /// By counting them at their lesser vertices, of which each has a few; unless they are few
+    /// among many vertices.
+    void sort(std::vector<Edge>& list) {
+        if (list.empty()) return;
+        const auto [least, most] = std::ranges::minmax(list, {}, &Edge::first);
+        const std::size_t vertices = std::size_t{most.first} - least.first + 1;
+        if (vertices > 4 * list.size()) {
+            std::ranges::sort(list);
+            return;
+        }
+        next_.assign(vertices + 1, 0);
+        for (const Edge& edge : list)
+            ++next_[edge.first - least.first + 1];
+        for (std::size_t i = 1; i <= vertices; ++i)
+            next_[i] += next_[i - 1];
+        sorted_.resize(list.size());
+        for (const Edge& edge : list)
+            sorted_[next_[edge.first - least.first]++] = edge;
+        // Each of next_ is now where the edges of the vertex behind it begin.
+        auto begin = sorted_.begin();
+        for (std::size_t i = 0; i < vertices; ++i) {
+            const auto end = sorted_.begin() + static_cast<std::ptrdiff_t>(next_[i]);
+            std::sort(begin, end);
+            begin = end;
+        }
+        std::ranges::copy(sorted_, list.begin());
+    }
+
+    std::vector<Edge> sorted_;
+    std::vector<std::size_t> next_;
+};
+
+namespace {
 
 /// Appends the edges of a primitive's triangles; returns how many of these have three corners.
 std::uint64_t addEdges(const Primitive& primitive, std::size_t index, const WeldedMesh& mesh,
                        std::vector<Edge>& edges) {
     std::uint64_t triangles = 0;
     const std::uint64_t elements = elementsOf(primitive);
+    edges.reserve(3 * elements);
     for (std::uint64_t e = 0; e < elements; ++e) {
         const Corners corners = cornersOf(primitive, static_cast<std::uint32_t>(e));
         std::array<std::uint32_t, 3> v{};
@@ -88,20 +131,22 @@ std::uint64_t addEdges(const Primitive& primitive, std::size_t index, const Weld
 }  // namespace
 
 const std::vector<Solids::Shell>& Solids::shellsOf(const PosedScene& posed,
-                                                   const MeshInstance& instance) {
+                                                   const MeshInstance& instance,
+                                                   EdgeParity& parity) {
     const auto [entry, fresh] = shells_.try_emplace({instance.mesh, instance.deformed});
     std::vector<Shell>& shells = entry->second;
     if (!fresh) return shells;
     const auto& primitives = posed.primitives(instance);
     const WeldedMesh mesh(posed, instance);
     Shell rest;
-    std::vector<Edge> open, edges;
+    std::vector<Edge> open;
+    std::vector<Edge>& edges = parity.edges;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
         if (primitives[i].topology < Topology::kTriangles) continue;
         edges.clear();
         const std::uint64_t triangles = addEdges(primitives[i], i, mesh, edges);
         if (triangles == 0) continue;
-        keepOpen(edges);
+        parity.keepOpen(edges);
         if (edges.empty()) {
             shells.push_back({{i}, triangles, 0});
             continue;
@@ -112,7 +157,7 @@ const std::vector<Solids::Shell>& Solids::shellsOf(const PosedScene& posed,
     }
     if (!rest.primitives.empty()) {
         // Two odd numbers make an even one: what is open of all is odd among what is open of each.
-        keepOpen(open);
+        parity.keepOpen(open);
         rest.open_edges = open.size();
         shells.push_back(std::move(rest));
     }
@@ -120,6 +165,7 @@ const std::vector<Solids::Shell>& Solids::shellsOf(const PosedScene& posed,
 }
 
 Solids::Solids(const PosedScene& posed) {
+    EdgeParity parity;
     std::uint64_t key = 1;
     for (std::size_t i = 0; i < posed.meshes().size(); ++i) {
         const MeshInstance& instance = posed.meshes()[i];
@@ -129,90 +175,109 @@ Solids::Solids(const PosedScene& posed) {
             surfaces_.push_back({kNone, static_cast<std::uint32_t>(p.material)});
             key += elementsOf(p);
         }
-        for (const Shell& shell : shellsOf(posed, instance)) {
+        for (const Shell& shell : shellsOf(posed, instance, parity)) {
             for (const std::size_t primitive : shell.primitives)
                 surfaces_[first + primitive].solid = static_cast<std::uint32_t>(solids_.size());
             solids_.push_back(
                 {i, instance.node, shell.primitives, shell.triangles, shell.open_edges});
         }
     }
+    findRuns(key);
+}
+
+/// As many runs as keep both them and what is to be searched in each few.
+void Solids::findRuns(std::uint64_t keys) {
+    constexpr std::uint64_t kLeast = 4096;
+    run_bits_ = 0;
+    while (keys >> run_bits_ > 2 * surfaces_.size() + kLeast)
+        ++run_bits_;
+    std::uint32_t surface = 0;
+    for (std::uint64_t key = 0; key < keys; key += std::uint64_t{1} << run_bits_) {
+        while (surface + 1 < first_keys_.size() && first_keys_[surface + 1] <= key)
+            ++surface;
+        surface_of_run_.push_back(surface);
+    }
+    surface_of_run_.push_back(static_cast<std::uint32_t>(surfaces_.size()));
 }
 
 const Solids::Surface& Solids::surfaceOf(std::uint32_t key) const {
     // The last of those that begin there: primitives without elements begin there, too.
-    const auto after = std::upper_bound(first_keys_.begin(), first_keys_.end(), key);
-    return surfaces_[static_cast<std::size_t>(after - first_keys_.begin()) - 1];
+    const std::size_t run = key >> run_bits_;
+    const std::span<const std::uint32_t> keys(first_keys_);
+    const std::size_t first = surface_of_run_[run];
+    const std::size_t last = std::min(std::size_t{surface_of_run_[run + 1]} + 1, keys.size());
+    const auto after = std::ranges::upper_bound(keys.subspan(first, last - first), key);
+    return surfaces_[static_cast<std::size_t>(after - keys.begin()) - 1];
 }
 
 void SolidSpans::find(std::span<const float> t, std::span<const std::uint32_t> keys,
                       const Solids& solids) {
-    order_.clear();
     spans_.clear();
-    hits_.clear();
+    hits_.begin(solids.all().size());
     for (std::size_t i = 0; i < keys.size(); ++i) {
         const std::uint32_t solid = solids.solidOf(keys[i]);
-        if (solid != Solids::kNone) order_.push_back({solid, static_cast<std::uint32_t>(i)});
-    }
-    std::sort(order_.begin(), order_.end(), [](const Hit& a, const Hit& b) {
-        return std::tie(a.solid, a.index) < std::tie(b.solid, b.index);
-    });
-    for (std::size_t i = 0, end = 0; i < order_.size(); i = end) {
-        const std::uint32_t solid = order_[i].solid;
-        while (end < order_.size() && order_[end].solid == solid)
-            ++end;
-        hits_.push_back({solid, static_cast<std::uint32_t>(end - i), order_[end - 1].index});
-        for (std::size_t k = i; k + 1 < end; k += 2) {
-            const std::uint32_t in = order_[k].index, out = order_[k + 1].index;
-            if (t[out] > t[in]) spans_.push_back({{t[in], t[out]}, solid, keys[in], in});
+        if (solid == Solids::kNone) continue;
+        SolidHits& hits = hits_[solid];
+        hits.last = static_cast<std::uint32_t>(i);
+        if (++hits.hits % 2 == 0) {
+            spans_[hits.span].end = t[i];
+            continue;
         }
+        hits.span = static_cast<std::uint32_t>(spans_.size());
+        spans_.push_back({{t[i], t[i]}, solid, keys[i], hits.last});
     }
-    std::sort(spans_.begin(), spans_.end(), [](const SolidSpan& a, const SolidSpan& b) {
-        return std::tie(a.begin, b.end, a.hit) < std::tie(b.begin, a.end, b.hit);
-    });
+    std::erase_if(spans_, [](const SolidSpan& span) { return !(span.end > span.begin); });
+    for (std::size_t i = 0, end = 0; i < spans_.size(); i = end) {
+        while (end < spans_.size() && spans_[end].begin == spans_[i].begin)
+            ++end;
+        if (end - i == 1) continue;
+        std::stable_sort(spans_.begin() + static_cast<std::ptrdiff_t>(i),
+                         spans_.begin() + static_cast<std::ptrdiff_t>(end),
+                         [](const SolidSpan& a, const SolidSpan& b) { return a.end > b.end; });
+    }
 }
 
-namespace {
-
-/// What some rows of a band add to the counts.
-struct Share {
-    std::map<std::uint32_t, SolidParity> solids;
-    std::uint64_t odd_rays = 0;
-};
-
-void addRay(std::span<const SolidHits> hits, std::span<const float> z, OddRay ray, Share& share) {
+bool Parity::addRay(const SolidSpans& spans, std::span<const float> z, OddRay ray,
+                    SparseSet<SolidParity>& found) {
     bool odd = false;
-    for (const SolidHits& solid : hits) {
-        SolidParity& parity = share.solids[solid.solid];
+    for (const auto& [solid, hits] : spans.hits()) {
+        SolidParity& parity = found[solid];
         ++parity.rays;
-        if (!solid.odd()) continue;
+        if (!hits.odd()) continue;
         odd = true;
         ++parity.odd;
-        ray.z = z[solid.last];
-        if (parity.first.size() < Parity::kKept) parity.first.push_back(ray);
+        ray.z = z[hits.last];
+        if (parity.first.size() < kKept) parity.first.push_back(ray);
     }
-    if (odd) ++share.odd_rays;
+    return odd;
 }
-
-}  // namespace
 
 void Parity::add(std::size_t bundle, const LayeredImage& band) {
     constexpr int kRows = 16;
+    struct Share {
+        std::vector<SparseSet<SolidParity>::Entry> solids;
+        std::uint64_t odd_rays = 0;
+    };
     const Window& window = band.window;
     const std::span<const std::uint32_t> keys = band.extra[0].as<std::uint32_t>();
     std::vector<Share> shares(static_cast<std::size_t>((window.height() + kRows - 1) / kRows));
     parallelFor(shares.size(), [&](std::size_t i) {
-        SolidSpans spans;
-        const int y0 = window.y0 + static_cast<int>(i) * kRows;
-        for (int y = y0; y < std::min(y0 + kRows, window.y1); ++y) {
-            for (int x = window.x0; x < window.x1; ++x) {
-                const std::size_t pixel = band.pixelIndex(x, y);
-                const std::size_t begin = band.offsets[pixel], hits = band.count(pixel);
-                if (hits == 0) continue;
-                const std::span<const float> z(band.z.data() + begin, hits);
-                spans.find(z, keys.subspan(begin, hits), solids_);
-                addRay(spans.hits(), z, {bundle, x, y}, shares[i]);
+        scratch_.with([&](Scratch& scratch) {
+            scratch.found.begin(solids_.all().size());
+            const int y0 = window.y0 + static_cast<int>(i) * kRows;
+            for (int y = y0; y < std::min(y0 + kRows, window.y1); ++y) {
+                for (int x = window.x0; x < window.x1; ++x) {
+                    const std::size_t pixel = band.pixelIndex(x, y);
+                    const std::size_t begin = band.offsets[pixel], hits = band.count(pixel);
+                    if (hits == 0) continue;
+                    const std::span<const float> z(band.z.data() + begin, hits);
+                    scratch.spans.find(z, keys.subspan(begin, hits), solids_);
+                    if (addRay(scratch.spans, z, {bundle, x, y}, scratch.found))
+                        ++shares[i].odd_rays;
+                }
             }
-        }
+            shares[i].solids = scratch.found.take();
+        });
     });
     for (const Share& share : shares) {
         odd_rays_ += share.odd_rays;

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/parallel.h"
+#include "core/base/sparse_set.h"
 #include "core/image/layered_image.h"
 #include "core/scene/posed_scene.h"
 
@@ -60,10 +62,17 @@ class Solids {
     };
 
     const Surface& surfaceOf(std::uint32_t key) const;
-    const std::vector<Shell>& shellsOf(const PosedScene& posed, const MeshInstance& instance);
+    void findRuns(std::uint64_t keys);
+    class EdgeParity;
+    const std::vector<Shell>& shellsOf(const PosedScene& posed, const MeshInstance& instance,
+                                       EdgeParity& parity);
 
     std::vector<Solid> solids_;
     std::vector<std::uint32_t> first_keys_;  ///< of each surface, in draw order
+    /// Of runs of 2^run_bits_ keys, the surface of the first one; and behind the last, all
+    /// surfaces.
+    std::vector<std::uint32_t> surface_of_run_;
+    int run_bits_ = 0;
     std::vector<Surface> surfaces_;
     std::map<std::pair<int, int>, std::vector<Shell>> shells_;  ///< by mesh and deformation
 };
@@ -85,8 +94,9 @@ struct SolidSpan : Stretch {
 
 /// How often a ray hits a solid.
 struct SolidHits {
-    std::uint32_t solid = 0, hits = 0;
+    std::uint32_t hits = 0;
     std::uint32_t last = 0;  ///< which of the ray's hits is its last one
+    std::uint32_t span = 0;  ///< while its spans are found: the last one
 
     bool odd() const { return hits % 2 == 1; }
 };
@@ -102,16 +112,12 @@ class SolidSpans {
     /// The spans that have a length, ordered by where they begin. Of several that begin together
     /// the longest is first, as if the others were inside of it.
     std::span<const SolidSpan> all() const { return spans_; }
-    /// Every solid that is hit, by index, and how often.
-    std::span<const SolidHits> hits() const { return hits_; }
+    /// Every solid that is hit, and how often.
+    const std::vector<SparseSet<SolidHits>::Entry>& hits() const { return hits_.entries(); }
 
   private:
-    struct Hit {
-        std::uint32_t solid, index;
-    };
-    std::vector<Hit> order_;
     std::vector<SolidSpan> spans_;
-    std::vector<SolidHits> hits_;
+    SparseSet<SolidHits> hits_;
 };
 
 /// The stretches inside at least one of the solids that `keep(span)` is true for, in order, without
@@ -160,7 +166,16 @@ class Parity {
     bool holds() const { return odd_rays_ == 0; }
 
   private:
+    /// What a thread needs; what it finds of some rows.
+    struct Scratch {
+        SolidSpans spans;
+        SparseSet<SolidParity> found;
+    };
+    static bool addRay(const SolidSpans& spans, std::span<const float> z, OddRay ray,
+                       SparseSet<SolidParity>& found);
+
     const Solids& solids_;
+    Spares<Scratch> scratch_;
     std::map<std::uint32_t, SolidParity> found_;
     std::uint64_t odd_rays_ = 0;
 };

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/rays/voxels.h"
 
+#include <sys/mman.h>
+
 #include <algorithm>
-#include <cmath>
+#include <atomic>
+#include <bit>
+#include <cstring>
+#include <limits>
 #include <new>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -11,13 +17,101 @@
 namespace peeler {
 namespace {
 
-/// The first cell whose centre is at or after a place (in cells from the corner), within 0 and
-/// `cells`.
-int firstCell(double place, int cells) {
-    return static_cast<int>(std::clamp(std::ceil(place - 0.5), 0.0, double(cells)));
+constexpr std::size_t kWordBits = 64;
+
+std::size_t lengthOf(int cells) {
+    return static_cast<std::size_t>(cells);
+}
+
+/// Of every bit whether an odd number of those up to it is set.
+std::uint64_t parityUpTo(std::uint64_t bits) {
+    for (const int shift : {1, 2, 4, 8, 16, 32})
+        bits ^= bits << shift;
+    return bits;
+}
+
+/// How many bits are set, by what compilers find vectors for: the processors that it is built for
+/// need not have an instruction that counts.
+std::uint64_t countBits(std::span<const std::uint64_t> words) {
+    std::uint64_t sum = 0;
+    for (std::uint64_t bits : words) {
+        bits -= bits >> 1 & 0x5555555555555555U;
+        bits = (bits & 0x3333333333333333U) + (bits >> 2 & 0x3333333333333333U);
+        bits = (bits + (bits >> 4)) & 0x0F0F0F0F0F0F0F0FU;
+        for (const int shift : {8, 16, 32})
+            bits += bits >> shift;
+        sum += bits & 0xFF;
+    }
+    return sum;
+}
+
+/// Of eight bits each as a byte, 0 or 1, the first one in the least byte.
+std::uint64_t spreadBits(std::uint64_t bits) {
+    constexpr std::uint64_t kEach = 0x0101010101010101U;
+    const std::uint64_t apart = bits * kEach & 0x8040201008040201U;
+    return (apart + 0x7F * kEach) >> 7 & kEach;
+}
+
+/// Writes a byte for each of a plane's cells: value(y, word, from) gives those of eight bits of a
+/// line's word, from a bit on.
+template <class Value>
+void writePlane(std::span<std::uint8_t> plane, const glm::ivec3& cells, Value&& value) {
+    static_assert(std::endian::native == std::endian::little);
+    const std::size_t length = lengthOf(cells.z);
+    for (std::size_t y = 0; y < lengthOf(cells.y); ++y) {
+        for (std::size_t z = 0; z < length; z += 8) {
+            const std::uint64_t bytes = value(y, z / kWordBits, z % kWordBits);
+            std::memcpy(&plane[y * length + z], &bytes, std::min<std::size_t>(8, length - z));
+        }
+    }
+}
+
+/// A side of a bundle's picture, which lies along an axis, as so many cells.
+glm::ivec3 stepAlong(const glm::dvec3& side) {
+    return {glm::round(side)};
 }
 
 }  // namespace
+
+ZeroedWords::ZeroedWords(std::size_t count) {
+    if (count == 0) return;
+    if (count > std::numeric_limits<std::size_t>::max() / sizeof(std::uint64_t)) {
+        throw std::bad_alloc();
+    }
+    const std::size_t bytes = count * sizeof(std::uint64_t);
+    void* const memory =
+        mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) throw std::bad_alloc();
+    madvise(memory, bytes, MADV_HUGEPAGE);  // may be refused
+    words_ = {static_cast<std::uint64_t*>(memory), Free{count}};
+}
+
+void ZeroedWords::Free::operator()(std::uint64_t* words) const {
+    munmap(words, count * sizeof(std::uint64_t));
+}
+
+/// The bits of the cells that a ray goes through.
+struct VoxelVotes::Line {
+    double start, step;  ///< along the ray, in cells
+    double cells;
+    std::uint64_t* words;
+    std::size_t stride;  ///< words from cell to cell; 0 = they are bits of the same word
+    std::uint64_t bit;
+    std::size_t end;  ///< cells that have a bit
+
+    /// If `marks`, marks the first cell whose centre is at or after t, if there is one. There is no
+    /// branch for what is as good as random.
+    void cross(double t, bool marks) const {
+        const double place = std::clamp(start + step * t - 0.5, 0.0, cells);
+        auto cell = static_cast<std::size_t>(static_cast<std::int64_t>(place));
+        cell += static_cast<double>(static_cast<std::int64_t>(cell)) < place ? 1 : 0;
+        if (cell >= end) return;
+        if (stride > 0)
+            words[cell * stride] ^= marks ? bit : 0;
+        else
+            words[cell / kWordBits] ^= std::uint64_t{marks} << cell % kWordBits;
+    }
+};
 
 std::uint64_t VoxelVotes::cellsOf(const AxisBundles& lattice) {
     std::uint64_t cells = 1;
@@ -26,71 +120,173 @@ std::uint64_t VoxelVotes::cellsOf(const AxisBundles& lattice) {
     return cells;
 }
 
+std::uint64_t VoxelVotes::bytesOf(const AxisBundles& lattice) {
+    return 3 * sizeof(std::uint64_t) * lengthOf(lattice.cells.x) * lengthOf(lattice.cells.y) *
+           wordsOf(lattice.cells.z);
+}
+
 VoxelVotes::VoxelVotes(const AxisBundles& lattice, const Solids& solids)
-    : corner_(lattice.corner), spacing_(lattice.spacing), cells_(lattice.cells), solids_(solids) {
+    : corner_(lattice.corner),
+      spacing_(lattice.spacing),
+      cells_(lattice.cells),
+      solids_(solids),
+      words_(wordsOf(lattice.cells.z)) {
     try {
-        votes_.resize(cellsOf(lattice));
+        for (ZeroedWords& words : crossings_)
+            words = ZeroedWords(lengthOf(cells_.x) * lengthOf(cells_.y) * words_);
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kMemory, "no memory for the voxels", "", "ask for fewer of them");
     }
 }
 
+/// Lines are stored so that those of neighbouring rays are together: by x and y for rays along y,
+/// by y and x for the others. Threads share out x or y, so that none writes into the words of
+/// another.
 void VoxelVotes::add(std::size_t axis, const Bundle& bundle, const LayeredImage& band) {
-    // Neighbouring rays share cache lines of cells, whichever way they lie.
-    constexpr int kTile = 8;
+    constexpr int kAtOnce = 8;
     const Window& window = band.window;
-    parallelFor(static_cast<std::size_t>((window.height() + kTile - 1) / kTile),
-                [&](std::size_t i) {
-                    Scratch scratch;
-                    const int y0 = window.y0 + static_cast<int>(i) * kTile;
-                    for (int x0 = window.x0; x0 < window.x1; x0 += kTile) {
-                        const Window tile = intersect({x0, y0, x0 + kTile, y0 + kTile}, window);
-                        for (int y = tile.y0; y < tile.y1; ++y)
-                            for (int x = tile.x0; x < tile.x1; ++x)
-                                addRay(static_cast<int>(axis), bundle, band, {x, y}, scratch);
-                    }
-                });
+    const int along = static_cast<int>(axis), outer = axis == 1 ? 0 : 1;
+    const glm::dvec3 start =
+        (worldPosition(bundle.view, window.x0 + 0.5, window.y0 + 0.5, 0) - corner_) / spacing_;
+    glm::ivec3 first(glm::floor(start));
+    first[along] = 0;
+    const glm::ivec3 right = stepAlong(bundle.right()), down = stepAlong(-bundle.up());
+    const bool by_rows = down[outer] != 0;
+    const int shared = by_rows ? window.height() : window.width();
+    const Line all{.start = start[along],
+                   .step = (bundle.direction()[along] < 0 ? -1 : 1) / spacing_,
+                   .cells = static_cast<double>(cells_[along]),
+                   .words = crossings_[axis].all().data(),
+                   .stride = axis == 2 ? 0 : words_,
+                   .bit = 0,
+                   .end = axis == 2 ? words_ * kWordBits : lengthOf(cells_[along])};
+    const std::span<const float> t(band.z);
+    const auto keys = band.extra[0].as<std::uint32_t>();
+
+    const auto addAt = [&](int x, int y, Scratch& scratch) {
+        const std::size_t pixel = band.pixelIndex(window.x0 + x, window.y0 + y);
+        const std::size_t begin = band.offsets[pixel], hits = band.count(pixel);
+        if (hits < 2) return;
+        const glm::ivec3 cell = first + x * right + y * down;
+        if (glm::any(glm::lessThan(cell, glm::ivec3(0))) ||
+            glm::any(glm::greaterThanEqual(cell, cells_)))
+            return;
+        const std::size_t inner = lengthOf(cells_[1 - outer]), z = lengthOf(cell.z);
+        Line line = all;
+        line.words +=
+            (lengthOf(cell[outer]) * inner + lengthOf(cell[1 - outer])) * words_ + z / kWordBits;
+        line.bit = std::uint64_t{1} << z % kWordBits;
+        addRay(t.subspan(begin, hits), keys.subspan(begin, hits), line, scratch);
+    };
+    parallelFor(static_cast<std::size_t>((shared + kAtOnce - 1) / kAtOnce), [&](std::size_t i) {
+        const int from = static_cast<int>(i) * kAtOnce, to = std::min(from + kAtOnce, shared);
+        scratch_.with([&](Scratch& scratch) {
+            scratch.states.resize(solids_.all().size());
+            const Window part = by_rows ? Window{0, from, window.width(), to}
+                                        : Window{from, 0, to, window.height()};
+            for (int y = part.y0; y < part.y1; ++y)
+                for (int x = part.x0; x < part.x1; ++x)
+                    addAt(x, y, scratch);
+        });
+    });
 }
 
-void VoxelVotes::addRay(int axis, const Bundle& bundle, const LayeredImage& band,
-                        const glm::ivec2& at, Scratch& scratch) {
-    const std::size_t pixel = band.pixelIndex(at.x, at.y);
-    const std::size_t begin = band.offsets[pixel], hits = band.count(pixel);
-    if (hits < 2) return;
-    const glm::dvec3 start =
-        (worldPosition(bundle.view, at.x + 0.5, at.y + 0.5, 0) - corner_) / spacing_;
-    // In cells; the ray lies along the axis, so it stays in one line of them.
-    glm::dvec3 cell = glm::floor(start);
-    cell[axis] = 0;
-    if (glm::any(glm::lessThan(cell, glm::dvec3(0))) ||
-        glm::any(glm::greaterThanEqual(cell, glm::dvec3(cells_))))
+/// What is inside begins and ends where a ray enters the first of the solids that it is inside of,
+/// and leaves the last one; a stretch of no length marks a cell twice, which undoes it.
+void VoxelVotes::addRay(std::span<const float> t, std::span<const std::uint32_t> keys, Line line,
+                        Scratch& scratch) const {
+    const std::size_t hits = keys.size();
+    if (scratch.solids.size() < hits) scratch.solids.resize(hits);
+    // Bytes could be anything's, so what is reached through `scratch` would be read again and
+    // again.
+    std::uint32_t* const solids = scratch.solids.data();
+    std::uint8_t* const states = scratch.states.data();
+    bool one = true;
+    for (std::size_t i = 0; i < hits; ++i) {
+        solids[i] = solids_.solidOf(keys[i]);
+        one &= solids[i] == solids[0];
+    }
+    if (one) {
+        if (solids[0] == Solids::kNone) return;
+        for (std::size_t i = 0; i < hits / 2 * 2; ++i)
+            line.cross(t[i], true);
         return;
-    const glm::u64vec3 strides(std::uint64_t(cells_.y) * std::uint64_t(cells_.z),
-                               std::uint64_t(cells_.z), 1);
-    const glm::u64vec3 offsets = glm::u64vec3(cell) * strides;
-    std::uint8_t* const line = votes_.data() + offsets.x + offsets.y + offsets.z;
-
-    const auto all = [](const SolidSpan&) { return true; };
-    scratch.spans.find({band.z.data() + begin, hits},
-                       band.extra[0].as<std::uint32_t>().subspan(begin, hits), solids_);
-    uniteSpans(scratch.spans.all(), all, scratch.inside);
-    const double step = (bundle.direction()[axis] < 0 ? -1 : 1) / spacing_;
-    for (const Stretch& stretch : scratch.inside) {
-        const auto [from, to] =
-            std::minmax({start[axis] + step * stretch.begin, start[axis] + step * stretch.end});
-        const int end = firstCell(to, cells_[axis]);
-        for (int i = firstCell(from, cells_[axis]); i < end; ++i)
-            ++line[static_cast<std::size_t>(i) * strides[axis]];
+    }
+    constexpr std::uint8_t kOdd = 1, kInside = 2;  // of which 1 - state is 1 outside, -1 inside
+    for (std::size_t i = 0; i < hits; ++i)
+        if (solids[i] != Solids::kNone) states[solids[i]] ^= kOdd;
+    // Backwards, because the last hit of a solid opens nothing if there is an odd number of them.
+    // No state is left in the end.
+    int around = 0;
+    for (std::size_t i = hits; i-- > 0;) {
+        if (solids[i] == Solids::kNone) continue;
+        const std::uint8_t state = states[solids[i]];
+        if (state & kOdd) {
+            states[solids[i]] = 0;
+            continue;
+        }
+        const int before = around;
+        states[solids[i]] = state ^ kInside;
+        around += 1 - state;
+        line.cross(t[i], before == 0 || around == 0);
     }
 }
 
-std::uint64_t VoxelVotes::occupied() const {
-    return static_cast<std::uint64_t>(std::ranges::count_if(votes_, inside));
+void VoxelVotes::finish() {
+    const std::size_t xs = lengthOf(cells_.x), ys = lengthOf(cells_.y);
+    std::uint64_t* const along_x = crossings_[0].all().data();
+    std::uint64_t* const along_y = crossings_[1].all().data();
+    std::uint64_t* const along_z = crossings_[2].all().data();
+    parallelFor(xs, [&](std::size_t x) {
+        for (std::size_t i = (x * ys + 1) * words_; i < (x + 1) * ys * words_; ++i)
+            along_y[i] ^= along_y[i - words_];
+    });
+    std::atomic<std::uint64_t> occupied{0}, disputed{0};
+    parallelFor(ys, [&](std::size_t y) {
+        std::vector<std::uint64_t> inside(words_);  // along x
+        std::uint64_t majority = 0;
+        for (std::size_t x = 0; x < xs; ++x) {
+            std::uint64_t before = 0;  // all bits are the one before this word
+            for (std::size_t i = 0; i < words_; ++i) {
+                std::uint64_t& along = along_y[(x * ys + y) * words_ + i];
+                const std::size_t at = (y * xs + x) * words_ + i;
+                const std::uint64_t a = inside[i] ^= along_x[at];
+                const std::uint64_t b = along;
+                const std::uint64_t c = parityUpTo(along_z[at]) ^ before;
+                before = 0 - (c >> (kWordBits - 1));
+                along = (a & b) | (b & c) | (c & a);
+                along_z[at] = a ^ b ^ c;
+                // Of 1 and 2 votes, one of the two is set.
+                along_x[at] = along ^ along_z[at];
+            }
+            majority += countBits({along_y + (x * ys + y) * words_, words_});
+        }
+        occupied += majority;
+        disputed += countBits({along_x + y * xs * words_, xs * words_});
+    });
+    occupied_ = occupied;
+    disputed_ = disputed;
+    inside_ = std::move(crossings_[1]);
+    odd_ = std::move(crossings_[2]);
+    crossings_[0] = {};
+    scratch_.free();
 }
 
-std::uint64_t VoxelVotes::disputed() const {
-    return static_cast<std::uint64_t>(
-        std::ranges::count_if(votes_, [](std::uint8_t v) { return v == 1 || v == 2; }));
+void VoxelVotes::insideAt(int x, std::span<std::uint8_t> plane) const {
+    const auto inside = inside_.all().subspan(lengthOf(x) * lengthOf(cells_.y) * words_);
+    writePlane(plane, cells_, [&](std::size_t y, std::size_t word, std::size_t from) {
+        return spreadBits(inside[y * words_ + word] >> from & 0xFF);
+    });
+}
+
+void VoxelVotes::votesAt(int x, std::span<std::uint8_t> plane) const {
+    const auto inside = inside_.all().subspan(lengthOf(x) * lengthOf(cells_.y) * words_);
+    const std::span<const std::uint64_t> odd = odd_.all();
+    writePlane(plane, cells_, [&](std::size_t y, std::size_t word, std::size_t from) {
+        const std::size_t at = (y * lengthOf(cells_.x) + lengthOf(x)) * words_ + word;
+        return 2 * spreadBits(inside[y * words_ + word] >> from & 0xFF) +
+               spreadBits(odd[at] >> from & 0xFF);
+    });
 }
 
 }  // namespace peeler

@@ -27,7 +27,7 @@ const HitFormat& hitFormatOf(const std::string& path) {
     for (const HitFormat& format : kHitFormats)
         if (format.extension == extension) return format;
     throw Error(ErrorKind::kUsage, "hits cannot be written in this format", path,
-                "end the name in .npz, .ply or .exr; --map writes pictures");
+                "end the name in .npz, .ply or .exr; `maps` writes pictures");
 }
 
 }  // namespace

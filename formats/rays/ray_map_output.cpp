@@ -90,18 +90,18 @@ bool hasMap(const RayMapSettings& settings, RayMap map) {
 void checkMapSettings(const RayMapSettings& settings) {
     if (hasMap(settings, RayMap::kTransmission) && settings.attenuation.empty()) {
         throw Error(ErrorKind::kUsage, "what passes depends on how materials attenuate",
-                    "transmission", "give --attenuation MATERIAL=MU");
+                    "transmission", "give `attenuation` MATERIAL=MU");
     }
     if (!hasMap(settings, RayMap::kOverlap)) return;
     const auto& [a, b] = settings.parts;
     if (a.empty() || b.empty()) {
         throw Error(ErrorKind::kUsage, "an overlap is one of two parts", "overlap",
-                    "give --part twice");
+                    "give `parts` twice");
     }
     for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
         if (a[i] && b[i]) {
             throw Error(ErrorKind::kUsage, "a node belongs to both parts",
-                        "/nodes/" + std::to_string(i), "give --part other names");
+                        "/nodes/" + std::to_string(i), "give `parts` other names");
         }
     }
 }
@@ -181,7 +181,7 @@ std::unique_ptr<RayOutput> makeRayMapOutput(const std::string& path, const Posed
                     "end the name in .exr, .png, .jpg or .tif");
     }
     if (options.range) {
-        throw Error(ErrorKind::kUsage, "an EXR holds the numbers as they are", "--range",
+        throw Error(ErrorKind::kUsage, "an EXR holds the numbers as they are", "`range`",
                     "leave it out, or write .png, .jpg or .tif");
     }
     return std::make_unique<RayMapFile>(path, posed, solids, options);

@@ -57,7 +57,7 @@ class RayMapPictures : public RayMapOutput {
                         options.settings.maps.size() == 1
                             ? "path-length is a number a material, and a picture shows one number"
                             : "a picture shows one map",
-                        path_, "write .exr, or give --attenuation for an X-ray, or --map once");
+                        path_, "write .exr, or give `attenuation` for an X-ray, or `maps` once");
         }
         output_.provenance = options.provenance;
         map_ = maps().channels().front().map;

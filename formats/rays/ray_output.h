@@ -144,7 +144,7 @@ bool needsSolids(std::span<const RayMap> maps);
 /// `corner` (double, 3: least corner of the first cell, world space), `spacing` (double, scene
 /// units). .vdb: see formats/arrays/vdb_writer.h; `creator` stands in it.
 ///
-/// One byte a cell is kept, and for .vdb what OpenVDB takes. `solids` must outlive the output.
+/// Three bits a cell are kept, and for .vdb what OpenVDB takes. `solids` must outlive the output.
 /// Throws Error (kUsage) unless the path ends in .npz or .vdb, and (kMemory) if there is no room
 /// for the cells.
 std::unique_ptr<RayOutput> makeVoxelOutput(std::string path, const Solids& solids,

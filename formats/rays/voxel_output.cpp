@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes what is inside of solids, cell by cell, as arrays or as a grid.
 
-#include <algorithm>
 #include <array>
 #include <optional>
 #include <utility>
@@ -98,25 +97,24 @@ void VoxelOutput::begin(std::span<const Bundle> bundles, std::span<const std::ui
 }
 
 void VoxelOutput::finish() {
+    votes_.finish();
     if (!is_grid_) return writeArrays();
-    writeVdb(
-        *grid_,
-        {lattice_.cells, lattice_.corner, lattice_.spacing, votes_.votes(), VoxelVotes::kMajority},
-        creator_);
+    writeVdb(*grid_, {lattice_.cells, lattice_.corner, lattice_.spacing, votes_.inside()},
+             creator_);
     grid_->commit();
 }
 
 void VoxelOutput::writeArrays() {
-    constexpr std::size_t kAtOnce = std::size_t{1} << 20;
-    const std::span<const std::uint8_t> votes = votes_.votes();
-    std::vector<std::uint8_t> inside;
-    for (std::size_t i = 0; i < votes.size(); i += kAtOnce) {
-        const auto some = votes.subspan(i, std::min(kAtOnce, votes.size() - i));
-        inside.resize(some.size());
-        std::ranges::transform(some, inside.begin(), VoxelVotes::inside);
-        arrays_->append(0, asBytes(inside));
+    std::vector<std::uint8_t> plane(static_cast<std::size_t>(lattice_.cells.y) *
+                                    static_cast<std::size_t>(lattice_.cells.z));
+    for (int x = 0; x < lattice_.cells.x; ++x) {
+        votes_.insideAt(x, plane);
+        arrays_->append(0, asBytes(plane));
     }
-    arrays_->append(1, asBytes(votes));
+    for (int x = 0; x < lattice_.cells.x; ++x) {
+        votes_.votesAt(x, plane);
+        arrays_->append(1, asBytes(plane));
+    }
     const std::array<double, 3> corner{lattice_.corner.x, lattice_.corner.y, lattice_.corner.z};
     arrays_->append(2, asBytes(corner));
     arrays_->append(3, asBytes(std::span(&lattice_.spacing, 1)));

@@ -24,7 +24,7 @@ struct Soup {
     double longest = 0;
 };
 
-Soup soupOf(const Scene& scene) {
+Soup decodedSoup(const Scene& scene) {
     Soup soup;
     const PosedScene shown(scene);
     for (const MeshInstance& instance : shown.meshes()) {
@@ -130,8 +130,8 @@ class CompressedModels : public testing::TestWithParam<Pair> {};
 TEST_P(CompressedModels, HaveTheTrianglesOfThePlainOne) {
     PEELER_REQUIRE_ASSETS(assets);
     const fs::path folder = assets / "gltf-sample-assets";
-    const Soup plain = soupOf(readGltf(folder / GetParam().plain));
-    const Soup variant = soupOf(readGltf(folder / GetParam().variant));
+    const Soup plain = decodedSoup(readGltf(folder / GetParam().plain));
+    const Soup variant = decodedSoup(readGltf(folder / GetParam().variant));
     ASSERT_FALSE(plain.triangles.empty());
     // Half a step for rounding, in any direction, and as much for the plain file's own digits.
     const double step = plain.longest * std::ldexp(1.0, -GetParam().bits);

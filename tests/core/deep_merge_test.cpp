@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <locale>
+#include <string>
 
 #include "core/base/error.h"
 #include "core/image/composite.h"
@@ -87,7 +89,7 @@ TEST(DeepMerge, ByIdWithoutIdsSaysHowToGetThem) {
         FAIL() << "nothing was thrown";
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kUsage);
-        EXPECT_NE(error.hint().find("--channels id"), std::string::npos);
+        EXPECT_NE(error.hint().find("`channels` id"), std::string::npos);
     }
 }
 
@@ -113,6 +115,20 @@ TEST(DeepMerge, TheCompositeStaysWithinRounding) {
             }
         }
     }
+}
+
+/// A host may have set another locale for all streams.
+TEST(DeepMerge, ItsWordsAreTheSameInEveryLocale) {
+    struct Comma : std::numpunct<char> {
+        char do_decimal_point() const override { return ','; }
+    };
+    DeepMergeSettings settings;
+    settings.mode = DeepMerge::kByZ;
+    settings.z_tolerance = 0.5F;
+    const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Comma));
+    const std::string text = deepMergeText(settings);
+    std::locale::global(before);
+    EXPECT_EQ(text, "by-z z 0.5");
 }
 
 }  // namespace

@@ -264,7 +264,7 @@ class SameBytes : public testing::Test {
 };
 
 TEST_F(SameBytes, OnOneThreadAndOnSeveral) {
-    for (const int count : {1, 2, 5}) {
+    for (const int count : {1, 2, 3, 5}) {
         const Threads threads(count);
         HitRasterizer source(posed);
         compare(source);
@@ -314,6 +314,27 @@ TEST(HitRasterizer, TheSameBytesUnderABudget) {
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kMemory);
     }
+}
+
+/// The memory of a host is none of ours: a budget may be less than it.
+TEST(HitRasterizer, WorksBesideAHostThatHoldsMoreThanTheBudget) {
+    constexpr std::uint64_t kMebibyte = 1 << 20;
+    const std::vector<std::uint8_t> of_host(500 * kMebibyte, 1);
+    const Scene scene = sceneOf({{"", {torus(0.4, 64, 32)}}});
+    const PosedScene posed(scene);
+    const View view = bundleOf(posed, {1, 0.2, 0}, 90).view;
+    HitRasterizer source(posed);
+    CaptureSettings settings = hitSettings();
+    settings.memory = 300 * kMebibyte;
+    try {
+        source.plan(view, settings);
+        FAIL() << "the host's memory counts";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kMemory);
+    }
+    settings.memory.base = residentBytes();
+    EXPECT_GT(source.plan(view, settings).fragments_counted, 0U);
+    EXPECT_EQ(of_host.back(), 1) << "it is resident until here";
 }
 
 TEST(HitRasterizer, ThePlanIsWhatIsCaptured) {
@@ -609,21 +630,61 @@ TEST(HitRasterizer, TrianglesBeyondNumbers) {
                       (y >= 2 && y < 6 ? std::vector<std::uint32_t>{1, 6, 7}
                                        : std::vector<std::uint32_t>{1, 6}))
                 << x << ", " << y;
+    // Of a pinhole at (4, −4, 4), before which the first and the sixth go on without an end.
+    View eye = parallelView(8, 8);
+    eye.camera_to_world[3] = {4, -4, 4, 1};
+    eye.projection = {true, 0.5, 0.5, 0.1, kInfinity};
+    const TracedHits seen = trace(source, eye);
+    for (int y = 0; y < 8; ++y) {
+        for (int x = 0; x < 8; ++x) {
+            const double down = 4 + 10 * ((y + 0.5) / 8 - 0.5);  // at Z = 10, where the seventh is
+            std::vector<std::uint32_t> expected = {1, 6};
+            if (down >= 2 && down < 6) expected.push_back(7);
+            EXPECT_EQ(seen.keys(seen.image.pixelIndex(x, y)), expected) << x << ", " << y;
+        }
+    }
+}
+
+/// The same triangle so many times, all of it before the ray of a single pixel.
+Scene triangleOver(std::size_t times) {
+    Primitive primitive;
+    primitive.positions = {{0.1F, -0.1F, -1}, {0.9F, -0.1F, -2}, {0.5F, -0.9F, -3}};
+    primitive.indices.reserve(3 * times);
+    for (std::size_t i = 0; i < times; ++i)
+        primitive.indices.insert(primitive.indices.end(), {0, 1, 2});
+    return oneMesh({primitive});
 }
 
 TEST(HitRasterizer, ManyTrianglesInOneRay) {
-    constexpr std::size_t kTriangles = 1'000'000;
-    Primitive primitive;
-    primitive.positions = {{0.1F, -0.1F, -1}, {0.9F, -0.1F, -2}, {0.5F, -0.9F, -3}};
-    for (std::size_t i = 0; i < kTriangles; ++i)
-        primitive.indices.insert(primitive.indices.end(), {0, 1, 2});
-    const Scene scene = oneMesh({primitive});
+    const std::size_t triangles = exhaustive() ? 10'000'000 : 1'000'000;
+    const Scene scene = triangleOver(triangles);
     HitRasterizer source{PosedScene(scene)};
     const TracedHits traced = trace(source, parallelView(1, 1));
-    ASSERT_EQ(traced.image.fragments(), kTriangles);
+    ASSERT_EQ(traced.image.fragments(), triangles);
     const auto keys = traced.image.extra.front().as<std::uint32_t>();
     EXPECT_TRUE(std::ranges::is_sorted(keys));
-    EXPECT_EQ(traced.plan.layers.size(), kTriangles);
+    EXPECT_EQ(traced.plan.layers.size(), triangles);
+}
+
+/// They have no room within the budget, and no row can be cut.
+TEST(HitRasterizer, TooManyTrianglesInOneRayAreRefused) {
+    if (kAddressSanitizer) GTEST_SKIP() << "its memory is not the product's";
+    constexpr std::uint64_t kMebibyte = 1 << 20;
+    const Scene scene = triangleOver(exhaustive() ? 10'000'000 : 4'000'000);
+    HitRasterizer source{PosedScene(scene)};
+    CaptureSettings settings = hitSettings();
+    returnFreeMemory();
+    const std::uint64_t before = residentBytes();
+    settings.memory = before + 250 * kMebibyte;
+    try {
+        source.plan(parallelView(1, 1), settings);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kMemory);
+        EXPECT_TRUE(contains(error.what(), "of one row")) << error.what();
+        EXPECT_NE(error.hint(), "");
+    }
+    EXPECT_LE(residentBytes(), settings.memory);
 }
 
 TEST(HitRasterizer, BundlesOfOneRayAndOfManyOnASide) {
@@ -639,6 +700,43 @@ TEST(HitRasterizer, BundlesOfOneRayAndOfManyOnASide) {
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kUsage);
     }
+    const Bounds box{glm::dvec3(0), glm::dvec3(1)};
+    EXPECT_EQ(parallelBundle("b", box, box, {0, 0, -1}, {32768}).rays(), std::size_t{1} << 30);
+    try {
+        parallelBundle("b", box, box, {0, 0, -1}, {65536});
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+    }
+}
+
+/// More rays than 32 bits can count, as a camera may have them, and few of them meet anything.
+TEST(HitRasterizer, AsManyRaysOnBothSides) {
+    constexpr int kSide = 65536;
+    const Scene scene = oneMesh({square(60000, 40000, 60003, 40005, -1), square(0, 0, 1, 1, -1),
+                                 square(kSide - 1, kSide - 1, kSide, kSide, -2)});
+    HitRasterizer source{PosedScene(scene)};
+    class Counting final : public Sink {
+      public:
+        void begin(const Plan&) override {}
+        void finish() override {}
+        void write(LayeredImage&& band) override {
+            hits += band.fragments();
+            rays += band.window.pixels();
+        }
+        std::size_t hits = 0, rays = 0;
+    };
+    View view = parallelView(kSide, kSide);
+    if (!exhaustive()) view.crop = {0, 39990, kSide, 40010};  // all of them take some seconds
+    const Plan plan = source.plan(view, hitSettings());
+    Counting sink;
+    source.capture(sink);
+    EXPECT_EQ(sink.rays, view.crop.pixels());
+    EXPECT_EQ(sink.hits, exhaustive() ? 17U : 15U);
+    EXPECT_EQ(plan.fragments_counted, sink.hits);
+    ASSERT_EQ(plan.layers.size(), 1U);
+    EXPECT_EQ(plan.layers[0].data_window,
+              exhaustive() ? view.crop : Window({60000, 40000, 60003, 40005}));
 }
 
 /// Of wide rows a band has at least one, whatever the sink holds for each pixel.

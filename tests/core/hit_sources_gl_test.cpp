@@ -203,6 +203,24 @@ TEST(HitSources, SayTheSameOfTheSameHits) {
     EXPECT_GT(compared, 10'000U);
 }
 
+/// Another source's hits, from one that does not prefer lines.
+class BundlesOf final : public HitSource {
+  public:
+    explicit BundlesOf(HitSource& source) : source_(source) {}
+    Plan plan(const View& view, const CaptureSettings& settings,
+              const Progress& progress) override {
+        return source_.plan(view, settings, progress);
+    }
+    CaptureReport capture(Sink& sink, const Progress& progress) override {
+        return source_.capture(sink, progress);
+    }
+    const PosedScene& posed() const override { return source_.posed(); }
+    StageTimes takeTimes() override { return source_.takeTimes(); }
+
+  private:
+    HitSource& source_;
+};
+
 TEST(HitSources, BakeTheSame) {
     SceneBuilder builder;
     const int material = builder.material(glm::vec4(1), AlphaMode::kOpaque);
@@ -212,25 +230,35 @@ TEST(HitSources, BakeTheSame) {
     const VertexReceivers vertices(posed);
     BakeSettings settings;
     settings.directions = 64;
-    settings.resolution = 128;
     CaptureSettings capture;
     capture.faces = Faces::kBoth;
-    const auto bakedBy = [&](HitSource& source) {
+    const auto bakedBy = [&](HitSource& source, int resolution) {
+        settings.resolution = resolution;
         return bake(source, vertices.receivers(), settings, capture, vertices.lookup(), {});
     };
     Renderer renderer(sharedContext(), posed);
     HitRasterizer rasterizer(posed);
-    const std::vector<float> gl = bakedBy(renderer), cpu = bakedBy(rasterizer);
-    ASSERT_EQ(gl.size(), cpu.size());
+    BundlesOf bundles(rasterizer);
+    const std::vector<float> gl = bakedBy(renderer, 128), cpu = bakedBy(bundles, 128);
+    const std::vector<float> finer = bakedBy(renderer, 1024), lines = bakedBy(rasterizer, 0);
     const auto count = static_cast<double>(gl.size());
     const double mean = std::accumulate(gl.begin(), gl.end(), 0.0) / count;
     EXPECT_GT(mean, 0.2);
     EXPECT_LT(mean, 0.95);
-    double apart = 0;
-    for (std::size_t i = 0; i < gl.size(); ++i)
-        apart += static_cast<double>(std::abs(gl[i] - cpu[i])) / count;
-    std::printf("ambient occlusion: %.5f apart in the mean\n", apart);
-    EXPECT_LE(apart, 0.005);
+    const auto apart = [&](const std::vector<float>& a, const std::vector<float>& b) {
+        EXPECT_EQ(a.size(), b.size());
+        double sum = 0;
+        for (std::size_t i = 0; i < a.size(); ++i)
+            sum += static_cast<double>(std::abs(a[i] - b[i])) / count;
+        return sum;
+    };
+    const double same_rays = apart(gl, cpu), coarse = apart(gl, lines), fine = apart(finer, lines);
+    std::printf("ambient occlusion: %.5f apart in the mean; from lines of their own %.5f, %.5f\n",
+                same_rays, coarse, fine);
+    EXPECT_LE(same_rays, 0.0005);
+    // Finer bundles come nearer to every receiver's own lines.
+    EXPECT_LE(coarse, 0.01);
+    EXPECT_LE(fine, coarse / 2);
 }
 
 }  // namespace

@@ -77,7 +77,7 @@ TEST(Points, LargerThanTheDriverHasAreRefused) {
         ADD_FAILURE() << "nothing was thrown";
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kUsage);
-        EXPECT_EQ(error.where(), "--point-size " + std::to_string(most + 1));
+        EXPECT_EQ(error.where(), "`point_size` " + std::to_string(most + 1));
     }
 }
 

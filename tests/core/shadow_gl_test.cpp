@@ -372,7 +372,7 @@ TEST(Shadows, TooLargeAMapIsAUsageError) {
         FAIL();
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kUsage);
-        EXPECT_EQ(error.where(), "--shadow-size 1048576");
+        EXPECT_EQ(error.where(), "`shadow_size` 1048576");
     }
 }
 

@@ -117,7 +117,7 @@ TEST(TexelReceivers, HaveATextureAMaterialAndTheAskedUvSet) {
         FAIL() << "there is no such UV set";
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kInput);
-        EXPECT_NE(error.hint().find("--uv"), std::string::npos);
+        EXPECT_NE(error.hint().find("`uv_set`"), std::string::npos);
     }
 }
 
@@ -143,7 +143,7 @@ TEST(TexelReceivers, RefuseMoreTexturesThanFit) {
         FAIL();
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kInput);
-        EXPECT_NE(error.hint().find("--size"), std::string::npos);
+        EXPECT_NE(error.hint().find("`size`"), std::string::npos);
     }
 }
 

@@ -4,8 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
+#include <random>
+#include <vector>
 
+#include "core/base/parallel.h"
 #include "core/rays/solids.h"
 #include "support/ray_hits.h"
 
@@ -26,6 +30,63 @@ LayeredImage rowsOf(const LayeredImage& image, int y0, int y1) {
     const auto bytes = std::as_bytes(keys);
     band.extra.push_back({{kKeyChannel}, PixelType::kUint, {bytes.begin(), bytes.end()}});
     return band;
+}
+
+/// By (x · cells.y + y) · cells.z + z.
+std::vector<std::uint8_t> votesOf(const VoxelVotes& votes, const AxisBundles& axes) {
+    std::vector<std::uint8_t> all, plane(static_cast<std::size_t>(axes.cells.y * axes.cells.z));
+    for (int x = 0; x < axes.cells.x; ++x) {
+        votes.votesAt(x, plane);
+        all.insert(all.end(), plane.begin(), plane.end());
+    }
+    return all;
+}
+
+/// Hits at random of one to four solids; of some there is an odd number, some coincide, and some
+/// are beyond the cells.
+LayeredImage randomHits(const Bundle& bundle, double length, std::mt19937& random) {
+    std::uniform_int_distribution<int> places(-4, 40), counts(0, 9), solids(0, 3);
+    return rayHits(bundle, [&](const glm::dvec3&, const glm::dvec3&) {
+        std::vector<Hit> hits(static_cast<std::size_t>(counts(random)));
+        const int last = solids(random);
+        for (Hit& hit : hits) {
+            hit.t = length * places(random) / 36;
+            hit.key = keyOf(std::min(solids(random), last));
+        }
+        return hits;
+    });
+}
+
+/// Adds the votes of a bundle cell by cell: a centre is inside of a solid that has an odd number of
+/// hits before it, unless the last of these has none to go with.
+void addVotes(const AxisBundles& axes, std::size_t axis, const LayeredImage& hits,
+              std::vector<std::uint8_t>& votes) {
+    const Bundle& bundle = axes.bundles[axis];
+    const auto keys = hits.extra[0].as<std::uint32_t>();
+    for (int py = 0; py < bundle.view.height; ++py) {
+        for (int px = 0; px < bundle.view.width; ++px) {
+            const std::size_t pixel = hits.pixelIndex(px, py);
+            const glm::dvec3 start =
+                (worldPosition(bundle.view, px + 0.5, py + 0.5, 0) - axes.corner) / axes.spacing;
+            const int along = static_cast<int>(axis);
+            for (int c = 0; c < axes.cells[along]; ++c) {
+                bool inside = false;
+                for (int solid = 0; solid < 4; ++solid) {
+                    int before = 0, all = 0;
+                    for (std::uint32_t i = hits.offsets[pixel]; i < hits.offsets[pixel + 1]; ++i) {
+                        if (keys[i] != keyOf(solid)) continue;
+                        ++all;
+                        before += start[along] + hits.z[i] / axes.spacing <= c + 0.5 ? 1 : 0;
+                    }
+                    inside |= before % 2 == 1 && before < all;
+                }
+                glm::ivec3 cell(glm::floor(start));
+                cell[along] = c;
+                const int at = (cell.x * axes.cells.y + cell.y) * axes.cells.z + cell.z;
+                if (inside) ++votes.at(static_cast<std::size_t>(at));
+            }
+        }
+    }
 }
 
 class Voxels : public testing::Test {
@@ -53,7 +114,8 @@ TEST_F(Voxels, CellsOfSpheresAreThoseWhoseCentresAreInside) {
         for (int y = 0; y < bundle.view.height; y += 7)
             votes.add(axis, bundle, rowsOf(hits, y, std::min(y + 7, bundle.view.height)));
     }
-    ASSERT_EQ(votes.votes().size(), VoxelVotes::cellsOf(axes));
+    votes.finish();
+    const std::vector<std::uint8_t> found = votesOf(votes, axes);
     std::size_t i = 0, wrong = 0, inside = 0;
     for (int x = 0; x < axes.cells.x; ++x) {
         for (int y = 0; y < axes.cells.y; ++y) {
@@ -66,7 +128,7 @@ TEST_F(Voxels, CellsOfSpheresAreThoseWhoseCentresAreInside) {
                     unsure |= std::abs(beyond) < 1e-5;
                 }
                 if (unsure) continue;
-                if (votes.votes()[i] != (expected ? 3 : 0)) ++wrong;
+                if (found[i] != (expected ? 3 : 0)) ++wrong;
                 inside += expected;
             }
         }
@@ -103,6 +165,8 @@ TEST_F(Voxels, AnAxisThatIsMisledIsOutvoted) {
         }
         holed.add(axis, axes.bundles[axis], hits);
     }
+    right.finish();
+    holed.finish();
     EXPECT_GT(right.occupied(), 1000U);
     EXPECT_EQ(holed.occupied(), right.occupied());
     EXPECT_EQ(holed.disputed(), right.occupied());
@@ -114,8 +178,62 @@ TEST_F(Voxels, SolidsThatOverlapCountOnce) {
     for (std::size_t axis = 0; axis < 3; ++axis)
         votes.add(axis, axes.bundles[axis],
                   sphereHits(axes.bundles[axis], {{{}, 0.9}, {{0.1, 0, 0}, 0.5}}));
-    EXPECT_EQ(std::ranges::max(votes.votes()), 3);
+    votes.finish();
+    EXPECT_EQ(std::ranges::max(votesOf(votes, axes)), 3);
     EXPECT_EQ(votes.disputed(), 0U);
+}
+
+TEST_F(Voxels, RandomHitsAreCountedAsCellByCell) {
+    const Scene scene = bodies(4);
+    const PosedScene shown(scene);
+    const Solids solids(shown);
+    std::mt19937 random(7);
+    // Lines of less than a word, of just one, of one and a bit, and of two and more; one cell wide.
+    for (const glm::ivec3& cells :
+         {glm::ivec3(7, 10, 20), {5, 20, 64}, {20, 3, 65}, {2, 9, 150}, {1, 70, 3}, {30, 1, 1}}) {
+        const glm::dvec3 corner(-0.3, 0.2, 1.1);
+        const Bounds box{corner, corner + 0.13 * (glm::dvec3(cells) - 0.01)};
+        RayGrid grid;
+        grid.spacing = 0.13;
+        const AxisBundles axes = axisBundles(box, box, grid);
+        ASSERT_EQ(axes.cells, cells);
+        std::vector<LayeredImage> hits;
+        std::vector<std::uint8_t> expected(VoxelVotes::cellsOf(axes));
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double length = axes.spacing * axes.cells[static_cast<int>(axis)];
+            hits.push_back(randomHits(axes.bundles[axis], length, random));
+            addVotes(axes, axis, hits[axis], expected);
+        }
+        const auto count = [&](auto&& which) {
+            return static_cast<std::uint64_t>(std::ranges::count_if(expected, which));
+        };
+        const std::uint64_t inside = count([](int v) { return v >= 2; });
+        const std::uint64_t disputed = count([](int v) { return v == 1 || v == 2; });
+        for (const int threads : {1, 3}) {
+            setThreadCount(threads);
+            VoxelVotes votes(axes, solids);
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const Bundle& bundle = axes.bundles[axis];
+                for (int y = 0; y < bundle.view.height; y += 13)
+                    votes.add(axis, bundle,
+                              rowsOf(hits[axis], y, std::min(y + 13, bundle.view.height)));
+            }
+            votes.finish();
+            setThreadCount(0);
+            EXPECT_EQ(votesOf(votes, axes), expected)
+                << cells.x << " " << cells.y << " " << cells.z << ", " << threads;
+            EXPECT_EQ(votes.occupied(), inside);
+            EXPECT_EQ(votes.disputed(), disputed);
+            std::vector<std::uint8_t> plane(static_cast<std::size_t>(cells.y * cells.z));
+            std::size_t i = 0, wrong = 0;
+            for (int x = 0; x < cells.x; ++x) {
+                votes.insideAt(x, plane);
+                for (const std::uint8_t one : plane)
+                    wrong += one == (expected[i++] >= 2 ? 1 : 0) ? 0 : 1;
+            }
+            EXPECT_EQ(wrong, 0U);
+        }
+    }
 }
 
 TEST_F(Voxels, OddRaysAreCountedBySolid) {

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// Gathering from bundles of rays, which any source of hits can trace.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/bake/gather.h"
+#include "core/base/parallel.h"
+#include "core/rays/bundle.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::size_t kReceiversAtOnce = 4096;  // that a thread takes
+// Hits nearer than this share of the distance of rays are taken for the receiver's own surface:
+// between rays a surface is known as a plane, which a curved one leaves by less.
+constexpr double kOwnSurface = 0.2;
+
+/// Where receivers are among the rays of a bundle.
+class RayLattice {
+  public:
+    RayLattice(const Bundle& bundle, double max_distance)
+        : view_(bundle.view),
+          origin_(bundle.origin()),
+          right_(bundle.right()),
+          up_(bundle.up()),
+          direction_(bundle.direction()),
+          rays_a_unit_(bundle.view.width / bundle.size().x),
+          own_surface_(static_cast<float>(kOwnSurface / rays_a_unit_)),
+          max_distance_(static_cast<float>(max_distance)) {
+        const double depth = view_.projection.far - view_.projection.near;
+        z_step_ = {static_cast<float>(-depth), static_cast<float>(depth)};
+    }
+
+    struct Place {
+        int x = 0, y = 0;     // the nearest ray
+        glm::vec2 offset{0};  // from it, in rays, y down
+        float t = 0;
+    };
+    Place placeOf(const glm::dvec3& position) const {
+        const glm::dvec3 from = position - origin_;
+        const glm::dvec2 at(
+            glm::dot(from, right_) * rays_a_unit_ + view_.width / 2.0 - view_.sample.x,
+            -glm::dot(from, up_) * rays_a_unit_ + view_.height / 2.0 - view_.sample.y);
+        Place place;
+        place.x = std::clamp(static_cast<int>(std::lround(at.x)), 0, view_.width - 1);
+        place.y = std::clamp(static_cast<int>(std::lround(at.y)), 0, view_.height - 1);
+        place.offset = glm::vec2(at - glm::dvec2(place.x, place.y));
+        place.t = static_cast<float>(glm::dot(from, direction_));
+        return place;
+    }
+
+    /// The next fragment of the nearest ray along its direction or against it. Hits are followed,
+    /// as planes, to the receiver's own line.
+    VisibleHit next(const LayeredImage& band, bool forward, const Place& place) const {
+        const std::size_t pixel = band.pixelIndex(place.x, place.y);
+        const auto slopes = band.color.as<const glm::vec2>();
+        const glm::vec2 step = place.offset * z_step_;
+        const float sign = forward ? 1.0F : -1.0F;
+        VisibleHit seen;
+        seen.direction = sign * glm::vec3(direction_);
+        for (std::uint32_t f = band.offsets[pixel]; f < band.offsets[pixel + 1]; ++f) {
+            const float z = band.z[f] + glm::dot(slopes[f], step);
+            const float distance = sign * (z - place.t);
+            if (!(distance > own_surface_ && distance < seen.distance) || distance > max_distance_)
+                continue;
+            seen.distance = distance;
+            seen.fragment = f;
+        }
+        return seen;
+    }
+
+  private:
+    const View& view_;
+    glm::dvec3 origin_, right_, up_, direction_;
+    double rays_a_unit_;
+    float own_surface_, max_distance_;
+    glm::vec2 z_step_{0};  // from depth a ray (y up) to Z a ray (y down)
+};
+
+/// Takes the bands of a bundle and lets the receivers whose rays they have see them.
+class ReceiverSink final : public Sink {
+  public:
+    ReceiverSink(const Bundle& bundle, const GatherJob& job, std::vector<Sum>& sums)
+        : bundle_(bundle), job_(job), sums_(sums) {}
+
+    void begin(const Plan&) override {}
+    void finish() override {}
+    void write(LayeredImage&& band) override {
+        job_.integrator.beginBand(band);
+        const RayLattice lattice(bundle_, job_.settings.max_distance);
+        const glm::vec3 direction(bundle_.direction());
+        const float side = job_.integrator.looksInside() ? -1.0F : 1.0F;
+        const Receivers& receivers = job_.receivers;
+        const std::size_t groups = (receivers.size() + kReceiversAtOnce - 1) / kReceiversAtOnce;
+        parallelFor(groups, [&](std::size_t group) {
+            const std::size_t end = std::min(receivers.size(), (group + 1) * kReceiversAtOnce);
+            for (std::size_t r = group * kReceiversAtOnce; r < end; ++r) {
+                const float cosine = side * glm::dot(receivers.normals[r], direction);
+                if (cosine == 0) continue;
+                const glm::dvec3& position = receivers.positions[r];
+                const RayLattice::Place place = lattice.placeOf(position);
+                if (place.y < band.window.y0 || place.y >= band.window.y1) continue;
+                job_.integrator.add(lattice.next(band, cosine > 0, place), position,
+                                    std::abs(cosine), sums_[r]);
+            }
+        });
+    }
+
+  private:
+    const Bundle& bundle_;
+    const GatherJob& job_;
+    std::vector<Sum>& sums_;
+};
+
+/// Lattices of successive bundles are turned and shifted against each other: what falls between the
+/// rays of one is met by others.
+RayGrid gridOf(const BakeSettings& settings, int bundle) {
+    constexpr double kGolden = 0.6180339887498949;
+    // Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences": R2.
+    constexpr double kR2X = 0.7548776662466927, kR2Y = 0.5698402909980532;
+    const auto fraction = [&](double step) { return std::fmod(0.5 + step * bundle, 1.0); };
+    RayGrid grid;
+    grid.resolution = settings.resolution;
+    grid.roll = 2 * std::numbers::pi * fraction(kGolden);
+    grid.shift = {fraction(kR2X), fraction(kR2Y)};
+    return grid;
+}
+
+}  // namespace
+
+void gatherByBundles(HitSource& source, const CaptureSettings& capture, const GatherJob& job,
+                     std::vector<Sum>& sums, const Progress& progress) {
+    const Bounds all = source.posed().bounds().value_or(Bounds{});
+    for (std::size_t i = 0; i < job.directions.size(); ++i) {
+        const Bundle bundle = parallelBundle("bundle", all, all, job.directions[i],
+                                             gridOf(job.settings, static_cast<int>(i)));
+        source.plan(bundle.view, capture);
+        ReceiverSink sink(bundle, job, sums);
+        source.capture(sink);
+        if (progress)
+            progress(static_cast<double>(i + 1) / static_cast<double>(job.directions.size()));
+    }
+}
+
+}  // namespace peeler

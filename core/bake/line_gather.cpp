@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// Gathering along lines of the receivers' own: which receivers and directions are looked at
+// together, and how their sums add up.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <mutex>
+#include <numeric>
+#include <utility>
+
+#include "core/bake/gather.h"
+#include "core/bake/occluders.h"
+#include "core/bake/sights.h"
+#include "core/base/parallel.h"
+#include "core/capture/bands.h"
+
+namespace peeler {
+namespace {
+
+constexpr double kOwnSurfaceShare = 1e-4;  // of the scene's diagonal
+// What a core's cache holds, and what is worth projecting the scene for.
+constexpr std::size_t kMostTogether = std::size_t{1} << 17;
+constexpr std::size_t kGroupDirections = 8;  // that a task looks along
+constexpr std::size_t kTasksAThread = 4;
+constexpr std::size_t kSumsAtOnce = 4096;  // that a thread adds up
+
+/// The receivers in an order in which those next to each other are near each other: along a Z curve
+/// (Morton 1966) through 1024 cells a side.
+std::vector<std::uint32_t> spatialOrder(const Receivers& receivers, const Occluders& occluders) {
+    constexpr double kSide = 1024;
+    const auto spread = [](double at) {
+        auto bits = static_cast<std::uint64_t>(at > 0 ? std::min(at, kSide - 1) : 0);
+        bits = (bits | bits << 16) & 0x030000FF;
+        bits = (bits | bits << 8) & 0x0300F00F;
+        bits = (bits | bits << 4) & 0x030C30C3;
+        return (bits | bits << 2) & 0x09249249;
+    };
+    const double cells_a_unit = kSide / occluders.diagonal();
+    std::vector<std::uint64_t> keys(receivers.size());
+    for (std::size_t r = 0; r < keys.size(); ++r) {
+        const glm::dvec3 at =
+            (receivers.positions[r] - occluders.origin()) * cells_a_unit + kSide / 2;
+        keys[r] = (spread(at.x) | spread(at.y) << 1 | spread(at.z) << 2) << 32 | r;
+    }
+    std::ranges::sort(keys);
+    std::vector<std::uint32_t> order(keys.size());
+    std::ranges::transform(keys, order.begin(),
+                           [](std::uint64_t key) { return static_cast<std::uint32_t>(key); });
+    return order;
+}
+
+/// Receivers are cut into chunks, directions into groups; one of each is a task, whose sums begin
+/// at 0 and are added to the others' in the order of groups. As many groups as are needed to keep
+/// all threads busy are done before that; how many does not change the result.
+class LineGather {
+  public:
+    LineGather(const Occluders& occluders, const GatherJob& job, const MemoryBudget& budget)
+        : occluders_(occluders),
+          job_(job),
+          count_(job.receivers.size()),
+          chunks_((count_ + kMostTogether - 1) / kMostTogether),
+          chunk_((count_ + chunks_ - 1) / chunks_),
+          groups_((job.directions.size() + kGroupDirections - 1) / kGroupDirections) {
+        const auto threads = static_cast<std::size_t>(threadCount());
+        const std::size_t busy = (kTasksAThread * threads + chunks_ - 1) / chunks_;
+        groups_at_once_ = std::clamp<std::size_t>(busy, 1, groups_);
+        const std::uint64_t keys = chunks_ > 1 ? count_ * sizeof(std::uint64_t) : 0;
+        const std::uint64_t fixed =
+            count_ * sizeof(std::uint32_t) + keys + threads * Sights::bytes(chunk_);
+        const std::uint64_t of_group = count_ * sizeof(Sum);
+        if (budget != 0) {
+            const std::uint64_t used = usedBytes(budget) + fixed;
+            const std::uint64_t left = budget > used ? budget - used : 0;
+            groups_at_once_ = std::clamp<std::size_t>(left / of_group, 1, groups_at_once_);
+        }
+        checkReceiverMemory(fixed + groups_at_once_ * of_group, count_, budget);
+        if (chunks_ > 1) {
+            order_ = spatialOrder(job.receivers, occluders);
+        } else {
+            order_.resize(count_);
+            std::iota(order_.begin(), order_.end(), 0U);
+        }
+        partial_.resize(groups_at_once_ * count_);
+    }
+
+    void addTo(std::vector<Sum>& sums, const Progress& progress) {
+        for (std::size_t first = 0; first < groups_; first += groups_at_once_) {
+            const std::size_t groups = std::min(groups_at_once_, groups_ - first);
+            parallelFor(groups * chunks_, [&](std::size_t task) {
+                const std::size_t group = task / chunks_;
+                lookAlong(first + group, task % chunks_, partial_.data() + group * count_);
+            });
+            parallelFor((count_ + kSumsAtOnce - 1) / kSumsAtOnce, [&](std::size_t part) {
+                const std::size_t end = std::min(count_, (part + 1) * kSumsAtOnce);
+                for (std::size_t i = part * kSumsAtOnce; i < end; ++i) {
+                    Sum& sum = sums[order_[i]];
+                    for (std::size_t group = 0; group < groups; ++group) {
+                        sum.value += partial_[group * count_ + i].value;
+                        sum.weight += partial_[group * count_ + i].weight;
+                    }
+                }
+            });
+            if (progress)
+                progress(static_cast<double>(first + groups) / static_cast<double>(groups_));
+        }
+    }
+
+  private:
+    /// One task. `sums` are those of the group, in the order of `order_`.
+    void lookAlong(std::size_t group, std::size_t chunk, Sum* sums) {
+        const std::size_t first = chunk * chunk_, end = std::min(count_, first + chunk_);
+        std::fill(sums + first, sums + end, Sum{});
+        const std::span<const std::uint32_t> chosen(order_.data() + first, end - first);
+        std::unique_ptr<Sights> sights = take();
+        sights->place(job_.receivers, chosen);
+        const std::size_t from = group * kGroupDirections;
+        const std::size_t to = std::min(from + kGroupDirections, job_.directions.size());
+        for (std::size_t d = from; d < to; ++d) {
+            const glm::dvec3& direction = job_.directions[d];
+            sights->look(direction, job_.integrator.looksInside(),
+                         static_cast<float>(job_.settings.max_distance));
+            VisibleHit seen;
+            for (std::size_t i = 0; i < chosen.size(); ++i) {
+                const float cosine = sights->cosines()[i];
+                if (cosine == 0) continue;
+                seen.direction = glm::vec3(cosine > 0 ? direction : -direction);
+                seen.distance = sights->distances()[i];
+                job_.integrator.add(seen, job_.receivers.positions[chosen[i]], std::abs(cosine),
+                                    sums[first + i]);
+            }
+        }
+        const std::lock_guard lock(mutex_);
+        idle_.push_back(std::move(sights));
+    }
+
+    std::unique_ptr<Sights> take() {
+        const std::lock_guard lock(mutex_);
+        if (idle_.empty())
+            return std::make_unique<Sights>(
+                occluders_, static_cast<float>(kOwnSurfaceShare * occluders_.diagonal()));
+        std::unique_ptr<Sights> sights = std::move(idle_.back());
+        idle_.pop_back();
+        return sights;
+    }
+
+    const Occluders& occluders_;
+    const GatherJob& job_;
+    std::size_t count_, chunks_, chunk_, groups_, groups_at_once_ = 1;
+    std::vector<std::uint32_t> order_;  // chunk by chunk
+    std::vector<Sum> partial_;          // of each group at hand, in that order
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<Sights>> idle_;
+};
+
+}  // namespace
+
+void gatherByLines(const PosedScene& posed, const CaptureSettings& capture, const GatherJob& job,
+                   std::vector<Sum>& sums, const Progress& progress) {
+    if (job.receivers.size() == 0) return;
+    const Occluders occluders(posed, capture.faces);
+    LineGather(occluders, job, capture.memory).addTo(sums, progress);
+}
+
+}  // namespace peeler

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+// Triangles look for the receivers that they cover.
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "core/bake/occluders.h"
+#include "core/scene/elements.h"
+
+// What is compiled for several processors has to be inlined in each.
+#define PEELER_INLINE [[gnu::always_inline]] inline
+
+namespace peeler {
+namespace {
+
+// Triangles reach beyond their edges by this share of themselves.
+constexpr float kBeyondEdges = 1e-6F;
+// Edges are followed from row to row in triangles of more rows than this: the others have few
+// receivers in vain.
+constexpr int kPlainRows = 3;
+// What is steeper is not seen: of triangles so nearly edge-on that next to nothing is behind them,
+// depth would be a matter of rounding, and who is on one could not tell it from what is in front.
+constexpr float kSteepest = 500;
+// Columns by which edges may be farther out than rounded.
+constexpr float kColumnSlack = 1e-3F;
+
+/// What is computed at once.
+using FourLanes = float __attribute__((vector_size(4 * sizeof(float))));
+using EightLanes = float __attribute__((vector_size(8 * sizeof(float))));
+
+/// A triangle as receivers see it: where its first corner is, what takes the way from there to the
+/// weights of the other two, and how much deeper those are.
+struct FacingTriangle {
+    float x = 0, y = 0, z = 0;
+    float second_x = 0, second_y = 0, third_x = 0, third_y = 0;
+    float second_z = 0, third_z = 0;
+    float side = 0;  // that alone can see it
+    std::uint32_t element = 0;
+};
+
+/// The receivers first … end − 1, and those behind them up to a whole number of blocks.
+template <class Lanes, bool kOneSided>
+struct LaneCover {
+    static constexpr bool kNeedsSide = kOneSided;
+
+    LaneCover(const OccluderPiece&, const CellReceivers& receivers) : r(receivers) {}
+
+    PEELER_INLINE void operator()(const FacingTriangle& t, std::size_t first,
+                                  std::size_t end) const {
+        constexpr std::size_t kLanes = sizeof(Lanes) / sizeof(float);
+        for (std::size_t block = first; block < end; block += CellReceivers::kBlock) {
+            for (std::size_t i = block; i < block + CellReceivers::kBlock; i += kLanes) {
+                Lanes x, y, z, side, before;
+                std::memcpy(&x, r.at[0] + i, sizeof x);
+                std::memcpy(&y, r.at[1] + i, sizeof y);
+                std::memcpy(&z, r.at[2] + i, sizeof z);
+                std::memcpy(&side, r.side + i, sizeof side);
+                std::memcpy(&before, r.nearest + i, sizeof before);
+                x -= t.x;
+                y -= t.y;
+                const Lanes second = x * t.second_x + y * t.second_y;
+                const Lanes third = x * t.third_x + y * t.third_y;
+                const Lanes rest = 1.0F - second - third;
+                const Lanes distance = (second * t.second_z + third * t.third_z + (t.z - z)) * side;
+                auto hit = (second >= -kBeyondEdges) & (third >= -kBeyondEdges) &
+                           (rest >= -kBeyondEdges) & (distance > r.own_surface) &
+                           (distance < before);
+                if constexpr (kOneSided) hit &= side == t.side;
+                const Lanes after = hit ? distance : before;
+                std::memcpy(r.nearest + i, &after, sizeof after);
+            }
+        }
+    }
+
+    CellReceivers r;  // a copy: nothing that is written can be it
+};
+
+/// The same one by one, of surfaces of which alpha says whether they are there.
+class TestedCover {
+  public:
+    static constexpr bool kNeedsSide = true;
+
+    TestedCover(const OccluderPiece& piece, const CellReceivers& receivers)
+        : piece_(piece), r_(receivers), one_sided_(piece.cull_front || piece.cull_back) {}
+
+    void operator()(const FacingTriangle& t, std::size_t first, std::size_t end) const {
+        for (std::size_t i = first; i < end; ++i) {
+            const float x = r_.at[0][i] - t.x, y = r_.at[1][i] - t.y;
+            const float second = x * t.second_x + y * t.second_y;
+            const float third = x * t.third_x + y * t.third_y, rest = 1.0F - second - third;
+            const float distance =
+                (second * t.second_z + third * t.third_z + (t.z - r_.at[2][i])) * r_.side[i];
+            if (second >= -kBeyondEdges && third >= -kBeyondEdges && rest >= -kBeyondEdges &&
+                distance > r_.own_surface && distance < r_.nearest[i] &&
+                (!one_sided_ || r_.side[i] == t.side) && isThere(t.element, second, third))
+                r_.nearest[i] = distance;
+        }
+    }
+
+  private:
+    bool isThere(std::uint32_t element, float second, float third) const {
+        const double b = std::max(0.0, double{second}), c = std::max(0.0, double{third});
+        const double a = std::max(0.0, 1 - double{second} - double{third}), sum = a + b + c;
+        std::array<std::uint32_t, 3> vertex{};
+        std::ranges::transform(cornersOf(*piece_.primitive, element).vertex, vertex.begin(),
+                               [](std::size_t v) { return static_cast<std::uint32_t>(v); });
+        return piece_.alpha->passes(vertex, {a / sum, b / sum, c / sum});
+    }
+
+    const OccluderPiece& piece_;
+    const CellReceivers& r_;
+    bool one_sided_;
+};
+
+struct Corner {
+    float x = 0, y = 0;
+};
+
+/// Covers the receivers between the edges of a triangle with these corners, which is in the columns
+/// x0 … x1 of the rows y0 … y1.
+template <class Cover>
+PEELER_INLINE void coverRows(const Cover& cover, const FacingTriangle& triangle, Corner a, Corner b,
+                             Corner c, int x0, int x1, int y0, int y1, const CellReceivers& r) {
+    if (b.y < a.y) std::swap(a, b);
+    if (c.y < b.y) std::swap(b, c);
+    if (b.y < a.y) std::swap(a, b);
+    const auto slope = [](const Corner& from, const Corner& to) {
+        return to.y > from.y ? (to.x - from.x) / (to.y - from.y) : 0;
+    };
+    const float along = slope(a, c), upper = slope(a, b), lower = slope(b, c);
+    // On the side of one edge, and on that of the two others.
+    const auto one_at = [&](float y) { return a.x + (y - a.y) * along; };
+    const auto other_at = [&](float y) {
+        return y < b.y ? a.x + (y - a.y) * upper : b.x + (y - b.y) * lower;
+    };
+    const float top = std::max(static_cast<float>(y0), a.y);
+    float one = one_at(top), other = other_at(top);
+    const std::uint32_t* row = r.first + std::size_t(y0) * std::size_t(r.width);
+    for (int y = y0; y <= y1; ++y, row += r.width) {
+        const float bottom = std::min(static_cast<float>(y + 1), c.y);
+        const float next_one = one_at(bottom), next_other = other_at(bottom);
+        float left = std::min({one, other, next_one, next_other});
+        float right = std::max({one, other, next_one, next_other});
+        if (b.y >= static_cast<float>(y) && b.y <= bottom) {
+            left = std::min(left, b.x);
+            right = std::max(right, b.x);
+        }
+        one = next_one;
+        other = next_other;
+        left -= kColumnSlack;
+        right += kColumnSlack;
+        const auto first = static_cast<float>(x0), last = static_cast<float>(x1);
+        if (left > last + 1 || right < first) continue;
+        const int from = left > first ? static_cast<int>(left) : x0;
+        const int to = right < last ? static_cast<int>(right) : x1;
+        if (from <= to) cover(triangle, row[from], row[to + 1]);
+    }
+}
+
+/// The corners of a patch's triangles in place, and the cells that they may cover.
+struct PlacedTriangles {
+    static constexpr std::size_t kMost = OccluderPatch::kMost;
+    using Values = std::array<float, kMost>;
+
+    Values corner[3];                       // of the patch: x, y, z
+    Values a[3], b[3], c[3];                // of each triangle
+    Values inverse_area;                    // twice the area
+    std::array<int, kMost> x0, x1, y0, y1;  // cells; x1 < x0 or y1 < y0: none
+};
+
+PEELER_INLINE float least(float a, float b, float c) {
+    const float ab = a < b ? a : b;
+    return ab < c ? ab : c;
+}
+PEELER_INLINE float most(float a, float b, float c) {
+    const float ab = a > b ? a : b;
+    return ab > c ? ab : c;
+}
+
+/// The cells between two coordinates: what is beyond the last begins behind it, and what is before
+/// the first ends before it.
+PEELER_INLINE void cellsBetween(float from, float to, float cells, int& first, int& last) {
+    const float begin = from > 0 ? from : 0;
+    first = static_cast<int>(begin < cells ? begin : cells);
+    const float end = to < cells - 1 ? to : cells - 1;
+    last = static_cast<int>((end > -1 ? end : -1) + 1) - 1;
+}
+
+PEELER_INLINE void placeTriangles(const Occluders& occluders, const OccluderPatch& patch,
+                                  const PatchView& view, const CellReceivers& r,
+                                  PlacedTriangles& p) {
+    const float *const x = occluders.coordinates(patch, 0),
+                       *const y = occluders.coordinates(patch, 1),
+                       *const z = occluders.coordinates(patch, 2);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const glm::vec4 row = view.rows[axis];
+        float* const out = p.corner[axis].data();
+        for (std::size_t i = 0; i < patch.corners; ++i)
+            out[i] = row.x * x[i] + row.y * y[i] + (row.z * z[i] + row.w);
+    }
+    const auto triangles = occluders.triangles(patch);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const float* const from = p.corner[axis].data();
+        for (std::size_t i = 0; i < triangles.size(); ++i) {
+            p.a[axis][i] = from[triangles[i][0]];
+            p.b[axis][i] = from[triangles[i][1]];
+            p.c[axis][i] = from[triangles[i][2]];
+        }
+    }
+    const auto width = static_cast<float>(r.width), height = static_cast<float>(r.height);
+    const float column = r.units_a_cell.x, row = r.units_a_cell.y;
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        const float ax = p.a[0][i], bx = p.b[0][i], cx = p.c[0][i];
+        const float ay = p.a[1][i], by = p.b[1][i], cy = p.c[1][i];
+        const float az = p.a[2][i], bz = p.b[2][i], cz = p.c[2][i];
+        const float left = least(ax, bx, cx), right = most(ax, bx, cx);
+        const float top = least(ay, by, cy), bottom = most(ay, by, cy);
+        cellsBetween(left, right, width, p.x0[i], p.x1[i]);
+        cellsBetween(top, bottom, height, p.y0[i], p.y1[i]);
+        const float area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+        p.inverse_area[i] = 1.0F / area;
+        const float deep = most(az, bz, cz) - least(az, bz, cz);
+        const float wide = (right - left) * column, high = (bottom - top) * row;
+        const float limit = kSteepest * area * column * row;
+        const bool steep = deep * deep * (wide * wide + high * high) > limit * limit;
+        p.x1[i] = steep ? -1 : p.x1[i];
+    }
+}
+
+template <class Cover>
+PEELER_INLINE void coverPatch(const Occluders& occluders, const OccluderPiece& piece,
+                              const OccluderPatch& patch, const PatchView& view,
+                              const CellReceivers& r) {
+    PlacedTriangles p;
+    placeTriangles(occluders, patch, view, r, p);
+    const Cover cover(piece, r);
+    for (std::uint32_t i = 0; i < patch.triangles; ++i) {
+        const int x0 = p.x0[i], x1 = p.x1[i], y0 = p.y0[i], y1 = p.y1[i];
+        if (x1 < x0 || y1 < y0) continue;
+        const Corner a{p.a[0][i], p.a[1][i]}, b{p.b[0][i], p.b[1][i]}, c{p.c[0][i], p.c[1][i]};
+        const float inverse = p.inverse_area[i];  // not finite: it covers nothing
+        FacingTriangle t;
+        t.x = a.x;
+        t.y = a.y;
+        t.z = p.a[2][i];
+        t.second_x = (c.y - a.y) * inverse;
+        t.second_y = (a.x - c.x) * inverse;
+        t.third_x = (a.y - b.y) * inverse;
+        t.third_y = (b.x - a.x) * inverse;
+        t.second_z = p.b[2][i] - t.z;
+        t.third_z = p.c[2][i] - t.z;
+        if constexpr (Cover::kNeedsSide) {
+            // Counter-clockwise is the front, unless a reflection has turned it, of what looks
+            // along Z; what looks against it sees it the other way round.
+            const bool front = (inverse > 0) != piece.mirrored;
+            t.side = front == piece.cull_back ? 1.0F : -1.0F;
+            t.element = patch.first_element + i;
+        }
+        if (y1 - y0 >= kPlainRows && x1 > x0) {
+            coverRows(cover, t, a, b, c, x0, x1, y0, y1, r);
+            continue;
+        }
+        const std::uint32_t* row = r.first + std::size_t(y0) * std::size_t(r.width);
+        for (int y = y0; y <= y1; ++y, row += r.width)
+            cover(t, row[x0], row[x1 + 1]);
+    }
+}
+
+template <class Cover>
+void coverAnywhere(const Occluders& occluders, const OccluderPiece& piece,
+                   const OccluderPatch& patch, const PatchView& view, const CellReceivers& r) {
+    coverPatch<Cover>(occluders, piece, patch, view, r);
+}
+
+#ifdef __x86_64__
+template <class Cover>
+[[gnu::target("avx2")]] void coverOnAvx2(const Occluders& occluders, const OccluderPiece& piece,
+                                         const OccluderPatch& patch, const PatchView& view,
+                                         const CellReceivers& r) {
+    coverPatch<Cover>(occluders, piece, patch, view, r);
+}
+#endif
+
+template <bool kOneSided>
+CoverPatch laneCover(bool for_every_processor) {
+#ifdef __x86_64__
+    static const bool avx2 = __builtin_cpu_supports("avx2");
+    if (avx2 && !for_every_processor) return coverOnAvx2<LaneCover<EightLanes, kOneSided>>;
+#endif
+    return coverAnywhere<LaneCover<FourLanes, kOneSided>>;
+}
+
+}  // namespace
+
+CoverPatch coverPatchFor(const OccluderPiece& piece, bool for_every_processor) {
+    if (piece.alpha) return coverAnywhere<TestedCover>;
+    return piece.cull_front || piece.cull_back ? laneCover<true>(for_every_processor)
+                                               : laneCover<false>(for_every_processor);
+}
+
+}  // namespace peeler
