@@ -1,28 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bakes the ambient occlusion of models' vertices with peeler and with Embree, side by side, and
-// prints time and error as a Markdown table.
+// Bakes the ambient occlusion of models' vertices, or with --texels of a texture so many texels a
+// side, with peeler and with Embree, side by side, and prints time and error as a Markdown table.
 //
 //     bake_ao SCENE... [--directions 64,256,1024] [--resolution 512] [--reference 4096] [--runs 1]
-//             [--engine cpu]
+//             [--engine cpu] [--texels 0] [--json]
 //
 // Both look along the same N directions over the sphere, with the same threads, from the same
-// points; the error is the root mean square against rays of Embree along `--reference` directions
-// of each point's own, cosine-weighted, where hits nearer than 1e-4 of the scene's diagonal do not
-// count. Peeler's time begins with uploading the scene, Embree's with building its hierarchy.
-// The last column is how much the reference itself depends on where a surface begins: its
-// difference from one whose rays start that far above it, mostly at vertices where parts touch.
-// Peeler's hits are found by the CPU, or with --engine gl by the renderer that PEELER_TEST_BACKEND
-// chooses.
+// points; times are processor seconds. The error is the root mean square against rays of Embree
+// along `--reference` directions of each point's own, cosine-weighted, where hits nearer than 1e-4
+// of the scene's diagonal do not count; of very many points it is that of some. Peeler's time
+// begins with uploading or placing the scene, Embree's with building its hierarchy. The last column
+// is how much the reference itself depends on where a surface begins: its difference from one whose
+// rays start that far above it, mostly at vertices where parts touch. Peeler's hits are found by
+// the CPU, or with --engine gl by the renderer that PEELER_TEST_BACKEND chooses. With --json it
+// prints an array of the rows instead, with the seconds of every run; peeler and Embree take turns.
+#include <sys/resource.h>
+
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/bake/bake.h"
@@ -42,8 +45,9 @@ namespace {
 struct Options {
     std::vector<std::string> scenes{};
     std::vector<int> directions{64, 256, 1024};
-    int resolution = 512, reference = 4096, runs = 1;
+    int resolution = 512, reference = 4096, runs = 1, texels = 0;
     std::string engine = "cpu";
+    bool json = false;
 };
 
 std::vector<int> numbers(const std::string& text) {
@@ -67,63 +71,119 @@ Options parse(int count, char** arguments) {
             options.reference = value().at(0);
         else if (argument == "--runs")
             options.runs = value().at(0);
+        else if (argument == "--texels")
+            options.texels = value().at(0);
         else if (argument == "--engine")
             options.engine = ++i < count ? arguments[i] : "";
+        else if (argument == "--json")
+            options.json = true;
         else
             options.scenes.push_back(argument);
     }
     return options;
 }
 
-/// Seconds of the fastest run.
-double best(int runs, const std::function<void()>& work) {
-    double least = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < runs; ++i) {
-        const auto start = std::chrono::steady_clock::now();
-        work();
-        const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-        least = std::min(least, taken.count());
-    }
-    return least;
+/// Processor seconds that the work takes, of all threads.
+double processorSeconds(const std::function<void()>& work) {
+    const auto used = [] {
+        rusage usage{};
+        getrusage(RUSAGE_SELF, &usage);
+        const auto seconds = [](const timeval& time) {
+            return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+        };
+        return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+    };
+    const double start = used();
+    work();
+    return used() - start;
 }
 
-/// `context`: null = the CPU finds the hits.
-void measure(const std::string& path, const Options& options, gl::Context* context) {
+/// Some receivers out of many, at equal steps, whose errors stand for all.
+class Sample {
+  public:
+    explicit Sample(const Receivers& all) : step_(std::max<std::size_t>(1, all.size() / kMost)) {
+        for (std::size_t r = 0; r < all.size(); r += step_) {
+            receivers_.positions.push_back(all.positions[r]);
+            receivers_.normals.push_back(all.normals[r]);
+        }
+    }
+    const Receivers& receivers() const { return receivers_; }
+    double error(const std::vector<float>& values, const std::vector<float>& reference) const {
+        std::vector<float> chosen;
+        for (std::size_t r = 0; r < values.size(); r += step_)
+            chosen.push_back(values[r]);
+        return rootMeanSquare(receivers_, chosen, reference);
+    }
+
+  private:
+    static constexpr std::size_t kMost = 100'000;
+    std::size_t step_;
+    Receivers receivers_;
+};
+
+/// A row of the table, of the fastest runs.
+void print(const nlohmann::json& row) {
+    const auto fastest = [](const nlohmann::json& runs) {
+        return *std::ranges::min_element(runs.get_ref<const nlohmann::json::array_t&>());
+    };
+    const double ours = fastest(row["seconds"]["peeler"]),
+                 theirs = fastest(row["seconds"]["embree"]);
+    const auto error = [&](const char* of) { return row["errors"][of].get<double>(); };
+    std::printf("| %s | %zu | %zu | %d | %.2f s | %.4f | %.2f s | %.4f | %.4f | %.2f |\n",
+                row["scene"].get_ref<const std::string&>().c_str(),
+                row["triangles"].get<std::size_t>(), row["receivers"].get<std::size_t>(),
+                row["directions"].get<int>(), ours, error("peeler"), theirs, error("embree"),
+                error("raised"), ours / theirs);
+    std::fflush(stdout);
+}
+
+/// Adds a row for every number of directions. `context`: null = the CPU finds the hits.
+void measure(const std::string& path, const Options& options, gl::Context* context,
+             nlohmann::json& rows) {
     const Scene scene = readGltf(path);
     const PosedScene shown(scene);
     const VertexReceivers vertices(shown);
-    const Receivers& receivers = vertices.receivers();
+    std::optional<TexelReceivers> texels;
+    if (options.texels > 0) texels.emplace(shown, vertices, TexelSettings{options.texels, 0});
+    const Receivers& receivers = texels ? texels->receivers() : vertices.receivers();
+    const Sample sample(receivers);
     const Bounds box = shown.bounds().value_or(Bounds{});
     const auto own_surface = static_cast<float>(1e-4 * glm::length(box.max - box.min));
     const TriangleSoup soup = soupOf(scene);
     const auto reference =
-        OcclusionOracle(soup, own_surface).reference(receivers, options.reference);
+        OcclusionOracle(soup, own_surface).reference(sample.receivers(), options.reference);
     const auto raised =
-        OcclusionOracle(soup, 0).reference(receivers, options.reference, own_surface);
+        OcclusionOracle(soup, 0).reference(sample.receivers(), options.reference, own_surface);
     for (const int count : options.directions) {
         std::vector<float> ours, theirs;
-        const double our_time = best(options.runs, [&] {
-            std::unique_ptr<HitSource> source;
-            if (context)
-                source = std::make_unique<Renderer>(*context, shown);
-            else
-                source = std::make_unique<HitRasterizer>(shown);
-            BakeSettings settings;
-            settings.directions = count;
-            settings.resolution = options.resolution;
-            CaptureSettings capture;
-            capture.faces = Faces::kBoth;
-            ours = bake(*source, receivers, settings, capture, {}, {});
-        });
-        const double their_time = best(options.runs, [&] {
-            theirs = OcclusionOracle(soup, own_surface).along(receivers, sphereDirections(count));
-        });
-        std::printf("| %s | %zu | %zu | %d | %.2f s | %.4f | %.2f s | %.4f | %.4f |\n",
-                    std::filesystem::path(path).stem().c_str(), soup.triangles.size(),
-                    receivers.size(), count, our_time, rootMeanSquare(receivers, ours, reference),
-                    their_time, rootMeanSquare(receivers, theirs, reference),
-                    rootMeanSquare(receivers, raised, reference));
-        std::fflush(stdout);
+        nlohmann::json row = {{"scene", std::filesystem::path(path).stem().string()},
+                              {"triangles", soup.triangles.size()},
+                              {"receivers", receivers.size()},
+                              {"directions", count}};
+        for (int i = 0; i < options.runs; ++i) {
+            row["seconds"]["peeler"].push_back(processorSeconds([&] {
+                std::unique_ptr<HitSource> source;
+                if (context)
+                    source = std::make_unique<Renderer>(*context, shown);
+                else
+                    source = std::make_unique<HitRasterizer>(shown);
+                BakeSettings settings;
+                settings.directions = count;
+                settings.resolution = options.resolution;
+                CaptureSettings capture;
+                capture.faces = Faces::kBoth;
+                ours = bake(*source, receivers, settings, capture, {}, {});
+            }));
+            row["seconds"]["embree"].push_back(processorSeconds([&] {
+                theirs =
+                    OcclusionOracle(soup, own_surface).along(receivers, sphereDirections(count));
+            }));
+        }
+        row["errors"] = {{"peeler", sample.error(ours, reference)},
+                         {"embree", sample.error(theirs, reference)},
+                         {"raised", rootMeanSquare(sample.receivers(), raised, reference)}};
+        if (!options.json) print(row);
+        rows.push_back(std::move(row));
     }
 }
 
@@ -133,14 +193,19 @@ int run(const Options& options) {
         context = gl::createContext({.backend = testBackend()});
     else if (options.engine != "cpu")
         throw Error(ErrorKind::kUsage, "--engine is cpu or gl");
-    std::printf("%s, %d threads; resolution %d, reference of %d directions\n\n",
-                context ? context->device().renderer.c_str() : "the CPU", threadCount(),
-                options.resolution, options.reference);
-    std::printf(
-        "| scene | triangles | vertices | directions | peeler | RMSE | Embree | RMSE | raised |\n"
-        "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
+    if (!options.json) {
+        std::printf("%s, %d threads; resolution %d, reference of %d directions\n\n",
+                    context ? context->device().renderer.c_str() : "the CPU", threadCount(),
+                    options.resolution, options.reference);
+        std::printf(
+            "| scene | triangles | receivers | directions | peeler | RMSE | Embree | RMSE | raised "
+            "| ratio |\n"
+            "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
+    }
+    nlohmann::json rows = nlohmann::json::array();
     for (const std::string& scene : options.scenes)
-        measure(scene, options, context.get());
+        measure(scene, options, context.get(), rows);
+    if (options.json) std::printf("%s\n", rows.dump(1).c_str());
     return 0;
 }
 

@@ -215,6 +215,7 @@ struct EmbreeLayers::State {
     RTCScene scene = nullptr;
     std::vector<std::unique_ptr<Surface>> surfaces{};
     std::size_t triangles = 0;
+    bool culls = true;  ///< back faces that the material does not show
 
     Surface& surfaceOf(const Scene& scene_file, const Material& material);
     void add(const PosedScene& posed, const MeshInstance& instance, std::size_t primitive);
@@ -223,11 +224,12 @@ struct EmbreeLayers::State {
 Surface& EmbreeLayers::State::surfaceOf(const Scene& scene_file, const Material& material) {
     const bool tested = material.alpha_mode != AlphaMode::kOpaque && material.base_color_texture;
     const Material* judge = tested ? &material : nullptr;
+    const bool cull = culls && !material.double_sided;
     for (const auto& surface : surfaces)
-        if (surface->material == judge && surface->cull == !material.double_sided) return *surface;
+        if (surface->material == judge && surface->cull == cull) return *surface;
     auto& added = *surfaces.emplace_back(std::make_unique<Surface>());
     added.material = judge;
-    added.cull = !material.double_sided;
+    added.cull = cull;
     if (tested)
         added.image =
             &scene_file.images[static_cast<std::size_t>(material.base_color_texture.image)];
@@ -262,7 +264,9 @@ void EmbreeLayers::State::add(const PosedScene& posed, const MeshInstance& insta
     test::forEachTriangle(p.topology, count, triangle);
 }
 
-EmbreeLayers::EmbreeLayers(const PosedScene& posed) : state_(std::make_unique<State>()) {
+EmbreeLayers::EmbreeLayers(const PosedScene& posed, Faces faces)
+    : state_(std::make_unique<State>()) {
+    state_->culls = faces == Faces::kGltf;
     for (const MeshInstance& instance : posed.meshes()) {
         for (std::size_t i = 0; i < posed.primitives(instance).size(); ++i)
             state_->add(posed, instance, i);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/capture/capture_settings.h"
 #include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
 
@@ -16,11 +17,11 @@ namespace peeler::benchmark {
 enum class Packet : std::uint8_t { k1 = 1, k8 = 8, k16 = 16 };
 
 /// Traces the triangles that peeler rasterises, with the same threads, by the same rules: back
-/// faces are culled, and alpha is tested (the base colour's texture, bilinear, finest level; not
-/// vertex colours), where the material says so.
+/// faces are culled (or with Faces::kBoth are not), and alpha is tested (the base colour's texture,
+/// bilinear, finest level; not vertex colours), where the material says so.
 class EmbreeLayers {
   public:
-    explicit EmbreeLayers(const PosedScene& posed);
+    explicit EmbreeLayers(const PosedScene& posed, Faces faces = Faces::kGltf);
     ~EmbreeLayers();
     EmbreeLayers(const EmbreeLayers&) = delete;
     EmbreeLayers& operator=(const EmbreeLayers&) = delete;

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times what it takes to write all hits of some bundles as a .npz: prints JSON with the processor
-// time of every run (of all threads, the kernel's work for them included) and its milliseconds.
+// Times what it takes to write all hits of some bundles, as the CPU finds them without GL, as a
+// .npz: prints JSON with the processor time of every run (of all threads, the kernel's work for
+// them included) and its milliseconds.
 //
 //     hits SCENE [--size 1700x4] [--runs 3] [--what npz] [--folder .]
 //
 // `--size` is the resolution of the bundles by how many there are. "npz" traces them and writes
 // hits.npz, which stays in the folder; "capture" traces them and keeps nothing, with all that the
 // columns are made of; "bare" likewise without channels: t and triangles alone.
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <numeric>
@@ -16,22 +15,12 @@
 #include "benchmarks/measured_scene.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/gl/context.h"
+#include "core/raster/hit_rasterizer.h"
 #include "core/rays/bundle.h"
 #include "formats/rays/ray_output.h"
-#include "support/test_support.h"
 
 namespace peeler::benchmark {
 namespace {
-
-double processorMilliseconds() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    const auto in_milliseconds = [](const timeval& time) {
-        return 1e3 * static_cast<double>(time.tv_sec) + 1e-3 * static_cast<double>(time.tv_usec);
-    };
-    return in_milliseconds(usage.ru_utime) + in_milliseconds(usage.ru_stime);
-}
 
 /// Hands bands on to an output, as `peeler rays` does.
 class OutputSink final : public Sink {
@@ -49,10 +38,7 @@ class OutputSink final : public Sink {
 class Hits {
   public:
     explicit Hits(const Options& options)
-        : options_(options),
-          scene_(options),
-          context_(gl::createContext({.backend = test::testBackend()})),
-          renderer_(*context_, scene_.posed) {
+        : options_(options), scene_(options), source_(scene_.posed) {
         RayGrid grid;
         grid.resolution = options.width;
         const Bounds box = scene_.posed.bounds().value();
@@ -63,7 +49,7 @@ class Hits {
         settings_.color_type = PixelType::kFloat;
         settings_.depth_clamp = true;
         for (const Bundle& bundle : bundles_)
-            hits_.push_back(renderer_.plan(bundle.view, settings_).fragments_counted);
+            hits_.push_back(source_.plan(bundle.view, settings_).fragments_counted);
     }
 
     void write() {
@@ -92,16 +78,15 @@ class Hits {
     template <class MakeSink>
     void trace(MakeSink&& make_sink) {
         for (std::size_t i = 0; i < bundles_.size(); ++i) {
-            renderer_.plan(bundles_[i].view, settings_);
+            source_.plan(bundles_[i].view, settings_);
             auto sink = make_sink(i);
-            renderer_.capture(sink);
+            source_.capture(sink);
         }
     }
 
     const Options& options_;
     MeasuredScene scene_;
-    std::unique_ptr<gl::Context> context_;
-    Renderer renderer_;
+    HitRasterizer source_;
     std::vector<Bundle> bundles_;
     CaptureSettings settings_;
     std::vector<std::uint64_t> hits_;  ///< of each bundle

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "benchmarks/measured_scene.h"
 
+#include <sys/resource.h>
+
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -40,6 +42,8 @@ Options parse(int count, char** arguments) {
         if (argument == "--size") {
             if (std::sscanf(value().c_str(), "%dx%d", &options.width, &options.height) != 2)
                 throw Error(ErrorKind::kUsage, "a size is WxH", "--size");
+        } else if (argument == "--bundles") {
+            options.bundles = std::stoi(value());
         } else if (argument == "--runs") {
             options.runs = std::stoi(value());
         } else if (argument == "--what") {
@@ -76,6 +80,15 @@ double milliseconds(const std::function<void()>& work) {
     const Clock::time_point start = Clock::now();
     work();
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+double processorMilliseconds() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    const auto in_milliseconds = [](const timeval& time) {
+        return 1e3 * static_cast<double>(time.tv_sec) + 1e-3 * static_cast<double>(time.tv_usec);
+    };
+    return in_milliseconds(usage.ru_utime) + in_milliseconds(usage.ru_stime);
 }
 
 nlohmann::json timesInTurn(const std::vector<Contender>& contenders, int runs) {

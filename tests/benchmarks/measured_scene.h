@@ -16,12 +16,13 @@ namespace peeler::benchmark {
 struct Options {
     std::string scene{};
     int width = 1920, height = 1080, runs = 3;
+    int bundles = 1;                  ///< of rays, where a program traces some
     std::vector<std::string> what{};  ///< of the program's own list; empty = its default
     std::string folder = ".";         ///< for files that are written and removed again
 };
 
-/// SCENE [--size 1920x1080] [--runs 3] [--what A,B] [--folder .]. Sets the threads of peeler and of
-/// Mesa. Throws Error (kUsage).
+/// SCENE [--size 1920x1080] [--bundles 1] [--runs 3] [--what A,B] [--folder .]. Sets the threads of
+/// peeler and of Mesa. Throws Error (kUsage).
 Options parse(int count, char** arguments);
 
 /// A scene as `peeler render` reads and frames it.
@@ -56,6 +57,10 @@ nlohmann::json timesInTurn(const std::vector<Contender>& contenders, int runs);
 
 /// Milliseconds that the work takes.
 double milliseconds(const std::function<void()>& work);
+
+/// Processor time that the process has used so far, of all threads, the kernel's work for them
+/// included.
+double processorMilliseconds();
 
 /// Runs the program: prints the JSON that `measure` returns, or on stderr why there is none.
 int run(int count, char** arguments, const std::function<nlohmann::json(const Options&)>& measure);

@@ -49,7 +49,12 @@ SECTIONS: Dict[str, Section] = {
         "Side by side",
         "peeler beside what people use, in turn; ratios are ours to theirs, of medians. What each row is: "
         "[tests/README.md](../README.md#measured-side-by-side).",
-        (("table.py", "--build", "{build}"),)),
+        (("table.py", "--build", "{build}", "--rows", "capture,composite,command,writers,flatten,stages,start,layers,memory"),)),
+    "hits": Section(
+        "Hits",
+        "What the CPU finds of rays without GL, and what is made of that, beside Embree in turn; ratios are ours to theirs, of "
+        "medians. What each row is: [tests/README.md](../README.md#measured-side-by-side).",
+        (("table.py", "--build", "{build}", "--rows", "bundle,bundles,maps,hits,baking,growth"),)),
     "against-three": Section(
         "Against three.js",
         "Composites of peeler beside three.js in headless Chromium: the same camera, 16 places a pixel, one environment "
@@ -86,11 +91,10 @@ SECTIONS: Dict[str, Section] = {
         (("views_from_layers.py", "{build}/peeler", ENGINE, PLANT, JELLYFISH, GLASSES),)),
     "baking": Section(
         "Baking",
-        "Ambient occlusion at vertices by peeler and by Embree along the same directions: seconds (of peeler with uploading, of "
-        "Embree with building its hierarchy), and the root mean square error against rays of Embree of each vertex's own. "
-        "`raised` is how much that reference itself changes if its rays start 1e-4 of the size higher.",
-        (("{build}/tests/bake_ao", CYLINDERS, HELMET, DUCK, "--resolution", "512"),
-         ("{build}/tests/bake_ao", CYLINDERS, HELMET, DUCK, "--resolution", "1024", "--directions", "1024"))),
+        "Ambient occlusion at vertices by peeler and by Embree along the same directions: processor seconds (of peeler with "
+        "placing the scene, of Embree with building its hierarchy), and the root mean square error against rays of Embree of "
+        "each vertex's own. `raised` is how much that reference itself changes if its rays start 1e-4 of the size higher.",
+        (("{build}/tests/bake_ao", CYLINDERS, HELMET, DUCK),)),
     "frames": Section(
         "Frames",
         "What a frame takes in one process for all, beside a process for each. The files are the same.",
@@ -131,8 +135,10 @@ NUMBERS = (
            {"what": "writing the layered file", "scene": "spheres", "size": HD, "theirs": "same windows"}, ""),
     Number("flattening a deep file of 100 spheres", "side-by-side",
            {"what": "flatten of a deep file", "scene": "large-spheres", "size": HD}, ""),
-    Number("occlusion at the vertices of 2CylinderEngine, 1,024 directions", "baking",
-           {"scene": "2CylinderEngine", "directions": "1024"}, "Embree", "peeler", "Embree"),
+    Number("4.7 million hits of parallel rays, sorted, by the CPU; processor time", "hits",
+           {"what": "all hits of a bundle, sorted, processor time", "scene": "soup-192k"}, ""),
+    Number("occlusion at the vertices of 2CylinderEngine, 1,024 directions; processor time", "hits",
+           {"what": "ambient occlusion at vertices, processor time", "scene": "2CylinderEngine"}, ""),
 )
 BEGIN = "<!-- numbers: `sh tests/run.sh bench` writes them from tests/benchmarks/RESULTS.md -->"
 END = "<!-- end of numbers -->"

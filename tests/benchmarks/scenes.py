@@ -11,6 +11,13 @@ small-spheres  200 of 6,240, up to 38 layers
 large-spheres  100 of 1,520, about 70 layers
 forest         300 trees whose leaves are cut out of cards by a MASK material
 city           1,600 opaque buildings
+soup-192k      30 spheres of 6,400 triangles, for rays: parallel ones find all of them in one another
+soup-1728k     the same of 57,600
+soup-1280k     200 of 6,400
+soup-640k      400 large ones of 1,600, about 28 hits a ray
+cube-192k      30 of 6,400, as high as wide
+cube-160k      100 of 1,600, likewise
+soup-of-N      N spheres of 1,600: so many times the triangles, and as many times the hits of a ray
 quads-N        N panes of glass, each over the whole picture: N layers of every pixel
 triangle       one triangle
 """
@@ -45,14 +52,15 @@ def _sphere(segments: int, rows: int) -> Geometry:
     return lathe([profile], segments)
 
 
-def _spheres(count: int, segments: int, rows: int, radius: float, seed: int) -> Glb:
-    """Radius and seed are such that 1920 x 1080 pixels have the fragments and layers wanted."""
+def _spheres(count: int, segments: int, rows: int, radius: float, seed: int, half: Vec3 = (3.4, 1.7, 3.0)) -> Glb:
+    """Radius and seed are such that 1920 x 1080 pixels have the fragments and layers wanted. `half` of the box that
+    the middles are in."""
     glb = Glb(f"{count} spheres")
     stored = glb.store(_sphere(segments, rows))
     meshes = [glb.mesh(f"sphere {i}", (stored, glass)) for i, glass in enumerate(_glasses(glb))]
     dice = random.Random(seed)
     for i in range(count):
-        x, y, z = ((2 * dice.random() - 1) * half for half in (3.4, 1.7, 3.0))
+        x, y, z = ((2 * dice.random() - 1) * side for side in half)
         size = radius * (0.75 + 0.5 * dice.random())
         glb.node(f"sphere {i}", meshes[i % len(meshes)], at=(x, y, z), size=(size,) * 3)
     glb.perspective("camera", (0.0, 0.0, 10.0), (0.0, 0.0, 0.0), YFOV, near=0.1)
@@ -146,6 +154,8 @@ def triangle() -> Glb:
 
 
 LAYERS: Tuple[int, ...] = (1, 2, 4, 8, 16, 32, 64, 128)
+SOUPS: Tuple[int, ...] = (16, 32, 64, 128, 256, 512, 1024)
+CUBE: Vec3 = (2.4, 2.4, 2.4)
 SCENES: Dict[str, Callable[[], Glb]] = {
     "spheres": lambda: _spheres(30, 80, 40, 1.206, 17),
     "fine-spheres": lambda: _spheres(30, 240, 120, 1.206, 17),
@@ -153,6 +163,13 @@ SCENES: Dict[str, Callable[[], Glb]] = {
     "large-spheres": lambda: _spheres(100, 40, 20, 1.519, 1),
     "forest": forest,
     "city": city,
+    "soup-192k": lambda: _spheres(30, 80, 41, 1.804, 17),
+    "soup-1728k": lambda: _spheres(30, 240, 121, 1.803, 17),
+    "soup-1280k": lambda: _spheres(200, 80, 41, 0.391, 5),
+    "soup-640k": lambda: _spheres(400, 40, 21, 1.895, 1),
+    "cube-192k": lambda: _spheres(30, 80, 41, 1.149, 17, CUBE),
+    "cube-160k": lambda: _spheres(100, 40, 21, 0.871, 1, CUBE),
+    **{f"soup-of-{n}": lambda n=n: _spheres(n, 40, 21, 0.95, 3) for n in SOUPS},  # type: ignore[misc]
     "triangle": triangle,
     **{f"quads-{n}": lambda n=n: quads(n) for n in LAYERS},  # type: ignore[misc]
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 import statistics
@@ -32,6 +33,7 @@ class Row:
     note: str = ""
     ours_alone: Sequence[Any] = ()  # a command that does our part, to be profiled if it misses the target
     profile: str = ""
+    fails: str = ""  # what else was asked for and does not hold; the row misses its target then
 
     @property
     def ratio(self) -> float:
@@ -39,7 +41,7 @@ class Row:
 
     @property
     def met(self) -> Optional[bool]:
-        return None if self.target is None else self.ratio <= self.target
+        return None if self.target is None else self.ratio <= self.target and not self.fails
 
     def record(self) -> Dict[str, Any]:
         told = {key: value for key, value in self.__dict__.items() if key != "ours_alone"}
@@ -124,6 +126,13 @@ class Display:
         self.server.wait()
 
 
+def exponent(points: List[Tuple[float, float]]) -> float:
+    """The slope of the straight line through log(y) over log(x), least squares."""
+    logs = [(math.log(x), math.log(y)) for x, y in points]
+    mean_x, mean_y = (statistics.fmean(column) for column in zip(*logs))
+    return sum((x - mean_x) * (y - mean_y) for x, y in logs) / sum((x - mean_x) ** 2 for x, _ in logs)
+
+
 def in_turn(contenders: Sequence[Callable[[], float]], runs: int) -> List[List[float]]:
     """The numbers of each: one after the other, `runs` times around."""
     numbers: List[List[float]] = [[] for _ in contenders]
@@ -143,6 +152,7 @@ class Bench:
     scenes: Dict[str, Path]
     sizes: List[str]
     runs: int
+    shrink: int = 1  # sides of the pictures of some rows are divided by it
     display: str = ""
     skipped: List[str] = field(default_factory=list)
 
@@ -160,6 +170,9 @@ class Bench:
 
     def at(self, *sizes: str) -> List[str]:
         return [size for size in sizes if size in self.sizes]
+
+    def shrunk(self, *lengths: int, least: int = 4) -> List[int]:
+        return [max(least, length // self.shrink) for length in lengths]
 
     def has(self, program: str) -> bool:
         found = shutil.which(program) is not None

@@ -3,7 +3,7 @@
 """Measures peeler side by side with Embree, VTK, f3d, OpenEXR and OpenImageIO; prints one Markdown table.
 
     python3 tests/benchmarks/table.py [--rows capture,writers] [--scenes spheres,lamp] [--sizes 1920x1080]
-                                      [--runs 3] [--quick]
+                                      [--runs 3] [--quick] [--shrink 1]
 
 Ours and theirs run in turn; ratios are of the medians, no run is left out. Milliseconds unless a row says
 otherwise. What is missing is skipped and said so. The rows stand in a JSON file, too, every run's number
@@ -71,6 +71,8 @@ def parsed() -> argparse.Namespace:
                         default=[table_rows.HD, table_rows.UHD], help="1920x1080, 3840x2160 or both")
     parser.add_argument("--runs", type=int, default=3, help="of each, in turn (default: 3)")
     parser.add_argument("--quick", action="store_true", help="one run, 1920x1080 alone: a look, no measurement")
+    parser.add_argument("--shrink", type=int, default=1, help="divides the sides of the pictures, and the directions, of "
+                        f"{', '.join(table_rows.hit_rows.KINDS)}: to see that they run (default: 1)")
     parser.add_argument("--json", type=Path, help="the file of rows (default: benchmarks.json in the build folder)")
     options = parser.parse_args()
     if options.quick:
@@ -115,7 +117,8 @@ def main() -> int:
     pictures = target.with_suffix("")
     pictures.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=options.build) as folder:
-        bench = Bench(options.build, Path(folder), pictures, {}, options.sizes, options.runs)
+        bench = Bench(options.build, Path(folder), pictures, {}, options.sizes, options.runs,
+                      options.shrink)
         models(bench, options.scenes)
         for name in table_rows.GENERATED:
             if name in options.scenes:

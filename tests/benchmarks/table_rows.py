@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import math
 import statistics
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterator, List, Tuple
 
+import hit_rows
 import scenes
-from side_by_side import HERE, Bench, Row, Served, in_turn, run, say
+from side_by_side import HERE, Bench, Row, Served, exponent, in_turn, run, say
 
 SPHERES = ("spheres", "fine-spheres", "small-spheres", "large-spheres")
 REAL = ("gearbox", "lamp")
@@ -210,13 +210,6 @@ def start(bench: Bench) -> Rows:
               note="to a written EXR")
 
 
-def exponent(points: List[Tuple[float, float]]) -> float:
-    """The slope of the straight line through log(y) over log(x), least squares."""
-    logs = [(math.log(x), math.log(y)) for x, y in points]
-    mean_x, mean_y = (statistics.fmean(column) for column in zip(*logs))
-    return sum((x - mean_x) * (y - mean_y) for x, y in logs) / sum((x - mean_x) ** 2 for x, _ in logs)
-
-
 def layers(bench: Bench) -> Rows:
     """The others' work grows with N²: they get smaller pictures, fewer layers, one run."""
     kinds = (("a-buffer", "1280x720", scenes.LAYERS, bench.runs, 1.1), ("dual", "640x360", scenes.LAYERS[:6], 1, None),
@@ -251,8 +244,10 @@ def memory(bench: Bench) -> Rows:
 
 KINDS: Dict[str, Callable[[Bench], Rows]] = {
     "capture": capture, "composite": composite, "command": command, "writers": writers, "hits": hits, "flatten": flatten,
-    "stages": stages, "start": start, "layers": layers, "memory": memory}
-GENERATED: Tuple[str, ...] = (*SPHERES, "forest", "city")
+    "stages": stages, "start": start, "layers": layers, "memory": memory, **hit_rows.KINDS}
+GENERATED: Tuple[str, ...] = (*SPHERES, "forest", "city", *hit_rows.SOUPS)
 MODELS: Dict[str, Path] = {
     "gearbox": Path("gltf-sample-assets/GearboxAssy/glTF-Draco/GearboxAssy.gltf"),
-    "lamp": Path("gltf-sample-assets/StainedGlassLamp/glTF-JPG-PNG/StainedGlassLamp.gltf")}
+    "lamp": Path("gltf-sample-assets/StainedGlassLamp/glTF-JPG-PNG/StainedGlassLamp.gltf"),
+    "2CylinderEngine": Path("gltf-sample-assets/2CylinderEngine/glTF/2CylinderEngine.gltf"),
+    "helmet": Path("gltf-sample-assets/DamagedHelmet/glTF-Binary/DamagedHelmet.glb")}

@@ -2,8 +2,10 @@
 """The benchmarks' scripts still run, and tests/benchmarks/RESULTS.md and README.md agree.
 
 Small pictures, once; what is measured is not looked at. What needs programs of the benchmarks' own
-(side by side, baking) is not run here."""
+(side by side, baking) is not run here, but for the rows of hits where these programs are built."""
 
+import json
+import math
 import pathlib
 import subprocess
 import sys
@@ -16,9 +18,12 @@ BENCHMARKS = SOURCE / "tests" / "benchmarks"
 sys.path.insert(0, str(BENCHMARKS))
 import against_three  # noqa: E402
 import flip  # noqa: E402
+import hit_rows  # noqa: E402
 import numpy as np  # noqa: E402
 import reasons  # noqa: E402
 import results  # noqa: E402
+import scenes  # noqa: E402
+import side_by_side  # noqa: E402
 import three_scenes  # noqa: E402
 
 SCENE = EXAMPLES / "scenes" / "coincident.glb"
@@ -112,6 +117,111 @@ class Benchmarks(PeelerTest):
     def test_budgets(self):
         rows = self.rows("budgets.py", "--quick")
         self.assertEqual([row["--memory"] for row in rows], ["400M"])
+
+
+class CannedBench(side_by_side.Bench):
+    """Its programs say what they are told to say."""
+
+    def __init__(self, folder, answers, **more):
+        paths = {name: pathlib.Path(name) for name in (*hit_rows.SOUPS, *hit_rows.MODELS, "2CylinderEngine", "helmet")}
+        super().__init__(folder, folder, folder, paths, ["1920x1080"], 1, **more)
+        self.answers = answers
+        self.asked = []
+
+    def program(self, name, *arguments):
+        self.asked.append([name, *map(str, arguments)])
+        return self.answers(name, self.asked[-1])
+
+
+def hits_of(command):
+    """As many hits as rays, a nanosecond each by Embree and a tenth of that by us."""
+    width, height = map(int, command[command.index("--size") + 1].split("x"))
+    rays = width * height * (64 if "--bundles" in command else 1)
+    times = {key: [1e-6 * rays * share] for key, share in (
+        ("hits", 0.1), ("embree", 1), ("axes", 0.3), ("thickness", 0.12), ("parity", 0.2), ("voxels", 0.3))}
+    return {"hits": rays, "axes": 3 * rays, "rays": rays, "cells": rays, "occupied": 1, "processor": times,
+            "milliseconds": times, "resident": 8 * rays,
+            "embree": {"hits": rays, "triangles": 12, "build": [1]}}
+
+
+class HitRows(PeelerTest):
+    """The rows about the CPU's hits."""
+
+    NAMES = ("benchmark_hit_engine", "bake_ao")
+    BUILT = all((pathlib.Path(PEELER).parent / "tests" / name).is_file() for name in NAMES)
+
+    def test_the_slope_is_the_power(self):
+        self.assertAlmostEqual(side_by_side.exponent([(x, 3 * x**1.5) for x in (1, 2, 8, 64)]), 1.5, 12)
+
+    def test_a_row_that_fails_is_not_met(self):
+        row = side_by_side.Row("what", "scene", "size", "rival", [1], [2], 0.6)
+        self.assertTrue(row.met)
+        row.fails = "the error is too large"
+        self.assertFalse(row.met)
+        self.assertEqual(row.record()["fails"], row.fails)
+
+    def test_rows_of_what_programs_say(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            bench = CannedBench(pathlib.Path(scratch), lambda _, command: hits_of(command))
+            rows = {kind: list(hit_rows.KINDS[kind](bench)) for kind in ("bundle", "bundles", "maps")}
+        for row in (*rows["bundle"], *rows["bundles"]):
+            self.assertAlmostEqual(row.ratio, 0.1, 12)
+            self.assertTrue(row.met)
+        self.assertEqual({row.scene: row.target for row in rows["bundle"]}["soup-640k"], 0.5)
+        self.assertEqual(len(rows["bundle"]), 8)
+        self.assertEqual([row.size for row in rows["bundles"]], ["64 of 512", "64 of 1024", "64 of 1024"])
+        # Thickness takes a fifth more than its hits, parity twice as much.
+        self.assertEqual([row.met for row in rows["maps"]], 2 * [True, False, True])
+        for row in sum(rows.values(), []):
+            self.assertTrue(row.ours_alone, row.what)
+            self.assertTrue(row.what.endswith("processor time"), row.what)
+
+    def test_what_grows_as_hits_do(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            bench = CannedBench(pathlib.Path(scratch), lambda _, command: hits_of(command), shrink=64)
+            rows = hit_rows.growth(bench)
+            of_rays = [next(rows), next(rows)]
+        for row in of_rays:
+            self.assertAlmostEqual(row.ratio, 1, 9)
+            self.assertTrue(row.met)
+        self.assertEqual(len(bench.asked), 2 * len(scenes.SOUPS))  # times, and then memory
+
+    def test_occlusion_has_to_be_as_good(self):
+        def answers(ours):
+            return lambda *_: [{"receivers": 7, "errors": {"peeler": ours, "embree": 0.001, "raised": 0},
+                                "seconds": {"peeler": [0.3], "embree": [1]}}]
+
+        for error, met in ((0.0029, True), (0.0031, False)):
+            bench = CannedBench(pathlib.Path(), answers(error))
+            rows = list(hit_rows.baking(bench))
+            self.assertEqual([row.met for row in rows], [met, met])
+            for row in rows:
+                self.assertIn(f"error {error:.4f}, Embree's 0.0010", row.note)
+                self.assertEqual("not met" in row.note, not met)
+        self.assertIn("--texels", bench.asked[1])
+
+    @unittest.skipUnless(BUILT, "benchmark_hit_engine and bake_ao are not built (target benchmarks)")
+    def test_rows_of_tiny_pictures(self):
+        """Of the programs themselves, by the table's command."""
+        with tempfile.TemporaryDirectory() as scratch:
+            told = pathlib.Path(scratch) / "rows.json"
+            done = subprocess.run(
+                ["/usr/bin/python3", "-B", str(BENCHMARKS / "table.py"), "--build", str(pathlib.Path(PEELER).parent),
+                 "--rows", ",".join(hit_rows.KINDS), "--scenes", "soup-192k,2CylinderEngine", "--runs", "1",
+                 "--shrink", "64", "--json", str(told)],
+                text=True, capture_output=True, check=False,
+            )
+            self.assertEqual(done.returncode, 0, done.stderr)
+            told = json.loads(told.read_text())
+        self.assertFalse([why for why in told["skipped"] if why.startswith("the rest of")], told["skipped"])
+        rows = told["rows"]
+        self.assertEqual([row["scene"] for row in rows[:10]], 8 * ["soup-192k"] + 2 * ["soup-of-N"])
+        self.assertEqual(len(list(results.rows(done.stdout))), len(rows))
+        for row in rows:
+            if row["what"].startswith("exponent"):
+                self.assertTrue(math.isfinite(row["ratio"]), row)  # of next to no hits it may be any
+            else:
+                self.assertGreater(row["ratio"], 0, row)
 
 
 def patterns():

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+// Times all hits of rays as the CPU finds them without GL, side by side with Embree, and what is
+// made of them. Prints JSON with the processor time of every run (of all threads, the kernel's work
+// for them included) and its milliseconds.
+//
+//     hit_engine SCENE [--size 1920x1080] [--bundles 1] [--runs 3] [--what hits,embree]
+//
+// One bundle has rays of that size, square cells, around the scene; several are spread over the
+// sphere, as `peeler rays --directions` has them, with the width for their resolution.
+// - hits: a HitRasterizer is made and captures t and triangles of all bundles, which are counted
+// - embree: its hierarchy is built once, and finds and sorts all hits of the same rays, 16 at once
+// - thickness, parity: hits, and of all rays what `--map thickness` and `--parity` say of them
+// - axes: hits of the three bundles of `--voxels`, the width being the cells along the longest side
+// - voxels: axes, and which cells are inside
+// - kept: hits, every one of which is kept in the hand-over type. It is not timed in turn with the
+//   others but comes first, when nothing else has been done: "resident" is the most that was
+//   resident above what was before, in bytes.
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "benchmarks/embree_layers.h"
+#include "benchmarks/measured_scene.h"
+#include "cmd/machine/resources.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/capture/bands.h"
+#include "core/raster/hit_rasterizer.h"
+#include "core/rays/bundle.h"
+#include "core/rays/solids.h"
+#include "core/rays/voxels.h"
+#include "formats/rays/ray_map_output.h"
+
+namespace peeler::benchmark {
+namespace {
+
+/// Along no axis and no symmetry of a scene.
+constexpr glm::dvec3 kDirection{0.36, -0.48, -0.8};
+
+/// Hands the bands of a bundle on.
+template <class Take>
+class BandSink final : public Sink {
+  public:
+    explicit BandSink(Take take) : take_(std::move(take)) {}
+    void begin(const Plan&) override {}
+    void write(LayeredImage&& band) override { take_(std::move(band)); }
+    void finish() override {}
+
+  private:
+    Take take_;
+};
+
+/// Maps that are evaluated as those of files are, and written nowhere.
+class UnwrittenMaps final : public RayMapOutput {
+  public:
+    using RayMapOutput::RayMapOutput;
+    void finish() override {}
+
+  protected:
+    void beginBundle(std::size_t) override {}
+    void writeRows(const Window&, std::span<const float>) override {}
+    void finishBundle() override {}
+    std::string pathOf(std::size_t) const override { return {}; }
+};
+
+/// A bundle of so many rays, as far apart to the right as up, that shows the whole scene.
+Bundle framed(const Bounds& scene, int width, int height) {
+    RayGrid grid;
+    grid.resolution = width;
+    Bundle bundle = parallelBundle("", scene, scene, kDirection, grid);
+    const glm::dvec2 size = bundle.size();
+    const double spacing = std::max(size.x / width, size.y / height);
+    View& view = bundle.view;
+    view.width = width;
+    view.height = height;
+    view.crop = {0, 0, width, height};
+    view.projection.half_width = width * spacing / 2;
+    view.projection.half_height = height * spacing / 2;
+    return bundle;
+}
+
+std::vector<Bundle> bundlesOf(const Bounds& scene, const Options& options) {
+    if (options.bundles == 1) return {framed(scene, options.width, options.height)};
+    RayGrid grid;
+    grid.resolution = options.width;
+    std::vector<Bundle> bundles;
+    for (const glm::dvec3& direction : sphereDirections(options.bundles))
+        bundles.push_back(parallelBundle("", scene, scene, direction, grid));
+    return bundles;
+}
+
+AxisBundles latticeOf(const Bounds& scene, const Options& options) {
+    RayGrid grid;
+    grid.resolution = options.width;
+    return axisBundles(scene, scene, grid);
+}
+
+class HitEngine {
+  public:
+    explicit HitEngine(const Options& options)
+        : scene_(options),
+          box_(scene_.posed.bounds().value()),
+          bundles_(bundlesOf(box_, options)),
+          lattice_(latticeOf(box_, options)) {
+        settings_.faces = Faces::kBoth;
+        settings_.hit_mode = HitMode::kRefined;
+        settings_.color_type = PixelType::kFloat;
+        settings_.depth_clamp = true;
+    }
+
+    Contender contender(const std::string& name);
+    /// Bytes that keeping all hits takes.
+    std::uint64_t kept();
+    nlohmann::json result() const {
+        nlohmann::json result = told_;
+        result["threads"] = threadCount();
+        result["rays"] = std::accumulate(
+            bundles_.begin(), bundles_.end(), std::uint64_t{0},
+            [](std::uint64_t sum, const Bundle& bundle) { return sum + bundle.rays(); });
+        return result;
+    }
+
+  private:
+    /// Traces bundles with a source made for them; take(i, band) takes the bands of bundle i.
+    /// Returns the hits.
+    template <class Take>
+    std::uint64_t trace(const std::vector<Bundle>& bundles, const Take& take) {
+        HitRasterizer source(scene_.posed);
+        std::uint64_t hits = 0;
+        for (std::size_t i = 0; i < bundles.size(); ++i) {
+            hits += source.plan(bundles[i].view, settings_).fragments_counted;
+            BandSink sink([&](LayeredImage&& band) { take(i, std::move(band)); });
+            source.capture(sink);
+        }
+        return hits;
+    }
+    static void ignore(std::size_t, const LayeredImage&) {}
+
+    void hits() { told_["hits"] = trace(bundles_, ignore); }
+    void traceByEmbree() {
+        told_["embree"]["build"].push_back(milliseconds([&] { embree_->build(); }));
+        std::uint64_t hits = 0;
+        for (const Bundle& bundle : bundles_)
+            hits += embree_->trace(bundle.view, Packet::k16);
+        told_["embree"]["hits"] = hits;
+    }
+    void thickness();
+    void parity();
+    void voxels();
+
+    MeasuredScene scene_;
+    Bounds box_;
+    std::vector<Bundle> bundles_;
+    AxisBundles lattice_;
+    CaptureSettings settings_;
+    std::optional<EmbreeLayers> embree_;
+    nlohmann::json told_ = nlohmann::json::object();
+};
+
+void HitEngine::thickness() {
+    const Solids solids(scene_.posed);
+    RayMapSettings settings;
+    settings.maps = {RayMap::kThickness};
+    UnwrittenMaps output(scene_.posed, &solids, settings);
+    output.begin(bundles_, {});
+    trace(bundles_, [&](std::size_t i, const LayeredImage& band) { output.take(i, band); });
+    double volume = 0;
+    for (const RayMapResult& map : output.results().maps)
+        volume += map.channels.front().volume.value_or(0);
+    told_["volume"] = volume / static_cast<double>(bundles_.size());
+}
+
+void HitEngine::parity() {
+    const Solids solids(scene_.posed);
+    Parity parity(solids);
+    trace(bundles_, [&](std::size_t i, const LayeredImage& band) { parity.add(i, band); });
+    told_["oddRays"] = parity.oddRays();
+}
+
+void HitEngine::voxels() {
+    const Solids solids(scene_.posed);
+    VoxelVotes votes(lattice_, solids);
+    trace(lattice_.bundles, [&](std::size_t axis, const LayeredImage& band) {
+        votes.add(axis, lattice_.bundles[axis], band);
+    });
+    votes.finish();
+    told_["cells"] = VoxelVotes::cellsOf(lattice_);
+    told_["occupied"] = votes.occupied();
+}
+
+std::uint64_t HitEngine::kept() {
+    std::ofstream("/proc/self/clear_refs") << 5;  // the most so far is what is resident now
+    const std::uint64_t before = residentBytes();
+    std::vector<LayeredImage> bands;
+    told_["hits"] = trace(
+        bundles_, [&](std::size_t, LayeredImage&& band) { bands.push_back(std::move(band)); });
+    return cmd::peakMemory() - before;
+}
+
+Contender HitEngine::contender(const std::string& name) {
+    if (name == "hits") return {name, [this] { hits(); }};
+    if (name == "thickness") return {name, [this] { thickness(); }};
+    if (name == "parity") return {name, [this] { parity(); }};
+    if (name == "axes") return {name, [this] { told_["axes"] = trace(lattice_.bundles, ignore); }};
+    if (name == "voxels") return {name, [this] { voxels(); }};
+    if (name != "embree") throw Error(ErrorKind::kUsage, "there is no such work", name);
+    embree_.emplace(scene_.posed, settings_.faces);
+    told_["embree"] = {{"version", embree_->version()}, {"triangles", embree_->triangles()}};
+    return {name, [this] { traceByEmbree(); }};
+}
+
+nlohmann::json measure(const Options& options) {
+    HitEngine engine(options);
+    std::vector<std::string> names = options.what;
+    if (names.empty()) names = {"hits", "embree"};
+    nlohmann::json times = nlohmann::json::object();
+    if (std::erase(names, "kept") > 0) times["resident"] = engine.kept();
+    std::vector<Contender> contenders;
+    for (const std::string& name : names)
+        contenders.push_back(engine.contender(name));
+    for (const Contender& contender : contenders)
+        contender.work();  // once without being timed
+    for (int i = 0; i < options.runs; ++i) {
+        for (const Contender& contender : contenders) {
+            const double before = processorMilliseconds();
+            times["milliseconds"][contender.name].push_back(milliseconds(contender.work));
+            times["processor"][contender.name].push_back(processorMilliseconds() - before);
+        }
+    }
+    times.update(engine.result());
+    return times;
+}
+
+}  // namespace
+}  // namespace peeler::benchmark
+
+int main(int count, char** arguments) {
+    return peeler::benchmark::run(count, arguments, peeler::benchmark::measure);
+}
