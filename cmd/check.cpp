@@ -205,7 +205,8 @@ VerbAction declareCheck(VerbOptions& verb) {
         .required(false)
         .description(
             "a picture (.png, .jpg, .tif) of the parts, like glass, with what is wrong "
-            "and the thinnest wall in bright colours");
+            "and the thinnest wall in bright colours")
+        .files(".png .jpg .tif");
     addValue(verb, "--size", "WxH", options->camera.size, parseSize,
              "of the picture (default: 1280x720)")
         .group("Output");

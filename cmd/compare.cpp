@@ -305,6 +305,7 @@ void addHeatmap(VerbOptions& verb, CompareOptions& options) {
     addFile(verb, "--heatmap", "FILE", options.heatmap,
             "a picture (.png, .jpg, .tif) of every pixel's largest colour difference, black to "
             "yellow; pixels whose fragment counts differ go from blue to cyan")
+        .files(".png .jpg .tif")
         .group("Output");
     addValue(
         verb, "--heatmap-max", "X", options.heatmap_max,
@@ -325,8 +326,11 @@ constexpr const char* kCompareFooter =
 
 VerbAction declareCompare(VerbOptions& verb) {
     const auto options = std::make_shared<CompareOptions>();
-    addFile(verb, "A", "", options->a, "an image").required();
-    addFile(verb, "B", "", options->b, "another of the same size and crop").required();
+    constexpr const char* kImages = ".exr .png .jpg .tif";
+    addFile(verb, "A", "", options->a, "an image").files(kImages).required();
+    addFile(verb, "B", "", options->b, "another of the same size and crop")
+        .files(kImages)
+        .required();
     verb.addFlag("--composites", options->composites,
                  "compare the composites of layered files, not their layers");
     addThresholds(verb, options->thresholds);

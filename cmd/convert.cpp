@@ -134,7 +134,9 @@ constexpr const char* kConvertFooter =
 
 VerbAction declareConvert(VerbOptions& verb) {
     const auto options = std::make_shared<ConvertOptions>();
-    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)").required();
+    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)")
+        .files(".exr")
+        .required();
     addOutputFile(verb, options->output, true);
     addLayerOutputOptions(verb, options->output, true);
     addThreadsOption(verb, options->threads);

@@ -98,6 +98,7 @@ std::string machineText() {
 
 int listAll(const DevicesOptions& options, Console& console) {
     setThreads(0);
+    takeVisibleGpus();
     const std::vector<gl::Device> devices = gl::listDevices();
     if (options.json) {
         nlohmann::ordered_json json = machineJson();

@@ -136,7 +136,9 @@ void Flatten::report() {
 VerbAction declareFlatten(VerbOptions& verb) {
     const auto options = std::make_shared<FlattenOptions>();
     options->output.options.as = "composite";
-    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)").required();
+    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)")
+        .files(".exr")
+        .required();
     addOutputOptions(verb, options->output);
     addObjectOptions(verb, options->objects);
     addFxaaOption(verb, options->fxaa, "quick, but render --samples sees more");

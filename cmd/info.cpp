@@ -44,6 +44,7 @@ VerbAction declareInfo(VerbOptions& verb) {
     const auto options = std::make_shared<InfoOptions>();
     addFile(verb, "FILE", "", options->file,
             "a scene (.gltf, .glb) or a layered or deep image (.exr)")
+        .files(".gltf .glb .exr")
         .required();
     addSandboxOption(verb, options->allow_outside);
     verb.addFlag("--json", options->json, "print JSON");

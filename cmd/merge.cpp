@@ -258,10 +258,11 @@ void Merge::report() {
 
 VerbAction declareMerge(VerbOptions& verb) {
     const auto options = std::make_shared<MergeOptions>();
-    verb.addFiles(
-        "TILES", options->inputs,
-        "layered, deep or composite images (.exr) of one scene, view and settings, rendered with "
-        "--tile or --crop");
+    verb.addFiles("TILES", options->inputs,
+                  "layered, deep or composite images (.exr) of one scene, view and settings, "
+                  "rendered with "
+                  "--tile or --crop")
+        .files(".exr");
     addOutputOptions(verb, options->output);
     addLayerOutputOptions(verb, options->output);
     verb.addFlag(

@@ -231,7 +231,7 @@ bool Render::make(Picture& picture, std::size_t index) {
         return true;
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kDevice || !job_.hasContext()) throw;
-        console_.warning(std::string(error.what()) + "; trying once more.");
+        console_.warning(inOptions(error.what()) + "; trying once more.");
     }
     // A context that was lost takes everything that lives in it along.
     picture.writer.reset();
@@ -281,7 +281,8 @@ void Render::meterExposure(const PictureRequest& asked) {
 void Render::plan(Picture& picture) {
     const CaptureSettings& capture = picture.asked.capture;
     // Two pictures at once only where there is plenty of room for both.
-    if (pending_ && capture.memory != 0 && residentBytes() > capture.memory / 4) endPending();
+    if (pending_ && capture.memory != 0 && usedBytes(capture.memory) > capture.memory / 4)
+        endPending();
     picture.plan = job_.renderer()->plan(picture.asked.view, capture, progressOf(picture));
     const Plan& plan = picture.plan;
     console_.detail("counted " + countText(plan.fragments_counted, "fragment") + " in " +

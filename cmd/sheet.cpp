@@ -235,6 +235,7 @@ VerbAction declareSheet(VerbOptions& verb) {
     options->output.options.as = "composite";
     addFile(verb, "IN", "", options->request.scene.file,
             "a layered or deep image (.exr) or a glTF scene (.gltf, .glb)")
+        .files(".exr .gltf .glb")
         .required();
     addOutputOptions(verb, options->output);
     verb.option("--output").description(kOutputHelp);

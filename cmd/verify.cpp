@@ -166,7 +166,8 @@ int verifyAll(const VerifyOptions& options, Console& console) {
 
 VerbAction declareVerify(VerbOptions& verb) {
     const auto options = std::make_shared<VerifyOptions>();
-    verb.addFiles("FILES", options->inputs, "OpenEXR files; those of peeler as one sequence");
+    verb.addFiles("FILES", options->inputs, "OpenEXR files; those of peeler as one sequence")
+        .files(".exr");
     verb.addFlag("--any-settings", options->any_settings,
                  "scene, settings and size may differ from file to file");
     addThreadsOption(verb, options->threads);

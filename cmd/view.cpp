@@ -344,7 +344,9 @@ void ViewRun::report() {
 
 VerbAction declareView(VerbOptions& verb) {
     const auto options = std::make_shared<ViewOptions>();
-    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)").required();
+    addFile(verb, "IN", "", options->input, "a layered or deep image (.exr)")
+        .files(".exr")
+        .required();
     addViewCameraOptions(verb, options->camera);
     addOutputOptions(verb, options->output);
     addObjectOptions(verb, options->objects);

@@ -12,7 +12,7 @@ build="g++ cmake ninja-build pkg-config libgl-dev libegl-dev libglm-dev libopene
 test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy
     python3-openimageio python3-openvdb python3-meshio clang-format clang-tidy chromium
     chromium-driver python3-selenium python3-yaml locales slurmctld slurmd slurm-client munge parallel
-    debootstrap"
+    debootstrap groff-base mandoc fish zsh"
 # What `sh tests/run.sh coverage` counts with.
 coverage="gcovr"
 # What `sh tests/run.sh bench` builds with and compares with.

@@ -100,10 +100,10 @@ const OutputFormat& findOutputFormat(std::string_view path, std::string_view as)
     }
     if (extensions_there.empty()) {
         throw Error(ErrorKind::kUsage, "there is no kind of output \"" + std::string(as) + "\"",
-                    "--as", "choose one of: " + kinds);
+                    "`as`", "choose one of: " + kinds);
     }
-    throw Error(ErrorKind::kUsage, extension + " cannot hold --as " + std::string(as),
-                std::string(path), "write " + extensions_there + ", or use --as " + kinds_here);
+    throw Error(ErrorKind::kUsage, extension + " cannot hold `as` " + std::string(as),
+                std::string(path), "write " + extensions_there + ", or use `as` " + kinds_here);
 }
 
 std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& options) {

@@ -31,7 +31,7 @@ enum class OutputContent : std::uint8_t {
 /// One way to write a picture.
 struct OutputFormat {
     std::vector<std::string_view> extensions{};  ///< lower case, with the dot
-    std::string_view kind;                       ///< the word for --as
+    std::string_view kind;                       ///< OutputOptions::as
     std::string_view summary;
     std::unique_ptr<Sink> (*make)(const std::string& path, const OutputOptions& options);
     OutputContent content = OutputContent::kComposite;
@@ -55,7 +55,7 @@ struct OutputFormat {
 /// Every format; of two rows with the same extension the first is the default.
 std::span<const OutputFormat> outputFormats();
 
-/// The row for a path (its extension, upper or lower case) and `--as`. Throws Error (kUsage) that
+/// The row for a path (its extension, upper or lower case) and a kind. Throws Error (kUsage) that
 /// lists the choices.
 const OutputFormat& findOutputFormat(std::string_view path, std::string_view as);
 

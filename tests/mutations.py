@@ -58,7 +58,7 @@ MUTATIONS = (
     ("crop offset", "formats/exr/exr_header.cpp", "crop[0] + crop[2]", "crop[0] + crop[3]", "unit"),
     ("sandbox check", "formats/gltf/gltf_files.cpp",
      'if (std::find(relative.begin(), relative.end(), "..") != relative.end())', "if (false)", "unit"),
-    ("Draco's mapping of points", "formats/gltf/draco_mesh.cpp",
+    ("Draco's mapping of points", "formats/modules/draco_decoder.cpp",
      "attribute.mapped_index(draco::PointIndex(static_cast<std::uint32_t>(i)));",
      "draco::AttributeValueIndex(static_cast<std::uint32_t>(i));", "unit|assets"),
     ("WebP preference", "formats/gltf/gltf_materials.cpp", 'webp && webp->Has("source")',

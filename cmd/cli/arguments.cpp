@@ -4,7 +4,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <iterator>
+#include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "core/base/error.h"
 
@@ -14,30 +17,31 @@ namespace {
 
 using Texts = std::vector<std::string>;
 
-/// `text` broken into lines that fit beside the option names.
-std::string wrapped(const std::string& text) {
-    constexpr std::size_t kColumns = 66;
-    std::string out;
-    std::size_t column = 0;
-    for (std::size_t at = 0; at < text.size();) {
-        const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());
-        const std::size_t word = end - at;
-        if (column > 0 && column + 1 + word > kColumns) {
-            out += '\n';
-            column = 0;
-        } else if (column > 0) {
-            out += ' ';
-            ++column;
-        }
-        out.append(text, at, word);
-        column += word;
-        if (end < text.size() && text[end] == '\n') {
-            out += '\n';
-            column = 0;
-        }
-        at = end + 1;
+/// The help of an option in lines: choices that need no words stand in one.
+std::string helpLines(const OptionDescription& option) {
+    std::string text = option.help;
+    const char* between = "\n";
+    for (const ChoiceDescription& choice : option.choices) {
+        const bool bare = choice.summary.empty();
+        text += between + choice.name + (choice.is_default ? " (default)" : "") +
+                (bare || choice.name.empty() ? "" : ": ") + choice.summary;
+        between = bare ? ", " : "\n";
     }
-    return out;
+    return wrapped(text);
+}
+
+void complete(OptionDescription& description, const CLI::Option& option) {
+    for (const std::string& name : option.get_snames())
+        description.names.push_back("-" + name);
+    for (const std::string& name : option.get_lnames())
+        description.names.push_back("--" + name);
+    if (option.get_positional())
+        description.value_name = option.get_name(true);
+    else if (option.get_items_expected_max() > 0)
+        description.value_name = option.get_option_text();
+    description.group = option.get_group();
+    description.required = option.get_required();
+    if (description.help.empty()) description.help = option.get_description();
 }
 
 /// The arguments that CLI11 could not place, as an error with the nearest name.
@@ -70,6 +74,30 @@ Error unplaced(const CLI::App& app) {
 
 }  // namespace
 
+std::string wrapped(const std::string& text, std::size_t columns) {
+    std::string out;
+    std::size_t column = 0;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());
+        const std::size_t word = end - at;
+        if (column > 0 && column + 1 + word > columns) {
+            out += '\n';
+            column = 0;
+        } else if (column > 0) {
+            out += ' ';
+            ++column;
+        }
+        out.append(text, at, word);
+        column += word;
+        if (end < text.size() && text[end] == '\n') {
+            out += '\n';
+            column = 0;
+        }
+        at = end + 1;
+    }
+    return out;
+}
+
 Option Option::group(const std::string& heading) {
     option_->group(heading);
     return *this;
@@ -81,7 +109,25 @@ Option Option::required(bool is_required) {
 }
 
 Option Option::description(const std::string& help) {
-    option_->description(wrapped(help));
+    description_->help = help;
+    option_->description(helpLines(*description_));
+    return *this;
+}
+
+Option Option::oneOf(std::vector<ChoiceDescription> choices) {
+    description_->choices = std::move(choices);
+    return description(description_->help);
+}
+
+Option Option::someOf(std::vector<ChoiceDescription> choices) {
+    description_->takes_list = true;
+    return oneOf(std::move(choices));
+}
+
+Option Option::files(const std::string& endings) {
+    description_->is_file = true;
+    std::istringstream words(endings);
+    description_->endings = Texts(std::istream_iterator<std::string>(words), {});
     return *this;
 }
 
@@ -91,6 +137,10 @@ std::string Option::name() const {
 
 std::string Option::group() const {
     return option_->get_group();
+}
+
+Option VerbOptions::described(CLI::Option& option, const std::string& help) const {
+    return Option(option, (*descriptions_)[&option]).description(help);
 }
 
 Option VerbOptions::addText(const std::string& name, const std::string& value_name,
@@ -105,9 +155,10 @@ Option VerbOptions::addText(const std::string& name, const std::string& value_na
             throw Error(error.kind(), error.what(), shown + " " + text, error.hint());
         }
     };
-    return Option(*app_->add_option_function<std::string>(name, assign, wrapped(help))
-                       ->option_text(value_name.empty() ? " " : value_name)  // "" shows CLI11's own
-                       ->take_last());
+    return described(*app_->add_option_function<std::string>(name, assign)
+                          ->option_text(value_name.empty() ? " " : value_name)  // "": CLI11's own
+                          ->take_last(),
+                     help);
 }
 
 Option VerbOptions::addRepeated(const std::string& name, const std::string& value_name,
@@ -124,14 +175,16 @@ Option VerbOptions::addRepeated(const std::string& name, const std::string& valu
             }
         }
     };
-    return Option(*app_->add_option_function<Texts>(name, assign, wrapped(help))
-                       ->option_text(value_name)
-                       ->expected(1)
-                       ->take_all());
+    CLI::Option* const option = app_->add_option_function<Texts>(name, assign)
+                                    ->option_text(value_name)
+                                    ->expected(1)
+                                    ->take_all();
+    (*descriptions_)[option].repeated = true;
+    return described(*option, help);
 }
 
 Option VerbOptions::addFlag(const std::string& name, bool& target, const std::string& help) {
-    return Option(*app_->add_flag(name, target, wrapped(help)));
+    return described(*app_->add_flag(name, target), help);
 }
 
 Option VerbOptions::addFiles(const std::string& name, std::vector<std::filesystem::path>& files,
@@ -139,9 +192,10 @@ Option VerbOptions::addFiles(const std::string& name, std::vector<std::filesyste
     const std::function<void(const Texts&)> assign = [&files](const Texts& texts) {
         files.assign(texts.begin(), texts.end());
     };
-    return Option(*app_->add_option_function<Texts>(name, assign, wrapped(help))
-                       ->option_text(" ")
-                       ->required());
+    CLI::Option* const option =
+        app_->add_option_function<Texts>(name, assign)->option_text(" ")->required();
+    (*descriptions_)[option].repeated = true;
+    return described(*option, help).files("");
 }
 
 void VerbOptions::footer(const std::string& text) {
@@ -149,7 +203,8 @@ void VerbOptions::footer(const std::string& text) {
 }
 
 Option VerbOptions::option(const std::string& name) const {
-    return Option(*app_->get_option(name));
+    CLI::Option* const option = app_->get_option(name);
+    return Option(*option, (*descriptions_)[option]);
 }
 
 bool VerbOptions::knows(const std::string& name) const {
@@ -168,7 +223,7 @@ std::string VerbOptions::value(const std::string& name) const {
 std::vector<Option> VerbOptions::given() const {
     std::vector<Option> options;
     for (CLI::Option* option : app_->get_options()) {
-        if (option->count() > 0) options.emplace_back(*option);
+        if (option->count() > 0) options.emplace_back(*option, (*descriptions_)[option]);
     }
     return options;
 }
@@ -193,7 +248,7 @@ VerbOptions ArgumentParser::addVerb(const std::string& name, const std::string& 
     CLI::App* verb = app_->add_subcommand(name, summary);
     verb->group("Verbs");
     verb->footer("");  // not the program's, which CLI11 passes on
-    return VerbOptions(*verb);
+    return {*verb, descriptions_};
 }
 
 Asked ArgumentParser::parse(const std::vector<std::string>& arguments) {
@@ -225,6 +280,29 @@ std::string ArgumentParser::help() const {
     for (const char c : found->second)
         shown += c == '\n' ? "\n  " : std::string(1, c);
     return text.insert(text.find('\n') + 1, shown + "\n\n");
+}
+
+CommandDescription ArgumentParser::describe() const {
+    return describe(*app_);
+}
+
+CommandDescription ArgumentParser::describe(const CLI::App& app) const {
+    const auto examples = examples_.find(app.get_name());
+    CommandDescription command{app.get_name(),
+                               app.get_description(),
+                               examples == examples_.end() ? "" : examples->second,
+                               app.get_footer(),
+                               {},
+                               {}};
+    for (const CLI::Option* option : app.get_options()) {
+        const auto known = descriptions_.find(option);
+        command.options.push_back(known == descriptions_.end() ? OptionDescription()
+                                                               : known->second);
+        complete(command.options.back(), *option);
+    }
+    for (const CLI::App* verb : app.get_subcommands({}))
+        command.verbs.push_back(describe(*verb));
+    return command;
 }
 
 }  // namespace peeler::cmd

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "cmd/cli/choices.h"
+#include "cmd/cli/errors.h"
 
 namespace CLI {
 class App;
@@ -20,23 +21,75 @@ class Option;
 
 namespace peeler::cmd {
 
+/// A value that an option knows by name.
+struct ChoiceDescription {
+    std::string name;  ///< "": the summary is a line about those that follow
+    std::string summary;
+    bool is_default = false;
+};
+
+/// What --help, the manual and the completions of shells tell of an option.
+struct OptionDescription {
+    std::vector<std::string> names;  ///< "-o", "--output"; none of an argument that needs no name
+    std::string value_name;          ///< what the argument is called, too; "" of a flag
+    std::string group;
+    std::string help;  ///< not broken into lines, without the choices
+    std::vector<ChoiceDescription> choices;
+    bool takes_list = false;  ///< several choices, with commas between
+    bool required = false;
+    bool repeated = false;
+    bool is_file = false;
+    std::vector<std::string> endings;  ///< of the files that it means: ".glb"; none: any
+};
+
+/// The same of a verb, or of the program.
+struct CommandDescription {
+    std::string name, summary, examples;
+    std::string footer;  ///< broken into lines
+    std::vector<OptionDescription> options;
+    std::vector<CommandDescription> verbs;
+};
+
+/// The rows of a table that has a name and a summary in each, the summaries as the command line
+/// says them.
+template <class Rows>
+std::vector<ChoiceDescription> describeChoices(const Rows& rows, bool first_is_default = false) {
+    std::vector<ChoiceDescription> choices;
+    for (const auto& row : rows) {
+        choices.push_back(
+            {std::string(row.name), inOptions(row.summary), first_is_default && choices.empty()});
+    }
+    return choices;
+}
+
+/// `text` broken into lines, by default such that they fit beside the names of options.
+std::string wrapped(const std::string& text, std::size_t columns = 66);
+
 /// One option of a verb. A copy stands for the same option; none outlives the ArgumentParser.
 class Option {
   public:
-    explicit Option(CLI::Option& option) : option_(&option) {}
+    Option(CLI::Option& option, OptionDescription& description)
+        : option_(&option), description_(&description) {}
 
     /// The heading under which the help lists it.
     Option group(const std::string& heading);
     /// Whether arguments that lack it are wrong.
     Option required(bool is_required = true);
-    /// Replaces its help.
+    /// Replaces its help, but for its choices.
     Option description(const std::string& help);
+    /// The names that it takes, which its help lists.
+    Option oneOf(std::vector<ChoiceDescription> choices);
+    /// The same, where several may be given with commas between.
+    Option someOf(std::vector<ChoiceDescription> choices);
+    /// Its value is a file: endings with spaces between (".gltf .glb"), or "" for any.
+    Option files(const std::string& endings);
 
     std::string name() const;  ///< "--output" of "-o,--output"
     std::string group() const;
 
   private:
     CLI::Option* option_;
+    OptionDescription* description_;
 };
 
 /// The options of one verb: declares them, and says which are given once arguments are parsed. A
@@ -44,13 +97,17 @@ class Option {
 ///
 /// A name is "-o,--output", "SCENE" of an argument that needs no name, or "--refine,!--no-refine"
 /// of a flag and its opposite. `value_name` is what the help calls the value; help is broken into
-/// lines. Targets, and what callbacks refer to, must outlive the parse. Callbacks throw Error
-/// (kUsage), which the parse passes on.
+/// lines. Of alternatives ("NAME|INDEX|all") those in lower case are meant as they stand. Targets,
+/// and what callbacks refer to, must outlive the parse. Callbacks throw Error (kUsage), which the
+/// parse passes on.
 class VerbOptions {
   public:
     using Take = std::function<void(const std::string&)>;
 
-    explicit VerbOptions(CLI::App& app) : app_(&app) {}
+    using Descriptions = std::map<const CLI::Option*, OptionDescription>;
+
+    VerbOptions(CLI::App& app, Descriptions& descriptions)
+        : app_(&app), descriptions_(&descriptions) {}
 
     /// An option; `take` gets its text, the last one if it is given several times. An Error that it
     /// throws gets the option and its text as `where`.
@@ -82,7 +139,10 @@ class VerbOptions {
     std::vector<Option> given() const;
 
   private:
+    Option described(CLI::Option& option, const std::string& help) const;
+
     CLI::App* app_;
+    Descriptions* descriptions_;
 };
 
 /// Adds an option whose text `parse` turns into a value of `target`'s type; else as addText().
@@ -99,8 +159,9 @@ template <class T>
 Option addFile(VerbOptions& verb, const std::string& name, const std::string& value_name, T& target,
                const std::string& help) {
     return addValue(
-        verb, name, value_name, target,
-        [](const std::string& text) { return std::filesystem::path(text); }, help);
+               verb, name, value_name, target,
+               [](const std::string& text) { return std::filesystem::path(text); }, help)
+        .files("");
 }
 
 /// Adds an option with a table of names; the help lists them, the first as the default. `kind` is
@@ -109,15 +170,11 @@ template <class T>
 Option addChoice(VerbOptions& verb, const std::string& name, T& target,
                  std::span<const Choice<T>> choices, const std::string& kind,
                  const std::string& help) {
-    std::string list;
-    for (const auto& choice : choices) {
-        list += '\n' + std::string(choice.name) + (list.empty() ? " (default): " : ": ") +
-                std::string(choice.summary);
-    }
     return addValue(
-        verb, name, "NAME", target,
-        [choices, kind](const std::string& text) { return choose(kind, choices, text); },
-        help + list);
+               verb, name, "NAME", target,
+               [choices, kind](const std::string& text) { return choose(kind, choices, text); },
+               help)
+        .oneOf(describeChoices(choices, true));
 }
 
 /// What arguments ask for.
@@ -148,10 +205,15 @@ class ArgumentParser {
     std::string verb() const;
     /// The help of that verb, else of the program.
     std::string help() const;
+    /// What that help is made of, of the program and of all its verbs.
+    CommandDescription describe() const;
 
   private:
+    CommandDescription describe(const CLI::App& app) const;
+
     std::unique_ptr<CLI::App> app_;
     std::map<std::string, std::string> examples_;  ///< by verb
+    VerbOptions::Descriptions descriptions_;
 };
 
 }  // namespace peeler::cmd

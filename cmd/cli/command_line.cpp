@@ -15,12 +15,21 @@ namespace peeler::cmd {
 
 namespace {
 
-constexpr const char* kProgramFooter =
-    "`peeler VERB --help` explains one verb.\n\n"
-    "Exit codes: 0 done, 1 internal error (compare: beyond a threshold), 2 usage,\n"
-    "3 input unreadable or invalid, 4 output not written, 5 no usable GL device, or it was\n"
-    "lost, 6 incomplete under --strict, 33 out of memory or over --memory, 128 + n ended by\n"
-    "signal n.";
+constexpr const char* kProgramSummary = "Every layer of a glTF scene, headless.";
+
+std::string programFooter() {
+    std::string codes;
+    for (const ExitCode& row : exitCodes()) {
+        codes += (codes.empty() ? "Exit codes: " : ", ") + std::string(row.code) + ' ' +
+                 std::string(row.meaning);
+    }
+    return "`peeler VERB --help` explains one verb.\n\n" + wrapped(codes + '.', 88);
+}
+
+VerbOptions addTo(ArgumentParser& parser, const Verb& verb) {
+    return parser.addVerb(std::string(verb.name), std::string(verb.summary),
+                          std::string(verb.examples));
+}
 
 /// "help" and "help VERB" as the options that they stand for; "help" and no verb as what is no
 /// verb.
@@ -48,12 +57,11 @@ auto hintingAt(const ArgumentParser& parser, const Work& work) {
 
 int dispatch(const std::vector<std::string>& given, Console& console) {
     const std::vector<std::string> arguments = withoutHelpVerb(given);
-    ArgumentParser parser("Every layer of a glTF scene, headless.", kProgramFooter);
+    ArgumentParser parser(kProgramSummary, programFooter());
     std::map<std::string, VerbAction> actions;
     for (const Verb& verb : verbs()) {
         const std::string name(verb.name);
-        VerbOptions options =
-            parser.addVerb(name, std::string(verb.summary), std::string(verb.examples));
+        VerbOptions options = addTo(parser, verb);
         // The options of all verbs take longer to declare than some take to run.
         if (std::ranges::find(arguments, name) != arguments.end())
             actions[name] = verb.declare(options);
@@ -85,6 +93,16 @@ bool schedulerReads(const std::vector<std::string>& arguments) {
 }
 
 }  // namespace
+
+CommandDescription describeCommandLine() {
+    ArgumentParser parser(kProgramSummary, programFooter());
+    std::vector<VerbAction> actions;  // which own what options are stored in
+    for (const Verb& verb : verbs()) {
+        VerbOptions options = addTo(parser, verb);
+        actions.push_back(verb.declare(options));
+    }
+    return parser.describe();
+}
 
 int runCommandLine(const std::vector<std::string>& arguments, Console& console) {
     // Open Job Description, "How Jobs Are Run".

@@ -13,6 +13,7 @@
 namespace peeler::cmd {
 
 class VerbOptions;
+struct CommandDescription;
 
 /// What a verb does once its options are read; the result is the exit code.
 using VerbAction = std::function<int(Console&)>;
@@ -28,6 +29,9 @@ struct Verb {
 
 /// Every verb, in the order of --help. The table is in cmd/verbs.cpp.
 std::span<const Verb> verbs();
+
+/// What the program and all its verbs take: what --help is made of, for the manual.
+CommandDescription describeCommandLine();
 
 /// Runs `peeler ARGUMENTS…`. Returns the exit code (cmd/README.md, "Exit codes"); throws nothing.
 int runCommandLine(const std::vector<std::string>& arguments, Console& console);

@@ -37,7 +37,23 @@ std::string hintOf(const Error& error) {
     return "";
 }
 
+constexpr ExitCode kExitCodes[] = {
+    {"0", "done"},
+    {"1", "internal error (compare: beyond a threshold)"},
+    {"2", "usage"},
+    {"3", "input unreadable or invalid"},
+    {"4", "output not written"},
+    {"5", "no usable GL device, or it was lost"},
+    {"6", "incomplete under --strict"},
+    {"33", "out of memory or over --memory"},
+    {"128 + n", "ended by signal n"},
+};
+
 }  // namespace
+
+std::span<const ExitCode> exitCodes() {
+    return kExitCodes;
+}
 
 void refuse(const std::string& what, const std::string& where, const std::string& hint) {
     throw Error(ErrorKind::kUsage, what, where, hint);
@@ -54,7 +70,8 @@ Error currentError() {
     try {
         throw;
     } catch (const Error& error) {
-        return error;
+        return {error.kind(), inOptions(error.what()), inOptions(error.where()),
+                inOptions(error.hint())};
     } catch (const ReaderGone&) {
         throw;
     } catch (const std::bad_alloc&) {

@@ -1,15 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // How a wrong use is refused, and the one printer of errors: exceptions in, lines on stderr and an
-// exit code out.
+// exit code out. What core and formats say in names of the API is said in options here.
 #pragma once
 
 #include <functional>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "cmd/cli/console.h"
 #include "core/base/error.h"
 
 namespace peeler::cmd {
+
+/// A row of the table of exit codes.
+struct ExitCode {
+    std::string_view code;  ///< a number, or "128 + n"
+    std::string_view meaning;
+};
+std::span<const ExitCode> exitCodes();
 
 /// Throws Error (kUsage), for what is asked for and cannot be.
 [[noreturn]] void refuse(const std::string& what, const std::string& where = "",
@@ -20,11 +29,22 @@ namespace peeler::cmd {
 /// SIGPIPE would have it) without a word, anything else 1.
 int runReported(Console& console, const std::function<int()>& work);
 
-/// The exception that is being handled, as an Error. To be called in a catch block. ReaderGone is
-/// thrown on.
+/// The exception that is being handled, as an Error that names options. To be called in a catch
+/// block. ReaderGone is thrown on.
 Error currentError();
 
 /// Reports an error, with a hint, on stderr. Returns its exit code.
 int reportError(Console& console, const Error& error);
+
+/// What core and formats call by the name that it has in the API, in backquotes, and what that is
+/// on the command line.
+struct ApiName {
+    std::string_view name;          ///< of a field, a parameter, a function: "max_layers"
+    std::string_view command_line;  ///< "--layers", "--as composite", "peeler devices"
+};
+std::span<const ApiName> apiNames();
+
+/// A text of core or formats with these names as they are on the command line; others stay.
+std::string inOptions(std::string_view text);
 
 }  // namespace peeler::cmd

@@ -88,6 +88,7 @@ void addReportOptions(VerbOptions& verb, ReportOptions& options) {
     constexpr const char* kGroup = "Messages";
     verb.addFlag("--json", options.json, "print the result as JSON").group(kGroup);
     addFile(verb, "--report", "FILE", options.file, "write the result as JSON to a file")
+        .files(".json")
         .group(kGroup);
     addChoice<ProgressStyle>(verb, "--progress", options.progress, kProgressStyles,
                              "progress style", "how progress is told on stderr:")

@@ -48,32 +48,36 @@ constexpr const char* kExtractFooter =
     "bundle_window\n"
     "(1, 4; x, y, w, h of these pixels), bundle_perspective (1; 0 or 1), near, far: NaN where the\n"
     "file does not tell; arrays_version. With (W, H) = bundle_resolution, what lies behind pixel\n"
-    "(i, j) at z is origin + z * direction + s * (((i + 0.5) / W - 0.5) * size[0] * right\n"
-    "  - ((j + 0.5) / H - 0.5) * size[1] * up), s = z if it is perspective, else 1.\n"
-    "examples/readers does it.";
+    "(i, j) at z is\n"
+    "  origin + z * direction\n"
+    "  + s * (((i + 0.5) / W - 0.5) * size[0] * right - ((j + 0.5) / H - 0.5) * size[1] * up)\n"
+    "where s = z if it is perspective, else 1. examples/readers does it.";
 
 }  // namespace
 
 void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
-    addFile(verb, "IN", "", options.input, "a layered or deep image (.exr)").required();
+    addFile(verb, "IN", "", options.input, "a layered or deep image (.exr)")
+        .files(".exr")
+        .required();
     addOutputOptions(verb, options.output);
     verb.option("--output")
         .required(false)
         .description(
             "every layer as a file of its own, #### or %04d being its number: .exr (all channels, "
-            "cropped to the layer), .png, .jpg, .tif");
-    const auto add = [&](const char* name, auto& target, const char* help) {
-        addFile(verb, name, "FILE", target, help).group("Output");
+            "cropped to the layer), .png, .jpg, .tif")
+        .files(".exr .png .jpg .tif");
+    const auto add = [&](const char* name, auto& target, const char* endings, const char* help) {
+        addFile(verb, name, "FILE", target, help).files(endings).group("Output");
     };
-    add("--depth-complexity", options.counts,
+    add("--depth-complexity", options.counts, ".exr .png .jpg .tif",
         "how many fragments every pixel has: .exr (a channel count), or a picture, black to "
         "yellow");
-    add("--points", options.points,
+    add("--points", options.points, ".ply",
         "every fragment as a point in world space (.ply, binary) with colour, layer, and normal "
         "and ids if the file has them");
     verb.addFlag("--double", options.double_points, "x, y, z of --points in 64 bits, not 32")
         .group("Output");
-    add("--npz", options.arrays, "every fragment in arrays for numpy (.npz, see below)");
+    add("--npz", options.arrays, ".npz", "every fragment in arrays for numpy (.npz, see below)");
     addObjectOptions(verb, options.objects);
     verb.addRepeated(
             "--layer", "K",

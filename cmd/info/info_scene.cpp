@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
 #include "cmd/info/info_kinds.h"
 #include "cmd/options/camera_options.h"
@@ -86,7 +87,7 @@ std::vector<ExtensionUse> extensionsOf(const Scene& scene) {
         for (const GltfExtension& known : gltfExtensions()) {
             if (name != known.name) continue;
             use.supported = known.supported;
-            use.note = known.note;
+            use.note = inOptions(known.note);
         }
         uses.push_back(use);
     }
@@ -112,6 +113,8 @@ SceneFacts gather(const InfoOptions& options) {
     // What a texture would look like is not told here, so that it cannot be read is no hindrance.
     gltf.ignored_extensions = undecodedImageExtensions();
     facts.scene = readGltf(options.file, gltf);
+    for (std::string& warning : facts.scene.warnings)
+        warning = inOptions(warning);
     const PosedScene shown(facts.scene);
     for (const MeshInstance& instance : shown.meshes()) {
         facts.elements += elementsOf(facts.scene.meshes[static_cast<std::size_t>(instance.mesh)]);

@@ -70,6 +70,7 @@ void addEnvironmentOptions(VerbOptions& verb, AppearanceOptions& appearance,
             "studio, soft boxes in a dim room, or none (default: of pictures for eyes the studio, "
             "if the scene has no lights of its own and nothing is to cast shadows; else none)" +
                 remark)
+        .files(".hdr .exr")
         .group("Light");
     addValue(
         verb, "--environment-rotation", "DEGREES", appearance.environment_rotation,

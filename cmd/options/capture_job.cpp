@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "cmd/cli/arguments.h"
+#include "cmd/cli/errors.h"
 #include "cmd/machine/resources.h"
 #include "cmd/options/output_options.h"
 #include "core/capture/method.h"
@@ -80,7 +81,9 @@ void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
 }
 
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options) {
-    addFile(verb, "SCENE", "", options.scene.file, "a glTF scene (.gltf or .glb)").required();
+    addFile(verb, "SCENE", "", options.scene.file, "a glTF scene (.gltf or .glb)")
+        .files(".gltf .glb")
+        .required();
 }
 
 void addShownOptions(VerbOptions& verb, CaptureJobOptions& options) {
@@ -137,7 +140,7 @@ OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
     : scene_(loadScene(options.scene.file, options.scene.gltf, options.appearance,
                        options.capture.shadows)) {
     for (const std::string& warning : scene_.warnings)
-        console.warning(warning);
+        console.warning(inOptions(warning));
     index_ = chooseScene(scene_, options.scene);
     selectNodes(scene_, options.scene);
     addStudio(scene_, index_, options.appearance);
@@ -167,6 +170,7 @@ void CaptureJob::checkOptions() const {
     checkAppearanceOptions(options_.appearance);
     checkEngine(options_.engine, options_.device);
     setThreads(options_.threads);
+    takeVisibleGpus();
 }
 
 const OpenedScene& CaptureJob::openScene() {

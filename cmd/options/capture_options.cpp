@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cmd/cli/arguments.h"
@@ -27,17 +28,13 @@ std::string parseMethod(const std::string& text) {
     refuseName("method", text, names);
 }
 
-std::string methodHelp() {
-    std::string help = "how layers are found; these give the same ones:";
-    bool exact = true;
-    for (const MethodInfo& method : peelMethods()) {
-        const bool first = &method == &peelMethods().front();
-        if (exact && !method.exact()) help += "\napproximations, for composites only:";
-        exact = method.exact();
-        help += '\n' + std::string(method.name) + (first ? " (default): " : ": ") +
-                std::string(method.summary);
-    }
-    return help;
+std::vector<ChoiceDescription> methodChoices() {
+    std::vector<ChoiceDescription> choices = describeChoices(peelMethods(), true);
+    const auto approximate =
+        std::ranges::find_if_not(peelMethods(), [](const MethodInfo& m) { return m.exact(); });
+    choices.insert(choices.begin() + (approximate - peelMethods().begin()),
+                   {"", "approximations, for composites only:"});
+    return choices;
 }
 
 double parseRatio(const std::string& text) {
@@ -70,7 +67,10 @@ std::string parseBackend(const std::string& text) {
 void addLayerOptions(VerbOptions& verb, CaptureSettings& capture) {
     constexpr const char* kGroup = "Layers";
     capture.method = peelMethods().front().name;
-    addValue(verb, "--method", "NAME", capture.method, parseMethod, methodHelp()).group(kGroup);
+    addValue(verb, "--method", "NAME", capture.method, parseMethod,
+             "how layers are found; these give the same ones:")
+        .oneOf(methodChoices())
+        .group(kGroup);
     addValue(
         verb, "--layers", "N|all", capture.max_layers,
         [](const std::string& text) { return parseLayers(text); },
@@ -109,15 +109,12 @@ void addLayerOptions(VerbOptions& verb, CaptureSettings& capture) {
 }
 
 void addRayFacesOption(VerbOptions& verb, std::optional<Faces>& faces) {
-    std::string help =
-        "which sides of triangles rays hit (default: both; of a camera's pixels gltf, as peeler "
-        "render has it, unless what is inside is asked for):";
-    for (const Choice<Faces>& choice : kRayFaces)
-        help += '\n' + std::string(choice.name) + ": " + std::string(choice.summary);
     addValue(
         verb, "--faces", "NAME", faces,
         [](const std::string& text) { return choose<Faces>("choice of faces", kRayFaces, text); },
-        help)
+        "which sides of triangles rays hit (default: both; of a camera's pixels gltf, as peeler "
+        "render has it, unless what is inside is asked for):")
+        .oneOf(describeChoices(kRayFaces))
         .group("Rays");
 }
 
@@ -156,11 +153,11 @@ void addMemoryOption(VerbOptions& verb, MemoryBudget& budget, const std::string&
 void addMachineOptions(VerbOptions& verb, gl::ContextRequest& device, int& threads,
                        CaptureSettings& capture, const std::string& memory) {
     constexpr const char* kGroup = "Machine";
-    std::string backends = "auto (default)";
+    std::vector<ChoiceDescription> backends{{"auto", "", true}};
     for (const std::string& name : gl::backendNames())
-        backends += ", " + name;
-    addValue(verb, "--backend", "NAME", device.backend, parseBackend,
-             "where GL comes from: " + backends)
+        backends.push_back({name, ""});
+    addValue(verb, "--backend", "NAME", device.backend, parseBackend, "where GL comes from:")
+        .oneOf(std::move(backends))
         .group(kGroup);
     addValue(
         verb, "--device", "NAME", device.device, gl::parseDeviceChoice,

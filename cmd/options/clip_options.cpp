@@ -97,7 +97,8 @@ void addClipOptions(VerbOptions& verb, ClipOptions& options) {
             options.side_given = true;
             return choose<bool>("side", kSides, text);
         },
-        "inside (default) or outside: which fragments stay")
+        "which fragments stay:")
+        .oneOf(describeChoices(kSides, true))
         .group(kGroup);
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "cmd/cli/arguments.h"
@@ -61,22 +62,19 @@ Option addGiven(VerbOptions& verb, OutputRequest& output, const char* name, cons
 /// As addGiven(), for a name of a table with `name` and `summary` in each row; the help lists it.
 template <class Row>
 Option addNamed(VerbOptions& verb, OutputRequest& output, const char* option, std::string& target,
-                std::span<const Row> rows, const std::string& kind, std::string help,
+                std::span<const Row> rows, const std::string& kind, const std::string& help,
                 bool first_is_default) {
     std::vector<std::string_view> names;
-    for (const Row& row : rows) {
-        help += '\n' + std::string(row.name) +
-                (names.empty() && first_is_default ? " (default): " : ": ") +
-                std::string(row.summary);
+    for (const Row& row : rows)
         names.push_back(row.name);
-    }
     return addGiven(
-        verb, output, option, "NAME", target,
-        [names, kind](const std::string& text) {
-            if (std::ranges::find(names, text) == names.end()) refuseName(kind, text, names);
-            return text;
-        },
-        help);
+               verb, output, option, "NAME", target,
+               [names, kind](const std::string& text) {
+                   if (std::ranges::find(names, text) == names.end()) refuseName(kind, text, names);
+                   return text;
+               },
+               help)
+        .oneOf(describeChoices(rows, first_is_default));
 }
 
 float parseTolerance(const std::string& text) {
@@ -149,22 +147,24 @@ void checkLayerFileOptions(const OutputRequest& output, const OutputFormat& form
 }  // namespace
 
 void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only) {
-    std::string extensions;
+    std::string listed, endings;
     std::set<std::string_view> known;
     for (const OutputFormat& format : outputFormats()) {
         if (!output.options.as.empty() && format.kind != output.options.as) continue;
         if (layers_only && !format.holdsFragments()) continue;
         for (const std::string_view extension : format.extensions) {
             if (!known.insert(extension).second) continue;
-            extensions += (extensions.empty() ? "" : ", ") + std::string(extension);
+            listed += (listed.empty() ? "" : ", ") + std::string(extension);
+            endings += std::string(extension) + ' ';
         }
     }
     const auto toPath = [](const std::string& text) {
         return fs::path(text == "-" ? "-.png" : text);
     };
     addValue(verb, "-o,--output", "FILE", output.path, toPath,
-             "the file to write: " + extensions +
+             "the file to write: " + listed +
                  "; - writes a PNG to standard output, -.EXT another format")
+        .files(endings)
         .group("Output")
         .required();
     verb.addFlag("--no-clobber", output.no_clobber, "fail if the file is there already")
@@ -196,14 +196,14 @@ void addFxaaOption(VerbOptions& verb, bool& fxaa, const std::string& remark) {
 }
 
 void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers_only) {
-    std::string kinds;
+    std::vector<ChoiceDescription> kinds;
     std::set<std::string_view> known;
     std::vector<std::string_view> names;
     for (const OutputFormat& format : outputFormats()) {
         if (layers_only && !format.holdsFragments()) continue;
         if (!known.insert(format.kind).second) continue;
         names.push_back(format.kind);
-        kinds += "\n" + std::string(format.kind) + ": " + std::string(format.summary);
+        kinds.push_back({std::string(format.kind), std::string(format.summary)});
     }
     addValue(
         verb, "--as", "KIND", output.options.as,
@@ -213,7 +213,8 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
             }
             return text;
         },
-        "what is written (default: ldi in an .exr, else what the extension says):" + kinds)
+        "what is written (default: ldi in an .exr, else what the extension says):")
+        .oneOf(std::move(kinds))
         .group("Output");
     verb.addFlag("--no-composite", output.options.no_composite,
                  "layers only, without the part that shows them composited")

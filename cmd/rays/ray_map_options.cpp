@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "cmd/cli/arguments.h"
+#include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/options/scene_options.h"
 #include "core/base/error.h"
@@ -69,16 +70,15 @@ void setAttenuation(const Scene& scene, const std::string& glob, double mu,
 
 void addRayMapOptions(VerbOptions& verb, RayMapFlags& flags) {
     constexpr const char* kGroup = "Inside";
-    std::string help =
+    const std::string help =
         "a number a ray instead of its hits, in an EXR several, with commas "
         "between (a part a bundle, a channel a map), in a picture one (black to "
         "yellow, transmission like an X-ray film from white to black, with a legend below; of "
         "several bundles #### in its name is their number):";
-    for (const RayMapInfo& map : rayMapTable())
-        help += '\n' + std::string(map.name) + ": " + std::string(map.summary);
     verb.addRepeated(
             "--map", "NAMES", [&flags](const std::string& text) { takeMaps(text, flags.maps); },
             help)
+        .someOf(describeChoices(rayMapTable()))
         .group(kGroup);
     verb.addRepeated(
             "--attenuation", "MATERIAL=MU",

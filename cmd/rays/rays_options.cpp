@@ -72,15 +72,11 @@ std::vector<std::string> parseColumns(const std::string& text) {
     return {names.begin(), names.end()};
 }
 
-std::string columnHelp() {
-    std::string help =
-        "what every hit has in a .npz, or in a .ply besides x, y, z and bundle, separated by "
-        "commas, or all (default): fewer are found and written sooner; ray_splits and the bundles "
-        "are always there:";
-    std::string line;
+std::vector<ChoiceDescription> columnChoices() {
+    std::vector<ChoiceDescription> choices;
     for (const HitColumn& column : hitColumns())
-        line += (line.empty() ? "\n" : ", ") + std::string(column.name);
-    return help + line;
+        choices.push_back({std::string(column.name), ""});
+    return choices;
 }
 
 void checkVoxels(const RaysOptions& options) {
@@ -169,14 +165,20 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
         .required(false)
         .description(
             "hits: .npz (arrays for numpy), .ply (points), .exr (deep); of --map .exr, .png, .jpg "
-            "or .tif; of --voxels .npz or .vdb");
+            "or .tif; of --voxels .npz or .vdb")
+        .files(".npz .ply .exr .png .jpg .tif .vdb");
     addFile(verb, "--points", "FILE", options.points,
             "write the next hits before and after each of these points along every direction, not "
             "all hits: a .ply, or a .npz with the array points (n, 3)")
+        .files(".ply .npz")
         .group("Output");
     verb.addFlag("--double", options.double_points, "x, y, z of a .ply in 64 bits, not 32")
         .group("Output");
-    addValue(verb, "--columns", "LIST", options.columns, parseColumns, columnHelp())
+    addValue(verb, "--columns", "LIST|all", options.columns, parseColumns,
+             "what every hit has in a .npz, or in a .ply besides x, y, z and bundle, separated by "
+             "commas, or all (default): fewer are found and written sooner; ray_splits and the "
+             "bundles are always there:")
+        .someOf(columnChoices())
         .group("Output");
     addBundleOptions(verb, options.bundles);
     verb.addFlag("--refine,!--no-refine", options.refine,
@@ -191,17 +193,14 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
         "which cells of a lattice, R along its longest side, are inside: by parity along each of "
         "the three axes, and the majority of them")
         .group("Inside");
-    std::string parity_help =
-        "check that what is shown is closed: a ray that enters a surface leaves it. If rays hit "
-        "one an odd number of times:";
-    for (const Choice<ParityUse>& use : kParityUses)
-        parity_help += '\n' + std::string(use.name) + ": " + std::string(use.summary);
     addValue(
         verb, "--parity", "NAME", options.parity,
         [](const std::string& text) {
             return choose<ParityUse>("use of parity", kParityUses, text);
         },
-        parity_help)
+        "check that what is shown is closed: a ray that enters a surface leaves it. If rays hit "
+        "one an odd number of times:")
+        .oneOf(describeChoices(kParityUses))
         .group("Inside");
     addShownOptions(verb, options);
     addVariantOption(verb, options.appearance);
@@ -240,11 +239,13 @@ nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> b
 }
 
 void checkVoxelMemory(const AxisBundles& lattice, const MemoryBudget& memory) {
-    const std::uint64_t cells = VoxelVotes::cellsOf(lattice);
-    if (memory == 0 || cells <= memory) return;
-    throw Error(ErrorKind::kMemory,
-                groupedText(cells) + " voxels do not fit into " + bytesText(memory), memory.where(),
-                "a byte each is needed: ask for fewer of them, or allow more memory");
+    const std::uint64_t bytes = VoxelVotes::bytesOf(lattice);
+    if (memory == 0 || bytes <= memory) return;
+    throw Error(
+        ErrorKind::kMemory,
+        groupedText(VoxelVotes::cellsOf(lattice)) + " voxels do not fit into " + bytesText(memory),
+        memory.where(),
+        "they take " + bytesText(bytes) + ": ask for fewer of them, or allow more memory");
 }
 
 }  // namespace peeler::cmd

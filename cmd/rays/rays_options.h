@@ -123,7 +123,7 @@ void checkRaysOptions(const RaysOptions& options);
 /// the scene is.
 nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> bundles);
 
-/// Throws Error (kMemory) if the cells of a lattice, a byte each, do not fit into the budget.
+/// Throws Error (kMemory) if what is kept of the cells of a lattice does not fit into the budget.
 void checkVoxelMemory(const AxisBundles& lattice, const MemoryBudget& memory);
 
 }  // namespace peeler::cmd

@@ -29,17 +29,16 @@ std::vector<Channel> parseChannels(const std::string& text) {
     return channels;
 }
 
-std::string channelHelp() {
-    std::string help =
-        "what every fragment has besides R, G, B, A and Z, separated by commas, or all:";
+std::vector<ChoiceDescription> channelChoices() {
+    std::vector<ChoiceDescription> choices;
     for (const ChannelInfo& info : channelTable()) {
         std::string components;
         for (const std::string_view component : info.components)
             components += (components.empty() ? "" : " ") + std::string(component);
-        help += '\n' + std::string(info.name) + ": " + std::string(info.summary) + " (" +
-                components + ')';
+        choices.push_back(
+            {std::string(info.name), std::string(info.summary) + " (" + components + ')'});
     }
-    return help;
+    return choices;
 }
 
 nlohmann::ordered_json namedIds(const std::vector<std::string>& names) {
@@ -60,13 +59,16 @@ bool ChannelOptions::wants(Channel channel) const {
 
 void addChannelOptions(VerbOptions& verb, ChannelOptions& options) {
     constexpr const char* kGroup = "Channels";
-    addValue(verb, "--channels", "LIST", options.channels, parseChannels, channelHelp())
+    addValue(verb, "--channels", "LIST|all", options.channels, parseChannels,
+             "what every fragment has besides R, G, B, A and Z, separated by commas, or all:")
+        .someOf(channelChoices())
         .group(kGroup);
     verb.addFlag("--cryptomatte", options.cryptomatte,
                  "Cryptomatte 1.4 (objects and materials) in the composite part; implies "
                  "--channels id")
         .group(kGroup);
     addFile(verb, "--manifest", "FILE", options.manifest, "write the names of the ids as JSON")
+        .files(".json")
         .group(kGroup);
 }
 

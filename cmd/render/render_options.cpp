@@ -72,7 +72,8 @@ void addSequenceOptions(VerbOptions& verb, SequenceOptions& options) {
 void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     verb.addFiles("SCENE", options.scenes,
                   "glTF scenes (.gltf or .glb), folders of them, or globs in quotes; of several, "
-                  "{stem} in the output's name is the scene's, {folder} its folder's");
+                  "{stem} in the output's name is the scene's, {folder} its folder's")
+        .files(".gltf .glb");
     addOutputOptions(verb, options.output);
     addLayerOutputOptions(verb, options.output);
     addFxaaOption(verb, options.fxaa, "quick, but --samples sees more");

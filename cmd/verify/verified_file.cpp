@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cmd/cli/console.h"
+#include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/layered_bands.h"
 #include "core/base/error.h"
@@ -134,7 +135,7 @@ VerifiedFile verifyFile(const std::string& path) {
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kInput) throw;
         const std::string where = error.where() == path ? "" : ": " + printable(error.where());
-        file.blame(Verdict::kBad, error.what() + where);
+        file.blame(Verdict::kBad, inOptions(error.what() + where));
     }
     return file;
 }

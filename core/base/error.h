@@ -11,11 +11,11 @@ namespace peeler {
 /// The cause of a failure. The values are the exit codes of the command line.
 enum class ErrorKind : int {
     kInternal = 1,    ///< a bug of ours: an invariant did not hold
-    kUsage = 2,       ///< the command line asks for something that does not exist
+    kUsage = 2,       ///< the caller asks for something that does not exist
     kInput = 3,       ///< an input file is unreadable or invalid
     kOutput = 4,      ///< an output could not be written
     kDevice = 5,      ///< no usable GL device, or it was lost
-    kIncomplete = 6,  ///< fragments were left out and --strict forbids it
+    kIncomplete = 6,  ///< fragments were left out and the caller forbids that
     kMemory = 33,     ///< out of memory, or over the budget
 };
 

@@ -39,7 +39,7 @@ constexpr ChannelInfo kChannels[] = {
     {Channel::kFacing, "facing", kFacing, PixelType::kHalf, "",
      "1 on the front of a triangle, -1 on its back"},
     {Channel::kMotion, "motion", kMotion, PixelType::kFloat, "",
-     "to where the point is a frame later, whatever --frames lists; pixels, Y down"},
+     "to where the point is a frame later, whichever frames are rendered; pixels, Y down"},
     {Channel::kId, "id", kId, PixelType::kUint, "",
      "object (node), material, triangle of its mesh, instance: index + 1"},
     {Channel::kBarycentric, "barycentric", kBarycentric, PixelType::kFloat, "",

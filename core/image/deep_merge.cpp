@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <locale>
 #include <sstream>
 #include <string>
 
@@ -19,7 +20,7 @@ namespace {
 FragmentChannel idsToMergeBy(const LayeredImage& image, const std::string& name) {
     if (const FragmentChannel ids = findIds(image, name)) return ids;
     throw Error(ErrorKind::kUsage, "the samples have no channel " + name + " to merge by",
-                "--deep-merge by-id", "add --channels id, or merge by-z");
+                "`deep_merge` by-id", "add `channels` id, or merge by-z");
 }
 
 /// Says which samples belong to the run of an earlier one.
@@ -83,6 +84,7 @@ std::string deepMergeText(const DeepMergeSettings& settings) {
     constexpr const char* kNames[] = {"off", "exact", "by-id", "by-z"};
     if (settings.mode == DeepMerge::kOff) return "";
     std::ostringstream text;
+    text.imbue(std::locale::classic());
     text << kNames[static_cast<std::size_t>(settings.mode)];
     if (settings.mode != DeepMerge::kExact) text << " z " << settings.z_tolerance;
     if (settings.mode == DeepMerge::kById) text << " alpha " << settings.alpha_tolerance;

@@ -48,7 +48,7 @@ class CompositeTargets {
     /// Blends the same fragments over the back in draw order: one geometry pass, or two where
     /// opacity is coloured.
     int blendUnsorted(SceneRasterizer& rasterizer, const Window& area);
-    /// With --surfaces visible, puts the nearest opaque surface into the back: as many, or none.
+    /// With Surfaces::kVisible, puts the nearest opaque surface into the back: as many, or none.
     int addOpaque(SceneRasterizer& rasterizer, const Window& area);
     /// Blends a texture of premultiplied colours over the back.
     void blendOverBack(SceneRasterizer& rasterizer, const Window& area, GLuint texture);

@@ -91,7 +91,7 @@ void checkTextureUnits(Material material, int units) {
                 "a material uses " + std::to_string(used) + " textures, and the GL device takes " +
                     std::to_string(units) + " in a shader, of which " + std::to_string(kOthers) +
                     " are needed otherwise",
-                material.name, "render on another device (peeler devices), or --backend osmesa");
+                material.name, "render on another device (`listDevices`), or `backend` osmesa");
 }
 
 namespace {

@@ -156,7 +156,7 @@ int findComposite(const ExrFiles& files, const ExrInfo& info) {
 const std::string& imagePath(const std::string& path) {
     if (fileKind(path) != FileKind::kGltf) return path;
     throw Error(ErrorKind::kInput, "it is a scene, not an image", path,
-                "render it first: peeler render SCENE -o out.exr");
+                "render it first: `Renderer`");
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ const ExrLayout& findExrLayout(std::string_view name) {
         if (layout.name == name) return layout;
         names += (names.empty() ? "" : ", ") + std::string(layout.name);
     }
-    throw Error(ErrorKind::kUsage, "there is no layout \"" + std::string(name) + "\"", "--layout",
+    throw Error(ErrorKind::kUsage, "there is no layout \"" + std::string(name) + "\"", "`layout`",
                 "choose one of: " + names);
 }
 
@@ -88,7 +88,7 @@ const ExrCompression& findExrCompression(std::string_view name, bool deep) {
     throw Error(ErrorKind::kUsage,
                 (deep ? "deep images cannot be compressed as \"" : "there is no compression \"") +
                     std::string(name) + "\"",
-                "--compression", "choose one of: " + names);
+                "`compression`", "choose one of: " + names);
 }
 
 }  // namespace peeler

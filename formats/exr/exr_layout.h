@@ -13,8 +13,8 @@ namespace peeler {
 
 /// A layout. The composite, where there is one, comes first and has plain channel names.
 struct ExrLayout {
-    std::string_view name;     ///< for --layout and `peeler:layout`
-    std::string_view summary;  ///< for --help
+    std::string_view name;     ///< OutputOptions::layout and `peeler:layout`
+    std::string_view summary;  ///< one line
     bool one_part = false;     ///< all layers and the composite in one part
     bool prefixed = false;     ///< a layer's channels are layer_000.R, …
     bool one_file_a_layer = false;
@@ -38,7 +38,7 @@ std::string layerName(std::size_t layer);
 int layerNumber(std::string_view name);
 
 struct ExrCompression {
-    std::string_view name;  ///< for --compression; ExrInputPart::compression
+    std::string_view name;  ///< OutputOptions::compression, ExrInputPart::compression
     std::string_view summary;
     bool deep = true;  ///< deep images may have it
     int value = 0;     ///< Imf::Compression

@@ -60,7 +60,7 @@ ExrLdiReader::ExrLdiReader(OpenedExr opened, bool composite)
         if (info_.is_peeler) {
             throw Error(ErrorKind::kInput,
                         "it is not a layered depth image: no part is named layer_*", input_.path(),
-                        "render with --as ldi");
+                        "render with `as` ldi");
         }
         takeFlatPicture();
     } else if (!promised.empty() && promised != std::to_string(info_.layers.size()) &&
@@ -117,7 +117,7 @@ void ExrLdiReader::takeFlatPicture() {
     }
     if (flat_) return;
     throw Error(ErrorKind::kInput, "it has neither layers nor a picture: no part has R, G, B or Y",
-                input_.path(), "peeler info lists its parts");
+                input_.path(), "`readExrInfo` lists its parts");
 }
 
 void ExrLdiReader::checkLayers() const {
@@ -308,7 +308,7 @@ void ExrLdiReader::read(const Window& window, LayeredImage& out) {
 void ExrLdiReader::readComposite(const Window& window, CompositeImage& out) {
     if (info_.composite < 0) {
         throw Error(ErrorKind::kInput, "it has no part \"composite\"", input_.path(),
-                    "flatten it, or render without --no-composite");
+                    "flatten it, or render without `no_composite`");
     }
     const auto part = static_cast<std::size_t>(info_.composite);
     const ExrInputPart& composite = info_.parts[part];

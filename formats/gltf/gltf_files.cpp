@@ -140,7 +140,7 @@ std::vector<std::uint8_t> GltfFolder::read(const std::string& uri, const std::st
     };
     const auto refuseOutside = [&](const std::string& why) -> void {
         if (!allow_outside_)
-            refuse(why, "put the file beside the scene file, or trust the scene: --allow-outside");
+            refuse(why, "put the file beside the scene file, or trust the scene: `allow_outside`");
     };
     if (hasScheme(uri)) refuse("only data: URIs and paths are");
     const std::string name = percentDecoded(uri);

@@ -151,10 +151,10 @@ class MaterialReader {
                 missing(place, "it has an image of " + name + " only", "add a PNG or JPEG image");
                 return -1;
             }
-            throw Error(ErrorKind::kInput,
-                        "the texture has an image of " + name + " only, which is not decoded",
-                        place,
-                        "add a PNG or JPEG fallback, or go on without: --ignore-extension " + name);
+            throw Error(
+                ErrorKind::kInput,
+                "the texture has an image of " + name + " only, which is not decoded", place,
+                "add a PNG or JPEG fallback, or go on without: `ignored_extensions` " + name);
         }
         missing(where, "it has no image", "add a PNG or JPEG image");
         return -1;

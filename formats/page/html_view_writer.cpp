@@ -301,8 +301,8 @@ void HtmlViewWriter::begin(const Plan& plan) {
                     "a page is to hold no more than " + std::to_string(options_.max_fragments) +
                         " fragments, and there are " + std::to_string(plan.fragments_stored),
                     path_,
-                    "keep fewer --layers, render a smaller --size, or raise "
-                    "peeler view --max-fragments (1 to 7 bytes of page each)");
+                    "keep fewer `max_layers`, render a smaller `size`, or raise "
+                    "`max_fragments` (1 to 7 bytes of page each)");
     }
     plan_ = plan;
     image_ = {};

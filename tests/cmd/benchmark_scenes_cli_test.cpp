@@ -48,6 +48,19 @@ TEST_F(BenchmarkScenes, SpheresHaveTheTrianglesThatTheirResultsAreGivenFor) {
     EXPECT_EQ(triangles("large-spheres"), 100U * 1'520);
 }
 
+TEST_F(BenchmarkScenes, SoupsHaveTheTrianglesOfTheirNames) {
+    make({"soup-192k", "soup-1728k", "soup-1280k", "soup-640k", "cube-192k", "cube-160k",
+          "soup-of-16", "soup-of-1024"});
+    EXPECT_EQ(triangles("soup-192k"), 192'000U);
+    EXPECT_EQ(triangles("soup-1728k"), 1'728'000U);
+    EXPECT_EQ(triangles("soup-1280k"), 1'280'000U);
+    EXPECT_EQ(triangles("soup-640k"), 640'000U);
+    EXPECT_EQ(triangles("cube-192k"), 192'000U);
+    EXPECT_EQ(triangles("cube-160k"), 160'000U);
+    EXPECT_EQ(triangles("soup-of-16"), 16U * 1'600);
+    EXPECT_EQ(triangles("soup-of-1024"), 1024U * 1'600);
+}
+
 TEST_F(BenchmarkScenes, SpheresHaveTheLayersAndFragmentsThatAreToldOfThem) {
     make({"spheres", "small-spheres", "large-spheres"});
     // Fragments go with pixels: these are a sixteenth of 7.1, 8.7 and 37.3 million.

@@ -188,7 +188,7 @@ TEST(Limits, ABudgetIsSevenEighthsOfItsLimitAndNamesIt) {
     const MemoryBudget budget = budgetUnder({800 * kMebi, "CUE_MEMORY"});
     EXPECT_EQ(budget.bytes, 700 * kMebi);
     EXPECT_EQ(budget.where(), "CUE_MEMORY allows 800M");
-    EXPECT_EQ(MemoryBudget(512 * kMebi).where(), "--memory 512M");
+    EXPECT_EQ(MemoryBudget(512 * kMebi).where(), "`memory` 512M");
     EXPECT_EQ(MemoryBudget(512 * kMebi).hint(600 * kMebi), "give at least 600M");
 }
 

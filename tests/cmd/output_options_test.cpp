@@ -50,7 +50,7 @@ TEST(OutputOptionsTest, DeepImagesTakeWhatTheFormatAllows) {
         output.options.compression = compression.name;
         output.given = {"--compression"};
         EXPECT_EQ(refusal(output, "ldi"), "");
-        EXPECT_EQ(refusal(output, "deep"), compression.deep ? "" : "--compression");
+        EXPECT_EQ(refusal(output, "deep"), compression.deep ? "" : "`compression`");
         EXPECT_EQ(refusal(output, "composite"), "--compression");
     }
 }
