@@ -5,10 +5,8 @@
 #include <utility>
 
 #include "core/bake/occluders.h"
+#include "core/raster/lanes.h"
 #include "core/scene/elements.h"
-
-// What is compiled for several processors has to be inlined in each.
-#define PEELER_INLINE [[gnu::always_inline]] inline
 
 namespace peeler {
 namespace {
@@ -284,8 +282,7 @@ template <class Cover>
 template <bool kOneSided>
 CoverPatch laneCover(bool for_every_processor) {
 #ifdef __x86_64__
-    static const bool avx2 = __builtin_cpu_supports("avx2");
-    if (avx2 && !for_every_processor) return coverOnAvx2<LaneCover<EightLanes, kOneSided>>;
+    if (hasAvx2() && !for_every_processor) return coverOnAvx2<LaneCover<EightLanes, kOneSided>>;
 #endif
     return coverAnywhere<LaneCover<FourLanes, kOneSided>>;
 }

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 
+#include "core/capture/captured_fragments.h"
 #include "core/raster/hit_depth.h"
 
 namespace peeler {
@@ -120,7 +121,6 @@ void HitSorter::fill(const SpanStore& store, const HitRow& row) {
 void HitSorter::sortLists(const HitRow& row) {
     const std::size_t rays = row.offsets.size();
     const std::uint32_t first = row.offsets[0];
-    columns_.resize(kMostAtOnce);
     ListColumn* const columns = columns_.data();
     for (std::size_t ray = 0; ray < rays; ray += kListsAtOnce) {
         std::array<std::uint32_t, kListsAtOnce> begin{}, count{};
@@ -128,7 +128,7 @@ void HitSorter::sortLists(const HitRow& row) {
         for (std::size_t list = 0; list < kListsAtOnce && ray + list < rays; ++list) {
             const std::size_t i = ray + list;
             begin[list] = row.offsets[i] - first;
-            count[list] = (i + 1 < rays ? row.offsets[i + 1] : row.end) - first - begin[list];
+            count[list] = row.endOf(i) - first - begin[list];
             if (count[list] > kMostAtOnce) {
                 sortLong(row, begin[list], begin[list] + count[list]);
                 count[list] = 0;
@@ -162,10 +162,7 @@ bool HitSorter::sortRow(const SpanStore& store, const HitRow& row) {
     const std::size_t rays = row.offsets.size();
     const std::uint32_t first = row.offsets[0], count = row.end - first;
     if (count == 0) return true;
-    if (hits_.size() < count) {
-        hits_ = {};
-        hits_ = std::vector<double>(count);
-    }
+    if (hits_.size() < count) resizeAnew(hits_, count);
     next_.resize(rays);
     for (std::size_t i = 0; i < rays; ++i)
         next_[i] = row.offsets[i] - first;
@@ -175,10 +172,8 @@ bool HitSorter::sortRow(const SpanStore& store, const HitRow& row) {
             : (row.perspective ? &HitSorter::fill<true, false> : &HitSorter::fill<false, false>);
     (this->*fill_row)(store, row);
     bool complete = true;
-    for (std::size_t i = 0; i < rays; ++i) {
-        const std::uint32_t end = (i + 1 < rays ? row.offsets[i + 1] : row.end) - first;
-        complete &= next_[i] == end;
-    }
+    for (std::size_t i = 0; i < rays; ++i)
+        complete &= next_[i] == row.endOf(i) - first;
     sortLists(row);
     if (!row.slopes) return complete;
     for (std::uint32_t i = 0; i < count; ++i) {

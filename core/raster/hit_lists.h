@@ -28,6 +28,11 @@ struct HitRow {
     float* slopes = nullptr;  ///< two a hit (LayeredImage::color), or none
     /// From change of planar depth a pixel to the right and downwards to slopes.
     double slope_scale = 0;
+
+    /// The offset behind a ray's last hit.
+    std::uint32_t endOf(std::size_t ray) const {
+        return ray + 1 < offsets.size() ? offsets[ray + 1] : end;
+    }
 };
 
 /// From the change of planar depth to that of buffer depth (Projection::matrix()).
@@ -58,7 +63,7 @@ class HitSorter {
 
     std::vector<double> hits_;                  // packed
     std::vector<std::uint32_t> counts_, next_;  // of each ray: where its next hit goes
-    std::vector<ListColumn> columns_;           // of the lists at hand
+    std::vector<ListColumn> columns_ = std::vector<ListColumn>(kMostAtOnce);  // of lists at hand
     SortLists sort_ = sortListsFor();
 };
 

@@ -1,11 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 // Several numbers that are calculated with at once, as GCC and Clang have them. 16 bytes are what
-// every processor takes; lanes are rounded as single numbers are.
+// every processor takes; lanes are rounded as single numbers are. What is compiled for some
+// processors besides is chosen when it runs.
 #pragma once
 
 #include <cstdint>
 
+// What is compiled for several processors has to be inlined in each.
+#define PEELER_INLINE [[gnu::always_inline]] inline
+
 namespace peeler {
+
+/// Whether this processor runs what is compiled for AVX2; false on others than x86-64.
+inline bool hasAvx2() {
+#ifdef __x86_64__
+    static const bool has = __builtin_cpu_supports("avx2");
+    return has;
+#else
+    return false;
+#endif
+}
 
 using TwoDoubles = double __attribute__((vector_size(16)));
 using FourFloats = float __attribute__((vector_size(16)));

@@ -4,8 +4,7 @@
 #include <cstring>
 #include <utility>
 
-// What is compiled for several processors has to be inlined in each.
-#define PEELER_INLINE [[gnu::always_inline]] inline
+#include "core/raster/lanes.h"
 
 namespace peeler {
 namespace {
@@ -97,8 +96,7 @@ void sortOnEvery(ListColumn* columns, std::size_t count) {
 
 SortLists sortListsFor(bool every_processor) {
 #ifdef __x86_64__
-    static const bool avx2 = __builtin_cpu_supports("avx2");
-    if (avx2 && !every_processor) return sortOnAvx2;
+    if (hasAvx2() && !every_processor) return sortOnAvx2;
 #endif
     return sortOnEvery;
 }

@@ -164,17 +164,13 @@ const std::vector<Solids::Shell>& Solids::shellsOf(const PosedScene& posed,
     return shells;
 }
 
-Solids::Solids(const PosedScene& posed) {
+Solids::Solids(const PosedScene& posed) : keys_(posed.drawList().keys()) {
     EdgeParity parity;
-    std::uint64_t key = 1;
     for (std::size_t i = 0; i < posed.meshes().size(); ++i) {
         const MeshInstance& instance = posed.meshes()[i];
         const std::size_t first = surfaces_.size();
-        for (const Primitive& p : posed.primitives(instance)) {
-            first_keys_.push_back(static_cast<std::uint32_t>(key));
+        for (const Primitive& p : posed.primitives(instance))
             surfaces_.push_back({kNone, static_cast<std::uint32_t>(p.material)});
-            key += elementsOf(p);
-        }
         for (const Shell& shell : shellsOf(posed, instance, parity)) {
             for (const std::size_t primitive : shell.primitives)
                 surfaces_[first + primitive].solid = static_cast<std::uint32_t>(solids_.size());
@@ -182,32 +178,6 @@ Solids::Solids(const PosedScene& posed) {
                 {i, instance.node, shell.primitives, shell.triangles, shell.open_edges});
         }
     }
-    findRuns(key);
-}
-
-/// As many runs as keep both them and what is to be searched in each few.
-void Solids::findRuns(std::uint64_t keys) {
-    constexpr std::uint64_t kLeast = 4096;
-    run_bits_ = 0;
-    while (keys >> run_bits_ > 2 * surfaces_.size() + kLeast)
-        ++run_bits_;
-    std::uint32_t surface = 0;
-    for (std::uint64_t key = 0; key < keys; key += std::uint64_t{1} << run_bits_) {
-        while (surface + 1 < first_keys_.size() && first_keys_[surface + 1] <= key)
-            ++surface;
-        surface_of_run_.push_back(surface);
-    }
-    surface_of_run_.push_back(static_cast<std::uint32_t>(surfaces_.size()));
-}
-
-const Solids::Surface& Solids::surfaceOf(std::uint32_t key) const {
-    // The last of those that begin there: primitives without elements begin there, too.
-    const std::size_t run = key >> run_bits_;
-    const std::span<const std::uint32_t> keys(first_keys_);
-    const std::size_t first = surface_of_run_[run];
-    const std::size_t last = std::min(std::size_t{surface_of_run_[run + 1]} + 1, keys.size());
-    const auto after = std::ranges::upper_bound(keys.subspan(first, last - first), key);
-    return surfaces_[static_cast<std::size_t>(after - keys.begin()) - 1];
 }
 
 void SolidSpans::find(std::span<const float> t, std::span<const std::uint32_t> keys,

@@ -13,6 +13,7 @@
 #include "core/base/parallel.h"
 #include "core/base/sparse_set.h"
 #include "core/image/layered_image.h"
+#include "core/scene/draw_list.h"
 #include "core/scene/posed_scene.h"
 
 namespace peeler {
@@ -61,19 +62,14 @@ class Solids {
         std::uint64_t triangles = 0, open_edges = 0;
     };
 
-    const Surface& surfaceOf(std::uint32_t key) const;
-    void findRuns(std::uint64_t keys);
+    const Surface& surfaceOf(std::uint32_t key) const { return surfaces_[keys_.surfaceOf(key)]; }
     class EdgeParity;
     const std::vector<Shell>& shellsOf(const PosedScene& posed, const MeshInstance& instance,
                                        EdgeParity& parity);
 
     std::vector<Solid> solids_;
-    std::vector<std::uint32_t> first_keys_;  ///< of each surface, in draw order
-    /// Of runs of 2^run_bits_ keys, the surface of the first one; and behind the last, all
-    /// surfaces.
-    std::vector<std::uint32_t> surface_of_run_;
-    int run_bits_ = 0;
-    std::vector<Surface> surfaces_;
+    KeyIndex keys_;                  // of the draw list, which may end before
+    std::vector<Surface> surfaces_;  // in its order
     std::map<std::pair<int, int>, std::vector<Shell>> shells_;  ///< by mesh and deformation
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/scene/elements.h"
@@ -50,6 +51,21 @@ bool together(const Scene& scene, const MeshInstance& a, const MeshInstance& b) 
 
 }  // namespace
 
+/// As many multiples as keep both them and the surfaces between two of them few.
+KeyIndex::KeyIndex(std::vector<std::uint32_t> first_keys, std::uint64_t end)
+    : first_keys_(std::move(first_keys)) {
+    constexpr std::uint64_t kLeast = 4096;
+    while (end >> shift_ > 2 * first_keys_.size() + kLeast)
+        ++shift_;
+    std::uint32_t surface = 0;
+    for (std::uint64_t key = 0; key < end; key += std::uint64_t{1} << shift_) {
+        while (surface + 1 < first_keys_.size() && first_keys_[surface + 1] <= key)
+            ++surface;
+        near_.push_back(surface);
+    }
+    near_.push_back(static_cast<std::uint32_t>(first_keys_.size()) - 1);
+}
+
 DrawList::DrawList(const Scene& scene, std::span<const MeshInstance> instances) {
     for (std::size_t i = 0, end = 0; i < instances.size(); i = end) {
         do
@@ -57,7 +73,11 @@ DrawList::DrawList(const Scene& scene, std::span<const MeshInstance> instances) 
         while (end < instances.size() && together(scene, instances[i], instances[end]));
         addGroup(scene, instances.subspan(i, end - i));
     }
-    indexKeys();
+    std::vector<std::uint32_t> first_keys;
+    first_keys.reserve(surfaces_.size());
+    for (const DrawnSurface& surface : surfaces_)
+        first_keys.push_back(surface.first_key);
+    keys_ = {std::move(first_keys), next_key_};
 }
 
 std::size_t DrawList::indexOf(const Geometry& geometry) {
@@ -122,28 +142,6 @@ void DrawList::addSurfaces(std::span<const Primitive> primitives, std::uint32_t 
         }
         first_key += in_mesh;
     }
-}
-
-/// Makes near_key_, with about two entries a surface.
-void DrawList::indexKeys() {
-    while ((next_key_ >> key_shift_) > 2 * surfaces_.size())
-        ++key_shift_;
-    std::uint32_t surface = 0;
-    for (std::uint64_t key = 0; key < next_key_; key += std::uint64_t{1} << key_shift_) {
-        while (surface + 1 < surfaces_.size() && surfaces_[surface + 1].first_key <= key)
-            ++surface;
-        near_key_.push_back(surface);
-    }
-    near_key_.push_back(static_cast<std::uint32_t>(surfaces_.size()) - 1);
-}
-
-std::uint32_t DrawList::surfaceOf(std::uint32_t key) const {
-    const std::size_t near = key >> key_shift_;
-    // The last of those that begin there: primitives without elements begin there, too.
-    const auto after = std::upper_bound(
-        surfaces_.begin() + near_key_[near], surfaces_.begin() + near_key_[near + 1] + 1, key,
-        [](std::uint32_t k, const DrawnSurface& surface) { return k < surface.first_key; });
-    return static_cast<std::uint32_t>(after - surfaces_.begin()) - 1;
 }
 
 KeyOrigin DrawList::originOf(std::uint32_t key) const {

@@ -2,6 +2,8 @@
 // What is drawn, in which order, and the keys of its primitives.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <map>
@@ -60,6 +62,28 @@ struct DrawnSurface {
     std::uint32_t primitive = 0;  ///< of the mesh
 };
 
+/// Finds the surface that a key belongs to.
+class KeyIndex {
+  public:
+    KeyIndex() = default;
+    /// `first_keys` of the surfaces, which do not fall; all keys are less than `end`.
+    KeyIndex(std::vector<std::uint32_t> first_keys, std::uint64_t end);
+
+    std::uint32_t surfaceOf(std::uint32_t key) const {
+        const std::size_t near = key >> shift_;
+        // The last of those that begin there: primitives without elements begin there, too.
+        const auto begin = first_keys_.begin();
+        const auto after = std::upper_bound(begin + near_[near], begin + near_[near + 1] + 1, key);
+        return static_cast<std::uint32_t>(after - begin) - 1;
+    }
+
+  private:
+    std::vector<std::uint32_t> first_keys_;
+    /// The surface of every key that is a multiple of 2^shift_: others are not far from there.
+    std::vector<std::uint32_t> near_;
+    unsigned shift_ = 0;
+};
+
 /// Depth-first over the nodes, then instance, then primitive of the mesh: a key counts the
 /// primitives that GL makes in this order, whether instances are drawn at once or one by one. Keys
 /// start at 1.
@@ -78,7 +102,8 @@ class DrawList {
     /// In draw order, those without anything to draw, too.
     const std::vector<DrawnSurface>& surfaces() const { return surfaces_; }
     /// The index of the surface that a key belongs to.
-    std::uint32_t surfaceOf(std::uint32_t key) const;
+    std::uint32_t surfaceOf(std::uint32_t key) const { return keys_.surfaceOf(key); }
+    const KeyIndex& keys() const { return keys_; }
     KeyOrigin originOf(std::uint32_t key) const;
 
   private:
@@ -86,7 +111,6 @@ class DrawList {
     void addSurfaces(std::span<const Primitive> primitives, std::uint32_t first_key,
                      std::size_t instances);
     std::size_t indexOf(const Geometry& geometry);
-    void indexKeys();
 
     std::vector<Draw> draws_;
     std::vector<Geometry> geometries_;
@@ -94,9 +118,7 @@ class DrawList {
     std::vector<glm::dmat4> worlds_;
     std::vector<DrawnSurface> surfaces_;
     std::uint64_t next_key_ = 1;  // 0 is the key of "no layer yet" in front-to-back peeling
-    /// The surface of every key that is a multiple of 2^key_shift_: others are not far from there.
-    std::vector<std::uint32_t> near_key_;
-    unsigned key_shift_ = 0;
+    KeyIndex keys_;
 };
 
 }  // namespace peeler

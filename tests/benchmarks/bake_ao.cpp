@@ -14,8 +14,6 @@
 // rays start that far above it, mostly at vertices where parts touch. Peeler's hits are found by
 // the CPU, or with --engine gl by the renderer that PEELER_TEST_BACKEND chooses. With --json it
 // prints an array of the rows instead, with the seconds of every run; peeler and Embree take turns.
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -28,6 +26,7 @@
 #include <utility>
 #include <vector>
 
+#include "benchmarks/measured_scene.h"
 #include "core/bake/bake.h"
 #include "core/bake/receivers.h"
 #include "core/base/error.h"
@@ -85,17 +84,9 @@ Options parse(int count, char** arguments) {
 
 /// Processor seconds that the work takes, of all threads.
 double processorSeconds(const std::function<void()>& work) {
-    const auto used = [] {
-        rusage usage{};
-        getrusage(RUSAGE_SELF, &usage);
-        const auto seconds = [](const timeval& time) {
-            return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-        };
-        return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-    };
-    const double start = used();
+    const double start = benchmark::processorMilliseconds();
     work();
-    return used() - start;
+    return (benchmark::processorMilliseconds() - start) / 1000;
 }
 
 /// Some receivers out of many, at equal steps, whose errors stand for all.

@@ -25,8 +25,8 @@ REASONS: Dict[str, str] = {
     "all hits of 64 bundles, sorted, processor time":
         "Every bundle places and rasterises all triangles again, however few rays it has; Embree builds its hierarchy once.",
     **{f"{what} with its hits, processor time":
-       "The hits of each ray are sorted by their solids, which weighs the more the sooner they are found. Of a model with "
-       "many meshes most is their topology, whose edges are sorted once to know what is closed."
+       "The solid of every hit is looked up and its spans are opened and closed, which weighs the more the sooner hits are "
+       "found. Of a model with many meshes most is their topology, whose edges are sorted once to know what is closed."
        for what in ("thickness map", "parity")},
     "voxels with its hits, processor time":
         "The solids of every hit are looked up, and three bits a cell are settled and counted, of which there are far more "
