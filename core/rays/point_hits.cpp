@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/rays/bundle.h"
+#include "core/rays/point_hits.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kPointsAtOnce = 1024;
 // A surface this near to a point, as a share of the coordinates, counts as touching it: a few
 // roundings of a double.
-constexpr double kTouching = 1e-12;
+constexpr double kOnSurface = 1e-12;
 // The hits of one ray can have another order than those of its neighbour, so this many are
 // considered beyond the next one.
 constexpr int kBeyond = 2;
@@ -63,7 +63,7 @@ class Search {
             glm::dot(element.corner[0] - point_, normal) / glm::dot(direction_, normal);
         // The plane counts unless there is none, or it is seen edge-on.
         if (std::abs(plane - along) <= farthest_) along = plane;
-        if (std::abs(along) <= kTouching * (largestComponent(hit) + largestComponent(point_)))
+        if (std::abs(along) <= kOnSurface * (largestComponent(hit) + largestComponent(point_)))
             along = 0;
         // Of those that coincide, the last one before the point and the first one after it.
         const bool is_after = along > 0;

@@ -19,7 +19,7 @@
 namespace peeler {
 namespace {
 
-using Bytes = std::span<const std::uint8_t>;
+using ByteSpan = std::span<const std::uint8_t>;
 
 constexpr std::size_t kMostNpyHeader = std::size_t{1} << 16;
 // The most bytes that DEFLATE makes of one: two bits can stand for 258 bytes.
@@ -33,7 +33,7 @@ constexpr std::uint64_t kMostInflation = 1032;
 /// Little-endian numbers at places of the file.
 class ArchiveFields {
   public:
-    ArchiveFields(Bytes bytes, const std::string& where) : bytes_(bytes), where_(where) {}
+    ArchiveFields(ByteSpan bytes, const std::string& where) : bytes_(bytes), where_(where) {}
 
     template <class T>
     T at(std::uint64_t offset) const {
@@ -41,7 +41,7 @@ class ArchiveFields {
         std::memcpy(&value, part(offset, sizeof value).data(), sizeof value);
         return value;
     }
-    Bytes part(std::uint64_t offset, std::uint64_t size) const {
+    ByteSpan part(std::uint64_t offset, std::uint64_t size) const {
         if (offset > bytes_.size() || size > bytes_.size() - offset)
             damaged("something lies beyond its end", where_);
         return bytes_.subspan(offset, size);
@@ -50,7 +50,7 @@ class ArchiveFields {
 
   private:
     static_assert(std::endian::native == std::endian::little);
-    Bytes bytes_;
+    ByteSpan bytes_;
     const std::string& where_;
 };
 
@@ -111,7 +111,7 @@ std::vector<Member> membersOf(const ArchiveFields& file, const std::string& wher
         if (file.at<std::uint32_t>(at) != 0x02014B50) damaged("its directory is broken", where);
         const auto name = file.at<std::uint16_t>(at + 28), extra = file.at<std::uint16_t>(at + 30),
                    comment = file.at<std::uint16_t>(at + 32);
-        const Bytes text = file.part(at + kEntry, name);
+        const ByteSpan text = file.part(at + kEntry, name);
         Member member{std::string(text.begin(), text.end()), file.at<std::uint16_t>(at + 8),
                       file.at<std::uint16_t>(at + 10),       file.at<std::uint32_t>(at + 16),
                       file.at<std::uint32_t>(at + 20),       file.at<std::uint32_t>(at + 24),
@@ -125,14 +125,14 @@ std::vector<Member> membersOf(const ArchiveFields& file, const std::string& wher
 }
 
 /// The bytes of a member, in the file itself or unpacked into `storage`.
-Bytes contentsOf(const ArchiveFields& file, const Member& member,
-                 std::vector<std::uint8_t>& storage, const std::string& where) {
+ByteSpan contentsOf(const ArchiveFields& file, const Member& member,
+                    std::vector<std::uint8_t>& storage, const std::string& where) {
     constexpr std::uint64_t kLocal = 30;
     if (member.flags & 1U) throw Error(ErrorKind::kInput, "the array is encrypted", where);
     if (file.at<std::uint32_t>(member.offset) != 0x04034B50) damaged("no array there", where);
     const std::uint64_t names = std::uint64_t{file.at<std::uint16_t>(member.offset + 26)} +
                                 file.at<std::uint16_t>(member.offset + 28);
-    Bytes bytes = file.part(member.offset + kLocal + names, member.packed);
+    ByteSpan bytes = file.part(member.offset + kLocal + names, member.packed);
     if (member.method == 0) {
         if (member.size != member.packed) damaged("sizes contradict each other", where);
     } else if (member.method == 8) {
@@ -157,7 +157,7 @@ Bytes contentsOf(const ArchiveFields& file, const Member& member,
 struct Points {
     std::uint64_t count = 0;
     bool is_double = false, swapped = false, columns = false;  ///< column by column
-    Bytes numbers;
+    ByteSpan numbers;
 };
 
 /// The text behind a key of the header's dictionary, "" if it has no such key.
@@ -182,7 +182,7 @@ std::optional<std::uint64_t> rowsOfShape(std::string_view shape) {
 }
 
 /// The points of a .npy file; nothing if the array is of another shape or type.
-std::optional<Points> pointsIn(Bytes file, const std::string& where) {
+std::optional<Points> pointsIn(ByteSpan file, const std::string& where) {
     constexpr std::string_view kMagic = "\x93NUMPY";
     const ArchiveFields fields(file, where);
     const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
@@ -261,7 +261,7 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
             throw Error(ErrorKind::kInput, "there are more points than are taken at once", inside);
         }
         std::vector<std::uint8_t> storage;
-        const Bytes contents = contentsOf(fields, member, storage, inside);
+        const ByteSpan contents = contentsOf(fields, member, storage, inside);
         const std::optional<Points> points = pointsIn(contents, inside);
         if (!points) {
             if (!is_named) continue;

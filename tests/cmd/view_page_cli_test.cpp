@@ -108,18 +108,18 @@ TEST_F(ViewPage, OfColouredGlassFiltersColourByColour) {
     writeScene(scratch_.path(), tintedPanes());
     for (const std::vector<std::string>& verb :
          {std::vector<std::string>{"render", "scene.gltf", "-o", "layers.exr", "--camera", "front",
-                                   "--size", "256x144"},
+                                   "--size", "128x72"},
           // Of one curve: a page has it fragment by fragment, and a composite as a whole.
           {"view", "layers.exr", "-o", "page.html", "--background", "#dbdbdb", "--tone-map",
            "none"},
           {"flatten", "layers.exr", "-o", "all.png", "--background", "#dbdbdb", "--tone-map",
            "none"},
-          {"render", "scene.gltf", "-o", "milky.png", "--camera", "front", "--size", "256x144",
+          {"render", "scene.gltf", "-o", "milky.png", "--camera", "front", "--size", "128x72",
            "--transmission", "alpha", "--background", "#dbdbdb"}}) {
         const auto result = run(verb);
         ASSERT_EQ(result.exit_code, 0) << result.err;
     }
-    const auto browser = use("page.html");
+    const auto browser = use("page.html", "filter");
     if (browser.exit_code == 77) GTEST_SKIP() << browser.out;
     ASSERT_EQ(browser.exit_code, 0) << browser.out << browser.err;
     EXPECT_EQ(bytesOf(scratch_ / "console.json"), "[]") << "no word on the console";
@@ -137,12 +137,13 @@ TEST_F(ViewPage, OfColouredGlassFiltersColourByColour) {
     EXPECT_GT(opacities[2], opacities[0] + 50);
     expectColor("alpha", 3, 3, opacities);
     EXPECT_LT(psnr("depth", "original"), 20);
+    EXPECT_LT(psnr("keys", "original"), 40);
     EXPECT_GE(psnr("reset", "original"), 100);
 }
 
 TEST_F(ViewPage, InABrowser) {
     // Transparent and opaque surfaces, 14 layers.
-    render("engine.glb", "256x144");
+    render("engine.glb", "192x108");
     for (const std::vector<std::string>& verb :
          {std::vector<std::string>{"view", "layers.exr", "-o", "page.html"},
           {"flatten", "layers.exr", "-o", "all.png"},

@@ -6,7 +6,7 @@
 Writes what the canvas shows after each step of a tour as PNG, console.json: what the browser's
 console said, and readings.json: what the page told, of the pixels X, Y as "X,Y" among others. The
 tour "look" is one round the scene: original, one_layer, depth, alpha, dragged, keys, nearer, reset;
-"read" is for a scene of three layers: original, only_2, layer_2, alpha_1, each channel, moved,
+"filter" is a short one: original, depth, alpha, keys, reset; "read" is for a scene of three layers: original, only_2, layer_2, alpha_1, each channel, moved,
 moved_by_fingers, moved_by_keys, reset; "picture" writes page.png alone, all of the window with the
 first of the pixels (of the canvas) pointed at.
 Exit code 77: there is no Chromium, no chromedriver or no Selenium; why is on stdout.
@@ -25,7 +25,8 @@ SKIP = 77
 class Page:
     def __init__(self, driver, out):
         from selenium.webdriver.support.ui import WebDriverWait
-        self.driver, self.out, self.wait = driver, out, WebDriverWait(driver, ENDLESS)
+        self.driver, self.out = driver, out
+        self.wait = WebDriverWait(driver, ENDLESS, poll_frequency=0.02)  # by default half a second
         self.readings = {}
 
     def count(self, what):
@@ -65,7 +66,7 @@ class Page:
 
     def drag(self, x, y):
         from selenium.webdriver.common.action_chains import ActionChains
-        return (ActionChains(self.driver).click_and_hold(self.element("picture"))
+        return (ActionChains(self.driver, duration=50).click_and_hold(self.element("picture"))
                 .move_by_offset(x, y).release())
 
     def save(self, name):
@@ -100,6 +101,20 @@ def one_to_one(page, pixels):
 def picture(page, pixels):
     page.point(*pixels[0], kind="touch")
     page.driver.save_screenshot(str(page.out / "page.png"))
+
+
+def filter_(page, pixels):
+    one_to_one(page, pixels)
+    page.press("d")
+    page.save("depth")
+    page.show("alpha")
+    page.save("alpha")
+    page.show("color")
+    from selenium.webdriver.common.keys import Keys
+    page.press(Keys.ARROW_LEFT)
+    page.save("keys")
+    page.click("reset")
+    page.save("reset")
 
 
 def look(page, pixels):
@@ -205,7 +220,7 @@ def read(page, pixels):
 
 def main():
     page_file, out = Path(sys.argv[1]).resolve(), Path(sys.argv[2])
-    tour = {"look": look, "read": read, "picture": picture}[sys.argv[3]]
+    tour = {"look": look, "filter": filter_, "read": read, "picture": picture}[sys.argv[3]]
     pixels = [[int(x) for x in pair.split(",")] for pair in sys.argv[4:]]
     try:
         driver = start()
