@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+# Packages for who does not build: `cmake --build build/release --target packages` writes four Debian
+# packages and an archive into build/release/packages.
+set(PEELER_MAINTAINER "peeler maintainers <maintainers@peeler.example>" CACHE STRING
+    "Who answers for the Debian packages that are made here")
+
+# The program of the archive, which finds its libraries beside it, whatever else there is. The C++
+# library and others that a driver of GL may need in a newer release are the machine's where it has
+# them, and those in lib/spare where it has not. Only the older kind of path (RPATH) counts for the
+# libraries of libraries, too.
+set(portable_path "$ORIGIN/../lib" "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}"
+    "/lib/${CMAKE_LIBRARY_ARCHITECTURE}" /usr/lib64 /lib64 /usr/lib /lib "$ORIGIN/../lib/spare")
+add_executable(peeler_portable EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/cmd/main.cpp)
+target_link_libraries(peeler_portable PRIVATE peeler_cmd)
+target_link_options(peeler_portable PRIVATE LINKER:--disable-new-dtags)
+set_target_properties(peeler_portable PROPERTIES BUILD_WITH_INSTALL_RPATH ON
+    INSTALL_RPATH "${portable_path}")
+
+set(packages ${PROJECT_BINARY_DIR}/packages)
+set(packing ${PROJECT_BINARY_DIR}/packing)  # what they are made with
+set(portable_name ${PROJECT_NAME}-${PROJECT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
+# What is compiled in of others: their licences go with the archive, too.
+set(portable_sources ${GLM_INCLUDE_DIR}/glm/glm.hpp ${XXHASH_INCLUDE_DIR}/xxhash.h
+    ${TINYGLTF_INCLUDE_DIR}/tiny_gltf.h)
+foreach(package nlohmann_json CLI11 draco)
+    list(APPEND portable_sources ${${package}_DIR})
+endforeach()
+configure_file(${CMAKE_CURRENT_LIST_DIR}/portable_settings.cmake.in
+    ${packing}/portable_settings.cmake @ONLY)
+
+add_custom_target(packages
+    COMMAND ${CMAKE_COMMAND} -E rm -rf ${packages}
+    COMMAND ${CMAKE_CPACK_COMMAND} -G DEB --config ${PROJECT_BINARY_DIR}/CPackConfig.cmake
+    COMMAND ${CMAKE_COMMAND} -E rm -rf ${packages}/_CPack_Packages
+    COMMAND ${CMAKE_COMMAND} -D SETTINGS=${packing}/portable_settings.cmake
+        -P ${CMAKE_CURRENT_LIST_DIR}/portable.cmake
+    DEPENDS peeler peeler_portable ${peeler_modules} peeler_decode write_manual peeler_shared
+        peeler_static
+    WORKING_DIRECTORY ${PROJECT_BINARY_DIR}
+    COMMENT "Packing ${packages}" USES_TERMINAL VERBATIM)
+if(TARGET peeler_python)
+    add_dependencies(packages peeler_python)
+endif()
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME peeler)
+set(CPACK_PACKAGE_VENDOR peeler)
+set(CPACK_PACKAGE_CONTACT "${PEELER_MAINTAINER}")
+set(CPACK_PACKAGE_DIRECTORY ${packages})
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_VERBATIM_VARIABLES ON)
+set(CPACK_COMPONENTS_ALL program manual library development)
+if(TARGET peeler_python)
+    list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
+# A package of program and manual, and one of every other component.
+set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
+set(CPACK_COMPONENT_PROGRAM_GROUP command)
+set(CPACK_COMPONENT_MANUAL_GROUP command)
+# What Debian wants otherwise than other systems.
+set(CPACK_PRE_BUILD_SCRIPTS ${CMAKE_CURRENT_LIST_DIR}/debian.cmake)
+set(CPACK_PEELER_LIBDIR ${CMAKE_INSTALL_LIBDIR})
+set(CPACK_PEELER_MODULES ${peeler_module_folder})
+
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(same_version "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
+# What is not CPack's default would stand before what is said of each package.
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_NAME} built using CMake")
+set(synopsis "every layer of a glTF scene, headless")
+set(story "peeler renders all surfaces of a glTF scene under every pixel, hidden ones
+included, into layered or deep OpenEXR files, exact composites, arrays and
+points, on a GPU or in software, without a display.")
+
+set(CPACK_DEBIAN_COMMAND_PACKAGE_NAME peeler)
+set(CPACK_COMPONENT_COMMAND_DESCRIPTION "${synopsis}\n${story}")
+# rays and bake need no GL.
+set(CPACK_DEBIAN_COMMAND_PACKAGE_DEPENDS "libpeeler0 ${same_version}")
+set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri")
+set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS libosmesa6)
+
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libpeeler0)
+math(EXPR next_minor "${PROJECT_VERSION_MINOR} + 1")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
+set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "${synopsis} (library)
+${story}\n.\nThis package holds the shared library, and what it loads when it is needed.")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri")
+# CPackDeb's own are of all packages or none, and forget the linker's trigger.
+file(WRITE ${packing}/shlibs "libpeeler ${PROJECT_VERSION_MAJOR} libpeeler0"
+    " (>= ${PROJECT_VERSION}), libpeeler0 (<< ${PROJECT_VERSION_MAJOR}.${next_minor}~)\n")
+file(WRITE ${packing}/triggers "activate-noawait ldconfig\n")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA
+    "${packing}/shlibs;${packing}/triggers")
+
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libpeeler-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "${synopsis} (headers and static library)
+${story}\n.\nThis package holds what programs that use the library are compiled with.")
+# But for the first two: of peeler::static, and what pkg-config asks for.
+string(CONCAT CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libpeeler0 ${same_version}, libglm-dev, "
+    "libopenexr-dev, libdeflate-dev, libspng-dev, zlib1g-dev, libturbojpeg0-dev, "
+    "libtinygltf-dev, libmeshoptimizer-dev")
+
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-peeler)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "${synopsis} (Python module)
+${story}\n.\nThis package holds the module peeler for Python 3: layers as arrays of
+NumPy.")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri")
+if(TARGET peeler_python)
+    math(EXPR next_python "${PYTHON_VERSION_MINOR} + 1")
+    string(CONCAT CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3-numpy, "
+        "python3 (>= ${PYTHON_VERSION_MAJOR}.${PYTHON_VERSION_MINOR}~), "
+        "python3 (<< ${PYTHON_VERSION_MAJOR}.${next_python})")
+endif()
+include(CPack)

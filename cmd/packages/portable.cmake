@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+# cmake -D SETTINGS=FILE -P portable.cmake: packs program, manual and the shared libraries that they
+# need, for machines where nothing may be installed. On Debian, whose packages it takes these from.
+cmake_minimum_required(VERSION 3.22)
+include(${SETTINGS})
+include(${CMAKE_CURRENT_LIST_DIR}/stand_ins.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/licences.cmake)
+
+# Of the machine: the C library, and GL with all that belongs to a driver.
+set(machines "^(ld-linux|lib(c|m|dl|rt|pthread|resolv|util|mvec)\\.so)"
+    "^lib(GL|EGL|OSMesa|gbm|drm|glapi|X|xcb|wayland|va|vdpau|OpenCL)")
+# What OpenImageIO is linked with for cameras, films, DICOM and HEIF, none of which peeler ever asks
+# it for: 200 libraries, three quarters of what it needs, encoders under the GPL among them.
+set(unused "^lib(opencv_|avcodec|avformat|avutil|swscale|dcm|ofstd|oflog|heif)")
+# A reader of DICOM announces itself when it is loaded.
+set(announced "^_ZN10DiRegister[CD][12]Ev$")
+# What drivers are linked with as well: the machine's come first.
+set(spare "^lib(stdc\\+\\+|gcc_s|gomp|z|zstd|lzma|bz2|expat)\\.so")
+
+set(root ${folder}/${name})
+file(REMOVE_RECURSE ${root})
+foreach(component program manual)
+    execute_process(COMMAND ${CMAKE_COMMAND} --install ${build} --component ${component} --strip
+        --prefix ${root} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+endforeach()
+execute_process(COMMAND ${strip} -o ${root}/bin/peeler ${program} COMMAND_ERROR_IS_FATAL ANY)
+# It is started without its libraries' folder.
+execute_process(COMMAND ${objdump} -p ${root}/${modules_folder}/peeler_decode
+    OUTPUT_VARIABLE headers COMMAND_ERROR_IS_FATAL ANY)
+if(headers MATCHES "NEEDED +libdraco")
+    message(FATAL_ERROR "peeler_decode needs libdraco.so; install Draco's static library")
+endif()
+
+set(modules_here)
+foreach(module IN LISTS modules)
+    list(APPEND modules_here ${root}/${modules_folder}/${module}.so)
+endforeach()
+file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${root}/bin/peeler MODULES ${modules_here}
+    PRE_EXCLUDE_REGEXES ${machines} ${unused} RESOLVED_DEPENDENCIES_VAR libraries)
+file(MAKE_DIRECTORY ${root}/lib/spare)
+set(kept)
+foreach(library IN LISTS libraries)
+    get_filename_component(file_name ${library} NAME)
+    set(target ${root}/lib/${file_name})
+    if(file_name MATCHES "${spare}")
+        set(target ${root}/lib/spare/${file_name})
+    endif()
+    file(REAL_PATH ${library} real)
+    file(COPY_FILE ${real} ${target})
+    list(APPEND kept ${target})
+endforeach()
+set(library_folders /usr/lib/${architecture} /lib/${architecture} /usr/lib /lib)
+make_stand_ins("${unused}" "${announced}" ${root}/lib ${kept})
+collect_licences(${root}/share/doc/peeler ${libraries} ${sources})
+file(COPY_FILE ${source}/LICENSE ${root}/share/doc/peeler/LICENSE)
+file(COPY_FILE ${CMAKE_CURRENT_LIST_DIR}/portable_readme.txt ${root}/README.txt)
+
+# The newest C library that any of it asks for.
+set(newest 0)
+foreach(file IN LISTS kept modules_here ITEMS ${root}/bin/peeler)
+    execute_process(COMMAND ${objdump} -p ${file} OUTPUT_VARIABLE headers)
+    string(REGEX MATCHALL "GLIBC_[0-9]+\\.[0-9]+" found "${headers}")
+    foreach(one IN LISTS found)
+        string(REPLACE GLIBC_ "" one ${one})
+        if(one VERSION_GREATER newest)
+            set(newest ${one})
+        endif()
+    endforeach()
+endforeach()
+file(READ ${root}/README.txt text)
+string(REPLACE "@VERSION@" ${version} text "${text}")
+string(REPLACE "@GLIBC@" ${newest} text "${text}")
+file(WRITE ${root}/README.txt "${text}")
+
+set(archive ${folder}/${name}.tar.xz)
+execute_process(COMMAND ${CMAKE_COMMAND} -E env XZ_OPT=-6 tar -C ${folder} --sort=name --owner=0 --group=0
+    --numeric-owner -cJf ${archive} ${name} COMMAND_ERROR_IS_FATAL ANY)
+file(REMOVE_RECURSE ${root})
+file(SIZE ${archive} bytes)
+list(LENGTH kept count)
+math(EXPR megabytes "(${bytes} + 999999) / 1000000")
+message(STATUS "${archive}: ${megabytes} MB with ${count} libraries, needs glibc ${newest}")
+if(bytes GREATER 60000000)
+    message(FATAL_ERROR "${archive} has more than 60 MB")
+endif()

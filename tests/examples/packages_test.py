@@ -1,0 +1,334 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The Debian packages and the archive (cmd/packages): what is in the packages of this build, and with
+PEELER_TEST_ALL all of them, made, checked by lintian and used in fresh roots that debootstrap makes, in
+memory (minutes). $PEELER_PACKAGES is a folder of some that are made already."""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import debian
+import dockerfile
+import own_machine
+from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main, peeler, skip
+
+ALL = bool(os.environ.get("PEELER_TEST_ALL"))
+NEEDED = 8e9  # bytes of memory
+LARGEST = 60_000_000  # bytes of the archive
+BUILD = pathlib.Path(shutil.which(PEELER) or PEELER).resolve().parent
+TOOLS = ("cpack", "dpkg-deb", "dpkg-shlibdeps", "file")
+SCENE = "coincident.glb"
+RENDER = ("render", SCENE, "-o", "layers.exr", "--size", "320x180", "--quiet")
+# What is loaded when it is needed: OpenImageIO for the one, OpenVDB for the other.
+MORE = (
+    ("flatten", "layers.exr", "-o", "composite.tif", "--quiet"),
+    ("rays", SCENE, "-o", "inside.vdb", "--voxels", "16", "--quiet"),
+)
+MADE = ("layers.exr", "composite.tif", "inside.vdb")
+
+
+def run(*command, **options):
+    done = subprocess.run(
+        list(map(str, command)),
+        text=True,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        **options,
+    )
+    if done.returncode != 0:
+        raise AssertionError(f"exit code {done.returncode}: {command}\n{done.stdout[-3000:]}")
+    return done.stdout
+
+
+def packages_in(folder):
+    """{name: file}"""
+    return {file.name.partition("_")[0]: file for file in sorted(pathlib.Path(folder).glob("*.deb"))}
+
+
+@unittest.skipUnless(all(map(shutil.which, TOOLS)), f"needs {', '.join(TOOLS)}")
+class Parts(PeelerTest):
+    """The packages of what is built here, quickly packed."""
+
+    @classmethod
+    def setUpClass(cls):
+        scratch = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(scratch.cleanup)
+        cls.scratch = pathlib.Path(scratch.name)
+        run(
+            *("cpack", "-G", "DEB", "--config", BUILD / "CPackConfig.cmake", "-B", cls.scratch),
+            *("-D", "CPACK_DEBIAN_COMPRESSION_TYPE=zstd"),
+        )
+        cls.packages = packages_in(cls.scratch)
+        cls.files = {}
+        for name, file in cls.packages.items():
+            run("dpkg-deb", "-x", file, cls.scratch / name)
+            here = cls.scratch / name
+            cls.files[name] = {
+                str(path.relative_to(here))
+                for path in here.rglob("*")
+                if path.is_symlink() or not path.is_dir()
+            }
+
+    def field(self, name, field):
+        return run("dpkg-deb", "-f", self.packages[name], field).strip()
+
+    def test_packages(self):
+        names = {"peeler", "libpeeler0", "libpeeler-dev"}
+        if list(BUILD.glob("python/peeler/_peeler*.so")):
+            names.add("python3-peeler")
+        self.assertEqual(set(self.packages), names)
+
+    def test_no_file_is_in_two(self):
+        everything = [file for files in self.files.values() for file in files]
+        self.assertEqual(sorted(set(everything)), sorted(everything))
+
+    def test_documents(self):
+        for name, files in self.files.items():
+            folder = f"usr/share/doc/{name}"
+            self.assertIn(f"{folder}/copyright", files)
+            self.assertIn(f"{folder}/changelog.Debian.gz", files)
+            self.assertEqual({file for file in files if not file.startswith("usr/")}, set())
+
+    def test_command(self):
+        files = self.files["peeler"]
+        verbs = re.findall(r"^  ([a-z]+) +[A-Z]", peeler("--help").stdout, re.M)
+        pages = {f"usr/share/man/man1/peeler-{verb}.1.gz" for verb in verbs if verb != "help"}
+        self.assertGreater(len(pages), 10)
+        self.assertEqual(pages - files, set())
+        for page in (self.scratch / "peeler/usr/share/man/man1").iterdir():
+            # Neither a name nor a time (RFC 1952), so that the same page is the same file.
+            head = page.read_bytes()[:8]
+            self.assertEqual((head[3], head[4:8]), (0, bytes(4)), page)
+        for file in (
+            *("usr/bin/peeler", "usr/share/bash-completion/completions/peeler"),
+            *("usr/share/zsh/vendor-completions/_peeler", "usr/share/fish/vendor_completions.d/peeler.fish"),
+        ):
+            self.assertIn(file, files)
+        version = self.field("peeler", "Version")
+        self.assertIn(f"libpeeler0 (= {version})", self.field("peeler", "Depends"))
+        # Its modules are the library's.
+        together = self.scratch / "together"
+        for name in ("peeler", "libpeeler0"):
+            shutil.copytree(self.scratch / name, together, symlinks=True, dirs_exist_ok=True)
+        for module in (BUILD / "lib" / "peeler").iterdir():
+            self.assertTrue((together / "usr/lib/peeler" / module.name).exists(), module.name)
+
+    def test_libraries(self):
+        (library,) = (file for file in self.files["libpeeler0"] if file.endswith("libpeeler.so.0"))
+        self.assertIn(library.removesuffix(".0"), self.files["libpeeler-dev"])
+        self.assertRegex(
+            run("dpkg-deb", "-I", self.packages["libpeeler0"], "shlibs"), r"^libpeeler 0 libpeeler0 \(>="
+        )
+        # Where it is installed it says so itself.
+        (config,) = (self.scratch / "libpeeler-dev").rglob("peeler.pc")
+        prefix = re.search(r"^prefix=\$\{pcfiledir\}/(.*)$", config.read_text(), re.M)[1]
+        usr = self.scratch / "libpeeler-dev" / "usr"
+        self.assertTrue((config.parent / prefix).samefile(usr))
+
+
+STAND_INS = """
+cmake_minimum_required(VERSION 3.22)
+set(library_folders {folder})
+set(compiler c++)
+set(nm nm)
+set(objdump objdump)
+include({script})
+make_stand_ins("^libpeelerunused" "^nothing$" {folder}/here {folder}/here/libuser.so)
+"""
+
+
+class StandIns(PeelerTest):
+    """cmd/packages/stand_ins.cmake: a library that is not there, but whose symbols are."""
+
+    def test_loads_and_ends_when_called(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        folder = pathlib.Path(scratch.name)
+        (folder / "here").mkdir()
+        unused, user = folder / "libpeelerunused.so.1", folder / "here" / "libuser.so"
+        (folder / "unused.map").write_text("UNUSED_1 { global: *; };\n")
+        (folder / "unused.cpp").write_text(
+            'extern "C" { int number[3] = {1, 2, 3}; int called() { return 1; } int nothing() { return 1; }\n'
+            "int never() { return 1; } }\n"
+        )
+        (folder / "user.cpp").write_text(
+            'extern "C" { extern int number[3]; int called(); int nothing(); int* numbers() { return number; }\n'
+            "int calls() { return called(); } int calls_nothing() { nothing(); return 7; } }\n"
+        )
+        shared = ("c++", "-shared", "-fPIC", "-o")
+        script = f"-Wl,--version-script={folder}/unused.map"
+        run(*shared, unused, f"-Wl,-soname,{unused.name}", script, folder / "unused.cpp")
+        run(*shared, user, "-Wl,-z,now", folder / "user.cpp", unused)
+        text = STAND_INS.format(script=SOURCE / "cmd/packages/stand_ins.cmake", folder=folder)
+        (folder / "make.cmake").write_text(text)
+        run("cmake", "-P", folder / "make.cmake")
+        self.assertEqual(sorted(os.listdir(folder / "here")), [unused.name, "libuser.so"])
+        unused.unlink()
+
+        def call(function):
+            code = f"import ctypes; print(ctypes.CDLL({str(user)!r}).{function}())"
+            return subprocess.run(
+                ["/usr/bin/python3", "-c", code],
+                env={**os.environ, "LD_LIBRARY_PATH": str(folder / "here")},
+                text=True,
+                capture_output=True,
+                check=False,
+            )
+
+        done = call("calls_nothing")
+        self.assertEqual((done.stdout, done.stderr), ("7\n", ""))
+        done = call("calls")
+        self.assertEqual(done.returncode, -6, done.stderr)
+        self.assertIn(f"{unused.name} is not in this archive", done.stderr)
+        self.assertNotIn("never", run("nm", "-D", folder / "here" / unused.name))
+
+
+@unittest.skipUnless(ALL, "made and installed only with PEELER_TEST_ALL: debootstrap, compile, apt")
+class Roots(PeelerTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.started = time.monotonic()
+        cls.made = pathlib.Path(os.environ.get("PEELER_PACKAGES") or BUILD / "packages")
+        if "PEELER_PACKAGES" not in os.environ:
+            cls.say(run("cmake", "--build", BUILD, "--target", "packages").splitlines()[-1])
+        cls.packages = packages_in(cls.made)
+        cls.scratch = own_machine.SCRATCH
+        own_machine.mount("none", cls.scratch, "tmpfs", data=f"size={int(NEEDED)}")
+        cls.say(f"a root of {debian.make_root(debian.suite(), f'{cls.scratch}/base')}")
+        # The same files by the program in the build's folder.
+        cls.expected = pathlib.Path(cls.scratch, "expected")
+        cls.expected.mkdir()
+        shutil.copy(EXAMPLES / "scenes" / SCENE, cls.expected)
+        for arguments in (RENDER, *MORE):
+            run(BUILD / "peeler", *arguments, cwd=cls.expected)
+
+    @classmethod
+    def say(cls, what):
+        print(f"{time.monotonic() - cls.started:6.1f} s  {what}", flush=True)
+
+    def root(self, name, *packages):
+        """A fresh root with these packages, and all of ours in /packages."""
+        root = dockerfile.Stage(f"{self.scratch}/base", f"{self.scratch}/{name}")
+        self.addCleanup(self.remove, root)
+        root.variables |= {"LC_ALL": "C.UTF-8", "DEBIAN_FRONTEND": "noninteractive"}
+        shutil.copytree(self.made, f"{root.root}/packages", ignore=lambda _, names: {
+            file for file in names if not file.endswith((".deb", ".xz"))
+        })
+        self.run_in(root, "apt-get", "update", "-qq")
+        self.install(root, *packages)
+        work = pathlib.Path(root.root, "work")
+        work.mkdir()
+        shutil.copy(EXAMPLES / "scenes" / SCENE, work)
+        os.chown(work, 65534, 65534)
+        self.say(f"{name}: {' '.join(packages)}")
+        return root
+
+    def remove(self, root):
+        for name in dockerfile.MOUNTED:
+            subprocess.run(["umount", "-l", f"{root.root}/{name}"], check=True)
+        shutil.rmtree(root.root)
+
+    def run_in(self, root, *command, user=None):
+        done = root.run(command, user=user)
+        self.assertEqual(done.returncode, 0, f"{command}\n{done.stdout[-3000:]}")
+        return done.stdout
+
+    def install(self, root, *packages):
+        self.run_in(root, "apt-get", "install", "-y", "-qq", "--no-install-recommends", *packages)
+
+    def files(self, *names):
+        """Of packages, as they are called in a root."""
+        return [f"/packages/{self.packages[name].name}" for name in names]
+
+    def renders_the_same(self, root, program):
+        """As somebody who may write only there."""
+        root.folder = "/work"
+        for arguments in (RENDER, *MORE):
+            self.run_in(root, program, *arguments, user="65534:65534")
+        root.folder = "/"
+        for name in MADE:
+            same = (self.expected / name).read_bytes()
+            self.assertEqual(pathlib.Path(root.root, "work", name).read_bytes() == same, True, name)
+
+    def test_lintian(self):
+        if not shutil.which("lintian"):
+            self.skipTest("no lintian")
+        done = subprocess.run(
+            ["lintian", "--fail-on", "error", *map(str, self.packages.values())],
+            text=True,
+            check=False,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+        print(done.stdout)
+        self.assertEqual(done.returncode, 0)
+
+    def test_packages(self):
+        root = self.root("packages", "libegl1", "libgl1-mesa-dri")
+        self.install(root, *self.files(*self.packages))
+        self.assertEqual(run("chroot", root.root, "sh", "-c", "command -v c++ cc || true"), "")
+        self.renders_the_same(root, "peeler")
+        if "python3-peeler" in self.packages:
+            code = "import peeler; print(peeler.Scene('/work/coincident.glb'), peeler.__version__)"
+            self.say(self.run_in(root, "python3", "-c", code).strip())
+        brought = {
+            line
+            for name in self.packages
+            for line in self.run_in(root, "dpkg", "-L", name).splitlines()
+            if not os.path.isdir(root.root + line)
+        }
+        self.assertGreater(len(brought), 40)
+        self.run_in(root, "apt-get", "purge", "-y", "-qq", "--auto-remove", *self.packages)
+        left = [file for file in brought if os.path.lexists(root.root + file)]
+        self.assertEqual(left, [])
+        # Nor anything that was made of them.
+        found = self.run_in(root, "find", "/usr", "/etc", "/var", "/opt", "/root", "-name", "*peeler*")
+        self.assertEqual(found, "")
+
+    def test_archive(self):
+        (archive,) = self.made.glob("*.tar.xz")
+        self.assertLessEqual(archive.stat().st_size, LARGEST)
+        root = self.root("archive", "libegl1", "libgl1-mesa-dri", "xz-utils")
+        name = archive.name.removesuffix(".tar.xz")
+        unpack = ("tar", "-C", "/work", "-xf", f"/packages/{archive.name}")
+        self.run_in(root, *unpack, user="65534:65534")
+        self.renders_the_same(root, f"/work/{name}/bin/peeler")
+        licences = pathlib.Path(root.root, "work", name, "share/doc/peeler/licences")
+        self.assertGreater(len(list(licences.iterdir())), 30)
+        # Moved, and without GL.
+        self.run_in(root, "mv", f"/work/{name}", "/work/elsewhere")
+        self.run_in(root, "dpkg", "--purge", "--force-depends", "libegl1", "libstdc++6")
+        root.folder = "/work"
+        rays = ("rays", SCENE, "-o", "hits.npz", "--resolution", "32", "--quiet")
+        self.run_in(root, "/work/elsewhere/bin/peeler", *rays, user="65534:65534")
+
+    def test_library(self):
+        tools = ("g++", "cmake", "make", "pkg-config", "libegl-dev", "libegl1", "libgl1-mesa-dri")
+        root = self.root("library", *tools)
+        self.install(root, *self.files("libpeeler0", "libpeeler-dev"))
+        shutil.copytree(EXAMPLES / "library", f"{root.root}/library")
+        self.run_in(root, "cmake", "-S", "/library", "-B", "/work/build")
+        self.run_in(root, "cmake", "--build", "/work/build")
+        printed = self.run_in(root, "/work/build/layers", f"/work/{SCENE}", user="65534:65534")
+        info = run(BUILD / "peeler", "info", "layers.exr", "--json", cwd=self.expected)
+        fragments = re.search(r'"fragments": (\d+)', info)[1]
+        self.assertIn(f" {fragments} fragments of ", printed)
+        self.run_in(root, "sh", "-c", "g++ -std=c++20 -o /work/linked /library/layers.cpp "
+                    "$(pkg-config --cflags --libs peeler)")
+        self.run_in(root, "/work/linked", f"/work/{SCENE}", user="65534:65534")
+
+
+if __name__ == "__main__":
+    if not ALL:
+        sys.exit(main())
+    reason = debian.impediment(debian.suite(), NEEDED) or own_machine.impediment()
+    if reason:
+        skip(reason)
+    sys.exit(own_machine.run("packages", main, network=False))
