@@ -137,7 +137,7 @@ class Check {
     void writePicture() {
         const Scene scene = placesScene(report_);
         const PosedScene posed(scene);
-        Renderer& renderer = job_.openRenderer(posed);
+        GlRenderer& renderer = job_.openRenderer(posed);
         CaptureSettings capture = options_.capture;
         capture.composite = true;
         capture.color_type = PixelType::kFloat;

@@ -256,7 +256,7 @@ void Render::capture(Picture& picture) {
         job_.renderer()->setPose(*asked.posed);
     else
         job_.openRenderer(*asked.posed);
-    Renderer& renderer = *job_.renderer();
+    GlRenderer& renderer = *job_.renderer();
     meterExposure(asked);
     if (asked.next) renderer.setNextFrame(std::move(*asked.next));
     asked.provenance.renderer = job_.device().renderer;

@@ -101,7 +101,7 @@ void Sheet::checkOptions() {
                     "--methods all",
                     "leave out --progression, --show depth, --layers and --occlusion-ratio");
     }
-    checkCameraOptions(request.camera);
+    checkCamera(request.camera);
     checkClipOptions(request.clip);
     job_.checkOptions();
 }

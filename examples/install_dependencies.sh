@@ -1,18 +1,21 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # Installs the Debian packages peeler needs, if any is missing (12 and 13 name them alike).
-#   sh examples/install_dependencies.sh [build] [test] [coverage] [bench]
+#   sh examples/install_dependencies.sh [build] [test] [packages] [coverage] [bench]
 set -eu
 
 run="libegl1 libgl1-mesa-dri libosmesa6"
 # openimageio-tools: without them the CMake files of libopenimageio-dev fail.
 build="g++ cmake ninja-build pkg-config libgl-dev libegl-dev libglm-dev libopenexr-dev
     libopenimageio-dev openimageio-tools libtinygltf-dev nlohmann-json3-dev libcli11-dev libdeflate-dev libdraco-dev
-    libspng-dev zlib1g-dev libturbojpeg0-dev libxxhash-dev libmeshoptimizer-dev libopenvdb-dev libtbb-dev libboost-dev"
+    libspng-dev zlib1g-dev libturbojpeg0-dev libxxhash-dev libmeshoptimizer-dev libopenvdb-dev libtbb-dev libboost-dev
+    pybind11-dev python3-dev"
 test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy
     python3-openimageio python3-openvdb python3-meshio clang-format clang-tidy chromium
     chromium-driver python3-selenium python3-yaml locales slurmctld slurmd slurm-client munge parallel
-    debootstrap groff-base mandoc fish zsh"
+    debootstrap groff-base mandoc fish zsh dpkg-dev file lintian"
+# What the target `packages` packs with.
+pack="dpkg-dev file"
 # What `sh tests/run.sh coverage` counts with.
 coverage="gcovr"
 # What `sh tests/run.sh bench` builds with and compares with.
@@ -26,9 +29,10 @@ for set in "$@"; do
     case $set in
     build) packages="$packages $build" ;;
     test) packages="$packages $test" ;;
+    packages) packages="$packages $pack" ;;
     coverage) packages="$packages $coverage" ;;
     bench) packages="$packages $bench" ;;
-    *) echo "usage: $0 [build] [test] [coverage] [bench]" >&2; exit 2 ;;
+    *) echo "usage: $0 [build] [test] [packages] [coverage] [bench]" >&2; exit 2 ;;
     esac
 done
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/names.h"
 
 namespace peeler::cmd {
 
@@ -27,29 +28,6 @@ std::vector<std::string_view> choiceNames(std::span<const Choice<T>> choices) {
         names.push_back(choice.name);
     return names;
 }
-
-/// The name nearest to `text` by edit distance (Damerau & Levenshtein, adjacent transpositions
-/// count one), letters compared without case; empty if none is near enough to be what was meant.
-std::string_view nearestName(std::string_view text, std::span<const std::string_view> names);
-
-/// An English noun for several: "mesh" as "meshes", "quantity" as "quantities".
-std::string pluralOf(const std::string& noun);
-
-/// A hint for an unknown name: "did you mean 'a'?\nthe methods are: a, b". The first line is there
-/// only if a name is near; at most 20 are listed.
-std::string choiceHint(std::string_view text, const std::string& plural,
-                       std::span<const std::string_view> names);
-
-/// The index into `names` of the thing that `text` names (each entry lists the names of one thing),
-/// or that `text` is the index of, from 0; a name that looks like a number wins. Nothing if it is
-/// neither.
-std::optional<std::size_t> findNameOrIndex(std::string_view text,
-                                           const std::vector<std::vector<std::string>>& names);
-
-/// The same, but throws Error (kUsage) with the list of names for what is not there. `kind` is also
-/// the option: "camera" for --camera.
-std::size_t chooseFrom(const std::string& kind, const std::string& text,
-                       const std::vector<std::vector<std::string>>& names);
 
 /// Throws Error (kUsage) for a name that is not among `names`. `kind` is what it names: "method".
 [[noreturn]] void refuseName(const std::string& kind, std::string_view text,

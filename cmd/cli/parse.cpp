@@ -159,27 +159,18 @@ Size parseSize(std::string_view text) {
     const auto parts = split(text, 'x');
     if (parts.size() > 2) refuse("expected WIDTHxHEIGHT or WIDTH in pixels");
     Size size;
-    size.width = static_cast<int>(parseInteger(parts[0], 1, kMaxSide));
-    if (parts.size() == 2) size.height = static_cast<int>(parseInteger(parts[1], 1, kMaxSide));
+    size.width = static_cast<int>(parseInteger(parts[0], 1, kMostPictureSide));
+    if (parts.size() == 2)
+        size.height = static_cast<int>(parseInteger(parts[1], 1, kMostPictureSide));
     checkPixels(size);
     return size;
-}
-
-void checkPixels(const Size& size) {
-    if (size.width > kMaxSide || size.height > kMaxSide) {
-        refuse("the picture is more than " + std::to_string(kMaxSide) + " pixels wide or high");
-    }
-    if (static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height) >
-        kMaxPixels) {
-        refuse("the picture has more than " + std::to_string(kMaxPixels) + " pixels");
-    }
 }
 
 Window parseCrop(std::string_view text) {
     const auto parts = split(text, ',');
     if (parts.size() != 4) refuse("expected four whole numbers x,y,width,height");
     const auto value = [&](std::size_t i) {
-        return static_cast<int>(parseInteger(parts[i], i < 2 ? 0 : 1, kMaxSide));
+        return static_cast<int>(parseInteger(parts[i], i < 2 ? 0 : 1, kMostPictureSide));
     };
     const int x = value(0), y = value(1);
     return {x, y, x + value(2), y + value(3)};

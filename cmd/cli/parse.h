@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/base/window.h"
+#include "core/scene/camera_choice.h"
 
 namespace peeler::cmd {
 
@@ -42,20 +43,8 @@ double parseFov(std::string_view text);
 
 /// Sides and pixels of the largest picture. The side is what the GL and EXR readers in use take,
 /// the pixels are where a picture's index still fits 32 bits with room to spare.
-inline constexpr int kMaxSide = 65536;
-inline constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 30;
-
-struct Size {
-    int width = 0;
-    int height = 0;  ///< 0: from the width and the camera's aspect ratio
-    bool operator==(const Size&) const = default;
-};
-
 /// "1920x1080" or "1920".
 Size parseSize(std::string_view text);
-
-/// Throws Error (kUsage) if a picture of this size is larger than is allowed.
-void checkPixels(const Size& size);
 
 /// "x,y,w,h" in pixels, whose window is not empty and begins at (0, 0) or beyond.
 Window parseCrop(std::string_view text);

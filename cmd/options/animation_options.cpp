@@ -90,7 +90,7 @@ std::vector<int> chooseAnimations(const Scene& scene, const AnimationOptions& op
         std::iota(all.begin(), all.end(), 0);
         return all;
     }
-    return {static_cast<int>(chooseFrom("animation", *options.animation, names))};
+    return {static_cast<int>(chooseFrom("animation", "--animation", *options.animation, names))};
 }
 
 std::vector<Moment> momentsOf(const AnimationOptions& options) {

@@ -198,7 +198,7 @@ PosedScene CaptureJob::pose() {
     return scene_->at(options_.animation.time.value_or(0));
 }
 
-Renderer& CaptureJob::openRenderer(const PosedScene& posed) {
+GlRenderer& CaptureJob::openRenderer(const PosedScene& posed) {
     if (!context_) {
         const StageTimer timer(times_, "context");
         context_ = gl::createContext(options_.device);

@@ -16,7 +16,7 @@
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/options/scene_options.h"
-#include "core/capture/renderer.h"
+#include "core/capture/gl_renderer.h"
 #include "core/scene/posed_scene.h"
 
 namespace peeler::cmd {
@@ -120,14 +120,14 @@ class CaptureJob {
     PosedScene pose();
 
     /// Opens a context as gl::createContext() does, throwing like it, and uploads the scene. Notes
-    /// once that it renders in software, unless that was asked for. A Renderer that is open has to
-    /// be closed before.
-    Renderer& openRenderer(const PosedScene& posed);
+    /// once that it renders in software, unless that was asked for. A GlRenderer that is open has
+    /// to be closed before.
+    GlRenderer& openRenderer(const PosedScene& posed);
     void closeRenderer();
-    /// The open Renderer, or null. The context may be there without it, if the scene had no room.
-    Renderer* renderer() { return renderer_ ? &*renderer_ : nullptr; }
+    /// The open GlRenderer, or null. The context may be there without it, if the scene had no room.
+    GlRenderer* renderer() { return renderer_ ? &*renderer_ : nullptr; }
     bool hasContext() const { return context_ != nullptr; }
-    const gl::Device& device() const { return *device_; }  ///< of the Renderer opened last
+    const gl::Device& device() const { return *device_; }  ///< of the GlRenderer opened last
 
     /// The engine that finds the hits of this run, kCpu or kGl: the one that was asked for, or what
     /// `auto` comes to here, which is found out once and noted for those who want to know.
@@ -138,11 +138,11 @@ class CaptureJob {
     void closeHits();
 
     /// The exposure in stops that the light of the scene asks for (ExposureMeter), of the open
-    /// Renderer. It is metered on a small picture of all that the camera sees, whatever part is
+    /// GlRenderer. It is metered on a small picture of all that the camera sees, whatever part is
     /// asked for, with a sample a pixel and by the first method, so that tiles and crops agree; of
     /// frames at the beginning, in the middle and at the end of what moves the scene, whichever
-    /// frames are asked for, so that they agree, too. Leaves the Renderer in another pose. Throws
-    /// like Renderer::capture().
+    /// frames are asked for, so that they agree, too. Leaves the GlRenderer in another pose. Throws
+    /// like GlRenderer::capture().
     float meterExposure(const CaptureSettings& capture, const CameraOptions& camera);
 
     Clock::time_point start() const { return start_; }
@@ -174,8 +174,8 @@ class CaptureJob {
     StageTimes times_;
     std::optional<OpenedScene> scene_;
     std::optional<gl::Device> device_;
-    std::unique_ptr<gl::Context> context_;  // before the Renderer, which needs it to the end
-    std::optional<Renderer> renderer_;
+    std::unique_ptr<gl::Context> context_;  // before the GlRenderer, which needs it to the end
+    std::optional<GlRenderer> renderer_;
     std::optional<Engine> engine_;  ///< kCpu or kGl, once it is chosen
     std::unique_ptr<HitSource> rasterizer_;
 };

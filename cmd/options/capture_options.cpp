@@ -127,7 +127,9 @@ void addLightOptions(VerbOptions& verb, CaptureSettings& capture, std::optional<
         .group(kGroup);
     addValue(
         verb, "--shadow-size", "N", shadow_size,
-        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, kMaxSide)); },
+        [](const std::string& text) {
+            return static_cast<int>(parseInteger(text, 1, kMostPictureSide));
+        },
         "texels a side of each light's shadow map (default: 2048)")
         .group(kGroup);
 }

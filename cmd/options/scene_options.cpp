@@ -88,7 +88,7 @@ int chooseScene(const Scene& scene, const SceneOptions& options) {
         const std::string& name = scene.scenes[i].name;
         names.push_back({name.empty() ? "scene " + std::to_string(i) : name});
     }
-    return static_cast<int>(chooseFrom("scene", *options.scene, names));
+    return static_cast<int>(chooseFrom("scene", "--scene", *options.scene, names));
 }
 
 std::vector<char> namesLike(const std::vector<std::string>& names, const std::string& glob) {

@@ -80,7 +80,9 @@ void addBundleOptions(VerbOptions& verb, BundleOptions& options) {
         .group(kGroup);
     addValue(
         verb, "--resolution", "R", options.resolution,
-        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, kMaxSide)); },
+        [](const std::string& text) {
+            return static_cast<int>(parseInteger(text, 1, kMostPictureSide));
+        },
         "rays along the longer side of every bundle (default: 1024)")
         .group(kGroup);
     addValue(
@@ -120,7 +122,7 @@ void checkBundleOptions(const BundleOptions& options) {
     if (parallel && options.camera.size != Size{0, 0})
         refuse("the size of a camera's picture says nothing of parallel rays", "--size",
                "use --resolution or --spacing");
-    if (options.usesCamera()) checkCameraOptions(options.camera);
+    if (options.usesCamera()) checkCamera(options.camera);
 }
 
 std::vector<glm::dvec3> readDirections(const std::filesystem::path& file) {

@@ -74,7 +74,7 @@ std::vector<Difference> headerDifferences(const PictureRequest& picture,
 
 RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job)
     : options_(options), job_(job) {
-    checkCameraOptions(options.camera);
+    checkCamera(options.camera);
     job.checkOptions();
     const std::string path = options.output.path.string();
     const std::size_t frames = isSequence() ? options.animation.frames->size() : 1;

@@ -107,7 +107,7 @@ void CompositeCell::finish() {
 
 /// Captures the composite of one method and hands it to `sink`, which is the cell or ends in it.
 /// The labels say its name, its geometry passes and its error.
-SheetCell captureMethod(Renderer& renderer, const View& view, CaptureSettings settings,
+SheetCell captureMethod(GlRenderer& renderer, const View& view, CaptureSettings settings,
                         const MethodInfo& method, CompositeCell& cell, Sink& sink,
                         const Progress& progress) {
     settings.method = method.name;
@@ -152,7 +152,7 @@ class SceneSheet {
     Console& console_;
     CaptureSettings capture_;
     View view_;
-    Renderer* renderer_ = nullptr;  ///< the job's
+    GlRenderer* renderer_ = nullptr;  ///< the job's
     CompositeImage exact_;
     SheetContent content_;
 };

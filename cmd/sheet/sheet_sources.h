@@ -39,7 +39,7 @@ struct SheetContent {
     PictureResult result;           ///< what the cells were made of, and with
 };
 
-/// Opens and captures the scene of `job`. Throws like CaptureJob and Renderer::capture().
+/// Opens and captures the scene of `job`. Throws like CaptureJob and GlRenderer::capture().
 SheetContent sheetOfScene(const SheetRequest& request, CaptureJob& job, Console& console);
 /// Reads a layered file; `job` keeps the times. Throws Error (kInput) like openLayered().
 SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Console& console);

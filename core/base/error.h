@@ -6,7 +6,9 @@
 #include <string>
 #include <utility>
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// The cause of a failure. The values are the exit codes of the command line.
 enum class ErrorKind : int {
@@ -37,4 +39,6 @@ class Error : public std::runtime_error {
     std::string hint_;
 };
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

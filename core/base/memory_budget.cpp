@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/memory_budget.h"
 
-namespace peeler {
+namespace peeler::inline v0 {
 
 std::string mebibytesText(std::uint64_t bytes) {
     constexpr std::uint64_t kMebibyte = 1ULL << 20;
@@ -18,4 +18,4 @@ std::string MemoryBudget::hint(std::uint64_t needed) const {
            " if so much may be used all the same";
 }
 
-}  // namespace peeler
+}  // namespace peeler::inline v0

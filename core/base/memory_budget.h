@@ -6,7 +6,9 @@
 #include <string>
 #include <utility>
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// Most resident bytes of the process, besides those that are none of ours. Converts from and to
 /// their number; 0 = no budget.
@@ -34,4 +36,6 @@ struct MemoryBudget {
 /// A number of bytes in mebibytes, rounded up: "512M".
 std::string mebibytesText(std::uint64_t bytes);
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

@@ -162,9 +162,11 @@ int affinityCount() {
     return std::max(1, count);
 }
 
+inline namespace v0 {
 void setThreadCount(int threads) {
     wanted_threads = std::max(0, threads);
 }
+}  // namespace v0
 
 int threadCount() {
     const int wanted = wanted_threads;

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/work.h"
+
 namespace peeler {
 
 /// Runs `work` on a thread of its own that takes no signals: it could hold any lock when their
@@ -20,9 +22,7 @@ std::thread startWorker(std::function<void()> work);
 /// How many processors the process may run on, at least 1.
 int affinityCount();
 
-/// Sets how many threads parallelFor uses; 0 = as many as the process may run on. Call before the
-/// first loop; the result of no loop depends on it.
-void setThreadCount(int threads);
+/// How many threads parallelFor uses (setThreadCount).
 int threadCount();
 
 /// Calls body(i) for every i in [0, items), in any order, on all threads, the caller's among them.

@@ -6,7 +6,9 @@
 #include <map>
 #include <string>
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// Milliseconds by stage ("upload", "count", "capture", "sort", "composite", "encode", "write", …).
 using StageTimes = std::map<std::string, double>;
@@ -41,4 +43,6 @@ inline void add(StageTimes& to, const StageTimes& from) {
         to[stage] += milliseconds;
 }
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// Half-open rectangle [x0, x1) × [y0, y1) of pixels. The origin is the upper left corner of the
 /// display window, y points down (OpenEXR's convention).
@@ -33,4 +35,6 @@ inline Window unite(const Window& a, const Window& b) {
     return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
 }
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

@@ -11,9 +11,10 @@
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
 #include "core/scene/clip.h"
-#include "core/scene/view.h"
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// Which fragments are captured (core/README.md, "What a fragment is").
 enum class Surfaces : std::uint8_t {
@@ -89,13 +90,6 @@ struct CaptureSettings {
     }
 };
 
-class Lighting;
+}  // namespace peeler::inline v0
 
-/// What is being captured: how the scene is seen, what of it counts, and what shines on it.
-struct Shot {
-    View view;
-    CaptureSettings settings;
-    const Lighting* lighting = nullptr;  ///< none: nothing shines
-};
-
-}  // namespace peeler
+#pragma GCC visibility pop

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the hits of rays come from: GL (core/capture/renderer.h) or the CPU (core/raster).
+// Where the hits of rays come from: GL (core/capture/gl_renderer.h) or the CPU (core/raster).
 #pragma once
 
-#include <functional>
-
 #include "core/base/stage_times.h"
+#include "core/base/work.h"
 #include "core/capture/capture_settings.h"
 #include "core/image/sink.h"
 #include "core/scene/posed_scene.h"
@@ -19,12 +18,9 @@ struct CaptureReport {
     double largest_correction = 0;  ///< of a hit's Z by refining, scene units
 };
 
-/// Called from the capturing thread with the share done, 0 to 1, never falling within a picture.
-using Progress = std::function<void(double)>;
-
 /// A scene in a pose whose hits are counted and captured bundle by bundle; any number of them. What
 /// needs hits alone (rays, maps, parity, voxels, next hits of points, baking) takes a HitSource and
-/// works with every one of them, with or without GL; what needs pictures takes a Renderer. All
+/// works with every one of them, with or without GL; what needs pictures takes a GlRenderer. All
 /// sources have the same Plan, bands, Sink and LayeredImage; at the edges of triangles their hits
 /// may differ.
 ///
@@ -34,7 +30,7 @@ class HitSource {
     virtual ~HitSource() = default;
 
     /// The count pass: what capture() will deliver for these arguments. `settings.hit_mode` must
-    /// ask for hits; nothing but a Renderer takes HitMode::kNone, a picture. `progress` is called
+    /// ask for hits; nothing but a GlRenderer takes HitMode::kNone, a picture. `progress` is called
     /// with the share of the work, plan() and capture() together, that is done; capture() goes on
     /// from there. Throws Error (kMemory) if one row does not fit the budget, and (kInternal) for
     /// settings that do not go with hits.

@@ -12,8 +12,8 @@
 #include <tuple>
 #include <vector>
 
-#include "core/capture/capture_settings.h"
 #include "core/capture/gpu_scene.h"
+#include "core/capture/shot.h"
 #include "core/gl/functions.h"
 #include "core/gl/objects.h"
 #include "core/gl/program.h"

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "core/capture/capture_settings.h"
 #include "core/capture/gpu_scene.h"
 #include "core/capture/passes.h"
+#include "core/capture/shot.h"
 #include "core/gl/context.h"
 #include "core/gl/objects.h"
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/capture/renderer_state.h"
+#include "core/capture/gl_renderer_state.h"
 #include "core/image/statistics.h"
 #include "core/scene/lights.h"
 
@@ -61,7 +61,7 @@ void checkSize(const gl::Limits& limits, int size, int layers, const MemoryBudge
 
 }  // namespace
 
-ShadowMaps captureShadowMaps(Renderer& renderer, const gl::Context& context,
+ShadowMaps captureShadowMaps(GlRenderer& renderer, const gl::Context& context,
                              const std::vector<PlacedLight>& lights,
                              const CaptureSettings& settings) {
     ShadowMaps shadows{settings.shadow_size, settings.clip, {}, {}};

@@ -222,6 +222,24 @@ std::unique_ptr<Context> createContext(const ContextRequest& request,
                       "`listDevices` shows every attempt");
 }
 
+std::unique_ptr<Context> adoptContext(void* (*function_of)(const char* name)) {
+    struct Adopted final : Context {
+        Adopted() { functions_ = std::make_unique<Functions>(); }
+        Functions& mutableFunctions() { return *functions_; }
+    };
+    auto context = std::make_unique<Adopted>();
+    Device device;
+    device.backend = "adopted";
+    const std::string missing = loadFunctions(context->mutableFunctions(), function_of);
+    device.problem = missing.empty() ? examine(context->functions(), device)
+                                     : "the function " + missing + " is missing";
+    if (!device.problem.empty())
+        throw Error(ErrorKind::kDevice, "the current context cannot be used: " + device.problem, "",
+                    "make a context of OpenGL 4.5 core current before");
+    context->setDevice(device);
+    return context;
+}
+
 std::unique_ptr<Context> findGpuContext(std::vector<std::string>* failed_attempts) {
     std::vector<BackendCandidate> rows = allCandidates();
     for (BackendCandidate& row : rows) {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace peeler {
+namespace peeler::inline v0 {
 namespace {
 
 using Names = std::string_view[];
@@ -83,4 +83,4 @@ std::size_t shadedComponents(std::span<const Channel> channels) {
     return components;
 }
 
-}  // namespace peeler
+}  // namespace peeler::inline v0

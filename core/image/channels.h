@@ -10,7 +10,9 @@
 
 #include "core/image/layered_image.h"
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// A channel; the table has its components and a sentence on each.
 enum class Channel : std::uint8_t {
@@ -59,4 +61,6 @@ std::size_t channelBytes(std::span<const Channel> channels, PixelType color_type
 /// How many floats channels.frag yields for a fragment.
 std::size_t shadedComponents(std::span<const Channel> channels);
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

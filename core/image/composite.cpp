@@ -16,7 +16,7 @@
 
 #include "core/base/parallel.h"
 
-namespace peeler {
+namespace peeler::inline v0 {
 
 void CompositeImage::appendRows(const CompositeImage& from, int y0, int y1) {
     const auto width = static_cast<std::size_t>(from.window.width());
@@ -306,4 +306,4 @@ void toSingleLayer(const CompositeImage& composite, const Window& window, Layere
     });
 }
 
-}  // namespace peeler
+}  // namespace peeler::inline v0

@@ -10,7 +10,9 @@
 
 #include "core/image/layered_image.h"
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// What becomes of fragments behind the layers that a limit keeps.
 enum class Tail : std::uint8_t {
@@ -142,4 +144,6 @@ inline void toSingleLayer(const CompositeImage& composite, LayeredImage& out) {
     toSingleLayer(composite, composite.window, out);
 }
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

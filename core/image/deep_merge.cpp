@@ -14,7 +14,7 @@
 #include "core/image/composite.h"
 #include "core/image/layered_image.h"
 
-namespace peeler {
+namespace peeler::inline v0 {
 namespace {
 
 FragmentChannel idsToMergeBy(const LayeredImage& image, const std::string& name) {
@@ -137,4 +137,4 @@ void mergeDeepSamples(const LayeredImage& image, int y0, int y1, const DeepMerge
     });
 }
 
-}  // namespace peeler
+}  // namespace peeler::inline v0

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace peeler {
+namespace peeler::inline v0 {
 namespace {
 
 template <class T>
@@ -48,4 +48,4 @@ FragmentChannel findIds(const LayeredImage& image, std::string_view name) {
     return channel && channel.type() == PixelType::kUint ? channel : FragmentChannel();
 }
 
-}  // namespace peeler
+}  // namespace peeler::inline v0

@@ -12,7 +12,9 @@
 
 #include "core/base/window.h"
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// How one component of a fragment is stored.
 enum class PixelType : std::uint8_t { kHalf, kFloat, kUint };
@@ -109,4 +111,6 @@ FragmentChannel findChannel(const LayeredImage& image, std::string_view name);
 /// The same of a channel of type uint; false also if it is of another.
 FragmentChannel findIds(const LayeredImage& image, std::string_view name);
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

@@ -10,7 +10,9 @@
 #include "core/base/window.h"
 #include "core/image/layered_image.h"
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 // tiles.cpp.
 
@@ -64,4 +66,6 @@ std::string deepMergeText(const DeepMergeSettings& settings);
 void mergeDeepSamples(const LayeredImage& image, int y0, int y1, const DeepMergeSettings& settings,
                       LayeredImage& out);
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

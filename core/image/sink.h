@@ -11,7 +11,9 @@
 #include "core/scene/scene.h"
 #include "core/scene/view.h"
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// What is known of one layer before it is captured.
 struct LayerPlan {
@@ -81,4 +83,6 @@ class Sink {
     virtual StageTimes times() const { return {}; }
 };
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

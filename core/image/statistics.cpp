@@ -83,7 +83,8 @@ void addPoints(const View& view, const LayeredImage& band, PointStatistics& stat
     for (int y = band.window.y0; y < band.window.y1; ++y) {
         for (int x = band.window.x0; x < band.window.x1; ++x, ++pixel) {
             for (std::uint32_t f = band.offsets[pixel]; f < band.offsets[pixel + 1]; ++f)
-                statistics.add(worldPosition(view, x + 0.5, y + 0.5, band.z[f]));
+                statistics.add(
+                    worldPosition(view, x + view.sample.x, y + view.sample.y, band.z[f]));
         }
     }
 }

@@ -48,7 +48,7 @@ struct PointStatistics {
     glm::dvec3 tidy(glm::dvec3 v) const;
 };
 
-/// Adds the world-space point of every fragment of a band, unprojected through its pixel's centre.
+/// Adds the world-space point of every fragment of a band, unprojected through its pixel's sample.
 void addPoints(const View& view, const LayeredImage& band, PointStatistics& statistics);
 
 // layer_checks.cpp.

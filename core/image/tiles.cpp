@@ -8,7 +8,7 @@
 
 #include "core/base/error.h"
 
-namespace peeler {
+namespace peeler::inline v0 {
 namespace {
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
@@ -187,4 +187,4 @@ void mergeByDepth(std::span<const LayeredImage> elements, const Window& window,
     }
 }
 
-}  // namespace peeler
+}  // namespace peeler::inline v0

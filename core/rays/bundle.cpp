@@ -10,7 +10,7 @@
 
 #include "core/base/error.h"
 
-namespace peeler {
+namespace peeler::inline v0 {
 namespace {
 
 /// `count` directions of equal share between heights `top` and `bottom` (Y).
@@ -204,4 +204,4 @@ std::vector<View> withCommonDisplay(std::span<const Bundle> bundles) {
     return views;
 }
 
-}  // namespace peeler
+}  // namespace peeler::inline v0

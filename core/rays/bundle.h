@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundles of rays: which rays are traced together, as one picture is rendered, and what their hits
-// say of points beside the rays.
+// Bundles of rays: which rays are traced together, as one picture is rendered.
 #pragma once
 
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <limits>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "core/image/layered_image.h"
-#include "core/scene/posed_scene.h"
+#include "core/scene/scene.h"
 #include "core/scene/view.h"
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// Unit vectors over the whole sphere, each for the same solid angle: the spherical Fibonacci
 /// lattice (Swinbank & Purser 2006; Keinert et al., "Spherical Fibonacci Mapping", 2015).
@@ -84,37 +82,6 @@ AxisBundles axisBundles(const Bounds& area, const Bounds& scene, const RayGrid& 
 /// bundles that would need that.
 std::vector<View> withCommonDisplay(std::span<const Bundle> bundles);
 
-// point_hits.cpp: the hits next to arbitrary points.
+}  // namespace peeler::inline v0
 
-struct NextHit {
-    /// From the point, scene units, never negative; infinite if there is no hit.
-    double distance = std::numeric_limits<double>::infinity();
-    std::uint32_t key = 0;  ///< 0 = none
-};
-
-/// A surface that a point lies on (but for rounding: 1e-12 of the coordinates) is before it, at
-/// distance 0. Of surfaces that coincide, the one drawn last is next before a point, the one drawn
-/// first next after it.
-struct PointHits {
-    NextHit before;  ///< at point − distance · direction
-    NextHit after;   ///< at point + distance · direction
-};
-
-/// The pixel of a parallel bundle that a point (world space) falls into; nothing if it is beside
-/// the bundle.
-std::optional<glm::ivec2> nearestRay(const Bundle& bundle, const glm::dvec3& point);
-
-/// Finds the hits next to those points whose nearest ray is in the band; `found`, one for each
-/// point, keeps what it has for the others. The band is of a parallel bundle; its extra[0] are the
-/// keys (kKeyChannel).
-///
-/// Rays do not go through the points. So a point's place in the list of the nearest ray is found by
-/// binary search, and the primitives around that place are followed to the point's own ray: a
-/// distance is exact where that meets the primitive that the nearest ray has hit. Else it is where
-/// it meets the primitive's plane, or the primitive's nearest point if that is far from there. What
-/// is thinner than the distance of rays can be missed. Points are done in parallel; the result does
-/// not depend on how.
-void findPointHits(const PosedScene& posed, const Bundle& bundle, const LayeredImage& band,
-                   std::span<const glm::dvec3> points, std::span<PointHits> found);
-
-}  // namespace peeler
+#pragma GCC visibility pop

@@ -7,7 +7,9 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// Everitt 2001: the second depth test of peeling "can have an arbitrary location". The volume is
 /// what lies in all half-spaces and in the closed meshes, their surfaces included.
@@ -39,4 +41,6 @@ struct ClipVolume {
     }
 };
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

@@ -6,8 +6,10 @@
 #include <glm/glm.hpp>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "core/scene/camera_choice.h"
 #include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
 
@@ -80,5 +82,19 @@ struct DepthRange {
     double nearest = 0, farthest = 0;
 };
 DepthRange depthRange(const Bounds& bounds, const glm::dmat4& camera_to_world);
+
+// camera_choice.cpp.
+
+/// What the cameras of the scene are called, in draw order: by their own names, else their nodes',
+/// else "camera N".
+std::vector<std::string> cameraNames(const PosedScene& posed);
+
+/// The view of the chosen, built or framed camera; `extent` is what it has to see. A scene's camera
+/// keeps its vertical field of view whatever the size's aspect ratio, near and far; a built one is
+/// near enough to clip nothing it could show (1e-4 of the scene's size or of the distance to the
+/// target, which reversed Z makes free) and sees infinitely far, or past the scene if orthographic.
+/// Throws Error (kUsage) for an unknown camera, with the list, for a crop outside the picture, and
+/// for a camera that cannot be; (kInput) for one that the file gives no direction or no extent.
+View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraChoice& choice);
 
 }  // namespace peeler

@@ -9,7 +9,9 @@
 #include <optional>
 #include <string>
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 enum class AlphaMode : std::uint8_t { kOpaque, kMask, kBlend };
 
@@ -139,4 +141,6 @@ bool isTransmissive(const Material& material);
 /// texture, or the volume may tint one channel otherwise than another.
 bool isTintedGlass(const Material& material);
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

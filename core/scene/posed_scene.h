@@ -90,11 +90,6 @@ struct LightInstance {
 
 using DeformedMesh = std::vector<DeformedVertices>;  ///< of each primitive
 
-/// An axis-aligned box in world space.
-struct Bounds {
-    glm::dvec3 min{0}, max{0};
-};
-
 /// What one of the scenes of a file shows in a pose, depth first: the draw order. At all times of a
 /// scene the same instances are there, in the same order. Copies are cheap: they share what they
 /// hold, which never changes.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/scene/scene.h"
 
-namespace peeler {
+namespace peeler::inline v0 {
 glm::dmat4 Trs::matrix() const {
     glm::dmat4 result(1);
     // Files round to a few digits; without normalising, a rotation would scale a little.
@@ -54,4 +54,4 @@ IdNames idNames(const Scene& scene) {
     return names;
 }
 
-}  // namespace peeler
+}  // namespace peeler::inline v0

@@ -13,7 +13,9 @@
 
 #include "core/scene/material.h"
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// The order and the numbers are those of OpenGL and glTF (GL_POINTS = 0 … GL_TRIANGLE_FAN = 6).
 enum class Topology : std::uint8_t {
@@ -197,6 +199,16 @@ struct Scene {
     std::vector<std::string> warnings;  ///< whole sentences, each once
 };
 
+/// An axis-aligned box in world space.
+struct Bounds {
+    glm::dvec3 min{0}, max{0};
+};
+
+/// Throws Error (kUsage) for a scene that is none: an index that is out of range, an array of
+/// another length than the others, a node with two parents. A Renderer does so with what it is
+/// given; what readers give is in order.
+void checkScene(const Scene& scene);
+
 /// What a node is called: its own name, else "node 12".
 std::string nodeName(const Scene& scene, std::size_t node);
 
@@ -221,4 +233,6 @@ struct IdNames {
 /// material". Names need not be unique. Parents are known.
 IdNames idNames(const Scene& scene);
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace peeler {
+namespace peeler::inline v0 {
 namespace {
 
 /// Directions closer than this (sine of the angle) count as parallel.
@@ -92,4 +92,4 @@ glm::dvec3 worldPosition(const View& view, double x, double y, double z) {
     return glm::dvec3(view.camera_to_world * in_camera);
 }
 
-}  // namespace peeler
+}  // namespace peeler::inline v0

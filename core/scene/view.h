@@ -11,7 +11,9 @@
 
 #include "core/base/window.h"
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// Camera to world of a camera or light at `eye` that looks along `forward` with `up` upwards in
 /// the picture. Nothing if the two are parallel or one of them has no length.
@@ -112,4 +114,6 @@ class PixelRays {
     glm::dvec2 size_, half_;
 };
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

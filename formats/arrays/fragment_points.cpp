@@ -107,10 +107,10 @@ void FragmentPoints::write(LayeredImage&& band) {
     points_.resize(band.fragments() * size);
     const auto width = static_cast<std::size_t>(band.window.width());
     parallelFor(static_cast<std::size_t>(band.window.height()), [&](std::size_t row) {
-        const double y = band.window.y0 + static_cast<int>(row) + 0.5;
+        const double y = band.window.y0 + static_cast<int>(row) + view_.sample.y;
         for (std::size_t column = 0; column < width; ++column) {
             const std::size_t pixel = row * width + column;
-            const double x = band.window.x0 + static_cast<int>(column) + 0.5;
+            const double x = band.window.x0 + static_cast<int>(column) + view_.sample.x;
             for (std::size_t f = band.offsets[pixel]; f < band.offsets[pixel + 1]; ++f) {
                 std::byte* out = points_.data() + f * size;
                 const glm::dvec3 position = worldPosition(view_, x, y, band.z[f]);

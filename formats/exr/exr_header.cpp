@@ -189,6 +189,7 @@ std::string cameraJson(const View& view) {
         {"crop", {view.crop.x0, view.crop.y0, view.crop.width(), view.crop.height()}},
         {"cameraToWorld", matrix},
     };
+    if (view.sample != glm::dvec2(0.5)) json["sample"] = {view.sample.x, view.sample.y};
     // A name that is not UTF-8 is no reason to lose the file.
     return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
@@ -210,6 +211,10 @@ View viewFromJson(const std::string& text) {
         view.height = json.at("height").get<int>();
         const auto crop = json.at("crop").get<std::array<int, 4>>();
         view.crop = {crop[0], crop[1], crop[0] + crop[2], crop[1] + crop[3]};
+        if (json.contains("sample")) {
+            const auto sample = json.at("sample").get<std::array<double, 2>>();
+            view.sample = {sample[0], sample[1]};
+        }
         const auto rows = json.at("cameraToWorld").get<std::array<std::array<double, 4>, 4>>();
         for (int row = 0; row < 4; ++row) {
             for (int column = 0; column < 4; ++column) {

@@ -10,7 +10,9 @@
 #include "core/image/merge.h"
 #include "core/image/sink.h"
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 /// What became of light on its way to a picture for eyes; a writer fills it in until its finish().
 struct DisplayOutcome {
@@ -38,4 +40,6 @@ struct OutputOptions {
     std::shared_ptr<DisplayOutcome> outcome{};  ///< PNG, JPEG, TIFF, page: filled in, unless null
 };
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

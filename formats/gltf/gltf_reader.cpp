@@ -9,7 +9,7 @@
 #include "formats/gltf/gltf_parts.h"
 #include "formats/gltf/gltf_schema.h"
 
-namespace peeler {
+namespace peeler::inline v0 {
 namespace {
 
 void readScenes(const tinygltf::Model& model, Scene& scene) {
@@ -93,4 +93,4 @@ Scene readGltf(const std::filesystem::path& path, const GltfOptions& options) {
     }
 }
 
-}  // namespace peeler
+}  // namespace peeler::inline v0

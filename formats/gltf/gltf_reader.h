@@ -9,7 +9,9 @@
 
 #include "core/scene/scene.h"
 
-namespace peeler {
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
 
 struct GltfOptions {
     /// A texture that is missing or cannot be decoded is an error instead of a warning. Nor are
@@ -56,4 +58,6 @@ const std::vector<GltfExtension>& supportedGltfExtensions();
 /// a scene has its geometry and lacks colours.
 std::vector<std::string> undecodedImageExtensions();
 
-}  // namespace peeler
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

@@ -161,7 +161,7 @@ class Library final : public ImageLibrary {
 }  // namespace
 }  // namespace peeler
 
-extern "C" const peeler::ImageLibrary* peelerImageLibrary() {
+extern "C" __attribute__((visibility("default"))) const peeler::ImageLibrary* peelerImageLibrary() {
     static const peeler::Library library;
     return &library;
 }

@@ -77,8 +77,9 @@ void write(std::ostream& stream, const VdbVoxels& voxels, const std::string& cre
 }  // namespace
 }  // namespace peeler
 
-extern "C" void peelerWriteVdbGrid(std::ostream& stream, const peeler::VdbVoxels& voxels,
-                                   const std::string& creator, int threads) {
+extern "C" __attribute__((visibility("default"))) void peelerWriteVdbGrid(
+    std::ostream& stream, const peeler::VdbVoxels& voxels, const std::string& creator,
+    int threads) {
     // Not by tbb::global_control, which would limit a host's other work, too.
     tbb::task_arena(threads).execute([&] { peeler::write(stream, voxels, creator); });
 }

@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/rays/bundle.h"
+#include "core/rays/point_hits.h"
 #include "formats/arrays/table_writers.h"
 #include "formats/rays/ray_output.h"
 

@@ -42,7 +42,7 @@ TEST_P(BakeOracle, VerticesAreAsOccludedAsEmbreeHasIt) {
     const TriangleSoup soup = soupOf(scene);
     const OcclusionOracle oracle(soup, static_cast<float>(1e-4 * glm::length(box.max - box.min)));
     const auto reference = oracle.reference(receivers, 1024);
-    Renderer renderer(sharedContext(), shown);
+    GlRenderer renderer(sharedContext(), shown);
     double before = 1;
     for (const int directions : {16, 64, 256}) {
         BakeSettings settings;

@@ -34,7 +34,7 @@ class CompressedLayers : public testing::TestWithParam<Pair> {};
 
 LayeredImage layersOf(const Scene& scene, const View& view) {
     const PosedScene shown(scene);
-    Renderer renderer(sharedContext(), shown);
+    GlRenderer renderer(sharedContext(), shown);
     const Captured captured = capture(renderer, view, {.color_type = PixelType::kFloat});
     EXPECT_TRUE(captured.plan.complete());
     return captured.image;

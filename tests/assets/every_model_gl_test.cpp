@@ -59,7 +59,7 @@ std::size_t captureAll(const fs::path& path) {
     camera.size = {80, 60};
     const PosedScene shown(scene);
     const View view = cmd::makeView(shown, SceneExtent(shown), camera);
-    Renderer renderer(sharedContext(), shown);
+    GlRenderer renderer(sharedContext(), shown);
     const Captured captured = capture(renderer, view, {});
     EXPECT_TRUE(captured.plan.complete());
     EXPECT_EQ(captured.plan.fragments_counted, captured.image.fragments());

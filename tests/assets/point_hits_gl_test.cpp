@@ -7,7 +7,7 @@
 #include <random>
 
 #include "core/capture/supersampling.h"
-#include "core/rays/bundle.h"
+#include "core/rays/point_hits.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/capture.h"
 #include "support/embree_oracle.h"
@@ -29,7 +29,7 @@ AgreeingShares agreement(const std::filesystem::path& file, int resolution, unsi
     const PosedScene shown(scene);
     const Bounds all = shown.bounds().value();
     const double size = glm::distance(all.min, all.max);
-    Renderer renderer(sharedContext(), shown);
+    GlRenderer renderer(sharedContext(), shown);
     const TriangleSoup soup = soupOf(scene);
     AllHits oracle(soup);
 

@@ -16,7 +16,7 @@ void expectAgreementOfGl(const std::string& name, const Scene& scene, int direct
                          int resolution) {
     const Scene opaque = withoutAlpha(scene);
     const PosedScene posed(opaque);
-    Renderer renderer(sharedContext(), posed);
+    GlRenderer renderer(sharedContext(), posed);
     const HitsOracle oracle(posed);
     HitAgreement agreement;
     for (const View& view : oracle.views(directions, resolution))
@@ -63,7 +63,7 @@ TEST(RaysOracle, CoincidentMeshesHaveTwiceTheHits) {
     const Scene twice = doubled(once);
     const PosedScene shown(once);
     const Bounds box = *shown.bounds();
-    Renderer one(sharedContext(), shown), two(sharedContext(), PosedScene(twice));
+    GlRenderer one(sharedContext(), shown), two(sharedContext(), PosedScene(twice));
     for (const glm::dvec3& direction : sphereDirections(3)) {
         const Bundle bundle = parallelBundle("b", box, box, direction, {});
         const LayeredImage a = trace(one, bundle.view).image;

@@ -30,7 +30,7 @@
 #include "core/bake/bake.h"
 #include "core/bake/receivers.h"
 #include "core/base/error.h"
-#include "core/capture/renderer.h"
+#include "core/capture/gl_renderer.h"
 #include "core/gl/context.h"
 #include "core/raster/hit_rasterizer.h"
 #include "core/rays/bundle.h"
@@ -155,7 +155,7 @@ void measure(const std::string& path, const Options& options, gl::Context* conte
             row["seconds"]["peeler"].push_back(processorSeconds([&] {
                 std::unique_ptr<HitSource> source;
                 if (context)
-                    source = std::make_unique<Renderer>(*context, shown);
+                    source = std::make_unique<GlRenderer>(*context, shown);
                 else
                     source = std::make_unique<HitRasterizer>(shown);
                 BakeSettings settings;

@@ -41,7 +41,7 @@ struct Measurement {
 
     MeasuredScene scene;
     std::unique_ptr<gl::Context> context = gl::createContext({.backend = test::testBackend()});
-    std::optional<Renderer> renderer{};
+    std::optional<GlRenderer> renderer{};
     std::optional<EmbreeLayers> embree{};
     Packet packet = Packet::k1;
     nlohmann::json result = nlohmann::json::object();

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/capture/renderer.h"
+#include "core/capture/gl_renderer.h"
 #include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
 

@@ -67,7 +67,7 @@ struct Picture {
     explicit Picture(const Options& options) {
         const MeasuredScene scene(options);
         const auto context = gl::createContext({.backend = test::testBackend()});
-        Renderer renderer(*context, scene.posed);
+        GlRenderer renderer(*context, scene.posed);
         plan = renderer.plan(scene.view, {});
         KeepingSink sink;
         renderer.capture(sink);

@@ -48,7 +48,7 @@ void addCamera(Scene& scene, const Camera& camera, const glm::dmat4& place,
 }
 
 View view(const Scene& scene, const CameraOptions& options = {}) {
-    checkCameraOptions(options);
+    checkCamera(options);
     const PosedScene shown(scene, 0);
     return makeView(shown, SceneExtent(shown), options);
 }

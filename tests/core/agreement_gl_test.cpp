@@ -129,7 +129,7 @@ TEST(Bands, LeaveRoomForWhatTheSinksHold) {
     SceneBuilder builder;
     builder.rectangle(1, 1, -2, builder.material({1, 1, 1, 0.5F}));
     const PosedScene shown(builder.scene(), 0);
-    Renderer renderer(sharedContext(), shown);
+    GlRenderer renderer(sharedContext(), shown);
     CaptureSettings s;
     // What earlier tests have left free here would be room that the budget does not name.
     returnFreeMemory();

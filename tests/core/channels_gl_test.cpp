@@ -159,7 +159,7 @@ TEST(Channels, MotionOfAMovingQuad) {
         View next_view = view;
         const glm::dvec3 camera_step(0.05, 0.02, 0.1);
         if (moving_camera) next_view.camera_to_world = glm::translate(glm::dmat4(1), camera_step);
-        Renderer renderer(sharedContext(), PosedScene(now, 0));
+        GlRenderer renderer(sharedContext(), PosedScene(now, 0));
         renderer.setNextFrame({PosedScene(later, 0), next_view});
         const auto result =
             capture(renderer, view, inFloat({Channel::kPosition, Channel::kMotion, Channel::kId}));

@@ -119,7 +119,7 @@ std::vector<View> viewsOf(const Bounds& box) {
 TEST(HitSources, AgreeOnHardScenesButAtEdges) {
     for (const auto& [name, scene] : hardScenes()) {
         const PosedScene posed(scene);
-        Renderer gl(sharedContext(), posed);
+        GlRenderer gl(sharedContext(), posed);
         HitRasterizer cpu(posed);
         for (const HitMode mode : {HitMode::kRefined, HitMode::kRaw}) {
             Agreement agreement;
@@ -171,7 +171,7 @@ TEST(HitSources, SayTheSameOfTheSameHits) {
         Channel::kId,        Channel::kBarycentric,     Channel::kDistance,
         Channel::kBaseColor, Channel::kEmissive,        Channel::kRoughnessMetallic};
     std::ranges::sort(settings.channels);
-    Renderer renderer(sharedContext(), posed);
+    GlRenderer renderer(sharedContext(), posed);
     HitRasterizer rasterizer(posed);
     const LayeredImage gl = capture(renderer, view, settings).image;
     const LayeredImage cpu = capture(rasterizer, view, settings).image;
@@ -236,7 +236,7 @@ TEST(HitSources, BakeTheSame) {
         settings.resolution = resolution;
         return bake(source, vertices.receivers(), settings, capture, vertices.lookup(), {});
     };
-    Renderer renderer(sharedContext(), posed);
+    GlRenderer renderer(sharedContext(), posed);
     HitRasterizer rasterizer(posed);
     BundlesOf bundles(rasterizer);
     const std::vector<float> gl = bakedBy(renderer, 128), cpu = bakedBy(bundles, 128);

@@ -170,12 +170,12 @@ TEST(Sequence, EveryFrameIsWhatItIsAlone) {
     for (const bool shadows : {false, true}) {
         CaptureSettings settings;
         settings.shadows = shadows;
-        Renderer sequence(sharedContext(), at(0.9));
+        GlRenderer sequence(sharedContext(), at(0.9));
         LayeredImage last;
         for (const double time : {0.0, 0.5, 1.0, 0.5}) {
             sequence.setPose(at(time));
             const Captured frame = capture(sequence, view, settings);
-            Renderer alone(sharedContext(), at(time));
+            GlRenderer alone(sharedContext(), at(time));
             EXPECT_EQ(difference(frame.image, capture(alone, view, settings).image), "") << time;
             EXPECT_NE(difference(frame.image, last), "") << time;
             last = frame.image;
@@ -191,14 +191,14 @@ TEST(Sequence, ChangesWhereOnlyALightMoves) {
     scene.animations[0].channels = {{2, 3, AnimatedProperty::kRotation}};
     const int playing[] = {0};
     const auto at = [&](double time) { return PosedScene(scene, 0, poseAt(scene, playing, time)); };
-    Renderer renderer(sharedContext(), at(0));
+    GlRenderer renderer(sharedContext(), at(0));
     const View view = testView(60, 45);
     const LayeredImage first = capture(renderer, view).image;
     renderer.setPose(at(1));
     const LayeredImage second = capture(renderer, view).image;
     EXPECT_EQ(first.z, second.z);
     EXPECT_NE(first.color.data, second.color.data);
-    Renderer alone(sharedContext(), at(1));
+    GlRenderer alone(sharedContext(), at(1));
     EXPECT_EQ(difference(second, capture(alone, view).image), "");
 }
 

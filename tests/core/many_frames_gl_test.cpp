@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "core/capture/renderer.h"
+#include "core/capture/gl_renderer.h"
 #include "core/gl/functions.h"
 #include "core/scene/posed_scene.h"
 #include "formats/gltf/gltf_reader.h"
@@ -50,7 +50,7 @@ void renderManyFrames() {
         return PosedScene(scene, 0, poseAt(scene, playing, frame / 24.0));
     };
     const auto context = gl::createContext({.backend = testBackend()});
-    Renderer renderer(*context, at(0));
+    GlRenderer renderer(*context, at(0));
     View view = testView(24, 14);
     view.camera_to_world[3] = {0, 1, 8, 1};
     CaptureSettings settings;

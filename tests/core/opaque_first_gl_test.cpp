@@ -36,7 +36,7 @@ std::string pixelThatDiffers(const CompositeImage& a, const CompositeImage& b) {
 }
 
 /// What all layers give, those behind opaque surfaces, too, composited on the CPU.
-CompositeImage compositeOfLayers(Renderer& renderer, const View& view, CaptureSettings settings) {
+CompositeImage compositeOfLayers(GlRenderer& renderer, const View& view, CaptureSettings settings) {
     const int samples = settings.samples;
     settings.samples = 1;
     settings.composite = false;
@@ -57,7 +57,7 @@ CompositeImage compositeOfLayers(Renderer& renderer, const View& view, CaptureSe
 void expectTheSame(const Scene& scene, const View& view, CaptureSettings settings,
                    const std::string& what) {
     const PosedScene shown(scene, 0);
-    Renderer renderer(sharedContext(), shown);
+    GlRenderer renderer(sharedContext(), shown);
     const CompositeImage wanted = compositeOfLayers(renderer, view, settings);
     settings.composite = true;
     const auto found = capture(renderer, view, settings);
@@ -238,7 +238,7 @@ TEST(OpaqueFirst, DoesNotDependOnTheBudget) {
                           builder.material({0.1F * z, 1 - 0.1F * z, 0.5F, 0.4F}, mode));
     }
     const PosedScene shown(builder.scene(), 0);
-    Renderer renderer(sharedContext(), shown);
+    GlRenderer renderer(sharedContext(), shown);
     CaptureSettings settings;
     settings.composite = true;
     const View view = testView(2400, 1800);
@@ -256,7 +256,7 @@ TEST(OpaqueFirst, NeitherListsNorCountsWhereNothingIsTransparent) {
         CaptureSettings settings;
         settings.composite = true;
         const PosedScene shown(scene, 0);
-        Renderer renderer(sharedContext(), shown);
+        GlRenderer renderer(sharedContext(), shown);
         const auto result = capture(renderer, testView(40, 30), settings);
         return std::pair(result.report.passes, renderer.takeTimes().contains("count"));
     };

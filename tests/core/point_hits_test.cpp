@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hits next to points, where they are known on paper.
-#include "core/rays/bundle.h"
+#include "core/rays/point_hits.h"
 
 #include <gtest/gtest.h>
 

@@ -338,7 +338,7 @@ TEST(Shadows, AreTheSameOnBothBackends) {
 TEST(Shadows, MapsServeEveryViewOfTheScene) {
     const Scene scene = crowdOfSquares();
     const PosedScene shown(scene, 0);
-    Renderer renderer(sharedContext(), shown);
+    GlRenderer renderer(sharedContext(), shown);
     View view = testView(64, 48);
     for (const int size : {200, 200, 100}) {
         view.camera_to_world[3].x += 0.25;
@@ -352,7 +352,7 @@ TEST(Shadows, MapsServeEveryViewOfTheScene) {
 TEST(Shadows, MapsAreMadeAnewForAnotherClipVolume) {
     const Scene scene = crowdOfSquares();
     const PosedScene shown(scene, 0);
-    Renderer renderer(sharedContext(), shown);
+    GlRenderer renderer(sharedContext(), shown);
     const View view = testView(64, 48);
     CaptureSettings s = withShadows(200);
     for (const double offset : {-9.0, -3.2, -2.8}) {

@@ -160,7 +160,7 @@ TEST(TintedGlass, OfVerticesAndTexturesCounts) {
 
 TEST(TintedGlass, IsTheSameInEveryExactMethod) {
     const Scene scene = glassScene();
-    Renderer renderer(sharedContext(), PosedScene(scene));
+    GlRenderer renderer(sharedContext(), PosedScene(scene));
     const View view = testView(100, 75);
     for (const PixelType type : {PixelType::kHalf, PixelType::kFloat}) {
         for (const Surfaces surfaces : {Surfaces::kAll, Surfaces::kVisible}) {
@@ -205,8 +205,9 @@ TEST(TintedGlass, WithATailIsBlendedColourByColour) {
 }
 
 TEST(TintedGlass, IsApproximatedByTheFormulasColourByColour) {
-    using Formula = void (*)(const LayeredImage&, const std::array<float, 4>&, CompositeImage&);
-    const std::pair<const char*, Formula> formulas[] = {
+    using TintedFormula =
+        void (*)(const LayeredImage&, const std::array<float, 4>&, CompositeImage&);
+    const std::pair<const char*, TintedFormula> formulas[] = {
         {"weighted-average", compositeWeightedAverage}, {"weighted-sum", compositeWeightedSum}};
     const Scene scene = glassScene();
     const auto layers = capture(scene, testView(100, 75), tintedSettings());

@@ -164,7 +164,7 @@ TEST(Transmission, IsTheSameInEveryMethod) {
     for (std::size_t i = 0; i < scene.materials.size(); i += 16)
         scene.materials[i].base_color = {1, 1, 1, 1};  // perfectly clear
     const PosedScene shown(scene, 0);
-    Renderer renderer(sharedContext(), shown);
+    GlRenderer renderer(sharedContext(), shown);
     const View view = testView(100, 75);
     for (const Surfaces surfaces : {Surfaces::kAll, Surfaces::kVisible}) {
         CaptureSettings s;

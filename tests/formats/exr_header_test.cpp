@@ -132,6 +132,10 @@ TEST(ExrHeader, CameraJsonRoundTripsToTheLastBit) {
     EXPECT_EQ(back.projection.far, view.projection.far);
     EXPECT_EQ(back.crop, view.crop);
     EXPECT_EQ(back.width, view.width);
+    EXPECT_EQ(back.sample, view.sample);
+    EXPECT_EQ(cameraJson(view).find("sample"), std::string::npos);
+    view.sample = {1.0 / 3, 0.75};
+    EXPECT_EQ(viewFromJson(cameraJson(view)).sample, view.sample);
     view.camera_name = "\xff\xfe";  // not UTF-8
     EXPECT_NO_THROW(viewFromJson(cameraJson(view)));
     EXPECT_THROW(viewFromJson("{}"), Error);

@@ -141,12 +141,12 @@ void inOwnThread(const std::function<void()>& test) {
 Captured capture(const Scene& scene, const View& view, const CaptureSettings& settings,
                  gl::Context& context) {
     const PosedScene shown(scene);
-    Renderer renderer(context, shown);
+    GlRenderer renderer(context, shown);
     return capture(renderer, view, settings);
 }
 
 std::unique_ptr<HitSource> openHits(const std::string& engine, const PosedScene& posed) {
-    if (engine == "gl") return std::make_unique<Renderer>(sharedContext(), posed);
+    if (engine == "gl") return std::make_unique<GlRenderer>(sharedContext(), posed);
     return std::make_unique<HitRasterizer>(posed);
 }
 

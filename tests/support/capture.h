@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/capture/renderer.h"
+#include "core/capture/gl_renderer.h"
 #include "core/gl/context.h"
 
 namespace peeler::test {
@@ -81,7 +81,7 @@ Captured capture(const Scene& scene, const View& view, const CaptureSettings& se
 std::unique_ptr<HitSource> openHits(const std::string& engine, const PosedScene& posed);
 
 /// The same with a source that is open already, for tests that capture a scene many times; of all
-/// but a Renderer hits alone.
+/// but a GlRenderer hits alone.
 Captured capture(HitSource& source, const View& view, const CaptureSettings& settings = {});
 
 /// Compares bit for bit: windows, offsets, depth, colour, extra arrays. Returns "" or what differs

@@ -56,7 +56,7 @@ inline OddRays countOddRays(const std::string& name, const Scene& scene, int dir
                             int resolution, bool with_embree) {
     const PosedScene shown(scene);
     const Bounds all = shown.bounds().value();
-    Renderer renderer(sharedContext(), shown);
+    GlRenderer renderer(sharedContext(), shown);
     const std::unique_ptr<HitSource> rasterizer = openHits("cpu", shown);
     const TriangleSoup soup = soupOf(scene);
     const AllHits fast(soup, RTC_SCENE_FLAG_NONE), robust(soup);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/capture/renderer.h"
+#include "core/capture/gl_renderer.h"
 
 #include <algorithm>
 #include <numeric>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/capture/renderer_state.h"
+#include "core/capture/gl_renderer_state.h"
 #include "core/capture/supersampling.h"
 #include "core/image/layers.h"
 
@@ -23,12 +23,12 @@ std::uint64_t imageBytes(const LayeredImage& image) {
 
 }  // namespace
 
-Renderer::Renderer(gl::Context& context, PosedScene posed)
+GlRenderer::GlRenderer(gl::Context& context, PosedScene posed)
     : state_(std::make_unique<State>(context, std::move(posed))) {}
 
-Renderer::~Renderer() = default;
+GlRenderer::~GlRenderer() = default;
 
-void Renderer::setPose(PosedScene posed) {
+void GlRenderer::setPose(PosedScene posed) {
     State& s = *state_;
     const bool still = s.posed.deformed().empty() && s.posed.meshes() == posed.meshes();
     const bool lit_alike = still && s.posed.lights() == posed.lights();
@@ -41,16 +41,16 @@ void Renderer::setPose(PosedScene posed) {
     s.lighting.setPose(s.posed);
 }
 
-void Renderer::setNextFrame(NextFrame next) {
+void GlRenderer::setNextFrame(NextFrame next) {
     state_->next_frame = std::move(next);
     state_->band_capture.setNextFrame(&*state_->next_frame);
 }
 
-const PosedScene& Renderer::posed() const {
+const PosedScene& GlRenderer::posed() const {
     return state_->posed;
 }
 
-StageTimes Renderer::takeTimes() {
+StageTimes GlRenderer::takeTimes() {
     return std::exchange(state_->times, {});
 }
 
@@ -87,7 +87,7 @@ void checkSettings(const CaptureSettings& settings) {
 
 /// Hands the lights the shadow maps that the settings ask for, which are captured unless they are
 /// there already.
-void Renderer::State::castShadows(Renderer& renderer, const CaptureSettings& asked) {
+void GlRenderer::State::castShadows(GlRenderer& renderer, const CaptureSettings& asked) {
     lighting.setShadows(nullptr);
     if (!asked.shadows || asked.shading == Shading::kUnlit) return;
     if (!shadows || shadows->size != asked.shadow_size || shadows->clip != asked.clip) {
@@ -97,7 +97,7 @@ void Renderer::State::castShadows(Renderer& renderer, const CaptureSettings& ask
     lighting.setShadows(&*shadows);
 }
 
-void Renderer::State::chooseMethod() {
+void GlRenderer::State::chooseMethod() {
     checkSettings(shot.settings);
     method = findPeelMethod(shot.settings.method);
     layer_method = method->exact() ? method->layers() : nullptr;
@@ -108,14 +108,14 @@ void Renderer::State::chooseMethod() {
 }
 
 /// Moves the view to one of the sample positions for what is captured from now on.
-void Renderer::State::showSample(std::size_t i) {
+void GlRenderer::State::showSample(std::size_t i) {
     shot.view = plan.view;
     shot.view.sample = positions[i];
     band_capture.begin();
 }
 
 /// Clip meshes have lists of their own in every band, which have to fit, too.
-void Renderer::State::countClip() {
+void GlRenderer::State::countClip() {
     clip_rows.clear();
     if (shot.settings.clip.nodes.empty()) return;
     const Window& crop = plan.view.crop;
@@ -137,12 +137,12 @@ void Renderer::State::countClip() {
 }
 
 /// Reports progress in a stage of the planning that goes from one share of it to another.
-void Renderer::State::reportPlanned(double from, double to, double share) const {
+void GlRenderer::State::reportPlanned(double from, double to, double share) const {
     if (progress) progress(plan_share * (from + (to - from) * share));
 }
 
 /// Carries out the count pass of every view.
-void Renderer::State::countViews() {
+void GlRenderer::State::countViews() {
     const Window& crop = plan.view.crop;
     const auto width = static_cast<std::size_t>(crop.width());
     samples.emplace(crop);
@@ -183,7 +183,7 @@ void Renderer::State::countViews() {
 }
 
 /// How many layers several views have together is known only when they are merged.
-void Renderer::State::mergeViews() {
+void GlRenderer::State::mergeViews() {
     merged.reset();
     kept_passes = report.passes = 0;
     if (!mergesLayers()) return;
@@ -206,7 +206,7 @@ void Renderer::State::mergeViews() {
 
 /// max_layers and occlusion_ratio of the settings: the first layer that touches fewer pixels than
 /// the ratio is the last one, as if a pass had found it out.
-void Renderer::State::limitLayers() {
+void GlRenderer::State::limitLayers() {
     limit = shot.settings.max_layers;
     if (!(shot.settings.occlusion_ratio > 0)) return;
     const auto layers = (merged ? *merged : *samples).layers();
@@ -221,7 +221,7 @@ void Renderer::State::limitLayers() {
     limit = limit ? std::min(limit, found) : found;
 }
 
-void Renderer::State::fillPlan() {
+void GlRenderer::State::fillPlan() {
     const DepthComplexity& complexity = merged ? *merged : *samples;
     plan.color_type = shot.settings.color_type;
     plan.tinted = shot.settings.tinted;
@@ -237,7 +237,7 @@ void Renderer::State::fillPlan() {
         plan.fragments_blended = plan.fragments_counted - plan.fragments_stored;
 }
 
-Plan Renderer::plan(const View& view, const CaptureSettings& settings, const Progress& progress) {
+Plan GlRenderer::plan(const View& view, const CaptureSettings& settings, const Progress& progress) {
     State& s = *state_;
     s.castShadows(*this, settings);  // plans and captures, too
     s.shot.settings = settings;
@@ -246,6 +246,8 @@ Plan Renderer::plan(const View& view, const CaptureSettings& settings, const Pro
     s.lighting.setView(view.camera_to_world);
     s.chooseMethod();
     s.positions = samplePositions(settings.samples);
+    for (glm::dvec2& position : s.positions)
+        position += view.sample - 0.5;
     if (settings.samples == 1) s.positions = {view.sample};
     s.showSample(0);
     s.chooseSurfaces();
@@ -262,7 +264,7 @@ Plan Renderer::plan(const View& view, const CaptureSettings& settings, const Pro
 }
 
 /// The fragments of every pixel of a band of the current view.
-std::span<const std::uint32_t> Renderer::State::countsOf(const Window& band) {
+std::span<const std::uint32_t> GlRenderer::State::countsOf(const Window& band) {
     if (kept_counts.empty()) {
         band_capture.count(band, counts);
         return counts;
@@ -273,19 +275,19 @@ std::span<const std::uint32_t> Renderer::State::countsOf(const Window& band) {
     return std::span(kept_counts).subspan(first, band.pixels());
 }
 
-void Renderer::State::captureLayers(const Window& band, std::uint32_t most, LayeredImage& out) {
+void GlRenderer::State::captureLayers(const Window& band, std::uint32_t most, LayeredImage& out) {
     report.passes += band_capture.layers(
         *layer_method,
         {.band = band, .counts = countsOf(band), .layers = most, .keys = mergesLayers()}, out);
 }
 
-void Renderer::State::compositeView(const Window& band, CompositeImage& out) {
+void GlRenderer::State::compositeView(const Window& band, CompositeImage& out) {
     const BandRequest request{.band = band, .counts = countsOf(band), .layers = limit};
     report.passes += composite_method ? band_capture.composite(*composite_method, request, out)
                                       : band_capture.composite(*layer_method, request, out);
 }
 
-void Renderer::State::captureMerged(const Window& band, LayeredImage& out) {
+void GlRenderer::State::captureMerged(const Window& band, LayeredImage& out) {
     std::vector<LayeredImage> images(positions.size());
     for (std::size_t i = 0; i < positions.size(); ++i) {
         showSample(i);
@@ -298,7 +300,7 @@ void Renderer::State::captureMerged(const Window& band, LayeredImage& out) {
 }
 
 /// Makes what the sinks get of a band.
-void Renderer::State::render(const Window& band, const TakeBand& take) {
+void GlRenderer::State::render(const Window& band, const TakeBand& take) {
     if (opaque_first) return composeVisible(band, take);
     if (!shot.settings.composite) {
         if (mergesLayers()) {
@@ -323,7 +325,7 @@ void Renderer::State::render(const Window& band, const TakeBand& take) {
     take(image);
 }
 
-CaptureReport Renderer::capture(Sink& sink, const Progress& progress) {
+CaptureReport GlRenderer::capture(Sink& sink, const Progress& progress) {
     State& s = *state_;
     s.report = {};
     s.visible = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a Renderer has at hand while it plans and captures; for its own files.
+// What a GlRenderer has at hand while it plans and captures; for its own files.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 #include "core/capture/band_capture.h"
 #include "core/capture/bands.h"
+#include "core/capture/gl_renderer.h"
 #include "core/capture/method.h"
-#include "core/capture/renderer.h"
 #include "core/image/composite.h"
 #include "core/image/layers.h"
 #include "core/shading/lighting.h"
@@ -35,15 +35,15 @@ inline constexpr double kCountShare = 0.2, kMergeShare = 0.6, kCompositeShare = 
 /// Captures what directional and spot lights see through `renderer`, whose last plan is forgotten.
 /// `settings` say how large the maps are and how much memory there is. Throws Error (kUsage) if the
 /// device takes no textures of this size, (kInput) if it takes no array of so many, (kMemory) if
-/// they alone pass the budget, and what Renderer throws.
-ShadowMaps captureShadowMaps(Renderer& renderer, const gl::Context& context,
+/// they alone pass the budget, and what GlRenderer throws.
+ShadowMaps captureShadowMaps(GlRenderer& renderer, const gl::Context& context,
                              const std::vector<PlacedLight>& lights,
                              const CaptureSettings& settings);
 
 /// Takes what the sinks get of a band, or of some rows of it.
 using TakeBand = std::function<void(LayeredImage&)>;
 
-struct Renderer::State {
+struct GlRenderer::State {
     State(gl::Context& ctx, PosedScene shown)
         : context(ctx),
           posed(std::move(shown)),
@@ -103,7 +103,7 @@ struct Renderer::State {
     void addSink(const Sink& sink, BandCosts& costs) const;
     std::vector<Window> bands(const Sink* sink);
 
-    void castShadows(Renderer& renderer, const CaptureSettings& asked);
+    void castShadows(GlRenderer& renderer, const CaptureSettings& asked);
     void chooseMethod();
     void chooseSurfaces();
     bool compositeViews();

@@ -15,15 +15,15 @@ namespace peeler {
 /// blended tail of layers.
 void checkSettings(const CaptureSettings& settings);
 
-/// Owns the uploaded scene. One Renderer serves any number of views, pictures as well as rays.
-class Renderer final : public HitSource {
+/// Owns the uploaded scene. One GlRenderer serves any number of views, pictures as well as rays.
+class GlRenderer final : public HitSource {
   public:
-    /// Uploads the scene. The context must outlive the Renderer. Throws Error (kMemory) if the
+    /// Uploads the scene. The context must outlive the GlRenderer. Throws Error (kMemory) if the
     /// driver has no room, (kInput) if a texture is larger than it takes.
-    Renderer(gl::Context& context, PosedScene posed);
-    ~Renderer() override;
-    Renderer(const Renderer&) = delete;
-    Renderer& operator=(const Renderer&) = delete;
+    GlRenderer(gl::Context& context, PosedScene posed);
+    ~GlRenderer() override;
+    GlRenderer(const GlRenderer&) = delete;
+    GlRenderer& operator=(const GlRenderer&) = delete;
 
     /// Shows the same scene (of the file's `scenes`) in another pose from the next plan() on. Only
     /// what has moved is uploaded anew.

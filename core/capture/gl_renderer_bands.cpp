@@ -2,7 +2,7 @@
 // What a band costs, and so how large bands may be.
 #include <algorithm>
 
-#include "core/capture/renderer_state.h"
+#include "core/capture/gl_renderer_state.h"
 
 namespace peeler {
 namespace {
@@ -16,7 +16,7 @@ constexpr std::uint64_t kPixelBytes = 3 * sizeof(std::uint32_t) + 5 * sizeof(flo
 /// What earlier bands have left, of this plan or another, is not to be counted twice under a
 /// budget: as resident memory and as what the next bands take. Where there is room for both, the
 /// buffers serve again.
-void Renderer::State::freeBands() {
+void GlRenderer::State::freeBands() {
     if (isRoomy(shot.settings.memory, usedBytes(shot.settings.memory), costs())) return;
     band_capture.free();
     image = {};
@@ -26,7 +26,7 @@ void Renderer::State::freeBands() {
     returnFreeMemory();
 }
 
-BandCosts Renderer::State::costs() const {
+BandCosts GlRenderer::State::costs() const {
     const PixelType type = shot.settings.color_type;
     const std::uint64_t color = shot.settings.colorBytes();
     const std::uint64_t tile = band_capture.tilePixels();
@@ -71,20 +71,20 @@ BandCosts Renderer::State::costs() const {
 
 /// As many fragments as take no less room, in memory and in a buffer, than what a row's pixels have
 /// of the clip meshes.
-std::uint64_t Renderer::State::clipFragments(const BandCosts& costs, int y) const {
+std::uint64_t GlRenderer::State::clipFragments(const BandCosts& costs, int y) const {
     if (clip_rows.empty()) return 0;
     const auto row = static_cast<std::size_t>(y - plan.view.crop.y0);
     const std::uint64_t a_fragment = costs.largest_array_bytes / sizeof(float);
     return (clip_rows[row] + a_fragment - 1) / a_fragment;
 }
 
-std::uint64_t Renderer::State::rowFragments(int y) const {
+std::uint64_t GlRenderer::State::rowFragments(int y) const {
     return composite_method ? static_cast<std::uint64_t>(plan.view.crop.width())
                             : samples->rowFragments(y);
 }
 
 /// Adds what the sink holds besides the band at hand, and for every pixel of it.
-void Renderer::State::addSink(const Sink& sink, BandCosts& with_sink) const {
+void GlRenderer::State::addSink(const Sink& sink, BandCosts& with_sink) const {
     const std::uint64_t fragment = sizeof(float) + shot.settings.colorBytes() + plan.channel_bytes;
     const SinkMemory memory = sink.memory();
     const std::uint64_t pixels = static_cast<std::uint64_t>(memory.rows) *
@@ -102,7 +102,7 @@ void Renderer::State::addSink(const Sink& sink, BandCosts& with_sink) const {
 }
 
 /// The bands that the picture is cut into; without a sink those that are merged while planning.
-std::vector<Window> Renderer::State::bands(const Sink* sink) {
+std::vector<Window> GlRenderer::State::bands(const Sink* sink) {
     freeBands();
     BandCosts with_sink = costs();
     if (sink) addSink(*sink, with_sink);

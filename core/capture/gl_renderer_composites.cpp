@@ -5,7 +5,7 @@
 #include <numeric>
 #include <utility>
 
-#include "core/capture/renderer_state.h"
+#include "core/capture/gl_renderer_state.h"
 #include "core/capture/supersampling.h"
 
 namespace peeler {
@@ -13,7 +13,7 @@ namespace peeler {
 /// No fragment behind an opaque one changes an exact composite of all layers: its alpha is 1, so
 /// that nothing gets through. Such composites are captured without them. Approximations average
 /// all fragments, and limits count them.
-void Renderer::State::chooseSurfaces() {
+void GlRenderer::State::chooseSurfaces() {
     CaptureSettings& settings = shot.settings;
     const auto& draws = posed.drawList().draws();
     opaque_first = planning = false;
@@ -32,7 +32,7 @@ void Renderer::State::chooseSurfaces() {
 
 /// To count what is visible is most of the work of compositing it. So where there is room to keep
 /// composites they are made at once, and true is returned.
-bool Renderer::State::compositeViews() {
+bool GlRenderer::State::compositeViews() {
     const Window& crop = plan.view.crop;
     const std::uint64_t composite_bytes = CompositeImage::pixelBytes(shot.settings.tinted);
     if (!opaque_first || !fitsKept(crop.pixels() * (composite_bytes + sizeof(std::uint32_t))))
@@ -56,8 +56,8 @@ bool Renderer::State::compositeViews() {
 }
 
 /// Counts what compositeVisible() has found.
-void Renderer::State::addVisible(const Window& rows,
-                                 std::span<const std::uint32_t> visible_counts) {
+void GlRenderer::State::addVisible(const Window& rows,
+                                   std::span<const std::uint32_t> visible_counts) {
     const auto width = static_cast<std::size_t>(rows.width());
     for (int y = rows.y0; planning && y < rows.y1; ++y) {
         const auto row = static_cast<std::size_t>(y - rows.y0) * width;
@@ -69,7 +69,7 @@ void Renderer::State::addVisible(const Window& rows,
 
 /// Composites a band without what lies behind opaque surfaces. Only where the scene is: many a
 /// picture is empty around it.
-void Renderer::State::composeVisible(const Window& band, const TakeBand& take) {
+void GlRenderer::State::composeVisible(const Window& band, const TakeBand& take) {
     const auto handOver = [&](const CompositeImage& rows) {
         {
             const StageTimer timer(times, "composite");

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes and layers in files: the library's way to what `peeler` reads and writes.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "core/image/layered_image.h"
+#include "core/image/sink.h"
+#include "core/scene/scene.h"
+#include "formats/file/output_options.h"
+#include "formats/gltf/gltf_reader.h"
+
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
+
+/// readGltf(), for whoever shows the scene (Shown::scene).
+std::shared_ptr<const Scene> readScene(const std::filesystem::path& path,
+                                       const GltfOptions& options = {});
+
+/// A sink that writes a file, by its extension and `options.as`: layers as .exr (plain, or
+/// `options.layout`), "deep" .exr, composites as .exr, .png, .jpg, .tif, pages as .html. The file
+/// has its name when finish() returns, and there is none if the sink ends before. Throws Error
+/// (kUsage) that lists what there is; begin() and write() throw Error (kOutput).
+std::unique_ptr<Sink> openFile(const std::string& path, const OutputOptions& options = {});
+
+/// A picture that is held in memory.
+struct StoredLayers {
+    Plan plan;  ///< view, layers, how many fragments there were
+    LayeredImage image;
+    Provenance provenance;
+};
+
+/// Layered files in any layout, deep files, and flat pictures as one layer. Throws Error (kInput).
+StoredLayers readLayers(const std::string& path);
+
+/// Writes them as openFile() does.
+void writeLayers(const std::string& path, const StoredLayers& layers, OutputOptions options = {});
+
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// Captures scenes into memory or into sinks: the library's way to layers, composites and hits.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/work.h"
+#include "core/capture/capture_settings.h"
+#include "core/image/composite.h"
+#include "core/image/layered_image.h"
+#include "core/image/sink.h"
+#include "core/rays/bundle.h"
+#include "core/scene/camera_choice.h"
+#include "core/scene/scene.h"
+#include "core/scene/view.h"
+
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
+
+/// A scene as it is to be seen. The scene must not change any more once it has been seen by a
+/// Renderer, which keeps it: what is changed is another scene.
+struct Shown {
+    std::shared_ptr<const Scene> scene;
+    int index = -1;                 ///< into Scene::scenes; −1 = Scene::default_scene
+    std::vector<int> animations{};  ///< that play, indices into Scene::animations; none = at rest
+    double time = 0;                ///< seconds
+    /// Glass filters every channel of what is behind it by itself (LayeredImage::tinted), where
+    /// there is coloured glass; else it has one alpha.
+    bool colored_glass = true;
+};
+
+/// The box around what it shows; nothing if there is no vertex.
+std::optional<Bounds> boundsOf(const Shown& shown);
+
+/// How a camera sees it. Throws Error (kUsage) for a camera that is not there, with the list, for a
+/// crop outside the picture, and for a camera that cannot be; (kInput) for one that the scene gives
+/// no direction or no extent.
+View viewOf(const Shown& shown, const CameraChoice& camera = {});
+
+/// What asks for hits: refined, of both faces, without ends.
+CaptureSettings raySettings();
+
+/// Where a Renderer captures.
+struct RendererOptions {
+    std::string backend = "auto";  ///< "egl", "osmesa", or whichever works first
+    /// A GPU of several, as `peeler devices` lists them: "3", "cuda:1", "uuid:8932f937"; "" = the
+    /// first that works, the CPU if none does.
+    std::string device;
+    bool require_gpu = false;  ///< never the CPU
+    /// Most bytes that a call takes beyond what the process holds when it begins; 0 = no limit.
+    std::uint64_t memory = 0;
+    /// The context that is current where the Renderer is made is used instead of one of its own:
+    /// OpenGL 4.5 core, with functions that this gives by name (eglGetProcAddress,
+    /// glfwGetProcAddress). It has to be current in every call, the destructor's included; which
+    /// objects are bound and what is enabled is not put back.
+    void* (*adopt)(const char* function) = nullptr;
+};
+
+/// Which rasteriser finds the hits of rays.
+enum class RayEngine : std::uint8_t {
+    kAuto,  ///< GL on a GPU, else the CPU
+    kCpu,   ///< needs no GL
+    kGl
+};
+
+/// Captures any number of pictures of any number of scenes, one call at a time; calls of several
+/// threads wait for each other. What is needed of GL is made when it is first needed, and the scene
+/// that was captured last stays uploaded. Its context is current on a thread of its own, so that
+/// the caller's is never touched, and it may be used from any thread. A call waits for its work and
+/// tells its progress on the caller's thread, every few hundredths of a second. After an error, or
+/// work that was given up, it can be used on.
+class Renderer {
+  public:
+    explicit Renderer(const RendererOptions& options = {});
+    ~Renderer();
+    Renderer(Renderer&&) noexcept;
+    Renderer& operator=(Renderer&&) noexcept;
+
+    /// GL_RENDERER of the device. Throws Error (kDevice) if there is none.
+    std::string device();
+
+    /// All fragments of the view's crop, in memory. Throws Error: (kUsage) for settings that
+    /// contradict themselves, (kDevice), (kMemory) over the budget or for 2^32 fragments and more.
+    LayeredImage layers(const Shown& shown, const View& view, const CaptureSettings& settings = {},
+                        const Progress& progress = {});
+
+    /// Their composite, front to back, in linear light over nothing; by any method, the
+    /// approximations too. Throws likewise.
+    CompositeImage composite(const Shown& shown, const View& view,
+                             const CaptureSettings& settings = {}, const Progress& progress = {});
+
+    /// Band after band into a sink, whose begin() and finish() are called, too, all on the
+    /// Renderer's thread. Throws likewise, and what the sink throws.
+    Plan capture(const Shown& shown, const View& view, const CaptureSettings& settings, Sink& sink,
+                 const Progress& progress = {});
+
+    /// All hits of a bundle of rays: Z is the distance from where parallel rays start, the first
+    /// extra array the keys of what was hit. `settings` as raySettings() gives them.
+    LayeredImage rays(const Shown& shown, const Bundle& bundle, const CaptureSettings& settings,
+                      RayEngine engine = RayEngine::kAuto, const Progress& progress = {});
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// What callers say and hear of work that takes a while: how many threads it may have, how far it
+// is.
+#pragma once
+
+#include <functional>
+
+#pragma GCC visibility push(default)
+
+namespace peeler::inline v0 {
+
+/// Called with the share of the work that is done, 0 to 1, never falling within a picture. What it
+/// throws gives the work up, and is thrown on.
+using Progress = std::function<void(double)>;
+
+/// Sets how many threads all work of this process uses together; 0 = as many as it may run on. No
+/// result depends on it. Not while there is work being done.
+void setThreadCount(int threads);
+
+}  // namespace peeler::inline v0
+
+#pragma GCC visibility pop

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/image/image_sink.h"
+
+#include <limits>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace peeler::inline v0 {
+
+void ImageSink::begin(const Plan& plan) {
+    if (plan.fragments_stored > std::numeric_limits<std::uint32_t>::max())
+        throw Error(ErrorKind::kMemory,
+                    "a picture of " + std::to_string(plan.fragments_stored) +
+                        " fragments is too large to be kept whole",
+                    "", "capture a part of it, or into a sink that takes band by band");
+    image = {};
+    fragments_ = static_cast<std::size_t>(plan.fragments_stored);
+    pixels_ = static_cast<std::size_t>(plan.view.crop.pixels());
+    const std::uint64_t fragment_bytes =
+        sizeof(float) + colorComponents(plan.tinted) * pixelTypeSize(plan.color_type) +
+        plan.channel_bytes;
+    bytes_ = plan.fragments_stored * fragment_bytes + pixels_ * sizeof(std::uint32_t);
+}
+
+void ImageSink::write(LayeredImage&& band) {
+    if (image.offsets.empty()) {
+        image = std::move(band);
+        image.offsets.reserve(pixels_ + 1);
+        image.z.reserve(fragments_);
+        image.color.data.reserve(fragments_ * image.color.stride());
+        for (FragmentArray& array : image.extra)
+            array.data.reserve(fragments_ * array.stride());
+        return;
+    }
+    image.window = unite(image.window, band.window);
+    const std::uint32_t before = image.offsets.back();
+    for (std::size_t p = 1; p < band.offsets.size(); ++p)
+        image.offsets.push_back(before + band.offsets[p]);
+    image.z.insert(image.z.end(), band.z.begin(), band.z.end());
+    const auto append = [](FragmentArray& to, const FragmentArray& from) {
+        if (to.channels != from.channels || to.type != from.type)
+            throw Error(ErrorKind::kInternal, "the bands of a picture have different channels");
+        to.data.insert(to.data.end(), from.data.begin(), from.data.end());
+    };
+    append(image.color, band.color);
+    if (band.extra.size() != image.extra.size())
+        throw Error(ErrorKind::kInternal, "the bands of a picture have different channels");
+    for (std::size_t i = 0; i < band.extra.size(); ++i)
+        append(image.extra[i], band.extra[i]);
+}
+
+}  // namespace peeler::inline v0

@@ -1,0 +1,411 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/scene/camera_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "core/base/names.h"
+#include "core/scene/framing.h"
+#include "core/scene/lights.h"
+#include "core/scene/posed_scene.h"
+
+namespace peeler::inline v0 {
+namespace {
+
+constexpr std::string_view kLightPrefix = "light:";
+
+const PlacedLight& chooseLight(const std::vector<PlacedLight>& lights, const std::string& camera) {
+    std::vector<std::vector<std::string>> names;
+    std::vector<std::string> listed;
+    for (const PlacedLight& light : lights) {
+        names.push_back({light.name, light.node_name});
+        listed.push_back(std::string(kLightPrefix) + light.name);
+    }
+    if (const auto found = findNameOrIndex(camera.substr(kLightPrefix.size()), names))
+        return lights[*found];
+    if (lights.empty()) {
+        throw Error(ErrorKind::kUsage,
+                    "the scene has no lights of its own, and with an environment "
+                    "none is built in",
+                    "`camera` " + camera, "leave `environment` out");
+    }
+    throw Error(
+        ErrorKind::kUsage, "unknown light", "`camera` " + camera,
+        choiceHint(camera, "lights", std::vector<std::string_view>(listed.begin(), listed.end())) +
+            "; or an index from light:0 to light:" + std::to_string(lights.size() - 1));
+}
+
+/// The view that a light has (lightView in core/scene/lights.h), its projection as tight as it can
+/// be, its size not set. NAME is the light's, its node's, or an index in draw order; "key" is the
+/// built-in light of a scene without any. Throws Error (kUsage) for an unknown light, with the
+/// list, and for a point light; (kInput) if there is nothing to fit a view to.
+View lightCamera(const PosedScene& posed, const std::string& camera) {
+    const std::vector<PlacedLight> lights = placedLights(posed);
+    const PlacedLight& light = chooseLight(lights, camera);
+    if (light.light.type == LightType::kPoint) {
+        throw Error(ErrorKind::kUsage, "a point light shines all around, so it has no view",
+                    "`camera` " + camera, "choose a directional or a spot light");
+    }
+    const auto view = lightView(light, posed);
+    if (!view) {
+        throw Error(ErrorKind::kInput, "the scene has no vertices to fit the light's view to",
+                    "`camera` " + camera);
+    }
+    return *view;
+}
+
+constexpr double kDefaultFov = 40;  ///< degrees, vertical
+
+double aspectOf(const View& view) {
+    return static_cast<double>(view.width) / view.height;
+}
+
+void setSize(View& view, const Size& size, double aspect) {
+    const Size whole = sizeWithAspect(size, aspect);
+    view.width = whole.width;
+    view.height = whole.height;
+}
+
+/// The view of one of the scene's cameras: its half height and aspect ratio, near and far, its
+/// place.
+View sceneCamera(const Scene& scene, const CameraInstance& instance, const std::string& name,
+                 const Size& size) {
+    const Camera& camera = scene.cameras[static_cast<std::size_t>(instance.camera)];
+    const std::string where = "/cameras/" + std::to_string(instance.camera);
+    View view;
+    view.camera_name = name;
+    Projection& projection = view.projection;
+    projection.perspective = camera.perspective;
+    projection.half_height = camera.perspective ? std::tan(camera.yfov / 2) : std::abs(camera.ymag);
+    if (!(projection.half_height > 0 && std::isfinite(projection.half_height)) ||
+        (camera.perspective && camera.yfov >= std::numbers::pi)) {
+        throw Error(
+            ErrorKind::kInput, "the camera has no usable extent", where,
+            "yfov must lie between 0 and pi, ymag must not be 0; or choose another `camera`");
+    }
+    double aspect = 16.0 / 9;
+    if (camera.perspective && camera.aspect_ratio) {
+        aspect = *camera.aspect_ratio;
+    } else if (!camera.perspective) {
+        aspect = std::abs(camera.xmag / camera.ymag);
+    }
+    if (!(aspect > 0 && std::isfinite(aspect))) {
+        throw Error(ErrorKind::kInput, "the camera has no usable aspect ratio", where);
+    }
+    setSize(view, size, aspect);
+
+    const auto place = rigid(instance.world);
+    if (!place) {
+        throw Error(ErrorKind::kInput, "the camera's node leaves no direction to look along",
+                    "/nodes/" + std::to_string(instance.node),
+                    "choose another `camera`, or give `eye`");
+    }
+    view.camera_to_world = *place;
+    projection.near = camera.znear;
+    projection.far = camera.zfar.value_or(std::numeric_limits<double>::infinity());
+    return view;
+}
+
+/// The view of a light: at least what it lights, more where the size has another aspect ratio.
+View viewOfLight(const CameraChoice& choice, const PosedScene& posed) {
+    View view = lightCamera(posed, *choice.camera);
+    Projection& projection = view.projection;
+    setSize(view, choice.size, projection.half_width / projection.half_height);
+    projection.half_height =
+        std::max(projection.half_height, projection.half_width / aspectOf(view));
+    return view;
+}
+
+/// Near enough to clip nothing that a camera could show which sees the scene from `distance`.
+double safeNear(const Bounds& bounds, double distance) {
+    return 1e-4 * (distance > 0 ? std::min(sceneSize(bounds), distance) : sceneSize(bounds));
+}
+
+/// The view of a camera that stands where it is told to.
+View placedCamera(const CameraChoice& choice, const Bounds& bounds) {
+    View view;
+    setSize(view, choice.size, 16.0 / 9);
+    const auto place = rigid(*choice.pose);
+    if (!place) {
+        throw Error(ErrorKind::kUsage, "the pose leaves no direction to look along", "pose",
+                    "give a rotation and a translation");
+    }
+    view.camera_to_world = *place;
+    Projection& projection = view.projection;
+    projection.perspective = !choice.ortho_height;
+    projection.half_height = choice.ortho_height
+                                 ? *choice.ortho_height / 2
+                                 : std::tan(glm::radians(choice.fov.value_or(kDefaultFov)) / 2);
+    const glm::dvec3 centre = (bounds.min + bounds.max) * 0.5;
+    const double distance = glm::length(centre - glm::dvec3(view.camera_to_world[3]));
+    projection.near = projection.perspective ? safeNear(bounds, distance) : 0;
+    return view;
+}
+
+/// Half of a side of the picture whose middle is on the axis, and the picture that is asked for in
+/// it: along one side, where the axis goes through at `centre`, pixels from the centre of the first
+/// pixel.
+struct OffCentre {
+    int whole, first;  ///< pixels of the larger picture; the first of the one that is asked for
+    double sample;     ///< where in each pixel
+};
+OffCentre offCentre(int pixels, double centre) {
+    const double corner = centre + 0.5;  // from the first pixel's corner
+    const double whole = std::ceil(2 * std::max(corner, pixels - corner));
+    if (!(whole <= kMostPictureSide)) {
+        throw Error(ErrorKind::kUsage, "the camera's axis is too far beside the picture", "cx, cy",
+                    "they are pixels from the centre of the upper left one");
+    }
+    const double before = whole / 2 - corner;
+    const double first = std::floor(before + 0.5);
+    return {static_cast<int>(whole), static_cast<int>(first), 0.5 + (before - first)};
+}
+
+/// Makes the view's picture, of the size that it has, that of these intrinsics.
+void setIntrinsics(View& view, const Intrinsics& camera) {
+    const bool usable = camera.fx > 0 && camera.fy > 0 && std::isfinite(camera.fx) &&
+                        std::isfinite(camera.fy) && std::isfinite(camera.cx) &&
+                        std::isfinite(camera.cy);
+    if (!usable || !view.projection.perspective) {
+        throw Error(ErrorKind::kUsage,
+                    usable ? "an orthographic camera has no focal lengths"
+                           : "focal lengths must be positive and all numbers finite",
+                    "fx, fy, cx, cy");
+    }
+    const OffCentre x = offCentre(view.width, camera.cx), y = offCentre(view.height, camera.cy);
+    view.crop = {x.first, y.first, x.first + view.width, y.first + view.height};
+    view.width = x.whole;
+    view.height = y.whole;
+    view.sample = {x.sample, y.sample};
+    view.projection.half_width = x.whole / (2 * camera.fx);
+    view.projection.half_height = y.whole / (2 * camera.fy);
+    checkPixels({view.width, view.height});
+}
+
+/// The view of a camera that is built from numbers, all of which may be missing: what is not given
+/// is found by framing the scene.
+View builtCamera(const CameraChoice& choice, const SceneExtent& extent) {
+    const Bounds bounds = extent.bounds();
+    View view;
+    setSize(view, choice.size, 16.0 / 9);
+    Projection& projection = view.projection;
+    projection.perspective = !choice.ortho_height;
+    projection.half_height = choice.ortho_height
+                                 ? *choice.ortho_height / 2
+                                 : std::tan(glm::radians(choice.fov.value_or(kDefaultFov)) / 2);
+    projection.half_width = projection.half_height * aspectOf(view);
+    if (choice.intrinsics) {  // framed as if its axis went through the middle
+        projection.half_width = view.width / (2 * choice.intrinsics->fx);
+        projection.half_height = view.height / (2 * choice.intrinsics->fy);
+    }
+
+    glm::dvec3 target = choice.target.value_or((bounds.min + bounds.max) * 0.5);
+    glm::dvec3 up = glm::normalize(choice.up.value_or(glm::dvec3(0, 1, 0)));
+    glm::dvec3 eye;
+    if (choice.eye) {
+        eye = *choice.eye;
+    } else {
+        const Sight sight = framedSight(extent, up);
+        const glm::dvec3& forward = sight.forward;
+        up = sight.up;
+        const double size = sceneSize(bounds);
+        const auto reached = [&](const glm::dvec3& direction) {
+            const double far = extent.reach(target, direction);
+            return std::isfinite(far) ? far : 0.5 * size * glm::length(direction);  // empty
+        };
+        const bool centred = choice.target.has_value();
+        const glm::dvec3 offset = framingEye(reached, size, centred, forward, up, projection);
+        eye = target + offset;
+        if (!centred) target = eye - forward * glm::dot(offset, forward);
+    }
+    if (eye == target) {
+        throw Error(
+            ErrorKind::kUsage, "the eye is at the target, so there is no direction to look along",
+            "`eye`",
+            choice.target ? "move one of them" : "the target is the scene's centre; give `target`");
+    }
+    auto place = lookAlong(eye, target - eye, up);
+    // Straight down or up: north is up, as on a map, unless another up was asked for.
+    if (!place && !choice.up) place = lookAlong(eye, target - eye, {0, 0, -1});
+    if (!place) {
+        throw Error(ErrorKind::kUsage, "the up direction is parallel to the viewing direction",
+                    "`up`", "give an `up` that points upwards in the picture");
+    }
+    view.camera_to_world = *place;
+
+    const double distance = glm::length(target - eye);
+    projection.near = projection.perspective ? safeNear(bounds, distance) : 0;
+    return view;
+}
+
+/// Sets near and far as asked for, and a far plane beyond the bounds where the projection needs
+/// one. Throws Error (kUsage, or kInput for planes of the scene's own) if they make no range.
+void setDepthRange(View& view, const CameraChoice& choice, const Bounds& bounds) {
+    Projection& projection = view.projection;
+    if (choice.near) projection.near = *choice.near;
+    if (choice.far) projection.far = *choice.far;
+    if (!projection.perspective && !std::isfinite(projection.far)) {
+        const double farthest = depthRange(bounds, view.camera_to_world).farthest;
+        projection.far = std::max(farthest, projection.near) + 0.01 * sceneSize(bounds);
+    }
+    if (projection.near >= 0 && (projection.near > 0 || !projection.perspective) &&
+        projection.far > projection.near) {
+        return;
+    }
+    const bool asked = choice.near || choice.far;
+    throw Error(asked ? ErrorKind::kUsage : ErrorKind::kInput,
+                "the camera's near plane must lie before its far plane, and a perspective camera's "
+                "in front "
+                "of the eye",
+                asked ? "`near`, `far`" : "camera " + view.camera_name, "give `near` and `far`");
+}
+
+std::string cropText(const Window& crop) {
+    return std::to_string(crop.x0) + ',' + std::to_string(crop.y0) + ',' +
+           std::to_string(crop.width()) + ',' + std::to_string(crop.height());
+}
+
+}  // namespace
+
+void checkPixels(const Size& size) {
+    if (size.width > kMostPictureSide || size.height > kMostPictureSide)
+        throw Error(ErrorKind::kUsage, "the picture is more than " +
+                                           std::to_string(kMostPictureSide) +
+                                           " pixels wide or high");
+    if (static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height) >
+        kMostPixels)
+        throw Error(ErrorKind::kUsage,
+                    "the picture has more than " + std::to_string(kMostPixels) + " pixels");
+}
+
+bool namesLight(const std::string& camera) {
+    return camera.starts_with(kLightPrefix);
+}
+
+Size sizeWithAspect(Size size, double aspect) {
+    if (size.height != 0) return size;
+    const double height = std::round(size.width / aspect);
+    if (!(height <= kMostPictureSide)) {
+        throw Error(ErrorKind::kUsage, "the camera's aspect ratio makes the picture too high",
+                    "`size` " + std::to_string(size.width), "give the height too: `size` WxH");
+    }
+    size.height = std::max(1, static_cast<int>(height));
+    checkPixels(size);
+    return size;
+}
+
+void checkCrop(const Window& crop, int width, int height) {
+    if (crop.x1 <= width && crop.y1 <= height) return;
+    throw Error(ErrorKind::kUsage, "the crop reaches outside the picture",
+                "`crop` " + cropText(crop),
+                "the picture is " + std::to_string(width) + " x " + std::to_string(height) +
+                    " pixels; `crop` takes x,y,width,height");
+}
+
+void checkCamera(const CameraChoice& choice) {
+    if (choice.camera && choice.buildsCamera()) {
+        throw Error(ErrorKind::kUsage,
+                    "`camera` takes a camera of the scene, `eye`, `target`, `up`, `fov` "
+                    "and `ortho_height` build one",
+                    "`camera` " + *choice.camera, "leave out the one or the others");
+    }
+    if (choice.fov && choice.ortho_height) {
+        throw Error(ErrorKind::kUsage, "a camera has a field of view or an orthographic height",
+                    "`fov`, `ortho_height`", "leave one of them out");
+    }
+    if (choice.pose && (choice.eye || choice.target || choice.up)) {
+        throw Error(ErrorKind::kUsage, "a camera's place is a pose, or eye, target and up",
+                    "pose, `eye`, `target`, `up`", "leave out the one or the others");
+    }
+    if (choice.intrinsics && (choice.fov || choice.ortho_height)) {
+        throw Error(ErrorKind::kUsage, "intrinsics say what a field of view would say",
+                    "intrinsics, `fov`, `ortho_height`", "leave out the one or the others");
+    }
+    if (choice.intrinsics && choice.size.height == 0) {
+        throw Error(ErrorKind::kUsage, "intrinsics are of a picture whose size is known",
+                    "intrinsics, `size` " + std::to_string(choice.size.width),
+                    "give the height too: `size` WxH");
+    }
+    if (choice.near && choice.far && *choice.near >= *choice.far) {
+        throw Error(ErrorKind::kUsage, "the near plane must lie before the far plane",
+                    "`near`, `far`");
+    }
+    if (choice.ortho_height && choice.far && !std::isfinite(*choice.far)) {
+        throw Error(ErrorKind::kUsage, "an orthographic camera cannot see infinitely far",
+                    "`far` inf");
+    }
+    if (choice.eye && choice.target) {
+        if (*choice.eye == *choice.target) {
+            throw Error(ErrorKind::kUsage,
+                        "the eye is at the target, so there is no direction to look along",
+                        "`eye`, `target`", "move one of them");
+        }
+        if (choice.up && !lookAlong(*choice.eye, *choice.target - *choice.eye, *choice.up)) {
+            throw Error(ErrorKind::kUsage, "the up direction is parallel to the viewing direction",
+                        "`up`", "give an `up` that points upwards in the picture");
+        }
+    }
+    if (choice.crop && choice.size.height != 0) {
+        checkCrop(*choice.crop, choice.size.width, choice.size.height);
+    }
+}
+
+}  // namespace peeler::inline v0
+
+namespace peeler {
+
+std::vector<std::string> cameraNames(const PosedScene& posed) {
+    const Scene& scene = posed.scene();
+    std::vector<std::string> names;
+    for (const CameraInstance& instance : posed.cameras()) {
+        const std::string& own = scene.cameras[static_cast<std::size_t>(instance.camera)].name;
+        const std::string& node = scene.nodes[static_cast<std::size_t>(instance.node)].name;
+        if (!own.empty()) {
+            names.push_back(own);
+        } else {
+            names.push_back(node.empty() ? "camera " + std::to_string(names.size()) : node);
+        }
+    }
+    return names;
+}
+
+View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraChoice& choice) {
+    const Bounds box = extent.bounds();
+    View view;
+    if (choice.camera && namesLight(*choice.camera)) {
+        view = viewOfLight(choice, posed);
+    } else if (!choice.buildsCamera() && !posed.cameras().empty()) {
+        const std::vector<std::string> names = cameraNames(posed);
+        std::size_t chosen = 0;
+        if (choice.camera) {
+            std::vector<std::vector<std::string>> alternatives;
+            for (std::size_t i = 0; i < names.size(); ++i) {
+                const auto node = static_cast<std::size_t>(posed.cameras()[i].node);
+                alternatives.push_back({names[i], posed.scene().nodes[node].name});
+            }
+            chosen = chooseFrom("camera", "`camera`", *choice.camera, alternatives);
+        }
+        view = sceneCamera(posed.scene(), posed.cameras()[chosen], names[chosen], choice.size);
+    } else if (choice.pose) {
+        view = placedCamera(choice, box);
+    } else {
+        if (choice.camera) chooseFrom("camera", "`camera`", *choice.camera, {});
+        view = builtCamera(choice, extent);
+    }
+    view.projection.half_width = view.projection.half_height * aspectOf(view);
+    view.crop = {0, 0, view.width, view.height};
+    if (choice.crop) checkCrop(*choice.crop, view.width, view.height);
+    if (choice.intrinsics) setIntrinsics(view, *choice.intrinsics);
+    setDepthRange(view, choice, box);
+    if (const auto& crop = choice.crop) {
+        const int x = view.crop.x0, y = view.crop.y0;
+        view.crop = {x + crop->x0, y + crop->y0, x + crop->x1, y + crop->y1};
+    }
+    return view;
+}
+
+}  // namespace peeler

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+// The library as its clients call it: scenes of their own, errors, giving up, threads, files.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <stdexcept>
+#include <thread>
+
+#include "cmd/library/files.h"
+#include "cmd/library/renderer.h"
+#include "core/base/error.h"
+#include "formats/gltf/gltf_reader.h"
+#include "support/capture.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+/// Two squares of 2 x 2, at Z 0 and 1, seen from above by parallel rays.
+std::shared_ptr<const Scene> twoSquares() {
+    Scene scene;
+    scene.materials.emplace_back();
+    scene.materials[0].double_sided = true;
+    Primitive square;
+    square.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+    square.indices = {0, 1, 2, 0, 2, 3};
+    scene.meshes.push_back({"square", {square}});
+    scene.nodes.resize(2);
+    for (Node& node : scene.nodes)
+        node.mesh = 0;
+    scene.nodes[1].local[3] = {0, 0, 1, 1};
+    scene.scenes.push_back({"", {0, 1}});
+    return std::make_shared<const Scene>(std::move(scene));
+}
+
+CameraChoice fromAbove() {
+    CameraChoice camera;
+    camera.eye = {0, 0, 3};
+    camera.target = {0, 0, 0};
+    camera.ortho_height = 4;
+    camera.size = {32, 32};
+    return camera;
+}
+
+RendererOptions ofTests() {
+    RendererOptions options;
+    options.backend = testBackend();
+    return options;
+}
+
+template <class Call>
+ErrorKind kindOf(Call&& call) {
+    try {
+        call();
+    } catch (const Error& error) {
+        return error.kind();
+    }
+    return ErrorKind::kInternal;
+}
+
+TEST(Library, RendersScenesMadeOfArrays) {
+    const Shown shown{twoSquares()};
+    Renderer renderer(ofTests());
+    const View view = viewOf(shown, fromAbove());
+    const LayeredImage image = renderer.layers(shown, view);
+    // The squares fill a quarter of the picture: 16 x 16 pixels, each two layers, 2 and 3 away.
+    ASSERT_EQ(image.fragments(), 2U * 16 * 16);
+    for (int y = 0; y < 32; ++y) {
+        for (int x = 0; x < 32; ++x) {
+            const std::size_t pixel = image.pixelIndex(x, y);
+            const bool inside = x >= 8 && x < 24 && y >= 8 && y < 24;
+            ASSERT_EQ(image.count(pixel), inside ? 2U : 0U);
+            if (!inside) continue;
+            EXPECT_NEAR(image.z[image.offsets[pixel]], 2, 1e-5);
+            EXPECT_NEAR(image.z[image.offsets[pixel] + 1], 3, 1e-5);
+        }
+    }
+    const CompositeImage composite = renderer.composite(shown, view);
+    EXPECT_EQ(composite.rgba[image.pixelIndex(16, 16)][3], 1);
+    EXPECT_EQ(composite.rgba[0][3], 0);
+    EXPECT_FALSE(renderer.device().empty());
+}
+
+TEST(Library, GivesTheLayersOfTheRendererWithin) {
+    const Shown shown{readScene(sourceDir() / "examples" / "scenes" / "glasses.glb")};
+    CameraChoice camera;
+    camera.size = {96, 72};
+    const View view = viewOf(shown, camera);
+    CaptureSettings settings;
+    settings.tinted = true;
+    settings.channels = {Channel::kNormal, Channel::kId};
+    const LayeredImage image = Renderer(ofTests()).layers(shown, view, settings);
+    const Captured within = capture(*shown.scene, view, settings);
+    EXPECT_EQ(difference(image, within.image), "");
+    EXPECT_GT(image.fragments(), 1000U);
+}
+
+TEST(Library, FindsTheSameHitsWithAndWithoutGl) {
+    const Shown shown{twoSquares()};
+    Renderer renderer(ofTests());
+    const Bounds box = *boundsOf(shown);
+    const Bundle bundle = parallelBundle("down", box, box, {0, 0, -1}, {.resolution = 64});
+    const LayeredImage cpu = renderer.rays(shown, bundle, raySettings(), RayEngine::kCpu);
+    const LayeredImage gl = renderer.rays(shown, bundle, raySettings(), RayEngine::kGl);
+    EXPECT_EQ(cpu.fragments(), 2U * 64 * 64);
+    EXPECT_EQ(difference(cpu, gl), "");
+}
+
+TEST(Library, CanBeUsedOnAfterErrors) {
+    const Shown shown{twoSquares()};
+    Renderer renderer(ofTests());
+    const View view = viewOf(shown, fromAbove());
+    CaptureSettings unknown;
+    unknown.method = "guessing";
+    EXPECT_EQ(kindOf([&] { renderer.layers(shown, view, unknown); }), ErrorKind::kUsage);
+    EXPECT_EQ(kindOf([&] { renderer.layers({}, view); }), ErrorKind::kUsage);
+    CameraChoice camera;
+    camera.camera = "nobody";
+    EXPECT_EQ(kindOf([&] { viewOf(shown, camera); }), ErrorKind::kUsage);
+    EXPECT_EQ(renderer.layers(shown, view).fragments(), 512U);
+}
+
+TEST(Library, RefusesScenesThatAreNone) {
+    const auto refused = [](auto&& change) {
+        Scene scene = *twoSquares();
+        change(scene);
+        return kindOf([&] { checkScene(scene); }) == ErrorKind::kUsage;
+    };
+    EXPECT_FALSE(refused([](Scene&) {}));
+    EXPECT_TRUE(refused([](Scene& s) { s.scenes.clear(); }));
+    EXPECT_TRUE(refused([](Scene& s) { s.scenes[0].roots = {2}; }));
+    EXPECT_TRUE(refused([](Scene& s) { s.materials.clear(); }));
+    EXPECT_TRUE(refused([](Scene& s) { s.nodes[0].mesh = 1; }));
+    EXPECT_TRUE(refused([](Scene& s) { s.nodes[0].skin = 0; }));
+    EXPECT_TRUE(refused([](Scene& s) { s.nodes[0].children = {0}; }));
+    EXPECT_TRUE(refused([](Scene& s) { s.nodes[0].children = {1, 1}; }));
+    EXPECT_TRUE(refused([](Scene& s) { s.materials[0].base_color_texture.image = 0; }));
+    EXPECT_TRUE(refused([](Scene& s) { s.images.push_back({"", 2, 2, {}}); }));
+    EXPECT_TRUE(refused([](Scene& s) { s.meshes[0].primitives[0].indices[0] = 4; }));
+    EXPECT_TRUE(refused([](Scene& s) { s.meshes[0].primitives[0].indices.pop_back(); }));
+    EXPECT_TRUE(refused([](Scene& s) { s.meshes[0].primitives[0].normals.resize(3); }));
+    EXPECT_TRUE(refused([](Scene& s) { s.meshes[0].primitives[0].material = -1; }));
+    Scene broken = *twoSquares();
+    broken.nodes[1].mesh = 7;
+    const Shown shown{std::make_shared<const Scene>(std::move(broken))};
+    EXPECT_EQ(kindOf([&] { viewOf(shown); }), ErrorKind::kUsage);
+}
+
+TEST(Library, GivesUpWhereProgressThrows) {
+    const Shown shown{readScene(sourceDir() / "examples" / "scenes" / "engine.glb")};
+    CameraChoice camera;
+    camera.size = {1024, 768};
+    const View view = viewOf(shown, camera);
+    Renderer renderer(ofTests());
+    const std::thread::id caller = std::this_thread::get_id();
+    int calls = 0;
+    EXPECT_THROW(renderer.layers(shown, view, {},
+                                 [&](double) {
+                                     ++calls;
+                                     EXPECT_EQ(std::this_thread::get_id(), caller);
+                                     throw std::runtime_error("enough");
+                                 }),
+                 std::runtime_error);
+    EXPECT_EQ(calls, 1);
+    camera.size = {64, 48};
+    double last = 0;
+    const LayeredImage image = renderer.layers(shown, viewOf(shown, camera), {}, [&](double share) {
+        EXPECT_GE(share, last);
+        last = share;
+    });
+    EXPECT_EQ(last, 1);
+    EXPECT_GT(image.fragments(), 0U);
+}
+
+TEST(Library, IsUsedFromOtherThreads) {
+    const Shown shown{twoSquares()};
+    const View view = viewOf(shown, fromAbove());
+    std::array<Renderer, 2> renderers{Renderer(ofTests()), Renderer(ofTests())};
+    std::atomic<std::size_t> fragments = 0;
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 4; ++i) {
+        threads.emplace_back([&, i] {
+            for (int again = 0; again < 3; ++again)
+                fragments +=
+                    renderers[static_cast<std::size_t>(i % 2)].layers(shown, view).fragments();
+        });
+    }
+    for (std::thread& thread : threads)
+        thread.join();
+    EXPECT_EQ(fragments, 4U * 3 * 512);
+}
+
+TEST(Library, LeavesTheCallersContextCurrent) {
+    inOwnThread([] {
+        const auto own = gl::createContext({.backend = testBackend()});
+        const Shown shown{twoSquares()};
+        const View view = viewOf(shown, fromAbove());
+        // Made before the library is used, and used on afterwards: with another context current its
+        // objects would be none.
+        const PosedScene posed(*shown.scene, 0);
+        GlRenderer within(*own, posed);
+        const Captured before = capture(within, view);
+        {
+            Renderer renderer(ofTests());
+            EXPECT_EQ(difference(renderer.layers(shown, view), before.image), "");
+        }
+        EXPECT_EQ(difference(capture(within, view).image, before.image), "");
+    });
+}
+
+TEST(Library, KeepsToItsMemory) {
+    RendererOptions options = ofTests();
+    options.memory = std::uint64_t{256} << 20;
+    const Shown shown{readScene(sourceDir() / "examples" / "scenes" / "engine.glb")};
+    CameraChoice camera;
+    camera.size = {4096, 4096};
+    Renderer renderer(options);
+    EXPECT_EQ(kindOf([&] { renderer.layers(shown, viewOf(shown, camera)); }), ErrorKind::kMemory);
+    camera.size = {64, 64};
+    EXPECT_GT(renderer.layers(shown, viewOf(shown, camera)).fragments(), 0U);
+}
+
+TEST(Library, WritesAndReadsFiles) {
+    const ScratchDir scratch;
+    const Shown shown{twoSquares()};
+    const View view = viewOf(shown, fromAbove());
+    Renderer renderer(ofTests());
+    const std::string path = (scratch.path() / "layers.exr").string();
+    const auto sink = openFile(path);
+    renderer.capture(shown, view, {}, *sink);
+    const LayeredImage image = renderer.layers(shown, view);
+    const StoredLayers stored = readLayers(path);
+    EXPECT_EQ(stored.image.offsets, image.offsets);
+    EXPECT_EQ(stored.image.z, image.z);
+    const std::string again = (scratch.path() / "again.exr").string();
+    writeLayers(again, stored);
+    EXPECT_EQ(difference(readLayers(again).image, stored.image), "");
+}
+
+}  // namespace
+}  // namespace peeler::test

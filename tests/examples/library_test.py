@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""examples/library as a stranger has it: the library installed somewhere, their compiler, no tree of ours."""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+
+from peeler_command import EXAMPLES, PEELER, PeelerTest, main, peeler, skip
+
+BUILD = pathlib.Path(os.environ.get("PEELER_BUILD", pathlib.Path(PEELER).parent))
+SCENE = EXAMPLES / "scenes" / "engine.glb"
+PUBLIC = {"error", "files", "layered_image", "rays", "renderer", "scene", "view"}
+
+
+def run(*arguments, **options):
+    return subprocess.run(
+        [*map(str, arguments)], text=True, capture_output=True, check=False, **options
+    )
+
+
+class Library(PeelerTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        cls.home = pathlib.Path(cls.folder.name)
+        cls.prefix = cls.home / "prefix"
+        for component in ("library", "development"):
+            done = run("cmake", "--install", BUILD, "--prefix", cls.prefix, "--component", component)
+            if done.returncode != 0:
+                raise AssertionError(done.stdout + done.stderr)
+        cls.libraries = next(cls.prefix.rglob("libpeeler.so")).parent
+        shutil.copytree(EXAMPLES / "library", cls.home / "example")
+        cls.built = cls.home / "built"
+        # A client whose memory is watched sees what the headers inline, and what it is handed.
+        cls.configured = run(
+            "cmake", "-S", cls.home / "example", "-B", cls.built,
+            f"-DCMAKE_PREFIX_PATH={cls.prefix}", "-DCMAKE_BUILD_TYPE=Debug",
+            "-DCMAKE_CXX_FLAGS=-fsanitize=address,undefined -fno-sanitize-recover=all -Wall -Wextra -Werror",
+        )
+        cls.compiled = run("cmake", "--build", cls.built, "--parallel", "2")
+
+    def test_it_configures_and_builds(self):
+        self.assertEqual(self.configured.returncode, 0, self.configured.stdout + self.configured.stderr)
+        self.assertEqual(self.compiled.returncode, 0, self.compiled.stdout + self.compiled.stderr)
+
+    def test_its_layers_are_the_commands(self):
+        counts, layers, ours = (self.home / name for name in ("counts.pgm", "layers.exr", "ours.exr"))
+        done = run(self.built / "layers", SCENE, counts, layers)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.render(SCENE, "--size", "320x180", "-o", ours)
+        compared = peeler("compare", layers, ours)
+        self.assertEqual(compared.returncode, 0, compared.stdout + compared.stderr)
+        fragments = int(re.search(r"(\d+) fragments", done.stdout)[1])
+        self.assertIn(f"{fragments:,}", peeler("info", ours).stdout)
+        picture = counts.read_bytes()
+        self.assertEqual(picture[:15], b"P5 320 180 255\n")
+        self.assertEqual(len(picture), 15 + 320 * 180)
+
+    def test_a_context_of_its_own_is_borrowed(self):
+        done = run(self.built / "adopt", SCENE)
+        if done.returncode == 5:
+            self.skipTest(f"EGL: {done.stderr}")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        drawn = run(self.built / "layers", SCENE)
+        fragments = re.compile(r"\d+ fragments")
+        self.assertEqual(fragments.findall(done.stdout), fragments.findall(drawn.stdout))
+
+    def test_errors_come_as_errors(self):
+        done = run(self.built / "layers", self.home / "no.glb")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("no.glb", done.stderr)
+
+    def test_pkg_config_tells_the_same(self):
+        told = run(
+            "pkg-config", "--cflags", "--libs", "peeler",
+            env={**os.environ, "PKG_CONFIG_PATH": str(self.libraries / "pkgconfig")},
+        )
+        self.assertEqual(told.returncode, 0, told.stderr)
+        flags = [
+            flag[:2] + os.path.normpath(flag[2:]) if flag[:2] in ("-I", "-L") else flag
+            for flag in told.stdout.split()
+        ]
+        self.assertEqual(flags, [f"-I{self.prefix}/include", f"-L{self.libraries}", "-lpeeler"])
+
+    def test_only_what_is_public_is_installed(self):
+        headers = {path.stem for path in (self.prefix / "include" / "peeler").iterdir()}
+        self.assertEqual(headers, PUBLIC)
+        symbols = run("nm", "-DC", "--defined-only", self.libraries / "libpeeler.so").stdout
+        ours = re.findall(r" [A-Z] (?:vtable for |typeinfo (?:name )?for |VTT for )?(peeler::\S+)", symbols)
+        self.assertGreater(len(ours), 20)
+        hidden = [name for name in ours if not name.startswith("peeler::v0::")]
+        self.assertEqual(hidden, [])
+
+    def test_it_links_statically(self):
+        client = self.home / "static"
+        client.mkdir()
+        shutil.copy(EXAMPLES / "library" / "layers.cpp", client)
+        (client / "CMakeLists.txt").write_text(
+            "cmake_minimum_required(VERSION 3.22)\nproject(client LANGUAGES CXX)\n"
+            "find_package(peeler REQUIRED COMPONENTS static)\n"
+            "add_executable(layers layers.cpp)\n"
+            "target_link_libraries(layers PRIVATE peeler::static)\n"
+        )
+        done = run("cmake", "-S", client, "-B", client / "built", f"-DCMAKE_PREFIX_PATH={self.prefix}")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        done = run("cmake", "--build", client / "built")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        done = run(client / "built" / "layers", SCENE)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        needed = run("readelf", "-d", client / "built" / "layers").stdout
+        self.assertNotIn("libpeeler.so", needed)
+
+
+if __name__ == "__main__":
+    if not shutil.which("cmake"):
+        skip("there is no cmake")
+    raise SystemExit(main())
