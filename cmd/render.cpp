@@ -15,6 +15,7 @@
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/forecast.h"
+#include "cmd/options/sequence_options.h"
 #include "cmd/render/render_request.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
@@ -30,71 +31,6 @@ namespace peeler::cmd {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-/// What became of the pictures of a run: reported as each ends, and together at the end.
-class SequenceResults {
-  public:
-    /// `sequence`: the pictures are frames; else there is one picture. The console must outlive
-    /// this object.
-    SequenceResults(bool sequence, Console& console) : sequence_(sequence), console_(console) {}
-
-    void add(const PictureResult& result);
-    /// Reports the failure of a picture that the others go on without.
-    void addFailure(const std::filesystem::path& output, std::optional<int> frame,
-                    const Error& error);
-
-    bool empty() const { return finished_.empty() && failed_.empty(); }
-    int worst() const { return worst_; }  ///< the greatest exit code of a failure; 0 = none
-    /// A sequence as {"frames": [one result a frame]} and, if there are any, "failed"; else the
-    /// picture's result.
-    Json json() const;
-    /// Says how many frames have failed, if any.
-    void tellFailures() const;
-
-  private:
-    bool sequence_;
-    Console& console_;
-    std::vector<PictureResult> finished_;
-    std::vector<Json> failed_;
-    int worst_ = 0;
-};
-
-void SequenceResults::add(const PictureResult& result) {
-    console_.note(summary(result));
-    finished_.push_back(result);
-}
-
-void SequenceResults::addFailure(const std::filesystem::path& output, std::optional<int> frame,
-                                 const Error& error) {
-    const std::string of = frame ? "frame " + std::to_string(*frame) + ": " : "";
-    const int code =
-        reportError(console_, Error(error.kind(), of + error.what(), error.where(), error.hint()));
-    worst_ = std::max(worst_, code);
-    Json json;
-    if (frame) json["frame"] = *frame;
-    json["output"] = output.string();
-    json["exitCode"] = code;
-    json["error"] = error.what();
-    json["where"] = error.where();
-    json["hint"] = error.hint();
-    failed_.push_back(std::move(json));
-}
-
-Json SequenceResults::json() const {
-    if (!sequence_) return finished_.empty() ? Json() : toJson(finished_.front());
-    Json json;
-    json["frames"] = Json::array();
-    for (const PictureResult& result : finished_)
-        json["frames"].push_back(toJson(result));
-    if (!failed_.empty()) json["failed"] = failed_;
-    return json;
-}
-
-void SequenceResults::tellFailures() const {
-    if (!sequence_ || failed_.empty()) return;
-    console_.error(std::to_string(failed_.size()) + " of " +
-                   countText(finished_.size() + failed_.size(), "frame") + " failed");
-}
 
 /// A picture in the making.
 struct Picture {
@@ -116,7 +52,7 @@ class Render {
           console_(console),
           job_(options, console),
           request_(options, job_),
-          results_(request_.isSequence(), console) {}
+          results_(request_.pictureKind(), console) {}
 
     /// Returns the exit code. `result` is what becomes of it as JSON, or under --dry-run what
     /// would; null if nothing does.
@@ -127,10 +63,10 @@ class Render {
         }
         int code = 0;
         try {
-            if (!request_.isSequence() && hasFrameToken(options_.output.path.string()))
+            const std::string name = options_.output.path.string();
+            if (!request_.hasFrames() && hasFrameToken(name))
                 console_.warning(
-                    "There are no --frames, so the name keeps its place for a number: " +
-                    options_.output.path.string());
+                    "There are no --frames, so the name keeps its place for a number: " + name);
             renderAll();
             if (options_.channels.manifest)
                 writeIdManifest(*options_.channels.manifest, idNames(request_.scene()));
@@ -157,6 +93,7 @@ class Render {
     void endPending(bool keep_going);
     void report(Picture& picture);
     void reportSkipped(Picture& picture);
+    void addResult(const PictureResult& result);
     Progress progressOf(const Picture& picture);
 
     const RenderOptions& options_;
@@ -198,7 +135,7 @@ void Render::render(std::size_t index) {
                             (error.kind() == ErrorKind::kDevice && !job_.hasContext());
         if (!options_.sequence.keep_going || of_all) throw error;
         endPending();
-        results_.addFailure(request_.outputFile(index), request_.frame(index), error);
+        results_.addFailure(request_.outputFile(index), request_.number(index), error);
         job_.closeRenderer();  // the failure may have left it in any state
         job_.takeTimes();      // these times belong to no picture
         return;
@@ -211,9 +148,9 @@ void Render::render(std::size_t index) {
 /// Captures a picture and begins to write it; false if its file was there already.
 bool Render::make(Picture& picture, std::size_t index) {
     pose(picture, index);
-    if (picture.asked.frame) {
-        progress_->status("frame " + std::to_string(*picture.asked.frame) + ", " +
-                          std::to_string(index + 1) + " of " + std::to_string(request_.pictures()));
+    if (request_.isSequence()) {
+        progress_->status(picture.asked.number.text() + ", " + std::to_string(index + 1) + " of " +
+                          std::to_string(request_.pictures()));
     }
     if (options_.sequence.skip_existing && request_.isUpToDate(picture.asked)) {
         endPending();
@@ -246,8 +183,10 @@ void Render::pose(Picture& picture, std::size_t index) {
     picture.asked = request_.picture(index);
     picture.result.inputs = {options_.scene.file};
     picture.result.output = picture.asked.output.path;
-    picture.result.frame = picture.asked.frame;
+    picture.result.frame = picture.asked.number.frame;
     picture.result.time = picture.asked.time;
+    picture.result.view = picture.asked.number.view;
+    picture.result.camera = picture.asked.view.camera_name;
 }
 
 void Render::capture(Picture& picture) {
@@ -274,7 +213,7 @@ void Render::capture(Picture& picture) {
 /// Finds the exposure of all pictures before the first one.
 void Render::meterExposure(const PictureRequest& asked) {
     if (!request_.metersExposure() || exposure_) return;
-    exposure_ = job_.meterExposure(asked.capture, options_.camera);
+    exposure_ = job_.meterExposure(asked.capture, request_.cameras());
     job_.renderer()->setPose(*asked.posed);
 }
 
@@ -350,7 +289,7 @@ void Render::endPending(bool keep_going) {
         report(picture);
     } catch (...) {
         if (!keep_going) throw;
-        results_.addFailure(picture.asked.output.path, picture.asked.frame, currentError());
+        results_.addFailure(picture.asked.output.path, picture.asked.number, currentError());
     }
 }
 
@@ -366,13 +305,17 @@ void Render::report(Picture& picture) {
     describeDisplay(picture.written, request_.metersExposure(), result);
     if (!noted_) noteDisplay(result, console_);
     noted_ = true;
-    results_.add(result);
+    addResult(result);
 }
 
 void Render::reportSkipped(Picture& picture) {
     picture.result.bytes = fileBytes(picture.result.output);
     picture.result.skipped = true;
-    results_.add(picture.result);
+    addResult(picture.result);
+}
+
+void Render::addResult(const PictureResult& result) {
+    results_.add(toJson(result), summary(result));
 }
 
 /// Prints and stores the result as it was asked for. Returns the exit code.

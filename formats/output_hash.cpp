@@ -61,7 +61,7 @@ constexpr HashedKind kKinds[] = {
 std::string outputHash(const View& view, const std::string& path, const OutputOptions& output) {
     const Provenance& provenance = output.provenance;
     const std::string merge = deepMergeText(output.deep_merge);
-    const nlohmann::json all = {
+    nlohmann::json all = {
         {"scene", provenance.scene_hash},
         {"settings", provenance.settings_hash},
         {"frame", provenance.frame},
@@ -79,6 +79,7 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
          output.automatic_exposure ? nlohmann::json("automatic") : nlohmann::json(output.exposure)},
         {"toneMap", output.tone_map},
     };
+    if (provenance.view) all["view"] = *provenance.view;
     return hashText(all.dump());
 }
 

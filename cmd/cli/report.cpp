@@ -149,6 +149,10 @@ Json findingsOf(const PictureResult& result) {
         json["frame"] = *result.frame;
         json["time"] = result.time;
     }
+    if (result.view) {
+        json["view"] = *result.view;
+        json["camera"] = result.camera;
+    }
     if (result.skipped) {
         json["skipped"] = true;
         return json;

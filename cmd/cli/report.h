@@ -83,6 +83,8 @@ struct DisplayedAs {
 struct PictureResult : RunResult {
     std::optional<int> frame;   ///< of a sequence
     double time = 0;            ///< of the frame, seconds
+    std::optional<int> view{};  ///< of many views
+    std::string camera{};       ///< what the view is called
     bool skipped = false;       ///< it was there already; only its `bytes` are known
     int width = 0, height = 0;  ///< display window
     std::uint64_t layers = 0;

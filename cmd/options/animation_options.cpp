@@ -47,12 +47,6 @@ void addFrameOptions(VerbOptions& verb, AnimationOptions& options) {
         "pictures of a sequence, e.g. 1-100, 1-100x2 (every second), 150,200-180; frame N is at "
         "N / fps seconds. The output's name has a place for the number: #### or %04d")
         .group(kAnimationGroup);
-    addValue(
-        verb, "--chunk", "I/N", options.chunk,
-        [](const std::string& text) { return parseShard(text); },
-        "of these frames the I-th of N runs of the same length, so that N processes share them: "
-        "1/N to N/N")
-        .group(kAnimationGroup);
     addValue(verb, "--fps", "N", options.fps, parseFps, "frames a second (default: 24)")
         .group(kAnimationGroup);
 }
@@ -61,10 +55,6 @@ void checkAnimationOptions(const AnimationOptions& options) {
     if (options.time && options.frames) {
         throw Error(ErrorKind::kUsage, "frames have times already", "--time, --frames",
                     "leave one of them out");
-    }
-    if (options.chunk && !options.frames) {
-        throw Error(ErrorKind::kUsage, "there are no frames to take a part of",
-                    "--chunk " + options.chunk->text(), "add --frames");
     }
     if (options.fps && !options.frames && !options.time) {
         throw Error(ErrorKind::kUsage, "a frame rate is for frames", "--fps",
@@ -100,11 +90,8 @@ std::vector<Moment> momentsOf(const AnimationOptions& options) {
         return {{0, time, time + 1 / fps, 0, fps}};
     }
     std::vector<Moment> moments;
-    const auto [first, end] = options.chunk.value_or(Shard()).of(options.frames->size());
-    for (std::size_t i = first; i < end; ++i) {
-        const int frame = (*options.frames)[i];
+    for (const int frame : *options.frames)
         moments.push_back({frame, frame / fps, (frame + 1.0) / fps, fps, fps});
-    }
     return moments;
 }
 

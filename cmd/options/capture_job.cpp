@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <set>
 #include <utility>
 
 #include "cmd/cli/arguments.h"
@@ -144,20 +145,33 @@ OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
     index_ = chooseScene(scene_, options.scene);
     selectNodes(scene_, options.scene);
     addStudio(scene_, index_, options.appearance);
+    if (options.scene.normalize) {
+        normalized_ = normalizing(PosedScene(scene_, index_), *options.scene.normalize);
+        scene_.scenes[static_cast<std::size_t>(index_)].to_world = normalized_->matrix();
+    }
     const AnimationOptions& animation = options.animation;
     playing_ = chooseAnimations(scene_, animation);
     if ((animation.frames || animation.time) && playing_.empty())
         console.warning("The scene has no animation; it is the same at all times.");
-    if (!playing_.empty()) all_times_.emplace(scene_, index_, playing_);
 }
 
 PosedScene OpenedScene::at(double time) const {
-    if (playing_.empty()) return {scene_, index_};
-    return {scene_, index_, poseAt(scene_, playing_, time)};
+    const double moment = playing_.empty() ? 0 : time;
+    if (!last_ || last_->first != moment) {
+        const Pose pose = playing_.empty() ? restPose(scene_) : poseAt(scene_, playing_, moment);
+        last_.emplace(moment, PosedScene(scene_, index_, pose));
+    }
+    return last_->second;
 }
 
 View OpenedScene::view(const PosedScene& posed, const CameraOptions& camera) const {
-    return makeView(posed, all_times_ ? *all_times_ : SceneExtent(posed), camera);
+    return makeView(posed, extent(), camera);
+}
+
+const SceneExtent& OpenedScene::extent() const {
+    if (!extent_ && playing_.empty()) extent_.emplace(at(0));
+    if (!extent_) extent_.emplace(scene_, index_, playing_);
+    return *extent_;
 }
 
 CaptureJob::CaptureJob(const CaptureJobOptions& options, Console& console)
@@ -244,7 +258,8 @@ void CaptureJob::closeHits() {
     closeRenderer();
 }
 
-float CaptureJob::meterExposure(const CaptureSettings& capture, const CameraOptions& camera) {
+float CaptureJob::meterExposure(const CaptureSettings& capture,
+                                std::span<const CameraOptions> cameras) {
     CaptureSettings settings = capture;
     settings.method = peelMethods().front().name;
     settings.channels.clear();
@@ -259,12 +274,15 @@ float CaptureJob::meterExposure(const CaptureSettings& capture, const CameraOpti
                 end, durationOf(scene_->scene().animations[static_cast<std::size_t>(animation)]));
         times = end > 0 ? std::vector<double>{0, end / 2, end} : std::vector<double>{0};
     }
+    const std::set<std::size_t> some{0, cameras.size() / 2, cameras.size() - 1};
     MeterSink sink;
     for (const double time : times) {
         const PosedScene posed = scene_->at(time);
         renderer_->setPose(posed);
-        renderer_->plan(small(scene_->view(posed, camera)), settings);
-        renderer_->capture(sink);
+        for (const std::size_t camera : some) {
+            renderer_->plan(small(scene_->view(posed, cameras[camera])), settings);
+            renderer_->capture(sink);
+        }
     }
     return sink.meter.stops();
 }
@@ -286,6 +304,8 @@ std::string CaptureJob::settingsText(const CaptureSettings& capture, nlohmann::j
         more["ignoredExtensions"] = ignored;
     if (capture.point_size != 1 && hasPoints(scene_->scene()))
         more["pointSize"] = capture.point_size;
+    if (const auto& normalize = options_.scene.normalize)
+        more["normalize"] = nameOf<Normalized>(kNormalized, *normalize);
     if (engine_ == Engine::kCpu) more["engine"] = nameOf<Engine>(kEngines, Engine::kCpu);
     const ShownScene shown{scene_->index(),        scene_->animations(), options_.scene.include,
                            options_.scene.exclude, frames_per_second,    crop};

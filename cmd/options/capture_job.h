@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -83,19 +84,27 @@ class OpenedScene {
     int index() const { return index_; }
     /// Indices of the animations that move it.
     const std::vector<int>& animations() const { return playing_; }
+    /// What brought it to another size, if that was asked for.
+    const std::optional<Normalizing>& normalized() const { return normalized_; }
 
-    /// The scene at a time, in seconds. It refers to this object, which must outlive it.
+    /// The scene at a time, in seconds; asked again for the same time, the same. It refers to this
+    /// object, which must outlive it. Not from several threads.
     PosedScene at(double time) const;
 
     /// The camera's view of what at() has given. A scene that moves is framed by all its times.
     /// Throws like makeView().
     View view(const PosedScene& posed, const CameraOptions& camera) const;
 
+    /// What such a camera has to see. Not from several threads.
+    const SceneExtent& extent() const;
+
   private:
     Scene scene_;
     int index_ = 0;
     std::vector<int> playing_;
-    std::optional<SceneExtent> all_times_;  ///< only of a scene that moves
+    std::optional<Normalizing> normalized_;
+    mutable std::optional<SceneExtent> extent_;                  ///< once it is asked for
+    mutable std::optional<std::pair<double, PosedScene>> last_;  ///< the latest of at(), and when
 };
 
 /// One run over one scene, from options to a result, stage after stage: checkOptions(),
@@ -141,9 +150,10 @@ class CaptureJob {
     /// GlRenderer. It is metered on a small picture of all that the camera sees, whatever part is
     /// asked for, with a sample a pixel and by the first method, so that tiles and crops agree; of
     /// frames at the beginning, in the middle and at the end of what moves the scene, whichever
-    /// frames are asked for, so that they agree, too. Leaves the GlRenderer in another pose. Throws
+    /// frames are asked for, so that they agree, too; of many cameras by the first, the middle and
+    /// the last. Leaves the GlRenderer in another pose. Throws
     /// like GlRenderer::capture().
-    float meterExposure(const CaptureSettings& capture, const CameraOptions& camera);
+    float meterExposure(const CaptureSettings& capture, std::span<const CameraOptions> cameras);
 
     Clock::time_point start() const { return start_; }
     /// What stages have taken, in milliseconds; a verb adds its own.

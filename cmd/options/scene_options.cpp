@@ -81,6 +81,18 @@ void addSandboxOption(VerbOptions& verb, bool& allow_outside) {
         .group("Scene");
 }
 
+void addNormalizeOption(VerbOptions& verb, SceneOptions& options) {
+    addValue(
+        verb, "--normalize", "NAME", options.normalize,
+        [](const std::string& text) {
+            return choose<Normalized>("size of a scene", kNormalized, text);
+        },
+        "move the middle of what is shown, as it is at rest, to the origin, and scale it alike in "
+        "all directions:")
+        .oneOf(describeChoices(kNormalized))
+        .group("Scene");
+}
+
 int chooseScene(const Scene& scene, const SceneOptions& options) {
     if (!options.scene) return scene.default_scene;
     std::vector<std::vector<std::string>> names;

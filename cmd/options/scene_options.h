@@ -9,9 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "cmd/cli/parse.h"
+#include "cmd/cli/choices.h"
 #include "core/scene/posed_scene.h"
 #include "core/scene/scene.h"
+#include "core/views/many_cameras.h"
 #include "formats/gltf/gltf_reader.h"
 
 namespace peeler::cmd {
@@ -23,6 +24,7 @@ struct SceneOptions {
     std::filesystem::path file;
     std::optional<std::string> scene;           ///< name or index; none = the file's default
     std::vector<std::string> include, exclude;  ///< globs of node names
+    std::optional<Normalized> normalize;        ///< the size that it is brought to
     GltfOptions gltf;
 };
 
@@ -31,6 +33,13 @@ struct SceneOptions {
 void addSceneOptions(VerbOptions& verb, SceneOptions& options);
 /// Declares --allow-outside alone.
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);
+
+inline constexpr Choice<Normalized> kNormalized[] = {
+    {"unit-cube", Normalized::kUnitCube, "the longest side of its bounds is 1"},
+    {"unit-sphere", Normalized::kUnitSphere, "its farthest vertex is at distance 1"},
+};
+/// Declares --normalize.
+void addNormalizeOption(VerbOptions& verb, SceneOptions& options);
 
 /// The index of the scene to show. Throws Error (kUsage), with the list, for one that is not there.
 int chooseScene(const Scene& scene, const SceneOptions& options);
@@ -106,7 +115,6 @@ struct AnimationOptions {
     std::optional<std::string> animation;    ///< name, index or "all"
     std::optional<double> time;              ///< seconds
     std::optional<std::vector<int>> frames;  ///< at least one
-    std::optional<Shard> chunk;              ///< of the frames
     std::optional<double> fps;               ///< frames a second
 };
 
@@ -121,7 +129,7 @@ struct Moment {
 
 /// Declares --animation and --time. `options` must outlive the parse.
 void addTimeOptions(VerbOptions& verb, AnimationOptions& options);
-/// Declares --frames, --chunk and --fps.
+/// Declares --frames and --fps.
 void addFrameOptions(VerbOptions& verb, AnimationOptions& options);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is.
@@ -132,8 +140,7 @@ void checkAnimationOptions(const AnimationOptions& options);
 /// the list for one that is not there.
 std::vector<int> chooseAnimations(const Scene& scene, const AnimationOptions& options);
 
-/// The moments to show, in the order asked for: frame N is at N / fps seconds. None if there are
-/// more chunks than frames and this one is empty.
+/// The moments to show, in the order asked for: frame N is at N / fps seconds.
 std::vector<Moment> momentsOf(const AnimationOptions& options);
 
 /// What an animation is called: its own name, else "animation N".

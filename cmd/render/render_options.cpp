@@ -52,21 +52,6 @@ void chooseChannels(const RenderOptions& options, CaptureSettings& capture) {
     capture.composite = false;
 }
 
-void addSequenceOptions(VerbOptions& verb, SequenceOptions& options) {
-    constexpr const char* kGroup = "Output";
-    verb.addFlag("--skip-existing", options.skip_existing,
-                 "leave a file alone that is complete (peeler verify reads all of it) and was made "
-                 "of the same scene, settings, camera, size and time; any other is made anew")
-        .group(kGroup);
-    verb.addFlag("--keep-going", options.keep_going,
-                 "a frame that fails does not stop the others; the greatest of the exit codes is "
-                 "the command's")
-        .group(kGroup);
-    verb.addFlag("--dry-run", options.dry_run,
-                 "print what would be done as JSON, and write nothing")
-        .group(kGroup);
-}
-
 }  // namespace
 
 void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
@@ -78,8 +63,10 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addLayerOutputOptions(verb, options.output);
     addFxaaOption(verb, options.fxaa, "quick, but --samples sees more");
     addShownOptions(verb, options);
+    addNormalizeOption(verb, options.scene);
     addFrameOptions(verb, options.animation);
     addCameraOptions(verb, options.camera);
+    addViewOptions(verb, options.views);
     addLayerOptions(verb, options.capture);
     verb.option("--samples")
         .description(
@@ -93,6 +80,9 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addAppearanceOptions(verb, options.appearance);
     addRunOptions(verb, options);
     addSequenceOptions(verb, options.sequence);
+    verb.addFlag("--dry-run", options.sequence.dry_run,
+                 "print what would be done as JSON, and write nothing")
+        .group("Output");
     verb.addFlag("--strict", options.strict,
                  "a missing texture and damaged compressed data are errors (exit code 3), whatever "
                  "the fallback, and so is a layer limit that leaves fragments out (6); no file is "

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <tuple>
 #include <utility>
 
 #include "cmd/options/differences.h"
@@ -76,30 +77,74 @@ RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job)
     : options_(options), job_(job) {
     checkCamera(options.camera);
     job.checkOptions();
-    const std::string path = options.output.path.string();
-    const std::size_t frames = isSequence() ? options.animation.frames->size() : 1;
-    if (frames > 1 && !hasFrameToken(path)) {
-        throw Error(ErrorKind::kUsage,
-                    "all " + std::to_string(frames) + " frames would have the same name",
-                    "--output " + path,
-                    "put #### or %04d into the file's name, where the frame's number goes");
-    }
-    moments_ = momentsOf(options.animation);
+    checkViewOptions(options.views, options.camera);
+    choosePictures();
+    checkNames();
     checkFiles();
     capture_ = captureSettings(options);
     checkClipOptions(options.clip);
     scene_ = &job.openScene();
     job.checkOutputs(outputs());
+    placeCameras();
     meters_exposure_ = options.output.leavesExposureOpen() && capture_.shading != Shading::kUnlit &&
                        !scene_->at(0).lights().empty();
+}
+
+std::size_t RenderRequest::viewCount() const {
+    return options_.views.count ? static_cast<std::size_t>(*options_.views.count)
+                                : std::max(views_.size(), std::size_t{1});
+}
+
+/// What the options and the file of cameras ask for, before anything is known of the scene.
+void RenderRequest::choosePictures() {
+    const std::optional<Shard>& chunk = options_.sequence.chunk;
+    if (chunk && !isSequence())
+        throw Error(ErrorKind::kUsage, "there are no frames or views to take a part of",
+                    "--chunk " + chunk->text(), "add --frames, --cameras or --views");
+    moments_ = momentsOf(options_.animation);
+    views_ = readViews(options_.views);
+    std::tie(first_, end_) = chunk.value_or(Shard()).of(moments_.size() * viewCount());
+}
+
+void RenderRequest::checkNames() const {
+    const std::string path = options_.output.path.string();
+    const auto refuse = [&](std::size_t count, const char* what, const char* hint) {
+        throw Error(ErrorKind::kUsage,
+                    "all " + std::to_string(count) + " " + what + " would have the same name",
+                    "--output " + path, hint);
+    };
+    if (moments_.size() > 1 && !hasFrameToken(path))
+        refuse(moments_.size(), "frames",
+               "put #### or %04d into the file's name, where the frame's number goes");
+    if (viewCount() > 1 && !hasViewToken(path))
+        refuse(viewCount(), "views", "put @@@@ into the file's name, where the view's number goes");
+}
+
+void RenderRequest::placeCameras() {
+    if (options_.views.count)
+        views_ = placeViews(options_.views, options_.camera, scene_->extent());
+    for (const ListedCamera& view : views_) {
+        cameras_.push_back(cameraOf(view, options_.camera));
+        checkCamera(cameras_.back());
+    }
+    if (!hasViews()) cameras_ = {options_.camera};
+}
+
+const Moment& RenderRequest::moment(std::size_t index) const {
+    return moments_[(first_ + index) / viewCount()];
+}
+
+std::size_t RenderRequest::camera(std::size_t index) const {
+    return (first_ + index) % viewCount();
 }
 
 void RenderRequest::checkFiles() const {
     checkFormat(options_.output);
     std::vector<fs::path> inputs{options_.scene.file};
     if (const auto file = environmentFile(options_.appearance)) inputs.push_back(*file);
+    if (options_.views.file) inputs.push_back(*options_.views.file);
     std::vector<fs::path> others = inputs;
-    for (std::size_t i = 0; i < moments_.size(); ++i) {
+    for (std::size_t i = 0; i < pictures(); ++i) {
         OutputRequest output = outputOf(i);
         // A file that is there may be the one that is wanted, or no reason to stop.
         const SequenceOptions& sequence = options_.sequence;
@@ -112,13 +157,18 @@ void RenderRequest::checkFiles() const {
     }
     if (options_.channels.manifest) {
         const std::string manifest = options_.channels.manifest->string();
-        if (isSequence() && hasFrameToken(manifest)) {
-            throw Error(ErrorKind::kUsage, "one manifest serves all frames",
-                        "--manifest " + manifest, "give it a name without a frame number");
+        if ((hasFrames() && hasFrameToken(manifest)) || (hasViews() && hasViewToken(manifest))) {
+            throw Error(ErrorKind::kUsage, "one manifest serves all frames and views",
+                        "--manifest " + manifest, "give it a name without a number");
         }
         checkExtraFile(manifest, others, "the manifest", "--manifest");
         if (options_.output.no_clobber && !options_.sequence.dry_run) checkNotThere(manifest);
         others.push_back(*options_.channels.manifest);
+    }
+    if (const auto& cameras = options_.views.cameras_out) {
+        checkExtraFile(*cameras, others, "the file of cameras", "--cameras-out");
+        if (options_.output.no_clobber && !options_.sequence.dry_run) checkNotThere(*cameras);
+        others.push_back(*cameras);
     }
     checkReport(options_.report, others);
 }
@@ -126,39 +176,52 @@ void RenderRequest::checkFiles() const {
 /// Everything that is written but the report.
 std::vector<fs::path> RenderRequest::outputs() const {
     std::vector<fs::path> files;
-    for (std::size_t i = 0; i < moments_.size(); ++i)
+    for (std::size_t i = 0; i < pictures(); ++i)
         files.push_back(outputFile(i));
-    if (options_.channels.manifest) files.push_back(*options_.channels.manifest);
+    for (const auto& file : {options_.channels.manifest, options_.views.cameras_out})
+        if (file) files.push_back(*file);
     return files;
 }
 
-std::optional<int> RenderRequest::frame(std::size_t index) const {
-    return isSequence() ? std::optional(moments_[index].frame) : std::nullopt;
+PictureNumber RenderRequest::number(std::size_t index) const {
+    PictureNumber number;
+    if (hasFrames()) number.frame = moment(index).frame;
+    if (hasViews()) number.view = static_cast<int>(camera(index));
+    return number;
 }
 
 /// A lone picture keeps the name it is given, whatever is in it.
 OutputRequest RenderRequest::outputOf(std::size_t index) const {
     OutputRequest output = options_.output;
-    if (isSequence()) output.path = framePath(output.path.string(), moments_[index].frame);
+    const PictureNumber number = this->number(index);
+    if (number.view) output.path = viewPath(output.path.string(), *number.view);
+    if (number.frame) output.path = framePath(output.path.string(), *number.frame);
     return output;
 }
 
+View RenderRequest::viewOf(const PosedScene& posed, std::size_t index) const {
+    const std::size_t camera = this->camera(index);
+    View view = scene_->view(posed, cameras_[camera]);
+    if (hasViews()) view.camera_name = views_[camera].name;
+    return view;
+}
+
 PictureRequest RenderRequest::picture(std::size_t index) const {
-    const Moment& moment = moments_[index];
+    const Moment& moment = this->moment(index);
     PictureRequest picture;
     picture.index = index;
-    picture.frame = frame(index);
+    picture.number = number(index);
     picture.time = moment.time;
     picture.output = outputOf(index);
     picture.posed = scene_->at(moment.time);
-    picture.view = scene_->view(*picture.posed, options_.camera);
+    picture.view = viewOf(*picture.posed, index);
     picture.capture = capture_;
     picture.capture.clip = clipVolume(options_.clip, *picture.posed);
     // Nothing is coloured of shadow casters.
     picture.capture.tinted = !picture.capture.opaque_only && job_.wantsTint(*picture.posed);
     if (options_.channels.wants(Channel::kMotion)) {
         const PosedScene next = scene_->at(moment.next_time);
-        picture.next = NextFrame{next, scene_->view(next, options_.camera)};
+        picture.next = NextFrame{next, viewOf(next, index)};
     }
     picture.provenance = provenanceOf(index, picture);
     picture.provenance.output_hash =
@@ -167,7 +230,7 @@ PictureRequest RenderRequest::picture(std::size_t index) const {
 }
 
 Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& picture) const {
-    const Moment& moment = moments_[index];
+    const Moment& moment = this->moment(index);
     const CaptureSettings& capture = picture.capture;
     Provenance provenance;
     provenance.version = PEELER_VERSION;
@@ -183,6 +246,7 @@ Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& 
     provenance.settings_hash = hashText(provenance.settings);
     if (options_.camera.tile) provenance.tile = options_.camera.tile->text();
     provenance.frame = moment.frame;
+    provenance.view = picture.number.view;
     provenance.time = moment.time;
     provenance.frames_per_second = moment.frames_per_second;
     if (std::ranges::find(capture.channels, Channel::kId) != capture.channels.end())
@@ -221,13 +285,14 @@ nlohmann::ordered_json RenderRequest::plan() const {
     nlohmann::ordered_json json;
     json["scene"] = options_.scene.file.string();
     json["pictures"] = nlohmann::ordered_json::array();
-    for (std::size_t i = 0; i < moments_.size(); ++i) {
+    for (std::size_t i = 0; i < pictures(); ++i) {
         const PictureRequest asked = picture(i);
         const Window& crop = asked.view.crop;
         const bool up_to_date = isUpToDate(asked);
         nlohmann::ordered_json entry;
         entry["output"] = asked.output.path.string();
-        if (asked.frame) entry["frame"] = *asked.frame;
+        if (asked.number.frame) entry["frame"] = *asked.number.frame;
+        if (asked.number.view) entry["view"] = *asked.number.view;
         entry["time"] = asked.time;
         entry["width"] = asked.view.width;
         entry["height"] = asked.view.height;

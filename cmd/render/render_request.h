@@ -12,6 +12,8 @@
 #include "cmd/options/capture_job.h"
 #include "cmd/options/capture_options.h"
 #include "cmd/options/output_options.h"
+#include "cmd/options/sequence_options.h"
+#include "cmd/options/view_options.h"
 #include "core/image/channels.h"
 #include "core/image/sink.h"
 #include "core/scene/scene.h"
@@ -44,17 +46,11 @@ void checkChannelOptions(const ChannelOptions& options, const OutputRequest& out
 /// "cryptomatte" is the hash in hexadecimal digits. Throws Error (kOutput).
 void writeIdManifest(const std::filesystem::path& path, const IdNames& names);
 
-/// How a run over many pictures meets what is there already, and what fails.
-struct SequenceOptions {
-    bool skip_existing = false;
-    bool keep_going = false;
-    bool dry_run = false;
-};
-
 /// All options of peeler render; captureSettings() adapts `capture` to the output.
 struct RenderOptions : CaptureJobOptions {
     std::vector<std::filesystem::path> scenes;  ///< files, folders and globs of files
-    CameraOptions camera;
+    CameraOptions camera;                       ///< of many views what is the same for all
+    ViewOptions views;
     ChannelOptions channels;
     ClipOptions clip;
     std::optional<int> shadow_size;
@@ -88,9 +84,9 @@ CaptureSettings captureSettings(const RenderOptions& options);
 
 /// One picture that is asked for.
 struct PictureRequest {
-    std::size_t index = 0;     ///< among all that are asked for
-    std::optional<int> frame;  ///< of a sequence
-    double time = 0;           ///< seconds
+    std::size_t index = 0;  ///< among all that are asked for
+    PictureNumber number{};
+    double time = 0;  ///< seconds
     OutputRequest output{};
     std::optional<PosedScene> posed{};
     std::optional<NextFrame> next{};  ///< if motion is asked for
@@ -99,7 +95,7 @@ struct PictureRequest {
     Provenance provenance{};  ///< without its renderer
 };
 
-/// All pictures of a run, one after the other.
+/// All pictures of a run, one after the other: of each frame every view.
 class RenderRequest {
   public:
     /// Checks the options, then opens the job's scene. Nothing that is to be written may replace
@@ -108,11 +104,18 @@ class RenderRequest {
     RenderRequest(const RenderOptions& options, CaptureJob& job);
 
     const Scene& scene() const { return scene_->scene(); }
-    bool isSequence() const { return options_.animation.frames.has_value(); }
-    std::size_t pictures() const { return moments_.size(); }  ///< may be 0, of a small chunk
+    bool hasFrames() const { return options_.animation.frames.has_value(); }
+    bool hasViews() const { return options_.views.asked(); }
+    bool isSequence() const { return hasFrames() || hasViews(); }
+    /// What each of several pictures is called; "" of a lone one.
+    const char* pictureKind() const { return hasViews() ? "view" : hasFrames() ? "frame" : ""; }
+    std::size_t pictures() const { return end_ - first_; }  ///< may be 0, of a small chunk
 
-    std::optional<int> frame(std::size_t index) const;
+    PictureNumber number(std::size_t index) const;
     std::filesystem::path outputFile(std::size_t index) const { return outputOf(index).path; }
+    /// The cameras of all views, whichever of them this run makes.
+    const std::vector<CameraOptions>& cameras() const { return cameras_; }
+    const std::vector<ListedCamera>& views() const { return views_; }  ///< the same as listed
     /// The picture with this index, the scene posed at its time. Throws Error (kUsage) and (kInput)
     /// like OpenedScene::view().
     PictureRequest picture(std::size_t index) const;
@@ -134,13 +137,23 @@ class RenderRequest {
     nlohmann::ordered_json plan() const;
 
   private:
+    void checkNames() const;
+    void choosePictures();
     void checkFiles() const;
+    void placeCameras();
+    std::size_t viewCount() const;
     std::vector<std::filesystem::path> outputs() const;
     OutputRequest outputOf(std::size_t index) const;
+    const Moment& moment(std::size_t index) const;
+    View viewOf(const PosedScene& posed, std::size_t index) const;
+    std::size_t camera(std::size_t index) const;  ///< index into cameras_
     Provenance provenanceOf(std::size_t index, const PictureRequest& picture) const;
 
     const RenderOptions& options_;
     std::vector<Moment> moments_;
+    std::vector<ListedCamera> views_;     ///< none = one view, that of the options
+    std::vector<CameraOptions> cameras_;  ///< of the views, or the one
+    std::size_t first_ = 0, end_ = 0;     ///< of the pictures, which are this run's
     CaptureSettings capture_;
     const CaptureJob& job_;
     const OpenedScene* scene_ = nullptr;  ///< owned by job_

@@ -169,7 +169,7 @@ void SceneSheet::openScene() {
     renderer_ = &job_.openRenderer(posed);
     if (!request_.cells.meters || posed.lights().empty() || capture_.shading == Shading::kUnlit)
         return;
-    content_.exposure = job_.meterExposure(capture_, request_.camera);
+    content_.exposure = job_.meterExposure(capture_, std::span(&request_.camera, 1));
     renderer_->setPose(posed);
 }
 

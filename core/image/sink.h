@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,7 @@ struct Provenance {
     std::string deep_merge{};  ///< how samples of a deep image were merged, "" = not
     std::string tile{};        ///< "2/7": the second of seven strips; "" = not one of several
     int frame = 0;
+    std::optional<int> view{};     ///< which of many views, from 0
     double time = 0;               ///< seconds
     double frames_per_second = 0;  ///< 0 = does not apply
     IdNames ids{};                 ///< if fragments have ids

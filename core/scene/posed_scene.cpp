@@ -114,9 +114,11 @@ struct Visit {
     bool visible = true;
 };
 
-/// Calls body(visit) for every node below `roots`, parents first, in the file's order.
+/// Calls body(visit) for every node below `roots`, which are placed by `to_world`, parents first,
+/// in the file's order.
 template <class Body>
-void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots, const Body& body) {
+void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots,
+          const glm::dmat4& to_world, const Body& body) {
     // A stack of our own: files nest as deep as they like. Last in, first out, so children are
     // pushed in reverse to come out in the file's order.
     std::vector<Visit> stack;
@@ -124,7 +126,7 @@ void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots, c
         for (auto node = nodes.rbegin(); node != nodes.rend(); ++node)
             stack.push_back({*node, world, visible});
     };
-    push(roots, glm::dmat4(1), true);
+    push(roots, to_world, true);
     while (!stack.empty()) {
         Visit visit = stack.back();
         stack.pop_back();
@@ -138,9 +140,9 @@ void walk(const Scene& scene, const Pose& pose, const std::vector<int>& roots, c
 }
 
 /// The world matrices of all nodes: joints need not be in the scene that shows their mesh.
-std::vector<glm::dmat4> worldsOf(const Scene& scene, const Pose& pose) {
+std::vector<glm::dmat4> worldsOf(const Scene& scene, const Pose& pose, const glm::dmat4& to_world) {
     std::vector<glm::dmat4> worlds(scene.nodes.size(), glm::dmat4(1));
-    walk(scene, pose, rootsOf(scene.nodes),
+    walk(scene, pose, rootsOf(scene.nodes), to_world,
          [&](const Visit& visit) { worlds[static_cast<std::size_t>(visit.node)] = visit.world; });
     return worlds;
 }
@@ -154,8 +156,8 @@ bool isMirrored(const glm::dmat4& matrix) {
 /// Lists instances and deforms their meshes.
 class PosedScene::Builder {
   public:
-    Builder(const Scene& scene, const Pose& pose, Shown& shown)
-        : scene_(scene), pose_(pose), shown_(shown) {}
+    Builder(const Scene& scene, const Pose& pose, const glm::dmat4& to_world, Shown& shown)
+        : scene_(scene), pose_(pose), to_world_(to_world), shown_(shown) {}
 
     void add(const Visit& visit) {
         const Node& node = scene_.nodes[static_cast<std::size_t>(visit.node)];
@@ -190,7 +192,7 @@ class PosedScene::Builder {
     /// relative to the first joint: far from the origin they would lose precision.
     const JointMatrices& place(const Node& node, MeshInstance& instance) {
         const Skin& skin = scene_.skins[static_cast<std::size_t>(node.skin)];
-        if (worlds_.empty()) worlds_ = worldsOf(scene_, pose_);
+        if (worlds_.empty()) worlds_ = worldsOf(scene_, pose_, to_world_);
         const auto worldOf = [&](std::size_t joint) -> const glm::dmat4& {
             return worlds_[static_cast<std::size_t>(skin.joints[joint])];
         };
@@ -228,6 +230,7 @@ class PosedScene::Builder {
 
     const Scene& scene_;
     const Pose& pose_;
+    const glm::dmat4& to_world_;          ///< of the scene's roots
     std::vector<glm::dmat4> worlds_;      ///< of all nodes, once a skin has asked for them
     std::map<int, JointMatrices> skins_;  ///< shared by the nodes of a skin
     Shown& shown_;
@@ -238,9 +241,9 @@ PosedScene::PosedScene(const Scene& scene, int index, const Pose& pose)
     if (index < 0 || static_cast<std::size_t>(index) >= scene.scenes.size())
         throw Error(ErrorKind::kUsage, "there is no scene " + std::to_string(index), "",
                     "the file has " + std::to_string(scene.scenes.size()));
-    Builder builder(scene, pose, *shown_);
-    walk(scene, pose, scene.scenes[static_cast<std::size_t>(index)].roots,
-         [&](const Visit& visit) { builder.add(visit); });
+    const SceneRoots& shows = scene.scenes[static_cast<std::size_t>(index)];
+    Builder builder(scene, pose, shows.to_world, *shown_);
+    walk(scene, pose, shows.roots, shows.to_world, [&](const Visit& visit) { builder.add(visit); });
 }
 
 PosedScene::PosedScene(const Scene& scene, int index) : PosedScene(scene, index, restPose(scene)) {}

@@ -174,6 +174,7 @@ struct Animation {
 struct SceneRoots {
     std::string name;
     std::vector<int> roots;
+    glm::dmat4 to_world{1};  ///< where the roots are: what readers give is never moved or scaled
 };
 
 /// All that a file holds. Nodes, meshes and the like name each other by index; all are in range.

@@ -128,6 +128,7 @@ void addProvenance(Imf::Header& header, const Plan& plan, const Provenance& prov
     number("peeler:layers", static_cast<int>(plan.layers.size()));
     number("peeler:complete", plan.complete() ? 1 : 0);
     number("peeler:frame", provenance.frame);
+    if (provenance.view) number("peeler:view", *provenance.view);
     header.insert("peeler:time", Imf::DoubleAttribute(provenance.time));
     if (provenance.frames_per_second > 0) {
         Imf::addFramesPerSecond(header, Imf::Rational(provenance.frames_per_second));

@@ -33,6 +33,8 @@ Provenance provenanceOf(const ExrInputPart& part) {
     p.deep_merge = part.attribute("peeler:deepMerge");
     p.tile = part.attribute("peeler:tile");
     p.frame = numberIn<int>(part.attribute("peeler:frame"));
+    if (const std::string view = part.attribute("peeler:view"); !view.empty())
+        p.view = numberIn<int>(view);
     p.time = numberIn<double>(part.attribute("peeler:time"));
     p.frames_per_second = rationalOf(part.attribute("framesPerSecond"));
     return p;

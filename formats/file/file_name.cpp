@@ -16,23 +16,25 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kLoneHashDigits = 4, kMostDigits = 16;
+constexpr std::size_t kLoneDigits = 4, kMostDigits = 16;
+constexpr char kFrameSign = '#', kViewSign = '@';
 
-/// A place for the frame's number in a name.
+/// A place for a number in a name.
 struct Token {
     std::size_t begin = 0, end = 0;
     std::size_t digits = 0;        ///< at least so many
     bool sign_takes_room = false;  ///< among the digits, as in printf
 };
 
-/// The first token that begins at or after `from`; none if there is none.
-std::optional<Token> findToken(const std::string& name, std::size_t from) {
+/// The first token of a sign that begins at or after `from`, of frames also in printf's way; none
+/// if there is none.
+std::optional<Token> findToken(const std::string& name, std::size_t from, char sign) {
     for (std::size_t i = from; i < name.size(); ++i) {
-        if (name[i] == '#') {
-            const std::size_t end = std::min(name.find_first_not_of('#', i), name.size());
-            return Token{i, end, end - i == 1 ? kLoneHashDigits : end - i, false};
+        if (name[i] == sign) {
+            const std::size_t end = std::min(name.find_first_not_of(sign, i), name.size());
+            return Token{i, end, end - i == 1 ? kLoneDigits : end - i, false};
         }
-        if (name[i] != '%') continue;
+        if (name[i] != '%' || sign != kFrameSign) continue;
         if (name[i + 1] == '%') {  // the terminating zero, at least, is there
             ++i;
             continue;
@@ -46,17 +48,29 @@ std::optional<Token> findToken(const std::string& name, std::size_t from) {
     return std::nullopt;
 }
 
-std::string tokenText(int frame, const Token& token) {
-    std::string digits = std::to_string(std::abs(frame));
+std::string tokenText(int number, const Token& token) {
+    std::string digits = std::to_string(std::abs(number));
     std::size_t wanted = std::min(token.digits, kMostDigits);
-    if (frame < 0 && token.sign_takes_room && wanted > 0) --wanted;
+    if (number < 0 && token.sign_takes_room && wanted > 0) --wanted;
     if (digits.size() < wanted) digits.insert(0, wanted - digits.size(), '0');
-    return frame < 0 ? '-' + digits : digits;
+    return number < 0 ? '-' + digits : digits;
 }
 
 std::size_t nameBegin(const std::string& path) {
     const std::size_t slash = path.rfind('/');
     return slash == std::string::npos ? 0 : slash + 1;
+}
+
+/// The path with a number in every place of its last component.
+std::string numbered(const std::string& path, int number, char sign) {
+    std::string result = path.substr(0, nameBegin(path));
+    const std::string name = path.substr(result.size());
+    std::size_t done = 0;
+    while (const auto token = findToken(name, done, sign)) {
+        result += name.substr(done, token->begin - done) + tokenText(number, *token);
+        done = token->end;
+    }
+    return result + name.substr(done);
 }
 
 using namespace std::string_view_literals;
@@ -105,21 +119,22 @@ std::string lowerExtension(const std::filesystem::path& path) {
 }
 
 bool hasFrameToken(const std::string& path) {
-    return findToken(path, nameBegin(path)).has_value();
+    return findToken(path, nameBegin(path), kFrameSign).has_value();
 }
 
 std::string framePath(const std::string& path, int frame) {
-    std::string result = path.substr(0, nameBegin(path));
-    const std::string name = path.substr(result.size());
-    std::size_t done = 0;
-    while (const auto token = findToken(name, done)) {
-        result += name.substr(done, token->begin - done) + tokenText(frame, *token);
-        done = token->end;
-    }
-    result += name.substr(done);
+    std::string result = numbered(path, frame, kFrameSign);
     for (std::size_t at = nameBegin(path); (at = result.find("%%", at)) != std::string::npos; ++at)
         result.erase(at, 1);
     return result;
+}
+
+bool hasViewToken(const std::string& path) {
+    return findToken(path, nameBegin(path), kViewSign).has_value();
+}
+
+std::string viewPath(const std::string& path, int view) {
+    return numbered(path, view, kViewSign);
 }
 
 FileKind fileKind(const std::string& path) {

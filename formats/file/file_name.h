@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a file is, by its name or by how it begins; and where the number of a frame goes in a name.
+// What a file is, by its name or by how it begins; and where the numbers of frames and views go in
+// a name.
 #pragma once
 
 #include <filesystem>
@@ -17,6 +18,13 @@ bool hasFrameToken(const std::string& path);
 /// four), or as printf does for "%04d" and "%d"; "%%" is a '%'. A sign comes before the digits.
 /// Only the last component of the path is looked at.
 std::string framePath(const std::string& path, int frame);
+
+/// Whether a file name has a place for the number of a view: "@@@@".
+bool hasViewToken(const std::string& path);
+
+/// The name with the number of a view in it, from 0 on: as many digits as there are '@' (a lone one
+/// stands for four). Only the last component of the path is looked at.
+std::string viewPath(const std::string& path, int view);
 
 enum class FileKind { kUnknown, kGltf, kExr, kPng, kJpeg, kTiff, kHdr };
 

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/options/sequence_options.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "cmd/cli/arguments.h"
+#include "cmd/cli/errors.h"
+
+namespace peeler::cmd {
+
+void addSequenceOptions(VerbOptions& verb, SequenceOptions& options) {
+    constexpr const char* kGroup = "Output";
+    addValue(
+        verb, "--chunk", "I/N", options.chunk,
+        [](const std::string& text) { return parseShard(text); },
+        "of all frames and views the I-th of N runs of the same length, so that N processes share "
+        "them: 1/N to N/N")
+        .group(kGroup);
+    verb.addFlag("--skip-existing", options.skip_existing,
+                 "leave a file alone that is complete (peeler verify reads all of it) and was made "
+                 "of the same scene, settings, camera, size and time; any other is made anew")
+        .group(kGroup);
+    verb.addFlag("--keep-going", options.keep_going,
+                 "a picture that fails does not stop the others; the greatest of the exit codes is "
+                 "the command's")
+        .group(kGroup);
+}
+
+std::string PictureNumber::text() const {
+    std::string text;
+    if (frame) text = "frame " + std::to_string(*frame);
+    if (view) text += (frame ? ", view " : "view ") + std::to_string(*view);
+    return text;
+}
+
+void SequenceResults::add(Json result, const std::string& line) {
+    console_.note(line);
+    finished_.push_back(std::move(result));
+}
+
+void SequenceResults::addFailure(const std::filesystem::path& output, const PictureNumber& number,
+                                 const Error& error) {
+    const std::string of = pictures_.empty() ? "" : number.text() + ": ";
+    const int code =
+        reportError(console_, Error(error.kind(), of + error.what(), error.where(), error.hint()));
+    worst_ = std::max(worst_, code);
+    Json json;
+    if (number.frame) json["frame"] = *number.frame;
+    if (number.view) json["view"] = *number.view;
+    json["output"] = output.string();
+    json["exitCode"] = code;
+    json["error"] = error.what();
+    json["where"] = error.where();
+    json["hint"] = error.hint();
+    failed_.push_back(std::move(json));
+}
+
+Json SequenceResults::json() const {
+    if (pictures_.empty()) return finished_.empty() ? Json() : finished_.front();
+    Json json;
+    json[pictures_ + "s"] = finished_;
+    if (!failed_.empty()) json["failed"] = failed_;
+    return json;
+}
+
+void SequenceResults::tellFailures() const {
+    if (pictures_.empty() || failed_.empty()) return;
+    console_.error(std::to_string(failed_.size()) + " of " +
+                   countText(finished_.size() + failed_.size(), pictures_) + " failed");
+}
+
+}  // namespace peeler::cmd

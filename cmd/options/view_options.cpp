@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/options/view_options.h"
+
+#include <limits>
+#include <utility>
+
+#include "cmd/cli/arguments.h"
+#include "cmd/cli/errors.h"
+#include "cmd/cli/parse.h"
+#include "core/base/error.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+constexpr const char* kViewsGroup = "Views";
+
+/// What only a lone camera has.
+void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
+    const std::pair<bool, const char*> lone[] = {
+        {camera.camera.has_value(), "--camera"},
+        {camera.eye.has_value(), "--eye"},
+        {camera.target.has_value(), "--target"},
+        {camera.up.has_value(), "--up"},
+        {camera.ortho_height.has_value(), "--ortho-height"},
+    };
+    for (const auto& [given, option] : lone)
+        if (given)
+            refuse("every view has a camera of its own", std::string(option) + ", " + views,
+                   "leave one of them out");
+}
+
+}  // namespace
+
+void addViewOptions(VerbOptions& verb, ViewOptions& options) {
+    addFile(verb, "--cameras", "FILE", options.file,
+            "a view for each camera of a file: transforms.json, BOP's scene_camera.json, COLMAP's "
+            "model, .npy, .npz or .jsonl. The output's name has a place for the view's number, "
+            "counted from 0: @@@@")
+        .group(kViewsGroup);
+    addValue(
+        verb, "--views", "N", options.count,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, kMostViews)); },
+        "N views around the scene, all of which look at its middle")
+        .group(kViewsGroup);
+    addValue(
+        verb, "--around", "NAME", options.around,
+        [](const std::string& text) { return choose<Around>("place for cameras", kArounds, text); },
+        "where their cameras stand:")
+        .oneOf(describeChoices(kArounds, true))
+        .group(kViewsGroup);
+    addValue(
+        verb, "--seed", "N", options.seed,
+        [](const std::string& text) {
+            return static_cast<std::uint64_t>(
+                parseInteger(text, 0, std::numeric_limits<std::int64_t>::max()));
+        },
+        "of --around random: another number, other cameras (default: 0)")
+        .group(kViewsGroup);
+    addValue(
+        verb, "--distance", "D", options.distance,
+        [](const std::string& text) { return parsePositive(text); },
+        "how far from the middle they stand, scene units (default: such that all of it is seen "
+        "from any side)")
+        .group(kViewsGroup);
+    addFile(verb, "--cameras-out", "FILE", options.cameras_out,
+            "write the cameras that are used: transforms.json, scene_camera.json (BOP), or a "
+            "folder (COLMAP's model, with points of the layers)")
+        .group(kViewsGroup);
+}
+
+void checkViewOptions(const ViewOptions& options, const CameraOptions& camera) {
+    if (options.file && options.count)
+        refuse("views are those of a file or around the scene", "--cameras, --views",
+               "leave one of them out");
+    if (!options.count) {
+        const std::pair<bool, const char*> needs_views[] = {
+            {options.around.has_value(), "--around"}, {options.distance.has_value(), "--distance"}};
+        for (const auto& [given, option] : needs_views)
+            if (given) refuse("there are no views to place", option, "add --views N");
+    }
+    if (options.seed && options.around != Around::kRandom)
+        refuse("nothing is left to chance", "--seed", "add --around random");
+    if (options.cameras_out && !options.asked())
+        refuse("there are no views whose cameras could be written", "--cameras-out",
+               "add --views N or --cameras FILE");
+    if (!options.asked()) return;
+    refuseLoneCamera(camera, options.file ? "--cameras" : "--views");
+    if (options.file && camera.fov)
+        refuse("the file says what its cameras see", "--fov, --cameras", "leave one of them out");
+    if (options.count && camera.size.height == 0 && camera.size.width != 0)
+        refuse("views around a scene have no aspect ratio of their own",
+               "--size " + std::to_string(camera.size.width), "give the height too: --size WxH");
+}
+
+std::vector<ListedCamera> readViews(const ViewOptions& options) {
+    if (!options.file) return {};
+    return {};
+}
+
+std::vector<ListedCamera> placeViews(const ViewOptions& options, const CameraOptions& camera,
+                                     const SceneExtent& extent) {
+    ViewsAround around{.count = *options.count};
+    around.around = options.around.value_or(Around::kSphere);
+    around.seed = options.seed.value_or(0);
+    around.distance = options.distance;
+    if (camera.fov) around.fov = *camera.fov;
+    around.size = camera.size;
+    return viewsAround(around, extent);
+}
+
+CameraOptions cameraOf(const ListedCamera& view, const CameraOptions& camera) {
+    CameraOptions result;
+    static_cast<CameraChoice&>(result) = view.choice;
+    if (result.size == Size{0, 0}) result.size = camera.size;
+    if (camera.near) result.near = camera.near;
+    if (camera.far) result.far = camera.far;
+    result.crop = camera.crop;
+    result.tile = camera.tile;
+    return result;
+}
+
+}  // namespace peeler::cmd
