@@ -213,7 +213,7 @@ void Render::capture(Picture& picture) {
 /// Finds the exposure of all pictures before the first one.
 void Render::meterExposure(const PictureRequest& asked) {
     if (!request_.metersExposure() || exposure_) return;
-    exposure_ = job_.meterExposure(asked.capture, request_.cameras());
+    exposure_ = job_.meterExposure(asked.capture, request_.views().cameras());
     job_.renderer()->setPose(*asked.posed);
 }
 

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // peeler sheet: the composite and the layers of a picture side by side, labelled.
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <vector>
 
 #include "cmd/cli/arguments.h"
+#include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "cmd/cli/report.h"
 #include "cmd/options/output_options.h"
@@ -15,7 +18,10 @@
 #include "cmd/sheet/sheet_sources.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
+#include "formats/exr/exr_header.h"
+#include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
+#include "formats/output_hash.h"
 #include "formats/writers.h"
 
 namespace peeler::cmd {
@@ -47,44 +53,80 @@ struct SheetOptions {
 
 constexpr const char* kOutputHelp = "the file to write: .png, .jpg, .jpeg, .tif, .tiff";
 
-/// One sheet. run() lists its stages.
-class Sheet {
+/// The sheet of a file, or of each view of a scene.
+class Sheets {
   public:
-    Sheet(const SheetOptions& options, Console& console)
-        : options_(options), console_(console), job_(options.request, console) {}
+    Sheets(const SheetOptions& options, Console& console)
+        : options_(options),
+          request_(options.request),
+          console_(console),
+          job_(options.request, console),
+          views_(request_.views, request_.camera),
+          results_(views_.asked() ? "view" : "", console) {}
 
-    void run() {
-        checkOptions();
-        makeCells();
-        writeSheet();
-        report();
-    }
+    /// Returns the exit code.
+    int run();
 
   private:
     void checkOptions();
-    void makeCells();
+    void checkFiles() const;
+    void ofFile();
+    void ofScene();
+    void ofView(SceneSheet& sheet, const OpenedScene& scene, std::size_t view);
     void refuseSceneOptions() const;
-    void writeSheet();
-    void report();
+    fs::path outputOf(std::size_t view) const;
+    std::string hashOf(const SceneSheet& sheet, const OpenedScene& scene, std::size_t view) const;
+    void writeSheet(SheetContent& content, const fs::path& path, const std::string& hash) const;
+    void report(SheetContent& content, const fs::path& path, std::optional<std::size_t> view);
 
     const SheetOptions& options_;
+    const SheetRequest& request_;
     Console& console_;
     CaptureJob job_;
-    SheetContent content_;
+    ViewList views_;
+    std::size_t first_ = 0, end_ = 1;  ///< of the views, which are this run's
+    SequenceResults results_;
 };
 
-void Sheet::checkOptions() {
-    const SheetRequest& request = options_.request;
-    std::vector<fs::path> files{request.scene.file};
-    if (const auto file = environmentFile(request.appearance)) files.push_back(*file);
-    checkOutput(options_.output, files);
+int Sheets::run() {
+    checkOptions();
+    int code = 0;
+    try {
+        const FileKind kind = fileKind(request_.scene.file.string());
+        if (kind == FileKind::kGltf) {
+            ofScene();
+        } else if (kind == FileKind::kExr) {
+            refuseSceneOptions();
+            ofFile();
+        } else {
+            throw Error(ErrorKind::kInput, "neither a glTF scene nor a layered depth image",
+                        request_.scene.file.string(),
+                        "sheet shows .gltf, .glb and the .exr of peeler render");
+        }
+    } catch (...) {
+        if (!views_.asked()) throw;
+        code = reportError(console_, currentError());
+    }
+    if (!results_.empty() || code == 0)
+        reportResult(request_.report, results_.json(), "", console_);
+    results_.tellFailures();
+    return std::max(code, results_.worst());
+}
+
+void Sheets::checkOptions() {
+    const SheetRequest& request = request_;
+    const std::optional<Shard>& chunk = request.sequence.chunk;
+    if (chunk && !views_.asked())
+        refuse("there are no views to take a part of", "--chunk " + chunk->text(),
+               "add --cameras or --views");
+    std::tie(first_, end_) = chunk.value_or(Shard()).of(views_.size());
+    views_.checkName(options_.output.path);
+    checkFiles();
     const OutputFormat& format = findOutputFormat(options_.output.path.string(), "composite");
     if (!format.for_display) {
         throw Error(ErrorKind::kUsage, "a sheet is a picture to look at",
                     options_.output.path.string(), "choose one of: .png, .jpg, .tif");
     }
-    files.push_back(options_.output.path);
-    checkReport(request.report, files);
     const bool depth = request.cells.show == SheetShow::kDepth;
     if (request.cells.progression && depth) {
         throw Error(ErrorKind::kUsage, "a composite has no depth of its own",
@@ -101,63 +143,142 @@ void Sheet::checkOptions() {
                     "--methods all",
                     "leave out --progression, --show depth, --layers and --occlusion-ratio");
     }
-    checkCamera(request.camera);
     checkClipOptions(request.clip);
     job_.checkOptions();
 }
 
-void Sheet::makeCells() {
-    const SheetRequest& request = options_.request;
-    const FileKind kind = fileKind(request.scene.file.string());
-    if (kind == FileKind::kGltf) {
-        content_ = sheetOfScene(request, job_, console_);
-    } else if (kind == FileKind::kExr) {
-        refuseSceneOptions();
-        content_ = sheetOfFile(request, job_, console_);
-    } else {
-        throw Error(ErrorKind::kInput, "neither a glTF scene nor a layered depth image",
-                    request.scene.file.string(),
-                    "sheet shows .gltf, .glb and the .exr of peeler render");
+void Sheets::checkFiles() const {
+    checkFormat(options_.output);
+    std::vector<fs::path> inputs{request_.scene.file};
+    if (const auto file = environmentFile(request_.appearance)) inputs.push_back(*file);
+    if (request_.views.file) inputs.push_back(*request_.views.file);
+    std::vector<fs::path> others = inputs;
+    for (std::size_t view = first_; view < end_; ++view) {
+        OutputRequest output = options_.output;
+        output.path = outputOf(view);
+        if (request_.sequence.skip_existing || request_.sequence.keep_going)
+            output.no_clobber = false;
+        checkTarget(output, inputs);
+        if (view == first_ && !request_.sequence.keep_going) checkFolder(output.path);
+        others.push_back(output.path);
+    }
+    checkReport(request_.report, others);
+}
+
+fs::path Sheets::outputOf(std::size_t view) const {
+    const fs::path& path = options_.output.path;
+    return views_.asked() ? fs::path(viewPath(path.string(), static_cast<int>(view))) : path;
+}
+
+void Sheets::ofFile() {
+    SheetContent content = sheetOfFile(request_, job_, console_);
+    writeSheet(content, options_.output.path, "");
+    report(content, options_.output.path, {});
+}
+
+void Sheets::ofScene() {
+    const OpenedScene& scene = job_.openScene();
+    std::vector<fs::path> outputs;
+    for (std::size_t view = first_; view < end_; ++view)
+        outputs.push_back(outputOf(view));
+    job_.checkOutputs(outputs);
+    views_.place(scene);
+    SceneSheet sheet(request_, job_, scene, views_, console_);
+    for (std::size_t view = first_; view < end_; ++view) {
+        try {
+            ofView(sheet, scene, view);
+        } catch (...) {
+            const Error error = currentError();
+            if (!request_.sequence.keep_going || error.kind() == ErrorKind::kUsage) throw error;
+            results_.addFailure(outputOf(view), {.view = static_cast<int>(view)}, error);
+            job_.closeRenderer();  // the failure may have left it in any state
+            job_.takeTimes();
+        }
     }
 }
 
-void Sheet::refuseSceneOptions() const {
+void Sheets::ofView(SceneSheet& sheet, const OpenedScene& scene, std::size_t view) {
+    const fs::path path = outputOf(view);
+    const std::string hash = hashOf(sheet, scene, view);
+    const std::optional<std::size_t> number = views_.asked() ? std::optional(view) : std::nullopt;
+    if (request_.sequence.skip_existing && outputHashOf(path.string()) == hash) {
+        SheetContent there;
+        there.result.skipped = true;
+        return report(there, path, number);
+    }
+    if (options_.output.no_clobber) checkTarget(options_.output, {});
+    SheetContent content = sheet.make(view);
+    writeSheet(content, path, hash);
+    report(content, path, number);
+}
+
+/// Of all that decides what is on the sheet of a view.
+std::string Sheets::hashOf(const SceneSheet& sheet, const OpenedScene& scene,
+                           std::size_t view) const {
+    const PosedScene posed = scene.at(request_.animation.time.value_or(0));
+    const OutputOptions& output = options_.output.options;
+    const SheetSettings& cells = request_.cells;
+    const Json all = {
+        {"scene", hexText(scene.scene().content_hash)},
+        {"settings", sheet.settingsHash(view)},
+        {"time", request_.animation.time.value_or(0)},
+        {"camera", cameraJson(views_.view(scene, posed, view))},
+        {"extension", lowerExtension(options_.output.path)},
+        {"background", output.background},
+        {"exposure", cells.meters ? Json("automatic") : Json(output.exposure)},
+        {"toneMap", output.tone_map},
+        {"cells",
+         {cells.show, cells.progression, cells.most_cells, cells.cell_width, options_.columns,
+          request_.methods}},
+    };
+    return hashText(all.dump());
+}
+
+void Sheets::refuseSceneOptions() const {
     if (options_.given.empty()) return;
     throw Error(ErrorKind::kUsage, "the option is for scenes, and this is an image",
                 *options_.given.begin(), "leave it out, or make the sheet of the scene");
 }
 
-void Sheet::writeSheet() {
+void Sheets::writeSheet(SheetContent& content, const fs::path& path,
+                        const std::string& hash) const {
     SheetStyle style;
     style.columns = options_.columns;
     const OutputOptions& asked = options_.output.options;
     if (options_.output.isGiven("--background")) style.background = asked.background;
     // Grey means depth, so what lies behind the depths is not grey.
     constexpr std::array<float, 4> kBehindDepth{0.42F, 0.55F, 0.74F, 1};
-    const bool depth = options_.request.cells.show == SheetShow::kDepth;
+    const bool depth = request_.cells.show == SheetShow::kDepth;
     if (depth && !style.background) style.background = kBehindDepth;
-    style.exposure = content_.exposure.value_or(asked.exposure);
+    style.exposure = content.exposure.value_or(asked.exposure);
     if (options_.output.isGiven("--tone-map"))
         style.tone_map = asked.tone_map;
     else if (!depth)  // greys that mean depths stay as they are
         style.tone_map = toneMaps().front().name;
-    content_.result.display = {style.tone_map, style.exposure, content_.exposure.has_value(), 0};
-    const CompositeImage page = layOut(content_.cells, style);
-    content_.result.width = page.window.width();
-    content_.result.height = page.window.height();
-    const StageTimer timer(job_.times(), "encode");
+    content.result.display = {style.tone_map, style.exposure, content.exposure.has_value(), 0};
+    const CompositeImage page = layOut(content.cells, style);
+    content.result.width = page.window.width();
+    content.result.height = page.window.height();
+    const StageTimer timer(content.result.milliseconds, "encode");
     OutputOptions output;  // the page is finished: no exposure or tone map any more
     output.provenance.version = PEELER_VERSION;
-    writePicture(options_.output.path.string(), page, output);
+    output.provenance.output_hash = hash;
+    writePicture(path.string(), page, output);
 }
 
-void Sheet::report() {
-    job_.finish(content_.result);
-    content_.result.setFile(options_.output.path);
-    noteDisplay(content_.result, console_);
-    Json found = findingsOf(content_.result);
+void Sheets::report(SheetContent& content, const fs::path& path, std::optional<std::size_t> view) {
+    job_.finish(content.result);
+    content.result.setFile(path);
+    if (view) {
+        content.result.view = static_cast<int>(*view);
+        content.result.camera = views_.name(*view);
+    }
+    if (content.result.skipped)
+        return results_.add(toJson(content.result), summary(content.result));
+    noteDisplay(content.result, console_);
+    Json found = findingsOf(content.result);
     found["cells"] = Json::array();
-    for (const SheetCell& cell : content_.cells) {
+    for (const SheetCell& cell : content.cells) {
         Json entry = {{"label", cell.label}, {"detail", cell.detail}};
         if (cell.has_error) {
             entry["max"] = cell.error.largest;
@@ -166,15 +287,14 @@ void Sheet::report() {
         if (cell.passes != 0) entry["passes"] = cell.passes;
         found["cells"].push_back(entry);
     }
-    found["cellsOmitted"] = content_.omitted;
-    if (content_.omitted != 0) {
-        console_.note(countText(content_.omitted, "cell") + " of " +
-                      std::to_string(content_.omitted + content_.cells.size()) +
+    found["cellsOmitted"] = content.omitted;
+    if (content.omitted != 0) {
+        console_.note(countText(content.omitted, "cell") + " of " +
+                      std::to_string(content.omitted + content.cells.size()) +
                       " left out; --cells " +
-                      std::to_string(content_.omitted + content_.cells.size()) + " shows all");
+                      std::to_string(content.omitted + content.cells.size()) + " shows all");
     }
-    reportResult(options_.request.report, toJson(content_.result, found), summary(content_.result),
-                 console_);
+    results_.add(toJson(content.result, found), summary(content.result));
 }
 
 void addCellOptions(VerbOptions& verb, SheetOptions& options) {
@@ -208,14 +328,15 @@ void addCellOptions(VerbOptions& verb, SheetOptions& options) {
 
 /// The options on the command line that have a meaning for scenes only.
 std::set<std::string> sceneOptionsGiven(const VerbOptions& verb) {
-    const std::set<std::string> groups{"Scene",  "Animation", "Camera", "Picture",
+    const std::set<std::string> groups{"Scene",  "Animation", "Camera", "Views",  "Picture",
                                        "Layers", "Clipping",  "Light",  "Machine"};
     const std::set<std::string> everywhere{"--layers", "--threads"};
     std::set<std::string> given;
     for (const Option& option : verb.given()) {
         const std::string name = option.name();
-        const bool for_scenes =
-            name == "--methods" || (groups.contains(option.group()) && !everywhere.contains(name));
+        const bool for_scenes = name == "--methods" || name == "--chunk" ||
+                                name == "--skip-existing" || name == "--keep-going" ||
+                                (groups.contains(option.group()) && !everywhere.contains(name));
         if (for_scenes) given.insert(name);
     }
     return given;
@@ -245,7 +366,10 @@ VerbAction declareSheet(VerbOptions& verb) {
             "in sRGB; where it is transparent a checkerboard shows");
     addCellOptions(verb, *options);
     addShownOptions(verb, options->request);
+    addNormalizeOption(verb, options->request.scene);
     addCameraOptions(verb, options->request.camera);
+    addViewOptions(verb, options->request.views);
+    addSequenceOptions(verb, options->request.sequence);
     addLayerOptions(verb, options->request.capture);
     addClipOptions(verb, options->request.clip);
     addLightOptions(verb, options->request.capture, options->shadow_size);
@@ -254,13 +378,11 @@ VerbAction declareSheet(VerbOptions& verb) {
     verb.footer(kSheetFooter);
     return [options, verb](Console& console) {
         options->given = sceneOptionsGiven(verb);
-        options->request.output = options->output.path;
         options->request.cells.meters = options->request.cells.show == SheetShow::kColor &&
                                         !options->output.isGiven("--exposure");
         chooseForEyes(verb, options->request.camera, options->request);
         setShadowSize(options->request.capture, options->shadow_size);
-        Sheet(*options, console).run();
-        return 0;
+        return Sheets(*options, console).run();
     };
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cmd/options/view_options.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -8,6 +9,7 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/parse.h"
 #include "core/base/error.h"
+#include "formats/file/file_name.h"
 
 namespace peeler::cmd {
 
@@ -30,9 +32,46 @@ void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
                    "leave one of them out");
 }
 
+/// Throws Error (kUsage) for what contradicts itself whatever the scene is.
+void checkViewOptions(const ViewListOptions& options, const CameraOptions& camera) {
+    if (options.file && options.count)
+        refuse("views are those of a file or around the scene", "--cameras, --views",
+               "leave one of them out");
+    if (!options.count) {
+        const std::pair<bool, const char*> needs_views[] = {
+            {options.around.has_value(), "--around"}, {options.distance.has_value(), "--distance"}};
+        for (const auto& [given, option] : needs_views)
+            if (given) refuse("there are no views to place", option, "add --views N");
+    }
+    if (options.seed && options.around != Around::kRandom)
+        refuse("nothing is left to chance", "--seed", "add --around random");
+    if (options.cameras_out && !options.asked())
+        refuse("there are no views whose cameras could be written", "--cameras-out",
+               "add --views N or --cameras FILE");
+    if (!options.asked()) return;
+    refuseLoneCamera(camera, options.file ? "--cameras" : "--views");
+    if (options.file && camera.fov)
+        refuse("the file says what its cameras see", "--fov, --cameras", "leave one of them out");
+    if (options.count && camera.size.height == 0 && camera.size.width != 0)
+        refuse("views around a scene have no aspect ratio of their own",
+               "--size " + std::to_string(camera.size.width), "give the height too: --size WxH");
+}
+
+/// What makes the picture of a view: its own choice, and what is the same for all.
+CameraOptions cameraOf(const ListedCamera& view, const CameraOptions& camera) {
+    CameraOptions result;
+    static_cast<CameraChoice&>(result) = view.choice;
+    if (result.size == Size{0, 0}) result.size = camera.size;
+    if (camera.near) result.near = camera.near;
+    if (camera.far) result.far = camera.far;
+    result.crop = camera.crop;
+    result.tile = camera.tile;
+    return result;
+}
+
 }  // namespace
 
-void addViewOptions(VerbOptions& verb, ViewOptions& options) {
+void addViewOptions(VerbOptions& verb, ViewListOptions& options) {
     addFile(verb, "--cameras", "FILE", options.file,
             "a view for each camera of a file: transforms.json, BOP's scene_camera.json, COLMAP's "
             "model, .npy, .npz or .jsonl. The output's name has a place for the view's number, "
@@ -69,55 +108,45 @@ void addViewOptions(VerbOptions& verb, ViewOptions& options) {
         .group(kViewsGroup);
 }
 
-void checkViewOptions(const ViewOptions& options, const CameraOptions& camera) {
-    if (options.file && options.count)
-        refuse("views are those of a file or around the scene", "--cameras, --views",
-               "leave one of them out");
-    if (!options.count) {
-        const std::pair<bool, const char*> needs_views[] = {
-            {options.around.has_value(), "--around"}, {options.distance.has_value(), "--distance"}};
-        for (const auto& [given, option] : needs_views)
-            if (given) refuse("there are no views to place", option, "add --views N");
+ViewList::ViewList(const ViewListOptions& options, const CameraOptions& camera)
+    : options_(options), camera_(camera) {
+    checkCamera(camera);
+    checkViewOptions(options, camera);
+    if (!options.asked()) cameras_ = {camera};
+}
+
+std::size_t ViewList::size() const {
+    return options_.count ? static_cast<std::size_t>(*options_.count)
+                          : std::max(listed_.size(), std::size_t{1});
+}
+
+void ViewList::checkName(const std::filesystem::path& output) const {
+    if (size() == 1 || hasViewToken(output.string())) return;
+    refuse("all " + std::to_string(size()) + " views would have the same name",
+           "--output " + output.string(),
+           "put @@@@ into the file's name, where the view's number goes");
+}
+
+void ViewList::place(const OpenedScene& scene) {
+    if (options_.count) {
+        ViewsAround around{.count = *options_.count};
+        around.around = options_.around.value_or(Around::kSphere);
+        around.seed = options_.seed.value_or(0);
+        around.distance = options_.distance;
+        if (camera_.fov) around.fov = *camera_.fov;
+        around.size = camera_.size == Size{0, 0} ? CameraChoice{}.size : camera_.size;
+        listed_ = viewsAround(around, scene.extent());
     }
-    if (options.seed && options.around != Around::kRandom)
-        refuse("nothing is left to chance", "--seed", "add --around random");
-    if (options.cameras_out && !options.asked())
-        refuse("there are no views whose cameras could be written", "--cameras-out",
-               "add --views N or --cameras FILE");
-    if (!options.asked()) return;
-    refuseLoneCamera(camera, options.file ? "--cameras" : "--views");
-    if (options.file && camera.fov)
-        refuse("the file says what its cameras see", "--fov, --cameras", "leave one of them out");
-    if (options.count && camera.size.height == 0 && camera.size.width != 0)
-        refuse("views around a scene have no aspect ratio of their own",
-               "--size " + std::to_string(camera.size.width), "give the height too: --size WxH");
+    for (const ListedCamera& view : listed_) {
+        cameras_.push_back(cameraOf(view, camera_));
+        checkCamera(cameras_.back());
+    }
 }
 
-std::vector<ListedCamera> readViews(const ViewOptions& options) {
-    if (!options.file) return {};
-    return {};
-}
-
-std::vector<ListedCamera> placeViews(const ViewOptions& options, const CameraOptions& camera,
-                                     const SceneExtent& extent) {
-    ViewsAround around{.count = *options.count};
-    around.around = options.around.value_or(Around::kSphere);
-    around.seed = options.seed.value_or(0);
-    around.distance = options.distance;
-    if (camera.fov) around.fov = *camera.fov;
-    around.size = camera.size;
-    return viewsAround(around, extent);
-}
-
-CameraOptions cameraOf(const ListedCamera& view, const CameraOptions& camera) {
-    CameraOptions result;
-    static_cast<CameraChoice&>(result) = view.choice;
-    if (result.size == Size{0, 0}) result.size = camera.size;
-    if (camera.near) result.near = camera.near;
-    if (camera.far) result.far = camera.far;
-    result.crop = camera.crop;
-    result.tile = camera.tile;
-    return result;
+View ViewList::view(const OpenedScene& scene, const PosedScene& posed, std::size_t index) const {
+    View view = scene.view(posed, cameras_[index]);
+    if (asked()) view.camera_name = listed_[index].name;
+    return view;
 }
 
 }  // namespace peeler::cmd

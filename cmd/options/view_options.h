@@ -9,6 +9,7 @@
 
 #include "cmd/cli/choices.h"
 #include "cmd/options/camera_options.h"
+#include "cmd/options/capture_job.h"
 #include "core/scene/framing.h"
 #include "core/views/many_cameras.h"
 
@@ -26,7 +27,7 @@ inline constexpr Choice<Around> kArounds[] = {
 inline constexpr int kMostViews = 1'000'000;
 
 /// --cameras, --views and what belongs to them.
-struct ViewOptions {
+struct ViewListOptions {
     std::optional<std::filesystem::path> file;
     std::optional<int> count;
     std::optional<Around> around;
@@ -39,20 +40,38 @@ struct ViewOptions {
 };
 
 /// Declares the options; `options` must outlive the parse.
-void addViewOptions(VerbOptions& verb, ViewOptions& options);
+void addViewOptions(VerbOptions& verb, ViewListOptions& options);
 
-/// Throws Error (kUsage) for what contradicts itself whatever the scene is; `camera` has what is
-/// the same for all views.
-void checkViewOptions(const ViewOptions& options, const CameraOptions& camera);
+/// The views of a run: of a file, around the scene, or the one of the camera's options.
+class ViewList {
+  public:
+    /// Checks the options, and reads the file. `camera` has what is the same for all views. Both
+    /// must outlive it. Throws Error (kUsage) for what contradicts itself whatever the scene is,
+    /// and like readCameras().
+    ViewList(const ViewListOptions& options, const CameraOptions& camera);
 
-/// The views of --cameras, in the order of the file; none without it. Throws like readCameras().
-std::vector<ListedCamera> readViews(const ViewOptions& options);
+    bool asked() const { return options_.asked(); }
+    std::size_t size() const;  ///< at least 1
 
-/// The views of --views, of the size and field of view of `camera`.
-std::vector<ListedCamera> placeViews(const ViewOptions& options, const CameraOptions& camera,
-                                     const SceneExtent& extent);
+    /// Throws Error (kUsage) if the views would all have this name.
+    void checkName(const std::filesystem::path& output) const;
 
-/// What makes the picture of a view: its own choice, and what is the same for all.
-CameraOptions cameraOf(const ListedCamera& view, const CameraOptions& camera);
+    /// Places what stands around the scene; to be called before what follows. Throws Error
+    /// (kUsage).
+    void place(const OpenedScene& scene);
+
+    /// The cameras of all views.
+    const std::vector<CameraOptions>& cameras() const { return cameras_; }
+    /// What a view is called; "" of a lone one.
+    std::string name(std::size_t index) const { return asked() ? listed_[index].name : ""; }
+    /// What a view sees, by its own name. Throws like makeView().
+    View view(const OpenedScene& scene, const PosedScene& posed, std::size_t index) const;
+
+  private:
+    const ViewListOptions& options_;
+    const CameraOptions& camera_;
+    std::vector<ListedCamera> listed_;  ///< none of a lone view
+    std::vector<CameraOptions> cameras_;
+};
 
 }  // namespace peeler::cmd

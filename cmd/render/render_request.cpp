@@ -74,25 +74,17 @@ std::vector<Difference> headerDifferences(const PictureRequest& picture,
 }  // namespace
 
 RenderRequest::RenderRequest(const RenderOptions& options, CaptureJob& job)
-    : options_(options), job_(job) {
-    checkCamera(options.camera);
+    : options_(options), views_(options.views, options.camera), job_(job) {
     job.checkOptions();
-    checkViewOptions(options.views, options.camera);
     choosePictures();
-    checkNames();
     checkFiles();
     capture_ = captureSettings(options);
     checkClipOptions(options.clip);
     scene_ = &job.openScene();
     job.checkOutputs(outputs());
-    placeCameras();
+    views_.place(*scene_);
     meters_exposure_ = options.output.leavesExposureOpen() && capture_.shading != Shading::kUnlit &&
                        !scene_->at(0).lights().empty();
-}
-
-std::size_t RenderRequest::viewCount() const {
-    return options_.views.count ? static_cast<std::size_t>(*options_.views.count)
-                                : std::max(views_.size(), std::size_t{1});
 }
 
 /// What the options and the file of cameras ask for, before anything is known of the scene.
@@ -102,40 +94,23 @@ void RenderRequest::choosePictures() {
         throw Error(ErrorKind::kUsage, "there are no frames or views to take a part of",
                     "--chunk " + chunk->text(), "add --frames, --cameras or --views");
     moments_ = momentsOf(options_.animation);
-    views_ = readViews(options_.views);
-    std::tie(first_, end_) = chunk.value_or(Shard()).of(moments_.size() * viewCount());
-}
-
-void RenderRequest::checkNames() const {
+    std::tie(first_, end_) = chunk.value_or(Shard()).of(moments_.size() * views_.size());
     const std::string path = options_.output.path.string();
-    const auto refuse = [&](std::size_t count, const char* what, const char* hint) {
+    if (moments_.size() > 1 && !hasFrameToken(path)) {
         throw Error(ErrorKind::kUsage,
-                    "all " + std::to_string(count) + " " + what + " would have the same name",
-                    "--output " + path, hint);
-    };
-    if (moments_.size() > 1 && !hasFrameToken(path))
-        refuse(moments_.size(), "frames",
-               "put #### or %04d into the file's name, where the frame's number goes");
-    if (viewCount() > 1 && !hasViewToken(path))
-        refuse(viewCount(), "views", "put @@@@ into the file's name, where the view's number goes");
-}
-
-void RenderRequest::placeCameras() {
-    if (options_.views.count)
-        views_ = placeViews(options_.views, options_.camera, scene_->extent());
-    for (const ListedCamera& view : views_) {
-        cameras_.push_back(cameraOf(view, options_.camera));
-        checkCamera(cameras_.back());
+                    "all " + std::to_string(moments_.size()) + " frames would have the same name",
+                    "--output " + path,
+                    "put #### or %04d into the file's name, where the frame's number goes");
     }
-    if (!hasViews()) cameras_ = {options_.camera};
+    views_.checkName(path);
 }
 
 const Moment& RenderRequest::moment(std::size_t index) const {
-    return moments_[(first_ + index) / viewCount()];
+    return moments_[(first_ + index) / views_.size()];
 }
 
-std::size_t RenderRequest::camera(std::size_t index) const {
-    return (first_ + index) % viewCount();
+std::size_t RenderRequest::view(std::size_t index) const {
+    return (first_ + index) % views_.size();
 }
 
 void RenderRequest::checkFiles() const {
@@ -186,7 +161,7 @@ std::vector<fs::path> RenderRequest::outputs() const {
 PictureNumber RenderRequest::number(std::size_t index) const {
     PictureNumber number;
     if (hasFrames()) number.frame = moment(index).frame;
-    if (hasViews()) number.view = static_cast<int>(camera(index));
+    if (hasViews()) number.view = static_cast<int>(view(index));
     return number;
 }
 
@@ -199,13 +174,6 @@ OutputRequest RenderRequest::outputOf(std::size_t index) const {
     return output;
 }
 
-View RenderRequest::viewOf(const PosedScene& posed, std::size_t index) const {
-    const std::size_t camera = this->camera(index);
-    View view = scene_->view(posed, cameras_[camera]);
-    if (hasViews()) view.camera_name = views_[camera].name;
-    return view;
-}
-
 PictureRequest RenderRequest::picture(std::size_t index) const {
     const Moment& moment = this->moment(index);
     PictureRequest picture;
@@ -214,14 +182,14 @@ PictureRequest RenderRequest::picture(std::size_t index) const {
     picture.time = moment.time;
     picture.output = outputOf(index);
     picture.posed = scene_->at(moment.time);
-    picture.view = viewOf(*picture.posed, index);
+    picture.view = views_.view(*scene_, *picture.posed, view(index));
     picture.capture = capture_;
     picture.capture.clip = clipVolume(options_.clip, *picture.posed);
     // Nothing is coloured of shadow casters.
     picture.capture.tinted = !picture.capture.opaque_only && job_.wantsTint(*picture.posed);
     if (options_.channels.wants(Channel::kMotion)) {
         const PosedScene next = scene_->at(moment.next_time);
-        picture.next = NextFrame{next, viewOf(next, index)};
+        picture.next = NextFrame{next, views_.view(*scene_, next, view(index))};
     }
     picture.provenance = provenanceOf(index, picture);
     picture.provenance.output_hash =

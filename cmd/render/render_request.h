@@ -50,7 +50,7 @@ void writeIdManifest(const std::filesystem::path& path, const IdNames& names);
 struct RenderOptions : CaptureJobOptions {
     std::vector<std::filesystem::path> scenes;  ///< files, folders and globs of files
     CameraOptions camera;                       ///< of many views what is the same for all
-    ViewOptions views;
+    ViewListOptions views;
     ChannelOptions channels;
     ClipOptions clip;
     std::optional<int> shadow_size;
@@ -105,7 +105,7 @@ class RenderRequest {
 
     const Scene& scene() const { return scene_->scene(); }
     bool hasFrames() const { return options_.animation.frames.has_value(); }
-    bool hasViews() const { return options_.views.asked(); }
+    bool hasViews() const { return views_.asked(); }
     bool isSequence() const { return hasFrames() || hasViews(); }
     /// What each of several pictures is called; "" of a lone one.
     const char* pictureKind() const { return hasViews() ? "view" : hasFrames() ? "frame" : ""; }
@@ -114,8 +114,7 @@ class RenderRequest {
     PictureNumber number(std::size_t index) const;
     std::filesystem::path outputFile(std::size_t index) const { return outputOf(index).path; }
     /// The cameras of all views, whichever of them this run makes.
-    const std::vector<CameraOptions>& cameras() const { return cameras_; }
-    const std::vector<ListedCamera>& views() const { return views_; }  ///< the same as listed
+    const ViewList& views() const { return views_; }
     /// The picture with this index, the scene posed at its time. Throws Error (kUsage) and (kInput)
     /// like OpenedScene::view().
     PictureRequest picture(std::size_t index) const;
@@ -137,23 +136,18 @@ class RenderRequest {
     nlohmann::ordered_json plan() const;
 
   private:
-    void checkNames() const;
     void choosePictures();
     void checkFiles() const;
-    void placeCameras();
-    std::size_t viewCount() const;
     std::vector<std::filesystem::path> outputs() const;
     OutputRequest outputOf(std::size_t index) const;
     const Moment& moment(std::size_t index) const;
-    View viewOf(const PosedScene& posed, std::size_t index) const;
-    std::size_t camera(std::size_t index) const;  ///< index into cameras_
+    std::size_t view(std::size_t index) const;  ///< index into views_
     Provenance provenanceOf(std::size_t index, const PictureRequest& picture) const;
 
     const RenderOptions& options_;
     std::vector<Moment> moments_;
-    std::vector<ListedCamera> views_;     ///< none = one view, that of the options
-    std::vector<CameraOptions> cameras_;  ///< of the views, or the one
-    std::size_t first_ = 0, end_ = 0;     ///< of the pictures, which are this run's
+    ViewList views_;
+    std::size_t first_ = 0, end_ = 0;  ///< of the pictures, which are this run's
     CaptureSettings capture_;
     const CaptureJob& job_;
     const OpenedScene* scene_ = nullptr;  ///< owned by job_

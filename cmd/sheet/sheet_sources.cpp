@@ -123,54 +123,50 @@ SheetCell captureMethod(GlRenderer& renderer, const View& view, CaptureSettings 
     return result;
 }
 
-/// The sheet of a scene in the making. make() lists its stages.
-class SceneSheet {
-  public:
-    SceneSheet(const SheetRequest& request, CaptureJob& job, Console& console)
-        : request_(request), job_(job), console_(console), capture_(request.capture) {}
+}  // namespace
 
-    SheetContent make() {
-        openScene();
-        if (request_.methods == SheetMethods::kAll) {
-            compareMethods();
-        } else {
-            showLayers();
-        }
-        return std::move(content_);
+SceneSheet::SceneSheet(const SheetRequest& request, CaptureJob& job, const OpenedScene& scene,
+                       const ViewList& views, Console& console)
+    : request_(request),
+      job_(job),
+      views_(views),
+      console_(console),
+      capture_(request.capture),
+      scene_(scene),
+      posed_(scene.at(request.animation.time.value_or(0))) {
+    capture_.clip = clipVolume(request_.clip, posed_);
+    capture_.tinted = job_.wantsTint(posed_);
+}
+
+std::string SceneSheet::settingsHash(std::size_t view) const {
+    const Window crop = views_.view(scene_, posed_, view).crop;
+    return job_.settingsHash(capture_, nlohmann::json::object(), crop);
+}
+
+SheetContent SceneSheet::make(std::size_t view) {
+    content_ = {};
+    exact_ = {};
+    view_ = views_.view(scene_, posed_, view);
+    content_.result.settings_hash = settingsHash(view);
+    openRenderer();
+    content_.exposure = exposure_;
+    if (request_.methods == SheetMethods::kAll) {
+        compareMethods();
+    } else {
+        showLayers();
     }
+    return std::move(content_);
+}
 
-  private:
-    void openScene();
-    void compareMethods();
-    void showLayers();
-    bool showsUnsorted() const;
-    void describePlan(const Plan& plan, int passes);
-    SheetCell capture(const MethodInfo& method, bool exact);
-
-    const SheetRequest& request_;
-    CaptureJob& job_;
-    Console& console_;
-    CaptureSettings capture_;
-    View view_;
-    GlRenderer* renderer_ = nullptr;  ///< the job's
-    CompositeImage exact_;
-    SheetContent content_;
-};
-
-void SceneSheet::openScene() {
-    const OpenedScene& scene = job_.openScene();
-    job_.checkOutputs({request_.output});
-    const PosedScene posed = job_.pose();
-    view_ = scene.view(posed, request_.camera);
-    capture_.clip = clipVolume(request_.clip, posed);
-    capture_.tinted = job_.wantsTint(posed);
-    content_.result.settings_hash =
-        job_.settingsHash(capture_, nlohmann::json::object(), view_.crop);
-    renderer_ = &job_.openRenderer(posed);
-    if (!request_.cells.meters || posed.lights().empty() || capture_.shading == Shading::kUnlit)
+/// Opens it for the first view, which meters the exposure of all.
+void SceneSheet::openRenderer() {
+    renderer_ = job_.renderer();
+    if (renderer_) return;
+    renderer_ = &job_.openRenderer(posed_);
+    if (!request_.cells.meters || posed_.lights().empty() || capture_.shading == Shading::kUnlit)
         return;
-    content_.exposure = job_.meterExposure(capture_, std::span(&request_.camera, 1));
-    renderer_->setPose(posed);
+    if (!exposure_) exposure_ = job_.meterExposure(capture_, views_.cameras());
+    renderer_->setPose(posed_);
 }
 
 /// Whether a cell of unsorted blending is shown: it blends everything, in colour, so it stands only
@@ -252,12 +248,6 @@ SheetCell SceneSheet::capture(const MethodInfo& method, bool exact) {
                                      [&](double share) { progress.update(share); });
     add(job_.times(), cell.times());
     return result;
-}
-
-}  // namespace
-
-SheetContent sheetOfScene(const SheetRequest& request, CaptureJob& job, Console& console) {
-    return SceneSheet(request, job, console).make();
 }
 
 SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Console& console) {

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "cmd/cli/console.h"
@@ -11,7 +12,10 @@
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/capture_options.h"
+#include "cmd/options/sequence_options.h"
+#include "cmd/options/view_options.h"
 #include "cmd/sheet/sheet_cells.h"
+#include "core/capture/method.h"
 
 namespace peeler::cmd {
 
@@ -26,10 +30,11 @@ enum class SheetMethods {
 /// count; of a scene all of it. The clip volume is in `clip`, not in `capture`.
 struct SheetRequest : CaptureJobOptions {
     CameraOptions camera;
+    ViewListOptions views;
+    SequenceOptions sequence;
     ClipOptions clip;
     SheetSettings cells;
     SheetMethods methods = SheetMethods::kUnsorted;
-    std::filesystem::path output{};  ///< the sheet, which may not replace a file of the scene
 };
 
 struct SheetContent {
@@ -39,8 +44,40 @@ struct SheetContent {
     PictureResult result;           ///< what the cells were made of, and with
 };
 
-/// Opens and captures the scene of `job`. Throws like CaptureJob and GlRenderer::capture().
-SheetContent sheetOfScene(const SheetRequest& request, CaptureJob& job, Console& console);
+/// The sheets of a scene, one view after the other.
+class SceneSheet {
+  public:
+    /// `views` are placed; all arguments must outlive it. Throws like clipVolume().
+    SceneSheet(const SheetRequest& request, CaptureJob& job, const OpenedScene& scene,
+               const ViewList& views, Console& console);
+
+    /// Of what a view shows, before it is made.
+    std::string settingsHash(std::size_t view) const;
+    /// Captures a view. Throws like CaptureJob::openRenderer() and GlRenderer::capture().
+    SheetContent make(std::size_t view);
+
+  private:
+    void openRenderer();
+    void compareMethods();
+    void showLayers();
+    bool showsUnsorted() const;
+    void describePlan(const Plan& plan, int passes);
+    SheetCell capture(const MethodInfo& method, bool exact);
+
+    const SheetRequest& request_;
+    CaptureJob& job_;
+    const ViewList& views_;
+    Console& console_;
+    CaptureSettings capture_;
+    const OpenedScene& scene_;
+    PosedScene posed_;
+    View view_;                       ///< that is captured
+    GlRenderer* renderer_ = nullptr;  ///< the job's
+    std::optional<float> exposure_;   ///< that was metered, for all views
+    CompositeImage exact_;
+    SheetContent content_;
+};
+
 /// Reads a layered file; `job` keeps the times. Throws Error (kInput) like openLayered().
 SheetContent sheetOfFile(const SheetRequest& request, CaptureJob& job, Console& console);
 
