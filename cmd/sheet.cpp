@@ -18,7 +18,6 @@
 #include "cmd/sheet/sheet_sources.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
-#include "formats/exr/exr_header.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
 #include "formats/output_hash.h"
@@ -77,7 +76,7 @@ class Sheets {
     fs::path outputOf(std::size_t view) const;
     std::string hashOf(const SceneSheet& sheet, const OpenedScene& scene, std::size_t view) const;
     void writeSheet(SheetContent& content, const fs::path& path, const std::string& hash) const;
-    void report(SheetContent& content, const fs::path& path, std::optional<std::size_t> view);
+    void report(SheetContent& content, std::size_t view);
 
     const SheetOptions& options_;
     const SheetRequest& request_;
@@ -173,7 +172,7 @@ fs::path Sheets::outputOf(std::size_t view) const {
 void Sheets::ofFile() {
     SheetContent content = sheetOfFile(request_, job_, console_);
     writeSheet(content, options_.output.path, "");
-    report(content, options_.output.path, {});
+    report(content, 0);
 }
 
 void Sheets::ofScene() {
@@ -200,38 +199,32 @@ void Sheets::ofScene() {
 void Sheets::ofView(SceneSheet& sheet, const OpenedScene& scene, std::size_t view) {
     const fs::path path = outputOf(view);
     const std::string hash = hashOf(sheet, scene, view);
-    const std::optional<std::size_t> number = views_.asked() ? std::optional(view) : std::nullopt;
     if (request_.sequence.skip_existing && outputHashOf(path.string()) == hash) {
         SheetContent there;
         there.result.skipped = true;
-        return report(there, path, number);
+        return report(there, view);
     }
     if (options_.output.no_clobber) checkTarget(options_.output, {});
     SheetContent content = sheet.make(view);
     writeSheet(content, path, hash);
-    report(content, path, number);
+    report(content, view);
 }
 
 /// Of all that decides what is on the sheet of a view.
 std::string Sheets::hashOf(const SceneSheet& sheet, const OpenedScene& scene,
                            std::size_t view) const {
-    const PosedScene posed = scene.at(request_.animation.time.value_or(0));
-    const OutputOptions& output = options_.output.options;
+    const double time = request_.animation.time.value_or(0);
     const SheetSettings& cells = request_.cells;
-    const Json all = {
-        {"scene", hexText(scene.scene().content_hash)},
-        {"settings", sheet.settingsHash(view)},
-        {"time", request_.animation.time.value_or(0)},
-        {"camera", cameraJson(views_.view(scene, posed, view))},
-        {"extension", lowerExtension(options_.output.path)},
-        {"background", output.background},
-        {"exposure", cells.meters ? Json("automatic") : Json(output.exposure)},
-        {"toneMap", output.tone_map},
-        {"cells",
-         {cells.show, cells.progression, cells.most_cells, cells.cell_width, options_.columns,
-          request_.methods}},
-    };
-    return hashText(all.dump());
+    const Json settings = {sheet.settingsHash(view), cells.show,       cells.progression,
+                           cells.most_cells,         cells.cell_width, options_.columns,
+                           request_.methods};
+    OutputOptions output = options_.output.options;
+    output.automatic_exposure = cells.meters;
+    output.provenance.scene_hash = hexText(scene.scene().content_hash);
+    output.provenance.settings_hash = hashText(settings.dump());
+    output.provenance.time = time;
+    return outputHash(views_.view(scene, scene.at(time), view), options_.output.path.string(),
+                      output);
 }
 
 void Sheets::refuseSceneOptions() const {
@@ -266,12 +259,12 @@ void Sheets::writeSheet(SheetContent& content, const fs::path& path,
     writePicture(path.string(), page, output);
 }
 
-void Sheets::report(SheetContent& content, const fs::path& path, std::optional<std::size_t> view) {
+void Sheets::report(SheetContent& content, std::size_t view) {
     job_.finish(content.result);
-    content.result.setFile(path);
-    if (view) {
-        content.result.view = static_cast<int>(*view);
-        content.result.camera = views_.name(*view);
+    content.result.setFile(outputOf(view));
+    if (views_.asked()) {
+        content.result.view = static_cast<int>(view);
+        content.result.camera = views_.name(view);
     }
     if (content.result.skipped)
         return results_.add(toJson(content.result), summary(content.result));

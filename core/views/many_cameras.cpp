@@ -14,7 +14,6 @@ namespace peeler {
 namespace {
 
 constexpr double kOrbitElevation = 30;  // degrees
-constexpr std::size_t kNameDigits = 4;
 
 /// A number of [0, 1) with 53 bits: std::uniform_real_distribution may differ between libraries.
 double uniform(std::mt19937_64& random) {
@@ -41,15 +40,9 @@ std::vector<glm::dvec3> standpoints(const ViewsAround& asked) {
     return directions;
 }
 
-std::string numberName(int number) {
-    std::string digits = std::to_string(number);
-    if (digits.size() < kNameDigits) digits.insert(0, kNameDigits - digits.size(), '0');
-    return digits;
-}
-
 }  // namespace
 
-std::vector<ListedCamera> viewsAround(const ViewsAround& asked, const SceneExtent& extent) {
+std::vector<CameraChoice> viewsAround(const ViewsAround& asked, const SceneExtent& extent) {
     const Bounds bounds = extent.bounds();
     const glm::dvec3 middle = (bounds.min + bounds.max) * 0.5;
     const double half_height = std::tan(glm::radians(asked.fov) / 2);
@@ -61,17 +54,16 @@ std::vector<ListedCamera> viewsAround(const ViewsAround& asked, const SceneExten
     const double distance = asked.distance.value_or(usual);
     const double focal = asked.size.height / (2 * half_height);
 
-    std::vector<ListedCamera> cameras;
+    std::vector<CameraChoice> cameras;
     for (const glm::dvec3& direction : standpoints(asked)) {
-        ListedCamera& camera = cameras.emplace_back();
-        camera.name = numberName(static_cast<int>(cameras.size()) - 1);
-        camera.choice.size = asked.size;
-        camera.choice.intrinsics = {focal, focal, (asked.size.width - 1) / 2.0,
-                                    (asked.size.height - 1) / 2.0};
+        CameraChoice& camera = cameras.emplace_back();
+        camera.size = asked.size;
+        camera.intrinsics = {focal, focal, (asked.size.width - 1) / 2.0,
+                             (asked.size.height - 1) / 2.0};
         const glm::dvec3 eye = middle + distance * direction;
         auto pose = lookAlong(eye, -direction, {0, 1, 0});
         if (!pose) pose = lookAlong(eye, -direction, {0, 0, -1});  // straight down or up
-        camera.choice.pose = *pose;
+        camera.pose = *pose;
     }
     return cameras;
 }

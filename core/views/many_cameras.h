@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many cameras of one scene: a list of them, those that stand around what they look at, and the
-// size to which data sets bring what is in the middle.
+// Many cameras that stand around one scene, and the size to which data sets bring what is in the
+// middle.
 #pragma once
 
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/scene/camera_choice.h"
@@ -14,19 +13,6 @@
 #include "core/scene/posed_scene.h"
 
 namespace peeler {
-
-/// An object of the scene where a view has it.
-struct PlacedObject {
-    int id = 0;              ///< of the object, as the file has it
-    glm::dmat4 to_world{1};  ///< object to world
-};
-
-/// One of many cameras. A size of {0, 0} is not known.
-struct ListedCamera {
-    std::string name{};  ///< as its file has it
-    CameraChoice choice{};
-    std::vector<PlacedObject> objects{};  ///< of formats that tell, where each stands in this view
-};
 
 /// Where cameras stand around the middle of a scene.
 enum class Around : std::uint8_t {
@@ -45,12 +31,12 @@ struct ViewsAround {
     Size size{};                       ///< with a height
 };
 
-/// Cameras that look at the middle of the scene's bounds, called by their numbers, "0000" and so
-/// on. +Y is up in every picture, as far as can be. Without a distance they stand so far away that
-/// a sphere around the bounds fits into the picture, the same for all. They are calibrated cameras
-/// (CameraChoice::pose and intrinsics), so that files of cameras hold all there is to know of them.
-/// The same numbers make the same cameras on every machine.
-std::vector<ListedCamera> viewsAround(const ViewsAround& asked, const SceneExtent& extent);
+/// Cameras that look at the middle of the scene's bounds. +Y is up in every picture, as far as can
+/// be. Without a distance they stand so far away that a sphere around the bounds fits into the
+/// picture, the same for all. They are calibrated cameras (CameraChoice::pose and intrinsics), so
+/// that files of cameras hold all there is to know of them. The same numbers make the same cameras
+/// on every machine.
+std::vector<CameraChoice> viewsAround(const ViewsAround& asked, const SceneExtent& extent);
 
 /// To which size a scene is brought.
 enum class Normalized : std::uint8_t {

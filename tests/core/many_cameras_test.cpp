@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cameras around a scene, and scenes of one size.
+#include "core/views/many_cameras.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "tests/support/capture.h"
+
+namespace peeler {
+namespace {
+
+/// A scene whose bounds are the box from (1, 2, 3) to (3, 8, 7): its middle is (2, 5, 5).
+Scene boxScene() {
+    Scene scene;
+    scene.scenes.resize(1);
+    scene.materials.resize(1);
+    Primitive primitive;
+    primitive.positions = {{1, 2, 3}, {3, 2, 3}, {3, 8, 7}};
+    primitive.indices = {0, 1, 2};
+    scene.meshes.resize(1);
+    scene.meshes[0].primitives = {primitive};
+    scene.nodes.resize(1);
+    scene.nodes[0].mesh = 0;
+    scene.scenes[0].roots = {0};
+    return scene;
+}
+
+constexpr glm::dvec3 kMiddle{2, 5, 5};
+
+std::vector<CameraChoice> around(const ViewsAround& asked) {
+    const Scene scene = boxScene();
+    return viewsAround(asked, SceneExtent(PosedScene(scene)));
+}
+
+TEST(ManyCameras, LookAtTheMiddleFromOneDistance) {
+    for (const Around place :
+         {Around::kSphere, Around::kHemisphere, Around::kOrbit, Around::kRandom}) {
+        const auto cameras =
+            around({.count = 23, .around = place, .distance = 7, .size = {300, 200}});
+        ASSERT_EQ(cameras.size(), 23U);
+        for (const CameraChoice& camera : cameras) {
+            const glm::dmat4& pose = *camera.pose;
+            EXPECT_NEAR(glm::distance(glm::dvec3(pose[3]), kMiddle), 7, 1e-12);
+            const glm::dvec3 seen = glm::dvec3(pose[3]) - 7.0 * glm::dvec3(pose[2]);
+            EXPECT_NEAR(glm::distance(seen, kMiddle), 0, 1e-12);
+            EXPECT_GE(pose[1].y, 0) << "+Y is up";
+            EXPECT_NEAR(pose[0].y, 0, 1e-12) << "the horizon is level";
+            EXPECT_EQ(camera.size, (Size{300, 200}));
+            // tan(20°) at distance 1 is half of 200 pixels.
+            EXPECT_NEAR(camera.intrinsics->fy, 100 / std::tan(glm::radians(20.0)), 1e-9);
+            EXPECT_EQ(camera.intrinsics->fx, camera.intrinsics->fy);
+            EXPECT_EQ(camera.intrinsics->cx, 149.5);
+            EXPECT_EQ(camera.intrinsics->cy, 99.5);
+            if (place == Around::kHemisphere) {
+                EXPECT_GT(pose[3].y, kMiddle.y);
+            }
+            if (place == Around::kOrbit) {
+                EXPECT_NEAR(pose[3].y - kMiddle.y, 3.5, 1e-12);  // sin(30°) · 7
+            }
+        }
+    }
+}
+
+TEST(ManyCameras, SeeASphereAroundTheScene) {
+    const double radius = std::sqrt(4.0 + 36 + 16) / 2;
+    for (const Size size : {Size{400, 200}, Size{200, 400}}) {
+        const auto camera = around({.count = 1, .fov = 50, .size = size}).front();
+        const double half =
+            std::tan(glm::radians(25.0)) * std::min(1.0, 1.0 * size.width / size.height);
+        const double distance = glm::distance(glm::dvec3((*camera.pose)[3]), kMiddle);
+        EXPECT_NEAR(radius / distance, std::sin(std::atan(half * 0.9)), 1e-12);
+    }
+}
+
+TEST(ManyCameras, ChanceHasASeed) {
+    const ViewsAround asked{.count = 4, .around = Around::kRandom, .size = {8, 8}};
+    ViewsAround other = asked;
+    other.seed = 1;
+    EXPECT_EQ(around(asked).back().pose, around(asked).back().pose);
+    EXPECT_NE(around(asked).back().pose, around(other).back().pose);
+    // The first draw of mt19937_64 with seed 0 is a constant of the standard library's text.
+    EXPECT_NEAR(((*around(asked).front().pose)[3].y - kMiddle.y) /
+                    glm::distance(glm::dvec3((*around(asked).front().pose)[3]), kMiddle),
+                2 * (2947667278772165694ULL >> 11U) * 0x1p-53 - 1, 1e-12);
+}
+
+TEST(ManyCameras, SidesAreAllSeenAlike) {
+    // The mean of directions over a sphere is 0, over its upper half (0, 1/2, 0).
+    for (const auto& [place, mean] :
+         {std::pair{Around::kSphere, 0.0}, {Around::kHemisphere, 0.5}}) {
+        glm::dvec3 sum(0);
+        for (const CameraChoice& camera :
+             around({.count = 1000, .around = place, .distance = 1, .size = {8, 8}}))
+            sum += glm::dvec3((*camera.pose)[3]) - kMiddle;
+        EXPECT_NEAR(glm::distance(sum / 1000.0, {0, mean, 0}), 0, 2e-3);
+    }
+}
+
+TEST(ManyCameras, NormalizeBringsToOneSize) {
+    Scene scene = boxScene();
+    for (const Normalized to : {Normalized::kUnitCube, Normalized::kUnitSphere}) {
+        const Normalizing found = normalizing(PosedScene(scene), to);
+        EXPECT_EQ(found.middle, kMiddle);
+        Scene moved = scene;
+        moved.scenes[0].to_world = found.matrix();
+        const Bounds bounds = *PosedScene(moved).bounds();
+        EXPECT_NEAR(glm::length(bounds.min + bounds.max), 0, 1e-12);
+        const double longest = to == Normalized::kUnitCube ? 1 : 2 * 3 / std::sqrt(1.0 + 9 + 4);
+        EXPECT_NEAR(bounds.max.y - bounds.min.y, longest, 1e-12);
+    }
+    scene.meshes[0].primitives[0].positions.assign(3, glm::vec3(4));
+    EXPECT_THROW(normalizing(PosedScene(scene), Normalized::kUnitCube), Error);
+}
+
+}  // namespace
+}  // namespace peeler
