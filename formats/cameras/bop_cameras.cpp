@@ -217,15 +217,15 @@ std::vector<std::unique_ptr<AtomicFile>> writeBop(const std::filesystem::path& p
     });
     const Intrinsics k = writtenIntrinsics(first);
     std::vector<std::unique_ptr<AtomicFile>> files;
-    files.push_back(textFile(path, scene));
-    files.push_back(textFile(companion(path, "", "camera"),
+    files.push_back(fileWith(path, scene));
+    files.push_back(fileWith(companion(path, "", "camera"),
                              "{\"cx\": " + cameraNumber(k.cx) + ", \"cy\": " + cameraNumber(k.cy) +
                                  scale + ", \"fx\": " + cameraNumber(k.fx) +
                                  ", \"fy\": " + cameraNumber(k.fy) +
                                  ", \"height\": " + std::to_string(first.size.height) +
                                  ", \"width\": " + std::to_string(first.size.width) + "}\n"));
     if (!std::ranges::all_of(cameras, [](const auto& camera) { return camera.objects.empty(); }))
-        files.push_back(textFile(companion(path, "", "scene_gt"), all(objectsText)));
+        files.push_back(fileWith(companion(path, "", "scene_gt"), all(objectsText)));
     return files;
 }
 

@@ -140,6 +140,6 @@ std::vector<double> rowsOf(const glm::dmat4& matrix, int rows, int columns = 4);
 /// and one whose size is not known.
 Intrinsics writtenIntrinsics(const FileCamera& camera);
 /// A file with this text, not committed.
-std::unique_ptr<AtomicFile> textFile(const std::filesystem::path& path, std::string_view text);
+std::unique_ptr<AtomicFile> fileWith(const std::filesystem::path& path, std::string_view text);
 
 }  // namespace peeler

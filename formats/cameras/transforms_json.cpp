@@ -176,7 +176,7 @@ std::vector<std::unique_ptr<AtomicFile>> writeTransforms(const std::filesystem::
         text += (&camera == &cameras.front() ? "\n" : ",\n") + frameText(camera, !shared);
     text += "\n  ]\n}\n";
     std::vector<std::unique_ptr<AtomicFile>> files;
-    files.push_back(textFile(path, text));
+    files.push_back(fileWith(path, text));
     return files;
 }
 
