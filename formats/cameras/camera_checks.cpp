@@ -29,15 +29,15 @@ std::vector<std::uint8_t> readCameraBytes(const std::filesystem::path& path) {
     return readRegularFile(path, kMostCameraBytes);
 }
 
-std::string readCameraText(const std::filesystem::path& path) {
-    const std::vector<std::uint8_t> bytes = readCameraBytes(path);
-    return {bytes.begin(), bytes.end()};
+std::string_view asText(std::span<const std::uint8_t> bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 nlohmann::json readCameraJson(const std::filesystem::path& path) {
     // A value takes ten times the memory of its shortest text, so they are counted before.
     constexpr std::uint64_t kMostValues = 64 * kMostViews;
-    const std::string text = readCameraText(path);
+    const std::vector<std::uint8_t> bytes = readCameraBytes(path);
+    const std::string_view text = asText(bytes);
     const auto values =
         std::ranges::count_if(text, [](char c) { return c == ',' || c == '[' || c == '{'; });
     if (static_cast<std::uint64_t>(values) > kMostValues)

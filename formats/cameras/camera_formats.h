@@ -52,7 +52,7 @@ extern const CameraFormat kTransformsFormat, kBopFormat, kColmapFormat, kPoseArr
 /// The bytes of a file of cameras. Throws Error (kInput).
 std::vector<std::uint8_t> readCameraBytes(const std::filesystem::path& path);
 /// They as a text.
-std::string readCameraText(const std::filesystem::path& path);
+std::string_view asText(std::span<const std::uint8_t> bytes);
 /// The JSON of a file of cameras that has no more values than kMostViews of them need.
 nlohmann::json readCameraJson(const std::filesystem::path& path);
 

@@ -2,6 +2,8 @@
 // JSON lines of cameras, a format of our own: an object a line.
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 
 #include "core/base/error.h"
 #include "core/scene/view.h"
@@ -12,11 +14,22 @@
 namespace peeler {
 namespace {
 
-constexpr std::string_view kKeys[] = {
-    "name",          "size",        "K",      "fx",  "fy",   "cx",  "cy",
-    "fov",           "orthoHeight", "near",   "far", "name", "eye", "cameraToWorld",
-    "worldToCamera", "up",          "target",
-};
+constexpr std::string_view kKeys[] = {"name",
+                                      "size",
+                                      "K",
+                                      "fx",
+                                      "fy",
+                                      "cx",
+                                      "cy",
+                                      "fov",
+                                      "orthoHeight",
+                                      "near",
+                                      "far",
+                                      "cameraToWorld",
+                                      "worldToCamera",
+                                      "eye",
+                                      "target",
+                                      "up"};
 
 void checkKeys(const CameraObject& line) {
     for (const auto& [key, value] : line.value().items())
@@ -116,9 +129,9 @@ FileCamera cameraOf(const CameraObject& line, const CameraFileOptions& options) 
 }
 
 std::vector<FileCamera> readCameraLines(const CameraSource& source) {
-    const std::string text = readCameraText(source.path);
+    const std::vector<std::uint8_t> bytes = readCameraBytes(source.path);
     std::vector<FileCamera> cameras;
-    std::string_view rest = text;
+    std::string_view rest = asText(bytes);
     for (std::uint64_t number = 1; !rest.empty(); ++number) {
         const std::size_t end = std::min(rest.find('\n'), rest.size());
         const std::string_view line = rest.substr(0, end);

@@ -69,8 +69,8 @@ class TextLines {
 };
 
 std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::path& path) {
-    const std::string text = readCameraText(path);
-    TextLines lines(text, path.string());
+    const std::vector<std::uint8_t> bytes = readCameraBytes(path);
+    TextLines lines(asText(bytes), path.string());
     std::map<std::uint32_t, ColmapCamera> cameras;
     while (lines.nextOfData()) {
         checkViewCount(cameras.size() + 1, path.string());
@@ -98,8 +98,8 @@ std::map<std::uint32_t, ColmapCamera> readCameraLines(const std::filesystem::pat
 }
 
 std::vector<ColmapImage> readImageLines(const std::filesystem::path& path) {
-    const std::string text = readCameraText(path);
-    TextLines lines(text, path.string());
+    const std::vector<std::uint8_t> bytes = readCameraBytes(path);
+    TextLines lines(asText(bytes), path.string());
     std::vector<ColmapImage> images;
     while (lines.nextOfData()) {
         checkViewCount(images.size() + 1, path.string());
