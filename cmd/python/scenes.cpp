@@ -226,13 +226,7 @@ glm::dmat4 matrixOf(const char* name, const py::object& value, bool affine) {
 
 /// A camera shows no scale, mirror or shear, so a matrix that has some is none of a camera.
 void checkRigid(const char* name, const glm::dmat4& matrix) {
-    const glm::dmat3 turn(matrix);
-    const glm::dmat3 square = glm::transpose(turn) * turn;
-    double off = std::abs(glm::determinant(turn) - 1);
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-            off = std::max(off, std::abs(square[i][j] - (i == j ? 1 : 0)));
-    if (!(off < 1e-4))
+    if (!(distanceFromRigid(matrix) < 1e-4))
         throw Error(ErrorKind::kUsage, "expected a rotation and a translation", name,
                     "scale the scene instead; a mirrored axis is another convention");
 }

@@ -129,7 +129,9 @@ double safeNear(const Bounds& bounds, double distance) {
 View placedCamera(const CameraChoice& choice, const Bounds& bounds) {
     View view;
     setSize(view, choice.size, 16.0 / 9);
-    const auto place = rigid(*choice.pose);
+    // What is rigid stays as it is, so that a view's pose makes the same view again.
+    constexpr double kRigid = 1e-8;
+    const auto place = distanceFromRigid(*choice.pose) < kRigid ? choice.pose : rigid(*choice.pose);
     if (!place) {
         throw Error(ErrorKind::kUsage, "the pose leaves no direction to look along", "pose",
                     "give a rotation and a translation");
@@ -144,46 +146,6 @@ View placedCamera(const CameraChoice& choice, const Bounds& bounds) {
     const double distance = glm::length(centre - glm::dvec3(view.camera_to_world[3]));
     projection.near = projection.perspective ? safeNear(bounds, distance) : 0;
     return view;
-}
-
-/// Half of a side of the picture whose middle is on the axis, and the picture that is asked for in
-/// it: along one side, where the axis goes through at `centre`, pixels from the centre of the first
-/// pixel.
-struct OffCentre {
-    int whole, first;  ///< pixels of the larger picture; the first of the one that is asked for
-    double sample;     ///< where in each pixel
-};
-OffCentre offCentre(int pixels, double centre) {
-    const double corner = centre + 0.5;  // from the first pixel's corner
-    const double whole = std::ceil(2 * std::max(corner, pixels - corner));
-    if (!(whole <= kMostPictureSide)) {
-        throw Error(ErrorKind::kUsage, "the camera's axis is too far beside the picture", "cx, cy",
-                    "they are pixels from the centre of the upper left one");
-    }
-    const double before = whole / 2 - corner;
-    const double first = std::floor(before + 0.5);
-    return {static_cast<int>(whole), static_cast<int>(first), 0.5 + (before - first)};
-}
-
-/// Makes the view's picture, of the size that it has, that of these intrinsics.
-void setIntrinsics(View& view, const Intrinsics& camera) {
-    const bool usable = camera.fx > 0 && camera.fy > 0 && std::isfinite(camera.fx) &&
-                        std::isfinite(camera.fy) && std::isfinite(camera.cx) &&
-                        std::isfinite(camera.cy);
-    if (!usable || !view.projection.perspective) {
-        throw Error(ErrorKind::kUsage,
-                    usable ? "an orthographic camera has no focal lengths"
-                           : "focal lengths must be positive and all numbers finite",
-                    "fx, fy, cx, cy");
-    }
-    const OffCentre x = offCentre(view.width, camera.cx), y = offCentre(view.height, camera.cy);
-    view.crop = {x.first, y.first, x.first + view.width, y.first + view.height};
-    view.width = x.whole;
-    view.height = y.whole;
-    view.sample = {x.sample, y.sample};
-    view.projection.half_width = x.whole / (2 * camera.fx);
-    view.projection.half_height = y.whole / (2 * camera.fy);
-    checkPixels({view.width, view.height});
 }
 
 /// The view of a camera that is built from numbers, all of which may be missing: what is not given

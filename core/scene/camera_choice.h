@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/base/window.h"
+#include "core/scene/view.h"
 
 #pragma GCC visibility push(default)
 
@@ -31,6 +32,13 @@ struct Intrinsics {
     double fx = 1, fy = 1, cx = 0, cy = 0;
     bool operator==(const Intrinsics&) const = default;
 };
+
+/// The intrinsics of what a view renders, its crop as a picture of its own: those that
+/// CameraChoice::intrinsics made it of, or, where several make the same view to the last bit, the
+/// ones with the fewest digits. A view that was made of a field of view may have half widths that
+/// no focal length leads to; then they are of the nearest one. Throws Error (kUsage) for an
+/// orthographic view.
+Intrinsics intrinsicsOf(const View& view);
 
 /// What is not given is the scene's first camera, or, if it has none or something is built, found
 /// by framing the whole scene.

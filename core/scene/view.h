@@ -25,6 +25,11 @@ std::optional<glm::dmat4> lookAlong(const glm::dvec3& eye, const glm::dvec3& for
 /// the matrix leaves no direction to look along.
 std::optional<glm::dmat4> rigid(const glm::dmat4& world);
 
+/// How far a matrix is from one that turns and moves and does nothing else: the most by which its
+/// determinant is not 1, its axes are not of length 1 (squared) or not at right angles (dot
+/// products). NaN or infinite where the matrix is.
+double distanceFromRigid(const glm::dmat4& matrix);
+
 /// The frustum or box of a camera that looks along −Z of its own space (glTF's convention).
 /// `half_width` and `half_height` are measured at distance 1 for a perspective camera (tan of half
 /// the field of view) and in scene units for an orthographic one.

@@ -42,7 +42,7 @@ std::vector<std::uint8_t> readRegularFile(const std::filesystem::path& path,
     if (::fstat(file.get(), &status) != 0) failToOpen(path, errno);
     if (S_ISDIR(status.st_mode))
         throw Error(ErrorKind::kInput, "this is a folder, not a file", path.string(),
-                    "name the .gltf or .glb file in it");
+                    "name a file in it");
     if (!S_ISREG(status.st_mode))
         throw Error(ErrorKind::kInput, "this is not a regular file", path.string(),
                     "pipes and devices are not read; copy the data to a file");

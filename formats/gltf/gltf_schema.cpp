@@ -59,9 +59,7 @@ class SchemaCheck {
   private:
     [[noreturn]] static void refuse(const std::string& pointer, const std::string& rule,
                                     const json& value) {
-        std::string shown = value.dump(-1, ' ', true, json::error_handler_t::replace);
-        if (shown.size() > 40) shown = shown.substr(0, 37) + "...";
-        failGltf("the value " + rule + ", it is " + shown, pointer);
+        failGltf("the value " + rule + ", it is " + shownJson(value), pointer);
     }
 
     void member(json& value, const std::string& pointer, const SchemaRow& rule) {
@@ -254,23 +252,6 @@ void checkCameraKinds(const json& cameras) {
 }
 
 }  // namespace
-
-std::string childPointer(const std::string& parent, std::string_view key) {
-    std::string result = parent + '/';
-    for (const char c : key) {
-        if (c == '~')
-            result += "~0";
-        else if (c == '/')
-            result += "~1";
-        else
-            result += c;
-    }
-    return result;
-}
-
-std::string childPointer(const std::string& parent, std::size_t index) {
-    return parent + '/' + std::to_string(index);
-}
 
 void failGltf(const std::string& what, const std::string& where, const std::string& hint) {
     throw Error(ErrorKind::kInput, what, where, hint);

@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "formats/file/json_text.h"
+
 namespace peeler {
 
 /// Checks that every property we use has the type that glTF 2.0 gives it, lies in its range, and
@@ -22,10 +24,6 @@ inline constexpr const char* kValidatorHint = "check the file with the Khronos g
 /// Throws Error(kInput); `where` is a JSON pointer, or a path if it is about the whole file.
 [[noreturn]] void failGltf(const std::string& what, const std::string& where,
                            const std::string& hint = kValidatorHint);
-
-/// The JSON pointer (RFC 6901) of the child of a value.
-std::string childPointer(const std::string& parent, std::string_view key);
-std::string childPointer(const std::string& parent, std::size_t index);
 
 /// What a member of an object must be.
 enum class SchemaKind {

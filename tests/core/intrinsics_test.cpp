@@ -91,6 +91,36 @@ TEST(Intrinsics, OfAnAxisInTheMiddleAreAFieldOfView) {
     }
 }
 
+TEST(Intrinsics, OfAViewAreThoseItWasMadeOf) {
+    const Intrinsics cameras[] = {
+        {500, 500, 319.5, 239.5},  {612.3, 587.9, 301.2, 255.75},
+        {40.1, 900.7, 0.1, 479.3}, {300, 1e-3, -20.4, 511.9},
+        {0.3, 3e7, -0.49, 1e-3},   {1066.778, 1067.487, 312.9869, 241.3109}};
+    for (const Intrinsics& k : cameras) {
+        for (const Size size : {Size{640, 480}, Size{641, 479}, Size{1, 1}, Size{1, 3000}}) {
+            const View view = viewOf(cameraOf(k, size));
+            EXPECT_EQ(intrinsicsOf(view), k);
+            CameraChoice part = cameraOf(k, {640, 480});
+            part.crop = Window{10, 20, 50, 90};
+            const Intrinsics cropped = intrinsicsOf(viewOf(part));
+            EXPECT_NEAR(cropped.fx, k.fx, 1e-12 * k.fx);
+            EXPECT_NEAR(cropped.cx, k.cx - 10, 1e-12 * 640);
+            EXPECT_NEAR(cropped.cy, k.cy - 20, 1e-12 * 640);
+        }
+    }
+    CameraChoice field;
+    field.pose = glm::dmat4(1);
+    field.size = {640, 480};
+    field.fov = 90;
+    const Intrinsics k = intrinsicsOf(viewOf(field));
+    EXPECT_NEAR(k.fx, 240, 1e-12);
+    EXPECT_EQ(k.cx, 319.5);
+    EXPECT_EQ(k.cy, 239.5);
+    field.fov.reset();
+    field.ortho_height = 2;
+    EXPECT_THROW(intrinsicsOf(viewOf(field)), Error);
+}
+
 TEST(Intrinsics, CropsAreOfThePictureThatIsAskedFor) {
     CameraChoice choice = cameraOf({500, 500, 100.25, 200}, {640, 480});
     const View whole = viewOf(choice);
@@ -101,6 +131,27 @@ TEST(Intrinsics, CropsAreOfThePictureThatIsAskedFor) {
                                  whole.crop.y0 + 90}));
     choice.crop = Window{600, 0, 641, 10};
     EXPECT_THROW(viewOf(choice), Error);
+}
+
+TEST(Poses, ThatAreRigidStayAsTheyAre) {
+    // Three quarters of a right angle, as doubles have it: normalising would change its last bits.
+    CameraChoice choice;
+    glm::dmat4 pose(1);
+    int changed = 0;
+    for (int i = 0; i < 100; ++i) {
+        const double a = 0.1 * i, b = 0.07 * i;
+        pose[0] = {std::cos(a), std::sin(a), 0, 0};
+        pose[1] = {-std::sin(a) * std::cos(b), std::cos(a) * std::cos(b), std::sin(b), 0};
+        pose[2] = {std::sin(a) * std::sin(b), -std::cos(a) * std::sin(b), std::cos(b), 0};
+        choice.pose = pose;
+        EXPECT_EQ(viewOf(choice).camera_to_world, pose);
+        changed += *rigid(pose) != pose;
+    }
+    EXPECT_GT(changed, 10);
+    pose *= 1.0001;
+    pose[3] = {1, 2, 3, 1};
+    choice.pose = pose;
+    EXPECT_EQ(viewOf(choice).camera_to_world, *rigid(pose));
 }
 
 TEST(Intrinsics, WhatCannotBeIsRefused) {

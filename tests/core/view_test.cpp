@@ -92,5 +92,26 @@ TEST(WorldPosition, InvertsTheClipMatrix) {
     }
 }
 
+TEST(Rigid, HowFarAMatrixIsFromIt) {
+    glm::dmat4 matrix(1);
+    matrix[3] = {5, 6, 7, 1};
+    EXPECT_EQ(distanceFromRigid(matrix), 0);
+    matrix[1] = {0, 1.5, 0, 0};
+    EXPECT_EQ(distanceFromRigid(matrix), 1.25);  // 1.5² − 1
+    matrix[1] = {0.25, 1, 0, 0};
+    EXPECT_EQ(distanceFromRigid(matrix), 0.25);
+    matrix[1] = {0, -1, 0, 0};
+    EXPECT_EQ(distanceFromRigid(matrix), 2);  // mirrored
+    for (int column = 0; column < 3; ++column) {
+        for (int row = 0; row < 3; ++row) {
+            glm::dmat4 broken(1);
+            broken[column][row] = NAN;
+            EXPECT_FALSE(distanceFromRigid(broken) < 1e9);
+            broken[column][row] = INFINITY;
+            EXPECT_FALSE(distanceFromRigid(broken) < 1e9);
+        }
+    }
+}
+
 }  // namespace
 }  // namespace peeler

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a calibrated camera sees as a crop of a larger picture, and back.
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/base/error.h"
+#include "core/scene/framing.h"
+
+namespace peeler {
+namespace {
+
+/// The picture whose middle is on the axis, and the one that is asked for in it: along one side.
+struct OffCentre {
+    int whole = 0, first = 0;  ///< pixels of the larger picture; the first of the asked-for one
+    double sample = 0;         ///< where in each pixel
+    bool operator==(const OffCentre&) const = default;
+};
+
+/// Of so many pixels, where the axis goes through at `centre`, pixels from the centre of the first
+/// one. Nothing if the axis is too far away.
+std::optional<OffCentre> offCentre(int pixels, double centre) {
+    const double corner = centre + 0.5;  // from the first pixel's corner
+    const double whole = std::ceil(2 * std::max(corner, pixels - corner));
+    if (!(whole <= kMostPictureSide)) return std::nullopt;
+    const double before = whole / 2 - corner;
+    const double first = std::floor(before + 0.5);
+    return OffCentre{static_cast<int>(whole), static_cast<int>(first), 0.5 + (before - first)};
+}
+
+OffCentre offCentreOrFail(int pixels, double centre) {
+    if (const auto found = offCentre(pixels, centre)) return *found;
+    throw Error(ErrorKind::kUsage, "the camera's axis is too far beside the picture", "cx, cy",
+                "they are pixels from the centre of the upper left one");
+}
+
+/// A number rounded to so many decimal digits.
+double rounded(double value, int digits) {
+    std::array<char, 32> text;
+    char* const end = text.data() + text.size();
+    const auto written =
+        std::to_chars(text.data(), end, value, std::chars_format::scientific, digits - 1);
+    double result = value;
+    std::from_chars(text.data(), written.ptr, result);
+    return result;
+}
+
+/// The number with the fewest digits that is `value` but for rounding and `fits`, if there is one.
+template <class Fits>
+std::optional<double> simplest(double value, const Fits& fits) {
+    for (int digits = 1; digits < std::numeric_limits<double>::max_digits10; ++digits)
+        if (const double candidate = rounded(value, digits); fits(candidate)) return candidate;
+    constexpr int kFarthest = 4;  // units in the last place; two divisions err by less
+    double below = value, above = value;
+    for (int step = 0; step <= kFarthest; ++step) {
+        if (fits(below)) return below;
+        if (fits(above)) return above;
+        below = std::nextafter(below, -std::numeric_limits<double>::infinity());
+        above = std::nextafter(above, std::numeric_limits<double>::infinity());
+    }
+    return std::nullopt;
+}
+
+/// The focal length of a picture of so many pixels with this half extent at distance 1.
+double focalLengthOf(int whole, double half) {
+    const double value = whole / (2 * half);
+    const auto leadsTo = [&](double wanted) {
+        return simplest(value, [&](double f) { return whole / (2 * f) == wanted; });
+    };
+    if (const auto found = leadsTo(half)) return *found;
+    return leadsTo(whole / (2 * value)).value_or(value);
+}
+
+/// Where the axis goes through, of a crop of so many pixels.
+double centreOf(int pixels, const OffCentre& side) {
+    const double before = side.first + (side.sample - 0.5);
+    const double value = (side.whole / 2.0 - before) - 0.5;
+    const auto leadsTo = [&](const OffCentre& wanted) {
+        return simplest(value, [&](double centre) { return offCentre(pixels, centre) == wanted; });
+    };
+    if (const auto found = leadsTo(side)) return *found;
+    // A crop of the picture that intrinsics would make, which is smaller.
+    const auto smaller = offCentre(pixels, value);
+    return smaller ? leadsTo(*smaller).value_or(value) : value;
+}
+
+}  // namespace
+
+void setIntrinsics(View& view, const Intrinsics& camera) {
+    const bool usable = camera.fx > 0 && camera.fy > 0 && std::isfinite(camera.fx) &&
+                        std::isfinite(camera.fy) && std::isfinite(camera.cx) &&
+                        std::isfinite(camera.cy);
+    if (!usable || !view.projection.perspective) {
+        throw Error(ErrorKind::kUsage,
+                    usable ? "an orthographic camera has no focal lengths"
+                           : "focal lengths must be positive and all numbers finite",
+                    "fx, fy, cx, cy");
+    }
+    const OffCentre x = offCentreOrFail(view.width, camera.cx),
+                    y = offCentreOrFail(view.height, camera.cy);
+    view.crop = {x.first, y.first, x.first + view.width, y.first + view.height};
+    view.width = x.whole;
+    view.height = y.whole;
+    view.sample = {x.sample, y.sample};
+    view.projection.half_width = x.whole / (2 * camera.fx);
+    view.projection.half_height = y.whole / (2 * camera.fy);
+    checkPixels({view.width, view.height});
+}
+
+}  // namespace peeler
+
+namespace peeler::inline v0 {
+
+Intrinsics intrinsicsOf(const View& view) {
+    if (!view.projection.perspective)
+        throw Error(ErrorKind::kUsage, "an orthographic camera has no focal lengths",
+                    view.camera_name);
+    const Window& crop = view.crop;
+    return {focalLengthOf(view.width, view.projection.half_width),
+            focalLengthOf(view.height, view.projection.half_height),
+            centreOf(crop.width(), {view.width, crop.x0, view.sample.x}),
+            centreOf(crop.height(), {view.height, crop.y0, view.sample.y})};
+}
+
+}  // namespace peeler::inline v0

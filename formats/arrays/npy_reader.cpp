@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads the header of a .npy file, and its numbers.
+// https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cstring>
+#include <limits>
+
+#include "core/base/error.h"
+#include "formats/arrays/array_reader.h"
+
+namespace peeler {
+namespace {
+
+template <class T>
+double decodeNumber(const std::uint8_t* bytes, bool swapped) {
+    std::array<std::uint8_t, sizeof(T)> own;
+    std::memcpy(own.data(), bytes, sizeof(T));
+    if (swapped) std::ranges::reverse(own);
+    return static_cast<double>(std::bit_cast<T>(own));
+}
+
+static_assert(std::endian::native == std::endian::little);
+
+constexpr ArrayNumber kArrayNumbers[] = {
+    {"f8", 8, true, decodeNumber<double>},         {"f4", 4, true, decodeNumber<float>},
+    {"i8", 8, false, decodeNumber<std::int64_t>},  {"i4", 4, false, decodeNumber<std::int32_t>},
+    {"i2", 2, false, decodeNumber<std::int16_t>},  {"i1", 1, false, decodeNumber<std::int8_t>},
+    {"u8", 8, false, decodeNumber<std::uint64_t>}, {"u4", 4, false, decodeNumber<std::uint32_t>},
+    {"u2", 2, false, decodeNumber<std::uint16_t>}, {"u1", 1, false, decodeNumber<std::uint8_t>},
+};
+
+[[noreturn]] void damagedArray(const std::string& what, const std::string& where) {
+    throw Error(ErrorKind::kInput, "the array is damaged: " + what, where,
+                "is it NumPy's, and whole?");
+}
+
+/// The text behind a key of the header's dictionary, "" if it has no such key.
+std::string_view after(std::string_view header, std::string_view key) {
+    const std::size_t at = header.find(key);
+    if (at == std::string_view::npos) return {};
+    header.remove_prefix(at + key.size());
+    header.remove_prefix(std::min(header.find_first_not_of(": "), header.size()));
+    return header;
+}
+
+/// The numbers of a tuple, "(2, 3)", "(2,)" or "()".
+std::optional<std::vector<std::uint64_t>> shapeOf(std::string_view text) {
+    constexpr std::size_t kMostAxes = 32;  // numpy's
+    if (!text.starts_with('(')) return {};
+    text.remove_prefix(1);
+    std::vector<std::uint64_t> shape;
+    while (true) {
+        text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
+        if (text.starts_with(')')) return shape;
+        std::uint64_t size = 0;
+        const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), size);
+        if (failure != std::errc() || shape.size() == kMostAxes) return {};
+        shape.push_back(size);
+        text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+        if (text.starts_with(','))
+            text.remove_prefix(1);
+        else if (!text.starts_with(')'))
+            return {};
+    }
+}
+
+/// Bytes of an array; nothing if they are more than can be counted.
+std::optional<std::uint64_t> sizeOf(const NumberArray& array) {
+    std::uint64_t bytes = array.number->size;
+    for (const std::uint64_t size : array.shape) {
+        if (size != 0 && bytes > std::numeric_limits<std::uint64_t>::max() / size) return {};
+        bytes *= size;
+    }
+    return bytes;
+}
+
+}  // namespace
+
+double NumberArray::at(std::uint64_t index) const {
+    if (columns) {
+        std::uint64_t stored = 0, stride = count();
+        for (std::size_t axis = shape.size(); axis-- > 0;) {
+            stride /= shape[axis];
+            stored += index % shape[axis] * stride;
+            index /= shape[axis];
+        }
+        index = stored;
+    }
+    return number->decode(bytes.data() + index * number->size, swapped);
+}
+
+std::optional<NumberArray> npyArray(std::span<const std::uint8_t> file, const std::string& where) {
+    constexpr std::string_view kMagic = "\x93NUMPY";
+    const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
+    if (!text.starts_with(kMagic)) return {};
+    const auto byteAt = [&](std::size_t place) {
+        if (place >= file.size()) damagedArray("it ends early", where);
+        return std::size_t{file[place]};
+    };
+    const bool short_header = byteAt(kMagic.size()) == 1;
+    const std::size_t begin = short_header ? 10 : 12;
+    std::size_t length = byteAt(8) | byteAt(9) << 8U;
+    if (!short_header) length |= byteAt(10) << 16U | byteAt(11) << 24U;
+    if (length > kMostNpyHeader) damagedArray("an array's header is too long", where);
+    if (begin + length > file.size()) damagedArray("it ends early", where);
+    const std::string_view header = text.substr(begin, length);
+    const std::string_view type = after(header, "'descr'");
+    const auto shape = shapeOf(after(header, "'shape'"));
+    NumberArray array;
+    const auto* const number = std::ranges::find_if(kArrayNumbers, [&](const ArrayNumber& row) {
+        return type.starts_with('\'') && type.size() > 2 && type.substr(2).starts_with(row.type) &&
+               type.substr(2 + row.type.size())[0] == '\'';
+    });
+    if (!shape || number == std::end(kArrayNumbers) || !std::strchr("<>|=", type[1])) return {};
+    array.shape = *shape;
+    array.number = number;
+    array.swapped = type[1] == '>';
+    array.columns = after(header, "'fortran_order'").starts_with("True");
+    array.bytes = file.subspan(begin + length);
+    if (sizeOf(array) != array.bytes.size())
+        damagedArray("an array has another size than its header says", where);
+    return array;
+}
+
+}  // namespace peeler

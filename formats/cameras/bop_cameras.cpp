@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+// The cameras of BOP's scenes: scene_camera.json, with scene_gt.json and camera.json.
+// https://github.com/thodan/bop_toolkit/blob/master/docs/bop_datasets_format.md
+// Pixels count from the upper left one's centre, as in the toolkit's misc.depth_im_to_dist_im().
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <set>
+
+#include "core/base/error.h"
+#include "formats/cameras/camera_formats.h"
+#include "formats/file/file_name.h"
+#include "formats/file/json_text.h"
+
+namespace peeler {
+namespace {
+
+constexpr double kMillimetres = 1000;  ///< in a metre
+constexpr std::string_view kSceneCamera = "scene_camera";
+
+/// Datasets with several sensors have scene_camera_SENSOR.json, and so on: the file that goes with
+/// this one, in a folder.
+std::filesystem::path companion(const std::filesystem::path& path, const std::string& folder,
+                                const std::string& name) {
+    const std::string stem = path.stem().string();
+    const std::string sensor =
+        stem.starts_with(kSceneCamera) ? stem.substr(kSceneCamera.size()) : "";
+    return path.parent_path() / folder / (name + sensor + ".json");
+}
+
+bool isThere(const std::filesystem::path& path) {
+    std::error_code ignored;
+    return std::filesystem::exists(path, ignored);
+}
+
+/// Rotation (row by row) and translation (millimetres), `from` to `to`.
+glm::dmat4 rigidMembers(const CameraObject& object, const char* turn, const char* shift) {
+    const std::array<double, 9> identity = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const auto rotation = object.numbers(turn, 9);
+    const auto translation = object.numbers(shift, 3);
+    glm::dmat4 matrix(1);
+    for (std::size_t row = 0; row < 3; ++row) {
+        for (std::size_t column = 0; column < 3; ++column)
+            matrix[static_cast<int>(column)][static_cast<int>(row)] =
+                rotation ? (*rotation)[row * 3 + column] : identity[row * 3 + column];
+        if (translation) matrix[3][static_cast<int>(row)] = (*translation)[row] / kMillimetres;
+    }
+    return checkedPose(matrix, object.where(turn));
+}
+
+/// The id of a picture, which is a key.
+std::optional<std::uint32_t> pictureId(const std::string& key) {
+    std::uint32_t id = 0;
+    const auto [end, failure] = std::from_chars(key.data(), key.data() + key.size(), id);
+    if (failure != std::errc() || end != key.data() + key.size()) return {};
+    return id;
+}
+
+/// As the files of pictures are called: "000017".
+std::string pictureName(std::uint32_t id) {
+    const std::string digits = std::to_string(id);
+    return std::string(6 - std::min<std::size_t>(digits.size(), 6), '0') + digits;
+}
+
+/// The pictures' ids and values of a file, in the order of the ids.
+std::vector<std::pair<std::uint32_t, const nlohmann::json*>> picturesIn(const nlohmann::json& json,
+                                                                        const std::string& where) {
+    std::vector<std::pair<std::uint32_t, const nlohmann::json*>> pictures;
+    for (const auto& [key, value] : json.items()) {
+        const auto id = pictureId(key);
+        if (!id) refuseCamera("\"" + key + "\" is not the number of a picture", where);
+        pictures.emplace_back(*id, &value);
+    }
+    std::ranges::sort(pictures, {}, [](const auto& picture) { return picture.first; });
+    for (std::size_t i = 1; i < pictures.size(); ++i)
+        if (pictures[i].first == pictures[i - 1].first)
+            refuseCamera("picture " + std::to_string(pictures[i].first) + " is there twice", where);
+    return pictures;
+}
+
+/// The size of pictures that the camera.json beside, or of the data set around, says.
+Size sizeBeside(const CameraSource& source) {
+    for (const char* folder : {".", "..", "../.."}) {
+        for (const auto& path : {companion(source.path, folder, "camera"),
+                                 source.path.parent_path() / folder / "camera.json"}) {
+            if (!isThere(path)) continue;
+            const nlohmann::json json = readCameraJson(path);
+            const CameraObject camera(json, path.lexically_normal().string(), "");
+            const auto width = camera.number("width"), height = camera.number("height");
+            return checkedSize(camera.required(width, "width"), camera.required(height, "height"),
+                               camera.where());
+        }
+    }
+    return source.options.size;
+}
+
+/// The objects that a picture's list holds, in the world of its camera.
+std::vector<PlacedObject> objectsIn(const nlohmann::json& list, const std::string& file,
+                                    const std::string& pointer, const glm::dmat4& pose) {
+    if (!list.is_array())
+        refuseCamera("expected a list of objects, not " + shownJson(list), file + ", " + pointer);
+    const glm::dmat4 camera_to_world = rigidInverse(opencvOfPose(pose));
+    std::vector<PlacedObject> objects;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        const CameraObject object(list[i], file, childPointer(pointer, i));
+        const double id = object.required(object.number("obj_id"), "obj_id");
+        if (!(id >= 0 && id <= 1e9) || id != static_cast<int>(id))
+            refuseCamera("an object's id is a whole number", object.where("obj_id"));
+        for (const char* key : {"cam_R_m2c", "cam_t_m2c"})
+            object.required(object.has(key) ? std::optional(true) : std::nullopt, key);
+        objects.push_back({static_cast<int>(id),
+                           camera_to_world * rigidMembers(object, "cam_R_m2c", "cam_t_m2c")});
+    }
+    return objects;
+}
+
+std::vector<FileCamera> readBop(const CameraSource& source) {
+    const std::string file = source.path.string();
+    const auto pictures = picturesIn(source.json(), file);
+    checkViewCount(pictures.size(), file);
+    const Size size = sizeBeside(source);
+
+    const std::filesystem::path poses = companion(source.path, "", "scene_gt");
+    nlohmann::json placed = nlohmann::json::object();
+    if (poses != source.path && isThere(poses)) placed = readCameraJson(poses);
+    const CameraObject all_placed(placed, poses.string(), "");
+
+    std::vector<FileCamera> cameras;
+    cameras.reserve(pictures.size());
+    for (const auto& [id, value] : pictures) {
+        const std::string key = std::to_string(id);
+        const CameraObject picture(*value, file, childPointer("", key));
+        if (picture.has("cam_model"))
+            refuseCamera(
+                "only pinhole cameras are rendered, and this is one of a model with lens "
+                "distortion",
+                picture.where("cam_model"), kUndistort);
+        const auto k = picture.required(picture.numbers("cam_K", 9), "cam_K");
+        FileCamera& camera = cameras.emplace_back();
+        camera.name = pictureName(id);
+        camera.intrinsics =
+            intrinsicsOfK(std::span<const double, 9>(k.data(), 9), picture.where("cam_K"));
+        camera.size = size;
+        camera.camera_to_world = poseOfOpencv(rigidMembers(picture, "cam_R_w2c", "cam_t_w2c"),
+                                              picture.where("cam_R_w2c"));
+        if (const auto* const list = all_placed.find(key.c_str()))
+            camera.objects =
+                objectsIn(*list, poses.string(), childPointer("", key), camera.camera_to_world);
+    }
+    return cameras;
+}
+
+bool isBop(const CameraSource& source) {
+    if (lowerExtension(source.path) != ".json" || !source.json().is_object()) return false;
+    return !source.json().empty() &&
+           std::ranges::all_of(source.json().items(), [](const auto& member) {
+               return pictureId(member.key()) && member.value().is_object();
+           });
+}
+
+bool isBopName(const std::filesystem::path& path) {
+    return lowerExtension(path) == ".json" && path.filename().string().starts_with(kSceneCamera);
+}
+
+/// The rotation and the translation, in millimetres, as two members.
+std::string rigidText(const glm::dmat4& matrix, const std::string& names) {
+    const glm::dvec3 shift = glm::dvec3(matrix[3]) * kMillimetres;
+    return "\"cam_R_" + names + "\": [" + cameraNumbers(rowsOf(matrix, 3, 3)) + "], \"cam_t_" +
+           names + "\": [" + cameraNumbers(std::array{shift.x, shift.y, shift.z}) + "]";
+}
+
+/// What the objects of a picture are to its camera, as scene_gt.json has them.
+std::string objectsText(const FileCamera& camera) {
+    const glm::dmat4 world_to_camera = opencvOfPose(camera.camera_to_world);
+    std::string text;
+    for (const PlacedObject& object : camera.objects)
+        text += (text.empty() ? "{" : ", {") + rigidText(world_to_camera * object.to_world, "m2c") +
+                ", \"obj_id\": " + std::to_string(object.id) + "}";
+    return "[" + text + "]";
+}
+
+/// The cameras' names, if they are different numbers; else 0, 1, ….
+std::vector<std::uint32_t> idsOf(std::span<const FileCamera> cameras) {
+    std::vector<std::uint32_t> ids;
+    std::set<std::uint32_t> different;
+    for (const FileCamera& camera : cameras)
+        if (const auto id = pictureId(camera.name); id && different.insert(*id).second)
+            ids.push_back(*id);
+    if (ids.size() == cameras.size()) return ids;
+    ids.clear();
+    for (std::size_t i = 0; i < cameras.size(); ++i)
+        ids.push_back(static_cast<std::uint32_t>(i));
+    return ids;
+}
+
+std::vector<std::unique_ptr<AtomicFile>> writeBop(const std::filesystem::path& path,
+                                                  std::span<const FileCamera> cameras,
+                                                  const CameraOutputOptions& options) {
+    const FileCamera& first = cameras.front();
+    const std::vector<std::uint32_t> ids = idsOf(cameras);
+    const std::string scale = ", \"depth_scale\": " + cameraNumber(options.depth_scale);
+    const auto all = [&](const auto& value) {
+        std::string text;
+        for (std::size_t i = 0; i < cameras.size(); ++i)
+            text +=
+                (i ? ",\n  \"" : "{\n  \"") + std::to_string(ids[i]) + "\": " + value(cameras[i]);
+        return text + "\n}\n";
+    };
+    const std::string scene = all([&](const FileCamera& camera) {
+        const Intrinsics k = writtenIntrinsics(camera);
+        if (camera.size != first.size)
+            throw Error(ErrorKind::kUsage, "BOP has one size for all pictures",
+                        "camera " + camera.name, "write transforms.json, or a file for each size");
+        const std::array<double, 9> numbers = {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1};
+        return "{\"cam_K\": [" + cameraNumbers(numbers) + "], " +
+               rigidText(opencvOfPose(camera.camera_to_world), "w2c") + scale + "}";
+    });
+    const Intrinsics k = writtenIntrinsics(first);
+    std::vector<std::unique_ptr<AtomicFile>> files;
+    files.push_back(fileWith(path, scene));
+    files.push_back(fileWith(companion(path, "", "camera"),
+                             "{\"cx\": " + cameraNumber(k.cx) + ", \"cy\": " + cameraNumber(k.cy) +
+                                 scale + ", \"fx\": " + cameraNumber(k.fx) +
+                                 ", \"fy\": " + cameraNumber(k.fy) +
+                                 ", \"height\": " + std::to_string(first.size.height) +
+                                 ", \"width\": " + std::to_string(first.size.width) + "}\n"));
+    if (!std::ranges::all_of(cameras, [](const auto& camera) { return camera.objects.empty(); }))
+        files.push_back(fileWith(companion(path, "", "scene_gt"), all(objectsText)));
+    return files;
+}
+
+}  // namespace
+
+const CameraFormat kBopFormat = {
+    "BOP's scene_camera.json", CameraConvention::kOpencv, isBop, readBop, isBopName, writeBop};
+
+}  // namespace peeler

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every format of cameras refuses, and how poses of one convention become those of another.
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/scene/view.h"
+#include "formats/cameras/camera_formats.h"
+#include "formats/file/json_text.h"
+#include "formats/file/regular_file.h"
+
+namespace peeler {
+namespace {
+
+/// Turns between a camera's axes of glTF and of OpenCV, which has y down and looks along +Z.
+glm::dmat4 withAxesTurned(glm::dmat4 camera_to_world) {
+    camera_to_world[1] = glm::dvec4(0) - camera_to_world[1];  // without −0
+    camera_to_world[2] = glm::dvec4(0) - camera_to_world[2];
+    return camera_to_world;
+}
+
+}  // namespace
+
+void refuseCamera(const std::string& what, const std::string& where, const std::string& hint) {
+    throw Error(ErrorKind::kInput, what, where, hint);
+}
+
+std::vector<std::uint8_t> readCameraBytes(const std::filesystem::path& path) {
+    return readRegularFile(path, kMostCameraBytes);
+}
+
+std::string_view asText(std::span<const std::uint8_t> bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+nlohmann::json readCameraJson(const std::filesystem::path& path) {
+    // A value takes ten times the memory of its shortest text, so they are counted before.
+    constexpr std::uint64_t kMostValues = 64 * kMostViews;
+    const std::vector<std::uint8_t> bytes = readCameraBytes(path);
+    const std::string_view text = asText(bytes);
+    const auto values =
+        std::ranges::count_if(text, [](char c) { return c == ',' || c == '[' || c == '{'; });
+    if (static_cast<std::uint64_t>(values) > kMostValues)
+        refuseCamera("there is more in the file than " + std::to_string(kMostViews) +
+                         " views need, the most that are read",
+                     path.string(), "split the file");
+    return parseJson(text, path.string());
+}
+
+void checkViewCount(std::uint64_t count, const std::string& where) {
+    if (count == 0) refuseCamera("there are no cameras in it", where);
+    if (count > kMostViews)
+        refuseCamera("there are " + std::to_string(count) + " views, the most that are read is " +
+                         std::to_string(kMostViews),
+                     where, "split the file");
+}
+
+const glm::dmat4& checkedPose(const glm::dmat4& matrix, const std::string& where) {
+    constexpr double kMost = 1e-4;
+    if (distanceFromRigid(matrix) < kMost) return matrix;
+    refuseCamera("the pose is not a rotation and a translation", where,
+                 "a scale belongs to the scene; a mirrored axis is another convention");
+}
+
+glm::dmat4 rigidInverse(const glm::dmat4& matrix) {
+    const glm::dmat3 turn = glm::transpose(glm::dmat3(matrix));
+    glm::dmat4 inverse(turn);
+    inverse[3] = glm::dvec4(glm::dvec3(0) - turn * glm::dvec3(matrix[3]), 1);
+    return inverse;
+}
+
+glm::dmat4 poseOfOpencv(const glm::dmat4& world_to_camera, const std::string& where) {
+    glm::dmat4 turn = glm::dmat4(glm::dmat3(checkedPose(world_to_camera, where)));
+    // By its axes in the world, which are the rows: so the eye is where they put it.
+    constexpr double kExact = 1e-8;
+    if (!(distanceFromRigid(turn) < kExact))
+        turn = glm::transpose(rigid(glm::transpose(turn)).value_or(turn));
+    turn[3] = world_to_camera[3];
+    return withAxesTurned(rigidInverse(turn));
+}
+
+glm::dmat4 opencvOfPose(const glm::dmat4& camera_to_world) {
+    return rigidInverse(withAxesTurned(camera_to_world));
+}
+
+Intrinsics checkedIntrinsics(const Intrinsics& intrinsics, const std::string& where) {
+    for (const double number : {intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy})
+        if (!std::isfinite(number)) refuseCamera("the intrinsics are not finite", where);
+    if (!(intrinsics.fx > 0 && intrinsics.fy > 0))
+        refuseCamera("focal lengths must be above 0", where,
+                     "a mirrored picture is no camera's; flip the picture instead");
+    return intrinsics;
+}
+
+Intrinsics intrinsicsOfK(std::span<const double, 9> k, const std::string& where) {
+    if (k[1] != 0)
+        refuseCamera("K has a skew, which is not rendered", where,
+                     "make the pictures' pixels rectangular and set K[0][1] to 0");
+    if (k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1)
+        refuseCamera("K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]", where);
+    return checkedIntrinsics({k[0], k[4], k[2], k[5]}, where);
+}
+
+Size checkedSize(double width, double height, const std::string& where) {
+    for (const double side : {width, height})
+        if (!(side >= 1 && side <= kMostPictureSide) || side != std::floor(side))
+            refuseCamera(
+                "a picture is 1 to " + std::to_string(kMostPictureSide) + " pixels wide and high",
+                where);
+    const Size size{static_cast<int>(width), static_cast<int>(height)};
+    if (static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height) >
+        kMostPixels)
+        refuseCamera("the picture has more than " + std::to_string(kMostPixels) + " pixels", where);
+    return size;
+}
+
+std::string viewName(const std::string& picture) {
+    const std::size_t slash = picture.find_last_of("/\\");
+    std::string name = slash == std::string::npos ? picture : picture.substr(slash + 1);
+    // Pictures of NeRF have none, and may have a number behind a dot.
+    const std::size_t dot = name.rfind('.');
+    const auto isLetter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+    if (dot != std::string::npos && dot > 0 && dot + 1 < name.size() && isLetter(name[dot + 1]))
+        name.resize(dot);
+    return name;
+}
+
+glm::dmat4 matrixOfRows(std::span<const double> numbers, const std::string& where) {
+    glm::dmat4 matrix(1);
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        if (!std::isfinite(numbers[i])) refuseCamera("the matrix is not finite", where);
+        matrix[static_cast<int>(i % 4)][static_cast<int>(i / 4)] = numbers[i];
+    }
+    for (int column = 0; column < 4; ++column)
+        if (matrix[column][3] != (column == 3 ? 1 : 0))
+            refuseCamera("the matrix's last row must be 0, 0, 0, 1", where,
+                         "matrices are for column vectors, row by row");
+    return matrix;
+}
+
+}  // namespace peeler

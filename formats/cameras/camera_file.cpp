@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of formats of files of cameras, and what is done whatever the format is.
+#include "formats/cameras/camera_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "core/base/error.h"
+#include "core/base/names.h"
+#include "core/scene/framing.h"
+#include "formats/cameras/camera_formats.h"
+
+namespace peeler {
+namespace {
+
+/// The first one that holds a file reads it, and the first one that has files of such a name
+/// writes it.
+constexpr const CameraFormat* kCameraFormats[] = {
+    &kTransformsFormat, &kBopFormat, &kCameraLinesFormat, &kPoseArrayFormat, &kColmapFormat,
+};
+
+constexpr std::string_view kConventionNames[] = {"opencv", "opengl", "blender"};
+
+std::string_view nameOf(CameraConvention convention) {
+    return kConventionNames[static_cast<std::size_t>(convention)];
+}
+
+/// Refuses a convention that is not the format's.
+void checkConvention(const CameraFormat& format, const CameraSource& source) {
+    const auto asked = source.options.convention;
+    // Arrays have none of their own.
+    if (!asked || asked == CameraConvention::kBlender || &format == &kPoseArrayFormat) return;
+    if (asked == format.convention) return;
+    const std::string own =
+        format.convention ? "its cameras are those of " + std::string(nameOf(*format.convention))
+                          : "its keys say which axes a camera has";
+    throw Error(ErrorKind::kUsage,
+                "the convention " + std::string(nameOf(*asked)) + " is not that of " + format.name +
+                    ": " + own,
+                source.path.string(), "leave it out, or say blender for a world with +Z up");
+}
+
+/// A world with +Z up, turned to +Y up.
+void turnWorld(FileCamera& camera) {
+    const auto turn = [](glm::dmat4& to_world) {
+        for (int column = 0; column < 4; ++column) {
+            const glm::dvec4 v = to_world[column];
+            to_world[column] = {v.x, v.z, 0.0 - v.y, v.w};
+        }
+    };
+    turn(camera.camera_to_world);
+    for (PlacedObject& object : camera.objects)
+        turn(object.to_world);
+}
+
+/// Refuses what no view can be made of, which would be found only when it is its turn.
+void checkRenderable(const FileCamera& camera, const std::string& where) {
+    if (!camera.intrinsics || camera.size.height == 0) return;
+    View view;
+    view.width = camera.size.width;
+    view.height = camera.size.height;
+    try {
+        setIntrinsics(view, *camera.intrinsics);
+    } catch (const Error& error) {
+        refuseCamera(error.what(), where + ", view " + camera.name, error.hint());
+    }
+}
+
+const CameraFormat& outputFormatOf(const std::string& path) {
+    const bool is_folder = path.ends_with('/');
+    for (const CameraFormat* format : kCameraFormats)
+        if (format->write && !path.empty() && (!is_folder || format == &kColmapFormat) &&
+            (is_folder || format->written(path)))
+            return *format;
+    throw Error(ErrorKind::kUsage, "no format of cameras that is written has such a name", path,
+                "transforms.json, scene_camera.json (BOP), or a folder, for COLMAP's binary files; "
+                "its cameras.txt for text");
+}
+
+}  // namespace
+
+const nlohmann::json& CameraSource::json() const {
+    if (!json_) json_ = std::make_shared<const nlohmann::json>(readCameraJson(path));
+    return *json_;
+}
+
+std::span<const std::string_view> cameraConventionNames() {
+    return kConventionNames;
+}
+
+CameraConvention cameraConvention(const std::string& name) {
+    const auto* const found = std::ranges::find(kConventionNames, name);
+    if (found == std::end(kConventionNames))
+        throw Error(ErrorKind::kUsage, "unknown convention of cameras", name,
+                    choiceHint(name, "conventions", kConventionNames));
+    return static_cast<CameraConvention>(found - std::begin(kConventionNames));
+}
+
+std::vector<FileCamera> readCameras(const std::filesystem::path& path,
+                                    const CameraFileOptions& options) {
+    const CameraSource source(path, options);
+    const auto* const format = std::ranges::find_if(
+        kCameraFormats, [&](const CameraFormat* row) { return row->holds(source); });
+    if (format == std::end(kCameraFormats)) {
+        readCameraBytes(path);  // what is not there is said to be that
+        refuseCamera("this is no file of cameras that is read", path.string(),
+                     "transforms.json with \"frames\", BOP's scene_camera.json, a folder of "
+                     "COLMAP's, .npy or .npz, or .jsonl");
+    }
+    checkConvention(**format, source);
+    std::vector<FileCamera> cameras = (*format)->read(source);
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+        FileCamera& camera = cameras[i];
+        if (camera.name.empty()) camera.name = viewName(camera.picture);
+        if (camera.name.empty()) camera.name = std::to_string(i);
+        if (options.convention == CameraConvention::kBlender) turnWorld(camera);
+        checkRenderable(camera, path.string());
+    }
+    return cameras;
+}
+
+FileCamera fileCamera(const View& view, std::string name) {
+    FileCamera camera;
+    camera.name = std::move(name);
+    camera.camera_to_world = view.camera_to_world;
+    const Projection& projection = view.projection;
+    if (projection.perspective)
+        camera.intrinsics = intrinsicsOf(view);
+    else
+        camera.ortho_height = 2 * projection.half_height * view.crop.height() / view.height;
+    camera.near = projection.near;
+    if (std::isfinite(projection.far)) camera.far = projection.far;
+    camera.size = {view.crop.width(), view.crop.height()};
+    return camera;
+}
+
+CameraChoice cameraChoice(const FileCamera& camera, CameraChoice choice) {
+    choice.pose = camera.camera_to_world;
+    if (camera.intrinsics) choice.intrinsics = camera.intrinsics;
+    if (camera.fov) choice.fov = camera.fov;
+    if (camera.ortho_height) choice.ortho_height = camera.ortho_height;
+    if (camera.near) choice.near = camera.near;
+    if (camera.far) choice.far = camera.far;
+    if (camera.size.width > 0) choice.size = camera.size;
+    if (camera.intrinsics && camera.size.width == 0)
+        throw Error(ErrorKind::kUsage, "the file does not say how large the picture is",
+                    "camera " + camera.name, "give `size`");
+    return choice;
+}
+
+void checkCameraOutput(const std::string& path) {
+    outputFormatOf(path);
+}
+
+void writeCameras(const std::string& path, std::span<const FileCamera> cameras,
+                  const CameraOutputOptions& options) {
+    const CameraFormat& format = outputFormatOf(path);
+    if (cameras.empty()) throw Error(ErrorKind::kUsage, "there are no cameras to write", path);
+    commitAll(format.write(path, cameras, options));
+}
+
+}  // namespace peeler

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// JSON lines of cameras, a format of our own: an object a line.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "core/base/error.h"
+#include "core/scene/view.h"
+#include "formats/cameras/camera_formats.h"
+#include "formats/file/file_name.h"
+#include "formats/file/json_text.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::string_view kKeys[] = {"name",
+                                      "size",
+                                      "K",
+                                      "fx",
+                                      "fy",
+                                      "cx",
+                                      "cy",
+                                      "fov",
+                                      "orthoHeight",
+                                      "near",
+                                      "far",
+                                      "cameraToWorld",
+                                      "worldToCamera",
+                                      "eye",
+                                      "target",
+                                      "up"};
+
+void checkKeys(const CameraObject& line) {
+    for (const auto& [key, value] : line.value().items())
+        if (std::ranges::find(kKeys, key) == std::end(kKeys))
+            refuseCamera("there is no key \"" + key + "\"", line.where(),
+                         "the keys are name, size, K or fx, fy, cx, cy, fov, orthoHeight, near, "
+                         "far, and cameraToWorld, worldToCamera or eye, target, up");
+}
+
+/// Refuses to say one thing in two ways; returns how many of them are there.
+int oneOf(const CameraObject& line, std::initializer_list<const char*> keys) {
+    std::string found;
+    int count = 0;
+    for (const char* key : keys) {
+        if (!line.has(key)) continue;
+        found += (count++ ? " and " : "") + std::string(key);
+    }
+    if (count > 1) refuseCamera("a camera has one of " + found, line.where());
+    return count;
+}
+
+/// A number above 0, if it is there.
+std::optional<double> positive(const CameraObject& line, const char* key, double most) {
+    const auto number = line.number(key);
+    if (number && !(*number > 0 && *number < most))
+        refuseCamera("expected a number above 0" +
+                         (std::isinf(most) ? std::string() : " and below " + cameraNumber(most)),
+                     line.where(key));
+    return number;
+}
+
+std::optional<glm::dvec3> vector(const CameraObject& line, const char* key) {
+    const auto numbers = line.numbers(key, 3);
+    if (!numbers) return {};
+    return glm::dvec3((*numbers)[0], (*numbers)[1], (*numbers)[2]);
+}
+
+glm::dmat4 placeIn(const CameraObject& line, bool z_up) {
+    if (oneOf(line, {"cameraToWorld", "worldToCamera", "eye"}) == 0)
+        refuseCamera("the camera's place is missing", line.where(),
+                     "give cameraToWorld, worldToCamera, or eye and target");
+    if (!line.has("eye"))
+        for (const char* key : {"target", "up"})
+            if (line.has(key)) refuseCamera("only a camera with an eye has it", line.where(key));
+    if (const auto matrix = line.matrix("cameraToWorld"))
+        return checkedPose(*matrix, line.where("cameraToWorld"));
+    if (const auto matrix = line.matrix("worldToCamera"))
+        return poseOfOpencv(*matrix, line.where("worldToCamera"));
+    const glm::dvec3 eye = line.required(vector(line, "eye"), "eye"),
+                     target = line.required(vector(line, "target"), "target");
+    const auto up = vector(line, "up");
+    const glm::dvec3 upwards = z_up ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
+    auto place = lookAlong(eye, target - eye, up.value_or(upwards));
+    // Straight down: north is up, as where a camera is built of `eye`.
+    if (!place && !up)
+        place = lookAlong(eye, target - eye, z_up ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, -1));
+    if (!place)
+        refuseCamera(eye == target ? "the eye is at the target"
+                                   : "up is parallel to the viewing direction, or 0",
+                     line.where(eye == target ? "target" : "up"));
+    return *place;
+}
+
+void takeLens(const CameraObject& line, FileCamera& camera) {
+    oneOf(line, {"K", "fx", "fov", "orthoHeight"});
+    if (const auto k = line.rows("K", 3, 3))
+        camera.intrinsics =
+            intrinsicsOfK(std::span<const double, 9>(k->data(), 9), line.where("K"));
+    const bool has_any = std::ranges::any_of(std::array{"fx", "fy", "cx", "cy"},
+                                             [&](const char* key) { return line.has(key); });
+    if (has_any) {
+        const auto number = [&](const char* key) { return line.required(line.number(key), key); };
+        camera.intrinsics = checkedIntrinsics(
+            {number("fx"), number("fy"), number("cx"), number("cy")}, line.where());
+    }
+    constexpr double kInfinite = std::numeric_limits<double>::infinity();
+    constexpr double kHalfTurn = 180;
+    camera.fov = positive(line, "fov", kHalfTurn);
+    camera.ortho_height = positive(line, "orthoHeight", kInfinite);
+    camera.near = line.number("near");
+    if (camera.near && !(camera.ortho_height ? *camera.near >= 0 : *camera.near > 0))
+        refuseCamera("the near plane lies in front of the eye", line.where("near"));
+    camera.far = positive(line, "far", kInfinite);
+    if (camera.near && camera.far && !(*camera.near < *camera.far))
+        refuseCamera("the near plane must lie before the far plane", line.where("near"));
+}
+
+FileCamera cameraOf(const CameraObject& line, const CameraFileOptions& options) {
+    checkKeys(line);
+    FileCamera camera;
+    camera.name = line.text("name").value_or("");
+    const auto size = line.numbers("size", 2);
+    camera.size = size ? checkedSize((*size)[0], (*size)[1], line.where("size")) : options.size;
+    takeLens(line, camera);
+    camera.camera_to_world = placeIn(line, options.convention == CameraConvention::kBlender);
+    return camera;
+}
+
+std::vector<FileCamera> readCameraLines(const CameraSource& source) {
+    const std::vector<std::uint8_t> bytes = readCameraBytes(source.path);
+    std::vector<FileCamera> cameras;
+    std::string_view rest = asText(bytes);
+    for (std::uint64_t number = 1; !rest.empty(); ++number) {
+        const std::size_t end = std::min(rest.find('\n'), rest.size());
+        const std::string_view line = rest.substr(0, end);
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+        if (line.find_first_not_of(" \t\r") == std::string_view::npos) continue;
+        const std::string where = source.path.string() + ":" + std::to_string(number);
+        constexpr std::size_t kLongestLine = std::size_t{1} << 20;
+        if (line.size() > kLongestLine) refuseCamera("the line is too long for a camera", where);
+        const nlohmann::json json = parseJson(line, where);
+        cameras.push_back(cameraOf(CameraObject(json, where, ""), source.options));
+        if (cameras.size() > kMostViews) break;
+    }
+    checkViewCount(cameras.size(), source.path.string());
+    return cameras;
+}
+
+bool isCameraLines(const CameraSource& source) {
+    return lowerExtension(source.path) == ".jsonl";
+}
+
+bool isNoOutput(const std::filesystem::path&) {
+    return false;
+}
+
+}  // namespace
+
+const CameraFormat kCameraLinesFormat = {"lines of cameras", {},         isCameraLines,
+                                         readCameraLines,    isNoOutput, nullptr};
+
+}  // namespace peeler

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the writers of cameras share: numbers that read back as they are, and what cannot be said.
+#include <array>
+#include <charconv>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "formats/cameras/camera_formats.h"
+
+namespace peeler {
+
+std::string cameraNumber(double number) {
+    if (number == 0) return std::signbit(number) ? "-0.0" : "0";
+    std::array<char, 32> text;
+    const auto written = std::to_chars(text.data(), text.data() + text.size(), number);
+    return {text.data(), written.ptr};
+}
+
+std::string cameraNumbers(std::span<const double> numbers, const char* separator) {
+    std::string text;
+    for (const double number : numbers)
+        text += (text.empty() ? "" : separator) + cameraNumber(number);
+    return text;
+}
+
+std::string jsonText(const std::string& text) {
+    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::vector<double> rowsOf(const glm::dmat4& matrix, int rows, int columns) {
+    std::vector<double> numbers;
+    for (int row = 0; row < rows; ++row)
+        for (int column = 0; column < columns; ++column)
+            numbers.push_back(matrix[column][row]);
+    return numbers;
+}
+
+Intrinsics writtenIntrinsics(const FileCamera& camera) {
+    const std::string where = "camera " + camera.name;
+    if (camera.ortho_height)
+        throw Error(ErrorKind::kUsage,
+                    "an orthographic camera has no place in a file of calibrated ones", where,
+                    "leave it out");
+    if (camera.size.width < 1 || camera.size.height < 1)
+        throw Error(ErrorKind::kUsage, "the size of the camera's picture is not known", where,
+                    "give `size`");
+    if (camera.intrinsics) return *camera.intrinsics;
+    if (!camera.fov)
+        throw Error(ErrorKind::kUsage, "the camera has neither intrinsics nor a field of view",
+                    where, "give `fov`");
+    const double f = camera.size.height / (2 * std::tan(glm::radians(*camera.fov) / 2));
+    return {f, f, (camera.size.width - 1) / 2.0, (camera.size.height - 1) / 2.0};
+}
+
+std::unique_ptr<AtomicFile> fileWith(const std::filesystem::path& path, std::string_view text) {
+    auto file = std::make_unique<AtomicFile>(path.string());
+    file->append(std::as_bytes(std::span(text)));
+    return file;
+}
+
+}  // namespace peeler

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cameras of COLMAP: which files are a model, and what its numbers say.
+// https://colmap.github.io/format.html, https://colmap.github.io/cameras.html
+#include <algorithm>
+#include <glm/gtc/quaternion.hpp>
+
+#include "core/base/error.h"
+#include "formats/cameras/camera_formats.h"
+#include "formats/cameras/colmap_model.h"
+
+namespace peeler {
+namespace {
+
+constexpr const char* kUndistorter =
+    "undistort the pictures first (colmap image_undistorter), which makes it a PINHOLE";
+
+constexpr ColmapLens kColmapLenses[] = {
+    {0, "SIMPLE_PINHOLE", 3, 1},
+    {1, "PINHOLE", 4, 2},
+    {2, "SIMPLE_RADIAL", 4, 1},
+    {3, "RADIAL", 5, 1},
+    {4, "OPENCV", 8, 2},
+    {5, "OPENCV_FISHEYE", 8, 0},
+    {6, "FULL_OPENCV", 12, 2},
+    {7, "FOV", 5, 0},
+    {8, "SIMPLE_RADIAL_FISHEYE", 4, 0},
+    {9, "RADIAL_FISHEYE", 5, 0},
+    {10, "THIN_PRISM_FISHEYE", 12, 0},
+    {11, "RAD_TAN_THIN_PRISM_FISHEYE", 16, 0},
+    {12, "SIMPLE_DIVISION", 4, 1},
+    {13, "DIVISION", 5, 2},
+    {14, "SIMPLE_FISHEYE", 3, 0},
+    {15, "FISHEYE", 4, 0},
+    {16, "EUCM", 6, 0},
+    {17, "EQUIRECTANGULAR", 2, 0},
+};
+
+/// The folder of a model and the extension of its files: ".bin" or ".txt".
+struct ModelFiles {
+    std::filesystem::path folder;
+    std::string extension;
+};
+
+bool isModelFile(const std::filesystem::path& path) {
+    constexpr std::string_view kStems[] = {"cameras", "images", "points3D"};
+    const std::string extension = path.extension().string();
+    return (extension == ".bin" || extension == ".txt") &&
+           std::ranges::find(kStems, path.stem().string()) != std::end(kStems);
+}
+
+bool isFolder(const std::filesystem::path& path) {
+    std::error_code ignored;
+    return std::filesystem::is_directory(path, ignored);
+}
+
+bool isColmap(const CameraSource& source) {
+    return isFolder(source.path) || isModelFile(source.path);
+}
+
+/// Of a folder with both kinds the binary files, as COLMAP does it.
+ModelFiles modelAt(const std::filesystem::path& path) {
+    if (!isFolder(path)) return {path.parent_path(), path.extension().string()};
+    for (const char* extension : {".bin", ".txt"}) {
+        std::error_code ignored;
+        if (std::filesystem::exists(path / (std::string("cameras") + extension), ignored) &&
+            std::filesystem::exists(path / (std::string("images") + extension), ignored))
+            return {path, extension};
+    }
+    refuseCamera("the folder holds no model of COLMAP", path.string(),
+                 "it is the one with cameras and images, .bin or .txt, often sparse/0; of other "
+                 "formats name the file");
+}
+
+std::vector<FileCamera> readColmap(const CameraSource& source) {
+    const ModelFiles files = modelAt(source.path);
+    const ColmapModel model =
+        files.extension == ".bin" ? readColmapBinary(files.folder) : readColmapText(files.folder);
+    const std::string where = (files.folder / ("images" + files.extension)).string();
+    checkViewCount(model.images.size(), where);
+    std::vector<FileCamera> cameras;
+    cameras.reserve(model.images.size());
+    for (std::size_t i = 0; i < model.images.size(); ++i) {
+        const ColmapImage& image = model.images[i];
+        const std::string place = where + ", image " + std::to_string(image.id);
+        if (i > 0 && model.images[i - 1].id == image.id)
+            refuseCamera("the image is there twice", place);
+        const auto found = model.cameras.find(image.camera);
+        if (found == model.cameras.end())
+            refuseCamera("there is no camera " + std::to_string(image.camera), place);
+        FileCamera& camera = cameras.emplace_back();
+        camera.picture = image.name;
+        camera.camera_to_world = image.camera_to_world;
+        camera.intrinsics = found->second.intrinsics;
+        camera.size = found->second.size;
+    }
+    return cameras;
+}
+
+bool isColmapName(const std::filesystem::path& path) {
+    return isModelFile(path) || isFolder(path) || !path.has_extension();
+}
+
+/// Images with the numbers 1, 2, …, and a camera for each lens and size.
+ColmapModel modelOf(std::span<const FileCamera> cameras) {
+    ColmapModel model;
+    const auto key = [](const ColmapCamera& camera) {
+        const auto& [k, size] = camera;
+        return std::array<double, 6>{
+            k.fx, k.fy, k.cx, k.cy, double(size.width), double(size.height)};
+    };
+    std::map<std::array<double, 6>, std::uint32_t> ids;
+    for (const FileCamera& camera : cameras) {
+        const ColmapCamera lens{writtenIntrinsics(camera), camera.size};
+        const auto next = static_cast<std::uint32_t>(ids.size() + 1);
+        const std::uint32_t id = ids.try_emplace(key(lens), next).first->second;
+        model.cameras.try_emplace(id, lens);
+        ColmapImage& image = model.images.emplace_back();
+        image.id = static_cast<std::uint32_t>(model.images.size());
+        image.camera = id;
+        image.name = camera.picture.empty() ? camera.name : camera.picture;
+        image.camera_to_world = camera.camera_to_world;
+        // Its text ends at a line's end, and older readers' at the first space.
+        const auto ends = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
+        if (image.name.empty() || std::ranges::any_of(image.name, ends))
+            throw Error(ErrorKind::kUsage, "COLMAP has no names that are empty or have a space",
+                        "camera \"" + image.name + "\"", "give it another name");
+    }
+    return model;
+}
+
+std::vector<std::unique_ptr<AtomicFile>> writeColmap(const std::filesystem::path& path,
+                                                     std::span<const FileCamera> cameras,
+                                                     const CameraOutputOptions& options) {
+    const ModelFiles place = isModelFile(path) ? modelAt(path) : ModelFiles{path, ".bin"};
+    const bool is_text = place.extension == ".txt";
+    std::error_code ignored;
+    if (is_text && std::filesystem::exists(place.folder / "cameras.bin", ignored))
+        throw Error(ErrorKind::kUsage,
+                    "the folder holds a binary model, which COLMAP would read instead",
+                    place.folder.string(), "remove it, or write to another folder");
+    const ColmapModel model = modelOf(cameras);
+    const ColmapFiles texts =
+        is_text ? colmapText(model, options.points) : colmapBinary(model, options.points);
+    std::vector<std::unique_ptr<AtomicFile>> files;
+    files.push_back(fileWith(place.folder / ("cameras" + place.extension), texts.cameras));
+    files.push_back(fileWith(place.folder / ("images" + place.extension), texts.images));
+    files.push_back(fileWith(place.folder / ("points3D" + place.extension), texts.points));
+    return files;
+}
+
+}  // namespace
+
+const ColmapLens* colmapLens(int id) {
+    const auto* const row = std::ranges::find(kColmapLenses, id, &ColmapLens::id);
+    return row == std::end(kColmapLenses) ? nullptr : row;
+}
+
+const ColmapLens* colmapLens(std::string_view name) {
+    const auto* const row = std::ranges::find(kColmapLenses, name, &ColmapLens::name);
+    return row == std::end(kColmapLenses) ? nullptr : row;
+}
+
+ColmapCamera colmapCamera(const ColmapLens& lens, double width, double height,
+                          std::span<const double> parameters, const std::string& where) {
+    if (lens.focal_lengths == 0)
+        refuseCamera("only pinhole cameras are rendered, and this is a " + std::string(lens.name),
+                     where, kUndistorter);
+    const auto focal = static_cast<std::size_t>(lens.focal_lengths);
+    for (const double distortion : parameters.subspan(focal + 2))
+        if (distortion != 0)
+            refuseCamera(
+                "lens distortion is not rendered, and this " + std::string(lens.name) + " has some",
+                where, kUndistorter);
+    return {checkedIntrinsics({parameters[0], parameters[focal - 1], parameters[focal] - 0.5,
+                               parameters[focal + 1] - 0.5},
+                              where),
+            checkedSize(width, height, where)};
+}
+
+glm::dmat4 colmapPose(std::span<const double, 7> numbers, const std::string& where) {
+    const glm::dquat turn(numbers[0], numbers[1], numbers[2], numbers[3]);
+    constexpr double kMost = 1e-4;
+    if (!(std::abs(glm::dot(turn, turn) - 1) < kMost))
+        refuseCamera("the quaternion is not of length 1", where);
+    glm::dmat4 world_to_camera(glm::mat3_cast(turn / glm::length(turn)));
+    for (int i = 0; i < 3; ++i) {
+        if (!std::isfinite(numbers[4 + static_cast<std::size_t>(i)]))
+            refuseCamera("the translation is not finite", where);
+        world_to_camera[3][i] = numbers[4 + static_cast<std::size_t>(i)];
+    }
+    return poseOfOpencv(world_to_camera, where);
+}
+
+std::array<double, 7> colmapNumbers(const glm::dmat4& camera_to_world) {
+    const glm::dmat4 world_to_camera = opencvOfPose(camera_to_world);
+    glm::dquat turn = glm::normalize(glm::quat_cast(glm::dmat3(world_to_camera)));
+    if (turn.w < 0) turn = -turn;
+    const glm::dvec4& shift = world_to_camera[3];
+    return {turn.w, turn.x, turn.y, turn.z, shift.x, shift.y, shift.z};
+}
+
+const CameraFormat kColmapFormat = {
+    "a model of COLMAP", CameraConvention::kOpencv, isColmap, readColmap, isColmapName,
+    writeColmap};
+
+}  // namespace peeler

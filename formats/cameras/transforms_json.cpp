@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// transforms.json of NeRF, instant-ngp and nerfstudio.
+// https://docs.nerf.studio/quickstart/data_conventions.html
+// https://github.com/NVlabs/instant-ngp/blob/master/docs/nerf_dataset_tips.md
+// Pixels count from the upper left one's corner: instant-ngp (src/nerf_loader.cu, read_lens; pixels
+// have their centre at + 0.5 in pixel_to_ray) and nerfstudio (Cameras.get_image_coords).
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/base/error.h"
+#include "formats/cameras/camera_formats.h"
+#include "formats/file/file_name.h"
+#include "formats/file/json_text.h"
+
+namespace peeler {
+namespace {
+
+constexpr const char* kNear = "peeler_near";  // of our own; other programs do not look at them
+constexpr const char* kFar = "peeler_far";
+
+/// What a frame says, else what the file says of all.
+class FrameMembers {
+  public:
+    FrameMembers(const CameraObject& frame, const CameraObject& all) : frame_(frame), all_(all) {}
+
+    const CameraObject& holder(const char* key) const { return frame_.has(key) ? frame_ : all_; }
+    std::optional<double> number(const char* key) const { return holder(key).number(key); }
+    std::string where(const char* key) const { return holder(key).where(key); }
+
+  private:
+    const CameraObject &frame_, &all_;
+};
+
+void checkLens(const CameraObject& holder) {
+    constexpr const char* kCoefficients[] = {"k1", "k2", "k3", "k4", "k5", "k6",
+                                             "p1", "p2", "p3", "p4", "s1", "s2"};
+    constexpr const char* kOtherLenses[] = {"is_fisheye", "latlong", "equirectangular",
+                                            "orthographic", "ftheta_p0"};
+    constexpr const char* kPinholes[] = {"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL",
+                                         "OPENCV",  "FULL_OPENCV",    "PERSPECTIVE"};
+    for (const char* key : kCoefficients)
+        if (holder.number(key).value_or(0) != 0)
+            refuseCamera(
+                "lens distortion is not rendered, and \"" + std::string(key) + "\" is not 0",
+                holder.where(key), kUndistort);
+    if (const auto* const list = holder.find("distortion_params")) {
+        const auto isZero = [](const nlohmann::json& k) { return k.is_number() && k == 0; };
+        if (!list->is_array() || !std::ranges::all_of(*list, isZero))
+            refuseCamera("lens distortion is not rendered, and one of them is not 0",
+                         holder.where("distortion_params"), kUndistort);
+    }
+    for (const char* key : kOtherLenses)
+        if (const auto* const value = holder.find(key); value && *value != false)
+            refuseCamera("only pinhole cameras are rendered, and this is one with \"" +
+                             std::string(key) + "\"",
+                         holder.where(key), kUndistort);
+    if (const auto model = holder.text("camera_model"))
+        if (std::ranges::find(kPinholes, *model) == std::end(kPinholes))
+            refuseCamera(
+                "only pinhole cameras are rendered, and this is one of the model " + *model,
+                holder.where("camera_model"), kUndistort);
+    for (const char* key : {"K", "intrinsic_matrix", "camera_intrinsics"})
+        if (holder.has(key))
+            refuseCamera("a matrix of intrinsics has no meaning in transforms.json",
+                         holder.where(key), "say fl_x, fl_y, cx, cy, w and h; without a skew");
+}
+
+/// A focal length, in pixels; of a field of view (radians) the one that it is on so many of them.
+std::optional<double> focalLength(const FrameMembers& members, const char* key, const char* angle,
+                                  int pixels) {
+    if (const auto length = members.number(key)) return length;
+    const auto field = members.number(angle);
+    if (!field) return {};
+    if (!(*field > 0 && *field < std::numbers::pi))
+        refuseCamera("a field of view lies between 0 and pi", members.where(angle));
+    if (pixels == 0)
+        refuseCamera("a field of view without \"w\" and \"h\" leaves the size of pictures open",
+                     members.where(angle), "give `size`");
+    return pixels / (2 * std::tan(*field / 2));
+}
+
+void readLens(const FrameMembers& members, const CameraObject& frame, const Size& asked,
+              FileCamera& camera) {
+    const auto width = members.number("w"), height = members.number("h");
+    if (width.has_value() != height.has_value())
+        refuseCamera("a picture has both \"w\" and \"h\", or none", frame.where());
+    camera.size = width ? checkedSize(*width, *height, members.where("w")) : asked;
+    const int w = camera.size.width, h = camera.size.height;
+    auto fx = focalLength(members, "fl_x", "camera_angle_x", w);
+    auto fy = focalLength(members, "fl_y", "camera_angle_y", h);
+    if (!fx && !fy) refuseCamera("neither \"fl_x\" nor \"camera_angle_x\" is there", frame.where());
+    if (!fx) fx = fy;  // square pixels
+    if (!fy) fy = fx;
+    const auto centre = [&](const char* key, int pixels) {
+        const auto corner = members.number(key);
+        if (!corner && pixels == 0)
+            refuseCamera("without \"w\" and \"h\" the middle of pictures is not known, and \"" +
+                             std::string(key) + "\" is missing",
+                         frame.where(), "give `size`");
+        return corner.value_or(pixels / 2.0) - 0.5;
+    };
+    camera.intrinsics =
+        checkedIntrinsics({*fx, *fy, centre("cx", w), centre("cy", h)}, frame.where());
+}
+
+std::vector<FileCamera> readTransforms(const CameraSource& source) {
+    const CameraObject all(source.json(), source.path.string(), "");
+    const nlohmann::json& frames = *all.find("frames");
+    if (!frames.is_array())
+        refuseCamera("expected a list of frames, not " + shownJson(frames), all.where("frames"));
+    checkViewCount(frames.size(), all.where("frames"));
+    checkLens(all);
+    std::vector<FileCamera> cameras;
+    cameras.reserve(frames.size());
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        const CameraObject frame(frames[i], source.path.string(), childPointer("/frames", i));
+        FileCamera& camera = cameras.emplace_back();
+        camera.picture = frame.text("file_path").value_or("");
+        checkLens(frame);
+        readLens({frame, all}, frame, source.options.size, camera);
+        constexpr const char* kMatrix = "transform_matrix";
+        camera.camera_to_world =
+            checkedPose(frame.required(frame.matrix(kMatrix), kMatrix), frame.where(kMatrix));
+        camera.near = frame.number(kNear);
+        camera.far = frame.number(kFar);
+    }
+    return cameras;
+}
+
+bool isTransforms(const CameraSource& source) {
+    return lowerExtension(source.path) == ".json" && source.json().is_object() &&
+           source.json().contains("frames") && !source.json()["frames"].is_null();
+}
+
+bool isTransformsName(const std::filesystem::path& path) {
+    return lowerExtension(path) == ".json" && !path.filename().string().starts_with("scene_camera");
+}
+
+/// The members that say size and lens, each behind `before`.
+std::string lensText(const FileCamera& camera, const char* before) {
+    const Intrinsics lens = writtenIntrinsics(camera);
+    const std::pair<const char*, double> members[] = {
+        {"w", camera.size.width}, {"h", camera.size.height}, {"fl_x", lens.fx},
+        {"fl_y", lens.fy},        {"cx", lens.cx + 0.5},     {"cy", lens.cy + 0.5}};
+    std::string text;
+    for (const auto& [key, value] : members)
+        text += before + ('"' + std::string(key) + "\": ") + cameraNumber(value) + ",";
+    return text;
+}
+
+std::string frameText(const FileCamera& camera, bool with_lens) {
+    const std::string& picture = camera.picture.empty() ? camera.name : camera.picture;
+    std::string text = "    {\"file_path\": " + jsonText(picture) + ",";
+    if (with_lens) text += lensText(camera, " ");
+    if (camera.near) text += std::string(" \"") + kNear + "\": " + cameraNumber(*camera.near) + ",";
+    if (camera.far) text += std::string(" \"") + kFar + "\": " + cameraNumber(*camera.far) + ",";
+    text += "\n     \"transform_matrix\": [";
+    const std::vector<double> numbers = rowsOf(camera.camera_to_world, 4);
+    for (std::size_t row = 0; row < 4; ++row)
+        text += (row ? ", [" : "[") + cameraNumbers(std::span(numbers).subspan(row * 4, 4)) + "]";
+    return text + "]}";
+}
+
+std::vector<std::unique_ptr<AtomicFile>> writeTransforms(const std::filesystem::path& path,
+                                                         std::span<const FileCamera> cameras,
+                                                         const CameraOutputOptions&) {
+    const bool shared = std::ranges::all_of(cameras, [&](const FileCamera& camera) {
+        return camera.size == cameras.front().size &&
+               writtenIntrinsics(camera) == writtenIntrinsics(cameras.front());
+    });
+    std::string text = "{\n  \"camera_model\": \"PINHOLE\",";
+    if (shared) text += lensText(cameras.front(), "\n  ");
+    text += "\n  \"frames\": [";
+    for (const FileCamera& camera : cameras)
+        text += (&camera == &cameras.front() ? "\n" : ",\n") + frameText(camera, !shared);
+    text += "\n  ]\n}\n";
+    std::vector<std::unique_ptr<AtomicFile>> files;
+    files.push_back(fileWith(path, text));
+    return files;
+}
+
+}  // namespace
+
+const CameraFormat kTransformsFormat = {"transforms.json", CameraConvention::kOpengl,
+                                        isTransforms,      readTransforms,
+                                        isTransformsName,  writeTransforms};
+
+}  // namespace peeler
