@@ -17,6 +17,19 @@ namespace {
 
 constexpr const char* kViewsGroup = "Views";
 
+constexpr Choice<CameraConvention> kConventions[] = {
+    {"opencv", CameraConvention::kOpencv, "world to camera, which looks along +Z, +Y down"},
+    {"opengl", CameraConvention::kOpengl, "camera to world; it looks along -Z, +Y up"},
+    {"blender", CameraConvention::kBlender, "likewise, in a world with +Z up"},
+};
+
+std::string numberName(int number) {
+    constexpr std::size_t kDigits = 4;
+    std::string digits = std::to_string(number);
+    if (digits.size() < kDigits) digits.insert(0, kDigits - digits.size(), '0');
+    return digits;
+}
+
 /// What only a lone camera has.
 void refuseLoneCamera(const CameraOptions& camera, const std::string& views) {
     const std::pair<bool, const char*> lone[] = {
@@ -43,6 +56,8 @@ void checkViewOptions(const ViewListOptions& options, const CameraOptions& camer
         for (const auto& [given, option] : needs_views)
             if (given) refuse("there are no views to place", option, "add --views N");
     }
+    if (options.convention && !options.file)
+        refuse("there is no file of cameras", "--camera-convention", "add --cameras FILE");
     if (options.seed && options.around != Around::kRandom)
         refuse("nothing is left to chance", "--seed", "add --around random");
     if (options.cameras_out && !options.asked())
@@ -58,10 +73,9 @@ void checkViewOptions(const ViewListOptions& options, const CameraOptions& camer
 }
 
 /// What makes the picture of a view: its own choice, and what is the same for all.
-CameraOptions cameraOf(const ListedCamera& view, const CameraOptions& camera) {
+CameraOptions cameraOf(const CameraChoice& view, const CameraOptions& camera) {
     CameraOptions result;
-    static_cast<CameraChoice&>(result) = view.choice;
-    if (result.size == Size{0, 0}) result.size = camera.size;
+    static_cast<CameraChoice&>(result) = view;
     if (camera.near) result.near = camera.near;
     if (camera.far) result.far = camera.far;
     result.crop = camera.crop;
@@ -78,8 +92,18 @@ void addViewOptions(VerbOptions& verb, ViewListOptions& options) {
             "counted from 0: @@@@")
         .group(kViewsGroup);
     addValue(
+        verb, "--camera-convention", "NAME", options.convention,
+        [](const std::string& text) {
+            return choose<CameraConvention>("camera convention", kConventions, text);
+        },
+        "the axes of poses, which .npy and .npz do not tell:")
+        .oneOf(describeChoices(kConventions))
+        .group(kViewsGroup);
+    addValue(
         verb, "--views", "N", options.count,
-        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, kMostViews)); },
+        [](const std::string& text) {
+            return static_cast<int>(parseInteger(text, 1, static_cast<std::int64_t>(kMostViews)));
+        },
         "N views around the scene, all of which look at its middle")
         .group(kViewsGroup);
     addValue(
@@ -112,12 +136,16 @@ ViewList::ViewList(const ViewListOptions& options, const CameraOptions& camera)
     : options_(options), camera_(camera) {
     checkCamera(camera);
     checkViewOptions(options, camera);
+    if (options.file) listed_ = readCameras(*options.file, {options.convention, camera.size});
+    for (const FileCamera& view : listed_)
+        names_.push_back(view.name);
+    for (int i = 0; i < options.count.value_or(0); ++i)
+        names_.push_back(numberName(i));
     if (!options.asked()) cameras_ = {camera};
 }
 
 std::size_t ViewList::size() const {
-    return options_.count ? static_cast<std::size_t>(*options_.count)
-                          : std::max(listed_.size(), std::size_t{1});
+    return std::max(names_.size(), std::size_t{1});
 }
 
 void ViewList::checkName(const std::filesystem::path& output) const {
@@ -128,6 +156,9 @@ void ViewList::checkName(const std::filesystem::path& output) const {
 }
 
 void ViewList::place(const OpenedScene& scene) {
+    std::vector<CameraChoice> choices;
+    for (const FileCamera& view : listed_)
+        choices.push_back(cameraChoice(view, {.size = camera_.size}));
     if (options_.count) {
         ViewsAround around{.count = *options_.count};
         around.around = options_.around.value_or(Around::kSphere);
@@ -135,17 +166,17 @@ void ViewList::place(const OpenedScene& scene) {
         around.distance = options_.distance;
         if (camera_.fov) around.fov = *camera_.fov;
         around.size = camera_.size == Size{0, 0} ? CameraChoice{}.size : camera_.size;
-        listed_ = viewsAround(around, scene.extent());
+        choices = viewsAround(around, scene.extent());
     }
-    for (const ListedCamera& view : listed_) {
-        cameras_.push_back(cameraOf(view, camera_));
+    for (const CameraChoice& choice : choices) {
+        cameras_.push_back(cameraOf(choice, camera_));
         checkCamera(cameras_.back());
     }
 }
 
 View ViewList::view(const OpenedScene& scene, const PosedScene& posed, std::size_t index) const {
     View view = scene.view(posed, cameras_[index]);
-    if (asked()) view.camera_name = listed_[index].name;
+    if (asked()) view.camera_name = name(index);
     return view;
 }
 

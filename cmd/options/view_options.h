@@ -12,6 +12,7 @@
 #include "cmd/options/capture_job.h"
 #include "core/scene/framing.h"
 #include "core/views/many_cameras.h"
+#include "formats/cameras/camera_file.h"
 
 namespace peeler::cmd {
 
@@ -24,11 +25,10 @@ inline constexpr Choice<Around> kArounds[] = {
     {"random", Around::kRandom, "on all sides by chance, the same for a --seed"},
 };
 
-inline constexpr int kMostViews = 1'000'000;
-
 /// --cameras, --views and what belongs to them.
 struct ViewListOptions {
     std::optional<std::filesystem::path> file;
+    std::optional<CameraConvention> convention;
     std::optional<int> count;
     std::optional<Around> around;
     std::optional<std::uint64_t> seed;
@@ -62,16 +62,17 @@ class ViewList {
 
     /// The cameras of all views.
     const std::vector<CameraOptions>& cameras() const { return cameras_; }
-    /// What a view is called; "" of a lone one.
-    std::string name(std::size_t index) const { return asked() ? listed_[index].name : ""; }
+    /// What a view is called: as its file has it, else by its number; "" of a lone one.
+    std::string name(std::size_t index) const { return asked() ? names_[index] : ""; }
     /// What a view sees, by its own name. Throws like makeView().
     View view(const OpenedScene& scene, const PosedScene& posed, std::size_t index) const;
 
   private:
     const ViewListOptions& options_;
     const CameraOptions& camera_;
-    std::vector<ListedCamera> listed_;  ///< none of a lone view
-    std::vector<CameraOptions> cameras_;
+    std::vector<FileCamera> listed_;      ///< of the file
+    std::vector<std::string> names_;      ///< none of a lone view
+    std::vector<CameraOptions> cameras_;  ///< once they are placed
 };
 
 }  // namespace peeler::cmd
