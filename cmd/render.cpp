@@ -17,6 +17,7 @@
 #include "cmd/options/forecast.h"
 #include "cmd/options/sequence_options.h"
 #include "cmd/render/render_request.h"
+#include "cmd/render/used_cameras.h"
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -67,7 +68,10 @@ class Render {
             if (!request_.hasFrames() && hasFrameToken(name))
                 console_.warning(
                     "There are no --frames, so the name keeps its place for a number: " + name);
+            if (options_.views.cameras_out)
+                cameras_.emplace(*options_.views.cameras_out, request_.pictures());
             renderAll();
+            if (cameras_) writeCameras();
             if (options_.channels.manifest)
                 writeIdManifest(*options_.channels.manifest, idNames(request_.scene()));
         } catch (...) {
@@ -94,6 +98,7 @@ class Render {
     void report(Picture& picture);
     void reportSkipped(Picture& picture);
     void addResult(const PictureResult& result);
+    void writeCameras();
     Progress progressOf(const Picture& picture);
 
     const RenderOptions& options_;
@@ -105,7 +110,8 @@ class Render {
     std::optional<Picture> pending_;  // captured, and perhaps still being written
     SequenceResults results_;
     std::optional<ProgressReport> progress_;
-    bool size_told_ = false;  ///< how large the pictures will be
+    std::optional<UsedCameras> cameras_;  ///< for --cameras-out
+    bool size_told_ = false;              ///< how large the pictures will be
 };
 
 void Render::renderAll() {
@@ -255,7 +261,15 @@ void Render::makeWriter(Picture& picture) {
         picture.background = background.get();
         picture.writer = std::move(background);
     }
+    if (cameras_) picture.writer = cameras_->watched(std::move(picture.writer));
     picture.writer->begin(picture.plan);
+}
+
+/// Of all views, whichever of them this run makes.
+void Render::writeCameras() {
+    for (std::size_t view = 0; view < request_.views().size(); ++view)
+        cameras_->add(request_.firstView(view), request_.firstFile(view));
+    cameras_->write();
 }
 
 /// Of a sequence once, for all that are left of it if they are like this one.

@@ -17,12 +17,6 @@ namespace {
 
 constexpr const char* kViewsGroup = "Views";
 
-constexpr Choice<CameraConvention> kConventions[] = {
-    {"opencv", CameraConvention::kOpencv, "world to camera, which looks along +Z, +Y down"},
-    {"opengl", CameraConvention::kOpengl, "camera to world; it looks along -Z, +Y up"},
-    {"blender", CameraConvention::kBlender, "likewise, in a world with +Z up"},
-};
-
 std::string numberName(int number) {
     constexpr std::size_t kDigits = 4;
     std::string digits = std::to_string(number);
@@ -93,11 +87,9 @@ void addViewOptions(VerbOptions& verb, ViewListOptions& options) {
         .group(kViewsGroup);
     addValue(
         verb, "--camera-convention", "NAME", options.convention,
-        [](const std::string& text) {
-            return choose<CameraConvention>("camera convention", kConventions, text);
-        },
+        [](const std::string& text) { return cameraConvention(text); },
         "the axes of poses, which .npy and .npz do not tell:")
-        .oneOf(describeChoices(kConventions))
+        .oneOf(describeChoices(cameraConventions()))
         .group(kViewsGroup);
     addValue(
         verb, "--views", "N", options.count,
@@ -108,7 +100,7 @@ void addViewOptions(VerbOptions& verb, ViewListOptions& options) {
         .group(kViewsGroup);
     addValue(
         verb, "--around", "NAME", options.around,
-        [](const std::string& text) { return choose<Around>("place for cameras", kArounds, text); },
+        [](const std::string& text) { return choose<Around>("placement", kArounds, text); },
         "where their cameras stand:")
         .oneOf(describeChoices(kArounds, true))
         .group(kViewsGroup);

@@ -141,6 +141,7 @@ void RenderRequest::checkFiles() const {
         others.push_back(*options_.channels.manifest);
     }
     if (const auto& cameras = options_.views.cameras_out) {
+        checkCameraOutput(cameras->string());
         checkExtraFile(*cameras, others, "the file of cameras", "--cameras-out");
         if (options_.output.no_clobber && !options_.sequence.dry_run) checkNotThere(*cameras);
         others.push_back(*cameras);
@@ -168,10 +169,25 @@ PictureNumber RenderRequest::number(std::size_t index) const {
 /// A lone picture keeps the name it is given, whatever is in it.
 OutputRequest RenderRequest::outputOf(std::size_t index) const {
     OutputRequest output = options_.output;
-    const PictureNumber number = this->number(index);
-    if (number.view) output.path = viewPath(output.path.string(), *number.view);
-    if (number.frame) output.path = framePath(output.path.string(), *number.frame);
+    output.path = fileOf(number(index));
     return output;
+}
+
+fs::path RenderRequest::fileOf(const PictureNumber& number) const {
+    std::string path = options_.output.path.string();
+    if (number.view) path = viewPath(path, *number.view);
+    if (number.frame) path = framePath(path, *number.frame);
+    return path;
+}
+
+View RenderRequest::firstView(std::size_t view) const {
+    return views_.view(*scene_, scene_->at(moments_.front().time), view);
+}
+
+fs::path RenderRequest::firstFile(std::size_t view) const {
+    PictureNumber number{.view = static_cast<int>(view)};
+    if (hasFrames()) number.frame = moments_.front().frame;
+    return fileOf(number);
 }
 
 PictureRequest RenderRequest::picture(std::size_t index) const {

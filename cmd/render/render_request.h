@@ -112,6 +112,9 @@ class RenderRequest {
     std::size_t pictures() const { return end_ - first_; }  ///< may be 0, of a small chunk
 
     PictureNumber number(std::size_t index) const;
+    /// Of a view, whichever of them this run makes, its first picture: what it sees, and its file.
+    View firstView(std::size_t view) const;
+    std::filesystem::path firstFile(std::size_t view) const;
     std::filesystem::path outputFile(std::size_t index) const { return outputOf(index).path; }
     /// The cameras of all views, whichever of them this run makes.
     const ViewList& views() const { return views_; }
@@ -140,6 +143,7 @@ class RenderRequest {
     void checkFiles() const;
     std::vector<std::filesystem::path> outputs() const;
     OutputRequest outputOf(std::size_t index) const;
+    std::filesystem::path fileOf(const PictureNumber& number) const;
     const Moment& moment(std::size_t index) const;
     std::size_t view(std::size_t index) const;  ///< index into views_
     Provenance provenanceOf(std::size_t index, const PictureRequest& picture) const;

@@ -13,21 +13,10 @@
 #include "formats/arrays/fragment_tables.h"
 #include "formats/arrays/table_writers.h"
 #include "formats/file/byte_buffer.h"
-#include "formats/image/image_writer.h"
+#include "formats/image/display.h"
 
 namespace peeler {
 namespace {
-
-/// A premultiplied linear colour as viewers of point clouds show it: straight, sRGB-encoded, 8
-/// bits.
-std::array<std::uint8_t, 4> displayColor(const std::array<float, 4>& color) {
-    const float alpha = color[3], scale = alpha > 0 ? 1 / alpha : 0;
-    const auto byte = [](float value) {
-        return static_cast<std::uint8_t>(std::lround(255 * std::clamp(value, 0.0F, 1.0F)));
-    };
-    return {byte(encodeSrgb(color[0] * scale)), byte(encodeSrgb(color[1] * scale)),
-            byte(encodeSrgb(color[2] * scale)), byte(alpha > 0 ? alpha : 0)};
-}
 
 /// The channels of the normal that points get.
 std::vector<std::string> normalChannels(const LayeredImage& band) {

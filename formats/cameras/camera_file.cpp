@@ -20,10 +20,16 @@ constexpr const CameraFormat* kCameraFormats[] = {
     &kTransformsFormat, &kBopFormat, &kCameraLinesFormat, &kPoseArrayFormat, &kColmapFormat,
 };
 
-constexpr std::string_view kConventionNames[] = {"opencv", "opengl", "blender"};
+constexpr CameraConventionInfo kConventions[] = {
+    {"opencv", "world to camera, which looks along +Z, +Y down"},
+    {"opengl", "camera to world; it looks along -Z, +Y up"},
+    {"blender",
+     "likewise, in a world with +Z up, which is turned; cameras of other formats keep their "
+     "own axes"},
+};
 
 std::string_view nameOf(CameraConvention convention) {
-    return kConventionNames[static_cast<std::size_t>(convention)];
+    return kConventions[static_cast<std::size_t>(convention)].name;
 }
 
 /// Refuses a convention that is not the format's.
@@ -85,16 +91,19 @@ const nlohmann::json& CameraSource::json() const {
     return *json_;
 }
 
-std::span<const std::string_view> cameraConventionNames() {
-    return kConventionNames;
+std::span<const CameraConventionInfo> cameraConventions() {
+    return kConventions;
 }
 
 CameraConvention cameraConvention(const std::string& name) {
-    const auto* const found = std::ranges::find(kConventionNames, name);
-    if (found == std::end(kConventionNames))
-        throw Error(ErrorKind::kUsage, "unknown convention of cameras", name,
-                    choiceHint(name, "conventions", kConventionNames));
-    return static_cast<CameraConvention>(found - std::begin(kConventionNames));
+    const auto* const found = std::ranges::find(kConventions, name, &CameraConventionInfo::name);
+    if (found != std::end(kConventions))
+        return static_cast<CameraConvention>(found - std::begin(kConventions));
+    std::vector<std::string_view> names;
+    for (const CameraConventionInfo& row : kConventions)
+        names.push_back(row.name);
+    throw Error(ErrorKind::kUsage, "unknown convention of cameras", name,
+                choiceHint(name, "conventions", names));
 }
 
 std::vector<FileCamera> readCameras(const std::filesystem::path& path,
@@ -147,6 +156,10 @@ CameraChoice cameraChoice(const FileCamera& camera, CameraChoice choice) {
         throw Error(ErrorKind::kUsage, "the file does not say how large the picture is",
                     "camera " + camera.name, "give `size`");
     return choice;
+}
+
+bool holdsScenePoints(const std::string& path) {
+    return &outputFormatOf(path) == &kColmapFormat;
 }
 
 void checkCameraOutput(const std::string& path) {

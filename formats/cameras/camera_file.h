@@ -47,8 +47,11 @@ enum class CameraConvention {
     kBlender,  ///< likewise, and +Z is up in the world: it is turned, (x, y, z) to (x, z, −y)
 };
 
-/// "opencv", "opengl", "blender".
-std::span<const std::string_view> cameraConventionNames();
+struct CameraConventionInfo {
+    std::string_view name, summary;
+};
+/// "opencv", "opengl", "blender", in the order of the enumeration.
+std::span<const CameraConventionInfo> cameraConventions();
 /// The convention of a name. Throws Error (kUsage) with the list.
 CameraConvention cameraConvention(const std::string& name);
 
@@ -96,6 +99,9 @@ struct CameraOutputOptions {
     std::span<const ScenePoint> points{};  ///< COLMAP; others have no place for them
     double depth_scale = 1;  ///< BOP: what a number in its depth pictures is, millimetres
 };
+
+/// Whether the format of such a name has a place for points. Throws like checkCameraOutput().
+bool holdsScenePoints(const std::string& path);
 
 /// Throws Error (kUsage) if no format that is written has files of such a name: `transforms.json`
 /// and other .json, `scene_camera….json`, a folder (a name without extension, or with a slash

@@ -13,9 +13,9 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 /// The numbers of a binary file, one after the other.
-class BinaryNumbers {
+class ColmapBytes {
   public:
-    BinaryNumbers(std::span<const std::uint8_t> bytes, std::string file)
+    ColmapBytes(std::span<const std::uint8_t> bytes, std::string file)
         : bytes_(bytes), file_(std::move(file)) {}
 
     template <class T>
@@ -75,7 +75,7 @@ class BinaryNumbers {
 
 std::map<std::uint32_t, ColmapCamera> readCamerasFile(const std::filesystem::path& path) {
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
-    BinaryNumbers file(bytes, path.string());
+    ColmapBytes file(bytes, path.string());
     constexpr std::uint64_t kLeastCamera = 24;  // id, model, width, height
     const std::uint64_t count = file.takeCount(kLeastCamera);
     checkViewCount(count, path.string());
@@ -101,7 +101,7 @@ std::map<std::uint32_t, ColmapCamera> readCamerasFile(const std::filesystem::pat
 
 std::vector<ColmapImage> readImagesFile(const std::filesystem::path& path) {
     const std::vector<std::uint8_t> bytes = readCameraBytes(path);
-    BinaryNumbers file(bytes, path.string());
+    ColmapBytes file(bytes, path.string());
     constexpr std::uint64_t kLeastImage = 73;  // id, pose, camera, a name's zero, how many points
     constexpr std::uint64_t kPoint = 24;       // x, y, which
     const std::uint64_t count = file.takeCount(kLeastImage);

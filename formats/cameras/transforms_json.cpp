@@ -16,8 +16,9 @@
 namespace peeler {
 namespace {
 
-constexpr const char* kNear = "peeler_near";  // of our own; other programs do not look at them
-constexpr const char* kFar = "peeler_far";
+constexpr const char* kNearKey = "peeler_near";  // of our own; other programs do not look at them
+constexpr const char* kFarKey = "peeler_far";
+constexpr const char* kNameKey = "peeler_name";  // where the picture's file is called otherwise
 
 /// What a frame says, else what the file says of all.
 class FrameMembers {
@@ -117,13 +118,14 @@ std::vector<FileCamera> readTransforms(const CameraSource& source) {
         const CameraObject frame(frames[i], source.path.string(), childPointer("/frames", i));
         FileCamera& camera = cameras.emplace_back();
         camera.picture = frame.text("file_path").value_or("");
+        camera.name = frame.text(kNameKey).value_or("");
         checkLens(frame);
         readLens({frame, all}, frame, source.options.size, camera);
         constexpr const char* kMatrix = "transform_matrix";
         camera.camera_to_world =
             checkedPose(frame.required(frame.matrix(kMatrix), kMatrix), frame.where(kMatrix));
-        camera.near = frame.number(kNear);
-        camera.far = frame.number(kFar);
+        camera.near = frame.number(kNearKey);
+        camera.far = frame.number(kFarKey);
     }
     return cameras;
 }
@@ -152,9 +154,11 @@ std::string lensText(const FileCamera& camera, const char* before) {
 std::string frameText(const FileCamera& camera, bool with_lens) {
     const std::string& picture = camera.picture.empty() ? camera.name : camera.picture;
     std::string text = "    {\"file_path\": " + jsonText(picture) + ",";
+    if (viewName(picture) != camera.name)
+        text += std::string(" \"") + kNameKey + "\": " + jsonText(camera.name) + ",";
     if (with_lens) text += lensText(camera, " ");
-    if (camera.near) text += std::string(" \"") + kNear + "\": " + cameraNumber(*camera.near) + ",";
-    if (camera.far) text += std::string(" \"") + kFar + "\": " + cameraNumber(*camera.far) + ",";
+    if (camera.near) text += std::string(" \"") + kNearKey + "\": " + cameraNumber(*camera.near) + ",";
+    if (camera.far) text += std::string(" \"") + kFarKey + "\": " + cameraNumber(*camera.far) + ",";
     text += "\n     \"transform_matrix\": [";
     const std::vector<double> numbers = rowsOf(camera.camera_to_world, 4);
     for (std::size_t row = 0; row < 4; ++row)

@@ -92,6 +92,15 @@ float encodeSrgb(float linear) {
     return srgbFromLinear(linear);
 }
 
+std::array<std::uint8_t, 4> displayColor(const std::array<float, 4>& color) {
+    const float alpha = color[3], scale = alpha > 0 ? 1 / alpha : 0;
+    const auto byte = [](float value) {
+        return static_cast<std::uint8_t>(std::lround(255 * std::clamp(value, 0.0F, 1.0F)));
+    };
+    return {byte(encodeSrgb(color[0] * scale)), byte(encodeSrgb(color[1] * scale)),
+            byte(encodeSrgb(color[2] * scale)), byte(alpha > 0 ? alpha : 0)};
+}
+
 Display::Display(float exposure, const std::string& tone_map)
     : gain_(std::exp2(exposure)), tone_map_(&findToneMap(tone_map)) {}
 

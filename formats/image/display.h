@@ -29,6 +29,10 @@ const ToneMap& findToneMap(const std::string& name);
 /// The sRGB transfer function (IEC 61966-2-1), linear to encoded, clipped to 0–1; NaN becomes 0.
 float encodeSrgb(float linear);
 
+/// A premultiplied linear colour as viewers of point clouds show it: straight, sRGB-encoded, 8
+/// bits.
+std::array<std::uint8_t, 4> displayColor(const std::array<float, 4>& color);
+
 /// A pixel as files with straight alpha have it: linear display values, 0–1, not yet encoded.
 struct StraightPixel {
     std::array<float, 3> color{};
