@@ -157,11 +157,16 @@ OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
 
 PosedScene OpenedScene::at(double time) const {
     const double moment = playing_.empty() ? 0 : time;
-    if (!last_ || last_->first != moment) {
-        const Pose pose = playing_.empty() ? restPose(scene_) : poseAt(scene_, playing_, moment);
-        last_.emplace(moment, PosedScene(scene_, index_, pose));
-    }
+    if (!last_ || last_->first != moment)
+        last_.emplace(moment, PosedScene(scene_, index_, poseAt(scene_, playing_, moment)));
     return last_->second;
+}
+
+PosedScene OpenedScene::at(double time, std::span<const PlacedNode> placed) const {
+    if (placed.empty()) return at(time);
+    Pose pose = poseAt(scene_, playing_, time);
+    placeNodes(scene_, index_, placed, pose);
+    return {scene_, index_, pose};
 }
 
 View OpenedScene::view(const PosedScene& posed, const CameraOptions& camera) const {

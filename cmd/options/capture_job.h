@@ -90,6 +90,8 @@ class OpenedScene {
     /// The scene at a time, in seconds; asked again for the same time, the same. It refers to this
     /// object, which must outlive it. Not from several threads.
     PosedScene at(double time) const;
+    /// The same with nodes that stand elsewhere. Throws like placeNodes().
+    PosedScene at(double time, std::span<const PlacedNode> placed) const;
 
     /// The camera's view of what at() has given. A scene that moves is framed by all its times.
     /// Throws like makeView().

@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/scene/view.h"
 
 namespace peeler {
 
@@ -152,6 +153,27 @@ bool isMirrored(const glm::dmat4& matrix) {
 }
 
 }  // namespace
+
+void placeNodes(const Scene& scene, int index, std::span<const PlacedNode> nodes, Pose& pose) {
+    std::vector<int> parents(scene.nodes.size(), -1);
+    for (std::size_t i = 0; i < scene.nodes.size(); ++i)
+        for (const int child : scene.nodes[i].children)
+            parents[static_cast<std::size_t>(child)] = static_cast<int>(i);
+    const glm::dmat4& to_world = scene.scenes[static_cast<std::size_t>(index)].to_world;
+    const std::vector<glm::dmat4> worlds = worldsOf(scene, pose, to_world);
+    for (const PlacedNode& placed : nodes) {
+        const auto node = static_cast<std::size_t>(placed.node);
+        const glm::dmat4& world = worlds[node];
+        const glm::dmat4 parent =
+            parents[node] < 0 ? to_world : worlds[static_cast<std::size_t>(parents[node])];
+        const auto place = rigid(world);
+        if (!place || glm::determinant(glm::dmat3(parent)) == 0)
+            throw Error(ErrorKind::kInput, "the node leaves no direction, so it cannot be placed",
+                        "/nodes/" + std::to_string(placed.node), "look for a scale of 0");
+        const glm::dmat4 scale = glm::inverse(*place) * world;
+        pose.locals[node] = glm::inverse(parent) * placed.to_world * scale;
+    }
+}
 
 /// Lists instances and deforms their meshes.
 class PosedScene::Builder {

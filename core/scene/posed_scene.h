@@ -44,6 +44,17 @@ Pose poseAt(const Scene& scene, std::span<const int> animations, double time);
 
 // posed_scene.cpp.
 
+/// A node that stands elsewhere than its file says.
+struct PlacedNode {
+    int node = 0;
+    glm::dmat4 to_world{1};  ///< rotation and translation
+};
+
+/// Moves nodes, below whatever they are, such that they stand where they are told to; each keeps
+/// the scale that it has in the pose. `index` is the scene that is shown. Throws Error (kInput) for
+/// a node whose own matrix, or whose parent's, has no inverse.
+void placeNodes(const Scene& scene, int index, std::span<const PlacedNode> nodes, Pose& pose);
+
 /// The vertices of a primitive after its morph targets and joints, in place of its own arrays: as
 /// many elements, and empty where those are.
 struct DeformedVertices {
