@@ -193,6 +193,7 @@ void Render::pose(Picture& picture, std::size_t index) {
     picture.result.time = picture.asked.time;
     picture.result.view = picture.asked.number.view;
     picture.result.camera = picture.asked.view.camera_name;
+    picture.result.normalized = request_.normalized();
 }
 
 void Render::capture(Picture& picture) {

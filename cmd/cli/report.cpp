@@ -157,6 +157,9 @@ Json findingsOf(const PictureResult& result) {
         json["skipped"] = true;
         return json;
     }
+    if (result.normalized)
+        json["normalized"] = {{"scale", result.normalized->first},
+                              {"middle", result.normalized->second}};
     json["width"] = result.width;
     json["height"] = result.height;
     json["layers"] = result.layers;

@@ -2,11 +2,13 @@
 // What a command says of its work: the options that ask for it, the JSON result, the summary line.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cmd/cli/console.h"
@@ -85,6 +87,8 @@ struct PictureResult : RunResult {
     double time = 0;            ///< of the frame, seconds
     std::optional<int> view{};  ///< of many views
     std::string camera{};       ///< what the view is called
+    /// What --normalize did: points p of the file are at scale · (p − middle).
+    std::optional<std::pair<double, std::array<double, 3>>> normalized{};
     bool skipped = false;       ///< it was there already; only its `bytes` are known
     int width = 0, height = 0;  ///< display window
     std::uint64_t layers = 0;

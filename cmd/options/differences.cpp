@@ -59,6 +59,7 @@ constexpr Setting kSettings[] = {
     {"method", "--method", "an exact one"},
     {"occlusionRatio", "--occlusion-ratio", "0", firstText, "of other pixels"},
     {"opaqueOnly", "--as midpoint-depth", "off"},
+    {"placed", "--cameras", "none", nullptr, "other places of objects"},
     {"samples", "--samples", "1"},
     {"selected", "--include, --exclude or --material", "none", nullptr,
      "other objects of the file"},

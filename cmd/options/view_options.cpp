@@ -2,7 +2,9 @@
 #include "cmd/options/view_options.h"
 
 #include <algorithm>
+#include <charconv>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "cmd/cli/arguments.h"
@@ -22,6 +24,15 @@ std::string numberName(int number) {
     std::string digits = std::to_string(number);
     if (digits.size() < kDigits) digits.insert(0, kDigits - digits.size(), '0');
     return digits;
+}
+
+/// The id of an object that a node is called by: 12 of "obj_000012" and of "12".
+std::optional<int> objectId(std::string_view name) {
+    if (name.starts_with("obj_")) name.remove_prefix(4);
+    int id = 0;
+    const auto [end, failure] = std::from_chars(name.data(), name.data() + name.size(), id);
+    const bool whole = failure == std::errc() && end == name.data() + name.size();
+    return whole && id >= 0 ? std::optional(id) : std::nullopt;
 }
 
 /// What only a lone camera has.
@@ -160,14 +171,44 @@ void ViewList::place(const OpenedScene& scene) {
         around.size = camera_.size == Size{0, 0} ? CameraChoice{}.size : camera_.size;
         choices = viewsAround(around, scene.extent());
     }
+    placeObjects(scene.scene());
     for (const CameraChoice& choice : choices) {
         cameras_.push_back(cameraOf(choice, camera_));
         checkCamera(cameras_.back());
     }
 }
 
+void ViewList::placeObjects(const Scene& scene) {
+    if (std::ranges::all_of(listed_, [](const FileCamera& view) { return view.objects.empty(); }))
+        return;
+    std::map<int, int> nodes;  // by the id of their object
+    for (std::size_t i = 0; i < scene.nodes.size(); ++i)
+        if (const auto id = objectId(scene.nodes[i].name)) nodes.emplace(*id, static_cast<int>(i));
+    for (const FileCamera& view : listed_) {
+        std::vector<PlacedNode>& placed = placed_.emplace_back();
+        for (const PlacedObject& object : view.objects) {
+            const auto node = nodes.find(object.id);
+            if (node == nodes.end())
+                throw Error(ErrorKind::kInput,
+                            "no node of the scene is called obj_" + std::to_string(object.id),
+                            options_.file->string() + ", view " + view.name,
+                            "objects of a file of cameras are nodes called obj_000012 or 12");
+            const bool again = std::ranges::any_of(
+                placed, [&](const PlacedNode& one) { return one.node == node->second; });
+            if (again)
+                throw Error(ErrorKind::kInput,
+                            "object " + std::to_string(object.id) +
+                                " is there twice, and a node "
+                                "is at one place",
+                            options_.file->string() + ", view " + view.name);
+            placed.push_back({node->second, object.to_world});
+        }
+    }
+}
+
 View ViewList::view(const OpenedScene& scene, const PosedScene& posed, std::size_t index) const {
-    View view = scene.view(posed, cameras_[index]);
+    View view = placed(index).empty() ? scene.view(posed, cameras_[index])
+                                      : makeView(posed, SceneExtent(posed), cameras_[index]);
     if (asked()) view.camera_name = name(index);
     return view;
 }

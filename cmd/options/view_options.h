@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -56,23 +57,34 @@ class ViewList {
     /// Throws Error (kUsage) if the views would all have this name.
     void checkName(const std::filesystem::path& output) const;
 
-    /// Places what stands around the scene; to be called before what follows. Throws Error
-    /// (kUsage).
+    /// Places what stands around the scene, and finds the objects that a file places; to be called
+    /// before what follows. Throws Error (kUsage), and (kInput) for an object that the scene lacks.
     void place(const OpenedScene& scene);
 
     /// The cameras of all views.
     const std::vector<CameraOptions>& cameras() const { return cameras_; }
     /// What a view is called: as its file has it, else by its number; "" of a lone one.
     std::string name(std::size_t index) const { return asked() ? names_[index] : ""; }
-    /// What a view sees, by its own name. Throws like makeView().
+    /// The nodes that stand elsewhere in a view than the scene's file says.
+    std::span<const PlacedNode> placed(std::size_t index) const {
+        return placed_.empty() ? std::span<const PlacedNode>() : placed_[index];
+    }
+    /// The scene as a view shows it.
+    PosedScene pose(const OpenedScene& scene, double time, std::size_t index) const {
+        return scene.at(time, placed(index));
+    }
+    /// What a view sees of it, by its own name. Throws like makeView().
     View view(const OpenedScene& scene, const PosedScene& posed, std::size_t index) const;
 
   private:
+    void placeObjects(const Scene& scene);
+
     const ViewListOptions& options_;
     const CameraOptions& camera_;
-    std::vector<FileCamera> listed_;      ///< of the file
-    std::vector<std::string> names_;      ///< none of a lone view
-    std::vector<CameraOptions> cameras_;  ///< once they are placed
+    std::vector<FileCamera> listed_;               ///< of the file
+    std::vector<std::string> names_;               ///< none of a lone view
+    std::vector<CameraOptions> cameras_;           ///< once they are placed
+    std::vector<std::vector<PlacedNode>> placed_;  ///< of each view; empty if none has any
 };
 
 }  // namespace peeler::cmd

@@ -2,6 +2,7 @@
 #include "cmd/render/render_request.h"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <tuple>
 #include <utility>
@@ -20,6 +21,13 @@ namespace peeler::cmd {
 namespace fs = std::filesystem;
 
 namespace {
+
+std::array<double, 16> matrixNumbers(const glm::dmat4& matrix) {
+    std::array<double, 16> numbers{};
+    for (int i = 0; i < 16; ++i)
+        numbers[static_cast<std::size_t>(i)] = matrix[i / 4][i % 4];
+    return numbers;
+}
 
 /// What an OpenEXR file of ours holds, as --as calls it.
 std::string kindOf(const ExrInfo& info) {
@@ -181,13 +189,19 @@ fs::path RenderRequest::fileOf(const PictureNumber& number) const {
 }
 
 View RenderRequest::firstView(std::size_t view) const {
-    return views_.view(*scene_, scene_->at(moments_.front().time), view);
+    return views_.view(*scene_, views_.pose(*scene_, moments_.front().time, view), view);
 }
 
 fs::path RenderRequest::firstFile(std::size_t view) const {
     PictureNumber number{.view = static_cast<int>(view)};
     if (hasFrames()) number.frame = moments_.front().frame;
     return fileOf(number);
+}
+
+std::optional<std::pair<double, std::array<double, 3>>> RenderRequest::normalized() const {
+    const std::optional<Normalizing>& by = scene_->normalized();
+    if (!by) return {};
+    return std::pair{by->scale, std::array{by->middle.x, by->middle.y, by->middle.z}};
 }
 
 PictureRequest RenderRequest::picture(std::size_t index) const {
@@ -197,14 +211,14 @@ PictureRequest RenderRequest::picture(std::size_t index) const {
     picture.number = number(index);
     picture.time = moment.time;
     picture.output = outputOf(index);
-    picture.posed = scene_->at(moment.time);
+    picture.posed = views_.pose(*scene_, moment.time, view(index));
     picture.view = views_.view(*scene_, *picture.posed, view(index));
     picture.capture = capture_;
     picture.capture.clip = clipVolume(options_.clip, *picture.posed);
     // Nothing is coloured of shadow casters.
     picture.capture.tinted = !picture.capture.opaque_only && job_.wantsTint(*picture.posed);
     if (options_.channels.wants(Channel::kMotion)) {
-        const PosedScene next = scene_->at(moment.next_time);
+        const PosedScene next = views_.pose(*scene_, moment.next_time, view(index));
         picture.next = NextFrame{next, views_.view(*scene_, next, view(index))};
     }
     picture.provenance = provenanceOf(index, picture);
@@ -225,6 +239,8 @@ Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& 
     provenance.scene_hash = hexText(scene().content_hash);
     nlohmann::json more = nlohmann::json::object();
     if (options_.fxaa) more["fxaa"] = true;
+    for (const PlacedNode& placed : views_.placed(view(index)))
+        more["placed"].push_back({placed.node, matrixNumbers(placed.to_world)});
     provenance.settings = job_.settingsText(capture, std::move(more), picture.view.crop,
                                             picture.next ? moment.motion_rate : 0);
     provenance.settings_hash = hashText(provenance.settings);

@@ -3,9 +3,11 @@
 // known before there is a GL context.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "cmd/options/camera_options.h"
@@ -116,6 +118,8 @@ class RenderRequest {
     View firstView(std::size_t view) const;
     std::filesystem::path firstFile(std::size_t view) const;
     std::filesystem::path outputFile(std::size_t index) const { return outputOf(index).path; }
+    /// PictureResult::normalized.
+    std::optional<std::pair<double, std::array<double, 3>>> normalized() const;
     /// The cameras of all views, whichever of them this run makes.
     const ViewList& views() const { return views_; }
     /// The picture with this index, the scene posed at its time. Throws Error (kUsage) and (kInput)
