@@ -124,6 +124,7 @@ std::vector<FileCamera> readTransforms(const CameraSource& source) {
             checkedPose(frame.required(frame.matrix(kMatrix), kMatrix), frame.where(kMatrix));
         camera.near = frame.number(kNear);
         camera.far = frame.number(kFar);
+        checkDepthPlanes(camera, frame.where());
     }
     return cameras;
 }
