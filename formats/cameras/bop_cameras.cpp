@@ -63,10 +63,10 @@ std::string pictureName(std::uint32_t id) {
 }
 
 /// The pictures' ids and values of a file, in the order of the ids.
-std::vector<std::pair<std::uint32_t, const nlohmann::json*>> picturesIn(const nlohmann::json& json,
+std::vector<std::pair<std::uint32_t, const nlohmann::json*>> picturesIn(const nlohmann::json& root,
                                                                         const std::string& where) {
     std::vector<std::pair<std::uint32_t, const nlohmann::json*>> pictures;
-    for (const auto& [key, value] : json.items()) {
+    for (const auto& [key, value] : root.items()) {
         const auto id = pictureId(key);
         if (!id) refuseCamera("\"" + key + "\" is not the number of a picture", where);
         pictures.emplace_back(*id, &value);
@@ -84,8 +84,8 @@ Size sizeBeside(const CameraSource& source) {
         for (const auto& path : {companion(source.path, folder, "camera"),
                                  source.path.parent_path() / folder / "camera.json"}) {
             if (!isThere(path)) continue;
-            const nlohmann::json json = readCameraJson(path);
-            const CameraObject camera(json, path.lexically_normal().string(), "");
+            const nlohmann::json root = readCameraJson(path);
+            const CameraObject camera(root, path.lexically_normal().string(), "");
             const auto width = camera.number("width"), height = camera.number("height");
             return checkedSize(camera.required(width, "width"), camera.required(height, "height"),
                                camera.where());

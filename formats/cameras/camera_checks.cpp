@@ -114,6 +114,14 @@ Size checkedSize(double width, double height, const std::string& where) {
     return size;
 }
 
+void checkDepthPlanes(const FileCamera& camera, const std::string& where) {
+    const bool is_in_front =
+        !camera.near || (camera.ortho_height ? *camera.near >= 0 : *camera.near > 0);
+    if (!is_in_front) refuseCamera("the near plane lies in front of the eye", where);
+    if (camera.far && !(*camera.far > camera.near.value_or(0)))
+        refuseCamera("the near plane must lie before the far plane", where);
+}
+
 std::string viewName(const std::string& picture) {
     const std::size_t slash = picture.find_last_of("/\\");
     std::string name = slash == std::string::npos ? picture : picture.substr(slash + 1);

@@ -62,20 +62,16 @@ struct CameraFileOptions {
     Size size{0, 0};  ///< of pictures where the file does not say
 };
 
-/// The views of a file of cameras, in its order, told apart by name and by what is in it:
+/// The views of a file of cameras, told apart by its name and by what is in it: transforms.json
+/// (nerfstudio, instant-ngp), BOP's scene_camera.json with what stands beside it, a folder of
+/// COLMAP's, text or binary, or a file of it, .npy and .npz, and .jsonl of our own, in the order of
+/// the file, or of the numbers that pictures have (BOP, COLMAP). formats/README.md, "Cameras", has
+/// the conventions and what is read of each.
 ///
-/// | file | intrinsics count pixels from | pose |
-/// | --- | --- | --- |
-/// | .json with `frames` (nerfstudio, instant-ngp) | the first one's corner | camera to world,
-/// OpenGL | | .json of BOP (scene_camera.json), scene_gt.json and camera.json | its centre | world
-/// to camera, OpenCV, millimetres | | folder of COLMAP, or cameras and images of it, .bin or .txt |
-/// its corner | world to camera, OpenCV | | .npy, .npz | its centre | as
-/// CameraFileOptions::convention says | | .jsonl | its centre | as the keys say |
-///
-/// formats/README.md, "Cameras", says what each may hold. Throws Error (kInput) for a file that is
-/// missing, larger than kMostCameraBytes, damaged or has more than kMostViews; for numbers that are
-/// not finite; for poses that are not rigid, skew and lens distortion, with the place (JSON
-/// pointer, line, byte); (kUsage) for a convention that is missing or is not the format's.
+/// Throws Error (kInput) for a file that is missing, larger than kMostCameraBytes, damaged or has
+/// more than kMostViews; for numbers that are not finite; for poses that are not rigid, skew and
+/// lens distortion, with the place (JSON pointer, line, byte); (kUsage) for a convention that is
+/// missing or is not the format's.
 std::vector<FileCamera> readCameras(const std::filesystem::path& path,
                                     const CameraFileOptions& options = {});
 

@@ -75,6 +75,9 @@ Intrinsics intrinsicsOfK(std::span<const double, 9> k, const std::string& where)
 /// A picture's size. Throws Error (kInput) if it is not whole, or not from 1 to the limits.
 Size checkedSize(double width, double height, const std::string& where);
 
+/// Throws Error (kInput) for near and far planes that leave nothing between them.
+void checkDepthPlanes(const FileCamera& camera, const std::string& where);
+
 /// What the hint says to lens distortion.
 inline constexpr const char* kUndistort = "undistort the pictures first";
 

@@ -110,11 +110,8 @@ void takeLens(const CameraObject& line, FileCamera& camera) {
     camera.fov = positive(line, "fov", kHalfTurn);
     camera.ortho_height = positive(line, "orthoHeight", kInfinite);
     camera.near = line.number("near");
-    if (camera.near && !(camera.ortho_height ? *camera.near >= 0 : *camera.near > 0))
-        refuseCamera("the near plane lies in front of the eye", line.where("near"));
-    camera.far = positive(line, "far", kInfinite);
-    if (camera.near && camera.far && !(*camera.near < *camera.far))
-        refuseCamera("the near plane must lie before the far plane", line.where("near"));
+    camera.far = line.number("far");
+    checkDepthPlanes(camera, line.where());
 }
 
 FileCamera cameraOf(const CameraObject& line, const CameraFileOptions& options) {
@@ -128,23 +125,31 @@ FileCamera cameraOf(const CameraObject& line, const CameraFileOptions& options) 
     return camera;
 }
 
+/// Calls take(line, its number from 1) with every line that is not blank.
+template <class Take>
+void forLines(std::string_view text, const Take& take) {
+    for (std::uint64_t number = 1; !text.empty(); ++number) {
+        const std::size_t end = std::min(text.find('\n'), text.size());
+        const std::string_view line = text.substr(0, end);
+        text.remove_prefix(std::min(end + 1, text.size()));
+        if (line.find_first_not_of(" \t\r") != std::string_view::npos) take(line, number);
+    }
+}
+
 std::vector<FileCamera> readCameraLines(const CameraSource& source) {
     const std::vector<std::uint8_t> bytes = readCameraBytes(source.path);
+    std::uint64_t count = 0;
+    forLines(asText(bytes), [&](std::string_view, std::uint64_t) { ++count; });
+    checkViewCount(count, source.path.string());
     std::vector<FileCamera> cameras;
-    std::string_view rest = asText(bytes);
-    for (std::uint64_t number = 1; !rest.empty(); ++number) {
-        const std::size_t end = std::min(rest.find('\n'), rest.size());
-        const std::string_view line = rest.substr(0, end);
-        rest.remove_prefix(std::min(end + 1, rest.size()));
-        if (line.find_first_not_of(" \t\r") == std::string_view::npos) continue;
-        const std::string where = source.path.string() + ":" + std::to_string(number);
+    cameras.reserve(count);
+    forLines(asText(bytes), [&](std::string_view line, std::uint64_t number) {
         constexpr std::size_t kLongestLine = std::size_t{1} << 20;
+        const std::string where = source.path.string() + ":" + std::to_string(number);
         if (line.size() > kLongestLine) refuseCamera("the line is too long for a camera", where);
-        const nlohmann::json json = parseJson(line, where);
-        cameras.push_back(cameraOf(CameraObject(json, where, ""), source.options));
-        if (cameras.size() > kMostViews) break;
-    }
-    checkViewCount(cameras.size(), source.path.string());
+        const nlohmann::json value = parseJson(line, where);
+        cameras.push_back(cameraOf(CameraObject(value, where, ""), source.options));
+    });
     return cameras;
 }
 

@@ -126,6 +126,7 @@ std::vector<FileCamera> readTransforms(const CameraSource& source) {
             checkedPose(frame.required(frame.matrix(kMatrix), kMatrix), frame.where(kMatrix));
         camera.near = frame.number(kNearKey);
         camera.far = frame.number(kFarKey);
+        checkDepthPlanes(camera, frame.where());
     }
     return cameras;
 }
@@ -157,7 +158,8 @@ std::string frameText(const FileCamera& camera, bool with_lens) {
     if (viewName(picture) != camera.name)
         text += std::string(" \"") + kNameKey + "\": " + jsonText(camera.name) + ",";
     if (with_lens) text += lensText(camera, " ");
-    if (camera.near) text += std::string(" \"") + kNearKey + "\": " + cameraNumber(*camera.near) + ",";
+    if (camera.near)
+        text += std::string(" \"") + kNearKey + "\": " + cameraNumber(*camera.near) + ",";
     if (camera.far) text += std::string(" \"") + kFarKey + "\": " + cameraNumber(*camera.far) + ",";
     text += "\n     \"transform_matrix\": [";
     const std::vector<double> numbers = rowsOf(camera.camera_to_world, 4);
