@@ -2,6 +2,7 @@
 // What an output hash is made of, and where each kind of file keeps it.
 #include "formats/output_hash.h"
 
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/image/merge.h"
+#include "formats/arrays/table_writers.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_layout.h"
@@ -49,19 +51,34 @@ std::string ofImage(const std::string& path) {
     return outputHashIn(imageDescription(path));
 }
 
+std::string ofArrays(const std::string& path) {
+    return npzText(path, "output_hash");
+}
+
+/// JSON has no infinities.
+std::string fillText(double fill) {
+    return std::isfinite(fill) ? nlohmann::json(fill).dump()
+           : std::isnan(fill)  ? "nan"
+           : fill > 0          ? "inf"
+                               : "-inf";
+}
+
 struct HashedKind {
     std::string_view extension;
     std::string (*hash)(const std::string& path);
 };
-constexpr HashedKind kKinds[] = {
-    {".exr", ofExr}, {".html", ofPage}, {".htm", ofPage}, {"", ofImage}};  // "": any other
+constexpr HashedKind kKinds[] = {{".exr", ofExr},
+                                 {".html", ofPage},
+                                 {".htm", ofPage},
+                                 {".npz", ofArrays},
+                                 {"", ofImage}};  // "": any other
 
 }  // namespace
 
 std::string outputHash(const View& view, const std::string& path, const OutputOptions& output) {
     const Provenance& provenance = output.provenance;
     const std::string merge = deepMergeText(output.deep_merge);
-    const nlohmann::json all = {
+    nlohmann::json all = {
         {"scene", provenance.scene_hash},
         {"settings", provenance.settings_hash},
         {"frame", provenance.frame},
@@ -79,6 +96,12 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
          output.automatic_exposure ? nlohmann::json("automatic") : nlohmann::json(output.exposure)},
         {"toneMap", output.tone_map},
     };
+    if (findOutputFormat(path, output.as).holds(OutputContent::kPlanes)) {
+        const DenseSettings& dense = output.dense;
+        all["planes"] = dense.layers;
+        all["planeType"] = dense.type == PixelType::kHalf ? "half" : "float";
+        all["fill"] = dense.repeat_last ? "last" : fillText(dense.fill);
+    }
     return hashText(all.dump());
 }
 

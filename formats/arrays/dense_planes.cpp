@@ -83,8 +83,8 @@ void DensePlanes::fill(const Column& column, std::span<const std::uint32_t> offs
     const std::size_t number = infoOf(wanted).size, fragment = column.components * number;
     const std::size_t stored = column.components * infoOf(column.type).size;
     const bool repeats = settings_.repeat_last && isFloating(wanted);
-    const auto nothing = nothingOf(
-        wanted, repeats ? std::numeric_limits<double>::quiet_NaN() : settings_.fill);
+    const auto nothing =
+        nothingOf(wanted, repeats ? std::numeric_limits<double>::quiet_NaN() : settings_.fill);
     const std::size_t pixels = offsets.size() - 1;
     out.resize(pixels * pixelBytes(column));
     std::byte* to = out.data();
@@ -113,8 +113,8 @@ void DensePlanes::fill(const Column& column, std::span<const std::uint32_t> offs
 void DensePlanes::forEachRange(std::span<const std::uint32_t> offsets, std::size_t pixel_bytes,
                                const std::function<void(std::size_t, std::size_t)>& use) {
     const std::size_t pixels = offsets.size() - 1;
-    const std::size_t most = std::max<std::size_t>(1, kRangeBytes / std::max<std::size_t>(
-                                                                       1, pixel_bytes));
+    const std::size_t most =
+        std::max<std::size_t>(1, kRangeBytes / std::max<std::size_t>(1, pixel_bytes));
     std::vector<std::size_t> ends{0};
     while (ends.back() < pixels) {
         const std::size_t first = ends.back();

@@ -104,6 +104,7 @@ class FragmentArrays final : public Sink {
 
     void begin(const Plan& plan) override {
         plan_ = plan;
+        options_.camera_known = options_.camera_known && plan.view.known;
         if (options_.dense) planes_.emplace(*options_.dense, planesOf(plan, *options_.dense));
     }
     void write(LayeredImage&& band) override;
@@ -238,7 +239,8 @@ void FragmentArrays::writePlanes(const LayeredImage& band) {
         write(kDepthArray, {NumberType::kFloat, 1},
               [&](std::size_t f, std::byte* out) { return storeNumber(band.z[f], out); });
         write(kColorArray, {color, kPlainComponents}, put_color(0, kPlainComponents));
-        if (plan_.tinted) write(kOpacityArray, {color, kTints}, put_color(kPlainComponents, kTints));
+        if (plan_.tinted)
+            write(kOpacityArray, {color, kTints}, put_color(kPlainComponents, kTints));
         for (std::size_t i = 0; i < columns_.size(); ++i) {
             write(first_column_ + i, {columns_[i].type, columns_[i].components()},
                   [&](std::size_t f, std::byte* out) { return readers[i].put(f, out); });
@@ -257,6 +259,15 @@ void FragmentArrays::write(LayeredImage&& band) {
 }
 
 }  // namespace
+
+FragmentArrayOptions arrayOptions(const OutputOptions& options) {
+    FragmentArrayOptions arrays;
+    // The last name of materials is that of glTF's default one, which hits do not count as any.
+    arrays.default_material = static_cast<std::uint32_t>(options.provenance.ids.materials.size());
+    arrays.output_hash = options.provenance.output_hash;
+    if (options.as == "dense") arrays.dense = options.dense;
+    return arrays;
+}
 
 std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOptions& options) {
     return std::make_unique<FragmentArrays>(std::move(path), options);

@@ -44,6 +44,9 @@ struct FragmentArrayOptions {
     bool layers_listed = false;  ///< of planes: they have `layer`, too, which is not their number
 };
 
+/// The options of a picture's arrays: planes if it is of the kind "dense".
+FragmentArrayOptions arrayOptions(const OutputOptions& options);
+
 /// A Sink that writes a .npz of n fragments (formats/README.md, "Arrays and points"): `ray_splits`
 /// (pixels of the crop + 1, int64: pixel p has the fragments from ray_splits[p] up to ray_splits[p
 /// + 1], p row-major), `z` (n, float: camera Z, scene units), `rgba` (n, 4; half or float: linear,

@@ -26,9 +26,9 @@ DensePlanes lariPlanes() {
 
 std::vector<NpzArray> lariArrays(const Plan& plan) {
     const Window& crop = plan.view.crop;
-    return {lariPlanes().array("ldi", kDepth,
-                               {static_cast<std::uint64_t>(crop.height()),
-                                static_cast<std::uint64_t>(crop.width())})};
+    return {lariPlanes().array(
+        "ldi", kDepth,
+        {static_cast<std::uint64_t>(crop.height()), static_cast<std::uint64_t>(crop.width())})};
 }
 
 /// World to camera as 3 rows of 4. Blender has +Z up: what is (x, y, z) there is (x, z, −y) here.

@@ -22,8 +22,7 @@ constexpr std::uint64_t kMostDirectory = std::uint64_t{1} << 24, kMostText = std
 template <class T>
 T numberIn(const std::string& bytes, std::uint64_t at) {
     T number{};
-    if (at + sizeof number <= bytes.size())
-        std::memcpy(&number, bytes.data() + at, sizeof number);
+    if (at + sizeof number <= bytes.size()) std::memcpy(&number, bytes.data() + at, sizeof number);
     return number;
 }
 

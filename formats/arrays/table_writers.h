@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes tables of numbers: arrays for numpy (.npz), all of them growing at once, and point clouds
-// (binary PLY), and lists of numbers as planes. Numbers and points go straight to their places in the file, from any thread.
+// (binary PLY), and lists of numbers as planes. Numbers and points go straight to their places in
+// the file, from any thread.
 #pragma once
 
 #include <bit>

@@ -142,8 +142,7 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
     std::atomic<std::uint64_t> raised = 0;
     const auto isCovered = [&](std::size_t in) { return std::isfinite(composite.z[in]); };
     const auto isSame = [&](std::size_t a, std::size_t b) {
-        return composite.isSame(a, b) &&
-               (cover == Cover::kAlpha || isCovered(a) == isCovered(b));
+        return composite.isSame(a, b) && (cover == Cover::kAlpha || isCovered(a) == isCovered(b));
     };
     /// Of Cover::kAnyFragment.
     const auto mask = [&](std::size_t in, T* out) {
@@ -288,9 +287,9 @@ void ImageWriter::write(LayeredImage&& band) {
 
 SinkMemory ImageWriter::memory() const {
     if (!metered_) return {};
-    const std::size_t pixel_bytes =
-        sizeof(kept_.rgba.front()) + (tinted_ ? sizeof(kept_.opacity.front()) : 0) +
-        (cover_ == Cover::kAnyFragment ? sizeof(kept_.z.front()) : 0);
+    const std::size_t pixel_bytes = sizeof(kept_.rgba.front()) +
+                                    (tinted_ ? sizeof(kept_.opacity.front()) : 0) +
+                                    (cover_ == Cover::kAnyFragment ? sizeof(kept_.z.front()) : 0);
     return {.bytes = kept_.window.pixels() * pixel_bytes};
 }
 
