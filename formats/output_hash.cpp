@@ -55,14 +55,6 @@ std::string ofArrays(const std::string& path) {
     return npzText(path, "output_hash");
 }
 
-/// JSON has no infinities.
-std::string fillText(double fill) {
-    return std::isfinite(fill) ? nlohmann::json(fill).dump()
-           : std::isnan(fill)  ? "nan"
-           : fill > 0          ? "inf"
-                               : "-inf";
-}
-
 struct HashedKind {
     std::string_view extension;
     std::string (*hash)(const std::string& path);
@@ -74,6 +66,17 @@ constexpr HashedKind kKinds[] = {{".exr", ofExr},
                                  {"", ofImage}};  // "": any other
 
 }  // namespace
+
+std::string denseText(const DenseSettings& dense) {
+    // JSON has no infinities.
+    const std::string fill = dense.repeat_last           ? "last"
+                             : std::isfinite(dense.fill) ? nlohmann::json(dense.fill).dump()
+                             : std::isnan(dense.fill)    ? "nan"
+                             : dense.fill > 0            ? "inf"
+                                                         : "-inf";
+    const char* const type = dense.type == PixelType::kHalf ? "half" : "float";
+    return std::to_string(dense.layers) + ' ' + type + ' ' + fill;
+}
 
 std::string outputHash(const View& view, const std::string& path, const OutputOptions& output) {
     const Provenance& provenance = output.provenance;
@@ -96,12 +99,8 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
          output.automatic_exposure ? nlohmann::json("automatic") : nlohmann::json(output.exposure)},
         {"toneMap", output.tone_map},
     };
-    if (findOutputFormat(path, output.as).holds(OutputContent::kPlanes)) {
-        const DenseSettings& dense = output.dense;
-        all["planes"] = dense.layers;
-        all["planeType"] = dense.type == PixelType::kHalf ? "half" : "float";
-        all["fill"] = dense.repeat_last ? "last" : fillText(dense.fill);
-    }
+    if (findOutputFormat(path, output.as).holds(OutputContent::kPlanes))
+        all["planes"] = denseText(output.dense);
     return hashText(all.dump());
 }
 

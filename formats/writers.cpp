@@ -141,8 +141,13 @@ const OutputFormat& findOutputFormat(std::string_view path, std::string_view as)
 }
 
 std::vector<std::string> filesBeside(const std::string& path, const OutputOptions& options) {
-    const OutputFormat& format = findOutputFormat(path, options.as);
-    return format.beside ? format.beside(path) : std::vector<std::string>();
+    const std::string extension = lowerExtension(path);
+    for (const OutputFormat& row : table()) {
+        if (row.beside && row.kind == options.as &&
+            std::ranges::find(row.extensions, extension) != row.extensions.end())
+            return row.beside(path);
+    }
+    return {};
 }
 
 std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& options) {

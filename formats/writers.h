@@ -73,8 +73,8 @@ std::span<const OutputFormat> outputFormats();
 /// lists the choices.
 const OutputFormat& findOutputFormat(std::string_view path, std::string_view as);
 
-/// The files that appear beside the one at `path`: OutputFormat::beside. Throws like
-/// findOutputFormat().
+/// The files that appear beside the one at `path`: OutputFormat::beside. None where there is no
+/// such format.
 std::vector<std::string> filesBeside(const std::string& path, const OutputOptions& options);
 
 /// How large the file of a planned picture will be, or all of its files together. Arrays take so
