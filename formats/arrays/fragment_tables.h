@@ -67,7 +67,7 @@ SizeForecast forecastFragmentArrays(const Plan& plan, const LayeredImage& band,
 /// A Sink of a sample as the loader of LaRI reads it (Li et al., "LaRI: Layered Ray Intersections
 /// for Single-view 3D Geometric Reasoning", 2025; src/datasets/objaverse.py of ruili3/lari): the
 /// picture at `path`, and lariFiles() beside it, of which all appear or none, `path` last. The
-/// picture is ImageWriter's with Cover::kAnyFragment.
+/// picture is ImageWriter's with PictureAlpha::kAnyFragment.
 std::unique_ptr<Sink> makeLariSample(const std::string& path, const OutputOptions& options);
 /// Of "000.png": 000_ldi.npz, with `ldi` (h, w, 15; half: camera Z of each layer, −1 where there is
 /// none), and 000.npy (3, 4; double): from Blender's world, +Z up, to its camera, which looks along

@@ -18,7 +18,7 @@ namespace peeler {
 namespace {
 
 constexpr std::uint32_t kLariLayers = 15;
-constexpr DensePlanes::Column kDepth{NumberType::kFloat, 1};
+constexpr DensePlanes::Column kLariDepth{NumberType::kFloat, 1};
 
 DensePlanes lariPlanes() {
     return {DenseSettings{.type = PixelType::kHalf, .fill = -1}, kLariLayers};
@@ -27,7 +27,7 @@ DensePlanes lariPlanes() {
 std::vector<NpzArray> lariArrays(const Plan& plan) {
     const Window& crop = plan.view.crop;
     return {lariPlanes().array(
-        "ldi", kDepth,
+        "ldi", kLariDepth,
         {static_cast<std::uint64_t>(crop.height()), static_cast<std::uint64_t>(crop.width())})};
 }
 
@@ -43,12 +43,12 @@ std::array<double, 12> blenderPose(const View& view) {
     return rows;
 }
 
-const NpzArray kPose{"", NumberType::kDouble, {3, 4}};
+const NpzArray kLariPose{"", NumberType::kDouble, {3, 4}};
 
 class LariSample final : public Sink {
   public:
     LariSample(const std::string& path, const OutputOptions& options)
-        : path_(path), picture_(path, options, Cover::kAnyFragment) {}
+        : path_(path), picture_(path, options, PictureAlpha::kAnyFragment) {}
 
     void begin(const Plan& plan) override {
         if (isStandardOutput(path_)) {
@@ -58,19 +58,19 @@ class LariSample final : public Sink {
         const std::vector<std::string> beside = lariFiles(path_);
         depths_.emplace(beside.at(0), lariArrays(plan));
         pose_.emplace(beside.at(1));
-        pose_->append(asBytes(npyHeader(kPose)));
+        pose_->append(asBytes(npyHeader(kLariPose)));
         pose_->append(asBytes(blenderPose(plan.view)));
         picture_.begin(plan);
     }
 
     void write(LayeredImage&& band) override {
-        const std::size_t pixel = planes_.pixelBytes(kDepth);
+        const std::size_t pixel = planes_.pixelBytes(kLariDepth);
         DensePlanes::forEachRange(band.offsets, pixel, [&](std::size_t first, std::size_t last) {
             thread_local ByteBuffer planes;
             const std::span offsets = std::span(band.offsets).subspan(first, last - first + 1);
             const std::span z =
                 std::span(band.z).subspan(offsets.front(), offsets.back() - offsets.front());
-            planes_.fill(kDepth, offsets, std::as_bytes(z), planes);
+            planes_.fill(kLariDepth, offsets, std::as_bytes(z), planes);
             depths_->writeAt(0, (pixels_ + first) * pixel, planes);
         });
         pixels_ += band.window.pixels();
@@ -111,8 +111,8 @@ std::unique_ptr<Sink> makeLariSample(const std::string& path, const OutputOption
 }
 
 SizeForecast forecastLariSample(const std::string& path, const Plan& plan) {
-    SizeForecast bytes{NpzWriter::fileBytes(lariArrays(plan)) + npyHeader(kPose).size() +
-                       kPose.bytes()};
+    SizeForecast bytes{NpzWriter::fileBytes(lariArrays(plan)) + npyHeader(kLariPose).size() +
+                       kLariPose.bytes()};
     bytes += imageForecast(path, plan.view.crop.pixels());
     return bytes;
 }

@@ -19,14 +19,14 @@
 namespace peeler {
 namespace {
 
-constexpr std::size_t kRows = 16, kNumbers = 7;
+constexpr std::size_t kXrayRows = 16, kXrayNumbers = 7;
 
 enum XrayArray : std::size_t { kData, kIndices, kIndptr, kShape, kXrayHash };
 
 /// Where the hits of each layer begin among those of all that are stored.
-std::array<std::uint64_t, kRows + 1> firstHits(const Plan& plan) {
-    std::array<std::uint64_t, kRows + 1> first{};
-    for (std::size_t row = 0; row < kRows; ++row) {
+std::array<std::uint64_t, kXrayRows + 1> firstHits(const Plan& plan) {
+    std::array<std::uint64_t, kXrayRows + 1> first{};
+    for (std::size_t row = 0; row < kXrayRows; ++row) {
         const bool there = row < plan.layers.size();
         first[row + 1] = first[row] + (there ? plan.layers[row].pixels : 0);
     }
@@ -34,13 +34,13 @@ std::array<std::uint64_t, kRows + 1> firstHits(const Plan& plan) {
 }
 
 std::vector<NpzArray> xrayArrays(const Plan& plan, const std::string& output_hash) {
-    const std::uint64_t numbers = kNumbers * firstHits(plan).back();
-    const std::uint64_t columns = kNumbers * plan.view.crop.pixels();
+    const std::uint64_t numbers = kXrayNumbers * firstHits(plan).back();
+    const std::uint64_t columns = kXrayNumbers * plan.view.crop.pixels();
     const bool is_wide = std::max(numbers, columns) > std::numeric_limits<std::int32_t>::max();
     const NumberType index = is_wide ? NumberType::kInt64 : NumberType::kInt32;
     std::vector<NpzArray> arrays = {{"data", NumberType::kFloat, {numbers}},
                                     {"indices", index, {numbers}},
-                                    {"indptr", index, {kRows + 1}},
+                                    {"indptr", index, {kXrayRows + 1}},
                                     {"shape", NumberType::kInt64, {2}}};
     if (!output_hash.empty())
         arrays.push_back({"output_hash", NumberType::kUint8, {output_hash.size()}});
@@ -68,13 +68,13 @@ class XrayNumbers {
         }
     }
 
-    std::array<float, kNumbers> of(std::size_t fragment) const {
+    std::array<float, kXrayNumbers> of(std::size_t fragment) const {
         const double side = facing_.value(fragment) < 0 ? -1 : 1;
         const glm::dvec3 toward{normal_[0].value(fragment), normal_[1].value(fragment),
                                 normal_[2].value(fragment)};
         const glm::vec3 normal = to_camera_ * (side * toward);
-        std::array<float, kNumbers> numbers = {distance_.value(fragment), normal.x, normal.y,
-                                               normal.z};
+        std::array<float, kXrayNumbers> numbers = {distance_.value(fragment), normal.x, normal.y,
+                                                   normal.z};
         for (std::size_t c = 0; c < 3; ++c)
             numbers[4 + c] = srgbFromLinear(std::clamp(color_[c].value(fragment), 0.0F, 1.0F));
         return numbers;
@@ -98,9 +98,9 @@ class XrayWriter final : public Sink {
         is_wide_ = arrays[kIndices].type == NumberType::kInt64;
         writer_.emplace(path_, std::move(arrays));
         for (const std::uint64_t first : first_)
-            writer_->append(kIndptr, indexBytes({kNumbers * first}));
+            writer_->append(kIndptr, indexBytes({kXrayNumbers * first}));
         const std::array<std::int64_t, 2> shape = {
-            kRows, static_cast<std::int64_t>(kNumbers * plan.view.crop.pixels())};
+            kXrayRows, static_cast<std::int64_t>(kXrayNumbers * plan.view.crop.pixels())};
         writer_->append(kShape, asBytes(shape));
         if (!output_hash_.empty()) writer_->append(kXrayHash, asBytes(output_hash_));
     }
@@ -109,7 +109,7 @@ class XrayWriter final : public Sink {
         // So many that what is found of them stays in a processor's own cache.
         constexpr std::size_t kPixelsAtOnce = std::size_t{1} << 15;
         const XrayNumbers numbers(band, plan_.view);
-        parallelFor(kRows, [&](std::size_t row) {
+        parallelFor(kXrayRows, [&](std::size_t row) {
             for (std::size_t first = 0; first < band.window.pixels(); first += kPixelsAtOnce)
                 writeHits(band, numbers, row, first,
                           std::min(first + kPixelsAtOnce, band.window.pixels()));
@@ -135,7 +135,7 @@ class XrayWriter final : public Sink {
     void writeHits(const LayeredImage& band, const XrayNumbers& numbers, std::size_t row,
                    std::size_t first, std::size_t last) {
         std::vector<std::uint64_t> places;
-        std::vector<std::array<float, kNumbers>> hits;
+        std::vector<std::array<float, kXrayNumbers>> hits;
         for (std::size_t p = first; p < last; ++p) {
             if (band.count(p) <= row) continue;
             places.push_back(pixels_ + p);
@@ -144,9 +144,9 @@ class XrayWriter final : public Sink {
         if (hits.empty()) return;
         const std::uint64_t all = first_[row + 1] - first_[row];
         std::vector<float> values(hits.size());
-        for (std::size_t c = 0; c < kNumbers; ++c) {
+        for (std::size_t c = 0; c < kXrayNumbers; ++c) {
             std::ranges::transform(hits, values.begin(), [c](const auto& hit) { return hit[c]; });
-            const std::uint64_t to = kNumbers * first_[row] + c * all + written_[row];
+            const std::uint64_t to = kXrayNumbers * first_[row] + c * all + written_[row];
             writer_->writeAt(kData, to * sizeof(float), asBytes(values));
             const ByteBuffer indices = indexBytes(places);
             writer_->writeAt(kIndices, to * (indices.size() / places.size()), indices);
@@ -159,9 +159,9 @@ class XrayWriter final : public Sink {
     std::string path_, output_hash_;
     Plan plan_;
     bool is_wide_ = false;  ///< indices take 64 bits
-    std::array<std::uint64_t, kRows + 1> first_{};
-    std::array<std::uint64_t, kRows> written_{};  ///< hits of each layer, so far
-    std::uint64_t pixels_ = 0;                    ///< so far
+    std::array<std::uint64_t, kXrayRows + 1> first_{};
+    std::array<std::uint64_t, kXrayRows> written_{};  ///< hits of each layer, so far
+    std::uint64_t pixels_ = 0;                        ///< so far
     std::optional<NpzWriter> writer_;
 };
 

@@ -114,7 +114,7 @@ struct ImageWriter::Output {
     /// Returns in how many pixels alpha was raised.
     template <class T>
     std::uint64_t writeRows(const CompositeImage& composite, const Display& display,
-                            const std::array<float, 4>& background, Cover cover);
+                            const std::array<float, 4>& background, PictureAlpha alpha);
 
     /// Closes an unfinished picture. OpenImageIO's encoders complain on stderr about missing rows,
     /// so they get them, black; nothing of it reaches the disk.
@@ -131,7 +131,8 @@ struct ImageWriter::Output {
 template <class T>
 std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
                                              const Display& display,
-                                             const std::array<float, 4>& background, Cover cover) {
+                                             const std::array<float, 4>& background,
+                                             PictureAlpha alpha) {
     const auto width = static_cast<std::size_t>(composite.window.width());
     const int height = composite.window.height();
     constexpr int kRowsAtOnce = 64;
@@ -142,9 +143,10 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
     std::atomic<std::uint64_t> raised = 0;
     const auto isCovered = [&](std::size_t in) { return std::isfinite(composite.z[in]); };
     const auto isSame = [&](std::size_t a, std::size_t b) {
-        return composite.isSame(a, b) && (cover == Cover::kAlpha || isCovered(a) == isCovered(b));
+        return composite.isSame(a, b) &&
+               (alpha == PictureAlpha::kOpacity || isCovered(a) == isCovered(b));
     };
-    /// Of Cover::kAnyFragment.
+    /// Of PictureAlpha::kAnyFragment.
     const auto mask = [&](std::size_t in, T* out) {
         const bool black = out[0] == 0 && out[1] == 0 && out[2] == 0;
         if (!isCovered(in))
@@ -177,7 +179,7 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
                     for (std::size_t c = 0; c < 3; ++c)
                         out[c] = quantizeSrgb<T>(pixel.color[c]);
                     if (keeps_alpha) out[3] = quantize<T>(pixel.alpha);
-                    if (cover == Cover::kAnyFragment) mask(in, out);
+                    if (alpha == PictureAlpha::kAnyFragment) mask(in, out);
                     is_raised = pixel.raised;
                 }
                 raised_here += is_raised ? 1 : 0;
@@ -231,13 +233,13 @@ std::span<float> onePerPixel(const Window& window, LayeredImage& image) {
     return image.color.as<float>();
 }
 
-ImageWriter::ImageWriter(std::string path, OutputOptions options, Cover cover)
+ImageWriter::ImageWriter(std::string path, OutputOptions options, PictureAlpha alpha)
     : path_(std::move(path)),
       options_(std::move(options)),
-      cover_(cover),
+      alpha_(alpha),
       format_(findImageFormat(path_)),
       display_(options_.exposure, options_.tone_map) {
-    if (cover == Cover::kAnyFragment) options_.background = {0, 0, 0, 1};
+    if (alpha == PictureAlpha::kAnyFragment) options_.background = {0, 0, 0, 1};
     if (format_ == nullptr) throw Error(ErrorKind::kInternal, "no picture has this name", path_);
 }
 
@@ -277,7 +279,7 @@ void ImageWriter::write(LayeredImage&& band) {
     }
     if (metered_) {
         kept_.appendColors(composite_);
-        if (cover_ == Cover::kAnyFragment)
+        if (alpha_ == PictureAlpha::kAnyFragment)
             kept_.z.insert(kept_.z.end(), composite_.z.begin(), composite_.z.end());
         return;
     }
@@ -287,17 +289,17 @@ void ImageWriter::write(LayeredImage&& band) {
 
 SinkMemory ImageWriter::memory() const {
     if (!metered_) return {};
-    const std::size_t pixel_bytes = sizeof(kept_.rgba.front()) +
-                                    (tinted_ ? sizeof(kept_.opacity.front()) : 0) +
-                                    (cover_ == Cover::kAnyFragment ? sizeof(kept_.z.front()) : 0);
+    const std::size_t pixel_bytes =
+        sizeof(kept_.rgba.front()) + (tinted_ ? sizeof(kept_.opacity.front()) : 0) +
+        (alpha_ == PictureAlpha::kAnyFragment ? sizeof(kept_.z.front()) : 0);
     return {.bytes = kept_.window.pixels() * pixel_bytes};
 }
 
 void ImageWriter::encode(const CompositeImage& composite) {
     const std::uint64_t raised =
         format_->bits == 16
-            ? output_->writeRows<std::uint16_t>(composite, display_, options_.background, cover_)
-            : output_->writeRows<std::uint8_t>(composite, display_, options_.background, cover_);
+            ? output_->writeRows<std::uint16_t>(composite, display_, options_.background, alpha_)
+            : output_->writeRows<std::uint8_t>(composite, display_, options_.background, alpha_);
     if (options_.outcome) options_.outcome->raised_pixels += raised;
 }
 

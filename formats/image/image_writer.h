@@ -38,8 +38,8 @@ const ImageFormat* findImageFormat(const std::string& path);
 SizeForecast imageForecast(const std::string& path, std::uint64_t pixels);
 
 /// What alpha says in a file.
-enum class Cover : std::uint8_t {
-    kAlpha,  ///< how much of what is behind the picture shows through
+enum class PictureAlpha : std::uint8_t {
+    kOpacity,  ///< how much of what is behind the picture shows through
     /// Whether a pixel has any fragment: 255, or 0 and black. The picture is over black then, in
     /// place of the background, and a pixel that has one is never quite black: (1, 1, 1) at least
     /// where it would be (0, 0, 0). So the mask is the same by alpha and by colour.
@@ -55,7 +55,8 @@ class ImageWriter : public Sink {
   public:
     /// Throws Error (kUsage) if there is no such tone map; (kInternal) if the path ends in no
     /// extension of the table.
-    ImageWriter(std::string path, OutputOptions options, Cover cover = Cover::kAlpha);
+    ImageWriter(std::string path, OutputOptions options,
+                PictureAlpha alpha = PictureAlpha::kOpacity);
     ~ImageWriter() override;
 
     /// Throws Error (kOutput) if the file cannot be created or the format cannot hold the picture.
@@ -73,7 +74,7 @@ class ImageWriter : public Sink {
 
     std::string path_;
     OutputOptions options_;
-    Cover cover_;
+    PictureAlpha alpha_;
     const ImageFormat* format_ = nullptr;
     Display display_;
     bool metered_ = false;  ///< the exposure is found at finish(), of what `kept_` has
