@@ -49,9 +49,8 @@ constexpr const char* kExtractFooter =
     "(1, 4; x, y, w, h of these pixels), bundle_perspective (1; 0 or 1), near, far: NaN where the\n"
     "file does not tell; arrays_version. With --dense N, for an H x W crop, the arrays of n are\n"
     "(H, W, N) or (H, W, N, components), count (H, W, uint32; all fragments of the pixel) is in\n"
-    "place of ray_splits, and layer is there with --layer alone. With (W, H) = bundle_resolution, "
-    "what lies behind pixel\n"
-    "(i, j) at z is\n"
+    "place of ray_splits, and layer is there with --layer alone.\n"
+    "With (W, H) = bundle_resolution, what lies behind pixel (i, j) at z is\n"
     "  origin + z * direction\n"
     "  + s * (((i + 0.5) / W - 0.5) * size[0] * right - ((j + 0.5) / H - 0.5) * size[1] * up)\n"
     "where s = z if it is perspective, else 1. examples/readers does it.";

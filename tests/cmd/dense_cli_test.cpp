@@ -191,7 +191,7 @@ TEST_F(Dense, ArraysOfRenderAreThoseOfExtract) {
 
 TEST_F(Dense, PlanesHaveTheNumbersOfLists) {
     PEELER_REQUIRE_PYTHON("numpy");
-    const std::vector<std::string> scene{"render",     glasses_, "--size", "64x36",
+    const std::vector<std::string> scene{"render",     engine_, "--size", "64x36",
                                          "--channels", "all",    "-o"};
     const auto render = [&](const std::string& name, std::vector<std::string> more) {
         std::vector<std::string> line = scene;
@@ -208,7 +208,7 @@ TEST_F(Dense, PlanesHaveTheNumbersOfLists) {
     python(kPlanesOfLists, {path("dense.npz"), path("lists.npz"), "nan", "half"});
     // Without --dense there are as many planes as layers.
     render("all.npz", {"--as", "dense"});
-    const Json told = resultOf({"render", glasses_, "--size", "64x36", "-o", path("a.exr")});
+    const Json told = resultOf({"render", engine_, "--size", "64x36", "-o", path("a.exr")});
     EXPECT_EQ(readNpz(path("all.npz")).at("z").shape,
               "(36, 64, " + std::to_string(told.at("layers").get<int>()) + ")");
     // --layers counts what it keeps, and --layer keeps numbers.
@@ -228,7 +228,7 @@ TEST_F(Dense, PlanesOfRaysNeedNoGl) {
          "t_hit,normals,facing,node_ids"}};
     for (const std::vector<std::string>& rays : bundles) {
         const auto trace = [&](const std::string& name, std::vector<std::string> more) {
-            std::vector<std::string> line{"rays", glasses_, "--engine", "cpu", "-o", path(name)};
+            std::vector<std::string> line{"rays", engine_, "--engine", "cpu", "-o", path(name)};
             line.insert(line.end(), rays.begin(), rays.end());
             line.insert(line.end(), more.begin(), more.end());
             return resultOf(line);
@@ -243,7 +243,7 @@ TEST_F(Dense, PlanesOfRaysNeedNoGl) {
             python(kPlanesOfLists, {path("dense.npz"), path("lists.npz"), fill, "float"});
         }
     }
-    refused({"rays", glasses_, "-o", path("a.npz"), "--axes", "--resolution", "16", "--dense", "2"},
+    refused({"rays", engine_, "-o", path("a.npz"), "--axes", "--resolution", "16", "--dense", "2"},
             {"bundles of different sizes", "axis_x: ", "axis_y: ", "--dense"});
     EXPECT_FALSE(fs::exists(path("a.npz")));
 }
@@ -316,7 +316,7 @@ TEST_F(Dense, TilesAreMergedToTheSameArrays) {
 
 TEST_F(Dense, TheLoaderOfLariReadsItsSample) {
     PEELER_REQUIRE_PYTHON("PIL");
-    const std::vector<std::string> scenes{glasses_, engine_};
+    const std::vector<std::string> scenes{scenes_ / "coincident.glb", engine_};
     for (const std::string& scene : scenes) {
         const std::vector<std::string> camera{"--size", "96x96", "--faces", "both"};
         std::vector<std::string> line{"render", scene, "--as", "lari", "-o", path("003.png")};
