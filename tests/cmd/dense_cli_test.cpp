@@ -192,7 +192,7 @@ TEST_F(Dense, ArraysOfRenderAreThoseOfExtract) {
 TEST_F(Dense, PlanesHaveTheNumbersOfLists) {
     PEELER_REQUIRE_PYTHON("numpy");
     const std::vector<std::string> scene{"render",     engine_, "--size", "64x36",
-                                         "--channels", "all",    "-o"};
+                                         "--channels", "all",   "-o"};
     const auto render = [&](const std::string& name, std::vector<std::string> more) {
         std::vector<std::string> line = scene;
         line.push_back(path(name));
