@@ -69,6 +69,12 @@ void Convert::checkOptions() {
     options_.report.applyTo(console_);
     const OutputFormat& format =
         findOutputFormat(options_.output.path.string(), options_.output.options.as);
+    constexpr OutputContent kArrays[] = {OutputContent::kArrays, OutputContent::kPlanes,
+                                         OutputContent::kXray};
+    if (std::ranges::find(kArrays, format.content) != std::end(kArrays)) {
+        throw Error(ErrorKind::kUsage, "convert writes layers", options_.output.path.string(),
+                    "peeler extract --npz writes arrays");
+    }
     if (format.holds(OutputContent::kComposite) || format.holds(OutputContent::kShadowMap)) {
         throw Error(ErrorKind::kUsage, "convert writes layers", options_.output.path.string(),
                     "use --as ldi or --as deep; peeler flatten makes composites");

@@ -158,6 +158,7 @@ void Extract::checkOptions() const {
         throw Error(ErrorKind::kUsage, "no picture of a layer is written",
                     "--background, --exposure, --tone-map", "leave it out, or add --output");
     }
+    checkDenseOptions(options_.output, options_.arrays && options_.output.isGiven("--dense"));
     if (options_.double_points && !options_.points) {
         throw Error(ErrorKind::kUsage, "there are no points to be stored in 64 bits", "--double",
                     "add --points FILE.ply");
@@ -262,10 +263,14 @@ void Extract::addProducts() {
                              }});
     }
     if (options_.arrays) {
-        products_.push_back(
-            {"arrays", *options_.arrays,
-             makeFragmentArrays(options_.arrays->string(), {camera_known_, default_material}),
-             forecastFragmentArrays});
+        FragmentArrayOptions arrays{camera_known_, default_material};
+        if (options_.output.isGiven("--dense")) arrays.dense = options_.output.options.dense;
+        arrays.layers_listed = !options_.layers.empty();
+        products_.push_back({"arrays", *options_.arrays,
+                             makeFragmentArrays(options_.arrays->string(), arrays),
+                             [arrays](const Plan& plan, const LayeredImage& band) {
+                                 return forecastFragmentArrays(plan, band, arrays);
+                             }});
     }
 }
 

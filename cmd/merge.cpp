@@ -167,7 +167,9 @@ void Merge::plan() {
                     "tiles overlap: nobody knows how many fragments the composite has",
                     output_.path.string(), "render tiles that do not overlap, or layers");
     }
-    const bool pixels_matter = output_.options.layout == kPerFileLayout;
+    const bool pixels_matter =
+        output_.options.layout == kPerFileLayout ||
+        findOutputFormat(output_.path.string(), output_.options.as).holds(OutputContent::kXray);
     if (!tiles_->overlap()) {
         if (pixels_matter) countLayers();
         return;

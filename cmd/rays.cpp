@@ -223,12 +223,14 @@ std::unique_ptr<RayOutput> Rays::makeOutput() {
         return makeRayMapOutput(path, *posed_, inside, maps);
     }
     if (options_.points) return makeNextHitOutput(path, *posed_, readPoints(*options_.points));
-    return makeHitOutput(path, {.posed = *posed_,
-                                .provenance = provenance,
-                                .comment = "hits in world space of " + printable(provenance.scene) +
-                                           ", +Y up, by peeler " PEELER_VERSION,
-                                .double_positions = options_.double_points,
-                                .columns = options_.columns});
+    HitOptions hits{.posed = *posed_,
+                    .provenance = provenance,
+                    .comment = "hits in world space of " + printable(provenance.scene) +
+                               ", +Y up, by peeler " PEELER_VERSION,
+                    .double_positions = options_.double_points,
+                    .columns = options_.columns};
+    if (options_.output.isGiven("--dense")) hits.dense = options_.output.options.dense;
+    return makeHitOutput(path, hits);
 }
 
 void Rays::openHits() {

@@ -349,6 +349,11 @@ VerbAction declareView(VerbOptions& verb) {
         .required();
     addViewCameraOptions(verb, options->camera);
     addOutputOptions(verb, options->output);
+    verb.option("--output")
+        .description(
+            "the file to write: .exr, .png, .jpg, .jpeg, .tif, .tiff, or a page: .html, .htm; - "
+            "writes a PNG to standard output, -.EXT another format")
+        .files(".exr .png .jpg .jpeg .tif .tiff .html .htm");
     addObjectOptions(verb, options->objects);
     addValue(
         verb, "--layers", "N|all", options->max_layers,

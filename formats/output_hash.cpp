@@ -2,6 +2,7 @@
 // What an output hash is made of, and where each kind of file keeps it.
 #include "formats/output_hash.h"
 
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/image/merge.h"
+#include "formats/arrays/table_writers.h"
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_layout.h"
@@ -49,14 +51,32 @@ std::string ofImage(const std::string& path) {
     return outputHashIn(imageDescription(path));
 }
 
+std::string ofArrays(const std::string& path) {
+    return npzText(path, "output_hash");
+}
+
 struct HashedKind {
     std::string_view extension;
     std::string (*hash)(const std::string& path);
 };
-constexpr HashedKind kKinds[] = {
-    {".exr", ofExr}, {".html", ofPage}, {".htm", ofPage}, {"", ofImage}};  // "": any other
+constexpr HashedKind kKinds[] = {{".exr", ofExr},
+                                 {".html", ofPage},
+                                 {".htm", ofPage},
+                                 {".npz", ofArrays},
+                                 {"", ofImage}};  // "": any other
 
 }  // namespace
+
+std::string denseText(const DenseSettings& dense) {
+    // JSON has no infinities.
+    const std::string fill = dense.repeat_last           ? "last"
+                             : std::isfinite(dense.fill) ? nlohmann::json(dense.fill).dump()
+                             : std::isnan(dense.fill)    ? "nan"
+                             : dense.fill > 0            ? "inf"
+                                                         : "-inf";
+    const char* const type = dense.type == PixelType::kHalf ? "half" : "float";
+    return std::to_string(dense.layers) + ' ' + type + ' ' + fill;
+}
 
 std::string outputHash(const View& view, const std::string& path, const OutputOptions& output) {
     const Provenance& provenance = output.provenance;
@@ -80,6 +100,8 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
         {"toneMap", output.tone_map},
     };
     if (provenance.view) all["view"] = *provenance.view;
+    if (findOutputFormat(path, output.as).holds(OutputContent::kPlanes))
+        all["planes"] = denseText(output.dense);
     return hashText(all.dump());
 }
 

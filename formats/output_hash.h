@@ -17,7 +17,10 @@ namespace peeler {
 /// that are merged get the hash of the whole picture.
 std::string outputHash(const View& view, const std::string& path, const OutputOptions& output);
 
-/// The same for a file that is made of all layers of another file of ours, whose headers are
+/// The settings of planes as one text: "8 half nan".
+std::string denseText(const DenseSettings& dense);
+
+/// outputHash() for a file that is made of all layers of another file of ours, whose headers are
 /// `input`: the hash that the file would have if it had been rendered. "" if a render would make
 /// another file, or if that is not known.
 std::string outputHashFrom(const ExrInfo& input, const View& view, const std::string& path,

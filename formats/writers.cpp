@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "core/base/error.h"
+#include "formats/arrays/fragment_tables.h"
 #include "formats/exr/exr_plane_writer.h"
 #include "formats/exr/exr_writers.h"
 #include "formats/file/file_name.h"
@@ -18,6 +19,14 @@ namespace {
 template <class Writer>
 std::unique_ptr<Sink> make(const std::string& path, const OutputOptions& options) {
     return std::make_unique<Writer>(path, options);
+}
+
+std::unique_ptr<Sink> makeArrays(const std::string& path, const OutputOptions& options) {
+    return makeFragmentArrays(path, arrayOptions(options));
+}
+
+std::unique_ptr<Sink> makeXrayMatrix(const std::string& path, const OutputOptions& options) {
+    return makeXray(path, options.provenance.output_hash);
 }
 
 std::vector<OutputFormat> makeTable() {
@@ -59,6 +68,31 @@ std::vector<OutputFormat> makeTable() {
                     .make = make<HtmlViewWriter>,
                     .content = OutputContent::kPage,
                     .for_display = true});
+    rows.push_back({.extensions = {".npz"},
+                    .kind = "arrays",
+                    .summary = "every fragment in arrays for numpy, in a list a pixel",
+                    .make = makeArrays,
+                    .content = OutputContent::kArrays,
+                    .channels = true});
+    rows.push_back({.extensions = {".npz"},
+                    .kind = "dense",
+                    .summary = "the nearest fragments in planes for numpy: (h, w, planes, ...)",
+                    .make = makeArrays,
+                    .content = OutputContent::kPlanes,
+                    .channels = true});
+    rows.push_back({.extensions = {".png"},
+                    .kind = "lari",
+                    .summary = "a sample for LaRI: OUT.png, OUT_ldi.npz and OUT.npy",
+                    .make = makeLariSample,
+                    .content = OutputContent::kLari,
+                    .for_display = true,
+                    .beside = lariFiles});
+    rows.push_back({.extensions = {".npz"},
+                    .kind = "xray",
+                    .summary = "a sample for X-Ray: 16 layers as a sparse matrix for scipy",
+                    .make = makeXrayMatrix,
+                    .content = OutputContent::kXray,
+                    .needs = xrayChannels});
     return rows;
 }
 
@@ -104,6 +138,16 @@ const OutputFormat& findOutputFormat(std::string_view path, std::string_view as)
     }
     throw Error(ErrorKind::kUsage, extension + " cannot hold `as` " + std::string(as),
                 std::string(path), "write " + extensions_there + ", or use `as` " + kinds_here);
+}
+
+std::vector<std::string> filesBeside(const std::string& path, const OutputOptions& options) {
+    const std::string extension = lowerExtension(path);
+    for (const OutputFormat& row : table()) {
+        if (row.beside && row.kind == options.as &&
+            std::ranges::find(row.extensions, extension) != row.extensions.end())
+            return row.beside(path);
+    }
+    return {};
 }
 
 std::unique_ptr<Sink> makeSink(const std::string& path, const OutputOptions& options) {

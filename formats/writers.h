@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/image/channels.h"
 #include "core/image/composite.h"
 #include "core/image/sink.h"
 #include "formats/file/output_options.h"
@@ -25,7 +26,13 @@ enum class OutputContent : std::uint8_t {
     /// A midpoint shadow map, which needs every layer of OPAQUE and MASK surfaces, both faces of
     /// each.
     kShadowMap,
-    kPage,  ///< a viewer of the layers, with a background
+    kPage,    ///< a viewer of the layers, with a background
+    kArrays,  ///< the numbers of every fragment, in lists
+    kPlanes,  ///< the same in planes, the nearest of every pixel
+    /// For the loaders of others, of which each pixel is one ray: a picture over black with depths
+    /// of its layers beside it, and layers as a sparse matrix.
+    kLari,
+    kXray,
 };
 
 /// One way to write a picture.
@@ -38,6 +45,10 @@ struct OutputFormat {
     bool channels = false;  ///< it holds what fragments have besides colour and Z
     /// It is for eyes and not for further work: encoded for a display, with exposure and tone map.
     bool for_display = false;
+    /// The channels that it is made of, whatever else is asked for.
+    std::span<const Channel> (*needs)() = nullptr;
+    /// The files that appear together with the one at `path`, which appears last.
+    std::vector<std::string> (*beside)(const std::string& path) = nullptr;
 
     bool holds(OutputContent what) const { return content == what; }
     /// Every fragment can be read from it again.
@@ -46,6 +57,9 @@ struct OutputFormat {
     }
     bool hasComposite() const {
         return holds(OutputContent::kLayers) || holds(OutputContent::kComposite);
+    }
+    bool takesOneSample() const {
+        return holds(OutputContent::kLari) || holds(OutputContent::kXray);
     }
     bool takesBackground() const {
         return holds(OutputContent::kComposite) || holds(OutputContent::kPage);
@@ -59,9 +73,13 @@ std::span<const OutputFormat> outputFormats();
 /// lists the choices.
 const OutputFormat& findOutputFormat(std::string_view path, std::string_view as);
 
-/// How large the file of a planned picture will be, or all of its files together. It is compressed,
-/// so this is what it takes at most; what is merged into fewer samples takes less. Throws like
-/// findOutputFormat().
+/// The files that appear beside the one at `path`: OutputFormat::beside. None where there is no
+/// such format.
+std::vector<std::string> filesBeside(const std::string& path, const OutputOptions& options);
+
+/// How large the file of a planned picture will be, or all of its files together. Arrays take so
+/// much to the byte; what is compressed takes it at most, and what is merged into fewer samples
+/// takes less. Throws like findOutputFormat().
 SizeForecast forecastPicture(const std::string& path, const Plan& plan,
                              const OutputOptions& options);
 

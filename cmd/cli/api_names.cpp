@@ -24,6 +24,7 @@ constexpr ApiName kApiNames[] = {
     {"compression", "--compression"},
     {"crop", "--crop"},
     {"deep_merge", "--deep-merge"},
+    {"dense", "--dense"},
     {"device", "--device"},
     {"environment", "--environment"},
     {"exclude", "--exclude"},

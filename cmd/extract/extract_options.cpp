@@ -47,8 +47,10 @@ constexpr const char* kExtractFooter =
     "bundle_size (1, 2; at distance 1, or in scene units), bundle_resolution (1, 2), "
     "bundle_window\n"
     "(1, 4; x, y, w, h of these pixels), bundle_perspective (1; 0 or 1), near, far: NaN where the\n"
-    "file does not tell; arrays_version. With (W, H) = bundle_resolution, what lies behind pixel\n"
-    "(i, j) at z is\n"
+    "file does not tell; arrays_version. With --dense N, for an H x W crop, the arrays of n are\n"
+    "(H, W, N) or (H, W, N, components), count (H, W, uint32; all fragments of the pixel) is in\n"
+    "place of ray_splits, and layer is there with --layer alone.\n"
+    "With (W, H) = bundle_resolution, what lies behind pixel (i, j) at z is\n"
     "  origin + z * direction\n"
     "  + s * (((i + 0.5) / W - 0.5) * size[0] * right - ((j + 0.5) / H - 0.5) * size[1] * up)\n"
     "where s = z if it is perspective, else 1. examples/readers does it.";
@@ -78,6 +80,7 @@ void addExtractOptions(VerbOptions& verb, ExtractOptions& options) {
     verb.addFlag("--double", options.double_points, "x, y, z of --points in 64 bits, not 32")
         .group("Output");
     add("--npz", options.arrays, ".npz", "every fragment in arrays for numpy (.npz, see below)");
+    addDenseOptions(verb, options.output);
     addObjectOptions(verb, options.objects);
     verb.addRepeated(
             "--layer", "K",

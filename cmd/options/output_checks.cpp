@@ -35,6 +35,21 @@ void checkFolderIsThere(const fs::path& file) {
                 "make the folder first, or leave --no-mkdir out");
 }
 
+/// Throws for the files that appear beside the output as checkTarget() does for the output.
+void checkFilesBeside(const OutputRequest& output, const std::vector<fs::path>& inputs) {
+    const std::vector<std::string> beside = filesBeside(output.path.string(), output.options);
+    if (!beside.empty() && isStandardOutput(output.path.string()))
+        refuse("standard output takes one file", "--as " + output.options.as, "name a file");
+    for (const std::string& file : beside) {
+        const auto is_file = [&](const fs::path& input) { return sameFile(input, file); };
+        if (std::ranges::any_of(inputs, is_file)) {
+            throw Error(ErrorKind::kUsage, "a file beside the output is an input", file,
+                        "choose another name for the output");
+        }
+        if (output.no_clobber) checkNotThere(file);
+    }
+}
+
 /// Throws Error (kUsage) if a file of a set would replace an input; (kOutput) under --no-clobber if
 /// a file of a set is there already.
 void checkLayerFiles(const OutputRequest& output, const std::vector<fs::path>& inputs) {
@@ -98,6 +113,7 @@ void checkTarget(const OutputRequest& output, const std::vector<fs::path>& input
     if (output.no_clobber) checkNotThere(output.path);
     if (output.no_mkdir) checkFolderIsThere(output.path);
     checkLayerFiles(output, inputs);
+    checkFilesBeside(output, inputs);
 }
 
 std::vector<fs::path> checkSeries(const OutputRequest& output, std::span<const int> numbers,

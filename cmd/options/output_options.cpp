@@ -220,6 +220,7 @@ void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers
                  "layers only, without the part that shows them composited")
         .group("Output");
     addLayerFileOptions(verb, output);
+    if (!layers_only) addDenseOptions(verb, output);
 }
 
 bool OutputRequest::hasFilePerLayer() const {
@@ -271,14 +272,19 @@ void noteDisplay(const PictureResult& result, Console& console) {
 void checkFormat(const OutputRequest& output) {
     const OutputFormat& format = findOutputFormat(output.path.string(), output.options.as);
     checkLayerFileOptions(output, format);
+    checkDenseOptions(output, format.holds(OutputContent::kPlanes));
     const auto refuse_if_given = [&](const char* what, const char* option, const char* hint) {
         if (output.isGiven(option)) refuse(what, option, hint);
     };
     if (!format.takesBackground()) {
         constexpr const char* kCompositeHint = "add --as composite, or choose another extension";
-        refuse_if_given("layers have no background", "--background", kCompositeHint);
-        refuse_if_given("layers are stored as rendered", "--exposure", kCompositeHint);
-        refuse_if_given("layers are stored as rendered", "--tone-map", kCompositeHint);
+        refuse_if_given(format.holds(OutputContent::kLari) ? "a sample for LaRI is over black"
+                                                           : "layers have no background",
+                        "--background", kCompositeHint);
+        if (!format.for_display) {
+            refuse_if_given("layers are stored as rendered", "--exposure", kCompositeHint);
+            refuse_if_given("layers are stored as rendered", "--tone-map", kCompositeHint);
+        }
     }
     if (output.options.no_composite) {
         if (format.holds(OutputContent::kComposite))
@@ -305,6 +311,8 @@ bool keepsCryptomatte(const ExrInfo& input, const OutputRequest& output) {
 void describeFiles(const OutputRequest& output, PictureResult& result, Console& console) {
     const std::string file = output.path.string();
     result.bytes = fileBytes(file);
+    for (const std::string& beside : filesBeside(file, output.options))
+        result.bytes += fileBytes(beside);
     if (output.hasFilePerLayer()) {
         for (std::size_t layer = 0; layer < result.layers; ++layer)
             result.bytes += fileBytes(exrLayerFile(file, layer));

@@ -48,8 +48,15 @@ void addOutputFile(VerbOptions& verb, OutputRequest& output, bool layers_only = 
 /// Declares the options of addOutputFile(), and --background, --exposure and --tone-map.
 void addOutputOptions(VerbOptions& verb, OutputRequest& output);
 /// Declares --as, --no-composite and the options of layer files (--layout, --compression,
-/// --deep-merge, --deep-z-tolerance, --deep-alpha-tolerance), for verbs that have layers to write.
+/// --deep-merge, --deep-z-tolerance, --deep-alpha-tolerance) and, unless `layers_only`, those of
+/// addDenseOptions(), for verbs that have layers to write.
 void addLayerOutputOptions(VerbOptions& verb, OutputRequest& output, bool layers_only = false);
+
+/// Declares --dense, which also chooses the kind "dense" unless --as says another, --fill and
+/// --dense-type.
+void addDenseOptions(VerbOptions& verb, OutputRequest& output);
+/// Throws Error (kUsage) if one of them is given and the output has no planes.
+void checkDenseOptions(const OutputRequest& output, bool has_planes);
 
 /// Fills in how a picture for eyes is shown, as its writer has left it in the outcome of `written`.
 /// Does nothing for other files.

@@ -203,7 +203,7 @@ void saveImage(const ImageObject& object, const py::object& path, const py::kwar
     plan.tinted = object.image.tinted();
     const auto default_material =
         static_cast<std::uint32_t>(object.provenance.ids.materials.size());
-    if (extension == ".npz" || extension == ".ply") {
+    if ((extension == ".npz" && given.empty()) || extension == ".ply") {
         Keywords none("save");
         none.parse(given);
         unlocked([&] {

@@ -415,7 +415,7 @@ void defineImages(py::module_& module) {
             "save", &saveImage,
             "save(path, *, as_=, layout=, compression=, deep_merge=, ...)\n\n"
             "Writes .exr (layers, as_='deep' or as_='composite'), .html, .png, .jpg, .tif with the "
-            "keywords\nof `peeler render`, .npz and .ply as `peeler extract` does.")
+            "keywords\nof `peeler render`, .npz (dense=, fill=) and .ply as `peeler extract` does.")
         .def("_repr_png_",
              [](const ImageObject& o) -> py::object {
                  if (o.image.color.components() < kPlainComponents) return py::none();

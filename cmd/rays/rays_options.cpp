@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/rays/voxels.h"
 #include "formats/file/file_name.h"
+#include "formats/output_hash.h"
 #include "formats/rays/hit_columns.h"
 #include "formats/rays/ray_output.h"
 
@@ -42,6 +43,9 @@ constexpr const char* kRaysFooter =
     "float64,\n"
     "bundle_resolution (b, 2) and bundle_window (b, 4; x, y, width, height: the rays that were\n"
     "traced, all but with --crop), int64, and bundle_perspective (b, 0 or 1); arrays_version.\n"
+    "With --dense N, for H x W rays a bundle, the arrays of n are (H, W, N) or (H, W, N,\n"
+    "components), of several bundles, which have one size then, (b, H, W, N, ...), and count\n"
+    "(H, W, uint32; all hits of the ray) is in place of ray_splits.\n"
     "peeler extract gives the same names to the same things. Rays go bundle\n"
     "by bundle, row by row from the top. With (w, h) = bundle_resolution ray (i, j) starts at\n"
     "  origin + ((i + 0.5) / w - 0.5) * size[0] * right - ((j + 0.5) / h - 0.5) * size[1] * up\n"
@@ -114,6 +118,8 @@ void checkOutputs(const RaysOptions& options) {
         refuse("only points can be stored in 64 bits", "--double", "leave it out, or write a .ply");
     const bool hits = options.writesFile() && !options.writesPictures() && !options.voxels;
     if (hits) checkHitFormat(options.output.path.string());
+    const bool is_arrays = hits && !options.points && lowerExtension(options.output.path) == ".npz";
+    checkDenseOptions(options.output, is_arrays && options.output.isGiven("--dense"));
     if (options.columns.empty()) return;
     if (!hits || options.points)
         refuse("columns are those of a file of hits", "--columns",
@@ -180,6 +186,7 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
              "bundles are always there:")
         .someOf(columnChoices())
         .group("Output");
+    addDenseOptions(verb, options.output);
     addBundleOptions(verb, options.bundles);
     verb.addFlag("--refine,!--no-refine", options.refine,
                  "find t anew in double precision from the triangle (default); otherwise it is as "
@@ -235,6 +242,8 @@ nlohmann::json raySettings(const RaysOptions& options, std::span<const Bundle> b
     if (options.voxels) settings["voxels"] = *options.voxels;
     if (options.points) settings["points"] = true;
     if (!options.columns.empty()) settings["columns"] = options.columns;
+    if (options.output.isGiven("--dense"))
+        settings["planes"] = denseText(options.output.options.dense);
     return settings;
 }
 

@@ -82,10 +82,16 @@ std::vector<Channel> capturedChannels(const ChannelOptions& options) {
 
 void checkChannelOptions(const ChannelOptions& options, const OutputRequest& output) {
     const OutputFormat& format = findOutputFormat(output.path.string(), output.options.as);
+    if ((!options.channels.empty() || options.cryptomatte) && format.needs) {
+        throw Error(ErrorKind::kUsage, "this output has the channels that its readers know",
+                    "--as " + std::string(format.kind),
+                    "leave --channels and --cryptomatte out, or write --as arrays");
+    }
     if ((!options.channels.empty() || options.cryptomatte) && !format.channels) {
-        throw Error(
-            ErrorKind::kUsage, "this output holds colour alone, no channels", output.path.string(),
-            "write layers or a composite as .exr, or leave --channels and --cryptomatte out");
+        throw Error(ErrorKind::kUsage, "this output holds colour alone, no channels",
+                    output.path.string(),
+                    "write layers or a composite as .exr, or arrays as .npz, or leave --channels "
+                    "and --cryptomatte out");
     }
     if (options.cryptomatte && (!format.hasComposite() || output.options.no_composite)) {
         throw Error(ErrorKind::kUsage, "Cryptomatte belongs to a composite, and there is none",

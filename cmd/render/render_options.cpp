@@ -33,6 +33,9 @@ void chooseCasters(CaptureSettings& capture) {
 void chooseChannels(const RenderOptions& options, CaptureSettings& capture) {
     checkChannelOptions(options.channels, options.output);
     capture.channels = capturedChannels(options.channels);
+    if (const auto needs =
+            findOutputFormat(options.output.path.string(), options.output.options.as).needs)
+        capture.channels.assign(needs().begin(), needs().end());
     if (capture.channels.empty()) return;
     const MethodInfo* method = findPeelMethod(capture.method);
     if (method && !method->exact()) {
@@ -112,6 +115,11 @@ CaptureSettings captureSettings(const RenderOptions& options) {
                     "--tile " + options.camera.tile->text(),
                     options.fxaa ? "merge tiles of layers, then peeler flatten --fxaa"
                                  : "render it as a whole");
+    }
+    if (format.takesOneSample() && capture.samples != 1) {
+        throw Error(ErrorKind::kUsage, "every pixel of it is one ray",
+                    "--samples " + std::to_string(capture.samples),
+                    "leave it out, or --as " + std::string(format.kind));
     }
     setShadowSize(capture, options.shadow_size);
     return capture;

@@ -264,13 +264,18 @@ OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const 
 bool RenderRequest::isUpToDate(const PictureRequest& picture) const {
     const CaptureSettings& capture = picture.capture;
     if (options_.strict && (capture.max_layers != 0 || capture.occlusion_ratio > 0)) return false;
-    return outputHashOf(picture.output.path.string()) == picture.provenance.output_hash;
+    const std::string path = picture.output.path.string();
+    const auto is_there = [](const std::string& file) { return fs::exists(file); };
+    return outputHashOf(path) == picture.provenance.output_hash &&
+           std::ranges::all_of(filesBeside(path, picture.output.options), is_there);
 }
 
 std::string RenderRequest::differenceOf(const PictureRequest& picture) const {
     const std::string path = picture.output.path.string();
     const std::string there = outputHashOf(path);
     if (there.empty()) return "the file is not whole, or does not say what it shows";
+    for (const std::string& file : filesBeside(path, picture.output.options))
+        if (!fs::exists(file)) return file + " is missing";
     if (there == picture.provenance.output_hash)
         return "under --strict fragments are counted again";
     const bool exr = lowerExtension(path) == ".exr";

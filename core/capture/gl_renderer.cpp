@@ -227,6 +227,9 @@ void GlRenderer::State::fillPlan() {
     plan.tinted = shot.settings.tinted;
     plan.channel_bytes = channelBytes(shot.settings.channels, shot.settings.color_type);
     if (shot.settings.hit_mode != HitMode::kNone) plan.channel_bytes += sizeof(std::uint32_t);
+    plan.channels.clear();
+    for (const Channel channel : shot.settings.channels)
+        plan.channels.push_back(emptyArray(channel, shot.settings.color_type));
     plan.samples = shot.settings.samples;
     plan.layers = complexity.layers(method->exact() ? limit : 0);
     plan.fragments_counted = complexity.counted();

@@ -32,6 +32,8 @@ struct Plan {
     PixelType color_type = PixelType::kHalf;
     bool tinted = false;            ///< opacity is coloured (LayeredImage::tinted)
     std::size_t channel_bytes = 0;  ///< of a fragment, besides colour and Z
+    /// The other channels of bands, without fragments; empty also where that is not known.
+    std::vector<FragmentArray> channels{};
     int samples = 1;  ///< sub-pixel positions; of several, what they merge into is counted
 
     /// Whether every fragment is in its place.

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes fragments as a .npz.
+// Writes fragments as a .npz, in lists or in planes.
 #include <algorithm>
 #include <cstring>
 #include <limits>
 #include <optional>
 #include <set>
 #include <span>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/base/parallel.h"
 #include "core/image/layered_image.h"
+#include "core/image/layers.h"
 #include "formats/arrays/bundle_arrays.h"
 #include "formats/arrays/fragment_columns.h"
 #include "formats/arrays/fragment_tables.h"
@@ -20,72 +22,127 @@ namespace peeler {
 namespace {
 
 /// The arrays of every file, in this order; then that of coloured opacity, where there is any, the
-/// columns, and the bundle.
+/// columns, the bundle, and the hash. The first are the splits of lists, or the counts of planes.
 enum FixedArray : std::size_t { kSplitArray, kDepthArray, kColorArray, kNear, kFar, kOpacityArray };
+
+constexpr std::string_view kLayerName = "layer";
 
 NumberType numberTypeOfColor(PixelType type) {
     return type == PixelType::kHalf ? NumberType::kHalf : NumberType::kFloat;
 }
 
-std::vector<NpzArray> fragmentArraysOf(const Plan& plan, const LayeredImage& band,
-                                       std::span<const FragmentColumn> columns) {
-    const std::uint64_t n = plan.fragments_stored;
-    std::vector<NpzArray> arrays = {
-        {"ray_splits", NumberType::kInt64, {plan.view.crop.pixels() + 1}},
-        {"z", NumberType::kFloat, {n}},
-        {"rgba", numberTypeOfColor(band.color.type), {n, 4}},
-        {"near", NumberType::kDouble, {}},
-        {"far", NumberType::kDouble, {}},
+/// The columns of the file; plane k has layer k, unless only some layers were listed.
+std::vector<FragmentColumn> columnsOf(const LayeredImage& band,
+                                      const FragmentArrayOptions& options) {
+    std::vector<FragmentColumn> columns = fragmentColumns(band);
+    if (options.dense && !options.layers_listed)
+        std::erase_if(columns, [](const FragmentColumn& c) { return c.name == kLayerName; });
+    return columns;
+}
+
+std::uint32_t planesOf(const Plan& plan, const DenseSettings& dense) {
+    const auto all = static_cast<std::uint32_t>(plan.layers.size());
+    return dense.layers != 0 ? dense.layers : std::max(all, 1U);
+}
+
+/// The arrays of a file, and where its columns begin among them.
+struct FragmentLayout {
+    std::vector<NpzArray> arrays;
+    std::size_t first_column = 0;
+};
+
+FragmentLayout layoutOf(const Plan& plan, const LayeredImage& band,
+                        std::span<const FragmentColumn> columns,
+                        const FragmentArrayOptions& options) {
+    const Window& crop = plan.view.crop;
+    const std::vector<std::uint64_t> pixels = {static_cast<std::uint64_t>(crop.height()),
+                                               static_cast<std::uint64_t>(crop.width())};
+    const auto array = [&](std::string name, NumberType type, std::size_t components) {
+        if (options.dense) {
+            const DensePlanes planes(*options.dense, planesOf(plan, *options.dense));
+            return planes.array(std::move(name), {type, components}, pixels);
+        }
+        NpzArray list{std::move(name), type, {plan.fragments_stored}};
+        if (components > 1) list.shape.push_back(components);
+        return list;
     };
-    if (plan.tinted) arrays.push_back({"opacity", numberTypeOfColor(band.color.type), {n, 3}});
-    const std::size_t first_column = arrays.size();
-    for (const FragmentColumn& column : columns) {
-        arrays.push_back({column.name, column.type, {n}});
-        if (column.components() > 1) arrays.back().shape.push_back(column.components());
-    }
-    for (NpzArray& array : bundleArrays(1))
-        arrays.push_back(std::move(array));
+    const NumberType color = numberTypeOfColor(band.color.type);
+    FragmentLayout layout;
+    std::vector<NpzArray>& arrays = layout.arrays;
+    arrays = {options.dense ? NpzArray{"count", NumberType::kUint32, pixels}
+                            : NpzArray{"ray_splits", NumberType::kInt64, {crop.pixels() + 1}},
+              array("z", NumberType::kFloat, 1),
+              array("rgba", color, kPlainComponents),
+              {"near", NumberType::kDouble, {}},
+              {"far", NumberType::kDouble, {}}};
+    if (plan.tinted)
+        arrays.push_back(array("opacity", color, kTintedComponents - kPlainComponents));
+    layout.first_column = arrays.size();
+    for (const FragmentColumn& column : columns)
+        arrays.push_back(array(column.name, column.type, column.components()));
+    for (NpzArray& more : bundleArrays(1))
+        arrays.push_back(std::move(more));
+    if (!options.output_hash.empty())
+        arrays.push_back({"output_hash", NumberType::kUint8, {options.output_hash.size()}});
     // What other programs call their channels may be a name of ours.
     std::set<std::string> taken{"arrays_version"};
+    const std::size_t first = layout.first_column, end = first + columns.size();
     for (std::size_t i = 0; i < arrays.size(); ++i) {
-        if (i < first_column || i >= first_column + columns.size()) taken.insert(arrays[i].name);
+        if (i < first || i >= end) taken.insert(arrays[i].name);
     }
-    for (std::size_t i = first_column; i < first_column + columns.size(); ++i) {
+    for (std::size_t i = first; i < end; ++i) {
         while (!taken.insert(arrays[i].name).second)
             arrays[i].name += '_';
     }
-    return arrays;
+    return layout;
 }
 
 class FragmentArrays final : public Sink {
   public:
-    FragmentArrays(std::string path, const FragmentArrayOptions& options)
-        : path_(std::move(path)), options_(options) {}
+    FragmentArrays(std::string path, FragmentArrayOptions options)
+        : path_(std::move(path)), options_(std::move(options)) {}
 
-    void begin(const Plan& plan) override { plan_ = plan; }
+    void begin(const Plan& plan) override {
+        plan_ = plan;
+        options_.camera_known = options_.camera_known && plan.view.known;
+        if (options_.dense) planes_.emplace(*options_.dense, planesOf(plan, *options_.dense));
+    }
     void write(LayeredImage&& band) override;
     void finish() override { writer_->finish(); }
+    SinkMemory memory() const override {
+        return planes_ ? SinkMemory{.bytes = DensePlanes::rangeBytes()} : SinkMemory{};
+    }
 
   private:
     void open(const LayeredImage& band);
+    void writeLists(const LayeredImage& band);
     void writeColors(const LayeredImage& band);
     void writeColumn(const LayeredImage& band, std::size_t index);
-    std::size_t firstColumn() const { return kOpacityArray + (plan_.tinted ? 1U : 0U); }
+    void writePlanes(const LayeredImage& band);
+    /// Writes the planes of some pixels; put(fragment, out) stores a fragment's numbers.
+    template <class Put>
+    void writeRange(const LayeredImage& band, std::size_t first, std::size_t last,
+                    std::size_t array, const DensePlanes::Column& column, Put&& put);
 
     std::string path_;
     FragmentArrayOptions options_;
     Plan plan_;
+    std::optional<DensePlanes> planes_;
     std::vector<FragmentColumn> columns_;
+    std::size_t first_column_ = 0;     ///< among the arrays
     std::optional<NpzWriter> writer_;  ///< from the first band on
     std::int64_t fragments_ = 0;       ///< so far
+    std::uint64_t pixels_ = 0;         ///< so far
     std::vector<std::int64_t> splits_;
     std::vector<std::byte> values_;
 };
 
 void FragmentArrays::open(const LayeredImage& band) {
-    columns_ = fragmentColumns(band);
-    writer_.emplace(path_, fragmentArraysOf(plan_, band, columns_));
-    writer_->append(kSplitArray, std::as_bytes(std::span(&fragments_, 1)));
+    columns_ = columnsOf(band, options_);
+    FragmentLayout layout = layoutOf(plan_, band, columns_, options_);
+    first_column_ = layout.first_column;
+    writer_.emplace(path_, std::move(layout.arrays));
+    if (!planes_) writer_->append(kSplitArray, std::as_bytes(std::span(&fragments_, 1)));
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
     const Projection& projection = plan_.view.projection;
     for (const auto& [array, value] : {std::pair{kNear, projection.near}, {kFar, projection.far}}) {
@@ -93,8 +150,10 @@ void FragmentArrays::open(const LayeredImage& band) {
         writer_->append(array, std::as_bytes(std::span(&known, 1)));
     }
     const Bundle pixels{"", plan_.view};
-    writeBundles(*writer_, firstColumn() + columns_.size(), std::span(&pixels, 1),
-                 options_.camera_known);
+    const std::size_t bundle = first_column_ + columns_.size();
+    writeBundles(*writer_, bundle, std::span(&pixels, 1), options_.camera_known);
+    if (!options_.output_hash.empty())
+        writer_->append(bundle + bundleArrays(1).size(), asBytes(options_.output_hash));
 }
 
 void FragmentArrays::writeColumn(const LayeredImage& band, std::size_t index) {
@@ -108,7 +167,7 @@ void FragmentArrays::writeColumn(const LayeredImage& band, std::size_t index) {
         for (std::size_t f = first; f < std::min(first + kAtOnce, band.fragments()); ++f)
             out = reader.put(f, out);
     });
-    writer_->append(firstColumn() + index, values_);
+    writer_->append(first_column_ + index, values_);
 }
 
 void FragmentArrays::writeColors(const LayeredImage& band) {
@@ -127,8 +186,7 @@ void FragmentArrays::writeColors(const LayeredImage& band) {
                     components(kPlainComponents, kTintedComponents - kPlainComponents));
 }
 
-void FragmentArrays::write(LayeredImage&& band) {
-    if (!writer_) open(band);
+void FragmentArrays::writeLists(const LayeredImage& band) {
     splits_.clear();
     for (std::size_t p = 1; p < band.offsets.size(); ++p)
         splits_.push_back(fragments_ + band.offsets[p]);
@@ -140,14 +198,91 @@ void FragmentArrays::write(LayeredImage&& band) {
         writeColumn(band, i);
 }
 
+template <class Put>
+void FragmentArrays::writeRange(const LayeredImage& band, std::size_t first, std::size_t last,
+                                std::size_t array, const DensePlanes::Column& column, Put&& put) {
+    thread_local ByteBuffer numbers, planes;
+    const std::span offsets = std::span(band.offsets).subspan(first, last - first + 1);
+    numbers.resize((offsets.back() - offsets.front()) * column.components *
+                   infoOf(column.type).size);
+    std::byte* out = numbers.data();
+    for (std::size_t f = offsets.front(); f < offsets.back(); ++f)
+        out = put(f, out);
+    planes_->fill(column, offsets, numbers, planes);
+    writer_->writeAt(array, (pixels_ + first) * planes_->pixelBytes(column), planes);
+}
+
+void FragmentArrays::writePlanes(const LayeredImage& band) {
+    std::vector<FragmentColumnReader> readers;
+    for (const FragmentColumn& column : columns_)
+        readers.emplace_back(band, column, options_.default_material);
+    const NumberType color = numberTypeOfColor(band.color.type);
+    const std::size_t number = pixelTypeSize(band.color.type);
+    const auto put_color = [&](std::size_t from, std::size_t count) {
+        return [&, from, count](std::size_t f, std::byte* out) {
+            const std::byte* const color_of = band.color.data.data() + f * band.color.stride();
+            return std::copy_n(color_of + from * number, count * number, out);
+        };
+    };
+    constexpr std::size_t kTints = kTintedComponents - kPlainComponents;
+    // Nothing is wider than a colour.
+    const std::size_t widest = planes_->pixelBytes({NumberType::kFloat, kPlainComponents});
+    DensePlanes::forEachRange(band.offsets, widest, [&](std::size_t first, std::size_t last) {
+        const auto write = [&](std::size_t array, const DensePlanes::Column& column, auto&& put) {
+            writeRange(band, first, last, array, column, put);
+        };
+        thread_local std::vector<std::uint32_t> counts;
+        counts.clear();
+        for (std::size_t p = first; p < last; ++p)
+            counts.push_back(band.count(p));
+        writer_->writeAt(kSplitArray, (pixels_ + first) * sizeof counts[0], asBytes(counts));
+        write(kDepthArray, {NumberType::kFloat, 1},
+              [&](std::size_t f, std::byte* out) { return storeNumber(band.z[f], out); });
+        write(kColorArray, {color, kPlainComponents}, put_color(0, kPlainComponents));
+        if (plan_.tinted)
+            write(kOpacityArray, {color, kTints}, put_color(kPlainComponents, kTints));
+        for (std::size_t i = 0; i < columns_.size(); ++i) {
+            write(first_column_ + i, {columns_[i].type, columns_[i].components()},
+                  [&](std::size_t f, std::byte* out) { return readers[i].put(f, out); });
+        }
+    });
+    pixels_ += band.window.pixels();
+}
+
+void FragmentArrays::write(LayeredImage&& band) {
+    if (!findChannel(band, kLayerName)) addLayerIndices(band);
+    if (!writer_) open(band);
+    if (planes_)
+        writePlanes(band);
+    else
+        writeLists(band);
+}
+
 }  // namespace
+
+FragmentArrayOptions arrayOptions(const OutputOptions& options) {
+    FragmentArrayOptions arrays;
+    // The last name of materials is that of glTF's default one, which hits do not count as any.
+    arrays.default_material = static_cast<std::uint32_t>(options.provenance.ids.materials.size());
+    arrays.output_hash = options.provenance.output_hash;
+    if (options.as == "dense") arrays.dense = options.dense;
+    return arrays;
+}
 
 std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOptions& options) {
     return std::make_unique<FragmentArrays>(std::move(path), options);
 }
 
-SizeForecast forecastFragmentArrays(const Plan& plan, const LayeredImage& band) {
-    return {NpzWriter::fileBytes(fragmentArraysOf(plan, band, fragmentColumns(band)))};
+SizeForecast forecastFragmentArrays(const Plan& plan, const LayeredImage& band,
+                                    const FragmentArrayOptions& options) {
+    LayeredImage numbered;  // what addLayerIndices() would make of it
+    numbered.color = {band.color.channels, band.color.type, {}};
+    for (const FragmentArray& array : band.extra)
+        numbered.extra.push_back({array.channels, array.type, {}});
+    if (!findChannel(numbered, kLayerName))
+        numbered.extra.push_back({{std::string(kLayerName)}, PixelType::kUint, {}});
+    const std::vector<FragmentColumn> columns = columnsOf(numbered, options);
+    return {NpzWriter::fileBytes(layoutOf(plan, numbered, columns, options).arrays)};
 }
 
 }  // namespace peeler

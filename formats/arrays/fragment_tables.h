@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes every fragment of a picture as a row of a table: a point cloud, or arrays.
+// Writes every fragment of a picture as a row of a table: a point cloud, or arrays, in our dialect
+// or in those of others.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
+#include "core/image/channels.h"
 #include "core/image/layered_image.h"
 #include "core/image/sink.h"
+#include "formats/file/output_options.h"
 #include "formats/file/size_forecast.h"
 
 namespace peeler {
@@ -31,7 +38,14 @@ SizeForecast forecastFragmentPoints(const Plan& plan, const LayeredImage& band,
 struct FragmentArrayOptions {
     bool camera_known = true;
     std::uint32_t default_material = 0;  ///< as in FragmentPointOptions
+    std::string output_hash{};           ///< `output_hash`, uint8; "" = no such array
+    /// Planes, not lists.
+    std::optional<DenseSettings> dense{};
+    bool layers_listed = false;  ///< of planes: they have `layer`, too, which is not their number
 };
+
+/// The options of a picture's arrays: planes if it is of the kind "dense".
+FragmentArrayOptions arrayOptions(const OutputOptions& options);
 
 /// A Sink that writes a .npz of n fragments (formats/README.md, "Arrays and points"): `ray_splits`
 /// (pixels of the crop + 1, int64: pixel p has the fragments from ray_splits[p] up to ray_splits[p
@@ -39,9 +53,38 @@ struct FragmentArrayOptions {
 /// premultiplied), `opacity` (n, 3; likewise: AR, AG, AB, if the plan is tinted), the columns of
 /// fragmentColumns(), the pixels as one bundle of rays
 /// (bundleArrays(); NaN unless `camera_known`), and `near` and `far` (double). The plan's
-/// `fragments_stored` must be the number of fragments that will come.
+/// `fragments_stored` must be the number of fragments that will come. Bands without a channel
+/// `layer` get it.
+///
+/// Of planes (DensePlanes) the arrays of n rows are (h, w, layers, …), h and w being those of the
+/// crop, and `count` (h, w; uint32: all fragments of the pixel) stands in place of `ray_splits`.
+/// A band's numbers go to their places some pixels at a time.
 std::unique_ptr<Sink> makeFragmentArrays(std::string path, const FragmentArrayOptions& options);
 /// The size of its file, to the byte, as forecastFragmentPoints() has it.
-SizeForecast forecastFragmentArrays(const Plan& plan, const LayeredImage& band);
+SizeForecast forecastFragmentArrays(const Plan& plan, const LayeredImage& band,
+                                    const FragmentArrayOptions& options);
+
+/// A Sink of a sample as the loader of LaRI reads it (Li et al., "LaRI: Layered Ray Intersections
+/// for Single-view 3D Geometric Reasoning", 2025; src/datasets/objaverse.py of ruili3/lari): the
+/// picture at `path`, and lariFiles() beside it, of which all appear or none, `path` last. The
+/// picture is ImageWriter's with PictureAlpha::kAnyFragment.
+std::unique_ptr<Sink> makeLariSample(const std::string& path, const OutputOptions& options);
+/// Of "000.png": 000_ldi.npz, with `ldi` (h, w, 15; half: camera Z of each layer, −1 where there is
+/// none), and 000.npy (3, 4; double): from Blender's world, +Z up, to its camera, which looks along
+/// −Z.
+std::vector<std::string> lariFiles(const std::string& path);
+SizeForecast forecastLariSample(const std::string& path, const Plan& plan);
+
+/// A Sink that writes a .npz as the loader of X-Ray reads it (Hu et al., "X-Ray: A Sequential 3D
+/// Representation for Generation", 2024; src/dataset.py of tau-yihouxiang/X-Ray): a matrix in
+/// scipy's CSR form, `data` (float), `indices`, `indptr` (int32, or int64 if there are too many
+/// pixels) and `shape` (2; int64), of 16 rows, the nearest layers, and 7·h·w columns, so that
+/// (16, 7, h, w) is it as an array: the distance from the camera (0: no hit), the normal on the
+/// front of the flat triangle in the camera's axes (x right, y up, it looks along −z), and the base
+/// colour, sRGB, 0–1. Every hit has its seven numbers, zeros among them. Needs the channels
+/// xrayChannels(), else write() throws Error (kUsage).
+std::unique_ptr<Sink> makeXray(const std::string& path, const std::string& output_hash);
+std::span<const Channel> xrayChannels();
+SizeForecast forecastXray(const Plan& plan, const std::string& output_hash);
 
 }  // namespace peeler

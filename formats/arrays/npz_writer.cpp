@@ -41,6 +41,8 @@ class HeaderFields {
     std::string text_;
 };
 
+}  // namespace
+
 std::string npyHeader(const NpzArray& array) {
     std::string shape;
     for (const std::uint64_t n : array.shape)
@@ -60,8 +62,6 @@ std::string npyHeader(const NpzArray& array) {
         .add(text)
         .take();
 }
-
-}  // namespace
 
 std::uint64_t NpzArray::bytes() const {
     std::uint64_t count = infoOf(type).size;
@@ -150,7 +150,7 @@ void NpzWriter::add(Entry& entry, std::uint64_t first, Piece piece) const {
         entry.written.emplace_hint(after, first, piece);
 }
 
-void NpzWriter::finish() {
+AtomicFile& NpzWriter::close() {
     for (Entry& entry : entries_) {
         // An array without numbers has no piece.
         const auto piece = entry.written.extract(0);
@@ -163,7 +163,7 @@ void NpzWriter::finish() {
         file_.writeAt(entry.offset, asBytes(localHeader(entry) + entry.header));
     }
     file_.writeAt(endOf(entries_), asBytes(directory(entries_)));
-    file_.commit();
+    return file_;
 }
 
 std::string NpzWriter::localHeader(const Entry& entry) {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes tables of numbers: arrays for numpy (.npz), all of them growing at once, and point clouds
-// (binary PLY). Numbers and points go straight to their places in the file, from any thread.
+// (binary PLY), and lists of numbers as planes. Numbers and points go straight to their places in
+// the file, from any thread.
 #pragma once
 
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <span>
@@ -14,6 +16,8 @@
 #include <vector>
 
 #include "formats/file/atomic_file.h"
+#include "formats/file/byte_buffer.h"
+#include "formats/file/output_options.h"
 
 namespace peeler {
 
@@ -59,6 +63,9 @@ struct NpzArray {
     std::uint64_t bytes() const;
 };
 
+/// The header of a .npy file that has this array and nothing else, which begins behind it.
+std::string npyHeader(const NpzArray& array);
+
 /// Writes a ZIP archive of .npy files (numpy.lib.format 1.0; PKWARE APPNOTE 6.3), not compressed as
 /// numpy.savez does it, always with ZIP64 fields, dated 1980 so that the same arrays make the same
 /// bytes. Shapes are given at the start, so every number has its place in the file, and is written
@@ -82,7 +89,9 @@ class NpzWriter {
     void writeAt(std::size_t array, std::uint64_t first, std::span<const std::byte> numbers);
     /// Writes headers and directory, and commits the file. Throws Error (kOutput); (kInternal) if
     /// an array is not full.
-    void finish();
+    void finish() { close().commit(); }
+    /// The same without the commit, for commitAll().
+    AtomicFile& close();
 
   private:
     /// Bytes that follow one another, and are written.
@@ -123,6 +132,50 @@ template <class Range>
 std::span<const std::byte> asBytes(const Range& numbers) {
     return std::as_bytes(std::span(numbers));
 }
+
+/// Text that a file of NpzWriter holds as an array of uint8 with this name; "" if the file is not
+/// there, not whole, by somebody else, or has no such array. Of the file no more is read.
+std::string npzText(const std::string& path, std::string_view array);
+
+/// Lists of fragments, a pixel each, as planes: the k-th of a list goes to plane k. What a pixel
+/// lacks is DenseSettings::fill in arrays of half and float; 0xFFFFFFFF in those of uint32 (no
+/// index), and 0 in those of int32.
+class DensePlanes {
+  public:
+    /// Numbers of every fragment: so many of this type.
+    struct Column {
+        NumberType type = NumberType::kFloat;
+        std::size_t components = 1;
+    };
+
+    /// `layers`: how many planes, in place of those of the settings.
+    DensePlanes(const DenseSettings& settings, std::uint32_t layers)
+        : settings_(settings), layers_(layers) {}
+
+    /// How they are stored: what is half or float as the settings say.
+    NumberType typeOf(NumberType type) const;
+    /// The array of a column: (`pixels`…, planes), and `components` behind it if there are several.
+    NpzArray array(std::string name, const Column& column, std::vector<std::uint64_t> pixels) const;
+    /// Bytes of a pixel in that array.
+    std::size_t pixelBytes(const Column& column) const;
+
+    /// Makes `out` the planes of pixels that follow one another. Pixel p has the fragments from
+    /// offsets[p] up to offsets[p + 1]; `numbers` are those of all of them, from the first one on.
+    void fill(const Column& column, std::span<const std::uint32_t> offsets,
+              std::span<const std::byte> numbers, ByteBuffer& out) const;
+
+    /// Calls use(first, last) for ranges of pixels that are all of `offsets` together, on all
+    /// threads. Of one range neither the pixels, of so many bytes each, nor the fragments take more
+    /// than a few MB, unless it is a single pixel.
+    static void forEachRange(std::span<const std::uint32_t> offsets, std::size_t pixel_bytes,
+                             const std::function<void(std::size_t, std::size_t)>& use);
+    /// What forEachRange() has its caller keep, on all threads.
+    static std::uint64_t rangeBytes();
+
+  private:
+    DenseSettings settings_;
+    std::uint32_t layers_;
+};
 
 /// A property of every point. Names that readers know: x y z, nx ny nz, red green blue alpha
 /// (uchar, sRGB, straight alpha).

@@ -349,9 +349,9 @@ std::uint64_t bytesOnStandardOutput() {
     return bytes_on_standard_output;
 }
 
-void commitAll(std::span<const std::unique_ptr<AtomicFile>> files) {
+void commitAll(std::span<AtomicFile* const> files) {
     if (files.size() == 1) return files.front()->commit();
-    for (const auto& file : files)
+    for (AtomicFile* const file : files)
         file->sync();
     // The first file is renamed last, since it is the one that names the others.
     for (std::size_t i = files.size(); i-- > 0;) {
@@ -365,6 +365,13 @@ void commitAll(std::span<const std::unique_ptr<AtomicFile>> files) {
             throw;
         }
     }
+}
+
+void commitAll(std::span<const std::unique_ptr<AtomicFile>> files) {
+    std::vector<AtomicFile*> all;
+    for (const auto& file : files)
+        all.push_back(file.get());
+    commitAll(all);
 }
 
 void removeTemporaryFiles() noexcept {

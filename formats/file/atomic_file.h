@@ -76,6 +76,7 @@ std::uint64_t bytesOnStandardOutput();
 /// Commits files that are worth something only together. All are synced before one is renamed; if
 /// one cannot be renamed nevertheless, those that have been are removed, so that no half set is
 /// left. Throws Error (kOutput).
+void commitAll(std::span<AtomicFile* const> files);
 void commitAll(std::span<const std::unique_ptr<AtomicFile>> files);
 
 /// Unlinks the hidden file of every AtomicFile that is alive. It is async-signal-safe, for handlers

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -18,6 +19,15 @@ namespace peeler::inline v0 {
 struct DisplayOutcome {
     float exposure = 0;               ///< stops
     std::uint64_t raised_pixels = 0;  ///< whose alpha was raised (formats/image/display.h)
+};
+
+/// Lists of fragments as planes: plane k has the k-th fragment of every pixel.
+struct DenseSettings {
+    std::uint32_t layers = 0;  ///< planes, from the front; 0 = as many as the picture has layers
+    PixelType type = PixelType::kFloat;  ///< of numbers that are no integers; or kHalf
+    /// What these are where a pixel has no such fragment.
+    double fill = std::numeric_limits<double>::quiet_NaN();
+    bool repeat_last = false;  ///< there they are those of its last fragment; NaN if it has none
 };
 
 /// Fields that a format has no use for are ignored.
@@ -35,6 +45,7 @@ struct OutputOptions {
     float exposure = 0;                       ///< stops; PNG, JPEG, TIFF, page
     bool automatic_exposure = false;          ///< in place of `exposure`: ExposureMeter's
     std::string tone_map = "none";            ///< PNG, JPEG, TIFF, page
+    DenseSettings dense{};                    ///< dense
     std::uint64_t max_fragments = 4'000'000;  ///< page: more than these it does not hold
     Provenance provenance{};
     std::shared_ptr<DisplayOutcome> outcome{};  ///< PNG, JPEG, TIFF, page: filled in, unless null

@@ -114,7 +114,7 @@ struct ImageWriter::Output {
     /// Returns in how many pixels alpha was raised.
     template <class T>
     std::uint64_t writeRows(const CompositeImage& composite, const Display& display,
-                            const std::array<float, 4>& background);
+                            const std::array<float, 4>& background, PictureAlpha alpha);
 
     /// Closes an unfinished picture. OpenImageIO's encoders complain on stderr about missing rows,
     /// so they get them, black; nothing of it reaches the disk.
@@ -131,7 +131,8 @@ struct ImageWriter::Output {
 template <class T>
 std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
                                              const Display& display,
-                                             const std::array<float, 4>& background) {
+                                             const std::array<float, 4>& background,
+                                             PictureAlpha alpha) {
     const auto width = static_cast<std::size_t>(composite.window.width());
     const int height = composite.window.height();
     constexpr int kRowsAtOnce = 64;
@@ -140,6 +141,20 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
     pixels.resize(width * kRowsAtOnce * channels * sizeof(T));
     T* const first = reinterpret_cast<T*>(pixels.data());
     std::atomic<std::uint64_t> raised = 0;
+    const auto isCovered = [&](std::size_t in) { return std::isfinite(composite.z[in]); };
+    const auto isSame = [&](std::size_t a, std::size_t b) {
+        return composite.isSame(a, b) &&
+               (alpha == PictureAlpha::kOpacity || isCovered(a) == isCovered(b));
+    };
+    /// Of PictureAlpha::kAnyFragment.
+    const auto mask = [&](std::size_t in, T* out) {
+        const bool black = out[0] == 0 && out[1] == 0 && out[2] == 0;
+        if (!isCovered(in))
+            std::fill_n(out, channels, T(0));
+        else if (black)
+            std::fill_n(out, 3, T(1));
+        if (isCovered(in) && keeps_alpha) out[3] = std::numeric_limits<T>::max();
+    };
     const auto shownPixel = [&](std::size_t in) -> StraightPixel {
         if (!keeps_alpha) {
             const Rgba over = display.shownOver(composite, in, background);
@@ -157,13 +172,14 @@ std::uint64_t ImageWriter::Output::writeRows(const CompositeImage& composite,
             bool is_raised = false;
             for (std::size_t x = 0; x < width; ++x, ++in, out += channels) {
                 // Around the scene, and on what is flat, pixels are like those on their left.
-                if (x > 0 && composite.isSame(in, in - 1)) {
+                if (x > 0 && isSame(in, in - 1)) {
                     std::copy_n(out - channels, channels, out);
                 } else {
                     const StraightPixel pixel = shownPixel(in);
                     for (std::size_t c = 0; c < 3; ++c)
                         out[c] = quantizeSrgb<T>(pixel.color[c]);
                     if (keeps_alpha) out[3] = quantize<T>(pixel.alpha);
+                    if (alpha == PictureAlpha::kAnyFragment) mask(in, out);
                     is_raised = pixel.raised;
                 }
                 raised_here += is_raised ? 1 : 0;
@@ -217,11 +233,13 @@ std::span<float> onePerPixel(const Window& window, LayeredImage& image) {
     return image.color.as<float>();
 }
 
-ImageWriter::ImageWriter(std::string path, OutputOptions options)
+ImageWriter::ImageWriter(std::string path, OutputOptions options, PictureAlpha alpha)
     : path_(std::move(path)),
       options_(std::move(options)),
+      alpha_(alpha),
       format_(findImageFormat(path_)),
       display_(options_.exposure, options_.tone_map) {
+    if (alpha == PictureAlpha::kAnyFragment) options_.background = {0, 0, 0, 1};
     if (format_ == nullptr) throw Error(ErrorKind::kInternal, "no picture has this name", path_);
 }
 
@@ -261,6 +279,8 @@ void ImageWriter::write(LayeredImage&& band) {
     }
     if (metered_) {
         kept_.appendColors(composite_);
+        if (alpha_ == PictureAlpha::kAnyFragment)
+            kept_.z.insert(kept_.z.end(), composite_.z.begin(), composite_.z.end());
         return;
     }
     const StageTimer timer(times_, "encode");  // the encoder writes as it encodes
@@ -270,19 +290,27 @@ void ImageWriter::write(LayeredImage&& band) {
 SinkMemory ImageWriter::memory() const {
     if (!metered_) return {};
     const std::size_t pixel_bytes =
-        sizeof(kept_.rgba.front()) + (tinted_ ? sizeof(kept_.opacity.front()) : 0);
+        sizeof(kept_.rgba.front()) + (tinted_ ? sizeof(kept_.opacity.front()) : 0) +
+        (alpha_ == PictureAlpha::kAnyFragment ? sizeof(kept_.z.front()) : 0);
     return {.bytes = kept_.window.pixels() * pixel_bytes};
 }
 
 void ImageWriter::encode(const CompositeImage& composite) {
     const std::uint64_t raised =
         format_->bits == 16
-            ? output_->writeRows<std::uint16_t>(composite, display_, options_.background)
-            : output_->writeRows<std::uint8_t>(composite, display_, options_.background);
+            ? output_->writeRows<std::uint16_t>(composite, display_, options_.background, alpha_)
+            : output_->writeRows<std::uint8_t>(composite, display_, options_.background, alpha_);
     if (options_.outcome) options_.outcome->raised_pixels += raised;
 }
 
 void ImageWriter::finish() {
+    close();
+    const StageTimer timer(times_, "write");
+    output_->file.commit();
+    output_.reset();
+}
+
+AtomicFile& ImageWriter::close() {
     if (metered_) {
         const StageTimer timer(times_, "encode");
         ExposureMeter meter;
@@ -297,8 +325,7 @@ void ImageWriter::finish() {
     }
     const StageTimer timer(times_, "write");
     output_->checked([&] { output_->encoder->close(); });
-    output_->file.commit();
-    output_.reset();
+    return output_->file;
 }
 
 }  // namespace peeler

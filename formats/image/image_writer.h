@@ -20,6 +20,8 @@
 
 namespace peeler {
 
+class AtomicFile;
+
 struct ImageFormat {
     std::string_view name;  ///< as OpenImageIO has it
     std::vector<std::string_view> extensions;
@@ -35,6 +37,15 @@ const ImageFormat* findImageFormat(const std::string& path);
 /// but for a thousandth. The path ends in an extension of the table.
 SizeForecast imageForecast(const std::string& path, std::uint64_t pixels);
 
+/// What alpha says in a file.
+enum class PictureAlpha : std::uint8_t {
+    kOpacity,  ///< how much of what is behind the picture shows through
+    /// Whether a pixel has any fragment: 255, or 0 and black. The picture is over black then, in
+    /// place of the background, and a pixel that has one is never quite black: (1, 1, 1) at least
+    /// where it would be (0, 0, 0). So the mask is the same by alpha and by colour.
+    kAnyFragment
+};
+
 /// Writes the crop of the picture, all layers composited, shown as `options` say (Display), over
 /// the background, sRGB-encoded, in the format of the path's extension. PNG and TIFF keep alpha,
 /// straight (straightPixel). JPEG has none: what the background leaves open is black. If the
@@ -44,13 +55,16 @@ class ImageWriter : public Sink {
   public:
     /// Throws Error (kUsage) if there is no such tone map; (kInternal) if the path ends in no
     /// extension of the table.
-    ImageWriter(std::string path, OutputOptions options);
+    ImageWriter(std::string path, OutputOptions options,
+                PictureAlpha alpha = PictureAlpha::kOpacity);
     ~ImageWriter() override;
 
     /// Throws Error (kOutput) if the file cannot be created or the format cannot hold the picture.
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override;
+    /// finish() without its commit, for commitAll().
+    AtomicFile& close();
     SinkMemory memory() const override;
     StageTimes times() const override { return times_; }
 
@@ -60,6 +74,7 @@ class ImageWriter : public Sink {
 
     std::string path_;
     OutputOptions options_;
+    PictureAlpha alpha_;
     const ImageFormat* format_ = nullptr;
     Display display_;
     bool metered_ = false;  ///< the exposure is found at finish(), of what `kept_` has

@@ -85,6 +85,9 @@ class HitReader {
     /// threads. Throws Error (kInternal) if channels are not in 32 bits.
     void read(const Bundle& bundle, const LayeredImage& band,
               const std::function<void(const HitBatch&)>& use) const;
+    /// Calls use(batch) for `size` hits of the band from `first` on, all at once, on this thread.
+    void readSome(const Bundle& bundle, const LayeredImage& band, std::size_t first,
+                  std::size_t size, const std::function<void(const HitBatch&)>& use) const;
 
   private:
     /// What a batch has that the band does not.
@@ -105,6 +108,7 @@ class HitReader {
 
 /// The outputs of makeHitOutput() for .npz, .ply and .exr.
 std::unique_ptr<RayOutput> makeHitArrays(const std::string& path, const HitOptions& options);
+std::unique_ptr<RayOutput> makeHitPlanes(const std::string& path, const HitOptions& options);
 std::unique_ptr<RayOutput> makeHitPoints(const std::string& path, const HitOptions& options);
 std::unique_ptr<RayOutput> makeHitImage(const std::string& path, const HitOptions& options);
 

@@ -44,7 +44,11 @@ std::uint64_t raysOf(std::span<const Bundle> bundles) {
 }
 
 std::unique_ptr<RayOutput> makeHitOutput(const std::string& path, const HitOptions& options) {
-    return hitFormatOf(path).make(path, options);
+    const HitFormat& format = hitFormatOf(path);
+    if (!options.dense) return format.make(path, options);
+    if (format.make != makeHitArrays)
+        throw Error(ErrorKind::kUsage, "only arrays have planes", path, "end the name in .npz");
+    return makeHitPlanes(path, options);
 }
 
 }  // namespace peeler

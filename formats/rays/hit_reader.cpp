@@ -57,30 +57,30 @@ HitReader::HitReader(PosedScene posed, bool positions)
 
 void HitReader::read(const Bundle& bundle, const LayeredImage& band,
                      const std::function<void(const HitBatch&)>& use) const {
-    const FragmentArray& keys = band.extra.at(0);
-    HitBatch whole;
-    whole.size = band.fragments();
-    whole.instances = instances_;
-    whole.facing = vectorsOf<float>(band, Channel::kFacing);
-    whole.barycentrics = vectorsOf<glm::vec2>(band, Channel::kBarycentric);
-    whole.normals = vectorsOf<glm::vec3>(band, Channel::kNormal);
-    whole.geometric_normals = vectorsOf<glm::vec3>(band, Channel::kGeometricNormal);
-    parallelFor((whole.size + kHitsAtOnce - 1) / kHitsAtOnce, [&](std::size_t part) {
-        thread_local Storage storage;
-        HitBatch hits = whole;
-        hits.first = part * kHitsAtOnce;
-        hits.size = std::min(kHitsAtOnce, whole.size - hits.first);
-        const auto cut = [&](auto& values) {
-            if (!values.empty()) values = values.subspan(hits.first, hits.size);
-        };
-        cut(hits.facing);
-        cut(hits.barycentrics);
-        cut(hits.normals);
-        cut(hits.geometric_normals);
-        place(keys.as<std::uint32_t>().subspan(hits.first, hits.size), storage, hits);
-        measure(bundle, band, storage, hits);
-        use(hits);
+    const std::size_t all = band.fragments();
+    parallelFor((all + kHitsAtOnce - 1) / kHitsAtOnce, [&](std::size_t part) {
+        const std::size_t first = part * kHitsAtOnce;
+        readSome(bundle, band, first, std::min(kHitsAtOnce, all - first), use);
     });
+}
+
+void HitReader::readSome(const Bundle& bundle, const LayeredImage& band, std::size_t first,
+                         std::size_t size, const std::function<void(const HitBatch&)>& use) const {
+    thread_local Storage storage;
+    HitBatch hits;
+    hits.first = first;
+    hits.size = size;
+    hits.instances = instances_;
+    const auto cut = [&](auto values) {
+        return values.empty() ? values : values.subspan(first, size);
+    };
+    hits.facing = cut(vectorsOf<float>(band, Channel::kFacing));
+    hits.barycentrics = cut(vectorsOf<glm::vec2>(band, Channel::kBarycentric));
+    hits.normals = cut(vectorsOf<glm::vec3>(band, Channel::kNormal));
+    hits.geometric_normals = cut(vectorsOf<glm::vec3>(band, Channel::kGeometricNormal));
+    place(band.extra.at(0).as<std::uint32_t>().subspan(first, size), storage, hits);
+    measure(bundle, band, storage, hits);
+    use(hits);
 }
 
 /// Finds what the keys stand for.

@@ -19,6 +19,7 @@
 #include "core/rays/ray_maps.h"
 #include "core/rays/solids.h"
 #include "core/scene/posed_scene.h"
+#include "formats/file/output_options.h"
 #include "formats/file/size_forecast.h"
 
 namespace peeler {
@@ -90,11 +91,16 @@ struct HitOptions {
     bool double_positions = false;  ///< of a point cloud: 64 bits, not 32
     /// Names of hitColumns() (hit_columns.h); none = all. Of arrays and point clouds.
     std::vector<std::string> columns{};
+    /// Of arrays: planes, not lists.
+    std::optional<DenseSettings> dense{};
 };
 
 /// An output of every hit of every ray, by the extension:
 /// - .npz: ray_splits, the columns of hitColumns() (hit_columns.h) and the bundles;
-///   formats/README.md says more.
+///   formats/README.md says more. Of planes (DensePlanes, of as many layers as the settings say)
+///   the columns are (h, w, layers, …), of several bundles (b, h, w, layers, …), and in place of
+///   ray_splits there is `count` ((b,) h, w; uint32). No hits need be counted first. begin() and
+///   forecast() throw Error (kUsage) if bundles have different sizes.
 /// - .ply: a binary point cloud, a point a hit: x y z, the columns, and the number of its bundle.
 /// - .exr: a deep part a bundle, of views withCommonDisplay().
 /// Throws Error (kUsage) for any other extension.

@@ -27,6 +27,11 @@ class EachFormat : public testing::TestWithParam<OutputFormat> {
         options.provenance.version = "1";
         options.provenance.output_hash = kHash;
         test::SyntheticPicture picture = test::makePicture({.width = 64, .height = 48});
+        for (const Channel channel : format.needs ? format.needs() : std::span<const Channel>()) {
+            FragmentArray& array =
+                picture.image.extra.emplace_back(emptyArray(channel, picture.plan.color_type));
+            array.data.resize(picture.image.fragments() * array.stride());
+        }
         test::writePicture(*makeSink(path, options), picture);
         return path;
     }

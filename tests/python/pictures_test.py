@@ -110,6 +110,27 @@ class Pictures(ModuleTest):
         self.assert_same(img.dense(1)[..., 0], img.layer(0).dense(1)[..., 0])
         self.assertEqual(img.nearest(2).layers, 2)
 
+    def test_dense_is_what_files_have(self):
+        engine = SCENES / "engine.glb"
+        img = self.r.layers(scene("engine"), size=(64, 36), channels=["id", "normal"])
+        file = self.folder / "dense.npz"
+        peeler.render(engine, output=file, size=(64, 36), channels=["id", "normal"], dense=5, fill=float("nan"))
+        there = np.load(file)
+        self.assert_same(img.dense(5, fill=float("nan")), there["z"])
+        self.assert_same(img.counts, there["count"])
+        self.assert_same(img.dense(5, "rgba", fill=float("nan")).astype(np.float32), there["rgba"])
+        self.assert_same(img.dense(5, "normal", fill=float("nan")).astype(np.float32), there["viewer_normals"])
+        self.assert_same(img.dense(5, "id.object") - np.uint32(1), there["node_ids"])
+        peeler.render(engine, output=file, size=(64, 36), dense=3, fill=-1, dense_type="half")
+        self.assert_same(img.dense(3, fill=-1).astype(np.float16), np.load(file)["z"])
+        img.save(file, dense=2, fill="last")
+        self.assert_same(np.load(file)["z"][..., 0], img.dense(1, fill=float("nan"))[..., 0])
+        self.assertEqual(np.load(file)["z"].shape, (36, 64, 2))
+        peeler.rays(engine, output=file, camera="main", size=(64, 36), dense=4, engine="cpu")
+        self.assertEqual(np.load(file)["t_hit"].shape, (36, 64, 4))
+        self.assert_error("usage", peeler.render, engine, output=file, dense=0)
+        self.assert_error("usage", img.save, self.folder / "x.exr", dense=2)
+
     def test_files_are_read_again(self):
         img = self.r.layers(scene("jellyfish"), size=(80, 60), channels=["id"], time=0.5)
         for keywords in ({}, {"as_": "deep"}, {"compression": "zip"}, {"layout": "per-file"}):

@@ -14,7 +14,7 @@ STUB = SOURCE / "cmd" / "python" / "peeler" / "__init__.pyi"
 # Of `peeler render`: what belongs to files, to the scene, to the Renderer, to sequences and reports.
 ELSEWHERE = set(
     "output no_clobber no_mkdir background exposure tone_map as_ no_composite fxaa skip_existing keep_going dry_run layout "
-    "compression deep_merge deep_z_tolerance deep_alpha_tolerance scene include exclude allow_outside ignore_extension "
+    "dense fill dense_type compression deep_merge deep_z_tolerance deep_alpha_tolerance scene include exclude allow_outside ignore_extension "
     "variant environment environment_rotation transmission frames chunk fps backend device require_gpu threads memory "
     "json report progress quiet verbose help manifest".split()
 )

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes a sample for LaRI: picture, depths of layers, pose.
+// What its loader reads: src/datasets/objaverse.py, src/datasets/gso.py and src/utils/geometry.py;
+// how its authors made them: dataset_curation/ldi_render_per_object.py (the depths) and
+// dataset_curation/objaverse/zero123_blender_script.py (pictures and poses).
+#include <array>
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <optional>
+
+#include "core/base/error.h"
+#include "formats/arrays/fragment_tables.h"
+#include "formats/arrays/table_writers.h"
+#include "formats/file/atomic_file.h"
+#include "formats/image/image_writer.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::uint32_t kLariLayers = 15;
+constexpr DensePlanes::Column kLariDepth{NumberType::kFloat, 1};
+
+DensePlanes lariPlanes() {
+    return {DenseSettings{.type = PixelType::kHalf, .fill = -1}, kLariLayers};
+}
+
+std::vector<NpzArray> lariArrays(const Plan& plan) {
+    const Window& crop = plan.view.crop;
+    return {lariPlanes().array(
+        "ldi", kLariDepth,
+        {static_cast<std::uint64_t>(crop.height()), static_cast<std::uint64_t>(crop.width())})};
+}
+
+/// World to camera as 3 rows of 4. Blender has +Z up: what is (x, y, z) there is (x, z, −y) here.
+/// Its cameras look along −Z with +Y up, as glTF's do.
+std::array<double, 12> blenderPose(const View& view) {
+    const glm::dmat4 to_gltf{{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}};
+    const glm::dmat4 pose = glm::inverse(view.camera_to_world) * to_gltf;
+    std::array<double, 12> rows{};
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 4; ++column)
+            rows[static_cast<std::size_t>(4 * row + column)] = pose[column][row];
+    return rows;
+}
+
+const NpzArray kLariPose{"", NumberType::kDouble, {3, 4}};
+
+class LariSample final : public Sink {
+  public:
+    LariSample(const std::string& path, const OutputOptions& options)
+        : path_(path), picture_(path, options, PictureAlpha::kAnyFragment) {}
+
+    void begin(const Plan& plan) override {
+        if (isStandardOutput(path_)) {
+            throw Error(ErrorKind::kUsage, "standard output takes one file", "`as` lari",
+                        "name a file");
+        }
+        const std::vector<std::string> beside = lariFiles(path_);
+        depths_.emplace(beside.at(0), lariArrays(plan));
+        pose_.emplace(beside.at(1));
+        pose_->append(asBytes(npyHeader(kLariPose)));
+        pose_->append(asBytes(blenderPose(plan.view)));
+        picture_.begin(plan);
+    }
+
+    void write(LayeredImage&& band) override {
+        const std::size_t pixel = planes_.pixelBytes(kLariDepth);
+        DensePlanes::forEachRange(band.offsets, pixel, [&](std::size_t first, std::size_t last) {
+            thread_local ByteBuffer planes;
+            const std::span offsets = std::span(band.offsets).subspan(first, last - first + 1);
+            const std::span z =
+                std::span(band.z).subspan(offsets.front(), offsets.back() - offsets.front());
+            planes_.fill(kLariDepth, offsets, std::as_bytes(z), planes);
+            depths_->writeAt(0, (pixels_ + first) * pixel, planes);
+        });
+        pixels_ += band.window.pixels();
+        picture_.write(std::move(band));
+    }
+
+    void finish() override {
+        // The first one is renamed last: where the picture is, the others are.
+        const std::array<AtomicFile*, 3> files = {&picture_.close(), &depths_->close(), &*pose_};
+        commitAll(files);
+    }
+
+    SinkMemory memory() const override {
+        SinkMemory memory = picture_.memory();
+        memory.bytes += DensePlanes::rangeBytes();
+        return memory;
+    }
+    StageTimes times() const override { return picture_.times(); }
+
+  private:
+    std::string path_;
+    DensePlanes planes_ = lariPlanes();
+    ImageWriter picture_;
+    std::optional<NpzWriter> depths_;
+    std::optional<AtomicFile> pose_;
+    std::uint64_t pixels_ = 0;  ///< so far
+};
+
+}  // namespace
+
+std::vector<std::string> lariFiles(const std::string& path) {
+    const std::string stem = std::filesystem::path(path).replace_extension().string();
+    return {stem + "_ldi.npz", stem + ".npy"};
+}
+
+std::unique_ptr<Sink> makeLariSample(const std::string& path, const OutputOptions& options) {
+    return std::make_unique<LariSample>(path, options);
+}
+
+SizeForecast forecastLariSample(const std::string& path, const Plan& plan) {
+    SizeForecast bytes{NpzWriter::fileBytes(lariArrays(plan)) + npyHeader(kLariPose).size() +
+                       kLariPose.bytes()};
+    bytes += imageForecast(path, plan.view.crop.pixels());
+    return bytes;
+}
+
+}  // namespace peeler

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes hits as planes in a .npz.
+#include <optional>
+#include <utility>
+
+#include "core/base/error.h"
+#include "formats/arrays/bundle_arrays.h"
+#include "formats/arrays/table_writers.h"
+#include "formats/file/byte_buffer.h"
+#include "formats/rays/hit_columns.h"
+
+namespace peeler {
+namespace {
+
+/// The arrays: count, the planes of columns, then the bundles.
+constexpr std::size_t kCounts = 0, kFirstPlanes = 1;
+
+std::string sizeText(const Bundle& bundle) {
+    const Window& rays = bundle.view.crop;
+    return bundle.name + ": " + std::to_string(rays.width()) + " x " +
+           std::to_string(rays.height());
+}
+
+/// The pixels of the planes: those of a bundle, or of each of several.
+std::vector<std::uint64_t> pixelsOf(std::span<const Bundle> bundles) {
+    const Window& first = bundles.front().view.crop;
+    for (const Bundle& bundle : bundles) {
+        const Window& rays = bundle.view.crop;
+        if (rays.width() == first.width() && rays.height() == first.height()) continue;
+        throw Error(ErrorKind::kUsage, "bundles of different sizes are not one array of planes",
+                    sizeText(bundle) + "; " + sizeText(bundles.front()),
+                    "trace them one by one, or write lists: leave `dense` out");
+    }
+    std::vector<std::uint64_t> pixels = {static_cast<std::uint64_t>(first.height()),
+                                         static_cast<std::uint64_t>(first.width())};
+    if (bundles.size() > 1) pixels.insert(pixels.begin(), bundles.size());
+    return pixels;
+}
+
+class HitPlanes final : public RayOutput {
+  public:
+    HitPlanes(std::string path, const HitOptions& options)
+        : path_(std::move(path)),
+          columns_(chosenHitColumns(options.columns)),
+          reader_(options.posed),
+          planes_(*options.dense, options.dense->layers) {}
+
+    std::vector<Channel> channels() const override { return channelsOf(columns_); }
+    SizeForecast forecast(std::span<const Bundle> bundles,
+                          std::span<const std::uint64_t>) const override {
+        return {NpzWriter::fileBytes(arraysOf(bundles))};
+    }
+
+    void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) override {
+        bundles_ = {bundles.begin(), bundles.end()};
+        writer_.emplace(path_, arraysOf(bundles));
+        writeBundles(*writer_, kFirstPlanes + columns_.size(), bundles);
+    }
+
+    void take(std::size_t index, const LayeredImage& band) override {
+        std::size_t widest = sizeof(std::uint32_t);
+        for (const HitColumn& column : columns_)
+            widest = std::max(widest, planes_.pixelBytes(planesOf(column)));
+        DensePlanes::forEachRange(band.offsets, widest, [&](std::size_t first, std::size_t last) {
+            writeRange(bundles_[index], band, first, last);
+        });
+        rays_ += band.window.pixels();
+    }
+
+    void finish() override { writer_->finish(); }
+
+  private:
+    static DensePlanes::Column planesOf(const HitColumn& column) {
+        return {column.type, column.components()};
+    }
+
+    std::vector<NpzArray> arraysOf(std::span<const Bundle> bundles) const {
+        const std::vector<std::uint64_t> pixels = pixelsOf(bundles);
+        std::vector<NpzArray> arrays{{"count", NumberType::kUint32, pixels}};
+        for (const HitColumn& column : columns_)
+            arrays.push_back(planes_.array(std::string(column.name), planesOf(column), pixels));
+        const std::vector<NpzArray> more = bundleArrays(bundles.size());
+        arrays.insert(arrays.end(), more.begin(), more.end());
+        return arrays;
+    }
+
+    /// Writes what the rays from `first` up to `last` of a band hit.
+    void writeRange(const Bundle& bundle, const LayeredImage& band, std::size_t first,
+                    std::size_t last) {
+        const std::span offsets = std::span(band.offsets).subspan(first, last - first + 1);
+        std::vector<std::uint32_t> counts;
+        for (std::size_t p = first; p < last; ++p)
+            counts.push_back(band.count(p));
+        writer_->writeAt(kCounts, (rays_ + first) * sizeof counts[0], asBytes(counts));
+        const auto write = [&](const HitBatch& hits) {
+            thread_local ByteBuffer numbers, planes;
+            for (std::size_t c = 0; c < columns_.size(); ++c) {
+                const HitColumn& column = columns_[c];
+                numbers.resize(hits.size * column.bytes());
+                column.put(hits, numbers.data(), column.bytes());
+                planes_.fill(planesOf(column), offsets, numbers, planes);
+                writer_->writeAt(kFirstPlanes + c,
+                                 (rays_ + first) * planes_.pixelBytes(planesOf(column)), planes);
+            }
+        };
+        reader_.readSome(bundle, band, offsets.front(), offsets.back() - offsets.front(), write);
+    }
+
+    std::string path_;
+    std::vector<HitColumn> columns_;
+    HitReader reader_;
+    DensePlanes planes_;
+    std::vector<Bundle> bundles_;
+    std::optional<NpzWriter> writer_;
+    std::uint64_t rays_ = 0;  ///< so far
+};
+
+}  // namespace
+
+std::unique_ptr<RayOutput> makeHitPlanes(const std::string& path, const HitOptions& options) {
+    return std::make_unique<HitPlanes>(path, options);
+}
+
+}  // namespace peeler
