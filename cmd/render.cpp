@@ -381,6 +381,7 @@ VerbAction declareRender(VerbOptions& verb) {
     return [options, verb](Console& console) {
         options->scene.gltf.strict = options->strict;
         options->samples_given = verb.given("--samples");
+        options->views.size_given = verb.given("--size");
         if (findOutputFormat(options->output.path.string(), options->output.options.as).for_display)
             chooseForEyes(verb, options->camera, *options);
         const std::vector<RenderOptions> scenes = eachScene(*options);

@@ -197,6 +197,7 @@ void Sheets::ofScene() {
 }
 
 void Sheets::ofView(SceneSheet& sheet, const OpenedScene& scene, std::size_t view) {
+    if (view != first_) job_.restartClock();
     const fs::path path = outputOf(view);
     const std::string hash = hashOf(sheet, scene, view);
     if (request_.sequence.skip_existing && outputHashOf(path.string()) == hash) {
@@ -371,6 +372,7 @@ VerbAction declareSheet(VerbOptions& verb) {
     verb.footer(kSheetFooter);
     return [options, verb](Console& console) {
         options->given = sceneOptionsGiven(verb);
+        options->request.views.size_given = verb.given("--size");
         options->request.cells.meters = options->request.cells.show == SheetShow::kColor &&
                                         !options->output.isGiven("--exposure");
         chooseForEyes(verb, options->request.camera, options->request);

@@ -42,6 +42,7 @@ constexpr ApiName kApiNames[] = {
     {"method", "--method"},
     {"near", "--near"},
     {"no_composite", "--no-composite"},
+    {"normalize", "--normalize"},
     {"occlusion_ratio", "--occlusion-ratio"},
     {"ortho_height", "--ortho-height"},
     {"parts", "--part"},

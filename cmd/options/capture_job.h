@@ -158,6 +158,8 @@ class CaptureJob {
     float meterExposure(const CaptureSettings& capture, std::span<const CameraOptions> cameras);
 
     Clock::time_point start() const { return start_; }
+    /// The time of the next result begins now.
+    void restartClock() { start_ = Clock::now(); }
     /// What stages have taken, in milliseconds; a verb adds its own.
     StageTimes& times() { return times_; }
     /// The times and those of what is open, since the last call.

@@ -72,7 +72,7 @@ void checkViewOptions(const ViewListOptions& options, const CameraOptions& camer
     refuseLoneCamera(camera, options.file ? "--cameras" : "--views");
     if (options.file && camera.fov)
         refuse("the file says what its cameras see", "--fov, --cameras", "leave one of them out");
-    if (options.count && camera.size.height == 0 && camera.size.width != 0)
+    if (options.count && options.size_given && camera.size.height == 0)
         refuse("views around a scene have no aspect ratio of their own",
                "--size " + std::to_string(camera.size.width), "give the height too: --size WxH");
 }
@@ -139,7 +139,8 @@ ViewList::ViewList(const ViewListOptions& options, const CameraOptions& camera)
     : options_(options), camera_(camera) {
     checkCamera(camera);
     checkViewOptions(options, camera);
-    if (options.file) listed_ = readCameras(*options.file, {options.convention, camera.size});
+    const Size given = options.size_given ? camera.size : Size{0, 0};
+    if (options.file) listed_ = readCameras(*options.file, {options.convention, given});
     for (const FileCamera& view : listed_)
         names_.push_back(view.name);
     for (int i = 0; i < options.count.value_or(0); ++i)
@@ -159,16 +160,17 @@ void ViewList::checkName(const std::filesystem::path& output) const {
 }
 
 void ViewList::place(const OpenedScene& scene) {
+    const Size size = options_.size_given ? camera_.size : CameraChoice{}.size;
     std::vector<CameraChoice> choices;
     for (const FileCamera& view : listed_)
-        choices.push_back(cameraChoice(view, {.size = camera_.size}));
+        choices.push_back(cameraChoice(view, {.size = size}));
     if (options_.count) {
         ViewsAround around{.count = *options_.count};
         around.around = options_.around.value_or(Around::kSphere);
         around.seed = options_.seed.value_or(0);
         around.distance = options_.distance;
         if (camera_.fov) around.fov = *camera_.fov;
-        around.size = camera_.size == Size{0, 0} ? CameraChoice{}.size : camera_.size;
+        around.size = size;
         choices = viewsAround(around, scene.extent());
     }
     placeObjects(scene.scene());

@@ -35,6 +35,7 @@ struct ViewListOptions {
     std::optional<std::uint64_t> seed;
     std::optional<double> distance;
     std::optional<std::filesystem::path> cameras_out;
+    bool size_given = false;  ///< --size is on the command line
 
     /// Whether there is a list of views, however short it is.
     bool asked() const { return file || count; }

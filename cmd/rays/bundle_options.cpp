@@ -96,6 +96,7 @@ void addBundleOptions(VerbOptions& verb, BundleOptions& options) {
         .group(kGroup);
     options.camera.size = {0, 0};  // not given
     addCameraOptions(verb, options.camera);
+    addViewOptions(verb, options.views);
     verb.option("--camera")
         .description(
             "the rays of this camera's pixels: of the scene's, by name or index; --eye and so on "

@@ -210,9 +210,11 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
         .oneOf(describeChoices(kParityUses))
         .group("Inside");
     addShownOptions(verb, options);
+    addNormalizeOption(verb, options.scene);
     addVariantOption(verb, options.appearance);
     addEngineOption(verb, options.engine);
     addRunOptions(verb, options, "rays are traced in bands that fit");
+    addSequenceOptions(verb, options.sequence);
     addDryRunOption(verb, options.dry_run);
     verb.footer(kRaysFooter);
 }

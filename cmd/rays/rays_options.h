@@ -15,6 +15,8 @@
 #include "cmd/options/camera_options.h"
 #include "cmd/options/capture_job.h"
 #include "cmd/options/output_options.h"
+#include "cmd/options/sequence_options.h"
+#include "cmd/options/view_options.h"
 #include "core/base/memory_budget.h"
 #include "core/rays/bundle.h"
 #include "core/scene/posed_scene.h"
@@ -32,6 +34,7 @@ struct BundleOptions {
     std::optional<std::filesystem::path> file;  ///< a text file of still more
     bool axes = false;                          ///< along X, Y and Z, on one lattice
     CameraOptions camera;                       ///< if any of them is given: the rays of its pixels
+    ViewListOptions views;                      ///< likewise of many cameras, a bundle each
     /// Rays along the longer side of a bundle, or scene units from ray to ray.
     std::optional<int> resolution;
     std::optional<double> spacing;
@@ -42,7 +45,8 @@ struct BundleOptions {
         return usesCamera() || axes || count || file || !directions.empty();
     }
     bool usesCamera() const {
-        return camera.camera || camera.buildsCamera() || camera.near || camera.far || camera.crop;
+        return views.asked() || camera.camera || camera.buildsCamera() || camera.near ||
+               camera.far || camera.crop;
     }
     RayGrid grid() const;
 };
@@ -101,6 +105,7 @@ struct RaysOptions : CaptureJobOptions {
     std::optional<ParityUse> parity;
     RayMapFlags maps;
     OutputRequest output;
+    SequenceOptions sequence;
     bool dry_run = false;
 
     /// Whether something depends on what is inside of surfaces.

@@ -21,6 +21,7 @@ class HitArrays final : public RayOutput {
   public:
     HitArrays(std::string path, const HitOptions& options)
         : path_(std::move(path)),
+          output_hash_(options.provenance.output_hash),
           columns_(chosenHitColumns(options.columns)),
           reader_(options.posed) {}
 
@@ -36,7 +37,10 @@ class HitArrays final : public RayOutput {
         writer_.emplace(path_, arraysOf(bundles, hits));
         const std::int64_t zero = 0;
         writer_->append(kRaySplits, std::as_bytes(std::span(&zero, 1)));
-        writeBundles(*writer_, kFirstColumn + columns_.size(), bundles);
+        const std::size_t bundle_arrays = kFirstColumn + columns_.size();
+        writeBundles(*writer_, bundle_arrays, bundles);
+        if (!output_hash_.empty())
+            writer_->append(bundle_arrays + bundleArrays(1).size(), asBytes(output_hash_));
     }
 
     void take(std::size_t index, const LayeredImage& band) override {
@@ -68,6 +72,8 @@ class HitArrays final : public RayOutput {
         }
         const std::vector<NpzArray> more = bundleArrays(bundles.size());
         arrays.insert(arrays.end(), more.begin(), more.end());
+        if (!output_hash_.empty())
+            arrays.push_back({"output_hash", NumberType::kUint8, {output_hash_.size()}});
         return arrays;
     }
 
@@ -86,7 +92,7 @@ class HitArrays final : public RayOutput {
         });
     }
 
-    std::string path_;
+    std::string path_, output_hash_;
     std::vector<HitColumn> columns_;
     HitReader reader_;
     std::vector<Bundle> bundles_;

@@ -41,6 +41,7 @@ class HitPlanes final : public RayOutput {
   public:
     HitPlanes(std::string path, const HitOptions& options)
         : path_(std::move(path)),
+          output_hash_(options.provenance.output_hash),
           columns_(chosenHitColumns(options.columns)),
           reader_(options.posed),
           planes_(*options.dense, options.dense->layers) {}
@@ -54,7 +55,10 @@ class HitPlanes final : public RayOutput {
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t>) override {
         bundles_ = {bundles.begin(), bundles.end()};
         writer_.emplace(path_, arraysOf(bundles));
-        writeBundles(*writer_, kFirstPlanes + columns_.size(), bundles);
+        const std::size_t bundle_arrays = kFirstPlanes + columns_.size();
+        writeBundles(*writer_, bundle_arrays, bundles);
+        if (!output_hash_.empty())
+            writer_->append(bundle_arrays + bundleArrays(1).size(), asBytes(output_hash_));
     }
 
     void take(std::size_t index, const LayeredImage& band) override {
@@ -81,6 +85,8 @@ class HitPlanes final : public RayOutput {
             arrays.push_back(planes_.array(std::string(column.name), planesOf(column), pixels));
         const std::vector<NpzArray> more = bundleArrays(bundles.size());
         arrays.insert(arrays.end(), more.begin(), more.end());
+        if (!output_hash_.empty())
+            arrays.push_back({"output_hash", NumberType::kUint8, {output_hash_.size()}});
         return arrays;
     }
 
@@ -106,7 +112,7 @@ class HitPlanes final : public RayOutput {
         reader_.readSome(bundle, band, offsets.front(), offsets.back() - offsets.front(), write);
     }
 
-    std::string path_;
+    std::string path_, output_hash_;
     std::vector<HitColumn> columns_;
     HitReader reader_;
     DensePlanes planes_;

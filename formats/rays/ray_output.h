@@ -86,7 +86,7 @@ class RayOutput {
 
 struct HitOptions {
     PosedScene posed;
-    Provenance provenance;          ///< of an image's headers
+    Provenance provenance;          ///< of an image's headers; of arrays the output hash
     std::string comment{};          ///< of a point cloud: one line
     bool double_positions = false;  ///< of a point cloud: 64 bits, not 32
     /// Names of hitColumns() (hit_columns.h); none = all. Of arrays and point clouds.

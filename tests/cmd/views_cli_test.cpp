@@ -118,6 +118,65 @@ TEST_F(Views, ThatAreThereAreLeftAlone) {
     EXPECT_GT(again[0].at("normalized").at("scale"), 0);
 }
 
+TEST_F(Views, OfRaysAreBundlesOrFiles) {
+    const auto rays = [&](const std::string& output, std::vector<std::string> more) {
+        std::vector<std::string> arguments{
+            "rays",   scene_.string(), "-o",     (scratch_ / output).string(),
+            "--size", "48x40",         "--json", "--views",
+            "3",      "--engine",      "cpu"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome result = runPeeler(arguments);
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return Json::parse(result.out);
+    };
+    const Json all = rays("all.npz", {});
+    EXPECT_EQ(all.at("bundles"), 3);
+    const Json alone = rays("@.npz", {}).at("views");
+    ASSERT_EQ(alone.size(), 3U);
+    std::uint64_t hits = 0;
+    for (const Json& view : alone)
+        hits += view.at("hits").get<std::uint64_t>();
+    EXPECT_EQ(all.at("hits"), hits);
+    EXPECT_EQ(alone[2].at("camera"), "0002");
+    // The same hits whether other views were traced before, and planes of the same.
+    const std::string third = text("0002.npz");
+    fs::remove(scratch_ / "0002.npz");
+    const Json again = rays("@.npz", {"--skip-existing", "--chunk", "2/2"}).at("views");
+    EXPECT_EQ(text("0002.npz"), third);
+    EXPECT_FALSE(again.back().contains("skipped"));
+    EXPECT_TRUE(rays("@.npz", {"--skip-existing"}).at("views")[2].contains("skipped"));
+    EXPECT_FALSE(
+        rays("@.npz", {"--skip-existing", "--dense", "4"}).at("views")[2].contains("skipped"));
+    EXPECT_TRUE(
+        rays("@.npz", {"--skip-existing", "--dense", "4"}).at("views")[2].contains("skipped"));
+    const Outcome one = runPeeler({"rays", scene_.string(), "-o", (scratch_ / "all.npz").string(),
+                                   "--views", "3", "--skip-existing"});
+    EXPECT_EQ(one.exit_code, 2);
+    EXPECT_NE(one.err.find("@@@@"), std::string::npos) << one.err;
+}
+
+TEST_F(Views, OfSheetsAreSheets) {
+    const auto sheets = [&](std::vector<std::string> more) {
+        std::vector<std::string> arguments{
+            "sheet",  scene_.string(), "-o",     (scratch_ / "@.png").string(),
+            "--size", "48x40",         "--json", "--views",
+            "2",      "--cells",       "3"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome result = runPeeler(arguments);
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return Json::parse(result.out).at("views");
+    };
+    const Json views = sheets({});
+    ASSERT_EQ(views.size(), 2U);
+    EXPECT_EQ(views[1].at("output"), (scratch_ / "0001.png").string());
+    EXPECT_NE(text("0000.png"), text("0001.png"));
+    const std::string second = text("0001.png");
+    EXPECT_EQ(sheets({"--chunk", "2/2"}).size(), 1U);
+    EXPECT_EQ(text("0001.png"), second);
+    EXPECT_TRUE(sheets({"--skip-existing"})[1].contains("skipped"));
+    EXPECT_FALSE(sheets({"--skip-existing", "--progression"})[1].contains("skipped"));
+}
+
 TEST_F(Views, OfBopHaveObjectsInPlace) {
     // A triangle whose node is an object, 2 in front of a camera at the origin and 1 to the right.
     GltfBuilder builder = triangle();
