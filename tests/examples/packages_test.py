@@ -3,6 +3,7 @@
 PEELER_TEST_ALL all of them, made, checked by lintian and used in fresh roots that debootstrap makes, in
 memory (minutes). $PEELER_PACKAGES is a folder of some that are made already."""
 
+import json
 import os
 import pathlib
 import re
@@ -306,7 +307,7 @@ class Roots(PeelerTest):
         self.run_in(root, "mv", f"/work/{name}", "/work/elsewhere")
         self.run_in(root, "dpkg", "--purge", "--force-depends", "libegl1", "libstdc++6")
         root.folder = "/work"
-        rays = ("rays", SCENE, "-o", "hits.npz", "--resolution", "32", "--quiet")
+        rays = ("rays", SCENE, "-o", "hits.npz", "--axes", "--resolution", "32", "--quiet")
         self.run_in(root, "/work/elsewhere/bin/peeler", *rays, user="65534:65534")
 
     def test_library(self):
@@ -316,10 +317,15 @@ class Roots(PeelerTest):
         shutil.copytree(EXAMPLES / "library", f"{root.root}/library")
         self.run_in(root, "cmake", "-S", "/library", "-B", "/work/build")
         self.run_in(root, "cmake", "--build", "/work/build")
-        printed = self.run_in(root, "/work/build/layers", f"/work/{SCENE}", user="65534:65534")
+        arguments = (f"/work/{SCENE}", "/work/counts.pgm", "/work/library.exr")
+        printed = self.run_in(root, "/work/build/layers", *arguments, user="65534:65534")
         info = run(BUILD / "peeler", "info", "layers.exr", "--json", cwd=self.expected)
-        fragments = re.search(r'"fragments": (\d+)', info)[1]
+        fragments = re.search(r'"fragmentsStored": (\d+)', info)[1]
         self.assertIn(f" {fragments} fragments of ", printed)
+        # The command's, fragment for fragment.
+        made = pathlib.Path(root.root, "work", "library.exr")
+        compared = run(BUILD / "peeler", "compare", made, self.expected / "layers.exr", "--json")
+        self.assertTrue(json.loads(compared)["identical"], compared)
         self.run_in(root, "sh", "-c", "g++ -std=c++20 -o /work/linked /library/layers.cpp "
                     "$(pkg-config --cflags --libs peeler)")
         self.run_in(root, "/work/linked", f"/work/{SCENE}", user="65534:65534")
