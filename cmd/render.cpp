@@ -382,6 +382,7 @@ VerbAction declareRender(VerbOptions& verb) {
         options->scene.gltf.strict = options->strict;
         options->samples_given = verb.given("--samples");
         options->views.size_given = verb.given("--size");
+        applyPreset(verb, *options);
         if (findOutputFormat(options->output.path.string(), options->output.options.as).for_display)
             chooseForEyes(verb, options->camera, *options);
         const std::vector<RenderOptions> scenes = eachScene(*options);

@@ -64,6 +64,7 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
         .files(".gltf .glb");
     addOutputOptions(verb, options.output);
     addLayerOutputOptions(verb, options.output);
+    addPresetOption(verb, options.preset);
     addFxaaOption(verb, options.fxaa, "quick, but --samples sees more");
     addShownOptions(verb, options);
     addNormalizeOption(verb, options.scene);

@@ -59,12 +59,18 @@ struct RenderOptions : CaptureJobOptions {
     bool strict = false;
     bool fxaa = false;
     bool samples_given = false;  ///< --samples is on the command line
+    std::optional<std::string> preset;
     OutputRequest output;
     SequenceOptions sequence;
 
     /// Whether `scenes` is one file, and so neither a folder nor a glob.
     bool isOneScene() const;
 };
+
+/// Declares --preset.
+void addPresetOption(VerbOptions& verb, std::optional<std::string>& preset);
+/// Sets what a preset says and nothing on the command line does.
+void applyPreset(const VerbOptions& verb, RenderOptions& options);
 
 /// Samples a pixel of composites for eyes.
 inline constexpr int kDisplaySamples = 4;

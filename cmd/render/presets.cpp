@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Presets: what several options are unless they are given, for data sets whose loaders expect it.
+#include <cmath>
+#include <numbers>
+
+#include "cmd/cli/arguments.h"
+#include "cmd/render/render_request.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+/// The vertical field of view of a square picture, degrees, of a focal length in widths of it.
+double fovOfFocalLength(double widths) {
+    return 2 * std::atan(0.5 / widths) * 180 / std::numbers::pi;
+}
+
+struct Preset {
+    std::string_view name, summary;
+    std::string_view as;
+    Size size;
+    double focal_length;  ///< in widths of the picture; 0 = the usual field of view
+};
+
+constexpr Preset kPresets[] = {
+    {"lari",
+     "samples as LaRI's loader reads them: --as lari --size 512x512 --normalize unit-cube --faces "
+     "both, a focal length of 35/32 of the width",
+     "lari",
+     {512, 512},
+     35.0 / 32},
+    {"xray",
+     "the same for X-Ray: --as xray --size 256x256 --normalize unit-cube --faces both",
+     "xray",
+     {256, 256},
+     0},
+};
+
+}  // namespace
+
+void addPresetOption(VerbOptions& verb, std::optional<std::string>& preset) {
+    addValue(
+        verb, "--preset", "NAME", preset,
+        [](const std::string& text) {
+            std::vector<std::string_view> names;
+            for (const Preset& row : kPresets)
+                names.push_back(row.name);
+            return std::string(listedNames("preset", text, names).front());
+        },
+        "for data sets; what is given besides stays as it is given:")
+        .oneOf(describeChoices(kPresets))
+        .group("Output");
+}
+
+void applyPreset(const VerbOptions& verb, RenderOptions& options) {
+    if (!options.preset) return;
+    const Preset* preset = kPresets;
+    while (preset->name != *options.preset)
+        ++preset;
+    if (options.output.options.as.empty()) options.output.options.as = preset->as;
+    if (!verb.given("--size")) {
+        options.camera.size = preset->size;
+        options.views.size_given = true;
+    }
+    const bool is_around = options.views.count.has_value();
+    if (is_around && preset->focal_length > 0 && !options.camera.fov)
+        options.camera.fov = fovOfFocalLength(preset->focal_length);
+    if (!options.scene.normalize) options.scene.normalize = Normalized::kUnitCube;
+    if (!verb.given("--faces")) options.capture.faces = Faces::kBoth;
+}
+
+}  // namespace peeler::cmd
