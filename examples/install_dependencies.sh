@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # Installs the Debian packages peeler needs, if any is missing (12 and 13 name them alike).
-#   sh examples/install_dependencies.sh [build] [test] [packages] [coverage] [bench]
+#   sh examples/install_dependencies.sh [build] [test] [datasets] [packages] [coverage] [bench]
 set -eu
 
 run="libegl1 libgl1-mesa-dri libosmesa6"
@@ -14,6 +14,8 @@ test="libgtest-dev libembree-dev openexr libopenvdb-tools python3 python3-numpy 
     python3-openimageio python3-openvdb python3-meshio clang-format clang-tidy chromium
     chromium-driver python3-selenium python3-yaml locales slurmctld slurmd slurm-client munge parallel
     debootstrap groff-base mandoc fish zsh dpkg-dev file lintian"
+# Programs that read what is made for training; `sh tests/run.sh all` tries them.
+datasets="python3-opencv python3-torch python3-imageio python3-png colmap"
 # What the target `packages` packs with.
 pack="dpkg-dev file"
 # What `sh tests/run.sh coverage` counts with.
@@ -29,10 +31,11 @@ for set in "$@"; do
     case $set in
     build) packages="$packages $build" ;;
     test) packages="$packages $test" ;;
+    datasets) packages="$packages $datasets" ;;
     packages) packages="$packages $pack" ;;
     coverage) packages="$packages $coverage" ;;
     bench) packages="$packages $bench" ;;
-    *) echo "usage: $0 [build] [test] [packages] [coverage] [bench]" >&2; exit 2 ;;
+    *) echo "usage: $0 [build] [test] [datasets] [packages] [coverage] [bench]" >&2; exit 2 ;;
     esac
 done
 

@@ -67,7 +67,7 @@ coverage)
     stage coverage $python tests/coverage.py build/coverage
     ;;
 all)
-    stage install sh examples/install_dependencies.sh build test
+    stage install sh examples/install_dependencies.sh build test datasets
     stage build build
     stage benchmarks cmake --build --preset ci -j "$(nproc)" --target benchmarks
     cmake --preset dev -DPEELER_BUILD_TESTS=OFF ${PEELER_CMAKE_ARGUMENTS:-}
