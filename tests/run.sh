@@ -7,7 +7,7 @@
 #   sh tests/run.sh -L unit    arguments go to ctest; the style is not checked
 #   sh tests/run.sh all        everything there is, about an hour (tests/README.md, "What only all runs")
 #   sh tests/run.sh coverage   the short run, and which lines of the product it reaches
-#   sh tests/run.sh mutations  breaks the product in 24 ways; the tests have to see each
+#   sh tests/run.sh mutations  breaks the product in place after place; the tests have to see each
 #   sh tests/run.sh bench      measures instead, and writes tests/benchmarks/RESULTS.md; about an hour on
 #                              2 idle cores; what else can be said: tests/benchmarks/results.py
 #   sh tests/run.sh compare BEFORE [FILTER]   the same command lines with another peeler and with the
