@@ -78,15 +78,16 @@ TEST(CameraWriters, ModelsOfColmap) {
     std::string lens = colmapCamerasBinary();
     lens[8] = 1;  // its number
     EXPECT_EQ(bytesOf(scratch / "model/cameras.bin"), lens);
-    Packed image;
+    PackedNumbers image;
     image.add(std::uint64_t{1}).add(std::uint32_t{1});
     image.add(std::vector<double>{0.5, 0.5, 0.5, -0.5, -2, 5, 1}).add(std::uint32_t{1});
     image.add('a').add('\0').add(std::uint64_t{0});
     EXPECT_EQ(bytesOf(scratch / "model/images.bin"), image.text);
     const std::string positions = bytesOf(scratch / "model/points3D.bin");
     ASSERT_EQ(positions.size(), 8U + 2 * 51U);
-    EXPECT_EQ(positions.substr(8, 35),
-              Packed().add(std::uint64_t{1}).add({1, -2.5, 1e-7}).text + "\xFF" + '\0' + "\x07");
+    EXPECT_EQ(
+        positions.substr(8, 35),
+        PackedNumbers().add(std::uint64_t{1}).add({1, -2.5, 1e-7}).text + "\xFF" + '\0' + "\x07");
 
     // A folder that is there, and one that is named with a slash.
     writeCameras(scratch / "model", cameras);
@@ -236,7 +237,7 @@ TEST(CameraWriters, TransformsMakeTheSameViewsToTheLastBit) {
         next.push_back(fileCamera(view, read[i].name));
     }
     writeCameras(again, next);
-    EXPECT_EQ(bytesOf(again), bytesOf(path));
+    EXPECT_TRUE(bytesOf(again) == bytesOf(path));
 }
 
 TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
@@ -299,7 +300,7 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
     write("1.json");
     for (std::size_t i = 0; i < views.size(); ++i)
         expectSameView(views[i], second[i], std::to_string(i));
-    EXPECT_EQ(bytesOf(scratch / "0.json"), bytesOf(scratch / "1.json"));
+    EXPECT_TRUE(bytesOf(scratch / "0.json") == bytesOf(scratch / "1.json"));
 }
 
 TEST(CameraWriters, EveryFormatReadsBackWhatItWrote) {
