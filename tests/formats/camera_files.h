@@ -115,7 +115,7 @@ inline std::string lineText(const std::string& place) {
 }
 
 /// The view of a triangle that a camera of a file has.
-inline View viewOf(const FileCamera& camera) {
+inline View viewOfCamera(const FileCamera& camera) {
     static const Scene scene = [] {
         Scene made;
         made.scenes = {{"", {0}}};

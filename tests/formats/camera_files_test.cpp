@@ -23,7 +23,7 @@ void expectKnown(const FileCamera& camera, const std::string& which) {
     EXPECT_EQ(camera.size, kKnownSize) << which;
     // What is 10 in front of it, 3 to the right and 2 down: OpenCV's formula.
     const glm::dvec3 point(1 - 10, 2 + 3, 5 - 2);
-    const View view = viewOf(camera);
+    const View view = viewOfCamera(camera);
     const glm::dvec4 own = glm::inverse(view.camera_to_world) * glm::dvec4(point, 1);
     const glm::dvec2 seen =
         PixelRays(view).pixel(own) - view.sample - glm::dvec2(view.crop.x0, view.crop.y0);
@@ -275,7 +275,7 @@ TEST(CameraFiles, PosesThatAreNearlyRigidAreTaken) {
     const ScratchDir scratch;
     const std::string nearly = "[0,0,1,1],[1.00002,0,0,2],[0.00001,1,0,5]";
     const FileCamera camera = only(put(scratch / "t.json", transformsText(nearly)));
-    const View view = viewOf(camera);
+    const View view = viewOfCamera(camera);
     EXPECT_LT(distanceFromRigid(view.camera_to_world), 1e-15);
     EXPECT_NEAR(glm::length(view.camera_to_world[0] - knownPose()[0]), 0, 2e-5);
     // The other way round the eye stays where the axes put it.

@@ -13,21 +13,21 @@ namespace {
 using Convention = CameraConvention;
 
 /// A text with the first of its `part` replaced.
-std::string with(std::string text, const std::string& part, const std::string& other) {
+std::string withPart(std::string text, const std::string& part, const std::string& other) {
     const std::size_t at = text.find(part);
     EXPECT_NE(at, std::string::npos) << part;
     return text.replace(at, part.size(), other);
 }
 
 /// A damaged text, and the error it has to be.
-struct Damage {
+struct BadCameras {
     std::string part, other, what, where;
 };
 
 TEST(CameraRefusals, Transforms) {
     const ScratchDir scratch;
     const std::string matrix = "/frames/0/transform_matrix";
-    const Damage damages[] = {
+    const BadCameras damages[] = {
         {"\"k1\": 0", "\"k1\": 0.1", "distortion", "/k1"},
         {"\"k1\": 0", "\"distortion_params\": [0, 0, 0.1]", "distortion", "/distortion_params"},
         {"{\"file_path\"", "{\"p1\": -1e-9, \"file_path\"", "distortion", "/frames/0/p1"},
@@ -59,10 +59,10 @@ TEST(CameraRefusals, Transforms) {
         {"{\"file_path\"", "{\"peeler_near\": 0, \"file_path\"", "in front of", "/frames/0"},
         {"\"frames\": [", "\"frames\": [3, ", "expected an object, not 3", "/frames/0"},
     };
-    for (const Damage& damage : damages)
+    for (const BadCameras& damage : damages)
         expectRefusedCameras(
-            put(scratch / "t.json", with(transformsText(), damage.part, damage.other)), damage.what,
-            damage.where);
+            put(scratch / "t.json", withPart(transformsText(), damage.part, damage.other)),
+            damage.what, damage.where);
     expectRefusedCameras(put(scratch / "e.json", R"({"frames": []})"), "no cameras", "/frames");
     expectRefusedCameras(put(scratch / "e.json", R"({"frames": 3})"), "a list of frames",
                          "/frames");
@@ -75,7 +75,7 @@ TEST(CameraRefusals, Transforms) {
 TEST(CameraRefusals, Bop) {
     const ScratchDir scratch;
     const auto path = scratch / "scene_camera.json";
-    const Damage damages[] = {
+    const BadCameras damages[] = {
         {"500, 0, 300.25", "500, 1e-9, 300.25", "skew", "/7/cam_K"},
         {"500, 0, 300.25", "0, 0, 300.25", "above 0", "/7/cam_K"},
         {"0, 0, 1]", "0, 0, 2]", "K must be", "/7/cam_K"},
@@ -87,8 +87,8 @@ TEST(CameraRefusals, Bop) {
         {"\"7\"", "\"x\"", "no file of cameras", "scene_camera.json"},
         {"{\"7\"", "{\"07\": {}, \"7\"", "twice", "scene_camera.json"},
     };
-    for (const Damage& damage : damages)
-        expectRefusedCameras(put(path, with(bopText(), damage.part, damage.other)), damage.what,
+    for (const BadCameras& damage : damages)
+        expectRefusedCameras(put(path, withPart(bopText(), damage.part, damage.other)), damage.what,
                              damage.where);
     put(path, bopText());
     put(scratch / "camera.json", R"({"width": 3})");
@@ -134,15 +134,15 @@ TEST(CameraRefusals, ColmapText) {
     put(cameras, "# none\n");
     expectRefusedCameras(scratch.path(), "no cameras", "cameras.txt");
     put(cameras, colmapCamerasText());
-    const Damage damages[] = {
+    const BadCameras damages[] = {
         {"0.5 0.5", "0.6 0.5", "length 1", "images.txt:2"},
         {"0.5 0.5", "nan 0.5", "length 1", "images.txt:2"},
         {"-2 5", "inf 5", "not finite", "images.txt:2"},
         {"9 0.5", "-9 0.5", "an image's number", "images.txt:2"},
         {"1 3 folder", "1 4 folder", "no camera 4", "images.txt, image 9"},
     };
-    for (const Damage& damage : damages) {
-        put(images, with(kColmapImagesText, damage.part, damage.other));
+    for (const BadCameras& damage : damages) {
+        put(images, withPart(kColmapImagesText, damage.part, damage.other));
         expectRefusedCameras(scratch.path(), damage.what, damage.where);
     }
     put(images, kColmapImagesText + kColmapImagesText);
@@ -192,7 +192,7 @@ TEST(CameraRefusals, Lines) {
     const ScratchDir scratch;
     const std::string place = "\"cameraToWorld\": [" + kKnownOpenglRows + "]";
     const std::string good = lineText(place);
-    const Damage damages[] = {
+    const BadCameras damages[] = {
         {"\"size\"", "\"sise\"", "no key \"sise\"", ":2"},
         {"[640, 480]", "[640]", "list of 2", ":2, /size"},
         {"[640, 480]", "[640, 0]", "1 to 65536", ":2, /size"},
@@ -213,9 +213,10 @@ TEST(CameraRefusals, Lines) {
         {"[0,0,1,1]", "[0,0,2,1]", "rotation and a translation", ":2, /cameraToWorld"},
         {"}\n", "\n", "not valid JSON", ":2"},
     };
-    for (const Damage& damage : damages)
-        expectRefusedCameras(put(scratch / "c.jsonl", good + with(good, damage.part, damage.other)),
-                             damage.what, "c.jsonl" + damage.where);
+    for (const BadCameras& damage : damages)
+        expectRefusedCameras(
+            put(scratch / "c.jsonl", good + withPart(good, damage.part, damage.other)), damage.what,
+            "c.jsonl" + damage.where);
     expectRefusedCameras(put(scratch / "c.jsonl", "\n\n"), "no cameras", "c.jsonl");
     std::string many;
     for (std::uint64_t i = 0; i <= kMostViews; ++i)

@@ -214,7 +214,7 @@ TEST(CameraWriters, TransformsMakeTheSameViewsToTheLastBit) {
     int as_they_were = 0;
     for (int i = 0; i < repeats(); ++i) {
         const FileCamera camera = randomCamera(random);
-        views.push_back(viewOf(camera));
+        views.push_back(viewOfCamera(camera));
         cameras.push_back(fileCamera(views.back(), camera.name));
         as_they_were += cameras.back().intrinsics == camera.intrinsics ? 1 : 0;
         const Intrinsics &a = *camera.intrinsics, &b = *cameras.back().intrinsics;
@@ -232,7 +232,7 @@ TEST(CameraWriters, TransformsMakeTheSameViewsToTheLastBit) {
     ASSERT_EQ(read.size(), views.size());
     std::vector<FileCamera> next;
     for (std::size_t i = 0; i < views.size(); ++i) {
-        const View view = viewOf(read[i]);
+        const View view = viewOfCamera(read[i]);
         expectSameView(view, views[i], std::to_string(i));
         next.push_back(fileCamera(view, read[i].name));
     }
@@ -254,7 +254,7 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
         FileCamera camera = randomCamera(random);
         View view;
         if (random() % 2) {
-            view = viewOf(camera);
+            view = viewOfCamera(camera);
             const int x = static_cast<int>(random() % static_cast<unsigned>(camera.size.width)),
                       y = static_cast<int>(random() % static_cast<unsigned>(camera.size.height));
             view.crop.x0 += x;
@@ -265,7 +265,7 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
             const auto steep = lookAlong({0, 0, 0}, {1, uniform(-1, 1), 1},
                                          {1, uniform(-1, 1), 1 + uniform(-1e-6, 1e-6)});
             if (steep) camera.camera_to_world = *steep;
-            view = viewOf(camera);
+            view = viewOfCamera(camera);
         }
         views.push_back(view);
     }
@@ -276,7 +276,7 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
         writeCameras(scratch / name, cameras);
         views.clear();
         for (const FileCamera& camera : readCameras(scratch / name))
-            views.push_back(viewOf(camera));
+            views.push_back(viewOfCamera(camera));
     };
     const std::vector<View> first = views;
     write("0.json");
@@ -311,7 +311,7 @@ TEST(CameraWriters, EveryFormatReadsBackWhatItWrote) {
     std::vector<FileCamera> cameras;
     for (int i = 0; i < 200; ++i) {
         FileCamera camera = randomCamera(random);
-        camera = fileCamera(viewOf(camera), std::to_string(i));
+        camera = fileCamera(viewOfCamera(camera), std::to_string(i));
         camera.size = {640, 480};  // BOP has one
         cameras.push_back(camera);
     }
