@@ -67,24 +67,34 @@ std::optional<double> simplest(double value, const Fits& fits) {
 /// The focal length of a picture of so many pixels with this half extent at distance 1.
 double focalLengthOf(int whole, double half) {
     const double value = whole / (2 * half);
-    const auto leadsTo = [&](double wanted) {
-        return simplest(value, [&](double f) { return whole / (2 * f) == wanted; });
-    };
-    if (const auto found = leadsTo(half)) return *found;
-    return leadsTo(whole / (2 * value)).value_or(value);
+    if (const auto found = simplest(value, [&](double f) { return whole / (2 * f) == half; }))
+        return *found;
+    // No number leads to it. What is made of the nearest one is the same from then on.
+    const double nearest = whole / (2 * value);
+    return nearest == half ? value : focalLengthOf(whole, nearest);
 }
 
 /// Where the axis goes through, of a crop of so many pixels.
 double centreOf(int pixels, const OffCentre& side) {
     const double before = side.first + (side.sample - 0.5);
     const double value = (side.whole / 2.0 - before) - 0.5;
-    const auto leadsTo = [&](const OffCentre& wanted) {
-        return simplest(value, [&](double centre) { return offCentre(pixels, centre) == wanted; });
-    };
-    if (const auto found = leadsTo(side)) return *found;
+    const auto fits = [&](double centre) { return offCentre(pixels, centre) == side; };
+    if (const auto found = simplest(value, fits)) return *found;
     // A crop of the picture that intrinsics would make, which is smaller.
     const auto smaller = offCentre(pixels, value);
-    return smaller ? leadsTo(*smaller).value_or(value) : value;
+    return !smaller || *smaller == side ? value : centreOf(pixels, *smaller);
+}
+
+/// Focal length and principal point along one side.
+struct SideLens {
+    double focal_length, centre;
+};
+SideLens lensOf(int pixels, const OffCentre& side, double half) {
+    const double centre = centreOf(pixels, side);
+    const auto made = offCentre(pixels, centre);
+    if (!made || made->whole == side.whole) return {focalLengthOf(side.whole, half), centre};
+    const double focal_length = side.whole / (2 * half);
+    return {focalLengthOf(made->whole, made->whole / (2 * focal_length)), centre};
 }
 
 }  // namespace
@@ -119,10 +129,11 @@ Intrinsics intrinsicsOf(const View& view) {
         throw Error(ErrorKind::kUsage, "an orthographic camera has no focal lengths",
                     view.camera_name);
     const Window& crop = view.crop;
-    return {focalLengthOf(view.width, view.projection.half_width),
-            focalLengthOf(view.height, view.projection.half_height),
-            centreOf(crop.width(), {view.width, crop.x0, view.sample.x}),
-            centreOf(crop.height(), {view.height, crop.y0, view.sample.y})};
+    const SideLens x = lensOf(crop.width(), {view.width, crop.x0, view.sample.x},
+                              view.projection.half_width),
+                   y = lensOf(crop.height(), {view.height, crop.y0, view.sample.y},
+                              view.projection.half_height);
+    return {x.focal_length, y.focal_length, x.centre, y.centre};
 }
 
 }  // namespace peeler::inline v0

@@ -39,14 +39,14 @@ inline std::filesystem::path put(const std::filesystem::path& path, const std::s
 }
 
 /// Numbers as they lie in memory, as binary files have them.
-class Packed {
+class PackedNumbers {
   public:
     template <class T>
-    Packed& add(T value) {
+    PackedNumbers& add(T value) {
         text.append(reinterpret_cast<const char*>(&value), sizeof value);
         return *this;
     }
-    Packed& add(const std::vector<double>& values) {
+    PackedNumbers& add(const std::vector<double>& values) {
         for (const double value : values)
             add<double>(value);
         return *this;
@@ -74,7 +74,7 @@ inline const std::string kColmapImagesText =
     "# images\n9 0.5 0.5 0.5 -0.5 -2 5 1 3 folder/a.b.png\n1.5 2.5 -1 3 4 17\n";
 
 inline std::string colmapCamerasBinary() {
-    return Packed()
+    return PackedNumbers()
         .add(std::uint64_t{1})
         .add(std::uint32_t{3})
         .add(std::int32_t{1})
@@ -84,7 +84,7 @@ inline std::string colmapCamerasBinary() {
         .text;
 }
 inline std::string colmapImagesBinary() {
-    Packed file;
+    PackedNumbers file;
     file.add(std::uint64_t{1}).add(std::uint32_t{9});
     file.add(std::vector<double>{0.5, 0.5, 0.5, -0.5, -2, 5, 1}).add(std::uint32_t{3});
     file.text += std::string("folder/a.b.png") + '\0';
@@ -106,7 +106,7 @@ inline const std::vector<double> kKnownOpengl = {0, 0, 1, 1, 1, 0, 0, 2, 0, 1, 0
 inline const std::vector<double> kKnownBlender = {0, 0, 1, 1, 0, -1, 0, -5, 1, 0, 0, 2};
 
 inline std::string npyPoses(const std::vector<double>& numbers) {
-    return npyText("<f8", "(1, 3, 4)", Packed().add(numbers).text);
+    return npyText("<f8", "(1, 3, 4)", PackedNumbers().add(numbers).text);
 }
 
 inline std::string lineText(const std::string& place) {
@@ -115,7 +115,7 @@ inline std::string lineText(const std::string& place) {
 }
 
 /// The view of a triangle that a camera of a file has.
-inline View viewOf(const FileCamera& camera) {
+inline View viewOfCamera(const FileCamera& camera) {
     static const Scene scene = [] {
         Scene made;
         made.scenes = {{"", {0}}};
@@ -146,9 +146,9 @@ inline void expectSameView(const View& a, const View& b, const std::string& whic
 }
 
 /// The error of reading a file; `what` and `where` are parts of its texts.
-inline void expectRefused(const std::filesystem::path& path, const std::string& what,
-                          const std::string& where, const CameraFileOptions& options = {},
-                          ErrorKind kind = ErrorKind::kInput) {
+inline void expectRefusedCameras(const std::filesystem::path& path, const std::string& what,
+                                 const std::string& where, const CameraFileOptions& options = {},
+                                 ErrorKind kind = ErrorKind::kInput) {
     try {
         readCameras(path, options);
         ADD_FAILURE() << path << " is taken, but expected: " << what;

@@ -23,7 +23,7 @@ void expectKnown(const FileCamera& camera, const std::string& which) {
     EXPECT_EQ(camera.size, kKnownSize) << which;
     // What is 10 in front of it, 3 to the right and 2 down: OpenCV's formula.
     const glm::dvec3 point(1 - 10, 2 + 3, 5 - 2);
-    const View view = viewOf(camera);
+    const View view = viewOfCamera(camera);
     const glm::dvec4 own = glm::inverse(view.camera_to_world) * glm::dvec4(point, 1);
     const glm::dvec2 seen =
         PixelRays(view).pixel(own) - view.sample - glm::dvec2(view.crop.x0, view.crop.y0);
@@ -144,15 +144,17 @@ numpy.savez(folder + 'nan', w2c=w2c)
     EXPECT_EQ(read, 8);
     EXPECT_EQ(readCameras(scratch / "many.npy", {Convention::kOpencv, {}}).size(), 5U);
 
-    expectRefused(scratch / "few.npz", "there are 2 of them, and 3 poses", "few.npz, K.npy");
-    expectRefused(scratch / "none.npz", "no array of it is poses", "none.npz");
+    expectRefusedCameras(scratch / "few.npz", "there are 2 of them, and 3 poses", "few.npz, K.npy");
+    expectRefusedCameras(scratch / "none.npz", "no array of it is poses", "none.npz");
     for (const char* name : {"text.npz", "pickle.npz"})
-        expectRefused(scratch / name, "not of numbers", "poses.npy", {Convention::kOpengl, {}});
-    expectRefused(scratch / "flat.npz", "shape is not (n, 3, 4)", "flat.npz, poses.npy");
-    expectRefused(scratch / "skew.npz", "skew", "skew.npz, K.npy");
-    expectRefused(scratch / "nan.npz", "not finite", "nan.npz, w2c.npy");
+        expectRefusedCameras(scratch / name, "not of numbers", "poses.npy",
+                             {Convention::kOpengl, {}});
+    expectRefusedCameras(scratch / "flat.npz", "shape is not (n, 3, 4)", "flat.npz, poses.npy");
+    expectRefusedCameras(scratch / "skew.npz", "skew", "skew.npz, K.npy");
+    expectRefusedCameras(scratch / "nan.npz", "not finite", "nan.npz, w2c.npy");
     for (const char* name : {"a opencv.npz", "g opengl.npz", "many.npy"})
-        expectRefused(scratch / name, "a convention is missing", name, {}, ErrorKind::kUsage);
+        expectRefusedCameras(scratch / name, "a convention is missing", name, {},
+                             ErrorKind::kUsage);
 }
 
 TEST(CameraFiles, FieldsOfViewAndSizesOfTransforms) {
@@ -170,7 +172,7 @@ TEST(CameraFiles, FieldsOfViewAndSizesOfTransforms) {
     EXPECT_EQ(nerf.intrinsics->fy, nerf.intrinsics->fx);
     EXPECT_EQ(nerf.intrinsics->cx, 399.5);
     EXPECT_EQ(nerf.intrinsics->cy, 299.5);
-    expectRefused(path, "leaves the size of pictures open", "/camera_angle_x");
+    expectRefusedCameras(path, "leaves the size of pictures open", "/camera_angle_x");
 
     // What a frame says goes before what the file says of all.
     const FileCamera own = only(put(
@@ -273,7 +275,7 @@ TEST(CameraFiles, PosesThatAreNearlyRigidAreTaken) {
     const ScratchDir scratch;
     const std::string nearly = "[0,0,1,1],[1.00002,0,0,2],[0.00001,1,0,5]";
     const FileCamera camera = only(put(scratch / "t.json", transformsText(nearly)));
-    const View view = viewOf(camera);
+    const View view = viewOfCamera(camera);
     EXPECT_LT(distanceFromRigid(view.camera_to_world), 1e-15);
     EXPECT_NEAR(glm::length(view.camera_to_world[0] - knownPose()[0]), 0, 2e-5);
     // The other way round the eye stays where the axes put it.

@@ -13,21 +13,21 @@ namespace {
 using Convention = CameraConvention;
 
 /// A text with the first of its `part` replaced.
-std::string with(std::string text, const std::string& part, const std::string& other) {
+std::string withPart(std::string text, const std::string& part, const std::string& other) {
     const std::size_t at = text.find(part);
     EXPECT_NE(at, std::string::npos) << part;
     return text.replace(at, part.size(), other);
 }
 
 /// A damaged text, and the error it has to be.
-struct CameraDamage {
+struct BadCameras {
     std::string part, other, what, where;
 };
 
 TEST(CameraRefusals, Transforms) {
     const ScratchDir scratch;
     const std::string matrix = "/frames/0/transform_matrix";
-    const CameraDamage damages[] = {
+    const BadCameras damages[] = {
         {"\"k1\": 0", "\"k1\": 0.1", "distortion", "/k1"},
         {"\"k1\": 0", "\"distortion_params\": [0, 0, 0.1]", "distortion", "/distortion_params"},
         {"{\"file_path\"", "{\"p1\": -1e-9, \"file_path\"", "distortion", "/frames/0/p1"},
@@ -59,21 +59,23 @@ TEST(CameraRefusals, Transforms) {
         {"{\"file_path\"", "{\"peeler_near\": 0, \"file_path\"", "in front of", "/frames/0"},
         {"\"frames\": [", "\"frames\": [3, ", "expected an object, not 3", "/frames/0"},
     };
-    for (const CameraDamage& damage : damages)
-        expectRefused(put(scratch / "t.json", with(transformsText(), damage.part, damage.other)),
-                      damage.what, damage.where);
-    expectRefused(put(scratch / "e.json", R"({"frames": []})"), "no cameras", "/frames");
-    expectRefused(put(scratch / "e.json", R"({"frames": 3})"), "a list of frames", "/frames");
-    expectRefused(put(scratch / "e.json", "{}"), "no file of cameras", "e.json");
-    expectRefused(put(scratch / "e.json", "[1]"), "no file of cameras", "e.json");
-    expectRefused(put(scratch / "e.json", ""), "not valid JSON", "e.json");
-    expectRefused(put(scratch / "e.json", std::string(300, '[')), "nested deeper", "e.json");
+    for (const BadCameras& damage : damages)
+        expectRefusedCameras(
+            put(scratch / "t.json", withPart(transformsText(), damage.part, damage.other)),
+            damage.what, damage.where);
+    expectRefusedCameras(put(scratch / "e.json", R"({"frames": []})"), "no cameras", "/frames");
+    expectRefusedCameras(put(scratch / "e.json", R"({"frames": 3})"), "a list of frames",
+                         "/frames");
+    expectRefusedCameras(put(scratch / "e.json", "{}"), "no file of cameras", "e.json");
+    expectRefusedCameras(put(scratch / "e.json", "[1]"), "no file of cameras", "e.json");
+    expectRefusedCameras(put(scratch / "e.json", ""), "not valid JSON", "e.json");
+    expectRefusedCameras(put(scratch / "e.json", std::string(300, '[')), "nested deeper", "e.json");
 }
 
 TEST(CameraRefusals, Bop) {
     const ScratchDir scratch;
     const auto path = scratch / "scene_camera.json";
-    const CameraDamage damages[] = {
+    const BadCameras damages[] = {
         {"500, 0, 300.25", "500, 1e-9, 300.25", "skew", "/7/cam_K"},
         {"500, 0, 300.25", "0, 0, 300.25", "above 0", "/7/cam_K"},
         {"0, 0, 1]", "0, 0, 2]", "K must be", "/7/cam_K"},
@@ -85,25 +87,25 @@ TEST(CameraRefusals, Bop) {
         {"\"7\"", "\"x\"", "no file of cameras", "scene_camera.json"},
         {"{\"7\"", "{\"07\": {}, \"7\"", "twice", "scene_camera.json"},
     };
-    for (const CameraDamage& damage : damages)
-        expectRefused(put(path, with(bopText(), damage.part, damage.other)), damage.what,
-                      damage.where);
+    for (const BadCameras& damage : damages)
+        expectRefusedCameras(put(path, withPart(bopText(), damage.part, damage.other)), damage.what,
+                             damage.where);
     put(path, bopText());
     put(scratch / "camera.json", R"({"width": 3})");
-    expectRefused(path, "\"height\" is missing", "camera.json");
+    expectRefusedCameras(path, "\"height\" is missing", "camera.json");
     put(scratch / "camera.json", R"({"width": 3, "height": -1})");
-    expectRefused(path, "1 to 65536", "camera.json");
+    expectRefusedCameras(path, "1 to 65536", "camera.json");
     std::filesystem::remove(scratch / "camera.json");
     const std::string good = R"("cam_R_m2c": [1,0,0,0,1,0,0,0,1], "cam_t_m2c": [0,0,1])";
     const auto objects = [&](const std::string& object) {
         put(scratch / "scene_gt.json", "{\"7\": [" + object + "]}");
     };
     objects("{\"obj_id\": 1.5, " + good + "}");
-    expectRefused(path, "whole number", "scene_gt.json, /7/0/obj_id");
+    expectRefusedCameras(path, "whole number", "scene_gt.json, /7/0/obj_id");
     objects("{" + good + "}");
-    expectRefused(path, "\"obj_id\" is missing", "scene_gt.json, /7/0");
+    expectRefusedCameras(path, "\"obj_id\" is missing", "scene_gt.json, /7/0");
     objects("{\"obj_id\": 1}");
-    expectRefused(path, "\"cam_R_m2c\" is missing", "scene_gt.json, /7/0");
+    expectRefusedCameras(path, "\"cam_R_m2c\" is missing", "scene_gt.json, /7/0");
     objects("{\"obj_id\": 1, " + good + "}");
     EXPECT_EQ(readCameras(path)[0].objects.size(), 1U);
 }
@@ -114,7 +116,7 @@ TEST(CameraRefusals, ColmapText) {
     put(images, kColmapImagesText);
     const auto lens = [&](const std::string& text, const std::string& what) {
         put(cameras, colmapCamerasText(text));
-        expectRefused(scratch.path(), what, "cameras.txt:3");
+        expectRefusedCameras(scratch.path(), what, "cameras.txt:3");
     };
     lens("SIMPLE_RADIAL 640 480 500 320 240 0.01", "distortion");
     lens("OPENCV 640 480 500 400 320 240 0 0 0 1e-9", "distortion");
@@ -128,28 +130,28 @@ TEST(CameraRefusals, ColmapText) {
     lens("PINHOLE 640 70000 500 400 320 240", "1 to 65536");
     lens("PINHOLES 640 480 500 400 320 240", "no camera model \"PINHOLES\"");
     put(cameras, colmapCamerasText() + colmapCamerasText());
-    expectRefused(scratch.path(), "there twice", "cameras.txt:6");
+    expectRefusedCameras(scratch.path(), "there twice", "cameras.txt:6");
     put(cameras, "# none\n");
-    expectRefused(scratch.path(), "no cameras", "cameras.txt");
+    expectRefusedCameras(scratch.path(), "no cameras", "cameras.txt");
     put(cameras, colmapCamerasText());
-    const CameraDamage damages[] = {
+    const BadCameras damages[] = {
         {"0.5 0.5", "0.6 0.5", "length 1", "images.txt:2"},
         {"0.5 0.5", "nan 0.5", "length 1", "images.txt:2"},
         {"-2 5", "inf 5", "not finite", "images.txt:2"},
         {"9 0.5", "-9 0.5", "an image's number", "images.txt:2"},
         {"1 3 folder", "1 4 folder", "no camera 4", "images.txt, image 9"},
     };
-    for (const CameraDamage& damage : damages) {
-        put(images, with(kColmapImagesText, damage.part, damage.other));
-        expectRefused(scratch.path(), damage.what, damage.where);
+    for (const BadCameras& damage : damages) {
+        put(images, withPart(kColmapImagesText, damage.part, damage.other));
+        expectRefusedCameras(scratch.path(), damage.what, damage.where);
     }
     put(images, kColmapImagesText + kColmapImagesText);
-    expectRefused(scratch.path(), "there twice", "image 9");
+    expectRefusedCameras(scratch.path(), "there twice", "image 9");
     put(images, "#\n");
-    expectRefused(scratch.path(), "no cameras", "images.txt");
+    expectRefusedCameras(scratch.path(), "no cameras", "images.txt");
     std::filesystem::remove(images);
-    expectRefused(scratch.path(), "no model of COLMAP", scratch.path());
-    expectRefused(cameras, "does not exist", "images.txt");
+    expectRefusedCameras(scratch.path(), "no model of COLMAP", scratch.path());
+    expectRefusedCameras(cameras, "does not exist", "images.txt");
 }
 
 TEST(CameraRefusals, ColmapBinary) {
@@ -157,25 +159,25 @@ TEST(CameraRefusals, ColmapBinary) {
     const std::string good_cameras = colmapCamerasBinary(), good_images = colmapImagesBinary();
     put(scratch / "images.bin", good_images);
     const auto number = [](std::string text, std::size_t at, auto value) {
-        return text.replace(at, sizeof value, Packed().add(value).text);
+        return text.replace(at, sizeof value, PackedNumbers().add(value).text);
     };
     const auto lens = [&](const std::string& text, const std::string& what) {
         put(scratch / "cameras.bin", text);
-        expectRefused(scratch.path(), what, "cameras.bin");
+        expectRefusedCameras(scratch.path(), what, "cameras.bin");
     };
     lens(number(good_cameras, 0, std::uint64_t{1} << 62), "leaves no room");
     lens(number(good_cameras, 0, std::uint64_t{2}), "ends early");
     lens(number(good_cameras, 0, std::uint64_t{0}), "no cameras");
     lens(number(good_cameras, 12, std::int32_t{99}), "no camera model 99");
     lens(number(good_cameras, 12, std::int32_t{-1}), "no camera model -1");
-    lens(number(good_cameras, 12, std::int32_t{5}), "OPENCV_FISHEYE");
+    lens(number(good_cameras, 12, std::int32_t{5}) + std::string(32, '\0'), "OPENCV_FISHEYE");
     lens(number(good_cameras, 16, std::uint64_t{0}), "1 to 65536");
     lens(number(good_cameras, 32, double{NAN}), "not finite");
     lens(good_cameras + "x", "behind the last number");
     put(scratch / "cameras.bin", good_cameras);
     const auto image = [&](const std::string& text, const std::string& what) {
         put(scratch / "images.bin", text);
-        expectRefused(scratch.path(), what, "images.bin");
+        expectRefusedCameras(scratch.path(), what, "images.bin");
     };
     image(number(good_images, 0, std::uint64_t{1} << 40), "leaves no room");
     image(number(good_images, 12, 2.0), "length 1");
@@ -183,14 +185,14 @@ TEST(CameraRefusals, ColmapBinary) {
     image(number(good_images, good_images.size() - 32, std::uint64_t{1} << 60), "leaves no room");
     image(good_images.substr(0, 80), "leaves no room");
     put(scratch / "images.bin", number(good_images, 68, std::uint32_t{4}));
-    expectRefused(scratch.path(), "no camera 4", "image 9");
+    expectRefusedCameras(scratch.path(), "no camera 4", "image 9");
 }
 
 TEST(CameraRefusals, Lines) {
     const ScratchDir scratch;
     const std::string place = "\"cameraToWorld\": [" + kKnownOpenglRows + "]";
     const std::string good = lineText(place);
-    const CameraDamage damages[] = {
+    const BadCameras damages[] = {
         {"\"size\"", "\"sise\"", "no key \"sise\"", ":2"},
         {"[640, 480]", "[640]", "list of 2", ":2, /size"},
         {"[640, 480]", "[640, 0]", "1 to 65536", ":2, /size"},
@@ -203,28 +205,30 @@ TEST(CameraRefusals, Lines) {
         {place, "\"fov\": 180", "fx and fov", ":2"},
         {place, "\"eye\": [0, 0, 0]", "\"target\" is missing", ":2"},
         {place, "\"eye\": [0, 0, 1], \"target\": [0, 0, 1]", "at the target", ":2, /target"},
-        {place, "\"eye\": [0, 0, 1], \"target\": [0, 0, 0], \"up\": [0, 0, 1]", "parallel", "/up"},
+        {place, "\"eye\": [0, 0, 1], \"target\": [0, 0, 0], \"up\": [0, 0, 1]", "parallel",
+         ":2, /up"},
         {place, place + ", \"up\": [0, 1, 0]", "only a camera with an eye", ":2, /up"},
         {place, place + ", \"eye\": [0, 1, 0]", "cameraToWorld and eye", ":2"},
         {", " + place, "", "place is missing", ":2"},
         {"[0,0,1,1]", "[0,0,2,1]", "rotation and a translation", ":2, /cameraToWorld"},
         {"}\n", "\n", "not valid JSON", ":2"},
     };
-    for (const CameraDamage& damage : damages)
-        expectRefused(put(scratch / "c.jsonl", good + with(good, damage.part, damage.other)),
-                      damage.what, "c.jsonl" + damage.where);
-    expectRefused(put(scratch / "c.jsonl", "\n\n"), "no cameras", "c.jsonl");
+    for (const BadCameras& damage : damages)
+        expectRefusedCameras(
+            put(scratch / "c.jsonl", good + withPart(good, damage.part, damage.other)), damage.what,
+            "c.jsonl" + damage.where);
+    expectRefusedCameras(put(scratch / "c.jsonl", "\n\n"), "no cameras", "c.jsonl");
     std::string many;
     for (std::uint64_t i = 0; i <= kMostViews; ++i)
         many += "{\"eye\":[0,0,1],\"target\":[0,0,0]}\n";
-    expectRefused(put(scratch / "many.jsonl", many), "1000001 views", "many.jsonl");
+    expectRefusedCameras(put(scratch / "many.jsonl", many), "1000001 views", "many.jsonl");
 }
 
 TEST(CameraRefusals, ConventionsThatAreNotTheFormats) {
     const ScratchDir scratch;
     const auto refused = [](const std::filesystem::path& path, Convention convention,
                             const std::string& what) {
-        expectRefused(path, what, path.filename(), {convention, {}}, ErrorKind::kUsage);
+        expectRefusedCameras(path, what, path.filename(), {convention, {}}, ErrorKind::kUsage);
     };
     refused(put(scratch / "t.json", transformsText()), Convention::kOpencv,
             "opencv is not that of transforms.json: its cameras are those of opengl");
@@ -251,28 +255,29 @@ TEST(CameraRefusals, ConventionsThatAreNotTheFormats) {
 TEST(CameraRefusals, WhatIsNoFile) {
     const ScratchDir scratch;
     for (const char* name : {"a.json", "a.npy", "a.jsonl", "a.txt", "cameras.bin"})
-        expectRefused(scratch / name, "does not exist", "");
-    expectRefused(scratch.path(), "no model of COLMAP", scratch.path());
+        expectRefusedCameras(scratch / name, "does not exist", "");
+    expectRefusedCameras(scratch.path(), "no model of COLMAP", scratch.path());
     std::filesystem::create_directory(scratch / "d.jsonl");
-    expectRefused(scratch / "d.jsonl", "a folder", "d.jsonl");
+    expectRefusedCameras(scratch / "d.jsonl", "a folder", "d.jsonl");
     for (const char* name : {"p.json", "p.npz", "p.jsonl", "p"}) {
         ASSERT_EQ(mkfifo((scratch / name).c_str(), 0600), 0);
-        expectRefused(scratch / name, "not a regular file", name);
+        expectRefusedCameras(scratch / name, "not a regular file", name);
     }
     // Of a size that is not read: at once, since nothing of it is.
     for (const char* name : {"l.json", "l.npy", "l.npz", "l.jsonl", "l", "images.bin"}) {
         std::filesystem::resize_file(put(scratch / "big" / name, ""), std::uint64_t{2} << 30);
         put(scratch / "big/cameras.bin", colmapCamerasBinary());
-        expectRefused(scratch / "big" / name, "the limit is 1073741824", name);
+        expectRefusedCameras(scratch / "big" / name, "the limit is 1073741824", name);
     }
-    expectRefused(put(scratch / "a.txt", "hello"), "no file of cameras", "a.txt");
+    expectRefusedCameras(put(scratch / "a.txt", "hello"), "no file of cameras", "a.txt");
     const std::string header = npyText("<f4", "(1000001, 3, 4)", "");
     std::filesystem::resize_file(put(scratch / "h.npy", header), header.size() + 1000001 * 48);
-    expectRefused(scratch / "h.npy", "1000001 views", "h.npy", {Convention::kOpengl, {}});
-    expectRefused(put(scratch / "s.npy", npyText("<f8", "(999999999, 3, 4)", "")), "another size",
-                  "s.npy", {Convention::kOpengl, {}});
-    expectRefused(put(scratch / "c.npy", npyText("<c16", "(1, 3, 4)", std::string(192, 'a'))),
-                  "not of numbers", "c.npy", {Convention::kOpengl, {}});
+    expectRefusedCameras(scratch / "h.npy", "1000001 views", "h.npy", {Convention::kOpengl, {}});
+    expectRefusedCameras(put(scratch / "s.npy", npyText("<f8", "(999999999, 3, 4)", "")),
+                         "another size", "s.npy", {Convention::kOpengl, {}});
+    expectRefusedCameras(
+        put(scratch / "c.npy", npyText("<c16", "(1, 3, 4)", std::string(192, 'a'))),
+        "not of numbers", "c.npy", {Convention::kOpengl, {}});
 }
 
 /// Every cut of a file, and random bytes in it: cameras or an Error, nothing else.
@@ -328,7 +333,7 @@ TEST(CameraRefusals, DamagedFiles) {
         const std::string whole = bytesOf(scratch / name);
         for (std::size_t size = 0; size < whole.size(); ++size) {
             put(scratch / name, whole.substr(0, size));
-            expectRefused(scratch / "b", "", std::filesystem::path(name).filename());
+            expectRefusedCameras(scratch / "b", "", std::filesystem::path(name).filename());
         }
         put(scratch / name, whole);
     }

@@ -78,15 +78,16 @@ TEST(CameraWriters, ModelsOfColmap) {
     std::string lens = colmapCamerasBinary();
     lens[8] = 1;  // its number
     EXPECT_EQ(bytesOf(scratch / "model/cameras.bin"), lens);
-    Packed image;
+    PackedNumbers image;
     image.add(std::uint64_t{1}).add(std::uint32_t{1});
     image.add(std::vector<double>{0.5, 0.5, 0.5, -0.5, -2, 5, 1}).add(std::uint32_t{1});
     image.add('a').add('\0').add(std::uint64_t{0});
     EXPECT_EQ(bytesOf(scratch / "model/images.bin"), image.text);
     const std::string positions = bytesOf(scratch / "model/points3D.bin");
     ASSERT_EQ(positions.size(), 8U + 2 * 51U);
-    EXPECT_EQ(positions.substr(8, 35),
-              Packed().add(std::uint64_t{1}).add({1, -2.5, 1e-7}).text + "\xFF" + '\0' + "\x07");
+    EXPECT_EQ(
+        positions.substr(8, 35),
+        PackedNumbers().add(std::uint64_t{1}).add({1, -2.5, 1e-7}).text + "\xFF" + '\0' + "\x07");
 
     // A folder that is there, and one that is named with a slash.
     writeCameras(scratch / "model", cameras);
@@ -213,7 +214,7 @@ TEST(CameraWriters, TransformsMakeTheSameViewsToTheLastBit) {
     int as_they_were = 0;
     for (int i = 0; i < repeats(); ++i) {
         const FileCamera camera = randomCamera(random);
-        views.push_back(viewOf(camera));
+        views.push_back(viewOfCamera(camera));
         cameras.push_back(fileCamera(views.back(), camera.name));
         as_they_were += cameras.back().intrinsics == camera.intrinsics ? 1 : 0;
         const Intrinsics &a = *camera.intrinsics, &b = *cameras.back().intrinsics;
@@ -231,12 +232,12 @@ TEST(CameraWriters, TransformsMakeTheSameViewsToTheLastBit) {
     ASSERT_EQ(read.size(), views.size());
     std::vector<FileCamera> next;
     for (std::size_t i = 0; i < views.size(); ++i) {
-        const View view = viewOf(read[i]);
+        const View view = viewOfCamera(read[i]);
         expectSameView(view, views[i], std::to_string(i));
         next.push_back(fileCamera(view, read[i].name));
     }
     writeCameras(again, next);
-    EXPECT_EQ(bytesOf(again), bytesOf(path));
+    EXPECT_TRUE(bytesOf(again) == bytesOf(path));
 }
 
 TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
@@ -253,7 +254,7 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
         FileCamera camera = randomCamera(random);
         View view;
         if (random() % 2) {
-            view = viewOf(camera);
+            view = viewOfCamera(camera);
             const int x = static_cast<int>(random() % static_cast<unsigned>(camera.size.width)),
                       y = static_cast<int>(random() % static_cast<unsigned>(camera.size.height));
             view.crop.x0 += x;
@@ -264,7 +265,7 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
             const auto steep = lookAlong({0, 0, 0}, {1, uniform(-1, 1), 1},
                                          {1, uniform(-1, 1), 1 + uniform(-1e-6, 1e-6)});
             if (steep) camera.camera_to_world = *steep;
-            view = viewOf(camera);
+            view = viewOfCamera(camera);
         }
         views.push_back(view);
     }
@@ -275,7 +276,7 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
         writeCameras(scratch / name, cameras);
         views.clear();
         for (const FileCamera& camera : readCameras(scratch / name))
-            views.push_back(viewOf(camera));
+            views.push_back(viewOfCamera(camera));
     };
     const std::vector<View> first = views;
     write("0.json");
@@ -299,7 +300,7 @@ TEST(CameraWriters, OtherViewsAreTheSameFromTheFirstFileOn) {
     write("1.json");
     for (std::size_t i = 0; i < views.size(); ++i)
         expectSameView(views[i], second[i], std::to_string(i));
-    EXPECT_EQ(bytesOf(scratch / "0.json"), bytesOf(scratch / "1.json"));
+    EXPECT_TRUE(bytesOf(scratch / "0.json") == bytesOf(scratch / "1.json"));
 }
 
 TEST(CameraWriters, EveryFormatReadsBackWhatItWrote) {
@@ -310,7 +311,7 @@ TEST(CameraWriters, EveryFormatReadsBackWhatItWrote) {
     std::vector<FileCamera> cameras;
     for (int i = 0; i < 200; ++i) {
         FileCamera camera = randomCamera(random);
-        camera = fileCamera(viewOf(camera), std::to_string(i));
+        camera = fileCamera(viewOfCamera(camera), std::to_string(i));
         camera.size = {640, 480};  // BOP has one
         cameras.push_back(camera);
     }
