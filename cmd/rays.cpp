@@ -253,6 +253,7 @@ std::vector<Bundle> Rays::chooseBundles() {
 
 int Rays::makeViews() {
     int code = 0;
+    job_.chooseEngine();  // hashes tell which
     try {
         for (std::size_t view = first_; view < end_; ++view) {
             try {

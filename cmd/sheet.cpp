@@ -207,7 +207,7 @@ void Sheets::ofView(SceneSheet& sheet, const OpenedScene& scene, std::size_t vie
     }
     if (options_.output.no_clobber) checkTarget(options_.output, {});
     SheetContent content = sheet.make(view);
-    writeSheet(content, path, hash);
+    writeSheet(content, path, views_.asked() ? hash : "");  // a lone one is as that of a file
     report(content, view);
 }
 

@@ -188,7 +188,7 @@ TEST_F(Views, OfBopHaveObjectsInPlace) {
         "4": {"cam_K": [20, 0, 19.5, 0, 20, 19.5, 0, 0, 1], "depth_scale": 1}})");
     write("scene_gt.json", R"({"4": [{"obj_id": 7, "cam_R_m2c": [1, 0, 0, 0, 1, 0, 0, 0, 1],
                                       "cam_t_m2c": [1000, 0, 2000]}]})");
-    const Json views = rendered("@.exr", {"--cameras", cameras});
+    const Json views = rendered("@.exr", {"--cameras", cameras, "--faces", "both"});
     ASSERT_EQ(views.size(), 1U);
     EXPECT_EQ(views[0].at("camera"), "000004");
     const ExrInfo info = readExrInfo((scratch_ / "0000.exr").string());

@@ -2,6 +2,7 @@
 """examples/Dockerfile: what can be told without building it, and with PEELER_TEST_ALL all of it,
 carried out in fresh roots that debootstrap makes, in memory (minutes)."""
 
+import glob
 import os
 import pathlib
 import re
@@ -156,7 +157,10 @@ class Parts(PeelerTest):
         used = packages_of(loaded)
         self.assertEqual(loaded - used.keys(), set(), "of no package")
         held = with_dependencies(named | sets["run"], needs)
-        self.assertEqual(set(used.values()) - held, set(), "not installed in the image")
+        # Another BLAS than the image has may be this machine's choice.
+        chosen = {os.path.realpath(file) for file in glob.glob("/etc/alternatives/lib*.so*")}
+        alternatives = set(packages_of(chosen).values())
+        self.assertEqual(set(used.values()) - held - alternatives, set(), "not installed in the image")
         self.assertEqual(named - set(used.values()), set(), "named for nothing")
 
 
