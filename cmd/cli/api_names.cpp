@@ -22,6 +22,7 @@ constexpr ApiName kApiNames[] = {
     {"chooseVariant", "--variant"},
     {"composite", "--as composite"},
     {"compression", "--compression"},
+    {"convention", "--camera-convention"},
     {"crop", "--crop"},
     {"deep_merge", "--deep-merge"},
     {"dense", "--dense"},

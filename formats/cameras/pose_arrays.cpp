@@ -98,7 +98,8 @@ std::vector<FileCamera> camerasOf(const ThingArray& poses, const PoseArray& kind
         throw Error(ErrorKind::kUsage,
                     "an array of poses does not say what its axes are: a convention is missing",
                     source.path.string(),
-                    "opencv is world to camera, looking along +Z with +Y down; opengl is camera to "
+                    "give `convention`: opencv is world to camera, looking along +Z with +Y down; "
+                    "opengl is camera to "
                     "world, looking along -Z with +Y up; blender is likewise, in a world with +Z "
                     "up");
     checkViewCount(poses.count(), source.path.string());
