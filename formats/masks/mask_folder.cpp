@@ -135,17 +135,20 @@ MaskFolder::Record MaskFolder::readRecord(std::size_t view) const {
     if (!fs::exists(this->record(view), failure)) return record;
     const auto bytes = readRegularFile(this->record(view), kMostRecordBytes);
     const auto json = nlohmann::json::parse(bytes.begin(), bytes.end(), nullptr, false);
-    const auto number = [&](const char* key) {
-        const auto found = json.find(key);
-        return found != json.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
-    };
     if (!json.is_object()) return record;
-    if (const auto hash = json.find("hash"); hash != json.end() && hash->is_string())
-        record.hash = hash->get<std::string>();
+    bool whole = true;
+    const auto number = [&](const char* key) -> std::uint64_t {
+        const auto found = json.find(key);
+        if (found != json.end() && found->is_number_unsigned()) return found->get<std::uint64_t>();
+        whole = false;
+        return 0;
+    };
     // No view has more: what a damaged record says is no reason to look for files endlessly.
     record.masks = std::min<std::uint64_t>(number("masks"), 10'000'000);
     record.layers = std::min<std::uint64_t>(number("layers"), 100'000);
     record.bytes = number("bytes");
+    const auto hash = json.find("hash");
+    if (whole && hash != json.end() && hash->is_string()) record.hash = hash->get<std::string>();
     return record;
 }
 
