@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // peeler masks: of each object of a scene where it is and where it is seen, of one capture a view.
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -87,7 +88,9 @@ class Masks {
     void open();
     void ofViews();
     void ofView(std::size_t view);
-    Plan capture(std::size_t view, const View& seen, ObjectMaskSink& sink, int& passes);
+    PosedScene poseOf(std::size_t view) const;
+    Plan capture(std::size_t view, const View& seen, const PosedScene& posed, ObjectMaskSink& sink,
+                 int& passes);
     std::string hashOf(std::size_t view) const;
     std::string settingsHash(std::size_t view) const;
     bool writeShared();
@@ -102,8 +105,7 @@ class Masks {
     SequenceResults results_;
     CaptureSettings capture_;
     const OpenedScene* scene_ = nullptr;  ///< the job's
-    std::optional<PosedScene> posed_;
-    std::vector<View> seen_;  ///< of all views
+    std::vector<View> seen_;              ///< of all views
     SceneObjects objects_;
     std::optional<MaskFolder> folder_;
     std::optional<ProgressReport> progress_;
@@ -147,6 +149,9 @@ void Masks::checkOptions() {
                     options_.output.string(), "make the folder first, or leave --no-mkdir out");
     checkFolder(options_.output / "objects.json");
     checkReport(options_.report, {options_.scene.file});
+    if (options_.views.cameras_out)
+        refuse("the folder has the cameras already: scene_camera.json", "--cameras-out",
+               "leave it out");
     checkClipOptions(options_.clip);
     job_.checkOptions();
 }
@@ -169,18 +174,20 @@ void Masks::checkOutput(const OpenedScene& scene) const {
 
 void Masks::open() {
     scene_ = &job_.openScene();
-    posed_ = job_.pose();
-    capture_.clip = clipVolume(options_.clip, *posed_);
     views_.place(*scene_);
     for (std::size_t view = 0; view < views_.size(); ++view)
-        seen_.push_back(views_.view(*scene_, *posed_, view));
-    objects_ = objectsOf(*posed_, options_.objects);
+        seen_.push_back(views_.view(*scene_, poseOf(view), view));
+    objects_ = objectsOf(job_.pose(), options_.objects);
     folder_.emplace(MaskFolderOptions{options_.output, options_.formats, options_.objects.text(),
                                       std::string("peeler ") + PEELER_VERSION},
                     objects_.objects);
     folder_->checkViews(seen_);
     checkOutput(*scene_);
     console_.detail("finds " + countText(objects_.objects.size(), "object"));
+}
+
+PosedScene Masks::poseOf(std::size_t view) const {
+    return views_.pose(*scene_, options_.animation.time.value_or(0), view);
 }
 
 void Masks::ofViews() {
@@ -204,7 +211,15 @@ std::string Masks::settingsHash(std::size_t view) const {
     nlohmann::json more = {{"by", options_.objects.text()}};
     if (options_.see_through > 0) more["seeThrough"] = options_.see_through;
     if (options_.canvas > 1) more["canvas"] = options_.canvas;
-    return job_.settingsHash(capture_, std::move(more), seen_[view].crop);
+    for (const PlacedNode& placed : views_.placed(view)) {
+        nlohmann::json numbers = {placed.node};
+        for (int i = 0; i < 16; ++i)
+            numbers.push_back(placed.to_world[i / 4][i % 4]);
+        more["placed"].push_back(std::move(numbers));
+    }
+    CaptureSettings capture = capture_;
+    capture.clip = clipVolume(options_.clip, poseOf(view));
+    return job_.settingsHash(capture, std::move(more), seen_[view].crop);
 }
 
 /// Of all that decides what a view's files hold.
@@ -220,13 +235,20 @@ std::string Masks::hashOf(std::size_t view) const {
     return outputHash(seen_[view], "masks.png", output);
 }
 
-Plan Masks::capture(std::size_t view, const View& seen, ObjectMaskSink& sink, int& passes) {
-    GlRenderer& renderer = job_.renderer() ? *job_.renderer() : job_.openRenderer(*posed_);
+Plan Masks::capture(std::size_t view, const View& seen, const PosedScene& posed,
+                    ObjectMaskSink& sink, int& passes) {
+    if (job_.renderer())
+        job_.renderer()->setPose(posed);
+    else
+        job_.openRenderer(posed);
+    GlRenderer& renderer = *job_.renderer();
+    CaptureSettings settings = capture_;
+    settings.clip = clipVolume(options_.clip, posed);
     const auto done = static_cast<double>(view - first_);
     const Progress progress = [&](double share) {
         progress_->update((done + 0.9 * share) / static_cast<double>(end_ - first_));
     };
-    Plan plan = renderer.plan(seen, capture_, progress);
+    Plan plan = renderer.plan(seen, settings, progress);
     sink.begin(plan);
     passes = renderer.capture(sink, progress).passes;
     sink.finish();
@@ -254,16 +276,21 @@ void Masks::ofView(std::size_t view) {
         static_cast<std::uint64_t>(threadCount()) *
         (2 * pixels + std::min(8 * pixels, kEncoderBytes) + (std::uint64_t{2} << 20));
     ObjectMaskSink sink(objects_.table, masks);
-    const Plan plan = capture(view, canvas, sink, result.passes);
+    const PosedScene posed = poseOf(view);
+    const Plan plan = capture(view, canvas, posed, sink, result.passes);
     add(job_.times(), sink.times());
     {
         const StageTimer timer(job_.times(), "write");
-        result.bytes = folder_->write(view, seen_[view], hash, sink.objects(), sink.layers());
+        const std::vector<glm::dmat4> places = placesOf(posed, objects_);
+        result.bytes =
+            folder_->write({view, seen_[view], hash, sink.objects(), places, sink.layers()});
     }
     Provenance provenance;
     provenance.method = capture_.method;
     provenance.settings_hash = settingsHash(view);
     describePicture(plan, provenance, result);
+    if (const std::optional<Normalizing>& by = scene_->normalized())
+        result.normalized = {by->scale, std::array{by->middle.x, by->middle.y, by->middle.z}};
     result.width = seen_[view].crop.width();
     result.height = seen_[view].crop.height();
 

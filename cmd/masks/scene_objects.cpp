@@ -158,30 +158,6 @@ void findExtras(const PosedScene& posed, const ObjectsRequest& request, SceneObj
 constexpr void (*kFind[])(const PosedScene&, const ObjectsRequest&, SceneObjects&) = {
     findNodes, findMaterials, findGlobs, findExtras};
 
-/// Places what is one mesh in one place; anything else is the scene's, where it is.
-void placeObjects(const PosedScene& posed, SceneObjects& found) {
-    std::vector<std::size_t> meshes(found.objects.size(), 0);
-    std::map<int, std::uint32_t> instances;
-    const auto take = [&](std::uint32_t number, const MeshInstance& mesh) {
-        if (number == 0) return;
-        const bool alone = ++meshes[number - 1] == 1;
-        found.objects[number - 1].to_world = alone ? mesh.world : glm::dmat4(1);
-    };
-    for (const MeshInstance& mesh : posed.meshes()) {
-        const std::uint32_t ordinal = instances[mesh.node]++;
-        if (!found.table.by_material) {
-            const std::uint32_t first = found.table.numbers[static_cast<std::size_t>(mesh.node)];
-            take(first != 0 && found.table.instances_apart ? first + ordinal : first, mesh);
-            continue;
-        }
-        std::set<int> materials;
-        for (const Primitive& primitive : posed.primitives(mesh))
-            materials.insert(primitive.material);
-        for (const int material : materials)
-            take(found.table.numbers[static_cast<std::size_t>(material)], mesh);
-    }
-}
-
 }  // namespace
 
 std::string ObjectsRequest::text() const {
@@ -209,8 +185,33 @@ SceneObjects objectsOf(const PosedScene& posed, const ObjectsRequest& request) {
         request.by == ObjectsBy::kMaterial ? scene.materials.size() : scene.nodes.size(), 0);
     kFind[static_cast<std::size_t>(request.by)](posed, request, found);
     found.table.objects = static_cast<std::uint32_t>(found.objects.size());
-    placeObjects(posed, found);
     return found;
+}
+
+std::vector<glm::dmat4> placesOf(const PosedScene& posed, const SceneObjects& objects) {
+    const ObjectTable& table = objects.table;
+    std::vector<glm::dmat4> places(table.objects, glm::dmat4(1));
+    std::vector<std::size_t> meshes(table.objects, 0);
+    const auto take = [&](std::uint32_t number, const MeshInstance& mesh) {
+        if (number == 0) return;
+        const bool alone = ++meshes[number - 1] == 1;
+        places[number - 1] = alone ? mesh.world : glm::dmat4(1);
+    };
+    std::map<int, std::uint32_t> instances;  // of each node, so far
+    for (const MeshInstance& mesh : posed.meshes()) {
+        const std::uint32_t ordinal = instances[mesh.node]++;
+        if (!table.by_material) {
+            const std::uint32_t first = table.numbers[static_cast<std::size_t>(mesh.node)];
+            take(first != 0 && table.instances_apart ? first + ordinal : first, mesh);
+            continue;
+        }
+        std::set<int> materials;
+        for (const Primitive& primitive : posed.primitives(mesh))
+            materials.insert(primitive.material);
+        for (const int material : materials)
+            take(table.numbers[static_cast<std::size_t>(material)], mesh);
+    }
+    return places;
 }
 
 }  // namespace peeler::cmd

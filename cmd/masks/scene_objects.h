@@ -39,4 +39,8 @@ struct SceneObjects {
 /// key that no node has.
 SceneObjects objectsOf(const PosedScene& posed, const ObjectsRequest& request);
 
+/// Where the objects are in a pose: the matrix of what is one mesh in one place; anything else is
+/// the world's own, as it stands there.
+std::vector<glm::dmat4> placesOf(const PosedScene& posed, const SceneObjects& objects);
+
 }  // namespace peeler::cmd

@@ -165,49 +165,48 @@ std::optional<std::uint64_t> MaskFolder::bytesOf(std::size_t view, const std::st
     return bytes + sizeOf(this->record(view));
 }
 
-std::uint64_t MaskFolder::write(std::size_t number, const View& view, const std::string& hash,
-                                std::span<const ObjectMasks> objects,
-                                const ObjectLayers& layers) const {
+std::uint64_t MaskFolder::write(const MaskedView& view) const {
     for (const fs::path& file : sharedFiles())
         removeFile(file);
-    const int width = view.crop.width(), height = view.crop.height();
+    const Window& crop = view.view.crop;
+    const int width = crop.width(), height = crop.height();
     // Objects of which there is nothing on the canvas have no masks.
     std::vector<std::size_t> listed;
-    for (std::size_t i = 0; i < objects.size(); ++i)
-        if (objects[i].canvas_pixels > 0) listed.push_back(i);
+    for (std::size_t i = 0; i < view.masks.size(); ++i)
+        if (view.masks[i].canvas_pixels > 0) listed.push_back(i);
     const std::size_t masks = options_.formats.bop ? listed.size() : 0;
-    const std::size_t pictures = options_.formats.ids ? layers.layers() : 0;
-    const Record before = readRecord(number);
+    const std::size_t pictures = options_.formats.ids ? view.layers.layers() : 0;
+    const Record before = readRecord(view.number);
     const nlohmann::json begun = {{"hash", ""},
                                   {"masks", std::max(masks, before.masks)},
                                   {"layers", std::max(pictures, before.layers)}};
     // From here on it is known which files may be there, whatever ends the process.
-    fileWith(record(number), begun.dump() + '\n')->commit();
+    fileWith(record(view.number), begun.dump() + '\n')->commit();
 
-    const std::vector<fs::path> names = files(number, 0, masks, 0, pictures);
+    const std::vector<fs::path> names = files(view.number, 0, masks, 0, pictures);
     parallelFor(names.size(), [&](std::size_t i) {
         const std::string path = names[i].string();
         if (i >= 2 * masks) {
-            const auto layer = layers.layer(static_cast<std::uint32_t>(i - 2 * masks));
+            const auto layer = view.layers.layer(static_cast<std::uint32_t>(i - 2 * masks));
             return writeGreyPng(path, width, height, layer, options_.software);
         }
-        const ObjectMasks& of = objects[listed[i / 2]];
-        std::vector<std::uint8_t> bytes(view.crop.pixels());
+        const ObjectMasks& of = view.masks[listed[i / 2]];
+        std::vector<std::uint8_t> bytes(crop.pixels());
         (i % 2 == 0 ? of.amodal : of.visible).fill(255, bytes);
         writeGreyPng(path, width, height, bytes, options_.software);
     });
-    for (const fs::path& file : files(number, masks, before.masks, pictures, before.layers))
+    for (const fs::path& file : files(view.number, masks, before.masks, pictures, before.layers))
         removeFile(file);
 
     std::uint64_t bytes = 0;
     for (const fs::path& name : names)
         bytes += sizeOf(name);
-    nlohmann::json json = viewJson(number, view, options_.formats, objects_, objects, listed);
-    json["hash"] = hash;
+    nlohmann::json json = viewJson(view, options_.formats, listed);
+    json["hash"] = view.hash;
     json["masks"] = masks;
     json["layers"] = pictures;
     json["bytes"] = bytes;
-    const auto last = fileWith(record(number), json.dump() + '\n');
+    const auto last = fileWith(record(view.number), json.dump() + '\n');
     last->commit();
     return bytes + last->size();
 }

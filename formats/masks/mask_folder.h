@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "core/image/object_masks.h"
-#include "core/scene/camera_choice.h"
 #include "core/scene/view.h"
 
 namespace peeler {
@@ -24,7 +23,6 @@ struct MaskFormats {
 /// An object; the first one of a list is number 1.
 struct MaskedObject {
     std::string name;
-    glm::dmat4 to_world{1};  ///< metres
     /// Indices of the scene's file, where it is one of these.
     std::optional<int> node{}, instance{}, material{};
 };
@@ -37,9 +35,16 @@ struct MaskFolderOptions {
     std::string software;  ///< stands in every PNG unless empty
 };
 
-/// The intrinsics of what a view renders, its crop as a picture of its own: pixels from the centre
-/// of the upper left one. The view has to be of a perspective camera.
-Intrinsics pictureIntrinsics(const View& view);
+/// What one view shows.
+struct MaskedView {
+    std::size_t number = 0;
+    const View& view;  ///< of the picture, whatever the canvas was
+    std::string hash;  ///< of all that decides what its files hold
+    // Of each object, the first one of a list is number 1.
+    std::span<const ObjectMasks> masks;
+    std::span<const glm::dmat4> to_world;  ///< metres
+    const ObjectLayers& layers;            ///< for pictures of ids
+};
 
 /// The files of one folder (formats/README.md, "Masks"). Those of a view are written when it is
 /// made, and its record `views/NNNNNN.json` after them: what is in that is what the files hold. The
@@ -62,10 +67,9 @@ class MaskFolder {
     std::optional<std::uint64_t> bytesOf(std::size_t view, const std::string& hash) const;
 
     /// Writes the files of a view, in place of those that it had; what all views share is removed
-    /// before, since it is no longer of what is there. `layers` count for pictures of ids only.
-    /// Returns the bytes written. Throws Error (kOutput).
-    std::uint64_t write(std::size_t number, const View& view, const std::string& hash,
-                        std::span<const ObjectMasks> objects, const ObjectLayers& layers) const;
+    /// before, since it is no longer of what is there. Returns the bytes written. Throws Error
+    /// (kOutput).
+    std::uint64_t write(const MaskedView& view) const;
 
     /// Writes the files that all views share, of their records, which must be there; all of them,
     /// or none. Throws Error (kInput) for a damaged record, (kOutput).

@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "core/scene/camera_choice.h"
+
 namespace peeler {
 
 namespace {
@@ -39,10 +41,10 @@ glm::dmat4 worldToOpencv(const glm::dmat4& camera_to_world) {
 }
 
 /// The model of an object where it is, without its scale, which is the model's own.
-glm::dmat4 placeOf(const MaskedObject& object) {
-    if (const auto place = rigid(object.to_world)) return *place;
+glm::dmat4 placeOf(const glm::dmat4& to_world) {
+    if (const auto place = rigid(to_world)) return *place;
     glm::dmat4 place(1);
-    place[3] = object.to_world[3];
+    place[3] = to_world[3];
     return place;
 }
 
@@ -102,21 +104,13 @@ std::string categoriesText(std::span<const MaskedObject> objects) {
 
 }  // namespace
 
-Intrinsics pictureIntrinsics(const View& view) {
-    const Projection& projection = view.projection;
-    return {view.width / (2 * projection.half_width), view.height / (2 * projection.half_height),
-            view.width / 2.0 - view.sample.x - view.crop.x0,
-            view.height / 2.0 - view.sample.y - view.crop.y0};
-}
-
-json viewJson(std::size_t number, const View& view, const MaskFormats& formats,
-              std::span<const MaskedObject> objects, std::span<const ObjectMasks> masks,
+json viewJson(const MaskedView& view, const MaskFormats& formats,
               std::span<const std::size_t> listed) {
     json record = json::object();
-    const Window& crop = view.crop;
+    const Window& crop = view.view.crop;
     if (formats.bop) {
-        const glm::dmat4 world_to_camera = worldToOpencv(view.camera_to_world);
-        const Intrinsics k = pictureIntrinsics(view);
+        const glm::dmat4 world_to_camera = worldToOpencv(view.view.camera_to_world);
+        const Intrinsics k = intrinsicsOf(view.view);
         json camera = {{"cam_K", {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1}}, {"depth_scale", 1.0}};
         addRigid(world_to_camera, "w2c", camera);
         record["scene_camera"] = std::move(camera);
@@ -130,20 +124,21 @@ json viewJson(std::size_t number, const View& view, const MaskFormats& formats,
         record["scene_gt"] = record["scene_gt_info"] = json::array();
         for (const std::size_t object : listed) {
             json entry = {{"obj_id", object + 1}};
-            addRigid(world_to_camera * placeOf(objects[object]), "m2c", entry);
+            addRigid(world_to_camera * placeOf(view.to_world[object]), "m2c", entry);
             record["scene_gt"].push_back(std::move(entry));
-            record["scene_gt_info"].push_back(infoOf(masks[object]));
+            record["scene_gt_info"].push_back(infoOf(view.masks[object]));
         }
     }
     if (formats.coco) {
-        record["coco_image"] = {{"id", number},
-                                {"file_name", "rgb/" + pictureName(number)},
+        record["coco_image"] = {{"id", view.number},
+                                {"file_name", "rgb/" + pictureName(view.number)},
                                 {"width", crop.width()},
                                 {"height", crop.height()}};
         record["coco_annotations"] = json::array();
         for (const std::size_t object : listed)
-            if (masks[object].visible.count() > 0)
-                record["coco_annotations"].push_back(annotationOf(object, masks[object], crop));
+            if (view.masks[object].visible.count() > 0)
+                record["coco_annotations"].push_back(
+                    annotationOf(object, view.masks[object], crop));
     }
     return record;
 }

@@ -13,8 +13,7 @@ namespace peeler {
 
 /// The record of a view: what BOP and COCO say of it. `listed` are the objects that BOP lists, in
 /// this order, which is that of their masks.
-nlohmann::json viewJson(std::size_t number, const View& view, const MaskFormats& formats,
-                        std::span<const MaskedObject> objects, std::span<const ObjectMasks> masks,
+nlohmann::json viewJson(const MaskedView& view, const MaskFormats& formats,
                         std::span<const std::size_t> listed);
 
 /// One of the files that all views share, in pieces: begin(), add() of each view in order, end().

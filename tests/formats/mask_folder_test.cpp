@@ -76,8 +76,8 @@ ObjectMasks masks(std::initializer_list<std::uint32_t> amodal,
 class MaskFiles : public testing::Test {
   protected:
     MaskFiles() {
-        objects_[0].to_world = glm::translate(glm::dmat4(1), glm::dvec3(1, 2, 3)) *
-                               glm::scale(glm::dmat4(1), glm::dvec3(2));
+        places_[0] = glm::translate(glm::dmat4(1), glm::dvec3(1, 2, 3)) *
+                     glm::scale(glm::dmat4(1), glm::dvec3(2));
         objects_[2].material = 7;
         masks_ = {masks({1, 2, 5, 6, 7}, {2, 6, 7}), masks({}, {}), masks({10}, {})};
         layers_.offsets = {0, 0, 1, 2, 2, 2, 3, 4, 5, 5, 5, 7, 7};
@@ -87,18 +87,24 @@ class MaskFiles : public testing::Test {
     MaskFolder folder(const MaskFormats& formats) const {
         return MaskFolder({scratch_.path(), formats, "node", ""}, objects_);
     }
+    std::uint64_t write(const MaskFolder& folder, std::size_t number,
+                        const std::string& hash) const {
+        const View seen = view();
+        return folder.write({number, seen, hash, masks_, places_, layers_});
+    }
     Json json(const std::string& name) const { return Json::parse(bytesOf(scratch_ / name)); }
 
     ScratchDir scratch_;
     std::vector<MaskedObject> objects_{{"one"}, {"two"}, {"three"}};
+    std::vector<glm::dmat4> places_ = std::vector<glm::dmat4>(3, glm::dmat4(1));
     std::vector<ObjectMasks> masks_;
     ObjectLayers layers_;
 };
 
 TEST_F(MaskFiles, AreBops) {
     const MaskFolder bop = folder({.bop = true});
-    bop.write(0, view(), "a", masks_, layers_);
-    bop.write(1, view(), "b", masks_, layers_);
+    write(bop, 0, "a");
+    write(bop, 1, "b");
     EXPECT_FALSE(fs::exists(scratch_ / "scene_gt.json"));
     bop.writeShared(2);
     const std::vector<std::uint8_t> amodal = {0, 255, 255, 0, 0, 255, 255, 255, 0, 0, 0, 0};
@@ -149,8 +155,8 @@ TEST_F(MaskFiles, AreBops) {
 
 TEST_F(MaskFiles, AreCocos) {
     const MaskFolder coco = folder({.coco = true});
-    coco.write(0, view(), "a", masks_, layers_);
-    coco.write(1, view(), "b", masks_, layers_);
+    write(coco, 0, "a");
+    write(coco, 1, "b");
     coco.writeShared(2);
     const Json json = this->json("coco.json");
     ASSERT_EQ(json["images"].size(), 2U);
@@ -177,7 +183,7 @@ TEST_F(MaskFiles, AreCocos) {
 
 TEST_F(MaskFiles, AreIdsOfLayers) {
     const MaskFolder ids = folder({.ids = true});
-    ids.write(12, view(), "a", masks_, layers_);
+    write(ids, 12, "a");
     std::vector<float> samples(12);
     imageDecoder("png", (scratch_ / "ids/000012_layer_001.png").string())
         ->read(0, 1, samples.data());
@@ -192,13 +198,13 @@ TEST_F(MaskFiles, AreIdsOfLayers) {
 
 TEST_F(MaskFiles, AreKnownByTheirRecord) {
     const MaskFolder all = folder({true, true, true});
-    const std::uint64_t bytes = all.write(3, view(), "hash", masks_, layers_);
+    const std::uint64_t bytes = write(all, 3, "hash");
     EXPECT_EQ(all.bytesOf(3, "hash"), bytes);
     EXPECT_FALSE(all.bytesOf(3, "other"));
     EXPECT_FALSE(all.bytesOf(2, "hash"));
     fs::resize_file(scratch_ / "mask/000003_000001.png", 20);
     EXPECT_FALSE(all.bytesOf(3, "hash"));
-    all.write(3, view(), "hash", masks_, layers_);
+    write(all, 3, "hash");
     EXPECT_TRUE(all.bytesOf(3, "hash"));
     fs::remove(scratch_ / "ids/000003_layer_000.png");
     EXPECT_FALSE(all.bytesOf(3, "hash"));
@@ -217,12 +223,12 @@ TEST_F(MaskFiles, AreKnownByTheirRecord) {
 
 TEST_F(MaskFiles, LeaveNothingOfWhatWasThereBefore) {
     const MaskFolder all = folder({true, true, true});
-    all.write(0, view(), "more", masks_, layers_);
+    write(all, 0, "more");
     all.writeShared(1);
     EXPECT_TRUE(fs::exists(scratch_ / "mask/000000_000001.png"));
     masks_[2] = masks({}, {});
     layers_.offsets = {0, 0, 1, 2, 2, 2, 3, 4, 5, 5, 5, 6, 6};
-    all.write(0, view(), "fewer", masks_, layers_);
+    write(all, 0, "fewer");
     EXPECT_TRUE(fs::exists(scratch_ / "mask/000000_000000.png"));
     EXPECT_FALSE(fs::exists(scratch_ / "mask/000000_000001.png"));
     EXPECT_FALSE(fs::exists(scratch_ / "mask_visib/000000_000001.png"));
@@ -232,7 +238,7 @@ TEST_F(MaskFiles, LeaveNothingOfWhatWasThereBefore) {
     // What was begun and not ended is known, too.
     std::ofstream(all.record(0)) << R"({"hash": "", "masks": 3, "layers": 2})";
     std::ofstream(scratch_ / "mask/000000_000002.png") << "left";
-    all.write(0, view(), "fewer", masks_, layers_);
+    write(all, 0, "fewer");
     EXPECT_FALSE(fs::exists(scratch_ / "mask/000000_000002.png"));
 }
 
@@ -247,18 +253,6 @@ TEST_F(MaskFiles, OfBopAreOfOneSizeAndInPerspective) {
     views[1].projection.perspective = false;
     EXPECT_THROW(bop.checkViews(views), Error);
     EXPECT_NO_THROW(coco.checkViews(views));
-}
-
-TEST(PictureIntrinsics, AreOfTheCrop) {
-    View of = view();
-    of.crop = {1, 2, 3, 3};
-    const Intrinsics k = pictureIntrinsics(of);
-    EXPECT_EQ(k, (Intrinsics{4, 6, 0.5, -1}));
-    // What the camera sees at the centre of a pixel lies there.
-    const glm::dvec3 world = worldPosition(of, 2.5, 2.5, 3);
-    const glm::dvec3 seen(glm::inverse(of.camera_to_world) * glm::dvec4(world, 1));
-    EXPECT_NEAR(k.fx * seen.x / -seen.z + k.cx, 1, 1e-12);
-    EXPECT_NEAR(k.fy * -seen.y / -seen.z + k.cy, 0, 1e-12);
 }
 
 }  // namespace

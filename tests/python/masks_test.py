@@ -13,6 +13,12 @@ if not CLIENT.is_dir():
     sys.exit(77)
 sys.path.insert(0, str(CLIENT))
 try:
+    import imageio
+
+    try:
+        import imageio.v2
+    except ImportError:  # Debian 12's is older than the name, and the same
+        sys.modules["imageio.v2"] = imageio
     from bop_toolkit_lib import inout, misc, visibility
 except ImportError as missing:
     print(f"skipped: {missing}; Debian has it: python3-imageio python3-png python3-scipy python3-opencv")
