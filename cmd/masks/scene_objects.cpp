@@ -2,6 +2,7 @@
 #include "cmd/masks/scene_objects.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <set>
 #include <string_view>
@@ -19,18 +20,12 @@ namespace {
 
 constexpr std::string_view kGlobPrefix = "glob:", kExtrasPrefix = "extras:";
 
-// In the order of the enumeration.
 constexpr Choice<ObjectsBy> kObjectsBy[] = {
     {"node", ObjectsBy::kNode,
      "each node with a mesh, and each of its instances (EXT_mesh_gpu_instancing)"},
     {"material", ObjectsBy::kMaterial, "each material"},
-    {"glob:GLOB,…", ObjectsBy::kGlob,
-     "for each glob all nodes with such a name and those below them; of several that a node "
-     "matches the first counts"},
-    {"extras:KEY", ObjectsBy::kExtras,
-     "for each value of this key in the extras of nodes, which hold for those below them, too: a "
-     "text, a number, true or false"},
 };
+constexpr std::string_view kObjectNames[] = {"node", "material", "glob:GLOB,...", "extras:KEY"};
 
 void takeGlobs(std::string_view list, ObjectsRequest& request) {
     while (true) {
@@ -42,7 +37,7 @@ void takeGlobs(std::string_view list, ObjectsRequest& request) {
     }
 }
 
-void take(std::string_view text, ObjectsRequest& request) {
+void takeObjects(std::string_view text, ObjectsRequest& request) {
     const bool globs = text.starts_with(kGlobPrefix);
     if (request.given && !(globs && request.by == ObjectsBy::kGlob))
         throw Error(ErrorKind::kUsage, "objects are of one kind", "",
@@ -57,13 +52,13 @@ void take(std::string_view text, ObjectsRequest& request) {
         request.key = text.substr(kExtrasPrefix.size());
         return;
     }
-    if (text.find(':') != std::string_view::npos)
-        refuseName("choice of objects", text, choiceNames<ObjectsBy>(kObjectsBy));
-    request.by = choose<ObjectsBy>("choice of objects", kObjectsBy, text);
+    const auto* const row = std::ranges::find(kObjectsBy, text, &Choice<ObjectsBy>::name);
+    if (row == std::end(kObjectsBy)) refuseName("choice of objects", text, kObjectNames);
+    request.by = row->value;
 }
 
 /// Adds an object; returns its number.
-std::uint32_t add(std::string name, SceneObjects& found) {
+std::uint32_t addObject(std::string name, SceneObjects& found) {
     found.objects.push_back({std::move(name)});
     return static_cast<std::uint32_t>(found.objects.size());
 }
@@ -77,7 +72,7 @@ void findNodes(const PosedScene& posed, const ObjectsRequest& /*request*/, Scene
         const int ordinal = instances[mesh.node]++;
         std::string name = nodeName(scene, node);
         if (scene.nodes[node].instances) name += " [" + std::to_string(ordinal) + ']';
-        const std::uint32_t number = add(std::move(name), found);
+        const std::uint32_t number = addObject(std::move(name), found);
         found.objects.back().node = mesh.node;
         if (scene.nodes[node].instances) found.objects.back().instance = ordinal;
         if (ordinal == 0) found.table.numbers[node] = number;
@@ -94,7 +89,7 @@ void findMaterials(const PosedScene& posed, const ObjectsRequest& /*request*/,
     found.table.by_material = true;
     for (const int material : used) {
         const auto index = static_cast<std::size_t>(material);
-        found.table.numbers[index] = add(names[index], found);
+        found.table.numbers[index] = addObject(names[index], found);
         found.objects.back().material = material;
     }
 }
@@ -102,7 +97,7 @@ void findMaterials(const PosedScene& posed, const ObjectsRequest& /*request*/,
 void findGlobs(const PosedScene& posed, const ObjectsRequest& request, SceneObjects& found) {
     for (const std::string& glob : request.globs) {
         const std::vector<char> marked = nodesMatching(posed.scene(), {glob}, "--by glob:");
-        const std::uint32_t number = add(glob, found);
+        const std::uint32_t number = addObject(glob, found);
         for (std::size_t i = 0; i < marked.size(); ++i)
             if (marked[i] && found.table.numbers[i] == 0) found.table.numbers[i] = number;
     }
@@ -144,7 +139,7 @@ void findExtras(const PosedScene& posed, const ObjectsRequest& request, SceneObj
         const Node& node = scene.nodes[static_cast<std::size_t>(index)];
         if (const std::string* const value = extraOf(node, request.key)) {
             std::uint32_t& known = numbers[*value];
-            if (known == 0) known = add(*value, found);
+            if (known == 0) known = addObject(*value, found);
             number = known;
         }
         found.table.numbers[static_cast<std::size_t>(index)] = number;
@@ -171,9 +166,13 @@ std::string ObjectsRequest::text() const {
 
 void addObjectsOption(VerbOptions& verb, ObjectsRequest& request) {
     verb.addRepeated(
-            "--by", "NAME", [&request](const std::string& text) { take(text, request); },
+            "--by", "NAME", [&request](const std::string& text) { takeObjects(text, request); },
             "what an object is; what belongs to none is background, which hides what is behind it. "
-            "Those with glob: may be repeated:")
+            "With glob:GLOB,... there is one for each glob of names: all nodes with such a name "
+            "and "
+            "those below them, of several that a node matches the first; may be repeated. With "
+            "extras:KEY there is one for each value of this key in the extras of nodes, which hold "
+            "for those below them, too: a text, a number, true or false. Or:")
         .group("Objects")
         .oneOf(describeChoices(kObjectsBy, true));
 }

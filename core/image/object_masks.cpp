@@ -14,14 +14,14 @@ namespace peeler {
 
 namespace {
 
-constexpr std::size_t kAlpha = 3;  // among the components of a colour
+constexpr std::size_t kAlphaComponent = 3;  // among the components of a colour
 /// What an object takes without any pixel, its two deques' first blocks for the most part.
 constexpr std::uint64_t kObjectBytes = sizeof(ObjectMasks) + 1300;
 
 float alphaOf(const LayeredImage& band, std::size_t fragment) {
     const FragmentArray& color = band.color;
     const std::byte* const at =
-        color.data.data() + fragment * color.stride() + kAlpha * pixelTypeSize(color.type);
+        color.data.data() + fragment * color.stride() + kAlphaComponent * pixelTypeSize(color.type);
     if (color.type == PixelType::kHalf) {
         std::uint16_t bits = 0;
         std::memcpy(&bits, at, sizeof(bits));

@@ -27,19 +27,19 @@ constexpr const char* kRecords = "views";
 constexpr const char* kIds = "ids";
 constexpr std::uint64_t kMostRecordBytes = std::uint64_t{1} << 30;
 
-std::string digits(std::size_t number, int count) {
+std::string viewDigits(std::size_t number, int count) {
     char text[32];
     std::snprintf(text, sizeof text, "%0*zu", count, number);
     return text;
 }
 
-std::unique_ptr<AtomicFile> fileWith(const fs::path& path, const std::string& text) {
+std::unique_ptr<AtomicFile> textFile(const fs::path& path, const std::string& text) {
     auto file = std::make_unique<AtomicFile>(path.string());
     file->append(std::as_bytes(std::span(text)));
     return file;
 }
 
-std::uint64_t sizeOf(const fs::path& file) {
+std::uint64_t writtenBytes(const fs::path& file) {
     std::error_code failure;
     const std::uint64_t bytes = fs::file_size(file, failure);
     if (!failure) return bytes;
@@ -100,7 +100,7 @@ bool MaskFolder::owns(const fs::path& file) const {
 }
 
 fs::path MaskFolder::record(std::size_t view) const {
-    return options_.folder / kRecords / (digits(view, 6) + ".json");
+    return options_.folder / kRecords / (viewDigits(view, 6) + ".json");
 }
 
 std::vector<fs::path> MaskFolder::sharedFiles() const {
@@ -121,10 +121,10 @@ std::vector<fs::path> MaskFolder::files(std::size_t view, std::size_t begin_mask
     for (std::size_t i = begin_mask; i < masks; ++i)
         for (const char* const folder : kMaskFolders)
             all.push_back(options_.folder / folder /
-                          (digits(view, 6) + '_' + digits(i, 6) + ".png"));
+                          (viewDigits(view, 6) + '_' + viewDigits(i, 6) + ".png"));
     for (std::size_t i = begin_layer; i < layers; ++i)
         all.push_back(options_.folder / kIds /
-                      (digits(view, 6) + "_layer_" + digits(i, 3) + ".png"));
+                      (viewDigits(view, 6) + "_layer_" + viewDigits(i, 3) + ".png"));
     return all;
 }
 
@@ -162,7 +162,7 @@ std::optional<std::uint64_t> MaskFolder::bytesOf(std::size_t view, const std::st
         if (failure) return std::nullopt;
     }
     if (bytes != record.bytes) return std::nullopt;
-    return bytes + sizeOf(this->record(view));
+    return bytes + writtenBytes(this->record(view));
 }
 
 std::uint64_t MaskFolder::write(const MaskedView& view) const {
@@ -181,7 +181,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
                                   {"masks", std::max(masks, before.masks)},
                                   {"layers", std::max(pictures, before.layers)}};
     // From here on it is known which files may be there, whatever ends the process.
-    fileWith(record(view.number), begun.dump() + '\n')->commit();
+    textFile(record(view.number), begun.dump() + '\n')->commit();
 
     const std::vector<fs::path> names = files(view.number, 0, masks, 0, pictures);
     parallelFor(names.size(), [&](std::size_t i) {
@@ -200,13 +200,13 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
 
     std::uint64_t bytes = 0;
     for (const fs::path& name : names)
-        bytes += sizeOf(name);
+        bytes += writtenBytes(name);
     nlohmann::json json = viewJson(view, options_.formats, listed);
     json["hash"] = view.hash;
     json["masks"] = masks;
     json["layers"] = pictures;
     json["bytes"] = bytes;
-    const auto last = fileWith(record(view.number), json.dump() + '\n');
+    const auto last = textFile(record(view.number), json.dump() + '\n');
     last->commit();
     return bytes + last->size();
 }

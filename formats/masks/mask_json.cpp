@@ -11,9 +11,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kMillimetres = 1000;
+constexpr double kMillimetresAMetre = 1000;
 
-std::string textOf(const json& value) {
+std::string compactText(const json& value) {
     return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
@@ -24,7 +24,7 @@ void addRigid(const glm::dmat4& matrix, const std::string& names, json& to) {
     for (int row = 0; row < 3; ++row) {
         for (int column = 0; column < 3; ++column)
             rotation.push_back(matrix[column][row]);
-        shift.push_back(matrix[3][row] * kMillimetres);
+        shift.push_back(matrix[3][row] * kMillimetresAMetre);
     }
 }
 
@@ -41,7 +41,7 @@ glm::dmat4 worldToOpencv(const glm::dmat4& camera_to_world) {
 }
 
 /// The model of an object where it is, without its scale, which is the model's own.
-glm::dmat4 placeOf(const glm::dmat4& to_world) {
+glm::dmat4 rigidPlace(const glm::dmat4& to_world) {
     if (const auto place = rigid(to_world)) return *place;
     glm::dmat4 place(1);
     place[3] = to_world[3];
@@ -59,7 +59,7 @@ json cocoBox(const Window& box) {
 }
 
 /// As bop_toolkit's scripts/calc_gt_info.py has it: of what is not seen there is no box.
-json infoOf(const ObjectMasks& masks) {
+json bopInfo(const ObjectMasks& masks) {
     const json none = {-1, -1, -1, -1};
     const bool seen = masks.visible.count() > 0;
     return {{"px_count_all", masks.canvas_pixels},
@@ -89,7 +89,7 @@ json annotationOf(std::size_t object, const ObjectMasks& masks, const Window& cr
 }
 
 /// A name of six digits, as BOP has its pictures.
-std::string pictureName(std::size_t number) {
+std::string pictureFileName(std::size_t number) {
     std::string text = std::to_string(number);
     return std::string(text.size() < 6 ? 6 - text.size() : 0, '0') + text + ".png";
 }
@@ -97,8 +97,9 @@ std::string pictureName(std::size_t number) {
 std::string categoriesText(std::span<const MaskedObject> objects) {
     std::string text;
     for (std::size_t i = 0; i < objects.size(); ++i)
-        text += (i == 0 ? "\n    " : ",\n    ") +
-                textOf({{"id", i + 1}, {"name", objects[i].name}, {"supercategory", "object"}});
+        text +=
+            (i == 0 ? "\n    " : ",\n    ") +
+            compactText({{"id", i + 1}, {"name", objects[i].name}, {"supercategory", "object"}});
     return text;
 }
 
@@ -124,14 +125,14 @@ json viewJson(const MaskedView& view, const MaskFormats& formats,
         record["scene_gt"] = record["scene_gt_info"] = json::array();
         for (const std::size_t object : listed) {
             json entry = {{"obj_id", object + 1}};
-            addRigid(world_to_camera * placeOf(view.to_world[object]), "m2c", entry);
+            addRigid(world_to_camera * rigidPlace(view.to_world[object]), "m2c", entry);
             record["scene_gt"].push_back(std::move(entry));
-            record["scene_gt_info"].push_back(infoOf(view.masks[object]));
+            record["scene_gt_info"].push_back(bopInfo(view.masks[object]));
         }
     }
     if (formats.coco) {
         record["coco_image"] = {{"id", view.number},
-                                {"file_name", "rgb/" + pictureName(view.number)},
+                                {"file_name", "rgb/" + pictureFileName(view.number)},
                                 {"width", crop.width()},
                                 {"height", crop.height()}};
         record["coco_annotations"] = json::array();
@@ -151,13 +152,13 @@ std::string SharedFile::begin(const std::string& by, std::span<const MaskedObjec
                "\n\"categories\": [" +
                categoriesText(objects) + "],\n\"annotations\": [";
     if (name_ != "objects.json") return "{";
-    std::string text = "{\"by\": " + textOf(by) + ", \"objects\": [";
+    std::string text = "{\"by\": " + compactText(by) + ", \"objects\": [";
     for (std::size_t i = 0; i < objects.size(); ++i) {
         json entry = {{"object", i + 1}, {"name", objects[i].name}};
         if (objects[i].node) entry["nodeIndex"] = *objects[i].node;
         if (objects[i].instance) entry["instance"] = *objects[i].instance;
         if (objects[i].material) entry["materialIndex"] = *objects[i].material;
-        text += (i == 0 ? "\n    " : ",\n    ") + textOf(entry);
+        text += (i == 0 ? "\n    " : ",\n    ") + compactText(entry);
     }
     return text + "]}\n";
 }
@@ -165,18 +166,18 @@ std::string SharedFile::begin(const std::string& by, std::span<const MaskedObjec
 std::string SharedFile::add(std::size_t view, const json& record) {
     if (name_ == "objects.json") return "";
     const bool first = std::exchange(first_, false);
-    if (name_ == "camera.json") return first ? textOf(record.at("camera")) + '\n' : "";
+    if (name_ == "camera.json") return first ? compactText(record.at("camera")) + '\n' : "";
     if (name_ != "coco.json") {
         const std::string member = name_.substr(0, name_.find('.'));
         return (first ? "\n  \"" : ",\n  \"") + std::to_string(view) +
-               "\": " + textOf(record.at(member));
+               "\": " + compactText(record.at(member));
     }
-    held_ += (first ? "\n    " : ",\n    ") + textOf(record.at("coco_image"));
+    held_ += (first ? "\n    " : ",\n    ") + compactText(record.at("coco_image"));
     std::string text;
     for (json annotation : record.at("coco_annotations")) {
         annotation["id"] = ++annotations_;
         annotation["image_id"] = view;
-        text += (annotations_ == 1 ? "\n    " : ",\n    ") + textOf(annotation);
+        text += (annotations_ == 1 ? "\n    " : ",\n    ") + compactText(annotation);
     }
     return text;
 }
