@@ -56,6 +56,11 @@ std::span<const Verb> verbs() {
          "peeler sheet scene.glb -o methods.png --methods all\n"
          "peeler sheet scene.glb -o progression.png --progression",
          declareSheet},
+        {"masks", "Make masks of objects, seen and hidden: as BOP and COCO have them, ids by layer",
+         "peeler masks scene.glb -o masks\n"
+         "peeler masks scene.glb -o masks --views 8 --as bop --canvas 3\n"
+         "peeler masks scene.glb -o masks --by 'glob:rose*,amber*' --see-through 0.5",
+         declareMasks},
         {"batch", "Run the jobs of a file, several at a time, and resume",
          "peeler batch jobs.jsonl --dry-run\n"
          "peeler batch jobs.jsonl --jobs 2 --report results.jsonl\n"

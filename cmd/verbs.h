@@ -18,6 +18,7 @@ VerbAction declareMerge(VerbOptions& verb);
 VerbAction declareConvert(VerbOptions& verb);
 VerbAction declareView(VerbOptions& verb);
 VerbAction declareSheet(VerbOptions& verb);
+VerbAction declareMasks(VerbOptions& verb);
 VerbAction declareBatch(VerbOptions& verb);
 VerbAction declareCompare(VerbOptions& verb);
 VerbAction declareInfo(VerbOptions& verb);

@@ -64,13 +64,43 @@ std::string parseBackend(const std::string& text) {
 
 }  // namespace
 
-void addLayerOptions(VerbOptions& verb, CaptureSettings& capture) {
-    constexpr const char* kGroup = "Layers";
+namespace {
+
+constexpr const char* kLayersGroup = "Layers";
+
+void addMethodOption(VerbOptions& verb, CaptureSettings& capture) {
     capture.method = peelMethods().front().name;
     addValue(verb, "--method", "NAME", capture.method, parseMethod,
              "how layers are found; these give the same ones:")
         .oneOf(methodChoices())
-        .group(kGroup);
+        .group(kLayersGroup);
+}
+
+void addFacesOption(VerbOptions& verb, CaptureSettings& capture) {
+    addChoice<Faces>(verb, "--faces", capture.faces, kFaces, "choice of faces",
+                     "which sides of triangles are drawn:")
+        .group(kLayersGroup);
+}
+
+void addPointSizeOption(VerbOptions& verb, CaptureSettings& capture, const std::string& otherwise) {
+    addValue(
+        verb, "--point-size", "N", capture.point_size,
+        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 1024)); },
+        "pixels a side of points (default: " + otherwise + ")")
+        .group(kLayersGroup);
+}
+
+}  // namespace
+
+void addAllLayersOptions(VerbOptions& verb, CaptureSettings& capture) {
+    addMethodOption(verb, capture);
+    addFacesOption(verb, capture);
+    addPointSizeOption(verb, capture, "1");
+}
+
+void addLayerOptions(VerbOptions& verb, CaptureSettings& capture) {
+    constexpr const char* kGroup = kLayersGroup;
+    addMethodOption(verb, capture);
     addValue(
         verb, "--layers", "N|all", capture.max_layers,
         [](const std::string& text) { return parseLayers(text); },
@@ -91,18 +121,13 @@ void addLayerOptions(VerbOptions& verb, CaptureSettings& capture) {
     addChoice<Surfaces>(verb, "--surfaces", capture.surfaces, kSurfaces, "choice of surfaces",
                         "which fragments become layers:")
         .group(kGroup);
-    addChoice<Faces>(verb, "--faces", capture.faces, kFaces, "choice of faces",
-                     "which sides of triangles are drawn:")
-        .group(kGroup);
+    addFacesOption(verb, capture);
     addChoice<Shading>(verb, "--shading", capture.shading, kShading, "shading",
                        "how surfaces are coloured:")
         .group(kGroup);
-    addValue(
-        verb, "--point-size", "N", capture.point_size,
-        [](const std::string& text) { return static_cast<int>(parseInteger(text, 1, 1024)); },
-        "pixels a side of points (default: " + std::to_string(kDisplayPointSize) +
-            " in pictures for eyes: .png, .jpg, .tif, .html and sheets; else 1)")
-        .group(kGroup);
+    addPointSizeOption(verb, capture,
+                       std::to_string(kDisplayPointSize) +
+                           " in pictures for eyes: .png, .jpg, .tif, .html and sheets; else 1");
     addChoice<PixelType>(verb, "--precision", capture.color_type, kPrecisions, "precision",
                          "how colour is stored; Z is always 32 bits:")
         .group(kGroup);

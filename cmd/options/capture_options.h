@@ -60,6 +60,9 @@ inline constexpr Choice<Engine> kEngines[] = {
 /// --shading, --point-size and --precision.
 void addLayerOptions(VerbOptions& verb, CaptureSettings& capture);
 
+/// Of those --method, --faces and --point-size, for verbs that take all layers as they are.
+void addAllLayersOptions(VerbOptions& verb, CaptureSettings& capture);
+
 /// Pixels a side of a point in pictures for eyes.
 inline constexpr int kDisplayPointSize = 3;
 

@@ -9,6 +9,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/scene/material.h"
@@ -143,6 +144,9 @@ struct Node {
     std::optional<std::vector<double>> weights;  ///< instead of the mesh's
     /// EXT_mesh_gpu_instancing: where the mesh is shown, relative to the node; none = once, at it.
     std::optional<std::vector<glm::dmat4>> instances;
+    /// What its file says besides (glTF's extras), by key: texts, numbers and truth values, as
+    /// text.
+    std::vector<std::pair<std::string, std::string>> extras{};
 };
 
 enum class Interpolation : std::uint8_t { kStep, kLinear, kCubicSpline };

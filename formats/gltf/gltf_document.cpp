@@ -31,12 +31,12 @@ json take(json& gltf, const char* name) {
     return result;
 }
 
-/// Moves the extensions of every node out; an empty object for those without.
-json takeNodeExtensions(json& gltf) {
+/// Moves this member of every node out; an empty object for those without.
+json takeFromNodes(json& gltf, const char* member) {
     json result = json::array();
     if (const auto nodes = gltf.find("nodes"); nodes != gltf.end()) {
         for (json& node : *nodes) {
-            const auto found = node.find("extensions");
+            const auto found = node.find(member);
             result.push_back(found == node.end() ? json::object() : std::move(*found));
             if (found != node.end()) node.erase(found);
         }
@@ -210,7 +210,8 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     document.animations = take(gltf, "animations");
     document.skins = take(gltf, "skins");
     readGltfLights(gltf, document);
-    document.node_extensions = takeNodeExtensions(gltf);
+    document.node_extensions = takeFromNodes(gltf, "extensions");
+    document.node_extras = takeFromNodes(gltf, "extras");
     document.variants = readVariantNames(gltf);
     document.model = parseModel(gltf, name);
     checkGltfModel(document.model);

@@ -28,6 +28,7 @@ struct GltfDocument {
     tinygltf::Model model;
     nlohmann::json animations, skins;  ///< arrays, as the file has them, checked
     nlohmann::json node_extensions;    ///< array: of each node an object
+    nlohmann::json node_extras;        ///< array: of each node an object, or whatever it has
 
     /// The bytes of each buffer, exactly `byteLength` of them; empty for one without a URI, and for
     /// one that only marks the place of decompressed data.

@@ -37,6 +37,19 @@ glm::dmat4 matrixOf(const Number* values) {
     return result;
 }
 
+/// Those that are one text, number or truth value (§3.2, extras).
+std::vector<std::pair<std::string, std::string>> scalarsOf(const json& extras) {
+    std::vector<std::pair<std::string, std::string>> scalars;
+    if (!extras.is_object()) return scalars;
+    for (const auto& [key, value] : extras.items()) {
+        if (value.is_string())
+            scalars.emplace_back(key, value.get<std::string>());
+        else if (value.is_number() || value.is_boolean())
+            scalars.emplace_back(key, value.dump());
+    }
+    return scalars;
+}
+
 /// The joint indices of a mesh that have a weight, one more than the largest.
 std::size_t jointsOf(const Mesh& mesh) {
     std::size_t end = 0;
@@ -75,6 +88,7 @@ class NodeReader {
         place(source, where, node);
         if (!source.weights.empty()) node.weights = source.weights;
         readExtensions(document_.node_extensions[index], where + "/extensions", node);
+        node.extras = scalarsOf(document_.node_extras[index]);
         checkSkin(node, where);
         checkWeights(node, where);
         takeBytes(deformedBytes(node), where);

@@ -16,6 +16,7 @@ QUICK = {
     "render": "--size 64x36 --samples 1",
     "rays": "--resolution 32",
     "bake": "--resolution 32 --directions 4",
+    "masks": "--size 64x36",
 }
 QUICK_SCENE_SHEET, QUICK_TEXTURE = "--size 64x36", "--size 64"
 

@@ -186,5 +186,20 @@ TEST(GltfNodes, CanBeHidden) {
     EXPECT_EQ(errorOf(builder).where(), "/nodes/0/extensions/KHR_node_visibility/visible");
 }
 
+TEST(GltfNodes, KeepTextsAndNumbersOfTheirExtras) {
+    using Extras = std::vector<std::pair<std::string, std::string>>;
+    GltfBuilder builder = triangle();
+    EXPECT_TRUE(load(builder).nodes[0].extras.empty());
+    builder.gltf["nodes"][0]["extras"] = {{"class", "car"},   {"id", 9007199254740993},
+                                          {"mass", 0.1},      {"parked", true},
+                                          {"tags", {"a", 1}}, {"none", nullptr}};
+    EXPECT_EQ(
+        load(builder).nodes[0].extras,
+        (Extras{
+            {"class", "car"}, {"id", "9007199254740993"}, {"mass", "0.1"}, {"parked", "true"}}));
+    builder.gltf["nodes"][0]["extras"] = "a text";  // anything is allowed
+    EXPECT_TRUE(load(builder).nodes[0].extras.empty());
+}
+
 }  // namespace
 }  // namespace peeler::test

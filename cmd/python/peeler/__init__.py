@@ -9,8 +9,8 @@
 
 Scene, Renderer, Image, Composite and Hits hold data; check_scene, bake_scene, compare_images and merge_images find
 something in it. The functions that are called as the verbs of the command line (bake, check, compare, convert,
-devices, extract, flatten, info, merge, rays, render, sheet, verify, view) do what those do, from files to files, in
-this process. Lengths are in scene units, space is right-handed with +Y up, colours are linear Rec. 709.
+devices, extract, flatten, info, masks, merge, rays, render, sheet, verify, view) do what those do, from files to files,
+in this process. Lengths are in scene units, space is right-handed with +Y up, colours are linear Rec. 709.
 """
 
 from . import _peeler

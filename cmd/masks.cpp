@@ -1,0 +1,440 @@
+// SPDX-License-Identifier: Apache-2.0
+// peeler masks: of each object of a scene where it is and where it is seen, of one capture a view.
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "cmd/cli/arguments.h"
+#include "cmd/cli/errors.h"
+#include "cmd/cli/parse.h"
+#include "cmd/cli/progress.h"
+#include "cmd/cli/report.h"
+#include "cmd/masks/scene_objects.h"
+#include "cmd/options/camera_options.h"
+#include "cmd/options/capture_job.h"
+#include "cmd/options/capture_options.h"
+#include "cmd/options/output_options.h"
+#include "cmd/options/sequence_options.h"
+#include "cmd/options/view_options.h"
+#include "cmd/verbs.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/image/object_masks.h"
+#include "formats/file/content_hash.h"
+#include "formats/masks/mask_folder.h"
+#include "formats/output_hash.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct MaskFormatRow {
+    std::string_view name;
+    bool MaskFormats::*asked;
+    std::string_view summary;
+};
+
+constexpr MaskFormatRow kMaskFormats[] = {
+    {"bop", &MaskFormats::bop,
+     "mask/, mask_visib/, scene_gt.json, scene_gt_info.json, scene_camera.json, camera.json"},
+    {"coco", &MaskFormats::coco, "coco.json, run lengths of what is seen and of the whole"},
+    {"ids", &MaskFormats::ids, "ids/, a 16-bit picture of each layer: numbers of objects"},
+};
+
+struct MasksOptions : CaptureJobOptions {
+    CameraOptions camera;
+    ViewListOptions views;
+    SequenceOptions sequence;
+    ClipOptions clip;
+    ObjectsRequest objects;
+    MaskFormats formats{true, true, true};
+    double see_through = 0;
+    int canvas = 1;
+    fs::path output;
+    bool no_clobber = false, no_mkdir = false;
+};
+
+/// The masks of all views of a scene, one capture each.
+class Masks {
+  public:
+    Masks(const MasksOptions& options, Console& console)
+        : options_(options),
+          console_(console),
+          job_(options, console),
+          views_(options.views, options.camera),
+          results_(views_.asked() ? "view" : "", console),
+          capture_(options.capture) {
+        capture_.channels = {Channel::kId};
+        // Opacity is that of the material: light has no part in it.
+        capture_.shading = Shading::kUnlit;
+        // Rounded to 16 bits, 0.1 would be less than 0.1.
+        if (options.see_through > 0) capture_.color_type = PixelType::kFloat;
+    }
+
+    /// Returns the exit code.
+    int run();
+
+  private:
+    void checkOptions();
+    void checkOutput(const OpenedScene& scene) const;
+    void open();
+    void ofViews();
+    void ofView(std::size_t view);
+    PosedScene poseOf(std::size_t view) const;
+    Plan capture(std::size_t view, const View& seen, const PosedScene& posed, ObjectMaskSink& sink,
+                 int& passes);
+    std::string hashOf(std::size_t view) const;
+    std::string settingsHash(std::size_t view) const;
+    bool writeShared();
+    void report(std::size_t view, PictureResult& result, const Json& objects,
+                const std::string& counts);
+
+    const MasksOptions& options_;
+    Console& console_;
+    CaptureJob job_;
+    ViewList views_;
+    std::size_t first_ = 0, end_ = 1;  ///< of the views, which are this run's
+    SequenceResults results_;
+    CaptureSettings capture_;
+    const OpenedScene* scene_ = nullptr;  ///< the job's
+    std::vector<View> seen_;              ///< of all views
+    SceneObjects objects_;
+    std::optional<MaskFolder> folder_;
+    std::optional<ProgressReport> progress_;
+};
+
+int Masks::run() {
+    checkOptions();
+    int code = 0;
+    bool whole = false;
+    try {
+        open();
+        ofViews();
+        whole = writeShared();
+    } catch (...) {
+        if (!views_.asked()) throw;
+        code = reportError(console_, currentError());
+    }
+    if (!results_.empty() || code == 0) {
+        Json json = results_.json();
+        if (!json.is_null()) {
+            json["sharedFiles"] = Json::array();
+            if (whole)
+                for (const fs::path& file : folder_->sharedFiles())
+                    json["sharedFiles"].push_back(file.string());
+        }
+        reportResult(options_.report, json, "", console_);
+    }
+    results_.tellFailures();
+    return std::max(code, results_.worst());
+}
+
+void Masks::checkOptions() {
+    const std::optional<Shard>& chunk = options_.sequence.chunk;
+    if (chunk && !views_.asked())
+        refuse("there are no views to take a part of", "--chunk " + chunk->text(),
+               "add --cameras or --views");
+    std::tie(first_, end_) = chunk.value_or(Shard()).of(views_.size());
+    std::error_code failure;
+    if (options_.no_mkdir && !fs::exists(options_.output, failure))
+        throw Error(ErrorKind::kOutput, "cannot write: the folder does not exist",
+                    options_.output.string(), "make the folder first, or leave --no-mkdir out");
+    checkFolder(options_.output / "objects.json");
+    checkReport(options_.report, {options_.scene.file});
+    if (options_.views.cameras_out)
+        refuse("the folder has the cameras already: scene_camera.json", "--cameras-out",
+               "leave it out");
+    checkClipOptions(options_.clip);
+    job_.checkOptions();
+}
+
+/// Nothing that is read may be replaced, nor what has to stay.
+void Masks::checkOutput(const OpenedScene& scene) const {
+    std::vector<fs::path> inputs = scene.scene().files;
+    inputs.push_back(options_.scene.file);
+    if (options_.views.file) inputs.push_back(*options_.views.file);
+    if (options_.report.file) inputs.push_back(*options_.report.file);
+    for (const fs::path& input : inputs)
+        if (folder_->owns(input))
+            refuse("the masks could replace a file that is read, or the report", input.string(),
+                   "choose another folder");
+    job_.checkOutputs({});
+    if (!options_.no_clobber || options_.sequence.skip_existing) return;
+    for (std::size_t view = first_; view < end_; ++view)
+        checkNotThere(folder_->record(view));
+}
+
+void Masks::open() {
+    scene_ = &job_.openScene();
+    views_.place(*scene_);
+    for (std::size_t view = 0; view < views_.size(); ++view)
+        seen_.push_back(views_.view(*scene_, poseOf(view), view));
+    objects_ = objectsOf(job_.pose(), options_.objects);
+    folder_.emplace(MaskFolderOptions{options_.output, options_.formats, options_.objects.text(),
+                                      std::string("peeler ") + PEELER_VERSION},
+                    objects_.objects);
+    folder_->checkViews(seen_);
+    checkOutput(*scene_);
+    console_.detail("finds " + countText(objects_.objects.size(), "object"));
+}
+
+PosedScene Masks::poseOf(std::size_t view) const {
+    return views_.pose(*scene_, options_.animation.time.value_or(0), view);
+}
+
+void Masks::ofViews() {
+    progress_.emplace(console_, options_.report.shownProgress(), "masks");
+    for (std::size_t view = first_; view < end_; ++view) {
+        try {
+            ofView(view);
+        } catch (...) {
+            const Error error = currentError();
+            if (!options_.sequence.keep_going || error.kind() == ErrorKind::kUsage) throw error;
+            results_.addFailure(options_.output, {.view = static_cast<int>(view)}, error);
+            job_.closeRenderer();  // the failure may have left it in any state
+            job_.takeTimes();
+        }
+    }
+    progress_->update(1);
+    progress_.reset();
+}
+
+std::string Masks::settingsHash(std::size_t view) const {
+    nlohmann::json more = {{"by", options_.objects.text()}};
+    if (options_.see_through > 0) more["seeThrough"] = options_.see_through;
+    if (options_.canvas > 1) more["canvas"] = options_.canvas;
+    for (const PlacedNode& placed : views_.placed(view)) {
+        nlohmann::json numbers = {placed.node};
+        for (int i = 0; i < 16; ++i)
+            numbers.push_back(placed.to_world[i / 4][i % 4]);
+        more["placed"].push_back(std::move(numbers));
+    }
+    CaptureSettings capture = capture_;
+    capture.clip = clipVolume(options_.clip, poseOf(view));
+    return job_.settingsHash(capture, std::move(more), seen_[view].crop);
+}
+
+/// Of all that decides what a view's files hold.
+std::string Masks::hashOf(std::size_t view) const {
+    const MaskFormats& formats = options_.formats;
+    const Json kinds = {settingsHash(view), formats.bop, formats.coco, formats.ids};
+    OutputOptions output;
+    output.as = "composite";
+    output.provenance.scene_hash = hexText(scene_->scene().content_hash);
+    output.provenance.settings_hash = hashText(kinds.dump());
+    output.provenance.time = options_.animation.time.value_or(0);
+    output.provenance.view = static_cast<int>(view);
+    return outputHash(seen_[view], "masks.png", output);
+}
+
+Plan Masks::capture(std::size_t view, const View& seen, const PosedScene& posed,
+                    ObjectMaskSink& sink, int& passes) {
+    if (job_.renderer())
+        job_.renderer()->setPose(posed);
+    else
+        job_.openRenderer(posed);
+    GlRenderer& renderer = *job_.renderer();
+    CaptureSettings settings = capture_;
+    settings.clip = clipVolume(options_.clip, posed);
+    const auto done = static_cast<double>(view - first_);
+    const Progress progress = [&](double share) {
+        progress_->update((done + 0.9 * share) / static_cast<double>(end_ - first_));
+    };
+    Plan plan = renderer.plan(seen, settings, progress);
+    sink.begin(plan);
+    passes = renderer.capture(sink, progress).passes;
+    sink.finish();
+    return plan;
+}
+
+void Masks::ofView(std::size_t view) {
+    PictureResult result;
+    const std::string hash = hashOf(view);
+    if (options_.sequence.skip_existing) {
+        if (const auto bytes = folder_->bytesOf(view, hash)) {
+            result.skipped = true;
+            result.bytes = *bytes;
+            return report(view, result, {}, "");
+        }
+    }
+    ObjectMaskOptions masks;
+    const View canvas = canvasOf(seen_[view], options_.canvas, masks.picture);
+    masks.see_through = static_cast<float>(options_.see_through);
+    masks.layers = options_.formats.ids;
+    // Every thread writes a picture of its own: its pixels, and what the encoder holds of them.
+    constexpr std::uint64_t kEncoderBytes = std::uint64_t{24} << 20;
+    const std::uint64_t pixels = seen_[view].crop.pixels();
+    masks.more_bytes =
+        static_cast<std::uint64_t>(threadCount()) *
+        (2 * pixels + std::min(8 * pixels, kEncoderBytes) + (std::uint64_t{2} << 20));
+    ObjectMaskSink sink(objects_.table, masks);
+    const PosedScene posed = poseOf(view);
+    const Plan plan = capture(view, canvas, posed, sink, result.passes);
+    add(job_.times(), sink.times());
+    {
+        const StageTimer timer(job_.times(), "write");
+        const std::vector<glm::dmat4> places = placesOf(posed, objects_);
+        result.bytes =
+            folder_->write({view, seen_[view], hash, sink.objects(), places, sink.layers()});
+    }
+    Provenance provenance;
+    provenance.method = capture_.method;
+    provenance.settings_hash = settingsHash(view);
+    describePicture(plan, provenance, result);
+    if (const std::optional<Normalizing>& by = scene_->normalized())
+        result.normalized = {by->scale, std::array{by->middle.x, by->middle.y, by->middle.z}};
+    result.width = seen_[view].crop.width();
+    result.height = seen_[view].crop.height();
+
+    Json objects = Json::array();
+    std::size_t there = 0, visible = 0;
+    const auto box = [](const Window& window) -> Json {
+        if (window.empty()) return nullptr;
+        return {window.x0, window.y0, window.width(), window.height()};
+    };
+    for (std::size_t i = 0; i < sink.objects().size(); ++i) {
+        const ObjectMasks& of = sink.objects()[i];
+        if (of.canvas_pixels == 0) continue;
+        ++there;
+        if (of.visible.count() > 0) ++visible;
+        objects.push_back({{"object", i + 1},
+                           {"name", objects_.objects[i].name},
+                           {"canvasPixels", of.canvas_pixels},
+                           {"amodalPixels", of.amodal.count()},
+                           {"visiblePixels", of.visible.count()},
+                           {"visibleFraction", of.visibleFraction()},
+                           {"amodalBox", box(of.canvas_box)},
+                           {"visibleBox", box(of.visible.box())}});
+    }
+    report(view, result, objects,
+           countText(there, "object") + ", " + groupedText(visible) + " seen");
+}
+
+/// The files of all views, if every view is there as it is asked for. Says if not.
+bool Masks::writeShared() {
+    std::size_t missing = 0;
+    for (std::size_t view = 0; view < views_.size(); ++view)
+        if (!folder_->bytesOf(view, hashOf(view))) ++missing;
+    if (missing == 0) {
+        folder_->writeShared(views_.size());
+        return true;
+    }
+    console_.note(countText(missing, "view") + " of " + groupedText(views_.size()) +
+                  " still missing; the JSON files of all are written by the run that makes the "
+                  "last of them");
+    return false;
+}
+
+void Masks::report(std::size_t view, PictureResult& result, const Json& objects,
+                   const std::string& counts) {
+    job_.finish(result);
+    result.output = options_.output;
+    const std::string of = views_.asked() ? "view " + std::to_string(view) + ": " : "";
+    if (views_.asked()) {
+        result.view = static_cast<int>(view);
+        result.camera = views_.name(view);
+    }
+    const std::string line = options_.output.string() + ": " + of;
+    if (result.skipped) return results_.add(toJson(result), line + "is there already");
+    Json found = findingsOf(result);
+    found["objects"] = objects;
+    results_.add(toJson(result, found), line + counts + ", " + countText(result.layers, "layer") +
+                                            ", " + bytesText(result.bytes) + ", " +
+                                            totalText(result.milliseconds));
+}
+
+MaskFormats parseFormats(const std::string& text) {
+    std::vector<std::string_view> names;
+    for (const MaskFormatRow& row : kMaskFormats)
+        names.push_back(row.name);
+    MaskFormats formats;
+    for (const std::string_view name : listedNames("kind of masks", text, names))
+        for (const MaskFormatRow& row : kMaskFormats)
+            if (row.name == name) formats.*row.asked = true;
+    return formats;
+}
+
+int parseCanvas(const std::string& text) {
+    const auto times = static_cast<int>(parseInteger(text, 1, 9));
+    if (times % 2 == 0)
+        throw Error(ErrorKind::kUsage, "expected an odd number, so that the picture is the middle");
+    return times;
+}
+
+double parseOpacity(const std::string& text) {
+    const double opacity = parseNumber(text);
+    if (opacity < 0 || opacity > 1) throw Error(ErrorKind::kUsage, "expected a number from 0 to 1");
+    return opacity;
+}
+
+void addMaskOptions(VerbOptions& verb, MasksOptions& options) {
+    addFile(verb, "-o,--output", "FOLDER", options.output,
+            "the folder to write into; it may have pictures of another verb, too")
+        .group("Output")
+        .required();
+    addValue(verb, "--as", "NAMES", options.formats, parseFormats,
+             "what to write, with commas between (default: all of it):")
+        .someOf(describeChoices(kMaskFormats))
+        .group("Output");
+    verb.addFlag("--no-clobber", options.no_clobber, "fail if a view is there already")
+        .group("Output");
+    verb.addFlag("--no-mkdir", options.no_mkdir, "fail if the folder is missing; else it is made")
+        .group("Output");
+    addObjectsOption(verb, options.objects);
+    addValue(verb, "--see-through", "A", options.see_through, parseOpacity,
+             "the object that is seen at a pixel is that of the first fragment of at least this "
+             "opacity, or, if none has it, of the first one: from 0, what is in front hides "
+             "(default), to 1, only what is opaque does")
+        .group("Objects");
+    addValue(verb, "--canvas", "K", options.canvas, parseCanvas,
+             "capture K times the picture's width and height around it, odd, to 9: then counts, "
+             "fractions and amodal boxes are of what lies beside the picture, too. 3 is what BOP "
+             "has (default: 1)")
+        .group("Objects");
+}
+
+constexpr const char* kMasksFooter =
+    "The amodal mask of an object has the pixels where it has any fragment, whatever hides it; "
+    "the\n"
+    "visible mask those where it is what is seen (--see-through). Visible masks share no pixel; "
+    "with\n"
+    "those of the background, which is what belongs to no object, they are the first layer. The\n"
+    "visible fraction is what is visible on the picture, of its silhouette on the canvas. An "
+    "object\n"
+    "of which a view has nothing is not listed there.\n"
+    "The files of a view end with views/NNNNNN.json, by which --skip-existing knows them; the "
+    "JSON\n"
+    "files of all views are written when the last view is there, whichever --chunk makes it.";
+
+}  // namespace
+
+VerbAction declareMasks(VerbOptions& verb) {
+    const auto options = std::make_shared<MasksOptions>();
+    addSceneArgument(verb, *options);
+    addMaskOptions(verb, *options);
+    addShownOptions(verb, *options);
+    addVariantOption(verb, options->appearance);
+    addNormalizeOption(verb, options->scene);
+    addCameraOptions(verb, options->camera);
+    addViewOptions(verb, options->views);
+    addSequenceOptions(verb, options->sequence);
+    addAllLayersOptions(verb, options->capture);
+    addClipOptions(verb, options->clip);
+    addRunOptions(verb, *options);
+    verb.option("--cameras")
+        .description(
+            "a view for each camera of a file: transforms.json, BOP's scene_camera.json, COLMAP's "
+            "model, .npy, .npz or .jsonl");
+    verb.footer(kMasksFooter);
+    return [options](Console& console) { return Masks(*options, console).run(); };
+}
+
+}  // namespace peeler::cmd

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+// What lies in a folder of masks, in which order it is written, and what becomes of leftovers.
+#include "formats/masks/mask_folder.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "formats/file/atomic_file.h"
+#include "formats/file/regular_file.h"
+#include "formats/image/image_writer.h"
+#include "formats/masks/mask_json.h"
+
+namespace peeler {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kMaskFolders[] = {"mask", "mask_visib"};
+constexpr const char* kRecords = "views";
+constexpr const char* kIds = "ids";
+constexpr std::uint64_t kMostRecordBytes = std::uint64_t{1} << 30;
+
+std::string viewDigits(std::size_t number, int count) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%0*zu", count, number);
+    return text;
+}
+
+std::unique_ptr<AtomicFile> textFile(const fs::path& path, const std::string& text) {
+    auto file = std::make_unique<AtomicFile>(path.string());
+    file->append(std::as_bytes(std::span(text)));
+    return file;
+}
+
+std::uint64_t writtenBytes(const fs::path& file) {
+    std::error_code failure;
+    const std::uint64_t bytes = fs::file_size(file, failure);
+    if (!failure) return bytes;
+    throw Error(ErrorKind::kOutput, "the file is gone: " + failure.message(), file.string(),
+                "something else has removed it, or its folder");
+}
+
+void removeFile(const fs::path& file) {
+    std::error_code failure;
+    fs::remove(file, failure);
+    if (failure)
+        throw Error(ErrorKind::kOutput, "cannot remove what is out of date: " + failure.message(),
+                    file.string(), "check the permissions of the folder");
+}
+
+}  // namespace
+
+/// What the record of a view says of its files.
+struct MaskFolder::Record {
+    std::string hash{};  ///< "" while they are written
+    std::size_t masks = 0, layers = 0;
+    std::uint64_t bytes = 0;  ///< of all of them
+};
+
+MaskFolder::MaskFolder(MaskFolderOptions options, std::vector<MaskedObject> objects)
+    : options_(std::move(options)), objects_(std::move(objects)) {
+    constexpr std::size_t kMostNumbers = std::numeric_limits<std::uint16_t>::max();
+    if (options_.formats.ids && objects_.size() > kMostNumbers)
+        throw Error(ErrorKind::kUsage,
+                    "a picture of ids has 16 bits, and there are " +
+                        std::to_string(objects_.size()) + " objects",
+                    "", "leave pictures of ids out, or make fewer objects");
+}
+
+void MaskFolder::checkViews(std::span<const View> views) const {
+    if (!options_.formats.bop) return;
+    for (const View& view : views) {
+        if (!view.projection.perspective)
+            throw Error(ErrorKind::kUsage, "BOP has no orthographic cameras", view.camera_name,
+                        "take another camera, or leave BOP's files out");
+        const Window &crop = view.crop, &first = views.front().crop;
+        if (crop.width() != first.width() || crop.height() != first.height())
+            throw Error(ErrorKind::kUsage, "BOP has one size for all pictures", view.camera_name,
+                        "give `size`, or leave BOP's files out");
+    }
+}
+
+bool MaskFolder::owns(const fs::path& file) const {
+    std::error_code failure;
+    const auto whole = [&](const fs::path& path) {
+        return fs::weakly_canonical(fs::absolute(path, failure), failure);
+    };
+    const fs::path name = whole(file), folder = name.parent_path();
+    for (const char* const below : {kMaskFolders[0], kMaskFolders[1], kIds, kRecords})
+        if (folder == whole(options_.folder / below)) return true;
+    const std::vector<fs::path> shared = sharedFiles();
+    return std::ranges::any_of(shared, [&](const fs::path& path) { return name == whole(path); });
+}
+
+fs::path MaskFolder::record(std::size_t view) const {
+    return options_.folder / kRecords / (viewDigits(view, 6) + ".json");
+}
+
+std::vector<fs::path> MaskFolder::sharedFiles() const {
+    std::vector<fs::path> names{"objects.json"};
+    if (options_.formats.bop)
+        names.insert(names.end(),
+                     {"scene_gt.json", "scene_gt_info.json", "scene_camera.json", "camera.json"});
+    if (options_.formats.coco) names.emplace_back("coco.json");
+    for (fs::path& name : names)
+        name = options_.folder / name;
+    return names;
+}
+
+/// The pictures of a view: of these masks, and of these layers.
+std::vector<fs::path> MaskFolder::files(std::size_t view, std::size_t begin_mask, std::size_t masks,
+                                        std::size_t begin_layer, std::size_t layers) const {
+    std::vector<fs::path> all;
+    for (std::size_t i = begin_mask; i < masks; ++i)
+        for (const char* const folder : kMaskFolders)
+            all.push_back(options_.folder / folder /
+                          (viewDigits(view, 6) + '_' + viewDigits(i, 6) + ".png"));
+    for (std::size_t i = begin_layer; i < layers; ++i)
+        all.push_back(options_.folder / kIds /
+                      (viewDigits(view, 6) + "_layer_" + viewDigits(i, 3) + ".png"));
+    return all;
+}
+
+/// What is there; nothing if there is none that can be read.
+MaskFolder::Record MaskFolder::readRecord(std::size_t view) const {
+    Record record;
+    std::error_code failure;
+    if (!fs::exists(this->record(view), failure)) return record;
+    const auto bytes = readRegularFile(this->record(view), kMostRecordBytes);
+    const auto json = nlohmann::json::parse(bytes.begin(), bytes.end(), nullptr, false);
+    if (!json.is_object()) return record;
+    bool whole = true;
+    const auto number = [&](const char* key) -> std::uint64_t {
+        const auto found = json.find(key);
+        if (found != json.end() && found->is_number_unsigned()) return found->get<std::uint64_t>();
+        whole = false;
+        return 0;
+    };
+    // No view has more: what a damaged record says is no reason to look for files endlessly.
+    record.masks = std::min<std::uint64_t>(number("masks"), 10'000'000);
+    record.layers = std::min<std::uint64_t>(number("layers"), 100'000);
+    record.bytes = number("bytes");
+    const auto hash = json.find("hash");
+    if (whole && hash != json.end() && hash->is_string()) record.hash = hash->get<std::string>();
+    return record;
+}
+
+std::optional<std::uint64_t> MaskFolder::bytesOf(std::size_t view, const std::string& hash) const {
+    const Record record = readRecord(view);
+    if (record.hash.empty() || record.hash != hash) return std::nullopt;
+    std::uint64_t bytes = 0;
+    for (const fs::path& file : files(view, 0, record.masks, 0, record.layers)) {
+        std::error_code failure;
+        bytes += fs::file_size(file, failure);
+        if (failure) return std::nullopt;
+    }
+    if (bytes != record.bytes) return std::nullopt;
+    return bytes + writtenBytes(this->record(view));
+}
+
+std::uint64_t MaskFolder::write(const MaskedView& view) const {
+    for (const fs::path& file : sharedFiles())
+        removeFile(file);
+    const Window& crop = view.view.crop;
+    const int width = crop.width(), height = crop.height();
+    // Objects of which there is nothing on the canvas have no masks.
+    std::vector<std::size_t> listed;
+    for (std::size_t i = 0; i < view.masks.size(); ++i)
+        if (view.masks[i].canvas_pixels > 0) listed.push_back(i);
+    const std::size_t masks = options_.formats.bop ? listed.size() : 0;
+    const std::size_t pictures = options_.formats.ids ? view.layers.layers() : 0;
+    const Record before = readRecord(view.number);
+    const nlohmann::json begun = {{"hash", ""},
+                                  {"masks", std::max(masks, before.masks)},
+                                  {"layers", std::max(pictures, before.layers)}};
+    // From here on it is known which files may be there, whatever ends the process.
+    textFile(record(view.number), begun.dump() + '\n')->commit();
+
+    const std::vector<fs::path> names = files(view.number, 0, masks, 0, pictures);
+    parallelFor(names.size(), [&](std::size_t i) {
+        const std::string path = names[i].string();
+        if (i >= 2 * masks) {
+            const auto layer = view.layers.layer(static_cast<std::uint32_t>(i - 2 * masks));
+            return writeGreyPng(path, width, height, layer, options_.software);
+        }
+        const ObjectMasks& of = view.masks[listed[i / 2]];
+        std::vector<std::uint8_t> bytes(crop.pixels());
+        (i % 2 == 0 ? of.amodal : of.visible).fill(255, bytes);
+        writeGreyPng(path, width, height, bytes, options_.software);
+    });
+    for (const fs::path& file : files(view.number, masks, before.masks, pictures, before.layers))
+        removeFile(file);
+
+    std::uint64_t bytes = 0;
+    for (const fs::path& name : names)
+        bytes += writtenBytes(name);
+    nlohmann::json json = viewJson(view, options_.formats, listed);
+    json["hash"] = view.hash;
+    json["masks"] = masks;
+    json["layers"] = pictures;
+    json["bytes"] = bytes;
+    const auto last = textFile(record(view.number), json.dump() + '\n');
+    last->commit();
+    return bytes + last->size();
+}
+
+void MaskFolder::writeShared(std::size_t views) const {
+    std::vector<std::unique_ptr<AtomicFile>> files;
+    std::vector<SharedFile> texts;
+    for (const fs::path& path : sharedFiles()) {
+        files.push_back(std::make_unique<AtomicFile>(path.string()));
+        texts.emplace_back(path.filename().string());
+    }
+    const auto append = [&](std::size_t i, const std::string& text) {
+        files[i]->append(std::as_bytes(std::span(text)));
+    };
+    for (std::size_t i = 0; i < texts.size(); ++i)
+        append(i, texts[i].begin(options_.by, objects_));
+    // Record by record, so that a million views take no more memory than one.
+    for (std::size_t view = 0; view < views; ++view) {
+        const auto bytes = readRegularFile(record(view), kMostRecordBytes);
+        try {
+            const auto json = nlohmann::json::parse(bytes.begin(), bytes.end());
+            for (std::size_t i = 0; i < texts.size(); ++i)
+                append(i, texts[i].add(view, json));
+        } catch (const nlohmann::json::exception& error) {
+            throw Error(ErrorKind::kInput, std::string("the record is damaged: ") + error.what(),
+                        record(view).string(), "remove it and run again");
+        }
+    }
+    for (std::size_t i = 0; i < texts.size(); ++i)
+        append(i, texts[i].end());
+    commitAll(files);
+}
+
+}  // namespace peeler

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+// masks: against renders of each object alone, and what becomes of the files of many views.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "cmd/tiny_gltf.h"
+#include "formats/exr/layered_input.h"
+#include "formats/image/image_library.h"
+#include "support/test_support.h"
+
+namespace peeler::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The samples of a grey picture of 8 or 16 bits, from 0 to 1.
+std::vector<float> grey(const fs::path& path) {
+    const auto decoder = imageDecoder("png", path.string());
+    const StoredImage& image = decoder->image();
+    std::vector<float> samples(static_cast<std::size_t>(image.width * image.height));
+    decoder->read(0, 1, samples.data());
+    return samples;
+}
+
+std::vector<char> maskOf(const fs::path& path) {
+    std::vector<char> mask;
+    for (const float sample : grey(path))
+        mask.push_back(sample > 0.5F ? 1 : 0);
+    return mask;
+}
+
+/// Where a render has any fragment.
+std::vector<char> coverageOf(const std::vector<std::string>& scene, const fs::path& scratch) {
+    const std::string layers = (scratch / "alone.exr").string();
+    std::vector<std::string> line{"render"};
+    line.insert(line.end(), scene.begin(), scene.end());
+    line.insert(line.end(), {"-o", layers, "--quiet"});
+    const Outcome run = runPeeler(line);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    const auto input = openLayered(layers);
+    LayeredImage image;
+    input->read(input->info().plan.view.crop, image);
+    std::vector<char> covered;
+    for (std::size_t p = 0; p < image.window.pixels(); ++p)
+        covered.push_back(image.count(p) > 0 ? 1 : 0);
+    return covered;
+}
+
+Json jsonOf(const fs::path& path) {
+    return Json::parse(bytesOf(path));
+}
+
+Json run(std::vector<std::string> line) {
+    line.insert(line.begin(), "masks");
+    line.insert(line.end(), {"--json", "--quiet"});
+    const Outcome outcome = runPeeler(line);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return outcome.exit_code == 0 ? Json::parse(outcome.out) : Json();
+}
+
+/// A camera by numbers, which sees the same whatever is shown of the scene.
+std::vector<std::string> cameraFor(const fs::path& model) {
+    const Outcome info = runPeeler({"info", model.string(), "--json"});
+    EXPECT_EQ(info.exit_code, 0) << info.err;
+    const Json bounds = Json::parse(info.out)["bounds"];
+    std::string eye, target;
+    double size = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+        size = std::max(size, bounds["max"][i].get<double>() - bounds["min"][i].get<double>());
+    const double towards[] = {0.8, 0.9, 1.6};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double middle = (bounds["max"][i].get<double>() + bounds["min"][i].get<double>()) / 2;
+        target += (i == 0 ? "" : ",") + std::to_string(middle);
+        eye += (i == 0 ? "" : ",") + std::to_string(middle + size * towards[i]);
+    }
+    return {"--eye", eye, "--target", target};
+}
+
+/// Holds the masks of every node of a model against the node alone.
+void compareWithRenders(const fs::path& model) {
+    SCOPED_TRACE(model.string());
+    const ScratchDir scratch;
+    std::vector<std::string> picture{model.string(), "--size", "120x90"};
+    const std::vector<std::string> camera = cameraFor(model);
+    picture.insert(picture.end(), camera.begin(), camera.end());
+    std::vector<std::string> line = picture;
+    line.insert(line.end(), {"-o", (scratch / "masks").string()});
+    const Json found = run(line);
+    ASSERT_FALSE(found.is_null());
+    const Json objects = jsonOf(scratch / "masks/objects.json")["objects"];
+    const Json listed = jsonOf(scratch / "masks/scene_gt.json")["0"];
+    ASSERT_GT(listed.size(), 2U);
+    std::vector<char> seen(std::size_t{120} * 90, 0);
+    std::map<int, std::vector<char>> masks;
+    for (std::size_t i = 0; i < listed.size(); ++i) {
+        char name[32];
+        std::snprintf(name, sizeof name, "000000_%06zu.png", i);
+        masks[listed[i]["obj_id"]] = maskOf(scratch / "masks/mask" / name);
+        const std::vector<char> visible = maskOf(scratch / "masks/mask_visib" / name);
+        for (std::size_t p = 0; p < seen.size(); ++p) {
+            ASSERT_FALSE(seen[p] && visible[p]) << "two are seen at pixel " << p;
+            ASSERT_LE(visible[p], masks[listed[i]["obj_id"]][p]);
+            seen[p] = static_cast<char>(seen[p] | visible[p]);
+        }
+    }
+    EXPECT_EQ(seen, coverageOf(picture, scratch.path())) << "together they are the first layer";
+    const std::vector<float> first = grey(scratch / "masks/ids/000000_layer_000.png");
+    for (std::size_t p = 0; p < seen.size(); ++p)
+        ASSERT_EQ(first[p] > 0, seen[p] != 0);
+    for (const Json& object : objects) {
+        const int number = object["object"];
+        SCOPED_TRACE(object["name"]);
+        std::vector<std::string> alone = picture;
+        alone.insert(alone.end(), {"--include", object["name"]});
+        const std::vector<char> covered = coverageOf(alone, scratch.path());
+        if (masks.contains(number))
+            EXPECT_EQ(masks[number], covered);
+        else
+            EXPECT_EQ(std::ranges::count(covered, 1), 0);
+    }
+}
+
+TEST(Masks, OfEachObjectAreThoseOfTheObjectAlone) {
+    compareWithRenders(sourceDir() / "examples/scenes/coincident.glb");
+    PEELER_REQUIRE_ASSETS(assets);
+    compareWithRenders(assets /
+                       "gltf-sample-assets/StainedGlassLamp/glTF-JPG-PNG/StainedGlassLamp.gltf");
+    if (!exhaustive()) return;
+    compareWithRenders(sourceDir() / "examples/scenes/glasses.glb");
+    compareWithRenders(assets /
+                       "gltf-sample-assets/AlphaBlendModeTest/glTF/AlphaBlendModeTest.gltf");
+}
+
+/// Three triangles that fill the picture behind each other, of opacity 0.5, each with a name.
+Json stack() {
+    Json scene = stackScene(3);
+    for (std::size_t i = 0; i < 3; ++i)
+        scene["nodes"][i]["name"] = "pane " + std::to_string(i);
+    scene["nodes"][2]["extras"] = {{"class", 7}};
+    return scene;
+}
+
+class MasksCommand : public testing::Test {
+  protected:
+    void SetUp() override { scene_ = writeScene(scratch_.path(), stack()).string(); }
+
+    std::vector<std::string> line(std::vector<std::string> more,
+                                  const std::string& output = "out") const {
+        std::vector<std::string> line{scene_, "-o", (scratch_ / output).string(), "--size", "12x8"};
+        line.insert(line.end(), more.begin(), more.end());
+        return line;
+    }
+    /// What objects are called, and how many pixels are seen of each, of those with any.
+    std::map<std::string, int> visible(const std::vector<std::string>& more) const {
+        std::map<std::string, int> counts;
+        const Json found = run(line(more));
+        for (const Json& object : found.value("objects", Json::array()))
+            counts[object["name"]] = object["visiblePixels"];
+        return counts;
+    }
+    Outcome refused(std::vector<std::string> more) const {
+        more = line(more);
+        more.insert(more.begin(), "masks");
+        return runPeeler(more);
+    }
+
+    ScratchDir scratch_;
+    std::string scene_;
+};
+
+using Counts = std::map<std::string, int>;
+
+TEST_F(MasksCommand, ObjectsAreWhatByAsks) {
+    EXPECT_EQ(visible({}), (Counts{{"pane 0", 96}, {"pane 1", 0}, {"pane 2", 0}}));
+    EXPECT_EQ(visible({"--by", "material"}), (Counts{{"material 0", 96}}));
+    EXPECT_EQ(visible({"--by", "glob:pane [12]"}), (Counts{{"pane [12]", 0}}))
+        << "the background hides it";
+    EXPECT_EQ(visible({"--by", "glob:pane 1,pane*", "--by", "glob:*2"}),
+              (Counts{{"pane 1", 0}, {"pane*", 96}}))
+        << "the first glob counts";
+    EXPECT_EQ(visible({"--by", "extras:class"}), (Counts{{"7", 0}}));
+    EXPECT_EQ(visible({"--by", "extras:class", "--exclude", "pane [01]"}), (Counts{{"7", 96}}));
+    for (const char* const wrong :
+         {"nodes", "glob:", "glob:a,", "extras:", "extras:klass", "glob:nothing", "material:x"}) {
+        const Outcome outcome = refused({"--by", wrong});
+        EXPECT_EQ(outcome.exit_code, 2) << wrong << outcome.err;
+        EXPECT_TRUE(contains(outcome.err, "--by")) << outcome.err;
+    }
+    EXPECT_TRUE(contains(refused({"--by", "extras:clas"}).err, "did you mean 'class'?"));
+    EXPECT_EQ(refused({"--by", "node", "--by", "material"}).exit_code, 2);
+}
+
+TEST_F(MasksCommand, SeesThroughWhatIsTransparent) {
+    const Counts front{{"pane 0", 96}, {"pane 1", 0}, {"pane 2", 0}};
+    EXPECT_EQ(visible({"--see-through", "0.5"}), front) << "their opacity is enough";
+    EXPECT_EQ(visible({"--see-through", "0.6"}), front) << "nothing is opaque enough: the first";
+    Json scene = stack();
+    scene["materials"].push_back(scene["materials"][0]);
+    scene["materials"][1]["pbrMetallicRoughness"]["baseColorFactor"][3] = 0.1;
+    scene["meshes"].push_back(scene["meshes"][0]);
+    scene["meshes"][1]["primitives"][0]["material"] = 1;
+    scene["nodes"][0]["mesh"] = 1;
+    writeScene(scratch_.path(), scene);
+    const Counts second{{"pane 0", 0}, {"pane 1", 96}, {"pane 2", 0}};
+    EXPECT_EQ(visible({"--see-through", "0.1"}), front) << "0.1 is not rounded to less";
+    EXPECT_EQ(visible({"--see-through", "0.11"}), second);
+    EXPECT_EQ(visible({"--see-through", "0.5"}), second);
+    for (const char* const wrong : {"-0.1", "1.5", "x"})
+        EXPECT_EQ(refused({"--see-through", wrong}).exit_code, 2) << wrong;
+}
+
+TEST_F(MasksCommand, WritesWhatIsAskedFor) {
+    run(line({"--as", "ids,coco"}));
+    EXPECT_TRUE(fs::exists(scratch_ / "out/coco.json"));
+    EXPECT_TRUE(fs::exists(scratch_ / "out/ids/000000_layer_002.png"));
+    EXPECT_FALSE(fs::exists(scratch_ / "out/ids/000000_layer_003.png"));
+    EXPECT_FALSE(fs::exists(scratch_ / "out/mask"));
+    EXPECT_FALSE(fs::exists(scratch_ / "out/scene_gt.json"));
+    const std::vector<float> second = grey(scratch_ / "out/ids/000000_layer_001.png");
+    EXPECT_EQ(std::set<int>({2}), [&] {
+        std::set<int> numbers;
+        for (const float sample : second)
+            numbers.insert(static_cast<int>(std::lround(sample * 65535)));
+        return numbers;
+    }());
+    EXPECT_EQ(refused({"--as", "bob"}).exit_code, 2);
+    EXPECT_EQ(refused({"--canvas", "2"}).exit_code, 2);
+    EXPECT_EQ(refused({"--canvas", "11"}).exit_code, 2);
+    EXPECT_EQ(refused({"--chunk", "1/2"}).exit_code, 2);
+    EXPECT_EQ(refused({"--no-clobber"}).exit_code, 4);
+    const Outcome orthographic = refused({"--ortho-height", "3"});
+    EXPECT_EQ(orthographic.exit_code, 2);
+    EXPECT_TRUE(contains(orthographic.err, "orthographic")) << orthographic.err;
+    EXPECT_EQ(refused({"--ortho-height", "3", "--as", "coco"}).exit_code, 0);
+    // What the scene is made of stays.
+    fs::create_directories(scratch_ / "own/ids");
+    const fs::path scene = writeScene(scratch_ / "own/ids", stack());
+    EXPECT_EQ(runPeeler({"masks", scene.string(), "-o", (scratch_ / "own").string()}).exit_code, 2);
+}
+
+TEST_F(MasksCommand, CountsOnACanvas) {
+    // The panes are far larger than the picture, and fill three of them, too.
+    const Json found = run(line({"--canvas", "3"}))["objects"][0];
+    EXPECT_EQ(found["canvasPixels"], 9 * 96);
+    EXPECT_EQ(found["amodalPixels"], 96);
+    EXPECT_EQ(found["visiblePixels"], 96);
+    EXPECT_EQ(found["amodalBox"], (Json{-12, -8, 36, 24}));
+    EXPECT_EQ(found["visibleBox"], (Json{0, 0, 12, 8}));
+    EXPECT_NEAR(found["visibleFraction"].get<double>(), 1.0 / 9, 1e-12);
+}
+
+std::map<std::string, std::string> bytesIn(const fs::path& folder) {
+    std::map<std::string, std::string> bytes;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file())
+            bytes[fs::relative(entry.path(), folder).string()] = bytesOf(entry.path());
+    return bytes;
+}
+
+TEST_F(MasksCommand, OfManyViewsAreThoseOfTheirParts) {
+    const std::vector<std::string> views{"--views", "5", "--around", "orbit"};
+    const Json whole = run(line(views, "whole"));
+    ASSERT_EQ(whole["views"].size(), 5U);
+    EXPECT_EQ(whole["sharedFiles"].size(), 6U);
+    EXPECT_EQ(jsonOf(scratch_ / "whole/scene_gt_info.json").size(), 5U);
+    EXPECT_EQ(jsonOf(scratch_ / "whole/coco.json")["images"].size(), 5U);
+    for (const char* const chunk : {"2/3", "3/3", "1/3"}) {
+        std::vector<std::string> part = views;
+        part.insert(part.end(), {"--chunk", chunk});
+        const Json json = run(line(part, "parts"));
+        EXPECT_EQ(json["sharedFiles"].size(), chunk == std::string("1/3") ? 6U : 0U)
+            << "when the last view is there";
+    }
+    EXPECT_EQ(bytesIn(scratch_ / "parts"), bytesIn(scratch_ / "whole"));
+
+    std::vector<std::string> again = views;
+    again.emplace_back("--skip-existing");
+    const auto skipped = [&](const Json& json) {
+        std::vector<int> numbers;
+        for (const Json& view : json["views"])
+            if (view.contains("skipped")) numbers.push_back(view["view"]);
+        return numbers;
+    };
+    EXPECT_EQ(skipped(run(line(again, "whole"))), (std::vector<int>{0, 1, 2, 3, 4}));
+    fs::remove(scratch_ / "whole/mask/000002_000001.png");
+    fs::remove(scratch_ / "whole/views/000004.json");
+    EXPECT_EQ(skipped(run(line(again, "whole"))), (std::vector<int>{0, 1, 3}));
+    EXPECT_EQ(bytesIn(scratch_ / "parts"), bytesIn(scratch_ / "whole"));
+    again.insert(again.end(), {"--see-through", "0.9"});
+    EXPECT_EQ(skipped(run(line(again, "whole"))), std::vector<int>());
+    // What is of other settings is no longer there.
+    again.insert(again.end(), {"--as", "coco"});
+    run(line(again, "whole"));
+    EXPECT_FALSE(fs::exists(scratch_ / "whole/mask/000000_000000.png"));
+}
+
+TEST_F(MasksCommand, KeepsToItsMemory) {
+    const Json wide = run(line({"--memory", "1G"}, "wide"));
+    ASSERT_FALSE(wide.is_null());
+    const Outcome outcome = refused({"--size", "4000x4000", "--memory", "100M"});
+    EXPECT_EQ(outcome.exit_code, 33) << outcome.err;
+    EXPECT_FALSE(fs::exists(scratch_ / "out/views"));
+}
+
+}  // namespace
+}  // namespace peeler::test

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// Masks of captured scenes whose pixels are known.
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "core/image/object_masks.h"
+#include "support/capture.h"
+
+namespace peeler::test {
+namespace {
+
+struct Found {
+    std::vector<ObjectMasks> objects;
+    Plan plan;
+};
+
+/// The masks of objects that are nodes, and instances of nodes.
+Found masksOf(const Scene& scene, const View& view, int canvas = 1, float see_through = 0,
+              std::uint64_t band_bytes = 384ULL << 20) {
+    ObjectMaskOptions options{.see_through = see_through, .layers = true};
+    const View seen = canvasOf(view, canvas, options.picture);
+    ObjectTable table{.instances_apart = true, .numbers = {}, .objects = 0};
+    for (const Node& node : scene.nodes) {
+        table.numbers.push_back(table.objects + 1);
+        table.objects += node.instances ? static_cast<std::uint32_t>(node.instances->size()) : 1;
+    }
+    CaptureSettings settings;
+    settings.channels = {Channel::kId};
+    settings.shading = Shading::kUnlit;
+    settings.band_bytes = band_bytes;
+    GlRenderer renderer(sharedContext(), PosedScene(scene));
+    ObjectMaskSink sink(table, options);
+    Found found;
+    found.plan = renderer.plan(seen, settings);
+    sink.begin(found.plan);
+    renderer.capture(sink);
+    sink.finish();
+    found.objects = sink.objects();
+    return found;
+}
+
+/// The pixels of a window of a picture 16 wide.
+std::vector<PixelRuns::Run> block(const Window& window) {
+    std::vector<PixelRuns::Run> runs;
+    for (int y = window.y0; y < window.y1; ++y)
+        runs.push_back({static_cast<std::uint32_t>(16 * y + window.x0),
+                        static_cast<std::uint32_t>(16 * y + window.x1)});
+    return runs;
+}
+std::vector<PixelRuns::Run> runsOf(const PixelRuns& pixels) {
+    return {pixels.runs().begin(), pixels.runs().end()};
+}
+
+/// At 16 x 8 pixels an opaque rectangle of the pixels [4, 12) x [2, 6), at distance 2 with 4 pixels
+/// a unit; before its right half, at distance 1 with 8 pixels a unit, half transparent, [8, 16) x
+/// [0, 8).
+SceneBuilder twoQuads() {
+    SceneBuilder builder;
+    const int opaque = builder.material({1, 0, 0, 1}, AlphaMode::kOpaque);
+    const int glass = builder.material({0, 0, 1, 0.5F});
+    builder.rectangle(1, 0.5F, -2, opaque);
+    builder.quad({0, -0.5F, -1}, {1, -0.5F, -1}, {1, 0.5F, -1}, {0, 0.5F, -1}, glass);
+    return builder;
+}
+
+TEST(CapturedMasks, OfTwoQuadsHaveKnownPixels) {
+    const SceneBuilder builder = twoQuads();
+    for (const std::uint64_t band_bytes : {std::uint64_t{384} << 20, std::uint64_t{1000}}) {
+        const Found found = masksOf(builder.scene(), testView(16, 8), 1, 0, band_bytes);
+        EXPECT_EQ(runsOf(found.objects[0].amodal), block({4, 2, 12, 6}));
+        EXPECT_EQ(runsOf(found.objects[0].visible), block({4, 2, 8, 6}));
+        EXPECT_EQ(runsOf(found.objects[1].amodal), block({8, 0, 16, 8}));
+        EXPECT_EQ(runsOf(found.objects[1].visible), block({8, 0, 16, 8}));
+        EXPECT_EQ(found.objects[0].visibleFraction(), 0.5);
+        EXPECT_EQ(found.objects[1].visibleFraction(), 1);
+    }
+}
+
+TEST(CapturedMasks, AreSeenThroughGlass) {
+    const SceneBuilder builder = twoQuads();
+    const Found at = masksOf(builder.scene(), testView(16, 8), 1, 0.5F);
+    EXPECT_EQ(at.objects[0].visible.count(), 16U) << "what has just this opacity hides";
+    const Found above = masksOf(builder.scene(), testView(16, 8), 1, 0.6F);
+    EXPECT_EQ(runsOf(above.objects[0].visible), block({4, 2, 12, 6}));
+    EXPECT_EQ(above.objects[1].visible.count(), 64U - 16);
+    EXPECT_EQ(above.objects[1].amodal.count(), 64U);
+}
+
+TEST(CapturedMasks, OfACanvasCountWhatLiesBesideThePicture) {
+    SceneBuilder builder;
+    const int red = builder.material({1, 0, 0, 1}, AlphaMode::kOpaque);
+    // At 8 pixels a unit [12, 20) x [2, 6), of which the picture has half; and one left of it.
+    builder.quad({0.5F, -0.25F, -1}, {1.5F, -0.25F, -1}, {1.5F, 0.25F, -1}, {0.5F, 0.25F, -1}, red);
+    builder.quad({-2, -0.25F, -1}, {-1.5F, -0.25F, -1}, {-1.5F, 0.25F, -1}, {-2, 0.25F, -1}, red);
+    const Found canvas = masksOf(builder.scene(), testView(16, 8), 3);
+    EXPECT_EQ(canvas.objects[0].canvas_pixels, 32U);
+    EXPECT_EQ(canvas.objects[0].canvas_box, (Window{12, 2, 20, 6}));
+    EXPECT_EQ(runsOf(canvas.objects[0].amodal), block({12, 2, 16, 6}));
+    EXPECT_EQ(canvas.objects[0].visibleFraction(), 0.5);
+    EXPECT_EQ(canvas.objects[1].canvas_pixels, 16U);
+    EXPECT_EQ(canvas.objects[1].canvas_box, (Window{-8, 2, -4, 6}));
+    EXPECT_EQ(canvas.objects[1].amodal.count(), 0U);
+    const Found picture = masksOf(builder.scene(), testView(16, 8));
+    EXPECT_EQ(picture.objects[0].canvas_pixels, 16U);
+    EXPECT_EQ(picture.objects[0].visibleFraction(), 1);
+    EXPECT_EQ(runsOf(picture.objects[0].amodal), runsOf(canvas.objects[0].amodal));
+    EXPECT_EQ(picture.objects[1].canvas_pixels, 0U);
+}
+
+TEST(CapturedMasks, OfACropAreThoseOfItsPixels) {
+    const SceneBuilder builder = twoQuads();
+    View view = testView(16, 8);
+    view.crop = {6, 1, 14, 5};
+    for (const int canvas : {1, 3}) {
+        const Found found = masksOf(builder.scene(), view, canvas);
+        EXPECT_EQ(found.objects[0].amodal.box(), (Window{0, 1, 6, 4}));
+        EXPECT_EQ(found.objects[0].visible.box(), (Window{0, 1, 2, 4}));
+        EXPECT_EQ(found.objects[1].visible.box(), (Window{2, 0, 8, 4}));
+        // The canvas has all of the scene; it counts from the crop's corner.
+        EXPECT_EQ(found.objects[0].canvas_box,
+                  canvas == 3 ? (Window{-2, 1, 6, 5}) : (Window{0, 1, 6, 4}));
+    }
+}
+
+TEST(CapturedMasks, OfInstancesAreApart) {
+    SceneBuilder builder;
+    const int red = builder.material({1, 0, 0, 1}, AlphaMode::kOpaque);
+    const int node = builder.rectangle(0.25F, 0.25F, -1, red);
+    builder.scene().nodes[static_cast<std::size_t>(node)].instances = {
+        glm::translate(glm::dmat4(1), glm::dvec3(-0.5, 0, 0)),
+        glm::translate(glm::dmat4(1), glm::dvec3(0.5, 0, 0))};
+    builder.rectangle(1, 0.5F, -2, red);
+    const Found found = masksOf(builder.scene(), testView(16, 8));
+    ASSERT_EQ(found.objects.size(), 3U);
+    EXPECT_EQ(runsOf(found.objects[0].amodal), block({2, 2, 6, 6}));
+    EXPECT_EQ(runsOf(found.objects[1].amodal), block({10, 2, 14, 6}));
+    EXPECT_EQ(runsOf(found.objects[2].amodal), block({4, 2, 12, 6}));
+    EXPECT_EQ(runsOf(found.objects[2].visible), block({6, 2, 10, 6}));
+}
+
+}  // namespace
+}  // namespace peeler::test
