@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <system_error>
 #include <utility>
 
 #include "core/base/error.h"
@@ -38,7 +39,7 @@ constexpr std::string_view kUstar{
     "00",
     8};
 
-std::string_view textOf(const TarBlock& block, TarField field) {
+std::string_view fieldText(const TarBlock& block, TarField field) {
     return {block.data() + field.at, field.size};
 }
 
@@ -93,14 +94,14 @@ struct TarMember {
 
 /// The member of a header as headerOf() writes it; nothing for any other block.
 std::optional<TarMember> memberOf(const TarBlock& block) {
-    const std::string_view field = textOf(block, kTarName);
+    const std::string_view field = fieldText(block, kTarName);
     const std::string_view name = field.substr(0, field.find('\0'));
     const std::size_t dot = name.find('.');
-    const std::optional<std::uint64_t> size = octalOf(textOf(block, kTarSize));
-    if (textOf(block, kTarMagic) != kUstar || block[kTarType.at] != '0' ||
-        block[kTarPrefix.at] != '\0' || octalOf(textOf(block, kTarChecksum)) != checksumOf(block) ||
-        !size || dot == 0 || dot == std::string_view::npos ||
-        name.find('/') != std::string_view::npos)
+    const std::optional<std::uint64_t> size = octalOf(fieldText(block, kTarSize));
+    if (fieldText(block, kTarMagic) != kUstar || block[kTarType.at] != '0' ||
+        block[kTarPrefix.at] != '\0' ||
+        octalOf(fieldText(block, kTarChecksum)) != checksumOf(block) || !size || dot == 0 ||
+        dot == std::string_view::npos || name.find('/') != std::string_view::npos)
         return {};
     return TarMember{std::string(name.substr(0, dot)), std::string(name.substr(dot + 1)), *size};
 }
@@ -355,11 +356,13 @@ void TarShards::endShard(bool all) {
     OldShard* const old = oldShard();
     if (!file_ && old && old->size != size_ && (all || count_ >= old->samples)) startFile();
     if (file_ && (all || !old || count_ >= old->samples)) {
+        broken_ = true;  // unless it is committed
         constexpr std::array<std::byte, kTarEnd> kZeros{};
         file_->append(kZeros);
         // What has not been kept yet may go into a later shard.
         if (old && old->left > 0) opened(*old);
         file_->commit();
+        broken_ = false;
         if (old) {
             old->replaced = true;
             if (old->left == 0) close(*old);
@@ -393,7 +396,7 @@ void TarShards::copy(OldShard& from, std::uint64_t begin, std::uint64_t end) {
 }
 
 /// A few shards are open at once, however many there are.
-TarShards::RegularFile& TarShards::opened(OldShard& shard) {
+RegularFile& TarShards::opened(OldShard& shard) {
     if (shard.file) return *shard.file;
     constexpr std::size_t kMostOpen = 16;
     auto file = std::make_unique<RegularFile>(shard.path);

@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "formats/file/atomic_file.h"
@@ -119,7 +120,7 @@ class TarShards {
     int number_ = 0;
     std::uint64_t count_ = 0, size_ = 0;  ///< samples, and their bytes with headers
     std::unique_ptr<AtomicFile> file_;
-    bool broken_ = false;  ///< a part of a sample has been written to the file
+    bool broken_ = false;  ///< the file has a part of a sample, or could not be ended
 };
 
 }  // namespace peeler
