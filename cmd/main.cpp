@@ -12,7 +12,7 @@
 
 #include "cmd/cli/command_line.h"
 #include "cmd/cli/console.h"
-#include "formats/file/atomic_file.h"
+#include "formats/file/temporary_files.h"
 
 namespace {
 

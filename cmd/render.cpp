@@ -212,7 +212,7 @@ void Render::capture(Picture& picture) {
     picture.result.passes = renderer.capture(*picture.writer, progressOf(picture)).passes;
     console_.detail("captured in " +
                     countText(static_cast<std::uint64_t>(picture.result.passes), "geometry pass") +
-                    "; writes " + picture.asked.output.path.string());
+                    "; writes " + request_.outputFile(picture.asked.index).string());
     add(picture.result.milliseconds, job_.takeTimes());
     picture.writer->finish();
 }
@@ -242,7 +242,7 @@ void Render::plan(Picture& picture) {
                     (blended ? "leaves to an approximation " : "leaves out ") +
                     countText(plan.fragments_counted - plan.fragments_stored, "fragment") + " of " +
                     groupedText(plan.fragments_counted),
-                picture.asked.output.path.string(),
+                request_.outputFile(picture.asked.index).string(),
                 "use --layers all and no --occlusion-ratio, or leave --strict out");
 }
 
@@ -277,7 +277,8 @@ void Render::writeCameras() {
 void Render::tellSize(Picture& picture, const OutputOptions& output) {
     const std::filesystem::path& path = picture.asked.output.path;
     Forecast forecast;
-    forecast.files = {{path, forecastPicture(path.string(), picture.plan, output),
+    forecast.files = {{request_.outputFile(picture.asked.index),
+                       forecastPicture(path.string(), picture.plan, output),
                        countText(picture.plan.fragments_stored, "fragment")}};
     picture.result.forecast_bytes = forecast.size().bytes;
     if (std::exchange(size_told_, true)) return;
@@ -304,7 +305,8 @@ void Render::endPending(bool keep_going) {
         report(picture);
     } catch (...) {
         if (!keep_going) throw;
-        results_.addFailure(picture.asked.output.path, picture.asked.number, currentError());
+        results_.addFailure(request_.outputFile(picture.asked.index), picture.asked.number,
+                            currentError());
     }
 }
 
@@ -317,6 +319,7 @@ void Render::report(Picture& picture) {
         std::chrono::duration<double, std::milli>(end - picture.start).count();
     describePicture(picture.plan, asked.provenance, result);
     describeFiles(asked.output, result, console_);
+    if (options_.shards) options_.shards->add(asked, result);
     describeDisplay(picture.written, request_.metersExposure(), result);
     if (!noted_) noteDisplay(result, console_);
     noted_ = true;
@@ -324,7 +327,10 @@ void Render::report(Picture& picture) {
 }
 
 void Render::reportSkipped(Picture& picture) {
-    picture.result.bytes = fileBytes(picture.result.output);
+    if (options_.shards)
+        options_.shards->keep(picture.asked, picture.result);
+    else
+        picture.result.bytes = fileBytes(picture.result.output);
     picture.result.skipped = true;
     addResult(picture.result);
 }
@@ -344,9 +350,20 @@ int report(const RenderOptions& options, const Json& result, Console& console) {
     });
 }
 
+/// Ends the shards, if there are any, before they are told of. `all`: no sample is missing because
+/// the run was given up. Returns the exit code.
+int endShards(const RenderOptions& options, bool all, Console& console) {
+    if (!options.shards || options.sequence.dry_run) return 0;
+    return runReported(console, [&] {
+        options.shards->finish(all, console);
+        return 0;
+    });
+}
+
 int renderOne(const RenderOptions& options, Console& console) {
     Json result;
-    const int code = Render(options, console).run(result);
+    int code = Render(options, console).run(result);
+    code = std::max(code, endShards(options, code == 0 || options.sequence.keep_going, console));
     return std::max(code, report(options, result, console));
 }
 
@@ -367,6 +384,7 @@ int renderEach(const RenderOptions& options, const std::vector<RenderOptions>& s
         results["failed"].push_back({{"input", one.scene.file.string()}, {"exitCode", code}});
         if (!options.sequence.keep_going) break;
     }
+    worst = std::max(worst, endShards(options, worst == 0 || options.sequence.keep_going, console));
     worst = std::max(worst, report(options, results, console));
     if (const std::size_t failed = results.value("failed", Json::array()).size(); failed > 0)
         console.error(groupedText(failed) + " of " + countText(scenes.size(), "scene") + " failed");
@@ -383,6 +401,10 @@ VerbAction declareRender(VerbOptions& verb) {
         options->samples_given = verb.given("--samples");
         options->views.size_given = verb.given("--size");
         applyPreset(verb, *options);
+        if (namesShards(options->output.path))
+            options->shards = std::make_shared<SampleShards>(*options, console);
+        else
+            refuseShardOptions(verb);
         if (findOutputFormat(options->output.path.string(), options->output.options.as).for_display)
             chooseForEyes(verb, options->camera, *options);
         const std::vector<RenderOptions> scenes = eachScene(*options);

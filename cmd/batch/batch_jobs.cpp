@@ -173,13 +173,18 @@ constexpr WritingOption kWritingOptions[] = {
     {"extract", "--points"}, {"extract", "--npz"},
 };
 
-/// Turns an output with a place for the frame's number into the outputs of all frames.
-void nameFrames(const std::string& list, const std::string& chunk, Job& job) {
+bool isShards(const fs::path& output) {
+    return lowerExtension(output) == ".tar";
+}
+
+/// Turns an output with a place for the frame's number into the outputs of all frames. The numbers
+/// of shards are not known.
+void nameFrames(const std::string& list, const Shard& chunk, Job& job) {
     const std::vector<int> frames = parseFrames(list);
-    const auto [first, end] = (chunk.empty() ? Shard() : parseShard(chunk)).of(frames.size());
+    const auto [first, end] = chunk.of(frames.size());
     std::vector<fs::path> files;
     for (const fs::path& output : job.outputs) {
-        if (!hasFrameToken(output.string())) {
+        if (!hasFrameToken(output.string()) || isShards(output)) {
             files.push_back(output);
             continue;
         }
@@ -187,6 +192,11 @@ void nameFrames(const std::string& list, const std::string& chunk, Job& job) {
             files.emplace_back(framePath(output.string(), frames[i]));
     }
     job.outputs = std::move(files);
+}
+
+Shard chunkOf(const VerbOptions& options) {
+    const bool given = options.knows("--chunk") && options.given("--chunk");
+    return given ? parseShard(options.value("--chunk")) : Shard();
 }
 
 /// Reads the arguments as the verb does, and fills in what the batch has to know of them.
@@ -201,6 +211,8 @@ void readArguments(Job& job) {
         if (options.given(row.option)) job.outputs.emplace_back(options.value(row.option));
     }
     if (job.outputs.empty()) refuseJob("no output is given", job.verb, "add --output");
+    for (fs::path& output : job.outputs)
+        if (isShards(output)) output = chunkName(output.string(), chunkOf(options));
     const auto leaves = [&](const char* option) {
         return options.knows(option) && !options.given(option);
     };
@@ -209,7 +221,7 @@ void readArguments(Job& job) {
     job.wants_threads = leaves("--threads");
     job.wants_memory = leaves("--memory");
     if (options.knows("--frames") && options.given("--frames"))
-        nameFrames(options.value("--frames"), options.value("--chunk"), job);
+        nameFrames(options.value("--frames"), chunkOf(options), job);
 }
 
 Job readJob(const std::string& line) {

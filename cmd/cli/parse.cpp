@@ -239,4 +239,14 @@ Shard parseShard(std::string_view text) {
     }
 }
 
+std::string chunkName(std::string name, const Shard& part) {
+    constexpr std::string_view kPlace = "{chunk}";
+    std::string number = std::to_string(part.index);
+    number.insert(0, std::to_string(part.count).size() - number.size(), '0');
+    for (std::size_t at = name.find(kPlace); at != std::string::npos;
+         at = name.find(kPlace, at + number.size()))
+        name.replace(at, kPlace.size(), number);
+    return name;
+}
+
 }  // namespace peeler::cmd

@@ -73,4 +73,8 @@ struct Shard {
 /// "2/5", from 1/N to N/N.
 Shard parseShard(std::string_view text);
 
+/// A file's name with the number of the part in place of {chunk}, with as many digits as the
+/// greatest has: "train-07.tar" of the seventh of 25.
+std::string chunkName(std::string name, const Shard& part);
+
 }  // namespace peeler::cmd

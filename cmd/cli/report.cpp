@@ -145,6 +145,7 @@ Json toJson(const RunResult& run, const Json& findings) {
 
 Json findingsOf(const PictureResult& result) {
     Json json;
+    if (!result.sample.empty()) json["sample"] = result.sample;
     if (result.frame) {
         json["frame"] = *result.frame;
         json["time"] = result.time;
@@ -188,8 +189,10 @@ Json toJson(const PictureResult& result) {
 }
 
 std::string summary(const PictureResult& result) {
-    if (result.skipped) return result.output.string() + ": is there already";
-    std::string text = result.output.string() + ": " + countText(result.layers, "layer") + ", " +
+    const std::string file =
+        (result.sample.empty() ? "" : result.sample + " in ") + result.output.string();
+    if (result.skipped) return file + ": is there already";
+    std::string text = file + ": " + countText(result.layers, "layer") + ", " +
                        countText(result.fragments_stored, "fragment");
     if (result.fragments_stored != result.fragments_counted) {
         text += " of " + groupedText(result.fragments_counted);

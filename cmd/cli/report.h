@@ -83,6 +83,7 @@ struct DisplayedAs {
 
 /// What became of one picture.
 struct PictureResult : RunResult {
+    std::string sample{};       ///< its key, if `output` is a shard
     std::optional<int> frame;   ///< of a sequence
     double time = 0;            ///< of the frame, seconds
     std::optional<int> view{};  ///< of many views

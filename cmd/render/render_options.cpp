@@ -64,6 +64,8 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
         .files(".gltf .glb");
     addOutputOptions(verb, options.output);
     addLayerOutputOptions(verb, options.output);
+    verb.option("--output").files("");  // .tar, too
+    addShardOptions(verb, options.shard);
     addPresetOption(verb, options.preset);
     addFxaaOption(verb, options.fxaa, "quick, but --samples sees more");
     addShownOptions(verb, options);

@@ -195,7 +195,10 @@ View RenderRequest::firstView(std::size_t view) const {
 fs::path RenderRequest::firstFile(std::size_t view) const {
     PictureNumber number{.view = static_cast<int>(view)};
     if (hasFrames()) number.frame = moments_.front().frame;
-    return fileOf(number);
+    const fs::path file = fileOf(number);
+    if (!options_.shards) return file;
+    // A picture in a shard has no place on the disk; beside the cameras it is called by its name.
+    return options_.views.cameras_out->parent_path() / file.filename();
 }
 
 std::optional<std::pair<double, std::array<double, 3>>> RenderRequest::normalized() const {
@@ -264,13 +267,19 @@ OutputOptions RenderRequest::writerOptions(const PictureRequest& picture) const 
 bool RenderRequest::isUpToDate(const PictureRequest& picture) const {
     const CaptureSettings& capture = picture.capture;
     if (options_.strict && (capture.max_layers != 0 || capture.occlusion_ratio > 0)) return false;
+    if (options_.shards) return options_.shards->isUpToDate(picture);
     const std::string path = picture.output.path.string();
     const auto is_there = [](const std::string& file) { return fs::exists(file); };
     return outputHashOf(path) == picture.provenance.output_hash &&
            std::ranges::all_of(filesBeside(path, picture.output.options), is_there);
 }
 
+bool RenderRequest::exists(const PictureRequest& picture) const {
+    return options_.shards ? options_.shards->contains(picture) : fs::exists(picture.output.path);
+}
+
 std::string RenderRequest::differenceOf(const PictureRequest& picture) const {
+    if (options_.shards) return "another scene or other options, which a shard does not list";
     const std::string path = picture.output.path.string();
     const std::string there = outputHashOf(path);
     if (there.empty()) return "the file is not whole, or does not say what it shows";
@@ -295,7 +304,8 @@ nlohmann::ordered_json RenderRequest::plan() const {
         const Window& crop = asked.view.crop;
         const bool up_to_date = isUpToDate(asked);
         nlohmann::ordered_json entry;
-        entry["output"] = asked.output.path.string();
+        entry["output"] = outputFile(i).string();
+        if (options_.shards) entry["sample"] = SampleShards::key(asked.output.path);
         if (asked.number.frame) entry["frame"] = *asked.number.frame;
         if (asked.number.view) entry["view"] = *asked.number.view;
         entry["time"] = asked.time;
@@ -314,7 +324,7 @@ nlohmann::ordered_json RenderRequest::plan() const {
         }
         entry["settingsHash"] = asked.provenance.settings_hash;
         entry["outputHash"] = asked.provenance.output_hash;
-        const bool exists = fs::exists(asked.output.path);
+        const bool exists = this->exists(asked);
         entry["exists"] = exists;
         entry["upToDate"] = up_to_date;
         entry["difference"] = exists && !up_to_date ? differenceOf(asked) : "";

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "cmd/options/output_options.h"
 #include "cmd/options/sequence_options.h"
 #include "cmd/options/view_options.h"
+#include "cmd/render/sample_shards.h"
 #include "core/image/channels.h"
 #include "core/image/sink.h"
 #include "core/scene/scene.h"
@@ -61,6 +63,8 @@ struct RenderOptions : CaptureJobOptions {
     bool samples_given = false;  ///< --samples is on the command line
     std::optional<std::string> preset;
     OutputRequest output;
+    ShardOptions shard;
+    std::shared_ptr<SampleShards> shards;  ///< if the output is one; it has the scenes of a run
     SequenceOptions sequence;
 
     /// Whether `scenes` is one file, and so neither a folder nor a glob.
@@ -81,8 +85,9 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options);
 /// The options of each scene that `options.scenes` names: of files themselves, of folders every
 /// .gltf and .glb in and below them, of globs what they match, each group by name. In the names of
 /// the output and of the manifest {stem} stands for the scene's name without its extension,
-/// {folder} for that of its folder. Throws Error (kInput) if there is no scene, (kUsage) if two
-/// would write the same file.
+/// {folder} for that of its folder; in keys of samples with underscores for dots. Of several scenes
+/// in shards those that a chunk has, which is none of their pictures then. Throws Error (kInput) if
+/// there is no scene, (kUsage) if two would write the same file.
 std::vector<RenderOptions> eachScene(const RenderOptions& options);
 
 /// What to capture for the output that was asked for: of composites for eyes kDisplaySamples unless
@@ -123,7 +128,10 @@ class RenderRequest {
     /// Of a view, whichever of them this run makes, its first picture: what it sees, and its file.
     View firstView(std::size_t view) const;
     std::filesystem::path firstFile(std::size_t view) const;
-    std::filesystem::path outputFile(std::size_t index) const { return outputOf(index).path; }
+    /// The file of a picture, or the name of the shards that it goes to.
+    std::filesystem::path outputFile(std::size_t index) const {
+        return options_.shards ? options_.shards->name() : outputOf(index).path;
+    }
     /// PictureResult::normalized.
     std::optional<std::pair<double, std::array<double, 3>>> normalized() const;
     /// The cameras of all views, whichever of them this run makes.
@@ -152,6 +160,7 @@ class RenderRequest {
     void choosePictures();
     void checkFiles() const;
     std::vector<std::filesystem::path> outputs() const;
+    bool exists(const PictureRequest& picture) const;
     OutputRequest outputOf(std::size_t index) const;
     std::filesystem::path fileOf(const PictureNumber& number) const;
     const Moment& moment(std::size_t index) const;

@@ -6,6 +6,7 @@
 #include <array>
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "cmd/cli/errors.h"
@@ -65,12 +66,19 @@ std::vector<fs::path> scenesNamed(const fs::path& name) {
     return scenes;
 }
 
-/// The name of an output with {stem} and {folder} replaced.
-fs::path named(const fs::path& output, const fs::path& scene) {
-    const std::array<std::pair<std::string, std::string>, 2> places = {{
+/// The name of an output with {stem} and {folder} replaced; in the key of a sample with underscores
+/// for what would end it, or be taken for the place of a number.
+fs::path named(const fs::path& output, const fs::path& scene, bool is_sample = false) {
+    std::array<std::pair<std::string, std::string>, 2> places = {{
         {"{stem}", scene.stem().string()},
         {"{folder}", fs::absolute(scene).lexically_normal().parent_path().filename().string()},
     }};
+    for (auto& [place, text] : places)
+        if (is_sample)
+            std::ranges::replace_if(
+                text,
+                [](char c) { return std::string_view(".#%@").find(c) != std::string_view::npos; },
+                '_');
     std::string name = output.string();
     for (const auto& [place, text] : places) {
         for (std::size_t at = name.find(place); at != std::string::npos;
@@ -95,7 +103,7 @@ std::vector<RenderOptions> eachScene(const RenderOptions& options) {
         for (const fs::path& scene : scenesNamed(name)) {
             RenderOptions& one = each.emplace_back(options);
             one.scene.file = scene;
-            one.output.path = named(options.output.path, scene);
+            one.output.path = named(options.output.path, scene, options.shards != nullptr);
             if (options.channels.manifest)
                 one.channels.manifest = named(*options.channels.manifest, scene);
             if (!options.isOneScene()) {  // one report for all
@@ -106,10 +114,18 @@ std::vector<RenderOptions> eachScene(const RenderOptions& options) {
             if (is_new) continue;
             refuse("the pictures of " + other->second.string() + " and " + scene.string() +
                        " would have the same name",
-                   "--output " + options.output.path.string(),
+                   options.shards ? "--sample " + options.output.path.filename().string()
+                                  : "--output " + options.output.path.string(),
                    "put {stem}, the scene's name, into the output's, or {folder}, its folder's");
         }
     }
+    const std::optional<Shard>& chunk = options.sequence.chunk;
+    if (!options.shards || !chunk || options.isOneScene()) return each;
+    const auto [first, end] = chunk->of(each.size());
+    each.erase(each.begin() + static_cast<std::ptrdiff_t>(end), each.end());
+    each.erase(each.begin(), each.begin() + static_cast<std::ptrdiff_t>(first));
+    for (RenderOptions& one : each)
+        one.sequence.chunk.reset();
     return each;
 }
 

@@ -3,27 +3,20 @@
 #include "formats/file/atomic_file.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <cctype>
 #include <cerrno>
-#include <climits>
 #include <cstdio>
-#include <cstring>
-#include <ctime>
 #include <filesystem>
-#include <mutex>
-#include <set>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
 #include "core/base/error.h"
+#include "formats/file/temporary_files.h"
 
 namespace peeler {
 namespace {
@@ -33,32 +26,6 @@ namespace fs = std::filesystem;
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20U;
 /// Transfers of less, to places here and there, would take the kernel longer than the writing.
 constexpr std::uint64_t kTransferBytes = std::uint64_t{8} << 20U;
-
-/// The paths that a signal handler must unlink: fixed storage, since it may not allocate.
-struct Slot {
-    enum State : int { kFree, kChanging, kLive };
-    std::atomic<int> state{kFree};
-    char path[PATH_MAX]{};
-};
-static_assert(std::atomic<int>::is_always_lock_free);
-constexpr std::size_t kSlots = 1024;       // many, for a file a layer
-constinit std::array<Slot, kSlots> slots;  // 4 MiB that cost nothing before they are used
-
-int occupySlot(const std::string& path) {
-    if (path.size() >= PATH_MAX) return -1;
-    for (std::size_t i = 0; i < kSlots; ++i) {
-        int expected = Slot::kFree;
-        if (!slots[i].state.compare_exchange_strong(expected, Slot::kChanging)) continue;
-        std::memcpy(slots[i].path, path.c_str(), path.size() + 1);
-        slots[i].state = Slot::kLive;
-        return static_cast<int>(i);
-    }
-    return -1;
-}
-
-void releaseSlot(int slot) noexcept {
-    if (slot >= 0) slots[static_cast<std::size_t>(slot)].state = Slot::kFree;
-}
 
 std::string hintFor(int error) {
     switch (error) {
@@ -95,61 +62,12 @@ std::string folderOf(const std::string& path) {
 
 std::atomic<std::uint64_t> bytes_on_standard_output{0};
 
-constexpr std::string_view kMark = ".peeler-", kTemporary = ".tmp";
-
-/// The name of this machine, with an underscore for what is neither a letter nor a digit.
-const std::string& hostName() {
-    static const std::string name = [] {
-        char text[65] = {};
-        gethostname(text, sizeof text - 1);
-        std::string host = text;
-        for (char& c : host)
-            if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
-        return host.empty() ? std::string("unknown") : host;
-    }();
-    return name;
-}
-
 /// Locks a new file for as long as it is open, however the process ends. False if somebody else has
-/// locked or removed it. True where files cannot be locked: there nobody removes leftovers, either.
+/// locked or removed it.
 bool lockIsMine(int descriptor) {
-    if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return errno != EWOULDBLOCK;
+    if (!lockHidden(descriptor)) return false;
     struct stat status {};
     return fstat(descriptor, &status) != 0 || status.st_nlink > 0;
-}
-
-/// Whether the process that wrote a hidden file is gone, which is so if its lock is. Locks may not
-/// reach from one machine to another (NFS), so a file of another machine has to be a day old, too.
-bool isLeftover(int descriptor, std::string_view name) {
-    if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return false;
-    if (name.find(std::string(kMark) + hostName() + '-') != std::string_view::npos) return true;
-    constexpr std::time_t kDay = std::time_t{24} * 60 * 60;
-    struct stat status {};
-    return fstat(descriptor, &status) == 0 && status.st_mtime < std::time(nullptr) - kDay;
-}
-
-/// Removes the hidden files that killed processes have left in a folder; for each folder once in
-/// this process.
-void removeLeftovers(const std::string& folder) {
-    static std::mutex mutex;
-    static std::set<std::string> seen;
-    {
-        const std::lock_guard lock(mutex);
-        if (!seen.insert(folder).second) return;
-    }
-    std::error_code failure;
-    for (fs::directory_iterator entry(folder, failure), end; !failure && entry != end;
-         entry.increment(failure)) {
-        const std::string name = entry->path().filename().string();
-        if (!name.starts_with('.') || name.find(kMark) == std::string::npos ||
-            !name.ends_with(kTemporary))
-            continue;
-        const int descriptor =
-            open(entry->path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
-        if (descriptor < 0) continue;
-        if (isLeftover(descriptor, name)) unlink(entry->path().c_str());
-        close(descriptor);
-    }
 }
 
 }  // namespace
@@ -190,19 +108,15 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
         fs::path(destination_).filename().string().size() > static_cast<std::size_t>(most))
         fail("cannot write: " + text(ENAMETOOLONG), ENAMETOOLONG);
     removeLeftovers(folder);
-    // The name stays below the usual 255 bytes whatever the user's name is.
-    const std::string base = fs::path(destination_).filename().string().substr(0, 150);
-    static std::atomic<unsigned> counter{0};
+    in_scratch_ = isScratchFile(destination_);
+    const std::string base = fs::path(destination_).filename().string();
     buffer_.reserve(kBufferBytes);
     constexpr int kAttempts = 100;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
-        const std::string hidden = "." + base + std::string(kMark) + hostName() + "-" +
-                                   std::to_string(getpid()) + "-" + std::to_string(counter++) +
-                                   std::string(kTemporary);
-        temporary_path_ = (fs::path(destination_).parent_path() / hidden).string();
+        temporary_path_ = (fs::path(destination_).parent_path() / hiddenName(base)).string();
         // Registered before it exists: a signal in between finds nothing to unlink, which does no
         // harm.
-        slot_ = occupySlot(temporary_path_);
+        slot_ = noteTemporary(temporary_path_);
         descriptor_ = open(temporary_path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         // A process that removes leftovers at this very moment may have been faster than the lock;
         // then the file is gone.
@@ -212,7 +126,7 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), destination_(
             unlink(temporary_path_.c_str());
             close(std::exchange(descriptor_, -1));
         }
-        releaseSlot(slot_);
+        forgetTemporary(slot_);
         slot_ = -1;
         if (cause != EEXIST) {
             if (cause == ENOENT) fail("cannot write: the folder does not exist", ENOENT);
@@ -264,6 +178,7 @@ void AtomicFile::flush() {
 
 void AtomicFile::sync() {
     flush();
+    if (in_scratch_) return;
     if (fsync(descriptor_) != 0) fail("cannot write: " + text(errno), errno);
 }
 
@@ -280,8 +195,9 @@ void AtomicFile::commit() {
         fail("cannot rename the finished file: " + text(cause), cause);
     }
     close(std::exchange(descriptor_, -1));
-    releaseSlot(std::exchange(slot_, -1));
+    forgetTemporary(std::exchange(slot_, -1));
     temporary_path_.clear();
+    if (in_scratch_) return;
 
     const int folder = open(folderOf(destination_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder < 0) return;  // a folder that may be written to but not read: nothing to sync by
@@ -307,7 +223,7 @@ void AtomicFile::writeOut(std::uint64_t offset, std::span<const std::byte> bytes
         transferable_ += static_cast<std::uint64_t>(n);
         bytes = bytes.subspan(static_cast<std::size_t>(n));
     }
-    if (transferable_ < kTransferBytes) return;
+    if (transferable_ < kTransferBytes || in_scratch_) return;
     // The transfer to the disk begins now, so that sync() has less to wait for; where it cannot
     // begin, sync() waits for all of it.
     sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
@@ -334,7 +250,7 @@ void AtomicFile::copyToStandardOutput() {
 void AtomicFile::discard() noexcept {
     if (descriptor_ >= 0) close(std::exchange(descriptor_, -1));
     if (!temporary_path_.empty()) unlink(temporary_path_.c_str());
-    releaseSlot(std::exchange(slot_, -1));
+    forgetTemporary(std::exchange(slot_, -1));
 }
 
 void AtomicFile::fail(const std::string& what, int error) const {
@@ -372,14 +288,6 @@ void commitAll(std::span<const std::unique_ptr<AtomicFile>> files) {
     for (const auto& file : files)
         all.push_back(file.get());
     commitAll(all);
-}
-
-void removeTemporaryFiles() noexcept {
-    const int saved = errno;
-    for (const Slot& slot : slots) {
-        if (slot.state == Slot::kLive) unlink(slot.path);
-    }
-    errno = saved;
 }
 
 }  // namespace peeler

@@ -60,7 +60,8 @@ class AtomicFile {
     std::string destination_;  ///< with symbolic links followed
     std::string temporary_path_;
     int descriptor_ = -1;
-    int slot_ = -1;  ///< in the registry behind removeTemporaryFiles(), −1 = it was full
+    int slot_ = -1;            ///< of noteTemporary(), −1 = none was left
+    bool in_scratch_ = false;  ///< isScratchFile(): nothing is synced
     std::vector<std::byte> buffer_;
     std::uint64_t size_ = 0;
     std::uint64_t transferable_ = 0;  ///< bytes whose transfer to the disk has not begun
@@ -78,9 +79,5 @@ std::uint64_t bytesOnStandardOutput();
 /// left. Throws Error (kOutput).
 void commitAll(std::span<AtomicFile* const> files);
 void commitAll(std::span<const std::unique_ptr<AtomicFile>> files);
-
-/// Unlinks the hidden file of every AtomicFile that is alive. It is async-signal-safe, for handlers
-/// that are about to end the process.
-void removeTemporaryFiles() noexcept;
 
 }  // namespace peeler

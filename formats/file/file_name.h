@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace peeler {
 
@@ -18,6 +19,10 @@ bool hasFrameToken(const std::string& path);
 /// four), or as printf does for "%04d" and "%d"; "%%" is a '%'. A sign comes before the digits.
 /// Only the last component of the path is looked at.
 std::string framePath(const std::string& path, int frame);
+
+/// The numbers, from 0 to 1,000,000,000 and rising, for which framePath() names something that is
+/// there; 0 if there is no place for a number, and something of that name is there.
+std::vector<int> framesThere(const std::string& path);
 
 /// Whether a file name has a place for the number of a view: "@@@@".
 bool hasViewToken(const std::string& path);

@@ -73,4 +73,29 @@ void failToOpen(const std::filesystem::path& path, int error) {
                 path.string(), error == EACCES ? "check its permissions" : "");
 }
 
+RegularFile::RegularFile(const std::filesystem::path& path)
+    : descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {
+    is_open_ = descriptor_ >= 0 && ::fstat(descriptor_, &status_) == 0 && S_ISREG(status_.st_mode);
+}
+
+RegularFile::~RegularFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+RegularFile::Identity RegularFile::identity() const {
+    return {status_.st_dev, status_.st_ino, status_.st_size, status_.st_mtime};
+}
+
+bool RegularFile::read(std::uint64_t at, std::span<char> bytes) const {
+    while (!bytes.empty()) {
+        const ssize_t got =
+            ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(at));
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) return false;
+        at += static_cast<std::uint64_t>(got);
+        bytes = bytes.subspan(static_cast<std::size_t>(got));
+    }
+    return true;
+}
+
 }  // namespace peeler

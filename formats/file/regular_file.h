@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the bytes of a regular file at once, up to a limit: for input that is not trusted.
+// Reads the bytes of a regular file, at once up to a limit, or in parts: for input that is not
+// trusted.
 #pragma once
 
+#include <sys/stat.h>
+
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
+#include <span>
 #include <vector>
 
 namespace peeler {
@@ -17,5 +22,36 @@ std::vector<std::uint8_t> readRegularFile(const std::filesystem::path& path,
 /// Throws the Error (kInput) that readRegularFile() throws for a file or folder that cannot be
 /// opened; `error` is a value of errno.
 [[noreturn]] void failToOpen(const std::filesystem::path& path, int error);
+
+/// A regular file that is open for reading, whatever becomes of its name.
+class RegularFile {
+  public:
+    /// Of what is not there, is no regular file, or cannot be opened isOpen() is false.
+    explicit RegularFile(const std::filesystem::path& path);
+    ~RegularFile();
+    RegularFile(const RegularFile&) = delete;
+    RegularFile& operator=(const RegularFile&) = delete;
+
+    bool isOpen() const { return is_open_; }
+    std::uint64_t size() const { return static_cast<std::uint64_t>(status_.st_size); }
+
+    /// What a file of the same name does not share that has taken its place, or has changed.
+    struct Identity {
+        dev_t device = 0;
+        ino_t inode = 0;
+        off_t size = 0;
+        std::time_t written = 0;
+        bool operator==(const Identity&) const = default;
+    };
+    Identity identity() const;
+
+    /// Fills `bytes` from a place in it. False if they are not all there.
+    bool read(std::uint64_t at, std::span<char> bytes) const;
+
+  private:
+    int descriptor_;
+    struct stat status_ {};
+    bool is_open_ = false;
+};
 
 }  // namespace peeler

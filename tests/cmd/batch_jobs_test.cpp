@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <string>
 
 #include "core/base/error.h"
@@ -47,6 +48,18 @@ TEST(BatchJobs, OfOneSeriesShareItsName) {
     };
     EXPECT_EQ(readJobs("jobs", part("1-5") + part("6-10")).size(), 2U);
     EXPECT_THROW(readJobs("jobs", part("1-5") + part("1-5")), Error);
+}
+
+TEST(BatchJobs, ThatWriteShardsKeepTheirName) {
+    const auto part = [](const std::string& more) {
+        return R"({"verb": "render", "args": ["a.glb", "-o", "s{chunk}-%06d.tar", "--frames", )"
+               R"("1-9")" +
+               more + "]}\n";
+    };
+    const auto jobs =
+        readJobs("jobs", part(R"(, "--chunk", "1/10")") + part(R"(, "--chunk", "2/10")"));
+    EXPECT_EQ(jobs.at(1).outputs, std::vector<std::filesystem::path>{"s02-%06d.tar"});
+    EXPECT_THROW(readJobs("jobs", part("") + part("")), Error);
 }
 
 TEST(BatchJobs, ThatAreWrongAreNamedByTheirLine) {

@@ -6,8 +6,10 @@ PEELER_TEST_ALL makes it 50 frames instead of 20, and has a job meet the end of 
 import os
 import pathlib
 import re
+import shutil
 import signal
 import sys
+import tarfile
 import time
 import unittest
 
@@ -189,6 +191,44 @@ class Slurm(PeelerTest):
         self.assertEqual(peeler("flatten", whole, "-o", flat).returncode, 0)
         same = peeler("compare", flat, self.folder / "picture.png")
         self.assertEqual(same.returncode, 0, same.stdout)
+
+    def test_shards(self):
+        scenes = self.folder / "scenes"
+        scenes.mkdir()
+        for name in ("coincident", "bracket", "panes"):
+            shutil.copy(EXAMPLES / "scenes" / f"{name}.glb", scenes)
+        (scenes / "broken.glb").write_bytes(b"glTF")  # left out
+        options = ("--views", 4, "--sample", "png", "--shard-count", 3, "--size", "64x48")
+        runs = []
+        for _ in range(2):  # the second time nothing is to be done
+            job = self.submit(
+                *("shards.sh", 2, 2, scenes, "-o", self.folder / "out" / "{chunk}-%02d.tar"),
+                *options,
+            )
+            tasks = {int(task["ArrayTaskId"]): task for task in self.cluster.wait_for(job)}
+            # The first has bracket and broken.
+            self.assertEqual(tasks[1]["ExitCode"], "3:0", self.log())
+            self.assertEqual(tasks[2]["ExitCode"], "0:0", self.log())
+            written = {}
+            for file in (self.folder / "out").iterdir():
+                with tarfile.open(file) as tar:
+                    written[file.name] = file.stat().st_ino, tar.getnames()
+            runs.append(written)
+        self.assertEqual(runs[1], runs[0])
+        keys = {
+            name: sorted({member.partition(".")[0] for member in names})
+            for name, (_, names) in runs[0].items()
+        }
+        self.assertEqual(
+            keys,
+            {
+                "1-00.tar": ["bracket_0000", "bracket_0001", "bracket_0002"],
+                "1-01.tar": ["bracket_0003"],
+                "2-00.tar": ["coincident_0000", "coincident_0001", "coincident_0002"],
+                "2-01.tar": ["coincident_0003", "panes_0000", "panes_0001"],
+                "2-02.tar": ["panes_0002", "panes_0003"],
+            },
+        )
 
     def test_tiles_that_fail_are_not_merged(self):
         job = self.submit("tiles.sh", 2, self.folder / "out.exr", self.folder / "missing.glb")

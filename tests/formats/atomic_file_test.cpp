@@ -17,6 +17,7 @@
 #include <iterator>
 
 #include "core/base/error.h"
+#include "formats/file/temporary_files.h"
 #include "formats/synthetic_image.h"
 #include "formats/writers.h"
 #include "support/test_support.h"

@@ -1,0 +1,11 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# A data set as a job array: each task takes a share of the scenes (of one scene, of its views) and
+# writes tar shards of its own; samples that are there are kept, scenes that fail are left out.
+#   sh shards.sh TASKS AT_ONCE SCENES -o OUT-{chunk}-%06d.tar [more options of peeler render]
+# SCENES are files, folders and globs in quotes.
+set -eu
+tasks=$1 at_once=$2
+shift 2
+exec sbatch --parsable --array="1-$tasks%$at_once" "$(dirname "$0")/peeler.sbatch" \
+    render "$@" --chunk "%a/$tasks" --skip-existing --keep-going

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/file/temporary_files.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cctype>
+#include <cerrno>
+#include <climits>
+#include <cstring>
+#include <ctime>
+#include <mutex>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace peeler {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The paths that a signal handler must remove: fixed storage, since it may not allocate.
+struct Slot {
+    enum State : int { kFree, kChanging, kLiveFile, kLiveFolder };
+    std::atomic<int> state{kFree};
+    char path[PATH_MAX]{};
+};
+static_assert(std::atomic<int>::is_always_lock_free);
+constexpr std::size_t kSlots = 1024;       // many, for a file a layer
+constinit std::array<Slot, kSlots> slots;  // 4 MiB that cost nothing before they are used
+
+constexpr std::string_view kMark = ".peeler-", kTemporary = ".tmp", kScratchBase = "samples";
+
+/// The name of this machine, with an underscore for what is neither a letter nor a digit.
+const std::string& hostName() {
+    static const std::string name = [] {
+        char text[65] = {};
+        gethostname(text, sizeof text - 1);
+        std::string host = text;
+        for (char& c : host)
+            if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+        return host.empty() ? std::string("unknown") : host;
+    }();
+    return name;
+}
+
+/// Whether the process that made a hidden file or folder is gone, which is so if its lock is.
+bool isLeftover(int descriptor, std::string_view name) {
+    if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) return false;
+    if (name.find(std::string(kMark) + hostName() + '-') != std::string_view::npos) return true;
+    constexpr std::time_t kDay = std::time_t{24} * 60 * 60;
+    struct stat status {};
+    return fstat(descriptor, &status) == 0 && status.st_mtime < std::time(nullptr) - kDay;
+}
+
+/// Removes a folder and the files in it; async-signal-safe, which opendir() is not.
+void removeFolder(const char* path) noexcept {
+    const int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
+    if (folder < 0) return;
+    // As getdents64(2) fills it: glibc's dirent64 is the kernel's linux_dirent64.
+    alignas(dirent64) char entries[4096];
+    for (long size = 0; (size = syscall(SYS_getdents64, folder, entries, sizeof entries)) > 0;) {
+        for (long at = 0; at < size;) {
+            const auto* entry = reinterpret_cast<const dirent64*>(entries + at);
+            unlinkat(folder, entry->d_name, 0);  // "." and ".." are none of its files, and stay
+            at += entry->d_reclen;
+        }
+    }
+    close(folder);
+    rmdir(path);
+}
+
+[[noreturn]] void failScratch(const fs::path& path, int error) {
+    throw Error(ErrorKind::kOutput,
+                "cannot make a scratch folder: " + std::generic_category().message(error),
+                path.string(), "check the permissions of the folder, and the room on its disk");
+}
+
+}  // namespace
+
+std::string hiddenName(std::string_view base) {
+    static std::atomic<unsigned> counter{0};
+    // The name stays below the usual 255 bytes whatever the user's name is.
+    std::string name = ".";
+    name.append(base.substr(0, 150)).append(kMark).append(hostName());
+    name += '-' + std::to_string(getpid()) + '-' + std::to_string(counter++);
+    return name.append(kTemporary);
+}
+
+void removeLeftovers(const std::string& folder) {
+    static std::mutex mutex;
+    static std::set<std::string> seen;
+    {
+        const std::lock_guard lock(mutex);
+        if (!seen.insert(folder).second) return;
+    }
+    std::error_code failure;
+    for (fs::directory_iterator entry(folder, failure), end; !failure && entry != end;
+         entry.increment(failure)) {
+        const std::string name = entry->path().filename().string();
+        if (!name.starts_with('.') || name.find(kMark) == std::string::npos ||
+            !name.ends_with(kTemporary))
+            continue;
+        constexpr int kHow = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
+        const char* const path = entry->path().c_str();
+        int descriptor = open(path, O_RDWR | kHow);
+        const bool is_folder = descriptor < 0 && errno == EISDIR;
+        if (is_folder) descriptor = open(path, O_RDONLY | O_DIRECTORY | kHow);
+        if (descriptor < 0) continue;
+        if (isLeftover(descriptor, name)) {
+            if (is_folder)
+                removeFolder(path);
+            else
+                unlink(path);
+        }
+        close(descriptor);
+    }
+}
+
+bool lockHidden(int descriptor) {
+    return flock(descriptor, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+}
+
+int noteTemporary(const std::string& path, HiddenKind kind) {
+    if (path.size() >= PATH_MAX) return -1;
+    for (std::size_t i = 0; i < kSlots; ++i) {
+        int expected = Slot::kFree;
+        if (!slots[i].state.compare_exchange_strong(expected, Slot::kChanging)) continue;
+        std::memcpy(slots[i].path, path.c_str(), path.size() + 1);
+        slots[i].state = kind == HiddenKind::kFolder ? Slot::kLiveFolder : Slot::kLiveFile;
+        return static_cast<int>(i);
+    }
+    return -1;
+}
+
+void forgetTemporary(int place) noexcept {
+    if (place >= 0) slots[static_cast<std::size_t>(place)].state = Slot::kFree;
+}
+
+void removeTemporaryFiles() noexcept {
+    const int saved = errno;
+    for (const Slot& slot : slots) {
+        const int state = slot.state;
+        if (state == Slot::kLiveFile) unlink(slot.path);
+        if (state == Slot::kLiveFolder) removeFolder(slot.path);
+    }
+    errno = saved;
+}
+
+ScratchFolder::ScratchFolder(const fs::path& parent) {
+    std::error_code failure;
+    const fs::path folder = parent.empty() ? fs::path(".") : parent;
+    fs::create_directories(folder, failure);
+    removeLeftovers(folder.string());
+    constexpr int kAttempts = 100;
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+        path_ = folder / hiddenName(kScratchBase);
+        place_ = noteTemporary(path_.string(), HiddenKind::kFolder);
+        const bool made = mkdir(path_.c_str(), 0777) == 0;
+        const int cause = errno;
+        if (made) descriptor_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        // A process that removes leftovers at this very moment may have been faster than the lock;
+        // then the folder is gone.
+        struct stat opened {
+        }, there{};
+        if (descriptor_ >= 0 && lockHidden(descriptor_) && fstat(descriptor_, &opened) == 0 &&
+            stat(path_.c_str(), &there) == 0 && opened.st_ino == there.st_ino)
+            return;
+        if (descriptor_ >= 0) close(std::exchange(descriptor_, -1));
+        forgetTemporary(std::exchange(place_, -1));
+        if (!made && cause != EEXIST) failScratch(folder, cause);
+    }
+    failScratch(folder, EEXIST);
+}
+
+ScratchFolder::~ScratchFolder() {
+    removeFolder(path_.c_str());
+    close(descriptor_);
+    forgetTemporary(place_);
+}
+
+bool isScratchFile(const fs::path& file) {
+    const std::string folder = file.parent_path().filename().string();
+    return folder.starts_with('.' + std::string(kScratchBase) + std::string(kMark)) &&
+           folder.ends_with(kTemporary);
+}
+
+}  // namespace peeler

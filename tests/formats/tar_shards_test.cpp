@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shards byte by byte against IEEE Std 1003.1-2017 (pax, "ustar Interchange Format"), by Python's
+// tarfile, and when they are full, kept, damaged.
+#include "formats/file/tar_shards.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "core/base/error.h"
+#include "formats/file/temporary_files.h"
+#include "support/python.h"
+#include "support/test_support.h"
+
+namespace peeler {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The members of tar files, in order: [file, name, contents].
+constexpr const char* kMembers = R"(
+import json, sys, tarfile
+found = []
+for path in sys.argv[1:]:
+    with tarfile.open(path) as tar:
+        for member in tar:
+            assert member.isreg() and member.mode == 0o644 and member.uid == member.gid == 0
+            found.append([path, member.name, tar.extractfile(member).read().decode("latin1")])
+print(json.dumps(found))
+)";
+
+class Shards : public testing::Test {
+  protected:
+    std::string write(const std::string& name, const std::string& text) const {
+        std::ofstream(scratch_ / name, std::ios::binary) << text;
+        return (scratch_ / name).string();
+    }
+    /// A sample of two files; `hash` tells what is in them.
+    TarShards::Stored add(TarShards& shards, const std::string& key, const std::string& hash = "h",
+                          std::size_t bytes = 600) const {
+        const std::string text = key + hash + std::string(bytes, 'x');
+        const SampleFile files[] = {{"png", write("in.png", text)},
+                                    {"ldi.npz", write("in.npz", "npz of " + key)}};
+        return shards.add(key, {{"outputHash", hash}, {"scene", key}}, files);
+    }
+    /// A run over samples that keeps what it may; which of them it added.
+    std::vector<std::string> run(const std::vector<std::pair<std::string, std::string>>& samples,
+                                 const ShardSettings& settings, bool all = true) const {
+        TarShards shards(pattern_, settings);
+        bad_ = shards.findExisting();
+        std::vector<std::string> added;
+        for (const auto& [key, hash] : samples) {
+            if (shards.contains(key, hash)) {
+                shards.keep(key);
+                continue;
+            }
+            add(shards, key, hash);
+            added.push_back(key);
+        }
+        shards.finish(all);
+        surplus_ = shards.surplus();
+        return added;
+    }
+    static std::vector<std::pair<std::string, std::string>> samples(
+        std::initializer_list<const char*> keys) {
+        std::vector<std::pair<std::string, std::string>> all;
+        for (const char* key : keys)
+            all.emplace_back(key, "h");
+        return all;
+    }
+    fs::path shard(int number) const {
+        return scratch_ / ("s-00" + std::to_string(number) + ".tar");
+    }
+    ino_t inode(int number) const {
+        struct stat found {};
+        return stat(shard(number).c_str(), &found) == 0 ? found.st_ino : 0;
+    }
+    std::vector<std::string> bytes() const {
+        std::vector<std::string> all;
+        for (int i = 0; fs::exists(shard(i)); ++i)
+            all.push_back(test::bytesOf(shard(i)));
+        return all;
+    }
+
+    test::ScratchDir scratch_;
+    std::string pattern_ = (scratch_ / "s-%03d.tar").string();
+    mutable std::vector<std::string> bad_;
+    mutable std::string surplus_;
+};
+
+TEST_F(Shards, HaveTheBytesOfTheStandard) {
+    const SampleFile file{"txt", write("in", "hello")};
+    TarShards shards(pattern_);
+    const auto stored = shards.add("k", {{"outputHash", "0f"}}, {&file, 1});
+    EXPECT_EQ(stored.shard, shard(0).string());
+    EXPECT_EQ(stored.bytes, 5U);
+    EXPECT_FALSE(fs::exists(shard(0))) << "it is not whole yet";
+    shards.finish();
+
+    const auto header = [](const std::string& name, const std::string& size) {
+        std::string block(512, '\0');
+        const auto put = [&](std::size_t at, const std::string& text) {
+            block.replace(at, text.size(), text);
+        };
+        put(0, name);
+        put(100, "0000644");
+        put(108, "0000000");
+        put(116, "0000000");
+        put(124, size);
+        put(136, "00000000000");
+        put(148, "        ");
+        put(156, "0");
+        put(257, "ustar");
+        put(263, "00");
+        put(329, "0000000");
+        put(337, "0000000");
+        const unsigned sum = std::accumulate(
+            block.begin(), block.end(), 0U,
+            [](unsigned all, char c) { return all + static_cast<unsigned char>(c); });
+        char text[8];
+        std::snprintf(text, sizeof text, "%06o", sum);
+        put(148, std::string(text) + '\0' + ' ');
+        return block;
+    };
+    const auto padded = [](std::string text) {
+        text.resize((text.size() + 511) / 512 * 512);
+        return text;
+    };
+    const std::string about = "{\"outputHash\":\"0f\"}\n";
+    EXPECT_EQ(test::bytesOf(shard(0)), header("k.txt", "00000000005") + padded("hello") +
+                                           header("k.json", "00000000024") + padded(about) +
+                                           std::string(1024, '\0'));
+    EXPECT_EQ(about.size(), 024U);
+}
+
+TEST_F(Shards, AreThoseOfPythonAndReadByIt) {
+    setenv("SOURCE_DATE_EPOCH", "86400", 1);
+    const std::string big(3'000'000, 'b');
+    const SampleFile files[] = {{"bin", write("big", big)}, {"none", write("none", "")}};
+    {
+        TarShards shards(pattern_);
+        shards.add("key_0001", {{"outputHash", "0f"}, {"view", 1}}, files);
+        shards.finish();
+    }
+    unsetenv("SOURCE_DATE_EPOCH");
+    const auto read = test::runPython(kMembers, {shard(0).string()});
+    ASSERT_EQ(read.exit_code, 0) << read.err;
+    const auto members = nlohmann::json::parse(read.out);
+    ASSERT_EQ(members.size(), 3U);
+    EXPECT_EQ(members[0][1], "key_0001.bin");
+    EXPECT_TRUE(members[0][2] == big);
+    EXPECT_EQ(members[1][1], "key_0001.none");
+    EXPECT_EQ(members[1][2], "");
+    EXPECT_EQ(members[2][2], "{\"outputHash\":\"0f\",\"view\":1}\n");
+    // The same file but for the zeros that tarfile fills its last record with.
+    const auto made = test::runPython(R"(
+import io, sys, tarfile
+source, made = open(sys.argv[1], "rb").read(), io.BytesIO()
+with tarfile.open(fileobj=made, mode="w", format=tarfile.USTAR_FORMAT) as out, \
+     tarfile.open(sys.argv[1]) as tar:
+    for member in tar:
+        info = tarfile.TarInfo(member.name)
+        info.size, info.mode, info.mtime = member.size, 0o644, 86400
+        out.addfile(info, tar.extractfile(member))
+assert made.getvalue().rstrip(b"\0") == source.rstrip(b"\0")
+)",
+                                      {shard(0).string()});
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+}
+
+TEST_F(Shards, AreFullByNumberOrBySize) {
+    EXPECT_EQ(run(samples({"a", "b", "c", "d", "e"}), {.samples = 2}).size(), 5U);
+    EXPECT_EQ(bytes().size(), 3U);
+    // A sample has three headers, and 1024 + 512 + 512 bytes; a file has 1024 at its end.
+    const std::uint64_t sample = 3 * 512 + 1024 + 512 + 512;
+    for (const auto& [most, shards] : {std::pair{2 * sample + 1024, std::size_t{3}},
+                                       std::pair{2 * sample + 1023, std::size_t{5}},
+                                       std::pair{std::uint64_t{1}, std::size_t{5}}}) {
+        for (int i = 0; fs::exists(shard(i)); ++i)
+            fs::remove(shard(i));
+        run(samples({"a", "b", "c", "d", "e"}), {.bytes = most});
+        EXPECT_EQ(bytes().size(), shards) << most;
+        if (most > 1) {
+            for (const std::string& shard : bytes())
+                EXPECT_LE(shard.size(), most);
+        }
+    }
+}
+
+TEST_F(Shards, OfWhichAllIsKeptAreNotTouched) {
+    const ShardSettings settings{.samples = 2};
+    const auto all = samples({"a", "b", "c", "d", "e"});
+    run(all, settings);
+    const auto before = bytes();
+    const ino_t inodes[] = {inode(0), inode(1), inode(2)};
+    EXPECT_TRUE(run(all, settings).empty());
+    EXPECT_EQ(bytes(), before);
+    for (int i = 0; i < 3; ++i)
+        EXPECT_EQ(inode(i), inodes[i]);
+    // One that is gone is made again, and no other.
+    fs::remove(shard(1));
+    EXPECT_EQ(run(all, settings), (std::vector<std::string>{"c", "d"}));
+    EXPECT_EQ(bytes(), before);
+    EXPECT_EQ(inode(0), inodes[0]);
+    EXPECT_EQ(inode(2), inodes[2]);
+}
+
+TEST_F(Shards, AreMadeOfWhatIsKeptAndWhatIsNew) {
+    const ShardSettings settings{.bytes = 9000};
+    auto all = samples({"a", "b", "c", "d", "e"});
+    all[3].second = "new";
+    run(all, settings);
+    const auto wanted = bytes();
+    for (int i = 0; fs::exists(shard(i)); ++i)
+        fs::remove(shard(i));
+    run(samples({"a", "b", "c", "d", "e"}), settings);
+    EXPECT_NE(bytes(), wanted);
+    EXPECT_EQ(run(all, settings), std::vector<std::string>{"d"});
+    EXPECT_EQ(bytes(), wanted) << "as if made at once";
+    // Other limits, another order, fewer: nothing is made again, and what is behind is told.
+    EXPECT_TRUE(run(all, {.samples = 3}).empty());
+    EXPECT_EQ(surplus_, shard(2).string());
+    fs::remove(shard(2));
+    std::ranges::reverse(all);
+    EXPECT_TRUE(run(all, {.samples = 4}).empty());
+    EXPECT_TRUE(run(samples({"b", "c"}), {}).empty());
+    const auto read = test::runPython(kMembers, {shard(0).string()});
+    EXPECT_EQ(nlohmann::json::parse(read.out).size(), 6U);
+    EXPECT_EQ(nlohmann::json::parse(read.out)[0][1], "b.png");
+}
+
+TEST_F(Shards, ThatAreDamagedCountForNothing) {
+    const auto all = samples({"a", "b"});
+    run(all, {});
+    const std::string whole = test::bytesOf(shard(0));
+    const auto made = [&](std::string damaged) {
+        write("s-000.tar", damaged);
+        const std::size_t added = run(all, {}).size();
+        EXPECT_EQ(test::bytesOf(shard(0)), whole);
+        EXPECT_EQ(bad_.size(), added > 0 ? 1U : 0U);
+        return added;
+    };
+    EXPECT_EQ(made(whole), 0U);
+    for (const std::size_t size : {0U, 511U, 512U, 1024U, 3000U})
+        EXPECT_EQ(made(whole.substr(0, size)), 2U) << size;
+    EXPECT_EQ(made(whole.substr(0, whole.size() - 1)), 2U);
+    EXPECT_EQ(made(whole.substr(0, whole.size() - 512)), 2U);
+    EXPECT_EQ(made(whole + std::string(512, '\0')), 2U);
+    // Sizes and names are not believed.
+    for (const auto& [at, text] : {std::pair<std::size_t, std::string>{124, "77777777777"},
+                                   {124, "00000000000"},
+                                   {0, "/"},
+                                   {0, "b.png"},
+                                   {156, "5"},
+                                   {257, "USTAR"},
+                                   {345, "p"},
+                                   {148, "000000"}}) {
+        std::string damaged = whole;
+        damaged.replace(at, text.size(), text);
+        EXPECT_EQ(made(damaged), 2U) << at << ' ' << text;
+    }
+    // Nor with a checksum that is right: the size goes beyond the end.
+    std::string damaged = whole;
+    damaged.replace(124, 11, "77777777777");
+    unsigned sum = 8 * ' ';
+    for (std::size_t i = 0; i < 512; ++i)
+        if (i < 148 || i >= 156) sum += static_cast<unsigned char>(damaged[i]);
+    char text[8];
+    std::snprintf(text, sizeof text, "%06o", sum);
+    damaged.replace(148, 6, text);
+    EXPECT_EQ(made(damaged), 2U);
+    // What is told of a sample is.
+    const std::size_t about = whole.find("{\"outputHash\"");
+    damaged = whole;
+    damaged[about] = '[';
+    EXPECT_EQ(made(damaged), 2U);
+}
+
+TEST_F(Shards, OfARunThatIsGivenUpLoseNothing) {
+    run(samples({"a", "b", "c"}), {});
+    const auto before = bytes();
+    run({{"a", "other"}}, {}, false);
+    EXPECT_EQ(bytes(), before);
+    run(samples({"x", "y", "z", "w"}), {}, false);
+    EXPECT_NE(bytes(), before);
+}
+
+TEST_F(Shards, RefuseWhatTheyCannotHold) {
+    const auto refused = [&](const std::string& pattern, const std::string& key,
+                             const ShardSettings& settings) {
+        TarShards shards(pattern, settings);
+        add(shards, "first");
+        try {
+            add(shards, key);
+        } catch (const Error& error) {
+            EXPECT_FALSE(error.hint().empty());
+            shards.finish();
+            EXPECT_TRUE(fs::exists(shards.nameOf(0)));
+            return error.kind();
+        }
+        return ErrorKind::kInternal;
+    };
+    EXPECT_EQ(refused(pattern_, std::string(96, 'k'), {}), ErrorKind::kOutput);
+    EXPECT_EQ(refused((scratch_ / "one.tar").string(), "second", {.samples = 1}),
+              ErrorKind::kUsage);
+    TarShards shards(pattern_, {.replaces = false});
+    EXPECT_THROW(add(shards, "a"), Error);
+    setenv("SOURCE_DATE_EPOCH", "-1", 1);
+    EXPECT_THROW(TarShards{pattern_}, Error);
+    unsetenv("SOURCE_DATE_EPOCH");
+}
+
+TEST_F(Shards, FilesInAScratchFolderGoWithIt) {
+    fs::path folder;
+    {
+        const ScratchFolder scratch(scratch_ / "new");
+        folder = scratch.path();
+        EXPECT_TRUE(isScratchFile(folder / "a.png"));
+        EXPECT_FALSE(isScratchFile("a.png"));
+        AtomicFile file(folder / "a.png");
+        file.commit();
+        EXPECT_TRUE(fs::exists(folder / "a.png"));
+        const ScratchFolder other(scratch_ / "new");
+        EXPECT_TRUE(fs::exists(folder)) << "it is locked";
+    }
+    EXPECT_TRUE(fs::is_empty(scratch_ / "new"));
+    // That of a killed process of this machine is not locked.
+    const fs::path left = scratch_ / "other" / folder.filename();
+    fs::create_directories(left);
+    std::ofstream(left / "a.png") << "half";
+    const AtomicFile file(scratch_ / "other/b.png");
+    EXPECT_FALSE(fs::exists(left));
+}
+
+}  // namespace
+}  // namespace peeler
