@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler rays: all hits of bundles of rays, and what follows from them. Longer than others because
-// a run, its outputs and its views are one class.
+// peeler rays: all hits of bundles of rays, and what follows from them.
+// Longer than others because a run, its outputs and its views are one class.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
