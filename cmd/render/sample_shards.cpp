@@ -12,7 +12,7 @@
 #include "cmd/cli/parse.h"
 #include "cmd/render/render_request.h"
 #include "core/base/error.h"
-#include "formats/exr/exr_header.h"
+#include "formats/exr/exr_files.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/file_name.h"
 

@@ -105,4 +105,14 @@ struct OpenedExr {
 /// What the headers of the picture at `path` say; no pixels are read. Throws Error (kInput).
 ExrInfo readExrInfo(const std::string& path);
 
+// exr_header.cpp.
+
+/// The camera as JSON, all numbers in double precision: name, projection, near, far (null =
+/// infinite), halfWidth, halfHeight (as in Projection), width, height, crop [x, y, w, h], and the
+/// 4×4 matrix cameraToWorld as rows for column vectors (OpenGL's camera: looks along −Z, +Y up).
+std::string cameraJson(const View& view);
+
+/// The inverse of cameraJson(). Throws Error (kInput) if the text is none of its texts.
+View viewFromJson(const std::string& json);
+
 }  // namespace peeler

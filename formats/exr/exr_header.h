@@ -11,6 +11,7 @@
 
 #include "core/image/sink.h"
 #include "core/scene/scene.h"
+#include "formats/exr/exr_files.h"
 
 namespace peeler {
 
@@ -36,14 +37,6 @@ namespace peeler {
 /// - Nothing of the camera if it is not known (View::known).
 /// - capDate (UTC) only if SOURCE_DATE_EPOCH is set.
 Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Window& data_window);
-
-/// The camera as JSON, all numbers in double precision: name, projection, near, far (null =
-/// infinite), halfWidth, halfHeight (as in Projection), width, height, crop [x, y, w, h], and the
-/// 4×4 matrix cameraToWorld as rows for column vectors (OpenGL's camera: looks along −Z, +Y up).
-std::string cameraJson(const View& view);
-
-/// The inverse of cameraJson(). Throws Error (kInput) if the text is none of its texts.
-View viewFromJson(const std::string& json);
 
 /// Adds the names of those channels of the header that are an id.object or id.material of some
 /// layer (scheme "id", not hashed, stable as long as the scene file is); nothing if there are none.
