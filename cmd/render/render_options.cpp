@@ -11,6 +11,15 @@ namespace peeler::cmd {
 
 namespace {
 
+/// Of all files that a picture can be.
+std::string outputEndings() {
+    std::string endings;
+    for (const OutputFormat& format : outputFormats())
+        for (const std::string_view extension : format.extensions)
+            endings += (endings.empty() ? "" : " ") + std::string(extension);
+    return endings;
+}
+
 /// Captures what casts shadows, for an output that shows nothing else. Throws Error (kUsage) for
 /// options that ask for other fragments.
 void chooseCasters(CaptureSettings& capture) {
@@ -64,7 +73,7 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
         .files(".gltf .glb");
     addOutputOptions(verb, options.output);
     addLayerOutputOptions(verb, options.output);
-    verb.option("--output").files("");  // .tar, too
+    verb.option("--output").files(outputEndings() + " .tar");
     addShardOptions(verb, options.shard);
     addPresetOption(verb, options.preset);
     addFxaaOption(verb, options.fxaa, "quick, but --samples sees more");

@@ -41,7 +41,7 @@ std::string sampleName(const RenderOptions& options) {
     std::string key = dot == std::string::npos ? "{stem}" : asked.substr(0, dot);
     if (key.empty() || key.find_first_of("/#%@") != std::string::npos)
         refuse("a sample has a name, without a folder and without places for numbers",
-               "--sample " + asked, "e.g. '{folder}_{stem}.npz'; numbers are added to it");
+               "--shard-member " + asked, "e.g. '{folder}_{stem}.npz'; numbers are added to it");
     std::vector<std::string_view> extensions;
     for (const OutputFormat& format : outputFormats())
         for (const std::string_view each : format.extensions)
@@ -62,7 +62,7 @@ void checkShardName(const RenderOptions& options) {
     for (const char* place : {"{stem}", "{folder}"})
         if (name.find(place) != std::string::npos)
             refuse("all scenes of a run share the shards", option,
-                   "leave " + std::string(place) + " out; it may stand in --sample");
+                   "leave " + std::string(place) + " out; it may stand in --shard-member");
     if (hasViewToken(name))
         refuse("shards are not numbered by views", option, "put %06d where their number goes");
     if (options.sequence.chunk && chunkName(name, *options.sequence.chunk) == name)
@@ -77,7 +77,7 @@ void checkShardName(const RenderOptions& options) {
 
 void addShardOptions(VerbOptions& verb, ShardOptions& options) {
     addValue(
-        verb, "--sample", "EXT", options.sample, [](const std::string& text) { return text; },
+        verb, "--shard-member", "EXT", options.sample, [](const std::string& text) { return text; },
         "what each picture is in shards (-o 'train-%06d.tar': tar files of samples that "
         "webdataset reads): an extension that -o takes (default: what --as is usually in, else "
         "exr); or a name, too: '{folder}_{stem}.npz' (default: {stem}), to which the numbers of "
@@ -98,7 +98,7 @@ void addShardOptions(VerbOptions& verb, ShardOptions& options) {
 }
 
 void refuseShardOptions(const VerbOptions& verb) {
-    for (const char* option : {"--sample", "--shard-count", "--shard-size"})
+    for (const char* option : {"--shard-member", "--shard-count", "--shard-size"})
         if (verb.given(option))
             refuse("there are no shards", option, "write to a .tar, or leave it out");
 }

@@ -18,7 +18,7 @@ class VerbOptions;
 struct PictureRequest;
 struct RenderOptions;
 
-/// --sample, --shard-count and --shard-size.
+/// --shard-member, --shard-count and --shard-size.
 struct ShardOptions {
     std::optional<std::string> sample;  ///< "EXT", or "NAME.EXT" with {stem} and {folder}
     std::optional<std::uint64_t> samples, bytes;

