@@ -273,7 +273,7 @@ TarShards::Stored TarShards::keep(const std::string& key) {
     }
     ++count_;
     size_ += sample.end - sample.begin;
-    if (--shard-member.shard->left == 0 && sample.shard->replaced) close(*sample.shard);
+    if (--sample.shard->left == 0 && sample.shard->replaced) close(*sample.shard);
     samples_.erase(key);  // what has one key is one sample
     return stored;
 }
