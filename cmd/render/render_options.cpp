@@ -11,12 +11,15 @@ namespace peeler::cmd {
 
 namespace {
 
-/// Of all files that a picture can be.
+/// Of all files that a picture can be, each once.
 std::string outputEndings() {
     std::string endings;
-    for (const OutputFormat& format : outputFormats())
-        for (const std::string_view extension : format.extensions)
-            endings += (endings.empty() ? "" : " ") + std::string(extension);
+    for (const OutputFormat& format : outputFormats()) {
+        for (const std::string_view extension : format.extensions) {
+            const std::string word = std::string(extension) + ' ';
+            if (endings.find(word) == std::string::npos) endings += word;
+        }
+    }
     return endings;
 }
 
@@ -73,7 +76,7 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
         .files(".gltf .glb");
     addOutputOptions(verb, options.output);
     addLayerOutputOptions(verb, options.output);
-    verb.option("--output").files(outputEndings() + " .tar");
+    verb.option("--output").files(outputEndings() + ".tar");
     addShardOptions(verb, options.shard);
     addPresetOption(verb, options.preset);
     addFxaaOption(verb, options.fxaa, "quick, but --samples sees more");
