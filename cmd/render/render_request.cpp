@@ -195,7 +195,7 @@ View RenderRequest::firstView(std::size_t view) const {
 fs::path RenderRequest::firstFile(std::size_t view) const {
     PictureNumber number{.view = static_cast<int>(view)};
     if (hasFrames()) number.frame = moments_.front().frame;
-    const fs::path file = fileOf(number);
+    fs::path file = fileOf(number);
     if (!options_.shards) return file;
     // A picture in a shard has no place on the disk; beside the cameras it is called by its name.
     return options_.views.cameras_out->parent_path() / file.filename();

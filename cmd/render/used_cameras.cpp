@@ -40,8 +40,9 @@ class UsedCameras::PointTaker final : public Sink {
         for (std::size_t pixel = 0; pixel + 1 < band.offsets.size(); ++pixel) {
             for (std::size_t f = band.offsets[pixel]; f < band.offsets[pixel + 1]; ++f) {
                 if (passed_++ % every_ != 0) continue;
-                const auto x = static_cast<double>(pixel % width) + band.window.x0;
-                const auto y = static_cast<double>(pixel / width) + band.window.y0;
+                const std::size_t row = pixel / width, column = pixel % width;
+                const double x = static_cast<double>(column) + band.window.x0;
+                const double y = static_cast<double>(row) + band.window.y0;
                 const auto [r, g, b, a] = displayColor(colorOf(band, f));
                 points_.push_back({worldPosition(view_, x + view_.sample.x, y + view_.sample.y,
                                                  static_cast<double>(band.z[f])),

@@ -37,9 +37,10 @@ std::array<double, 12> blenderPose(const View& view) {
     const glm::dmat4 to_gltf{{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}};
     const glm::dmat4 pose = glm::inverse(view.camera_to_world) * to_gltf;
     std::array<double, 12> rows{};
+    std::size_t next = 0;
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 4; ++column)
-            rows[static_cast<std::size_t>(4 * row + column)] = pose[column][row];
+            rows[next++] = pose[column][row];
     return rows;
 }
 

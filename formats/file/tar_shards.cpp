@@ -265,7 +265,7 @@ TarShards::Stored TarShards::keep(const std::string& key) {
     checkUnbroken();
     const OldSample& sample = samples_.at(key);
     makeRoom(sample.end - sample.begin);
-    const Stored stored{nameOf(number_), sample.bytes};
+    Stored stored{nameOf(number_), sample.bytes};
     const bool stays = !file_ && sample.shard == oldShard() && sample.begin == size_;
     if (!stays) {
         if (!file_) startFile();

@@ -213,7 +213,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
 
 void MaskFolder::writeShared(std::size_t views) const {
     std::vector<std::unique_ptr<AtomicFile>> files;
-    std::vector<SharedFile> texts;
+    std::vector<SharedJson> texts;
     for (const fs::path& path : sharedFiles()) {
         files.push_back(std::make_unique<AtomicFile>(path.string()));
         texts.emplace_back(path.filename().string());

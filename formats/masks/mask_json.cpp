@@ -144,7 +144,7 @@ json viewJson(const MaskedView& view, const MaskFormats& formats,
     return record;
 }
 
-std::string SharedFile::begin(const std::string& by, std::span<const MaskedObject> objects) const {
+std::string SharedJson::begin(const std::string& by, std::span<const MaskedObject> objects) const {
     if (name_ == "camera.json") return "";
     if (name_ == "coco.json")
         return R"({"info": {"description": "visible and whole silhouettes of objects"}, )"
@@ -163,7 +163,7 @@ std::string SharedFile::begin(const std::string& by, std::span<const MaskedObjec
     return text + "]}\n";
 }
 
-std::string SharedFile::add(std::size_t view, const json& record) {
+std::string SharedJson::add(std::size_t view, const json& record) {
     if (name_ == "objects.json") return "";
     const bool first = std::exchange(first_, false);
     if (name_ == "camera.json") return first ? compactText(record.at("camera")) + '\n' : "";
@@ -182,7 +182,7 @@ std::string SharedFile::add(std::size_t view, const json& record) {
     return text;
 }
 
-std::string SharedFile::end() {
+std::string SharedJson::end() {
     if (name_ == "coco.json") return "],\n\"images\": [" + held_ + "]}\n";
     return name_ == "objects.json" || name_ == "camera.json" ? "" : "\n}\n";
 }

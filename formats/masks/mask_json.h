@@ -17,10 +17,10 @@ nlohmann::json viewJson(const MaskedView& view, const MaskFormats& formats,
                         std::span<const std::size_t> listed);
 
 /// One of the files that all views share, in pieces: begin(), add() of each view in order, end().
-class SharedFile {
+class SharedJson {
   public:
     /// By the file's name.
-    explicit SharedFile(std::string name) : name_(std::move(name)) {}
+    explicit SharedJson(std::string name) : name_(std::move(name)) {}
 
     std::string begin(const std::string& by, std::span<const MaskedObject> objects) const;
     /// Throws nlohmann::json::exception if the record lacks what the file needs.
