@@ -130,8 +130,8 @@ View placedCamera(const CameraChoice& choice, const Bounds& bounds) {
     View view;
     setSize(view, choice.size, 16.0 / 9);
     // What is rigid stays as it is, so that a view's pose makes the same view again.
-    constexpr double kRigid = 1e-8;
-    const auto place = distanceFromRigid(*choice.pose) < kRigid ? choice.pose : rigid(*choice.pose);
+    const auto place =
+        distanceFromRigid(*choice.pose) < kRigidByRounding ? choice.pose : rigid(*choice.pose);
     if (!place) {
         throw Error(ErrorKind::kUsage, "the pose leaves no direction to look along", "pose",
                     "give a rotation and a translation");

@@ -26,7 +26,11 @@ std::optional<glm::dmat4> lookAlong(const glm::dvec3& eye, const glm::dvec3& for
     if (!ahead || !upwards) return std::nullopt;
     const glm::dvec3 side = glm::cross(*ahead, *upwards);
     if (glm::length(side) < kParallel) return std::nullopt;
-    const glm::dvec3 right = glm::normalize(side);
+    glm::dvec3 right = glm::normalize(side);
+    // Of directions that are nearly parallel the product's last bits count.
+    constexpr double kSlanting = 1e-13;
+    const double slant = glm::dot(right, *ahead);
+    if (std::abs(slant) > kSlanting) right = glm::normalize(right - slant * *ahead);
     const glm::dvec3 above = glm::normalize(glm::cross(right, *ahead));
     return glm::dmat4(glm::dvec4(right, 0), glm::dvec4(above, 0), glm::dvec4(-*ahead, 0),
                       glm::dvec4(eye, 1));

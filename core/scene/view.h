@@ -30,6 +30,10 @@ std::optional<glm::dmat4> rigid(const glm::dmat4& world);
 /// products). NaN or infinite where the matrix is.
 double distanceFromRigid(const glm::dmat4& matrix);
 
+/// What is nearer is as rigid as rounding leaves it: lookAlong() and rigid() make nothing that is
+/// farther away.
+inline constexpr double kRigidByRounding = 1e-12;
+
 /// The frustum or box of a camera that looks along −Z of its own space (glTF's convention).
 /// `half_width` and `half_height` are measured at distance 1 for a perspective camera (tan of half
 /// the field of view) and in scene units for an orthographic one.

@@ -72,8 +72,7 @@ glm::dmat4 rigidInverse(const glm::dmat4& matrix) {
 glm::dmat4 poseOfOpencv(const glm::dmat4& world_to_camera, const std::string& where) {
     glm::dmat4 turn = glm::dmat4(glm::dmat3(checkedPose(world_to_camera, where)));
     // By its axes in the world, which are the rows: so the eye is where they put it.
-    constexpr double kExact = 1e-8;
-    if (!(distanceFromRigid(turn) < kExact))
+    if (!(distanceFromRigid(turn) < kRigidByRounding))
         turn = glm::transpose(rigid(glm::transpose(turn)).value_or(turn));
     turn[3] = world_to_camera[3];
     return withAxesTurned(rigidInverse(turn));

@@ -113,5 +113,17 @@ TEST(Rigid, HowFarAMatrixIsFromIt) {
     }
 }
 
+TEST(Rigid, ViewsAreHoweverSteep) {
+    int steep = 0;
+    for (double slant = 1e-7; slant < 3; slant *= 1.01) {
+        const auto view = lookAlong({1, 2, 3}, {0.3, -0.8, 0.5 + slant}, {0.3, -0.8, 0.5});
+        if (!view) continue;
+        ++steep;
+        EXPECT_LT(distanceFromRigid(*view), kRigidByRounding) << slant;
+        EXPECT_LT(distanceFromRigid(*rigid(*view)), kRigidByRounding) << slant;
+    }
+    EXPECT_GT(steep, 1000);
+}
+
 }  // namespace
 }  // namespace peeler

@@ -324,9 +324,8 @@ TEST(CameraWriters, EveryFormatReadsBackWhatItWrote) {
             EXPECT_EQ(std::stoul(b.name), i);
             EXPECT_EQ(a.size, b.size);
             for (int column = 0; column < 4; ++column)
-                // A pose may be off by 1e-8 from rigid, and so may be its inverse.
                 EXPECT_LT(glm::length(a.camera_to_world[column] - b.camera_to_world[column]),
-                          1e-8 * (1 + glm::length(a.camera_to_world[3])))
+                          1e-12 * (1 + glm::length(a.camera_to_world[3])))
                     << name;
             EXPECT_EQ(a.intrinsics->fx, b.intrinsics->fx);
             EXPECT_NEAR(a.intrinsics->cx, b.intrinsics->cx, 1e-12 * 6000);
