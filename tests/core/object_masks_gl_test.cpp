@@ -13,6 +13,7 @@ namespace {
 struct Found {
     std::vector<ObjectMasks> objects;
     Plan plan;
+    int bands = 0;
 };
 
 /// The masks of objects that are nodes, and instances of nodes.
@@ -34,7 +35,7 @@ Found masksOf(const Scene& scene, const View& view, int canvas = 1, float see_th
     Found found;
     found.plan = renderer.plan(seen, settings);
     sink.begin(found.plan);
-    renderer.capture(sink);
+    found.bands = renderer.capture(sink).bands;
     sink.finish();
     found.objects = sink.objects();
     return found;
@@ -68,6 +69,7 @@ TEST(CapturedMasks, OfTwoQuadsHaveKnownPixels) {
     const SceneBuilder builder = twoQuads();
     for (const std::uint64_t band_bytes : {std::uint64_t{384} << 20, std::uint64_t{4000}}) {
         const Found found = masksOf(builder.scene(), testView(16, 8), 1, 0, band_bytes);
+        EXPECT_EQ(found.bands > 1, band_bytes == 4000) << found.bands;
         EXPECT_EQ(runsOf(found.objects[0].amodal), block({4, 2, 12, 6}));
         EXPECT_EQ(runsOf(found.objects[0].visible), block({4, 2, 8, 6}));
         EXPECT_EQ(runsOf(found.objects[1].amodal), block({8, 0, 16, 8}));

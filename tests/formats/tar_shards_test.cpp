@@ -137,7 +137,7 @@ TEST_F(Shards, HaveTheBytesOfTheStandard) {
     EXPECT_EQ(about.size(), 024U);
 }
 
-TEST_F(Shards, AreReadByPython) {
+TEST_F(Shards, AreThoseOfPythonAndReadByIt) {
     setenv("SOURCE_DATE_EPOCH", "86400", 1);
     const std::string big(3'000'000, 'b');
     const SampleFile files[] = {{"bin", write("big", big)}, {"none", write("none", "")}};
@@ -156,6 +156,28 @@ TEST_F(Shards, AreReadByPython) {
     EXPECT_EQ(members[1][1], "key_0001.none");
     EXPECT_EQ(members[1][2], "");
     EXPECT_EQ(members[2][2], "{\"outputHash\":\"0f\",\"view\":1}\n");
+    // The same file but for the numbers of devices, which Python leaves empty where there is none,
+    // the sums that they are in, and the zeros that it fills its last record with.
+    const auto made = test::runPython(R"(
+import io, sys, tarfile
+source, made = open(sys.argv[1], "rb").read(), io.BytesIO()
+with tarfile.open(fileobj=made, mode="w", format=tarfile.USTAR_FORMAT) as out, \
+     tarfile.open(sys.argv[1]) as tar:
+    headers = [member.offset for member in tar]
+    for member in tar:
+        info = tarfile.TarInfo(member.name)
+        info.size, info.mode, info.mtime = member.size, 0o644, 86400
+        out.addfile(info, tar.extractfile(member))
+def compared(data):
+    data = bytearray(data)
+    for header in headers:
+        for field, size in ((148, 8), (329, 8), (337, 8)):
+            data[header + field : header + field + size] = bytes(size)
+    return data.rstrip(b"\0")
+assert compared(made.getvalue()) == compared(source)
+)",
+                                      {shard(0).string()});
+    EXPECT_EQ(made.exit_code, 0) << made.err;
 }
 
 TEST_F(Shards, AreFullByNumberOrBySize) {
