@@ -19,7 +19,8 @@ struct Preset {
     std::string_view name, summary;
     std::string_view as;
     Size size;
-    double focal_length;  ///< in widths of the picture; 0 = the usual field of view
+    double focal_length;   ///< in widths of the picture; 0 = the usual field of view
+    bool through_corners;  ///< ViewsAround::through_corners
 };
 
 constexpr Preset kPresets[] = {
@@ -28,12 +29,15 @@ constexpr Preset kPresets[] = {
      "both, a focal length of 35/32 of the width",
      "lari",
      {512, 512},
-     35.0 / 32},
+     35.0 / 32,
+     false},
     {"xray",
-     "the same for X-Ray: --as xray --size 256x256 --normalize unit-cube --faces both",
+     "the same for X-Ray: --as xray --size 256x256 --normalize unit-cube --faces both, rays of "
+     "--views through the upper left corners of pixels",
      "xray",
      {256, 256},
-     0},
+     0,
+     true},
 };
 
 }  // namespace
@@ -58,13 +62,14 @@ void applyPreset(const VerbOptions& verb, RenderOptions& options) {
     while (preset->name != *options.preset)
         ++preset;
     if (options.output.options.as.empty()) options.output.options.as = preset->as;
-    if (!verb.given("--size")) {
+    if (!options.camera.size_given) {
         options.camera.size = preset->size;
-        options.views.size_given = true;
+        options.camera.size_given = true;
     }
     const bool is_around = options.views.count.has_value();
     if (is_around && preset->focal_length > 0 && !options.camera.fov)
         options.camera.fov = fovOfFocalLength(preset->focal_length);
+    options.views.through_corners = preset->through_corners;
     if (!options.scene.normalize) options.scene.normalize = Normalized::kUnitCube;
     if (!verb.given("--faces")) options.capture.faces = Faces::kBoth;
 }

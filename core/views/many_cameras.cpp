@@ -54,12 +54,13 @@ std::vector<CameraChoice> viewsAround(const ViewsAround& asked, const SceneExten
     const double distance = asked.distance.value_or(usual);
     const double focal = asked.size.height / (2 * half_height);
 
+    const double inset = asked.through_corners ? 0 : 0.5;  // centres have whole numbers
     std::vector<CameraChoice> cameras;
     for (const glm::dvec3& direction : standpoints(asked)) {
         CameraChoice& camera = cameras.emplace_back();
         camera.size = asked.size;
-        camera.intrinsics = {focal, focal, (asked.size.width - 1) / 2.0,
-                             (asked.size.height - 1) / 2.0};
+        camera.intrinsics = {focal, focal, asked.size.width / 2.0 - inset,
+                             asked.size.height / 2.0 - inset};
         const glm::dvec3 eye = middle + distance * direction;
         auto pose = lookAlong(eye, -direction, {0, 1, 0});
         if (!pose) pose = lookAlong(eye, -direction, {0, 0, -1});  // straight down or up

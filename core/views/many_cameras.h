@@ -28,6 +28,9 @@ struct ViewsAround {
     std::uint64_t seed = 0;            ///< of chance
     std::optional<double> distance{};  ///< of the eye from the middle, scene units
     double fov = 40;                   ///< vertical, degrees
+    /// Rays go through the upper left corners of pixels, not their centres: some who make data sets
+    /// let a picture's axis be at half of its size in pixels that are counted from 0.
+    bool through_corners = false;
     Size size{};                       ///< with a height
 };
 

@@ -75,6 +75,16 @@ TEST(ManyCameras, SeeASphereAroundTheScene) {
     }
 }
 
+TEST(ManyCameras, LookThroughCornersIfAsked) {
+    const Scene scene = boxScene();
+    const PosedScene posed(scene);
+    const auto cameras = around({.through_corners = true, .size = {300, 200}});
+    EXPECT_EQ(cameras[0].intrinsics->cx, 150);
+    EXPECT_EQ(cameras[0].intrinsics->cy, 100);
+    const View view = makeView(posed, SceneExtent(posed), cameras[0]);
+    EXPECT_EQ(intrinsicsOf(view), *cameras[0].intrinsics);
+}
+
 TEST(ManyCameras, ChanceHasASeed) {
     const ViewsAround asked{.count = 4, .around = Around::kRandom, .size = {8, 8}};
     ViewsAround other = asked;
