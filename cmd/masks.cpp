@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // peeler masks: of each object of a scene where it is and where it is seen, of one capture a view.
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -138,11 +137,7 @@ int Masks::run() {
 }
 
 void Masks::checkOptions() {
-    const std::optional<Shard>& chunk = options_.sequence.chunk;
-    if (chunk && !views_.asked())
-        refuse("there are no views to take a part of", "--chunk " + chunk->text(),
-               "add --cameras or --views");
-    std::tie(first_, end_) = chunk.value_or(Shard()).of(views_.size());
+    std::tie(first_, end_) = views_.part(options_.sequence.chunk);
     std::error_code failure;
     if (options_.no_mkdir && !fs::exists(options_.output, failure))
         throw Error(ErrorKind::kOutput, "cannot write: the folder does not exist",
@@ -192,17 +187,12 @@ PosedScene Masks::poseOf(std::size_t view) const {
 
 void Masks::ofViews() {
     progress_.emplace(console_, options_.report.shownProgress(), "masks");
-    for (std::size_t view = first_; view < end_; ++view) {
-        try {
-            ofView(view);
-        } catch (...) {
-            const Error error = currentError();
-            if (!options_.sequence.keep_going || error.kind() == ErrorKind::kUsage) throw error;
-            results_.addFailure(options_.output, {.view = static_cast<int>(view)}, error);
-            job_.closeRenderer();  // the failure may have left it in any state
-            job_.takeTimes();
-        }
-    }
+    makeEachView(
+        first_, end_, options_.sequence, results_, [this](std::size_t view) { ofView(view); },
+        [this](std::size_t) {
+            job_.discard();
+            return options_.output;
+        });
     progress_->update(1);
     progress_.reset();
 }
@@ -211,12 +201,7 @@ std::string Masks::settingsHash(std::size_t view) const {
     nlohmann::json more = {{"by", options_.objects.text()}};
     if (options_.see_through > 0) more["seeThrough"] = options_.see_through;
     if (options_.canvas > 1) more["canvas"] = options_.canvas;
-    for (const PlacedNode& placed : views_.placed(view)) {
-        nlohmann::json numbers = {placed.node};
-        for (int i = 0; i < 16; ++i)
-            numbers.push_back(placed.to_world[i / 4][i % 4]);
-        more["placed"].push_back(std::move(numbers));
-    }
+    views_.addSettings(view, more);
     CaptureSettings capture = capture_;
     capture.clip = clipVolume(options_.clip, poseOf(view));
     return job_.settingsHash(capture, std::move(more), seen_[view].crop);
@@ -289,8 +274,7 @@ void Masks::ofView(std::size_t view) {
     provenance.method = capture_.method;
     provenance.settings_hash = settingsHash(view);
     describePicture(plan, provenance, result);
-    if (const std::optional<Normalizing>& by = scene_->normalized())
-        result.normalized = {by->scale, std::array{by->middle.x, by->middle.y, by->middle.z}};
+    result.normalized = scene_->normalized();
     result.width = seen_[view].crop.width();
     result.height = seen_[view].crop.height();
 

@@ -142,8 +142,7 @@ void Render::render(std::size_t index) {
         if (!options_.sequence.keep_going || of_all) throw error;
         endPending();
         results_.addFailure(request_.outputFile(index), request_.number(index), error);
-        job_.closeRenderer();  // the failure may have left it in any state
-        job_.takeTimes();      // these times belong to no picture
+        job_.discard();
         return;
     }
     endPending();
@@ -399,7 +398,6 @@ VerbAction declareRender(VerbOptions& verb) {
     return [options, verb](Console& console) {
         options->scene.gltf.strict = options->strict;
         options->samples_given = verb.given("--samples");
-        options->views.size_given = verb.given("--size");
         applyPreset(verb, *options);
         if (namesShards(options->output.path))
             options->shards = std::make_shared<SampleShards>(*options, console);

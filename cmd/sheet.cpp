@@ -73,6 +73,7 @@ class Sheets {
     void ofScene();
     void ofView(SceneSheet& sheet, const OpenedScene& scene, std::size_t view);
     void refuseSceneOptions() const;
+    std::vector<fs::path> outputs() const;
     fs::path outputOf(std::size_t view) const;
     std::string hashOf(const SceneSheet& sheet, const OpenedScene& scene, std::size_t view) const;
     void writeSheet(SheetContent& content, const fs::path& path, const std::string& hash) const;
@@ -114,11 +115,7 @@ int Sheets::run() {
 
 void Sheets::checkOptions() {
     const SheetRequest& request = request_;
-    const std::optional<Shard>& chunk = request.sequence.chunk;
-    if (chunk && !views_.asked())
-        refuse("there are no views to take a part of", "--chunk " + chunk->text(),
-               "add --cameras or --views");
-    std::tie(first_, end_) = chunk.value_or(Shard()).of(views_.size());
+    std::tie(first_, end_) = views_.part(request.sequence.chunk);
     views_.checkName(options_.output.path);
     checkFiles();
     const OutputFormat& format = findOutputFormat(options_.output.path.string(), "composite");
@@ -151,17 +148,17 @@ void Sheets::checkFiles() const {
     std::vector<fs::path> inputs{request_.scene.file};
     if (const auto file = environmentFile(request_.appearance)) inputs.push_back(*file);
     if (request_.views.file) inputs.push_back(*request_.views.file);
-    std::vector<fs::path> others = inputs;
-    for (std::size_t view = first_; view < end_; ++view) {
-        OutputRequest output = options_.output;
-        output.path = outputOf(view);
-        if (request_.sequence.skip_existing || request_.sequence.keep_going)
-            output.no_clobber = false;
-        checkTarget(output, inputs);
-        if (view == first_ && !request_.sequence.keep_going) checkFolder(output.path);
-        others.push_back(output.path);
-    }
+    std::vector<fs::path> others = outputs();
+    checkTargets(options_.output, others, request_.sequence, inputs);
+    others.insert(others.end(), inputs.begin(), inputs.end());
     checkReport(request_.report, others);
+}
+
+std::vector<fs::path> Sheets::outputs() const {
+    std::vector<fs::path> files;
+    for (std::size_t view = first_; view < end_; ++view)
+        files.push_back(outputOf(view));
+    return files;
 }
 
 fs::path Sheets::outputOf(std::size_t view) const {
@@ -177,23 +174,16 @@ void Sheets::ofFile() {
 
 void Sheets::ofScene() {
     const OpenedScene& scene = job_.openScene();
-    std::vector<fs::path> outputs;
-    for (std::size_t view = first_; view < end_; ++view)
-        outputs.push_back(outputOf(view));
-    job_.checkOutputs(outputs);
+    job_.checkOutputs(outputs());
     views_.place(scene);
     SceneSheet sheet(request_, job_, scene, views_, console_);
-    for (std::size_t view = first_; view < end_; ++view) {
-        try {
-            ofView(sheet, scene, view);
-        } catch (...) {
-            const Error error = currentError();
-            if (!request_.sequence.keep_going || error.kind() == ErrorKind::kUsage) throw error;
-            results_.addFailure(outputOf(view), {.view = static_cast<int>(view)}, error);
-            job_.closeRenderer();  // the failure may have left it in any state
-            job_.takeTimes();
-        }
-    }
+    makeEachView(
+        first_, end_, request_.sequence, results_,
+        [&](std::size_t view) { ofView(sheet, scene, view); },
+        [&](std::size_t view) {
+            job_.discard();
+            return outputOf(view);
+        });
 }
 
 void Sheets::ofView(SceneSheet& sheet, const OpenedScene& scene, std::size_t view) {
@@ -205,7 +195,7 @@ void Sheets::ofView(SceneSheet& sheet, const OpenedScene& scene, std::size_t vie
         there.result.skipped = true;
         return report(there, view);
     }
-    if (options_.output.no_clobber) checkTarget(options_.output, {});
+    if (options_.output.no_clobber) checkNotThere(path);
     SheetContent content = sheet.make(view);
     writeSheet(content, path, views_.asked() ? hash : "");  // a lone one is as that of a file
     report(content, view);
@@ -224,8 +214,7 @@ std::string Sheets::hashOf(const SceneSheet& sheet, const OpenedScene& scene,
     output.provenance.scene_hash = hexText(scene.scene().content_hash);
     output.provenance.settings_hash = hashText(settings.dump());
     output.provenance.time = time;
-    return outputHash(views_.view(scene, scene.at(time), view), options_.output.path.string(),
-                      output);
+    return outputHash(sheet.view(view), options_.output.path.string(), output);
 }
 
 void Sheets::refuseSceneOptions() const {
@@ -372,7 +361,6 @@ VerbAction declareSheet(VerbOptions& verb) {
     verb.footer(kSheetFooter);
     return [options, verb](Console& console) {
         options->given = sceneOptionsGiven(verb);
-        options->request.views.size_given = verb.given("--size");
         options->request.cells.meters = options->request.cells.show == SheetShow::kColor &&
                                         !options->output.isGiven("--exposure");
         chooseForEyes(verb, options->request.camera, options->request);

@@ -143,6 +143,10 @@ Json toJson(const RunResult& run, const Json& findings) {
     return json;
 }
 
+Json normalizingJson(const Normalizing& by) {
+    return {{"scale", by.scale}, {"middle", {by.middle.x, by.middle.y, by.middle.z}}};
+}
+
 Json findingsOf(const PictureResult& result) {
     Json json;
     if (!result.sample.empty()) json["sample"] = result.sample;
@@ -158,9 +162,7 @@ Json findingsOf(const PictureResult& result) {
         json["skipped"] = true;
         return json;
     }
-    if (result.normalized)
-        json["normalized"] = {{"scale", result.normalized->first},
-                              {"middle", result.normalized->second}};
+    if (result.normalized) json["normalized"] = normalizingJson(*result.normalized);
     json["width"] = result.width;
     json["height"] = result.height;
     json["layers"] = result.layers;

@@ -2,7 +2,6 @@
 // What a command says of its work: the options that ask for it, the JSON result, the summary line.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
@@ -15,6 +14,7 @@
 #include "cmd/cli/progress.h"
 #include "core/base/stage_times.h"
 #include "core/image/sink.h"
+#include "core/views/many_cameras.h"
 
 namespace peeler::cmd {
 
@@ -83,15 +83,14 @@ struct DisplayedAs {
 
 /// What became of one picture.
 struct PictureResult : RunResult {
-    std::string sample{};       ///< its key, if `output` is a shard
-    std::optional<int> frame;   ///< of a sequence
-    double time = 0;            ///< of the frame, seconds
-    std::optional<int> view{};  ///< of many views
-    std::string camera{};       ///< what the view is called
-    /// What --normalize did: points p of the file are at scale · (p − middle).
-    std::optional<std::pair<double, std::array<double, 3>>> normalized{};
-    bool skipped = false;       ///< it was there already; only its `bytes` are known
-    int width = 0, height = 0;  ///< display window
+    std::string sample{};                     ///< its key, if `output` is a shard
+    std::optional<int> frame;                 ///< of a sequence
+    double time = 0;                          ///< of the frame, seconds
+    std::optional<int> view{};                ///< of many views
+    std::string camera{};                     ///< what the view is called
+    std::optional<Normalizing> normalized{};  ///< what --normalize did
+    bool skipped = false;                     ///< it was there already; only its `bytes` are known
+    int width = 0, height = 0;                ///< display window
     std::uint64_t layers = 0;
     std::uint64_t fragments_counted = 0, fragments_stored = 0;
     std::uint64_t fragments_blended = 0;  ///< of those not stored
@@ -109,6 +108,9 @@ void describePicture(const Plan& plan, const Provenance& provenance, PictureResu
 /// what the verb found, `engine` if it traced rays, then `settingsHash`, `renderer`, `backend`,
 /// `peakMemory` and `milliseconds`. Every stage is there, 0 where it did not happen.
 Json toJson(const RunResult& run, const Json& findings);
+
+/// {"scale", "middle"}: points p of the file are at scale · (p − middle).
+Json normalizingJson(const Normalizing& by);
 
 /// What toJson() says of a picture besides what it says of every run; `frame` and `time` only of a
 /// sequence.

@@ -60,7 +60,10 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options) {
 
     addValue(
         verb, "--size", "WxH|W", options.size,
-        [](const std::string& value) { return parseSize(value); },
+        [&options](const std::string& value) {
+            options.size_given = true;
+            return parseSize(value);
+        },
         "pixels; a width alone keeps the camera's aspect ratio (default: 1280x720)")
         .group("Picture");
     addValue(

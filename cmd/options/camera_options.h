@@ -18,6 +18,7 @@ namespace peeler::cmd {
 class VerbOptions;
 
 struct CameraOptions : CameraChoice {
+    bool size_given = false;      ///< the size was asked for
     std::optional<Shard> tile{};  ///< of the rows of the crop, or of the picture
 };
 

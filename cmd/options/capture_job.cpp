@@ -253,7 +253,11 @@ Engine CaptureJob::chooseEngine() {
 }
 
 HitSource& CaptureJob::openHits(const PosedScene& posed) {
-    if (chooseEngine() == Engine::kGl) return openRenderer(posed);
+    if (chooseEngine() == Engine::kGl) {
+        if (!renderer_) return openRenderer(posed);
+        renderer_->setPose(posed);
+        return *renderer_;
+    }
     rasterizer_ = std::make_unique<HitRasterizer>(posed);
     return *rasterizer_;
 }
@@ -261,6 +265,11 @@ HitSource& CaptureJob::openHits(const PosedScene& posed) {
 void CaptureJob::closeHits() {
     rasterizer_.reset();
     closeRenderer();
+}
+
+void CaptureJob::discard() {
+    closeHits();
+    takeTimes();
 }
 
 float CaptureJob::meterExposure(const CaptureSettings& capture,

@@ -144,9 +144,12 @@ class CaptureJob {
     /// `auto` comes to here, which is found out once and noted for those who want to know.
     Engine chooseEngine();
     /// Opens what finds the hits of the scene by that engine: the rasteriser on the CPU, with
-    /// nothing of GL, or as openRenderer() does, throwing like it.
+    /// nothing of GL, or as openRenderer() does, throwing like it. What is open already is used
+    /// again.
     HitSource& openHits(const PosedScene& posed);
     void closeHits();
+    /// Closes what a failure may have left in any state, with the times that belong to no result.
+    void discard();
 
     /// The exposure in stops that the light of the scene asks for (ExposureMeter), of the open
     /// GlRenderer. It is metered on a small picture of all that the camera sees, whatever part is

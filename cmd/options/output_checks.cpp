@@ -9,6 +9,7 @@
 
 #include "cmd/cli/errors.h"
 #include "cmd/options/output_options.h"
+#include "cmd/options/sequence_options.h"
 #include "core/base/error.h"
 #include "formats/exr/exr_files.h"
 #include "formats/file/atomic_file.h"
@@ -114,6 +115,16 @@ void checkTarget(const OutputRequest& output, const std::vector<fs::path>& input
     if (output.no_mkdir) checkFolderIsThere(output.path);
     checkLayerFiles(output, inputs);
     checkFilesBeside(output, inputs);
+}
+
+void checkTargets(OutputRequest output, std::span<const fs::path> files,
+                  const SequenceOptions& options, const std::vector<fs::path>& inputs) {
+    if (options.skip_existing || options.keep_going || options.dry_run) output.no_clobber = false;
+    for (const fs::path& file : files) {
+        output.path = file;
+        checkTarget(output, inputs);
+    }
+    if (!files.empty() && !options.keep_going) checkFolder(files.front());
 }
 
 std::vector<fs::path> checkSeries(const OutputRequest& output, std::span<const int> numbers,

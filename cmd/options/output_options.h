@@ -19,6 +19,7 @@
 
 namespace peeler::cmd {
 
+struct SequenceOptions;
 class VerbOptions;
 
 /// What the command line says of an output file.
@@ -83,6 +84,12 @@ void checkNotThere(const std::filesystem::path& file);
 /// The part of checkOutput() that depends on the folder: that it takes a new file, or could be
 /// made. Leaves nothing behind.
 void checkFolder(const std::filesystem::path& file);
+
+/// checkTarget() for every file of a run, as `output` would have it under that name, and
+/// checkFolder() for the first unless a failure does not stop the others. What --no-clobber
+/// protects is no error yet where a file that is there may be the one that is wanted.
+void checkTargets(OutputRequest output, std::span<const std::filesystem::path> files,
+                  const SequenceOptions& options, const std::vector<std::filesystem::path>& inputs);
 
 /// checkTarget() for every file of a series: `output.path` with each number in it, as framePath()
 /// does it, or itself if it has no place for one. Returns their names.

@@ -71,4 +71,18 @@ void SequenceResults::tellFailures() const {
                    countText(finished_.size() + failed_.size(), pictures_) + " failed");
 }
 
+void makeEachView(std::size_t first, std::size_t end, const SequenceOptions& options,
+                  SequenceResults& results, const std::function<void(std::size_t)>& make,
+                  const std::function<std::filesystem::path(std::size_t)>& discard) {
+    for (std::size_t view = first; view < end; ++view) {
+        try {
+            make(view);
+        } catch (...) {
+            const Error error = currentError();
+            if (!options.keep_going || error.kind() == ErrorKind::kUsage) throw error;
+            results.addFailure(discard(view), {.view = static_cast<int>(view)}, error);
+        }
+    }
+}
+
 }  // namespace peeler::cmd

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -66,5 +67,13 @@ class SequenceResults {
     std::vector<Json> finished_, failed_;
     int worst_ = 0;
 };
+
+/// Calls `make` with the numbers of views from `first` to `end`, one after the other. Under
+/// --keep-going a failure is listed in `results`, unless it is one of the whole request (kUsage),
+/// and the next view follows; otherwise it is thrown. `discard` is called before: it leaves what
+/// the failure may have left in any state, and says which file is missing.
+void makeEachView(std::size_t first, std::size_t end, const SequenceOptions& options,
+                  SequenceResults& results, const std::function<void(std::size_t)>& make,
+                  const std::function<std::filesystem::path(std::size_t)>& discard);
 
 }  // namespace peeler::cmd

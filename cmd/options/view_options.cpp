@@ -2,9 +2,11 @@
 #include "cmd/options/view_options.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "cmd/cli/arguments.h"
@@ -18,13 +20,6 @@ namespace peeler::cmd {
 namespace {
 
 constexpr const char* kViewsGroup = "Views";
-
-std::string numberName(int number) {
-    constexpr std::size_t kDigits = 4;
-    std::string digits = std::to_string(number);
-    if (digits.size() < kDigits) digits.insert(0, kDigits - digits.size(), '0');
-    return digits;
-}
 
 /// The id of an object that a node is called by: 12 of "obj_000012" and of "12".
 std::optional<int> objectId(std::string_view name) {
@@ -72,7 +67,7 @@ void checkViewOptions(const ViewListOptions& options, const CameraOptions& camer
     refuseLoneCamera(camera, options.file ? "--cameras" : "--views");
     if (options.file && camera.fov)
         refuse("the file says what its cameras see", "--fov, --cameras", "leave one of them out");
-    if (options.count && options.size_given && camera.size.height == 0)
+    if (options.count && camera.size_given && camera.size.height == 0)
         refuse("views around a scene have no aspect ratio of their own",
                "--size " + std::to_string(camera.size.width), "give the height too: --size WxH");
 }
@@ -139,17 +134,24 @@ ViewList::ViewList(const ViewListOptions& options, const CameraOptions& camera)
     : options_(options), camera_(camera) {
     checkCamera(camera);
     checkViewOptions(options, camera);
-    const Size given = options.size_given ? camera.size : Size{0, 0};
+    const Size given = camera.size_given ? camera.size : Size{0, 0};
     if (options.file) listed_ = readCameras(*options.file, {options.convention, given});
     for (const FileCamera& view : listed_)
         names_.push_back(view.name);
     for (int i = 0; i < options.count.value_or(0); ++i)
-        names_.push_back(numberName(i));
+        names_.push_back(viewPath("@@@@", i));
     if (!options.asked()) cameras_ = {camera};
 }
 
 std::size_t ViewList::size() const {
     return std::max(names_.size(), std::size_t{1});
+}
+
+std::pair<std::size_t, std::size_t> ViewList::part(const std::optional<Shard>& chunk) const {
+    if (chunk && !asked())
+        refuse("there are no views to take a part of", "--chunk " + chunk->text(),
+               "add --cameras or --views");
+    return chunk.value_or(Shard()).of(size());
 }
 
 void ViewList::checkName(const std::filesystem::path& output) const {
@@ -160,7 +162,7 @@ void ViewList::checkName(const std::filesystem::path& output) const {
 }
 
 void ViewList::place(const OpenedScene& scene) {
-    const Size size = options_.size_given ? camera_.size : CameraChoice{}.size;
+    const Size size = camera_.size_given ? camera_.size : CameraChoice{}.size;
     std::vector<CameraChoice> choices;
     for (const FileCamera& view : listed_)
         choices.push_back(cameraChoice(view, {.size = size}));
@@ -171,6 +173,7 @@ void ViewList::place(const OpenedScene& scene) {
         around.distance = options_.distance;
         if (camera_.fov) around.fov = *camera_.fov;
         around.size = size;
+        around.through_corners = options_.through_corners;
         choices = viewsAround(around, scene.extent());
     }
     placeObjects(scene.scene());
@@ -205,6 +208,15 @@ void ViewList::placeObjects(const Scene& scene) {
                             options_.file->string() + ", view " + view.name);
             placed.push_back({node->second, object.to_world});
         }
+    }
+}
+
+void ViewList::addSettings(std::size_t index, nlohmann::json& settings) const {
+    for (const PlacedNode& placed : placed(index)) {
+        std::array<double, 16> numbers{};  // column by column
+        for (int i = 0; i < 16; ++i)
+            numbers[static_cast<std::size_t>(i)] = placed.to_world[i / 4][i % 4];
+        settings["placed"].push_back({placed.node, numbers});
     }
 }
 

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cmd/cli/choices.h"
@@ -35,7 +37,7 @@ struct ViewListOptions {
     std::optional<std::uint64_t> seed;
     std::optional<double> distance;
     std::optional<std::filesystem::path> cameras_out;
-    bool size_given = false;  ///< --size is on the command line
+    bool through_corners = false;  ///< ViewsAround::through_corners, of presets
 
     /// Whether there is a list of views, however short it is.
     bool asked() const { return file || count; }
@@ -54,6 +56,9 @@ class ViewList {
 
     bool asked() const { return options_.asked(); }
     std::size_t size() const;  ///< at least 1
+    /// The first of the views that are this run's, and the one behind the last. Throws Error
+    /// (kUsage) for a part of a lone view.
+    std::pair<std::size_t, std::size_t> part(const std::optional<Shard>& chunk) const;
 
     /// Throws Error (kUsage) if the views would all have this name.
     void checkName(const std::filesystem::path& output) const;
@@ -66,10 +71,14 @@ class ViewList {
     const std::vector<CameraOptions>& cameras() const { return cameras_; }
     /// What a view is called: as its file has it, else by its number; "" of a lone one.
     std::string name(std::size_t index) const { return asked() ? names_[index] : ""; }
-    /// The nodes that stand elsewhere in a view than the scene's file says.
+    /// Whether nodes stand elsewhere in some view than the scene's file says.
+    bool placesObjects() const { return !placed_.empty(); }
+    /// Which, and where.
     std::span<const PlacedNode> placed(std::size_t index) const {
         return placed_.empty() ? std::span<const PlacedNode>() : placed_[index];
     }
+    /// The same for the settings' hash of a view: adds "placed" if there are any.
+    void addSettings(std::size_t index, nlohmann::json& settings) const;
     /// The scene as a view shows it.
     PosedScene pose(const OpenedScene& scene, double time, std::size_t index) const {
         return scene.at(time, placed(index));

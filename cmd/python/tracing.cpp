@@ -32,6 +32,20 @@ struct TraceOptions {
     }
 };
 
+/// The keywords of one call.
+struct TraceCall {
+    TraceCall(const char* name, const py::kwargs& keywords, bool has_camera = true)
+        : given(keywords.attr("copy")()), watch(Keywords::take(given, "progress")), declared(name) {
+        if (has_camera) takeCamera(given, options.bundles.camera);
+        options.declare(declared.options());
+    }
+
+    py::dict given;  ///< besides those that are taken
+    Watch watch;
+    TraceOptions options;
+    Keywords declared;
+};
+
 /// A scene as rays see it.
 struct Traced {
     Traced(const SceneObject& of, const TraceOptions& options, bool inside)
@@ -59,10 +73,8 @@ struct Traced {
         const bool camera = asked.usesCamera() || asked.camera.intrinsics;
         if (!asked.camera.intrinsics) cmd::checkBundleOptions(asked);
         if (!camera) return cmd::parallelBundles(asked, bounds);
-        cmd::CameraOptions chosen = asked.camera;
-        if (chosen.size == Size{0, 0}) chosen.size = cmd::CameraOptions{}.size;
-        checkCamera(chosen);
-        return {{"camera", of.view(posed, animations, chosen)}};
+        checkCamera(asked.camera);
+        return {{"camera", of.view(posed, animations, asked.camera)}};
     }
 
     std::vector<int> animations;
@@ -92,17 +104,13 @@ std::vector<std::string> columnNames(const std::string& list) {
 
 std::shared_ptr<HitsObject> traceRays(RendererObject& self, const SceneHolder& scene,
                                       const py::kwargs& keywords) {
-    py::dict given = keywords.attr("copy")();
-    const Watch watch(Keywords::take(given, "progress"));
-    TraceOptions options;
-    takeCamera(given, options.bundles.camera);
-    Keywords declared("rays");
-    options.declare(declared.options());
+    TraceCall call("rays", keywords);
+    const TraceOptions& options = call.options;
     auto hits = std::make_shared<HitsObject>();
     std::vector<std::string>& columns = hits->columns;
-    addValue(declared.options(), "--columns", "LIST|all", columns, columnNames,
+    addValue(call.declared.options(), "--columns", "LIST|all", columns, columnNames,
              "what every hit has (default: all)");
-    declared.parse(given);
+    call.declared.parse(call.given);
     hits->scene = scene;
     self.use([&](Renderer& renderer) {
         Traced traced(*scene, options, false);
@@ -114,8 +122,9 @@ std::shared_ptr<HitsObject> traceRays(RendererObject& self, const SceneHolder& s
         hits->provenance.method = "rays";
         for (std::size_t i = 0; i < hits->bundles.size(); ++i) {
             auto image = std::make_shared<ImageObject>();
-            image->image = renderer.rays(traced.shown, hits->bundles[i], traced.capture,
-                                         traced.engine, shareOf(watch, i, hits->bundles.size()));
+            image->image =
+                renderer.rays(traced.shown, hits->bundles[i], traced.capture, traced.engine,
+                              shareOf(call.watch, i, hits->bundles.size()));
             image->plan.view = hits->bundles[i].view;
             image->plan.fragments_counted = image->plan.fragments_stored = image->image.fragments();
             image->provenance = hits->provenance;
@@ -126,15 +135,11 @@ std::shared_ptr<HitsObject> traceRays(RendererObject& self, const SceneHolder& s
 }
 
 py::list traceMaps(RendererObject& self, const SceneHolder& scene, const py::kwargs& keywords) {
-    py::dict given = keywords.attr("copy")();
-    const Watch watch(Keywords::take(given, "progress"));
-    TraceOptions options;
-    takeCamera(given, options.bundles.camera);
+    TraceCall call("ray_maps", keywords);
+    const TraceOptions& options = call.options;
     cmd::RayMapFlags flags;
-    Keywords declared("ray_maps");
-    options.declare(declared.options());
-    addRayMapOptions(declared.options(), flags);
-    declared.parse(given);
+    addRayMapOptions(call.declared.options(), flags);
+    call.declared.parse(call.given);
     if (flags.maps.empty())
         throw Error(ErrorKind::kUsage, "no map is asked for", "map",
                     "map=['thickness'], or first, last, count, path-length, transmission, parity, "
@@ -156,7 +161,7 @@ py::list traceMaps(RendererObject& self, const SceneHolder& scene, const py::kwa
         for (std::size_t i = 0; i < bundles.size(); ++i) {
             const LayeredImage hits =
                 renderer.rays(traced.shown, bundles[i], traced.capture, traced.engine,
-                              shareOf(watch, i, bundles.size()));
+                              shareOf(call.watch, i, bundles.size()));
             std::vector<float> planes;
             maps.evaluateRows(bundles[i], hits, hits.window.y0, hits.window.y1, planes);
             auto& [window, of_bundle] = found.emplace_back();
@@ -181,12 +186,9 @@ py::list traceMaps(RendererObject& self, const SceneHolder& scene, const py::kwa
 
 py::dict traceVoxels(RendererObject& self, const SceneHolder& scene, const py::object& voxels,
                      const py::kwargs& keywords) {
-    py::dict given = keywords.attr("copy")();
-    const Watch watch(Keywords::take(given, "progress"));
-    TraceOptions options;
-    Keywords declared("voxels");
-    options.declare(declared.options());
-    declared.parse(given);
+    TraceCall call("voxels", keywords, false);
+    const TraceOptions& options = call.options;
+    call.declared.parse(call.given);
     RayGrid grid;
     grid.resolution = voxels.cast<int>();
     if (grid.resolution < 1 || grid.resolution > 4096)
@@ -202,7 +204,7 @@ py::dict traceVoxels(RendererObject& self, const SceneHolder& scene, const py::o
         for (std::size_t axis = 0; axis < 3; ++axis)
             found.add(axis, lattice.bundles[axis],
                       renderer.rays(traced.shown, lattice.bundles[axis], traced.capture,
-                                    traced.engine, shareOf(watch, axis, 3)));
+                                    traced.engine, shareOf(call.watch, axis, 3)));
         found.finish();
         const std::size_t plane =
             static_cast<std::size_t>(lattice.cells.y) * static_cast<std::size_t>(lattice.cells.z);
@@ -231,13 +233,9 @@ py::dict traceVoxels(RendererObject& self, const SceneHolder& scene, const py::o
 }
 
 py::dict traceParity(RendererObject& self, const SceneHolder& scene, const py::kwargs& keywords) {
-    py::dict given = keywords.attr("copy")();
-    const Watch watch(Keywords::take(given, "progress"));
-    TraceOptions options;
-    takeCamera(given, options.bundles.camera);
-    Keywords declared("parity");
-    options.declare(declared.options());
-    declared.parse(given);
+    TraceCall call("parity", keywords);
+    const TraceOptions& options = call.options;
+    call.declared.parse(call.given);
     py::dict result;
     py::list entries;
     std::optional<Traced> traced;
@@ -252,7 +250,7 @@ py::dict traceParity(RendererObject& self, const SceneHolder& scene, const py::k
         for (std::size_t i = 0; i < bundles.size(); ++i) {
             rays += bundles[i].rays();
             parity->add(i, renderer.rays(traced->shown, bundles[i], traced->capture, traced->engine,
-                                         shareOf(watch, i, bundles.size())));
+                                         shareOf(call.watch, i, bundles.size())));
         }
     });
     for (const auto& [index, found] : parity->solids()) {

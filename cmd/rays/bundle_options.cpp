@@ -94,7 +94,6 @@ void addBundleOptions(VerbOptions& verb, BundleOptions& options) {
              "the box that bundles cover, across their direction; along it, rays go through the "
              "whole scene (default: the scene's bounds)")
         .group(kGroup);
-    options.camera.size = {0, 0};  // not given
     addCameraOptions(verb, options.camera);
     addViewOptions(verb, options.views);
     verb.option("--camera")
@@ -120,7 +119,7 @@ void checkBundleOptions(const BundleOptions& options) {
     if (options.usesCamera() && (options.resolution || options.spacing || options.bounds))
         refuse("a camera's rays are those of its pixels", "--resolution, --spacing, --bounds",
                "use --size and --crop");
-    if (parallel && options.camera.size != Size{0, 0})
+    if (parallel && options.camera.size_given)
         refuse("the size of a camera's picture says nothing of parallel rays", "--size",
                "use --resolution or --spacing");
     if (options.usesCamera()) checkCamera(options.camera);

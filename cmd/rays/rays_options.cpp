@@ -215,8 +215,15 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
     addEngineOption(verb, options.engine);
     addRunOptions(verb, options, "rays are traced in bands that fit");
     addSequenceOptions(verb, options.sequence);
-    addDryRunOption(verb, options.dry_run);
+    addDryRunOption(verb, options.sequence.dry_run);
     verb.footer(kRaysFooter);
+}
+
+std::vector<std::filesystem::path> RaysOptions::inputs() const {
+    std::vector<std::filesystem::path> files{scene.file};
+    for (const auto& file : {bundles.file, points, bundles.views.file})
+        if (file) files.push_back(*file);
+    return files;
 }
 
 void checkRaysOptions(const RaysOptions& options) {

@@ -106,7 +106,6 @@ struct RaysOptions : CaptureJobOptions {
     RayMapFlags maps;
     OutputRequest output;
     SequenceOptions sequence;
-    bool dry_run = false;
 
     /// Whether something depends on what is inside of surfaces.
     bool asksForInside() const;
@@ -115,6 +114,8 @@ struct RaysOptions : CaptureJobOptions {
     Faces chosenFaces() const;
     bool writesFile() const { return !output.path.empty(); }
     bool writesPictures() const { return !maps.maps.empty(); }
+    /// The files that are read, besides those that the scene is made of.
+    std::vector<std::filesystem::path> inputs() const;
 };
 
 /// Declares all options of the verb. `options` must outlive the parse.

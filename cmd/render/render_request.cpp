@@ -2,7 +2,6 @@
 #include "cmd/render/render_request.h"
 
 #include <algorithm>
-#include <array>
 #include <nlohmann/json.hpp>
 #include <tuple>
 #include <utility>
@@ -21,13 +20,6 @@ namespace peeler::cmd {
 namespace fs = std::filesystem;
 
 namespace {
-
-std::array<double, 16> matrixNumbers(const glm::dmat4& matrix) {
-    std::array<double, 16> numbers{};
-    for (int i = 0; i < 16; ++i)
-        numbers[static_cast<std::size_t>(i)] = matrix[i / 4][i % 4];
-    return numbers;
-}
 
 /// What an OpenEXR file of ours holds, as --as calls it.
 std::string kindOf(const ExrInfo& info) {
@@ -127,17 +119,10 @@ void RenderRequest::checkFiles() const {
     if (const auto file = environmentFile(options_.appearance)) inputs.push_back(*file);
     if (options_.views.file) inputs.push_back(*options_.views.file);
     std::vector<fs::path> others = inputs;
-    for (std::size_t i = 0; i < pictures(); ++i) {
-        OutputRequest output = outputOf(i);
-        // A file that is there may be the one that is wanted, or no reason to stop.
-        const SequenceOptions& sequence = options_.sequence;
-        if (sequence.skip_existing || sequence.keep_going || sequence.dry_run)
-            output.no_clobber = false;
-        checkTarget(output, inputs);
-        // Whether the folder takes files is better known before any work.
-        if (i == 0 && !sequence.keep_going) checkFolder(output.path);
-        others.push_back(output.path);
-    }
+    for (std::size_t i = 0; i < pictures(); ++i)
+        others.push_back(outputOf(i).path);
+    checkTargets(options_.output, std::span(others).subspan(inputs.size()), options_.sequence,
+                 inputs);
     if (options_.channels.manifest) {
         const std::string manifest = options_.channels.manifest->string();
         if ((hasFrames() && hasFrameToken(manifest)) || (hasViews() && hasViewToken(manifest))) {
@@ -201,12 +186,6 @@ fs::path RenderRequest::firstFile(std::size_t view) const {
     return options_.views.cameras_out->parent_path() / file.filename();
 }
 
-std::optional<std::pair<double, std::array<double, 3>>> RenderRequest::normalized() const {
-    const std::optional<Normalizing>& by = scene_->normalized();
-    if (!by) return {};
-    return std::pair{by->scale, std::array{by->middle.x, by->middle.y, by->middle.z}};
-}
-
 PictureRequest RenderRequest::picture(std::size_t index) const {
     const Moment& moment = this->moment(index);
     PictureRequest picture;
@@ -242,8 +221,7 @@ Provenance RenderRequest::provenanceOf(std::size_t index, const PictureRequest& 
     provenance.scene_hash = hexText(scene().content_hash);
     nlohmann::json more = nlohmann::json::object();
     if (options_.fxaa) more["fxaa"] = true;
-    for (const PlacedNode& placed : views_.placed(view(index)))
-        more["placed"].push_back({placed.node, matrixNumbers(placed.to_world)});
+    views_.addSettings(view(index), more);
     provenance.settings = job_.settingsText(capture, std::move(more), picture.view.crop,
                                             picture.next ? moment.motion_rate : 0);
     provenance.settings_hash = hashText(provenance.settings);

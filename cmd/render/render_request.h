@@ -3,12 +3,10 @@
 // known before there is a GL context.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "cmd/options/camera_options.h"
@@ -84,7 +82,7 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options);
 
 /// The options of each scene that `options.scenes` names: of files themselves, of folders every
 /// .gltf and .glb in and below them, of globs what they match, each group by name. In the names of
-/// the output and of the manifest {stem} stands for the scene's name without its extension,
+/// the output, the manifest and the cameras {stem} stands for the scene's name without its extension,
 /// {folder} for that of its folder; in keys of samples with underscores for dots. Of several scenes
 /// in shards those that a chunk has, which is none of their pictures then. Throws Error (kInput) if
 /// there is no scene, (kUsage) if two would write the same file.
@@ -132,8 +130,7 @@ class RenderRequest {
     std::filesystem::path outputFile(std::size_t index) const {
         return options_.shards ? options_.shards->name() : outputOf(index).path;
     }
-    /// PictureResult::normalized.
-    std::optional<std::pair<double, std::array<double, 3>>> normalized() const;
+    const std::optional<Normalizing>& normalized() const { return scene_->normalized(); }
     /// The cameras of all views, whichever of them this run makes.
     const ViewList& views() const { return views_; }
     /// The picture with this index, the scene posed at its time. Throws Error (kUsage) and (kInput)

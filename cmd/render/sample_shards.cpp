@@ -170,9 +170,7 @@ void SampleShards::add(const PictureRequest& picture, PictureResult& result) {
     }
     if (picture.number.view) about["view"] = *picture.number.view;
     about["camera"] = Json::parse(cameraJson(picture.view));
-    if (result.normalized)
-        about["normalized"] = {{"scale", result.normalized->first},
-                               {"middle", result.normalized->second}};
+    if (result.normalized) about["normalized"] = normalizingJson(*result.normalized);
     const TarShards::Stored stored = shards_->add(result.sample, about, members);
     result.output = stored.shard;
     result.bytes = stored.bytes;

@@ -98,25 +98,34 @@ bool RenderOptions::isOneScene() const {
 
 std::vector<RenderOptions> eachScene(const RenderOptions& options) {
     std::vector<RenderOptions> each;
-    std::map<fs::path, fs::path> scene_of;  // by output
+    std::map<fs::path, fs::path> scene_of;  // by what is written of it
+    const auto take = [&](const fs::path& file, const fs::path& scene, const std::string& option) {
+        const auto [other, is_new] = scene_of.emplace(file, scene);
+        if (is_new) return;
+        refuse("the files of " + other->second.string() + " and " + scene.string() +
+                   " would have the same name",
+               option, "put {stem}, the scene's name, into it, or {folder}, its folder's");
+    };
     for (const fs::path& name : options.scenes) {
         for (const fs::path& scene : scenesNamed(name)) {
             RenderOptions& one = each.emplace_back(options);
             one.scene.file = scene;
             one.output.path = named(options.output.path, scene, options.shards != nullptr);
-            if (options.channels.manifest)
-                one.channels.manifest = named(*options.channels.manifest, scene);
+            take(one.output.path, scene,
+                 options.shards ? "--shard-member " + options.output.path.filename().string()
+                                : "--output " + options.output.path.string());
+            if (auto& manifest = one.channels.manifest) {
+                manifest = named(*manifest, scene);
+                take(*manifest, scene, "--manifest " + options.channels.manifest->string());
+            }
+            if (auto& cameras = one.views.cameras_out) {
+                cameras = named(*cameras, scene);
+                take(*cameras, scene, "--cameras-out " + options.views.cameras_out->string());
+            }
             if (!options.isOneScene()) {  // one report for all
                 one.report.json = false;
                 one.report.file.reset();
             }
-            const auto [other, is_new] = scene_of.emplace(one.output.path, scene);
-            if (is_new) continue;
-            refuse("the pictures of " + other->second.string() + " and " + scene.string() +
-                       " would have the same name",
-                   options.shards ? "--shard-member " + options.output.path.filename().string()
-                                  : "--output " + options.output.path.string(),
-                   "put {stem}, the scene's name, into the output's, or {folder}, its folder's");
         }
     }
     const std::optional<Shard>& chunk = options.sequence.chunk;

@@ -131,22 +131,36 @@ SceneSheet::SceneSheet(const SheetRequest& request, CaptureJob& job, const Opene
       job_(job),
       views_(views),
       console_(console),
-      capture_(request.capture),
       scene_(scene),
-      posed_(scene.at(request.animation.time.value_or(0))) {
-    capture_.clip = clipVolume(request_.clip, posed_);
-    capture_.tinted = job_.wantsTint(posed_);
+      posed_(poseOf(0)) {}
+
+PosedScene SceneSheet::poseOf(std::size_t view) const {
+    return views_.pose(scene_, request_.animation.time.value_or(0), view);
+}
+
+CaptureSettings SceneSheet::settingsOf(const PosedScene& posed) const {
+    CaptureSettings settings = request_.capture;
+    settings.clip = clipVolume(request_.clip, posed);
+    settings.tinted = job_.wantsTint(posed);
+    return settings;
+}
+
+View SceneSheet::view(std::size_t index) const {
+    return views_.view(scene_, poseOf(index), index);
 }
 
 std::string SceneSheet::settingsHash(std::size_t view) const {
-    const Window crop = views_.view(scene_, posed_, view).crop;
-    return job_.settingsHash(capture_, nlohmann::json::object(), crop);
+    nlohmann::json more = nlohmann::json::object();
+    views_.addSettings(view, more);
+    return job_.settingsHash(settingsOf(poseOf(view)), std::move(more), this->view(view).crop);
 }
 
 SheetContent SceneSheet::make(std::size_t view) {
     content_ = {};
     exact_ = {};
-    view_ = views_.view(scene_, posed_, view);
+    posed_ = poseOf(view);
+    capture_ = settingsOf(posed_);
+    view_ = this->view(view);
     content_.result.settings_hash = settingsHash(view);
     openRenderer();
     content_.exposure = exposure_;
@@ -161,7 +175,7 @@ SheetContent SceneSheet::make(std::size_t view) {
 /// Opens it for the first view, which meters the exposure of all.
 void SceneSheet::openRenderer() {
     renderer_ = job_.renderer();
-    if (renderer_) return;
+    if (renderer_) return renderer_->setPose(posed_);
     renderer_ = &job_.openRenderer(posed_);
     if (!request_.cells.meters || posed_.lights().empty() || capture_.shading == Shading::kUnlit)
         return;

@@ -47,16 +47,20 @@ struct SheetContent {
 /// The sheets of a scene, one view after the other.
 class SceneSheet {
   public:
-    /// `views` are placed; all arguments must outlive it. Throws like clipVolume().
+    /// `views` are placed; all arguments must outlive it.
     SceneSheet(const SheetRequest& request, CaptureJob& job, const OpenedScene& scene,
                const ViewList& views, Console& console);
 
-    /// Of what a view shows, before it is made.
+    /// What a view sees, and the hash of what decides how that is shown, before it is made. Throw
+    /// like ViewList::view() and clipVolume().
+    View view(std::size_t index) const;
     std::string settingsHash(std::size_t view) const;
-    /// Captures a view. Throws like CaptureJob::openRenderer() and GlRenderer::capture().
+    /// Captures a view. Throws like these, CaptureJob::openRenderer() and GlRenderer::capture().
     SheetContent make(std::size_t view);
 
   private:
+    PosedScene poseOf(std::size_t view) const;
+    CaptureSettings settingsOf(const PosedScene& posed) const;
     void openRenderer();
     void compareMethods();
     void showLayers();

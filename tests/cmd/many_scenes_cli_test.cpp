@@ -78,6 +78,26 @@ TEST_F(ManyScenes, NeedNamesOfTheirOwn) {
     EXPECT_EQ(written().size(), 0U);
 }
 
+TEST_F(ManyScenes, HaveCamerasAndManifestsOfTheirOwn) {
+    const std::vector<std::string> line{(scenes_ / "*.gltf").string(), "-o", out("{stem}@.exr"),
+                                        "--views", "2"};
+    const auto with = [&](const std::string& option, const std::string& name) {
+        std::vector<std::string> asked = line;
+        asked.insert(asked.end(), {option, out(name)});
+        return render(asked);
+    };
+    for (const char* option : {"--cameras-out", "--manifest"}) {
+        const Outcome result = with(option, "all/transforms.json");
+        EXPECT_EQ(result.exit_code, 2);
+        EXPECT_TRUE(contains(result.err, option)) << result.err;
+        EXPECT_EQ(written().size(), 0U);
+    }
+    const Outcome result = with("--cameras-out", "{stem}/transforms.json");
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_TRUE(fs::exists(out_ / "a/transforms.json"));
+    EXPECT_TRUE(fs::exists(out_ / "b/transforms.json"));
+}
+
 TEST_F(ManyScenes, GoOnAfterAFailureIfAsked) {
     writeText(scenes_ / "a.gltf", "no scene");
     const std::vector<std::string> command{(scenes_ / "*.gltf").string(), "-o", out("{stem}.exr"),

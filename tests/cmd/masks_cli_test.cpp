@@ -272,6 +272,8 @@ TEST_F(MasksCommand, OfManyViewsAreThoseOfTheirParts) {
     EXPECT_EQ(whole["sharedFiles"].size(), 6U);
     EXPECT_EQ(jsonOf(scratch_ / "whole/scene_gt_info.json").size(), 5U);
     EXPECT_EQ(jsonOf(scratch_ / "whole/coco.json")["images"].size(), 5U);
+    for (const Json& view : whole["views"])
+        EXPECT_EQ(view["width"], 12) << "--size is that of every view";
     for (const char* const chunk : {"2/3", "3/3", "1/3"}) {
         std::vector<std::string> part = views;
         part.insert(part.end(), {"--chunk", chunk});

@@ -175,6 +175,13 @@ TEST_F(Views, OfSheetsAreSheets) {
     EXPECT_EQ(text("0001.png"), second);
     EXPECT_TRUE(sheets({"--skip-existing"})[1].contains("skipped"));
     EXPECT_FALSE(sheets({"--skip-existing", "--progression"})[1].contains("skipped"));
+    // What may not be replaced holds back each picture by itself.
+    fs::remove(scratch_ / "0000.png");
+    const Outcome kept = runPeeler({"sheet", scene_, "-o", (scratch_ / "@.png").string(), "--views",
+                                    "2", "--size", "40x30", "--keep-going", "--no-clobber"});
+    EXPECT_EQ(kept.exit_code, 4) << kept.err;
+    EXPECT_NE(kept.err.find("0001.png"), std::string::npos) << kept.err;
+    EXPECT_TRUE(fs::exists(scratch_ / "0000.png"));
 }
 
 TEST_F(Views, OfBopHaveObjectsInPlace) {
@@ -197,11 +204,42 @@ TEST_F(Views, OfBopHaveObjectsInPlace) {
     // 30 of a focal length of 20.
     EXPECT_EQ(info.plan.layers[0].data_window.x0, 30);
     EXPECT_EQ(info.plan.layers[0].data_window.y0, 20);
+
+    // Rays and sheets see it there, too, and know when it has moved.
+    const auto made = [&](const char* verb, const char* name) {
+        const Outcome result =
+            runPeeler({verb, scene_, "-o", (scratch_ / name).string(), "--cameras", cameras,
+                       "--faces", "both", "--skip-existing", "--json"});
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return Json::parse(result.out).at("views")[0];
+    };
+    EXPECT_GT(made("rays", "@.npz").at("hits"), 20);
+    EXPECT_EQ(made("sheet", "@.png").at("layers"), 1);
+    for (const auto& [verb, name] : {std::pair{"rays", "@.npz"}, {"sheet", "@.png"}})
+        EXPECT_TRUE(made(verb, name).contains("skipped"));
+    write("scene_gt.json", R"({"4": [{"obj_id": 7, "cam_R_m2c": [1, 0, 0, 0, 1, 0, 0, 0, 1],
+                                      "cam_t_m2c": [5000, 0, 2000]}]})");
+    EXPECT_EQ(made("rays", "@.npz").at("hits"), 0);
+    EXPECT_EQ(made("sheet", "@.png").at("layers"), 0);
+    const Outcome together =
+        runPeeler({"rays", scene_, "-o", (scratch_ / "all.npz").string(), "--cameras", cameras});
+    EXPECT_EQ(together.exit_code, 2);
+    EXPECT_NE(together.err.find("@@@@"), std::string::npos) << together.err;
+
     write("scene_gt.json", R"({"4": [{"obj_id": 8, "cam_R_m2c": [1, 0, 0, 0, 1, 0, 0, 0, 1],
                                       "cam_t_m2c": [1000, 0, 2000]}]})");
     const Outcome missing = render("@.exr", {"--cameras", cameras});
     EXPECT_EQ(missing.exit_code, 3);
     EXPECT_NE(missing.err.find("obj_8"), std::string::npos) << missing.err;
+}
+
+TEST_F(Views, OfXRayGoThroughCorners) {
+    for (const auto& [preset, axis] : {std::pair{"lari", 24.0}, {"xray", 24.5}}) {
+        const std::string cameras = (scratch_ / preset / "transforms.json").string();
+        const char* const name = preset == std::string("lari") ? "lari/@.png" : "xray/@.npz";
+        rendered(name, {"--preset", preset, "--views", "1", "--cameras-out", cameras});
+        EXPECT_EQ(Json::parse(bytesOf(cameras)).at("cx"), axis) << "corners have whole numbers";
+    }
 }
 
 TEST_F(Views, ThatCannotBeAreRefused) {

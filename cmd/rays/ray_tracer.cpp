@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cmd/rays/ray_tracer.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <utility>
+
+#include "cmd/cli/errors.h"
+#include "cmd/cli/progress.h"
+#include "cmd/cli/report.h"
+#include "core/base/error.h"
+#include "formats/arrays/point_reader.h"
+#include "formats/file/content_hash.h"
+#include "formats/file/file_name.h"
+#include "formats/rays/ray_output.h"
+
+namespace peeler::cmd {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Hands the bands of a bundle on to the outputs.
+class BundleSink final : public Sink {
+  public:
+    BundleSink(std::span<const std::unique_ptr<RayOutput>> outputs, std::size_t bundle)
+        : outputs_(outputs), bundle_(bundle) {}
+
+    void begin(const Plan&) override {}
+    void write(LayeredImage&& band) override {
+        for (const auto& output : outputs_)
+            output->take(bundle_, band);
+    }
+    void finish() override {}
+    /// What the outputs take besides the band, which they go through some rows at a time.
+    SinkMemory memory() const override { return {0, std::uint64_t{48} << 20}; }
+
+  private:
+    std::span<const std::unique_ptr<RayOutput>> outputs_;
+    std::size_t bundle_;
+};
+
+/// How hits are captured for what the options ask for; the outputs add channels.
+CaptureSettings traceSettings(const RaysOptions& options) {
+    CaptureSettings capture = options.capture;
+    capture.faces = options.chosenFaces();
+    // Outputs of --points find t from the triangle anyway.
+    const bool refine = options.refine && !options.points;
+    capture.hit_mode = refine ? HitMode::kRefined : HitMode::kRaw;
+    capture.color_type = PixelType::kFloat;  // normals, too
+    // A camera sees from its near to its far plane; other rays have no ends.
+    capture.depth_clamp = !options.bundles.usesCamera();
+    return capture;
+}
+
+}  // namespace
+
+RayTracer::RayTracer(const RaysOptions& options, CaptureJob& job, SequenceResults& results,
+                     Console& console)
+    : options_(options),
+      job_(job),
+      results_(results),
+      console_(console),
+      capture_(traceSettings(options)) {}
+
+void RayTracer::setScene(const OpenedScene& scene, const PosedScene& posed) {
+    scene_ = &scene;
+    posed_ = posed;
+    solids_.reset();
+    source_ = nullptr;
+}
+
+void RayTracer::discard() {
+    job_.discard();
+    source_ = nullptr;
+}
+
+void RayTracer::make(RayTrace& trace) {
+    nameFiles(trace);
+    openOutputs(trace);
+    if (!source_) source_ = &job_.openHits(*posed_);
+    count(trace);
+    if (options_.sequence.dry_run) return describe(trace);
+    tellForecast(trace.forecast, console_);
+    this->trace(trace);
+    report(trace);
+}
+
+/// Names and checks the outputs of the bundles: only now is known how many pictures there are.
+void RayTracer::nameFiles(RayTrace& trace) const {
+    if (options_.writesPictures()) {
+        std::vector<int> numbers(trace.bundles.size());
+        std::iota(numbers.begin(), numbers.end(), 0);
+        OutputRequest output = trace.output;
+        if (trace.view) output.no_clobber = false;  // whoever has asked for it has looked
+        trace.files = checkSeries(output, numbers, options_.inputs());
+        checkReport(options_.report, trace.files);
+    } else if (options_.writesFile()) {
+        trace.files = {trace.output.path};
+    }
+    job_.checkOutputs(trace.files);
+}
+
+void RayTracer::openOutputs(RayTrace& trace) {
+    if (options_.parity) {
+        auto parity = std::make_unique<RayParity>(scene_->scene(), solids(), console_);
+        trace.parity = parity.get();
+        trace.outputs.push_back(std::move(parity));
+    }
+    if (options_.writesFile()) trace.outputs.push_back(makeOutput(trace));
+    std::vector<Channel>& channels = capture_.channels;
+    for (const auto& output : trace.outputs) {
+        const std::vector<Channel> more = output->channels();
+        channels.insert(channels.end(), more.begin(), more.end());
+    }
+    std::ranges::sort(channels);
+    channels.erase(std::unique(channels.begin(), channels.end()), channels.end());
+}
+
+std::string RayTracer::settingsHash(const RayTrace& trace, const CaptureSettings& capture) const {
+    nlohmann::json settings = raySettings(options_, trace.bundles);
+    settings.update(trace.settings);
+    return job_.settingsHash(capture, std::move(settings));
+}
+
+std::string RayTracer::hashOf(const RayTrace& trace) const {
+    CaptureSettings settings = capture_;
+    settings.channels.clear();  // they follow from what is asked for
+    const Json all = {
+        {"scene", hexText(scene_->scene().content_hash)},
+        {"settings", settingsHash(trace, settings)},
+        {"time", options_.animation.time.value_or(0)},
+        {"name", trace.bundles.front().name},
+        {"extension", lowerExtension(trace.output.path)},
+    };
+    return hashText(all.dump());
+}
+
+std::unique_ptr<RayOutput> RayTracer::makeOutput(const RayTrace& trace) {
+    const std::string path = trace.output.path.string();
+    Provenance provenance;
+    provenance.version = PEELER_VERSION;
+    provenance.method = "rays";
+    provenance.scene = options_.scene.file.filename().string();
+    provenance.scene_hash = hexText(scene_->scene().content_hash);
+    provenance.time = options_.animation.time.value_or(0);
+    if (trace.view) {
+        provenance.view = static_cast<int>(*trace.view);
+        provenance.output_hash = hashOf(trace);
+    }
+    if (lattice_) {
+        checkVoxelMemory(*lattice_, capture_.memory);
+        return makeVoxelOutput(path, solids(), *lattice_, "peeler " PEELER_VERSION);
+    }
+    if (options_.writesPictures()) {
+        RayMapOptions maps = rayMapOptions(options_.maps, scene_->scene());
+        maps.provenance = provenance;
+        const Solids* inside = needsSolids(maps.settings.maps) ? &solids() : nullptr;
+        return makeRayMapOutput(path, *posed_, inside, maps);
+    }
+    if (options_.points) return makeNextHitOutput(path, *posed_, readPoints(*options_.points));
+    HitOptions hits{.posed = *posed_,
+                    .provenance = provenance,
+                    .comment = "hits in world space of " + printable(provenance.scene) +
+                               ", +Y up, by peeler " PEELER_VERSION,
+                    .double_positions = options_.double_points,
+                    .columns = options_.columns};
+    if (options_.output.isGiven("--dense")) hits.dense = options_.output.options.dense;
+    return makeHitOutput(path, hits);
+}
+
+/// Counts first where an output needs it: its header or arrays say how many hits follow, and come
+/// before them. Then the sizes of the files are known.
+void RayTracer::count(RayTrace& trace) {
+    if (std::ranges::any_of(trace.outputs,
+                            [](const auto& output) { return output->needsHits(); })) {
+        ProgressReport progress(console_, options_.report.shownProgress(), {"count", kCountEnd});
+        for (const Bundle& bundle : trace.bundles) {
+            trace.hits.push_back(source_->plan(bundle.view, capture_).fragments_counted);
+            progress.update(static_cast<double>(trace.hits.size()) /
+                            static_cast<double>(trace.bundles.size()));
+        }
+    }
+    if (!options_.writesFile()) return;
+    const std::uint64_t hits =
+        std::accumulate(trace.hits.begin(), trace.hits.end(), std::uint64_t{0});
+    std::string contents =
+        trace.hits.empty() ? countText(raysOf(trace.bundles), "ray") : countText(hits, "hit");
+    contents += " of " + countText(trace.bundles.size(), "bundle");
+    trace.forecast.files = {{trace.output.path,
+                             trace.outputs.back()->forecast(trace.bundles, trace.hits),
+                             std::move(contents)}};
+}
+
+/// What would be done, for --dry-run.
+void RayTracer::describe(const RayTrace& trace) {
+    Json json;
+    json["scene"] = options_.scene.file.string();
+    json["bundles"] = trace.bundles.size();
+    json["rays"] = raysOf(trace.bundles);
+    json["hits"] =
+        trace.hits.empty()
+            ? Json()
+            : Json(std::accumulate(trace.hits.begin(), trace.hits.end(), std::uint64_t{0}));
+    json["settingsHash"] = settingsHash(trace, capture_);
+    json["outputs"] = forecastJson(trace.forecast);
+    console_.result(jsonText(json));
+    tellForecast(trace.forecast, console_, true);
+}
+
+void RayTracer::trace(RayTrace& trace) {
+    for (const auto& output : trace.outputs)
+        output->begin(trace.bundles, trace.hits);
+    ProgressReport progress(console_, options_.report.shownProgress(), "trace");
+    const auto all = static_cast<double>(trace.bundles.size());
+    for (std::size_t i = 0; i < trace.bundles.size(); ++i) {
+        // The source still has the plan of a lone bundle from count().
+        if (trace.hits.size() != 1) {
+            const Plan plan = source_->plan(trace.bundles[i].view, capture_);
+            trace.hits_found += plan.fragments_counted;
+        }
+        BundleSink sink(trace.outputs, i);
+        const CaptureReport report = source_->capture(
+            sink, [&](double share) { progress.update((static_cast<double>(i) + share) / all); });
+        trace.largest_correction = std::max(trace.largest_correction, report.largest_correction);
+    }
+    if (trace.hits.size() == 1) trace.hits_found = trace.hits.front();
+    trace.failed = options_.parity == ParityUse::kFail && !trace.parity->holds();
+    for (const auto& output : trace.outputs)
+        if (!trace.failed || output.get() == trace.parity) output->finish();
+}
+
+void RayTracer::report(RayTrace& trace) {
+    RunResult result;
+    job_.finish(result);
+    // The hash stands in the result alone: files of rays have never had it, and keep their bytes.
+    result.settings_hash = settingsHash(trace, capture_);
+    const std::uint64_t rays = raysOf(trace.bundles);
+    if (options_.writesFile()) result.forecast_bytes = trace.forecast.size().bytes;
+    std::string line = countText(trace.bundles.size(), "bundle") + ", " + countText(rays, "ray") +
+                       ", " + countText(trace.hits_found, "hit");
+    if (options_.writesFile() && !trace.failed) {
+        const fs::path& path = trace.output.path;
+        line = path.string() + ": " + line;
+        if (fs::exists(path)) {
+            result.setFile(path);
+            line += ", " + bytesText(result.bytes);
+        } else {
+            result.setFiles(path, trace.files);
+        }
+    }
+    Json found;
+    if (trace.view) {
+        found["view"] = *trace.view;
+        found["camera"] = trace.bundles.front().name;
+    }
+    found["bundles"] = trace.bundles.size();
+    found["rays"] = rays;
+    found["hits"] = trace.hits_found;
+    found["largestCorrection"] =
+        capture_.hit_mode == HitMode::kRaw ? Json() : Json(trace.largest_correction);
+    if (trace.parity) trace.parity->addTo(found);
+    for (const auto& output : trace.outputs)
+        addRayResults(output->results(), found);
+    results_.add(toJson(result, found), line + ", " + totalText(result.milliseconds));
+}
+
+}  // namespace peeler::cmd
