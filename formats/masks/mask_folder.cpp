@@ -184,17 +184,26 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
     textFile(record(view.number), begun.dump() + '\n')->commit();
 
     const std::vector<fs::path> names = files(view.number, 0, masks, 0, pictures);
-    parallelFor(names.size(), [&](std::size_t i) {
-        const std::string path = names[i].string();
+    const auto write_picture = [&](AtomicFile& file, std::size_t i) {
         if (i >= 2 * masks) {
             const auto layer = view.layers.layer(static_cast<std::uint32_t>(i - 2 * masks));
-            return writeGreyPng(path, width, height, layer, options_.software);
+            return writeGreyPng(file, width, height, layer, options_.software);
         }
         const ObjectMasks& of = view.masks[listed[i / 2]];
         std::vector<std::uint8_t> bytes(crop.pixels());
         (i % 2 == 0 ? of.amodal : of.visible).fill(255, bytes);
-        writeGreyPng(path, width, height, bytes, options_.software);
-    });
+        writeGreyPng(file, width, height, bytes, options_.software);
+    };
+    // Some at once, since most of what they take is waiting for the disk.
+    constexpr std::size_t kAtOnce = 128;
+    for (std::size_t first = 0; first < names.size(); first += kAtOnce) {
+        std::vector<std::unique_ptr<AtomicFile>> some(std::min(kAtOnce, names.size() - first));
+        parallelFor(some.size(), [&](std::size_t i) {
+            some[i] = std::make_unique<AtomicFile>(names[first + i].string());
+            write_picture(*some[i], first + i);
+        });
+        commitAll(some);
+    }
     for (const fs::path& file : files(view.number, masks, before.masks, pictures, before.layers))
         removeFile(file);
 

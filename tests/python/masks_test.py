@@ -124,8 +124,8 @@ class Masks(ModuleTest):
         """With renders of objects alone, and visible masks with each other and the first layer."""
         low, high = peeler.Scene(path).bounds
         size, middle = np.linalg.norm(high - low), (low + high) / 2
-        camera = {"eye": middle + 1.4 * size * np.array([0.5, 0.4, 0.77]), "target": middle, "near": 0.1 * size,
-                  "size": (320, 240)}
+        eye = middle + 1.4 * size * np.array([0.5, 0.4, 0.77])
+        camera = {"eye": tuple(eye), "target": tuple(middle), "near": 0.1 * size, "size": (320, 240)}
 
         def covered(**keywords):
             image = self.r.layers(peeler.Scene(path, **keywords), **camera)
