@@ -19,10 +19,14 @@ if(NOT PEELER_SANITIZE MATCHES "fuzzer")
     return()
 endif()
 
+# Of the command line little is fuzzed, and all takes long to compile.
+target_compile_options(peeler_cmd PRIVATE -O1 -gline-tables-only)
+
 # peeler_fuzz_program(NAME SOURCES...)
 function(peeler_fuzz_program name)
     add_executable(${name} EXCLUDE_FROM_ALL fuzz/fuzz_target.cpp ${ARGN})
-    target_link_libraries(${name} PRIVATE peeler_cmd ${fuzz_libraries})
+    target_link_libraries(${name} PRIVATE peeler_formats nlohmann_json::nlohmann_json
+        ${fuzz_libraries})
     target_include_directories(${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
     target_link_options(${name} PRIVATE -Wl,--as-needed)
     # Modules count what they run, too, by functions of the program's.
@@ -33,6 +37,7 @@ set(gltf_more fuzz/gltf_mutator.cpp)
 set(image_more fuzz/checksum_mutator.cpp)
 set(points_more fuzz/checksum_mutator.cpp)
 set(draco_more ${draco_in_process})
+set(of_commands batch exr grammar)
 
 peeler_fuzz_program(write_seeds fuzz/write_seeds.cpp ${fuzz_seeds})
 target_link_libraries(write_seeds PRIVATE GTest::gtest)
@@ -43,5 +48,8 @@ foreach(source IN LISTS fuzz_targets)
     peeler_fuzz_program(${program} ${source} ${${name}_more})
     target_compile_definitions(${program} PRIVATE PEELER_LIBFUZZER)
     target_link_options(${program} PRIVATE -fsanitize=fuzzer)
+    if(name IN_LIST of_commands)
+        target_link_libraries(${program} PRIVATE peeler_cmd)
+    endif()
     add_dependencies(fuzzers ${program})
 endforeach()
