@@ -25,6 +25,7 @@
 #include "formats/arrays/point_reader.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
+#include "formats/file/json_text.h"
 #include "formats/output_hash.h"
 #include "formats/rays/ray_output.h"
 
@@ -331,7 +332,7 @@ std::string Rays::hashOf(const RayTrace& trace) const {
         {"name", trace.bundles.front().name},
         {"extension", lowerExtension(trace.output.path)},
     };
-    return hashText(all.dump());
+    return hashText(dumpJson(all));
 }
 
 std::unique_ptr<RayOutput> Rays::makeOutput(const RayTrace& trace) {
