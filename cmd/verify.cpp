@@ -102,10 +102,10 @@ Json toJson(const VerifiedFile& file) {
 }
 
 std::string toText(const VerifiedFile& file) {
-    std::string text = printable(file.path) + ": ";
+    std::string text = printable(file.path, kMostOfLine) + ": ";
     if (!file.problems.empty()) {
         for (std::size_t i = 0; i < file.problems.size(); ++i)
-            text += (i == 0 ? "" : "; ") + printable(file.problems[i]);
+            text += (i == 0 ? "" : "; ") + printable(file.problems[i], kMostOfLine);
         return text + '\n';
     }
     if (file.kind == VerifiedKind::kForeign)

@@ -8,10 +8,12 @@
 #include <string_view>
 #include <utility>
 
+#include "core/base/printable.h"
+
 namespace peeler::cmd {
 
 /// Every message line begins with "peeler: " and a word that says what it is; text of several lines
-/// becomes several such lines. Control characters (a file name may hold any) are shown as \xNN.
+/// becomes several such lines, each of which is printable() and cut (a file name may hold anything).
 /// Belongs to one thread.
 class Console {
   public:
@@ -71,9 +73,6 @@ class Console {
     std::set<std::string> told_;  ///< notes about the whole run
     double reported_ = -1;
 };
-
-/// `text` with its control characters as \xNN: what a file says must not steer a terminal.
-std::string printable(std::string_view text);
 
 /// Thrown by Console::result: stdout is a pipe without a reader.
 struct ReaderGone {};

@@ -134,7 +134,8 @@ VerifiedFile verifyFile(const std::string& path) {
         verify(file);
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kInput) throw;
-        const std::string where = error.where() == path ? "" : ": " + printable(error.where());
+        const std::string where =
+            error.where() == path ? "" : ": " + printable(error.where(), kMostOfLine);
         file.blame(Verdict::kBad, inOptions(error.what() + where));
     }
     return file;

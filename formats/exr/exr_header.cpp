@@ -18,6 +18,8 @@
 #include <numbers>
 
 #include "core/base/error.h"
+#include "core/base/printable.h"
+#include "formats/file/json_text.h"
 
 namespace peeler {
 namespace {
@@ -201,13 +203,12 @@ std::string cameraJson(const View& view) {
         {"cameraToWorld", matrix},
     };
     if (view.sample != glm::dvec2(0.5)) json["sample"] = {view.sample.x, view.sample.y};
-    // A name that is not UTF-8 is no reason to lose the file.
-    return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    return dumpJson(json);
 }
 
 View viewFromJson(const std::string& text) {
     try {
-        const nlohmann::json json = nlohmann::json::parse(text);
+        const nlohmann::json json = parseJson(text, "peeler:cameraJson");
         View view;
         view.camera_name = json.at("name").get<std::string>();
         Projection& projection = view.projection;
@@ -236,7 +237,7 @@ View viewFromJson(const std::string& text) {
         }
         return view;
     } catch (const nlohmann::json::exception& e) {
-        throw Error(ErrorKind::kInput, std::string("the camera is not readable: ") + e.what(),
+        throw Error(ErrorKind::kInput, "the camera is not readable: " + printable(e.what()),
                     "peeler:cameraJson");
     }
 }

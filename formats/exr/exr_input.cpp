@@ -6,16 +6,13 @@
 #include "formats/exr/exr_input.h"
 
 #include <OpenEXR/openexr.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
 #include <limits>
-#include <system_error>
 
 #include "core/base/error.h"
 #include "formats/exr/exr_layout.h"
@@ -25,7 +22,6 @@ namespace {
 
 constexpr int kMaxSide = 1 << 17;  ///< pixels; larger than any GPU renders
 constexpr int kMaxCoordinate = 1 << 28;
-constexpr int kMaxParts = 1 << 16;
 constexpr int kMaxChannels = 1 << 16;  ///< of a part: all layers may be in one
 
 /// OpenEXRCore tells the details of a failure to a callback, on the thread that made the call.
@@ -33,6 +29,21 @@ thread_local std::string last_message;
 
 void keepMessage(exr_const_context_t, exr_result_t, const char* message) {
     last_message = message ? message : "";
+}
+
+/// OpenEXRCore would open the name itself, and wait if it is a pipe by then.
+std::int64_t readFrom(exr_const_context_t, void* file, void* to, std::uint64_t size,
+                      std::uint64_t at, exr_stream_error_func_ptr_t) {
+    try {
+        return static_cast<std::int64_t>(
+            static_cast<const RegularFile*>(file)->readSome(at, {static_cast<char*>(to), size}));
+    } catch (const Error&) {
+        return -1;
+    }
+}
+
+std::int64_t sizeOf(exr_const_context_t, void* file) {
+    return static_cast<std::int64_t>(static_cast<const RegularFile*>(file)->size());
 }
 
 Window toWindow(const exr_attr_box2i_t& box) {
@@ -154,17 +165,16 @@ std::string ExrInputPart::attribute(const std::string& wanted) const {
     return found == attributes.end() ? std::string() : found->second;
 }
 
-ExrInput::ExrInput(std::string path) : path_(std::move(path)) {
-    struct stat status {};
-    if (stat(path_.c_str(), &status) != 0) {
-        throw Error(ErrorKind::kInput, "cannot read: " + std::generic_category().message(errno),
-                    path_);
-    }
-    if (!S_ISREG(status.st_mode)) throw Error(ErrorKind::kInput, "it is not a regular file", path_);
-    bytes_ = static_cast<std::uint64_t>(status.st_size);
+ExrInput::ExrInput(std::string path) : path_(std::move(path)), file_(path_) {
+    file_.check();
+    bytes_ = file_.size();
+    checkExrHeaders(file_, path_);
 
     exr_context_initializer_t options = EXR_DEFAULT_CONTEXT_INITIALIZER;
     options.error_handler_fn = keepMessage;
+    options.user_data = &file_;
+    options.read_fn = readFrom;
+    options.size_fn = sizeOf;
     options.max_image_width = kMaxSide;
     options.max_image_height = kMaxSide;
     options.max_tile_width = kMaxSide;
@@ -186,7 +196,6 @@ ExrInput::~ExrInput() {
 void ExrInput::readHeaders() {
     int parts = 0;
     check(exr_get_count(context_, &parts));
-    if (parts > kMaxParts) throw Error(ErrorKind::kInput, "it has too many parts", path_);
     for (int i = 0; i < parts; ++i) {
         ExrInputPart& part = parts_.emplace_back();
         const char* name = nullptr;

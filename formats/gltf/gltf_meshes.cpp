@@ -154,6 +154,9 @@ class PrimitiveReader {
         least_bytes_ +=
             used_.count * static_cast<std::uint64_t>(components) * sizeof(std::uint16_t);
         budget_.check(least_bytes_, where_);
+        // Twice: as numbers and as what is made of them.
+        document_.allow(2 * used_.count * static_cast<std::size_t>(components) * sizeof(float),
+                        use);
         std::vector<float> values = accessors_.floats(found->second, format, used_, use);
         for (float& value : values) {
             if (std::isfinite(value)) continue;
@@ -218,9 +221,10 @@ class PrimitiveReader {
                 vectors<glm::vec3>(from, where, "TANGENT", kDisplacement)};
     }
 
-    std::vector<std::uint32_t> indices() const {
+    std::vector<std::uint32_t> indices() {
         const std::string where = where_ + "/indices";
         std::uint32_t restart = 0;
+        document_.allow(accessors_.count(source_.indices) * sizeof(std::uint32_t), where);
         std::vector<std::uint32_t> result = accessors_.indices(source_.indices, where, restart);
         for (std::size_t i = 0; i < result.size(); ++i) {
             if (result[i] < vertex_count_ && result[i] != restart) continue;

@@ -77,13 +77,16 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
         const auto decoder = imageDecoder(format, "texture." + std::string(format), bytes);
         const StoredImage& stored = decoder->image();
         checkTextureSize(stored, limits);
+        const std::size_t pixels =
+            static_cast<std::size_t>(stored.width) * static_cast<std::size_t>(stored.height);
+        // A decoder may hold what is stored besides.
+        if (limits.allow) limits.allow(pixels * (4 + stored.channels.size()));
 
         Image image;
         image.name = name;
         image.width = stored.width;
         image.height = stored.height;
-        image.rgba.resize(std::size_t{4} * static_cast<std::size_t>(stored.width) *
-                          static_cast<std::size_t>(stored.height));
+        image.rgba.resize(4 * pixels);
         const std::size_t channels = std::min<std::size_t>(stored.channels.size(), 4);
         decoder->read(0, static_cast<int>(channels), image.rgba.data());
         expandToRgba(image.rgba, channels);

@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "formats/file/atomic_file.h"
+#include "formats/file/json_text.h"
 #include "formats/file/regular_file.h"
 #include "formats/image/image_writer.h"
 #include "formats/masks/mask_json.h"
@@ -133,8 +134,7 @@ MaskFolder::Record MaskFolder::readRecord(std::size_t view) const {
     Record record;
     std::error_code failure;
     if (!fs::exists(this->record(view), failure)) return record;
-    const auto bytes = readRegularFile(this->record(view), kMostRecordBytes);
-    const auto json = nlohmann::json::parse(bytes.begin(), bytes.end(), nullptr, false);
+    const auto json = parseJsonOrNull(readRegularText(this->record(view), kMostRecordBytes));
     if (!json.is_object()) return record;
     bool whole = true;
     const auto number = [&](const char* key) -> std::uint64_t {
@@ -181,7 +181,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
                                   {"masks", std::max(masks, before.masks)},
                                   {"layers", std::max(pictures, before.layers)}};
     // From here on it is known which files may be there, whatever ends the process.
-    textFile(record(view.number), begun.dump() + '\n')->commit();
+    textFile(record(view.number), dumpJson(begun) + '\n')->commit();
 
     const std::vector<fs::path> names = files(view.number, 0, masks, 0, pictures);
     const auto write_picture = [&](AtomicFile& file, std::size_t i) {
@@ -215,7 +215,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
     json["masks"] = masks;
     json["layers"] = pictures;
     json["bytes"] = bytes;
-    const auto last = textFile(record(view.number), json.dump() + '\n');
+    const auto last = textFile(record(view.number), dumpJson(json) + '\n');
     last->commit();
     return bytes + last->size();
 }
@@ -234,9 +234,9 @@ void MaskFolder::writeShared(std::size_t views) const {
         append(i, texts[i].begin(options_.by, objects_));
     // Record by record, so that a million views take no more memory than one.
     for (std::size_t view = 0; view < views; ++view) {
-        const auto bytes = readRegularFile(record(view), kMostRecordBytes);
+        const std::string text = readRegularText(record(view), kMostRecordBytes);
         try {
-            const auto json = nlohmann::json::parse(bytes.begin(), bytes.end());
+            const auto json = parseJson(text, record(view).string());
             for (std::size_t i = 0; i < texts.size(); ++i)
                 append(i, texts[i].add(view, json));
         } catch (const nlohmann::json::exception& error) {

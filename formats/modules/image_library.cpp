@@ -5,8 +5,12 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <memory>
 #include <optional>
 #include <stdexcept>
+
+#include "core/base/error.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler {
 namespace {
@@ -27,6 +31,33 @@ StoredImage storedImage(const OIIO::ImageSpec& spec) {
     return image;
 }
 
+/// A file as RegularFile opens it: the library's own plugins would wait for a pipe.
+class FileProxy final : public OIIO::Filesystem::IOProxy {
+  public:
+    explicit FileProxy(const std::string& path) : IOProxy(path, Read), file_(path) {
+        file_.check();
+    }
+
+    const char* proxytype() const override { return "peeler"; }
+    std::size_t size() const override { return file_.size(); }
+    std::size_t read(void* data, std::size_t bytes) override {
+        const std::size_t got = pread(data, bytes, m_pos);
+        m_pos += static_cast<std::int64_t>(got);
+        return got;
+    }
+    std::size_t pread(void* data, std::size_t bytes, std::int64_t offset) override {
+        try {
+            return file_.readSome(static_cast<std::uint64_t>(offset),
+                                  {static_cast<char*>(data), bytes});
+        } catch (const Error&) {
+            return 0;  // the plugin calls it the end of the file
+        }
+    }
+
+  private:
+    RegularFile file_;
+};
+
 class Decoder final : public ImageDecoder {
   public:
     Decoder(const std::string& format, const std::string& path,
@@ -38,12 +69,12 @@ class Decoder final : public ImageDecoder {
         }
         OIIO::ImageSpec config;
         config.attribute("oiio:UnassociatedAlpha", 1);
-        OIIO::Filesystem::IOProxy* proxy = nullptr;
-        if (!bytes.empty()) {
-            memory_.emplace(bytes.data(), bytes.size());
-            proxy = &*memory_;
-            config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-        }
+        if (bytes.empty())
+            proxy_ = std::make_unique<FileProxy>(path);
+        else
+            proxy_ = std::make_unique<OIIO::Filesystem::IOMemReader>(bytes.data(), bytes.size());
+        OIIO::Filesystem::IOProxy* const proxy = proxy_.get();
+        config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
         OIIO::ImageSpec spec;
         check(input_->open(path, spec, config));
         image_ = storedImage(spec);
@@ -62,7 +93,7 @@ class Decoder final : public ImageDecoder {
         if (!success) fail(input_->geterror());
     }
 
-    std::optional<OIIO::Filesystem::IOMemReader> memory_;
+    std::unique_ptr<OIIO::Filesystem::IOProxy> proxy_;  // declared before what uses it
     std::unique_ptr<OIIO::ImageInput> input_;
     StoredImage image_;
 };
