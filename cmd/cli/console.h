@@ -13,8 +13,8 @@
 namespace peeler::cmd {
 
 /// Every message line begins with "peeler: " and a word that says what it is; text of several lines
-/// becomes several such lines, each of which is printable() and cut (a file name may hold anything).
-/// Belongs to one thread.
+/// becomes several such lines, each of which is printable() and cut (a file name may hold
+/// anything). Belongs to one thread.
 class Console {
   public:
     /// The streams must outlive the Console. `terminal`: a person reads `err`, so a bar may be

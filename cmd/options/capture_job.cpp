@@ -148,9 +148,8 @@ GltfOptions withinMemory(GltfOptions gltf, const MemoryBudget& memory) {
 }  // namespace
 
 OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
-    : scene_(loadScene(options.scene.file,
-                       withinMemory(options.scene.gltf, options.capture.memory), options.appearance,
-                       options.capture.shadows)) {
+    : scene_(loadScene(options.scene.file, withinMemory(options.scene.gltf, options.capture.memory),
+                       options.appearance, options.capture.shadows)) {
     for (const std::string& warning : scene_.warnings)
         console.warning(inOptions(warning));
     index_ = chooseScene(scene_, options.scene);
