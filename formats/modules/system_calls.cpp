@@ -46,6 +46,7 @@ std::vector<Allowed> allowedCalls() {
         {SYS_pread64},
         {SYS_pwrite64},
         {SYS_lseek},
+        {SYS_close},
         {SYS_brk},
         {SYS_munmap},
         {SYS_mremap},
