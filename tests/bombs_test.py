@@ -320,6 +320,12 @@ def a_JPEG_of_ten_thousand_scans(folder):
     textured(folder, "scans.jpg", jpeg(4096, 4096, 10000))
 
 
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget")
+def a_WebP_of_16000_square(folder):
+    data = b"VP8L" + struct.pack("<IBI", 105, 0x2F, 15999 | 15999 << 14) + bytes(101)
+    textured(folder, "large.webp", b"RIFF" + struct.pack("<I", 4 + len(data)) + b"WEBP" + data)
+
+
 @bomb("info {}/scene.gltf", words="")
 def meshopt_of_nothing(folder):
     scene = triangle()

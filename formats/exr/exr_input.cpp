@@ -32,8 +32,8 @@ void keepMessage(exr_const_context_t, exr_result_t, const char* message) {
 }
 
 /// OpenEXRCore would open the name itself, and wait if it is a pipe by then.
-std::int64_t readFrom(exr_const_context_t, void* file, void* to, std::uint64_t size,
-                      std::uint64_t at, exr_stream_error_func_ptr_t) {
+std::int64_t readExrBytes(exr_const_context_t, void* file, void* to, std::uint64_t size,
+                          std::uint64_t at, exr_stream_error_func_ptr_t) {
     try {
         return static_cast<std::int64_t>(
             static_cast<const RegularFile*>(file)->readSome(at, {static_cast<char*>(to), size}));
@@ -42,7 +42,7 @@ std::int64_t readFrom(exr_const_context_t, void* file, void* to, std::uint64_t s
     }
 }
 
-std::int64_t sizeOf(exr_const_context_t, void* file) {
+std::int64_t exrFileSize(exr_const_context_t, void* file) {
     return static_cast<std::int64_t>(static_cast<const RegularFile*>(file)->size());
 }
 
@@ -173,8 +173,8 @@ ExrInput::ExrInput(std::string path) : path_(std::move(path)), file_(path_) {
     exr_context_initializer_t options = EXR_DEFAULT_CONTEXT_INITIALIZER;
     options.error_handler_fn = keepMessage;
     options.user_data = &file_;
-    options.read_fn = readFrom;
-    options.size_fn = sizeOf;
+    options.read_fn = readExrBytes;
+    options.size_fn = exrFileSize;
     options.max_image_width = kMaxSide;
     options.max_image_height = kMaxSide;
     options.max_tile_width = kMaxSide;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -28,6 +29,33 @@ const char* sniff(std::string_view text) {
     if (text.substr(0, 4) == "RIFF" && text.size() >= 12 && text.substr(8, 4) == "WEBP")
         return "webp";
     return nullptr;
+}
+
+/// The size that a WebP picture says it has (RFC 9649 and RFC 6386), whose decoder takes all of its
+/// memory before it tells; nothing where its header is damaged.
+std::optional<StoredImage> webpSize(std::span<const std::uint8_t> bytes) {
+    constexpr std::size_t kHeader = 30;
+    if (bytes.size() < kHeader) return std::nullopt;
+    const auto number = [&](std::size_t at, std::size_t size) {
+        std::uint32_t value = 0;
+        for (std::size_t i = size; i-- > 0;)
+            value = value << 8U | bytes[at + i];
+        return value;
+    };
+    const std::string_view kind(reinterpret_cast<const char*>(bytes.data()) + 12, 4);
+    StoredImage stored;
+    stored.channels = {"R", "G", "B", "A"};
+    const auto set = [&](std::uint32_t width, std::uint32_t height) {
+        stored.width = static_cast<int>(width);
+        stored.height = static_cast<int>(height);
+        return stored;
+    };
+    constexpr std::uint32_t kFourteenBits = 0x3FFF;
+    if (kind == "VP8X") return set(number(24, 3) + 1, number(27, 3) + 1);
+    if (kind == "VP8L")
+        return set((number(21, 4) & kFourteenBits) + 1, (number(21, 4) >> 14U & kFourteenBits) + 1);
+    if (kind == "VP8 ") return set(number(26, 2) & kFourteenBits, number(28, 2) & kFourteenBits);
+    return std::nullopt;
 }
 
 void checkTextureSize(const StoredImage& stored, const TextureLimits& limits) {
@@ -73,20 +101,29 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
     if (format == std::string_view("jpeg")) bytes = reduced = withoutJpegMetadata(bytes);
     static std::once_flag limits_set;
     std::call_once(limits_set, [] { limitDecodedSize(4096); });
+    const auto bytesFor =
+        [](const StoredImage& stored) {  // a decoder may hold what is stored besides
+            return static_cast<std::uint64_t>(stored.width) *
+                   static_cast<std::uint64_t>(stored.height) * (4 + stored.channels.size());
+        };
+    if (format == std::string_view("webp")) {
+        const auto stored = webpSize(bytes);
+        if (!stored) failTexture("the WebP header is damaged");
+        checkTextureSize(*stored, limits);
+        if (limits.allow) limits.allow(bytesFor(*stored));
+    }
     try {
         const auto decoder = imageDecoder(format, "texture." + std::string(format), bytes);
         const StoredImage& stored = decoder->image();
         checkTextureSize(stored, limits);
-        const std::size_t pixels =
-            static_cast<std::size_t>(stored.width) * static_cast<std::size_t>(stored.height);
-        // A decoder may hold what is stored besides.
-        if (limits.allow) limits.allow(pixels * (4 + stored.channels.size()));
+        if (limits.allow && format != std::string_view("webp")) limits.allow(bytesFor(stored));
 
         Image image;
         image.name = name;
         image.width = stored.width;
         image.height = stored.height;
-        image.rgba.resize(4 * pixels);
+        image.rgba.resize(std::size_t{4} * static_cast<std::size_t>(stored.width) *
+                          static_cast<std::size_t>(stored.height));
         const std::size_t channels = std::min<std::size_t>(stored.channels.size(), 4);
         decoder->read(0, static_cast<int>(channels), image.rgba.data());
         expandToRgba(image.rgba, channels);
