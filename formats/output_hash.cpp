@@ -12,6 +12,7 @@
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_layout.h"
+#include "formats/exr/exr_proof.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
 #include "formats/file/json_text.h"
@@ -25,6 +26,7 @@ std::string ofExr(const std::string& path) {
     const ExrFiles files(path);
     for (std::size_t part = 0; part < files.parts().size(); ++part)
         files.checkChunks(part);
+    requireUnchanged(path);
     return files.parts().front().attribute("peeler:outputHash");
 }
 
