@@ -46,6 +46,7 @@ class Decoder final : public ImageDecoder {
         }
         OIIO::ImageSpec spec;
         check(input_->open(path, spec, config));
+        refuseOddInks(spec);
         image_ = storedImage(spec);
     }
 
@@ -58,6 +59,15 @@ class Decoder final : public ImageDecoder {
     }
 
   private:
+    /// OpenImageIO before 3.1.16 writes beyond the row when it makes RGB of four inks whose samples
+    /// are not whole bytes (CVE-2026-67549).
+    static void refuseOddInks(const OIIO::ImageSpec& spec) {
+        constexpr int kSeparated = 5;  // TIFF 6.0, section 16
+        const int bits = spec.get_int_attribute("oiio:BitsPerSample", 8);
+        if (spec.get_int_attribute("tiff:PhotometricInterpretation") == kSeparated && bits != 8 &&
+            bits != 16 && bits != 32)
+            fail("TIFF: CMYK of " + std::to_string(bits) + " bits is not read");
+    }
     void check(bool success) const {
         if (!success) fail(input_->geterror());
     }
@@ -144,6 +154,9 @@ class Encoder final : public ImageEncoder {
 
 class Library final : public ImageLibrary {
   public:
+    // When a TIFF is damaged, the threads that unpack its strips and tiles go on with memory that
+    // is freed already (CVE-2023-24472, before 2.4.8.1; CVE-2026-65970, before 3.1.16).
+    Library() { OIIO::attribute("tiff:multithread", 0); }
     std::unique_ptr<ImageDecoder> decoder(const std::string& format, const std::string& path,
                                           std::span<const std::uint8_t> bytes) const override {
         return std::make_unique<Decoder>(format, path, bytes);
