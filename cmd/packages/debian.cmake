@@ -3,26 +3,17 @@
 # folder below CPACK_TEMPORARY_DIRECTORY is what a package will hold.
 cmake_minimum_required(VERSION 3.22)
 cmake_policy(SET CMP0011 NEW)
+include(${CMAKE_CURRENT_LIST_DIR}/date.cmake)
 
 function(run)
     execute_process(COMMAND ${ARGN} COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
-function(read_line variable)
-    execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE text ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE
-        WORKING_DIRECTORY ${CMAKE_CURRENT_FUNCTION_LIST_DIR})
-    set(${variable} "${text}" PARENT_SCOPE)
-endfunction()
-
-# The same for every build of a commit.
-set(seconds "$ENV{SOURCE_DATE_EPOCH}")
-if(seconds STREQUAL "")
-    read_line(seconds git log -1 --format=%ct)
-endif()
-if(seconds STREQUAL "")
-    string(TIMESTAMP seconds "%s" UTC)
-endif()
-read_line(date env LC_ALL=C TZ=UTC date -R -d @${seconds})
+read_date(seconds)
+# CPack dates what it packs with this.
+set(ENV{SOURCE_DATE_EPOCH} ${seconds})
+execute_process(COMMAND env LC_ALL=C TZ=UTC date -R -d @${seconds} OUTPUT_VARIABLE date
+    OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
 
 function(write_documents share name)
     set(folder ${share}/doc/${name})
@@ -65,3 +56,5 @@ else()
     # Nothing is left of lib.
     file(REMOVE_RECURSE ${program}/lib)
 endif()
+# Whoever builds may keep new files to himself (umask).
+run(chmod -R u+rwX,go+rX,go-w ${usr})

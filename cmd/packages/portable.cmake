@@ -3,6 +3,7 @@
 # need, for machines where nothing may be installed. On Debian, whose packages it takes these from.
 cmake_minimum_required(VERSION 3.22)
 include(${SETTINGS})
+include(${CMAKE_CURRENT_LIST_DIR}/date.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/stand_ins.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/licences.cmake)
 
@@ -73,8 +74,11 @@ string(REPLACE "@GLIBC@" ${newest} text "${text}")
 file(WRITE ${root}/README.txt "${text}")
 
 set(archive ${folder}/${name}.tar.xz)
-execute_process(COMMAND ${CMAKE_COMMAND} -E env XZ_OPT=-6 tar -C ${folder} --sort=name --owner=0 --group=0
-    --numeric-owner -cJf ${archive} ${name} COMMAND_ERROR_IS_FATAL ANY)
+read_date(seconds)
+# xz of several threads, which newer ones begin with, packs otherwise than that of one.
+execute_process(COMMAND ${CMAKE_COMMAND} -E env "XZ_OPT=-6 -T1" LC_ALL=C tar -C ${folder} --sort=name
+    --format=gnu --owner=0 --group=0 --numeric-owner --mode=u+rwX,go+rX,go-w --mtime=@${seconds}
+    -cJf ${archive} ${name} COMMAND_ERROR_IS_FATAL ANY)
 file(REMOVE_RECURSE ${root})
 file(SIZE ${archive} bytes)
 list(LENGTH kept count)

@@ -96,7 +96,9 @@ IdNames idNamesFromManifest(std::span<const std::byte> attribute) {
         throw Error(ErrorKind::kInput, "the manifest is cut off", "idManifest");
     std::memcpy(&unpacked, attribute.data(), sizeof unpacked);
     const auto packed = attribute.subspan(sizeof unpacked);
-    if (unpacked > kMostNameBytes || unpacked > packed.size() * kMostZlibRatio)
+    // OpenEXR before 3.4.15 reads the version, four bytes, without looking whether they are there.
+    if (unpacked < sizeof(std::uint32_t) || unpacked > kMostNameBytes ||
+        unpacked > packed.size() * kMostZlibRatio)
         throw Error(ErrorKind::kInput, "the manifest has no plausible size", "idManifest");
     try {
         Imf::CompressedIDManifest compressed;

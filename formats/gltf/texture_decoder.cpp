@@ -3,6 +3,7 @@
 #include "formats/gltf/gltf_decoders.h"
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -21,15 +22,19 @@ namespace {
     throw Error(ErrorKind::kInput, what, "", hint);
 }
 
-/// OpenImageIO's name of the format, told by the magic bytes; it would try any of its many readers
+/// A format of textures, told by its magic bytes; OpenImageIO would try any of its many readers
 /// itself, some of them fragile.
-const char* sniff(std::string_view text) {
-    if (text.substr(0, 8) == "\x89PNG\r\n\x1A\n") return "png";
-    if (text.substr(0, 3) == "\xFF\xD8\xFF") return "jpeg";
-    if (text.substr(0, 4) == "RIFF" && text.size() >= 12 && text.substr(8, 4) == "WEBP")
-        return "webp";
-    return nullptr;
-}
+struct TextureFormat {
+    const char* name;  ///< OpenImageIO's
+    std::string_view begin, at_eight;
+    /// Takes out what is not needed, and what decoders have their vulnerabilities in.
+    std::vector<std::uint8_t> (*reduce)(std::span<const std::uint8_t>);
+};
+constexpr TextureFormat kTextureFormats[] = {
+    {"png", "\x89PNG\r\n\x1A\n", "", withoutPngMetadata},
+    {"jpeg", "\xFF\xD8\xFF", "", withoutJpegMetadata},
+    {"webp", "RIFF", "WEBP", withoutWebpMetadata},
+};
 
 /// The size that a WebP picture says it has (RFC 9649 and RFC 6386), whose decoder takes all of its
 /// memory before it tells; nothing where its header is damaged.
@@ -94,11 +99,13 @@ void expandToRgba(std::vector<std::uint8_t>& rgba, std::size_t channels) {
 Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name,
                     const TextureLimits& limits) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    const char* format = sniff(text);
-    if (!format) failTexture("the image is neither PNG nor JPEG nor WebP");
-    std::vector<std::uint8_t> reduced;
-    if (format == std::string_view("png")) bytes = reduced = withoutPngMetadata(bytes);
-    if (format == std::string_view("jpeg")) bytes = reduced = withoutJpegMetadata(bytes);
+    const auto* const format = std::ranges::find_if(kTextureFormats, [&](const TextureFormat& row) {
+        return text.starts_with(row.begin) &&
+               text.substr(std::min<std::size_t>(8, text.size())).starts_with(row.at_eight);
+    });
+    if (format == std::end(kTextureFormats))
+        failTexture("the image is neither PNG nor JPEG nor WebP");
+    const std::vector<std::uint8_t> reduced = format->reduce(bytes);
     static std::once_flag limits_set;
     std::call_once(limits_set, [] { limitDecodedSize(4096); });
     const auto bytesFor =
@@ -113,7 +120,8 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
         if (limits.allow) limits.allow(bytesFor(*stored));
     }
     try {
-        const auto decoder = imageDecoder(format, "texture." + std::string(format), bytes);
+        const auto decoder =
+            imageDecoder(format->name, "texture." + std::string(format->name), reduced);
         const StoredImage& stored = decoder->image();
         checkTextureSize(stored, limits);
         if (limits.allow && format != std::string_view("webp")) limits.allow(bytesFor(stored));

@@ -4,6 +4,8 @@
 
 #include <libdeflate.h>
 
+#include <algorithm>
+#include <iterator>
 #include <string>
 #include <string_view>
 
@@ -32,6 +34,13 @@ void checkScans(std::span<const std::uint8_t> scans) {
     for (std::size_t i = 0; i + 1 < scans.size(); ++i)
         if (scans[i] == 0xFF && scans[i + 1] == 0xDA && ++count > kMostScans)
             failToDecode("the JPEG has more than " + std::to_string(kMostScans) + " scans");
+}
+
+std::uint32_t littleEndian(std::span<const std::uint8_t> bytes, std::size_t offset) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 4; i-- > 0;)
+        value = value << 8U | bytes[offset + i];
+    return value;
 }
 
 }  // namespace
@@ -95,6 +104,34 @@ std::vector<std::uint8_t> withoutJpegMetadata(std::span<const std::uint8_t> byte
         }
         offset += length;
     }
+}
+
+std::vector<std::uint8_t> withoutWebpMetadata(std::span<const std::uint8_t> bytes) {
+    constexpr std::size_t kHeader = 12, kFrame = 8;  // RIFF, size, WEBP; name, size
+    constexpr std::string_view kKept[] = {"VP8 ", "VP8L", "VP8X", "ALPH", "ANIM", "ANMF"};
+    constexpr std::uint8_t kMetadataFlags = 0x2C;  // section 2.7.1: profile, Exif, XMP
+    if (bytes.size() < kHeader) failToDecode("the WebP is truncated");
+    std::vector<std::uint8_t> result(bytes.begin(), bytes.begin() + kHeader);
+    result.reserve(bytes.size());
+    // What lies behind the RIFF's end is none of the picture.
+    bytes = bytes.first(std::min(bytes.size(), kFrame + std::size_t{littleEndian(bytes, 4)}));
+    for (std::size_t offset = kHeader; offset < bytes.size();) {
+        if (bytes.size() - offset < kFrame) failToDecode("the WebP is truncated");
+        const std::size_t length = littleEndian(bytes, offset + 4);
+        if (length > bytes.size() - offset - kFrame) failToDecode("the WebP is truncated");
+        const std::span<const std::uint8_t> chunk = bytes.subspan(offset, kFrame + length);
+        const std::string_view name(reinterpret_cast<const char*>(chunk.data()), 4);
+        if (std::ranges::find(kKept, name) != std::end(kKept)) {
+            result.insert(result.end(), chunk.begin(), chunk.end());
+            if (name == "VP8X" && length > 0)
+                result[result.size() - length] &= static_cast<std::uint8_t>(~kMetadataFlags);
+            if (length % 2 != 0) result.push_back(0);
+        }
+        offset += chunk.size() + length % 2;
+    }
+    for (std::size_t i = 0; i < 4; ++i)
+        result[4 + i] = static_cast<std::uint8_t>((result.size() - kFrame) >> (8 * i));
+    return result;
 }
 
 }  // namespace peeler

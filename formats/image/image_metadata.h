@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reduces PNG and JPEG files to what decoding their pixels needs.
+// Reduces PNG, JPEG and WebP files to what decoding their pixels needs.
 #pragma once
 
 #include <cstdint>
@@ -18,5 +18,10 @@ std::vector<std::uint8_t> withoutPngMetadata(std::span<const std::uint8_t> bytes
 /// APP14 stays, since it says how the colours are stored. Throws Error (kInput) likewise if it is
 /// truncated or its markers are damaged.
 std::vector<std::uint8_t> withoutJpegMetadata(std::span<const std::uint8_t> bytes);
+
+/// The WebP (RFC 9649) without Exif, XMP, profiles and chunks that nobody knows, for the same
+/// reasons: OpenImageIO before 3.1.14 reads Exif of less than six bytes beyond its end. Throws
+/// Error (kInput) likewise if a chunk is truncated.
+std::vector<std::uint8_t> withoutWebpMetadata(std::span<const std::uint8_t> bytes);
 
 }  // namespace peeler

@@ -4,7 +4,11 @@
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+#include <fcntl.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstdio>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -31,31 +35,29 @@ StoredImage storedImage(const OIIO::ImageSpec& spec) {
     return image;
 }
 
-/// A file as RegularFile opens it: the library's own plugins would wait for a pipe.
-class FileProxy final : public OIIO::Filesystem::IOProxy {
+/// A stream of a file as RegularFile opens it: the library's own plugins would wait for a pipe. It
+/// is a FILE since the plugin of JPEG reads nothing else.
+struct FileStream {
+    explicit FileStream(const std::string& path) {
+        const RegularFile file(path);
+        file.check();
+        const int descriptor = ::fcntl(file.descriptor(), F_DUPFD_CLOEXEC, 0);
+        stream = descriptor < 0 ? nullptr : ::fdopen(descriptor, "rb");
+        if (stream) return;
+        const int error = errno;
+        if (descriptor >= 0) ::close(descriptor);
+        failToOpen(path, error);
+    }
+    ~FileStream() { std::fclose(stream); }
+    FileStream(const FileStream&) = delete;
+    FileStream& operator=(const FileStream&) = delete;
+
+    std::FILE* stream;
+};
+
+class FileProxy final : FileStream, public OIIO::Filesystem::IOFile {
   public:
-    explicit FileProxy(const std::string& path) : IOProxy(path, Read), file_(path) {
-        file_.check();
-    }
-
-    const char* proxytype() const override { return "peeler"; }
-    std::size_t size() const override { return file_.size(); }
-    std::size_t read(void* data, std::size_t bytes) override {
-        const std::size_t got = pread(data, bytes, m_pos);
-        m_pos += static_cast<std::int64_t>(got);
-        return got;
-    }
-    std::size_t pread(void* data, std::size_t bytes, std::int64_t offset) override {
-        try {
-            return file_.readSome(static_cast<std::uint64_t>(offset),
-                                  {static_cast<char*>(data), bytes});
-        } catch (const Error&) {
-            return 0;  // the plugin calls it the end of the file
-        }
-    }
-
-  private:
-    RegularFile file_;
+    explicit FileProxy(const std::string& path) : FileStream(path), IOFile(stream, Read) {}
 };
 
 class Decoder final : public ImageDecoder {
@@ -77,6 +79,7 @@ class Decoder final : public ImageDecoder {
         config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
         OIIO::ImageSpec spec;
         check(input_->open(path, spec, config));
+        refuseOddInks(spec);
         image_ = storedImage(spec);
     }
 
@@ -89,6 +92,15 @@ class Decoder final : public ImageDecoder {
     }
 
   private:
+    /// OpenImageIO before 3.1.16 writes beyond the row when it makes RGB of four inks whose samples
+    /// are not whole bytes (CVE-2026-67549).
+    static void refuseOddInks(const OIIO::ImageSpec& spec) {
+        constexpr int kSeparated = 5;  // TIFF 6.0, section 16
+        const int bits = spec.get_int_attribute("oiio:BitsPerSample", 8);
+        if (spec.get_int_attribute("tiff:PhotometricInterpretation") == kSeparated && bits != 8 &&
+            bits != 16 && bits != 32)
+            fail("TIFF: CMYK of " + std::to_string(bits) + " bits is not read");
+    }
     void check(bool success) const {
         if (!success) fail(input_->geterror());
     }
@@ -175,6 +187,9 @@ class Encoder final : public ImageEncoder {
 
 class Library final : public ImageLibrary {
   public:
+    // When a TIFF is damaged, the threads that unpack its strips and tiles go on with memory that
+    // is freed already (CVE-2023-24472, before 2.4.8.1; CVE-2026-65970, before 3.1.16).
+    Library() { OIIO::attribute("tiff:multithread", 0); }
     std::unique_ptr<ImageDecoder> decoder(const std::string& format, const std::string& path,
                                           std::span<const std::uint8_t> bytes) const override {
         return std::make_unique<Decoder>(format, path, bytes);

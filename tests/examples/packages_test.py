@@ -121,6 +121,18 @@ class Parts(PeelerTest):
         for module in (BUILD / "lib" / "peeler").iterdir():
             self.assertTrue((together / "usr/lib/peeler" / module.name).exists(), module.name)
 
+    def test_no_file_names_the_folder_that_it_was_built_in(self):
+        rooms = [f"{SOURCE}/{room}/".encode() for room in ("build", "cmd", "core", "formats", "shaders")]
+        rooms.append(f"{BUILD}/".encode())
+        telling = [
+            f"{name}: {file}"
+            for name, files in self.files.items()
+            for file in files
+            if (self.scratch / name / file).is_file()
+            and any(room in (self.scratch / name / file).read_bytes() for room in rooms)
+        ]
+        self.assertEqual(telling, [])
+
     def test_libraries(self):
         (library,) = (file for file in self.files["libpeeler0"] if file.endswith("libpeeler.so.0"))
         self.assertIn(library.removesuffix(".0"), self.files["libpeeler-dev"])

@@ -83,6 +83,59 @@ TEST_F(FlatImageFile, FloatingPointTiffIsLinear) {
     EXPECT_EQ(readFlatImage(path("f.tif")).image.rgba[0], (Pixel{0.5F, 7, -1, 1}));
 }
 
+/// A TIFF of one row of four inks, not compressed, with so many bits a sample.
+std::string inks(int width, int bits) {
+    const std::size_t bytes =
+        static_cast<std::size_t>(width) * 4 * static_cast<std::size_t>(bits) / 8;
+    constexpr std::uint32_t kShort = 3, kLong = 4, kEntries = 10;
+    constexpr std::uint32_t kBits = 8 + 2 + 12 * kEntries + 4, kPixels = kBits + 8;
+    const auto number = [](std::uint32_t value, std::size_t size) {
+        std::string text;
+        for (std::size_t i = 0; i < size; ++i)
+            text += static_cast<char>(value >> (8 * i));
+        return text;
+    };
+    std::string file = std::string("II*\0", 4) + number(8, 4) + number(kEntries, 2);
+    const auto entry = [&](std::uint32_t tag, std::uint32_t type, std::uint32_t count,
+                           std::uint32_t value) {
+        file += number(tag, 2) + number(type, 2) + number(count, 4) + number(value, 4);
+    };
+    entry(256, kLong, 1, static_cast<std::uint32_t>(width));
+    entry(257, kLong, 1, 1);
+    entry(258, kShort, 4, kBits);
+    entry(259, kShort, 1, 1);
+    entry(262, kShort, 1, 5);  // separated
+    entry(273, kLong, 1, kPixels);
+    entry(277, kShort, 1, 4);
+    entry(278, kLong, 1, 1);
+    entry(279, kLong, 1, static_cast<std::uint32_t>(bytes));
+    entry(284, kShort, 1, 1);
+    file += number(0, 4);
+    for (int ink = 0; ink < 4; ++ink)
+        file += number(static_cast<std::uint32_t>(bits), 2);
+    return file + std::string(bytes, '\0');
+}
+
+TEST_F(FlatImageFile, FourInksOfWholeBytesOnly) {
+    const auto with = [&](int bits) {
+        std::ofstream(path("inks.tif"), std::ios::binary) << inks(64, bits);
+        return readFlatImage(path("inks.tif"));
+    };
+    for (const int bits : {8, 16})
+        EXPECT_EQ(with(bits).image.rgba[63], (Pixel{1, 1, 1, 1})) << bits;
+    for (const int bits : {1, 2, 4, 10, 12, 24}) {
+        try {
+            with(bits);
+            ADD_FAILURE() << bits;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput);
+            EXPECT_TRUE(std::string(error.what())
+                            .ends_with("CMYK of " + std::to_string(bits) + " bits is not read"))
+                << error.what();
+        }
+    }
+}
+
 TEST_F(FlatImageFile, ExrChannelsInAnyPlaceAndTiles) {
     OIIO::ImageSpec spec(40, 40, 5, OIIO::TypeDesc::FLOAT);
     spec.channelnames = {"A", "B", "G", "R", "depth"};

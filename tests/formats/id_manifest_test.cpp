@@ -108,5 +108,21 @@ TEST(IdManifest, DamageIsAnError) {
     }
 }
 
+TEST(IdManifest, ShorterThanItsVersion) {
+    for (std::uint8_t n = 0; n < 4; ++n) {
+        // RFC 1950: a block that is stored, n zeros, and their Adler-32, n * 2^16 + 1.
+        std::vector<std::uint8_t> bytes = {n, 0, 0, 0, 0, 0, 0, 0, 0x78, 0x01, 1, n, 0};
+        bytes.insert(bytes.end(), {static_cast<std::uint8_t>(~n), 0xFF});
+        bytes.insert(bytes.end(), n, 0);
+        bytes.insert(bytes.end(), {0, n, 0, 1});
+        try {
+            idNamesFromManifest(std::as_bytes(std::span(bytes)));
+            ADD_FAILURE() << int{n};
+        } catch (const Error& error) {
+            EXPECT_STREQ(error.what(), "the manifest has no plausible size") << int{n};
+        }
+    }
+}
+
 }  // namespace
 }  // namespace peeler::test

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "formats/image/image_metadata.h"
 #include "formats/png_builder.h"
 
 namespace peeler::test {
@@ -108,6 +109,49 @@ TEST(TextureDecoder, NeverParsesMetadata) {
     EXPECT_EQ(decodeTexture(jpeg, "").width, 8);
 }
 
+/// A WebP in the container that RFC 9649, section 2.7, calls extended: two lossless pixels between
+/// chunks of metadata.
+Bytes extendedWebp(const Bytes& exif) {
+    Bytes chunks;
+    const auto number = [](Bytes& to, std::size_t value) {
+        for (std::size_t i = 0; i < 4; ++i)
+            to.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+    };
+    const auto chunk = [&](std::string_view name, const Bytes& bytes) {
+        chunks.insert(chunks.end(), name.begin(), name.end());
+        number(chunks, bytes.size());
+        chunks.insert(chunks.end(), bytes.begin(), bytes.end());
+        if (bytes.size() % 2 != 0) chunks.push_back(0);
+    };
+    chunk("VP8X", {0x2C, 0, 0, 0, 1, 0, 0, 0, 0, 0});  // profile, Exif and XMP; 2 x 1
+    chunk("ICCP", {1, 2, 3});
+    chunk("VP8L", {0x2F, 0x01, 0x00, 0x00, 0x00, 0x0F, 0x70, 0x01, 0xB1, 0x3D, 0x26, 0xC8, 0xB6,
+                   0x0D, 0x6D, 0x3B, 0xD0, 0xE7, 0x3F, 0xD8, 0x0F, 0x19, 0xD1, 0xFF, 0x00});
+    chunk("EXIF", exif);
+    chunk("XMP ", {'<'});
+    Bytes file = {'R', 'I', 'F', 'F'};
+    number(file, 4 + chunks.size());
+    for (const char letter : {'W', 'E', 'B', 'P'})
+        file.push_back(static_cast<std::uint8_t>(letter));
+    file.insert(file.end(), chunks.begin(), chunks.end());
+    return file;
+}
+
+TEST(TextureDecoder, ReadsWebpWithoutItsMetadata) {
+    // Of Exif readers skip the first six bytes, though there may be fewer.
+    const Bytes file = extendedWebp({'E', 'x', 'i', 'f', 0});
+    EXPECT_EQ(rgbaOf(file), (Bytes{200, 100, 50, 255, 1, 2, 3, 255}));
+    const Bytes reduced = withoutWebpMetadata(file);
+    const std::string_view text(reinterpret_cast<const char*>(reduced.data()), reduced.size());
+    for (const char* name : {"EXIF", "XMP ", "ICCP"})
+        EXPECT_EQ(text.find(name), std::string_view::npos) << name;
+    EXPECT_EQ(reduced[20], 0);  // flags
+    EXPECT_EQ(reduced[4], reduced.size() - 8);
+    EXPECT_EQ(withoutWebpMetadata(reduced), reduced);
+    // A chunk that claims more than is there.
+    EXPECT_THROW(rgbaOf(Bytes(file.begin(), file.end() - 2)), Error);
+}
+
 TEST(TextureDecoder, ReadsJpeg) {
     const Bytes file = encoded("jpeg", 16, 8, {200, 100, 50});
     ASSERT_FALSE(file.empty());
@@ -138,7 +182,7 @@ TEST(TextureDecoder, NeverEndsOtherwiseThanInAnImageOrAnInputError) {
     const std::vector<Bytes> files = {
         png(8, 8, PngColor::kRgba, 8, Bytes(256, 99)),
         png(2, 1, PngColor::kPalette, 8, {1, 0}, {{"PLTE", {1, 2, 3, 4, 5, 6}}}),
-        encoded("jpeg", 16, 16, {1, 2, 3})};
+        encoded("jpeg", 16, 16, {1, 2, 3}), extendedWebp(Bytes(5, 1))};
     unsigned state = 1;  // a seed of its own: the same damage every time
     const auto random = [&] { return state = state * 1664525U + 1013904223U, state >> 8U; };
     const auto attempt = [](const Bytes& file) {

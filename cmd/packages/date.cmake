@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: Apache-2.0
+# read_date(VARIABLE): the seconds since 1970 that packages are dated with, which have to be the same
+# for every build of a commit: SOURCE_DATE_EPOCH, else the commit's, else now.
+function(read_date variable)
+    set(seconds "$ENV{SOURCE_DATE_EPOCH}")
+    if(seconds STREQUAL "")
+        execute_process(COMMAND git log -1 --format=%ct OUTPUT_VARIABLE seconds ERROR_QUIET
+            OUTPUT_STRIP_TRAILING_WHITESPACE WORKING_DIRECTORY ${CMAKE_CURRENT_FUNCTION_LIST_DIR})
+    endif()
+    if(seconds STREQUAL "")
+        string(TIMESTAMP seconds "%s" UTC)
+    endif()
+    set(${variable} "${seconds}" PARENT_SCOPE)
+endfunction()
