@@ -160,7 +160,8 @@ std::unique_ptr<RayOutput> RayTracer::makeOutput(const RayTrace& trace) {
         const Solids* inside = needsSolids(maps.settings.maps) ? &solids() : nullptr;
         return makeRayMapOutput(path, *posed_, inside, maps);
     }
-    if (options_.points) return makeNextHitOutput(path, *posed_, readPoints(*options_.points));
+    if (options_.points)
+        return makeNextHitOutput(path, *posed_, readPoints(*options_.points, capture_.memory));
     HitOptions hits{.posed = *posed_,
                     .provenance = provenance,
                     .comment = "hits in world space of " + printable(provenance.scene) +

@@ -13,6 +13,7 @@
 #include "core/capture/bands.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"
+#include "formats/file/reading_memory.h"
 #include "formats/file/regular_file.h"
 #include "formats/gltf/gltf_container.h"
 #include "formats/gltf/gltf_parts.h"
@@ -268,16 +269,6 @@ void GltfDocument::allow(std::uint64_t bytes, const std::string& where) {
     constexpr std::uint64_t kUnnoticed = 1U << 20U;  // to look at the memory takes a moment
     if (memory == 0 || (allowed_ += bytes) < kUnnoticed) return;
     checkReadingMemory(memory, usedBytes(memory) + std::exchange(allowed_, 0), where);
-}
-
-void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed,
-                        const std::string& where) {
-    if (budget == 0 || needed <= budget) return;
-    throw Error(ErrorKind::kMemory,
-                "the memory budget is " + mebibytesText(budget) +
-                    ", and to read the scene at least " + mebibytesText(needed) +
-                    " are needed, at " + where,
-                budget.where(), budget.hint(needed));
 }
 
 std::span<const std::uint8_t> GltfDocument::keep(std::vector<std::uint8_t> bytes) {

@@ -76,9 +76,6 @@ struct GltfDocument {
     std::map<std::string, std::span<const std::uint8_t>> read_;  ///< by URI
 };
 
-/// Throws the Error (kMemory) that says so unless `needed` bytes are within the budget.
-void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& where);
-
 /// Reads the file and everything that its buffers name. `document` has been made for this path.
 void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
                       const GltfOptions& options);

@@ -113,7 +113,8 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
             return static_cast<std::uint64_t>(stored.width) *
                    static_cast<std::uint64_t>(stored.height) * (4 + stored.channels.size());
         };
-    if (format == std::string_view("webp")) {
+    const bool is_webp = format->name == "webp";  // decoded as a whole when it is opened
+    if (is_webp) {
         const auto stored = webpSize(bytes);
         if (!stored) failTexture("the WebP header is damaged");
         checkTextureSize(*stored, limits);
@@ -124,7 +125,7 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
             imageDecoder(format->name, "texture." + std::string(format->name), reduced);
         const StoredImage& stored = decoder->image();
         checkTextureSize(stored, limits);
-        if (limits.allow && format != std::string_view("webp")) limits.allow(bytesFor(stored));
+        if (limits.allow && !is_webp) limits.allow(bytesFor(stored));
 
         Image image;
         image.name = name;

@@ -225,7 +225,7 @@ TEST_F(VerifyCommand, FilesCutOffOrDamaged) {
     changed[changed.size() - 10] ^= 0x55;
     writeText(path("changed.exr"), changed);
     EXPECT_EQ(verify({path("changed.exr")}).exit_code, 3);
-    expect(path("missing.exr"), 3, "cannot read");
+    expect(path("missing.exr"), 3, "does not exist");
 }
 
 TEST_F(VerifyCommand, FilesThatHaveChangedSinceTheyWereWritten) {
