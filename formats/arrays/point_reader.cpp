@@ -9,7 +9,6 @@
 
 #include "core/base/error.h"
 #include "core/capture/bands.h"
-#include "formats/file/reading_memory.h"
 #include "formats/file/regular_file.h"
 
 namespace peeler {

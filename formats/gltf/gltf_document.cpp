@@ -13,7 +13,6 @@
 #include "core/capture/bands.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/json_text.h"
-#include "formats/file/reading_memory.h"
 #include "formats/file/regular_file.h"
 #include "formats/gltf/gltf_container.h"
 #include "formats/gltf/gltf_parts.h"

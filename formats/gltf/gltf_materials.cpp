@@ -10,7 +10,6 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/capture/bands.h"
-#include "formats/file/reading_memory.h"
 #include "formats/gltf/gltf_accessor.h"
 #include "formats/gltf/gltf_decoders.h"
 #include "formats/gltf/gltf_schema.h"
