@@ -198,9 +198,9 @@ std::uint64_t traceStrip(RTCScene scene, const Rays& rays, const Window& window,
             for (std::size_t lane = 0; lane < std::size(valid); ++lane) {
                 std::vector<EmbreeHit>& list = collector.hits[lane];
                 std::sort(list.begin(), list.end());
-                if (take && valid[lane] != 0)
-                    take(x0 + static_cast<int>(lane) % kColumns,
-                         y0 + static_cast<int>(lane) / kColumns, list);
+                const int x = x0 + static_cast<int>(lane) % kColumns;
+                const int y = y0 + static_cast<int>(lane) / kColumns;
+                if (take && x < window.x1 && y < window.y1) take(x, y, list);
                 strip.hits.insert(strip.hits.end(), list.begin(), list.end());
                 strip.ends.push_back(static_cast<std::uint32_t>(strip.hits.size()));
             }
