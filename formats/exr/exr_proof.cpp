@@ -29,7 +29,7 @@ constexpr std::size_t kDigits = 16;
 constexpr std::string_view kZeros = "0000000000000000";
 
 constexpr std::size_t kStartBytes = 8;  ///< magic number and version
-constexpr std::uint32_t kMultiPart = 0x1000;
+constexpr std::uint32_t kSeveralParts = 0x1000;
 constexpr std::size_t kLongestName = 255;
 constexpr std::size_t kMostParts = 1 << 16;
 constexpr std::size_t kBlock = std::size_t{1} << 20;
@@ -106,7 +106,7 @@ struct Headers {
     std::vector<PartHeader> parts;
     std::uint64_t end = 0;  ///< of all; the offset tables begin here
 
-    bool multiPart() const { return (version & kMultiPart) != 0; }
+    bool multiPart() const { return (version & kSeveralParts) != 0; }
 };
 
 /// The text that ends with a 0, and the place behind that.

@@ -113,7 +113,8 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
             return static_cast<std::uint64_t>(stored.width) *
                    static_cast<std::uint64_t>(stored.height) * (4 + stored.channels.size());
         };
-    const bool is_webp = format->name == "webp";  // decoded as a whole when it is opened
+    const bool is_webp =
+        format->name == std::string_view("webp");  // decoded as a whole when it is opened
     if (is_webp) {
         const auto stored = webpSize(bytes);
         if (!stored) failTexture("the WebP header is damaged");
