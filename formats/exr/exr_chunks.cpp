@@ -14,6 +14,7 @@
 #include <cstring>
 #include <exception>
 #include <limits>
+#include <new>
 #include <string>
 
 #include "core/base/error.h"
@@ -220,6 +221,8 @@ ExrFile::ExrFile(AtomicFile& file, std::vector<Imf::Header> headers)
         }
     } catch (const Error&) {
         throw;
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& e) {
         throw Error(ErrorKind::kOutput, std::string("OpenEXR refuses the header: ") + e.what(),
                     file_.path());
@@ -315,6 +318,8 @@ void ExrFile::readBack() {
                         "check the disk");
         }
     } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& e) {
         throw Error(ErrorKind::kOutput, std::string("the file does not read back: ") + e.what(),

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -88,6 +89,8 @@ tinygltf::Model parseModel(const json& gltf, const std::string& path) {
     try {
         parsed = parser.LoadASCIIFromString(&model, &problems, &remarks, text.data(),
                                             static_cast<unsigned int>(text.size()), "");
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& problem) {
         problems = problem.what();
     }
