@@ -1,13 +1,14 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Failure on purpose: support/failing_calls makes the n-th call of a kind fail, in a command given as
-argument (COMMANDS), and whatever fails, the command has to end by itself with the right exit code, a
-message that says why, no partial file under a final name and no hidden file left. Prints a table:
-what was made to fail, how many such calls there are, how many were tried, and how the command ended.
+"""Failure on purpose: support/failing_calls makes the n-th call of a kind fail, in the command of
+COMMANDS that is named. Whatever fails, it has to end by itself, with the right exit code and a
+message that says why, without a partial file under a final name, and without a hidden file. Prints
+a table: what was made to fail, how many such calls there are, how many were tried, and how the
+command ended.
 
-With PEELER_TEST_ALL every call is tried; of allocations, of which there are tens of thousands, one for
-each path of callers that leads to them, and of these at most MOST. Else a third of the rows is, another
-one in each command, and of them a call or two."""
+With PEELER_TEST_ALL every call is tried; of allocations, of which there are tens of thousands, one
+for each path of callers that leads to them, and of these at most MOST. Else a third of the rows is,
+another one in each command, and of them a call or two."""
 
 import collections
 import errno
@@ -29,12 +30,13 @@ SHIM = os.environ["PEELER_FAILING_CALLS"]
 ALL = bool(os.environ.get("PEELER_TEST_ALL"))
 MOST = 300  # allocations of a kind
 TIME_LIMIT = 60  # seconds; none takes two
+FEW = {"allocation": 2, "c_allocation": 3, "large_allocation": 2, "gl": 2}  # in the short run
 ALWAYS = ("allocation", "mmap", "child", "gl")  # few commands have them, or they find most
 
 GL = ["--backend", "egl", "--threads", "1", "--size", "32x18"]
 
-# What is rendered from is made by PREPARED; OUT is an empty folder. Each of them twice gives the same
-# bytes, but for a report's times.
+# What is worked on is made by PREPARED; OUT is an empty folder. Each of them gives the same bytes
+# twice, but for a report's times.
 PREPARED = [
     ["render", SCENE, "-o", "IN/layers.exr", *GL],
     ["render", SCENE, "-o", "IN/tile.1.exr", "--tile", "1/2", *GL],
@@ -270,7 +272,7 @@ def numbers_of(failure, counted, places):
     else:
         numbers, most = range(1, count + 1), count
     if not ALL:
-        most = {"allocation": 2, "c_allocation": 3, "large_allocation": 2, "gl": 2}.get(failure.call, 1)
+        most = FEW.get(failure.call, 1)
     if len(numbers) <= most:
         return list(numbers)
     return [numbers[(2 * i + 1) * len(numbers) // (2 * most)] for i in range(most)]
@@ -287,7 +289,8 @@ def tried(command, failure, counted):
         run = command.run(failure, number)
         outcomes[run.code] += 1
         for problem in problems_of(command, failure, run):
-            problems.append(f"{failure.call} {number}, {failure.how} {failure.error}: {problem}\n{run.err}")
+            what = f"{failure.call} {number}, {failure.how} {failure.error}"
+            problems.append(f"{what}: {problem}\n{run.err}")
     name = errno.errorcode.get(failure.error, "")
     ends = ", ".join(f"{outcomes[code]} × {code}" for code in sorted(outcomes, key=str))
     row = (failure.call, failure.how, name, counted.counts[failure.call], len(numbers), ends)

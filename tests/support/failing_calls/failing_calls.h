@@ -53,6 +53,37 @@ struct Record {
 };
 static_assert(kCalls <= 32);
 
+enum class How { kOnce, kOn, kLarge, kShort, kRemove, kMove };
+
+/// What is to fail (failing_calls.cpp).
+struct Plan {
+    Call call = kCalls;
+    std::uint64_t at = 0;  ///< 0 = none
+    How how = How::kOnce;
+    int error = 0;
+    char folder[4096] = {};
+};
+extern Plan plan;
+extern Record* record;
+extern std::atomic<bool> counting;  ///< main() runs
+
+/// Whether calls are counted here and now.
+bool counts();
+/// Lists a place in the record.
+void addPlace(std::uint64_t place);
+
+/// Whether who calls malloc() is operator new, and whether anybody could go on without memory.
+bool isNew(const void* caller);
+bool mayFail(const void* caller);
+
+/// The function of this name behind this library.
+void* real(const char* name);
+#define REAL(name)                                                                              \
+    ([]() {                                                                                     \
+        static const auto function = reinterpret_cast<decltype(&::name)>(failing::real(#name)); \
+        return function;                                                                        \
+    }())
+
 /// Counts a call. True if it is to fail; then errno is set.
 bool fails(Call call);
 
