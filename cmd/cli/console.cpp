@@ -45,7 +45,7 @@ void Console::detail(std::string_view text) {
 
 void Console::machineLine(std::string_view line) {
     clearBar();
-    err_ << std::string(line).append("\n") << std::flush;
+    say(std::string(line).append("\n"));
 }
 
 void Console::bar(std::string_view text) {
@@ -54,14 +54,14 @@ void Console::bar(std::string_view text) {
     line += printable(text, kMostOfLine);
     if (text.size() < bar_width_) line.append(bar_width_ - text.size(), ' ');
     bar_width_ = text.size();
-    err_ << line << std::flush;
+    say(line);
 }
 
 void Console::clearBar() {
     if (bar_width_ == 0) return;
     std::string blank(bar_width_ + 2, ' ');
     blank.front() = blank.back() = '\r';
-    err_ << blank << std::flush;
+    say(blank);
     bar_width_ = 0;
 }
 
@@ -79,7 +79,12 @@ void Console::message(std::string_view word, std::string_view text, std::string_
         if (end == std::string_view::npos || end + 1 == text.size()) break;
         text.remove_prefix(end + 1);
     }
-    err_ << lines << std::flush;
+    say(lines);
+}
+
+void Console::say(const std::string& text) {
+    err_.clear();  // what could not be written before leaves no later message out
+    err_ << text << std::flush;
 }
 
 }  // namespace peeler::cmd

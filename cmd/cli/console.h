@@ -63,6 +63,7 @@ class Console {
   private:
     /// `color`: the word's, the parameter of a terminal's SGR sequence (ECMA-48, 8.3.117).
     void message(std::string_view word, std::string_view text, std::string_view color = "");
+    void say(const std::string& text);
 
     std::ostream& out_;
     std::ostream& err_;

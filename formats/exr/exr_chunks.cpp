@@ -15,6 +15,7 @@
 #include <cstring>
 #include <exception>
 #include <limits>
+#include <new>
 #include <string>
 
 #include "core/base/error.h"
@@ -224,6 +225,8 @@ ExrFile::ExrFile(AtomicFile& file, std::vector<Imf::Header> headers)
         }
     } catch (const Error&) {
         throw;
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& e) {
         throw Error(ErrorKind::kOutput, std::string("OpenEXR refuses the header: ") + e.what(),
                     file_.path());
@@ -345,6 +348,8 @@ void ExrFile::readBack() {
                         "check the disk");
         }
     } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& e) {
         throw Error(ErrorKind::kOutput, std::string("the file does not read back: ") + e.what(),

@@ -13,6 +13,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <new>
+#include <system_error>
+#include <utility>
 
 #include "core/base/error.h"
 #include "formats/exr/exr_layout.h"
@@ -26,9 +29,21 @@ constexpr int kMaxChannels = 1 << 16;  ///< of a part: all layers may be in one
 
 /// OpenEXRCore tells the details of a failure to a callback, on the thread that made the call.
 thread_local std::string last_message;
+/// Without memory it goes on, and calls the file damaged or leaves attributes out.
+thread_local bool ran_out = false;
 
 void keepMessage(exr_const_context_t, exr_result_t, const char* message) {
-    last_message = message ? message : "";
+    try {
+        last_message = message ? message : "";
+    } catch (const std::bad_alloc&) {
+        ran_out = true;  // nothing may be thrown through C
+    }
+}
+
+void* allocate(std::size_t bytes) {
+    void* const memory = std::malloc(bytes);
+    ran_out = ran_out || !memory;
+    return memory;
 }
 
 /// OpenEXRCore would open the name itself, and wait if it is a pipe by then.
@@ -175,12 +190,13 @@ ExrInput::ExrInput(std::string path) : path_(std::move(path)), file_(path_) {
     options.user_data = &file_;
     options.read_fn = readExrBytes;
     options.size_fn = exrFileSize;
+    options.alloc_fn = allocate;
     options.max_image_width = kMaxSide;
     options.max_image_height = kMaxSide;
     options.max_tile_width = kMaxSide;
     options.max_tile_height = kMaxSide;
-    check(exr_start_read(&context_, path_.c_str(), &options));
     try {
+        check(exr_start_read(&context_, path_.c_str(), &options));
         readHeaders();
         checkSizes();
     } catch (...) {
@@ -347,6 +363,7 @@ void ExrInput::refuse(const std::string& what, const ExrInputPart& part) const {
 }
 
 void ExrInput::check(int result, const std::string& part) const {
+    if (std::exchange(ran_out, false)) throw std::bad_alloc();
     if (result == EXR_ERR_SUCCESS) return;
     const std::string message =
         last_message.empty() ? exr_get_default_error_message(result) : last_message;

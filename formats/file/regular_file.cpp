@@ -64,8 +64,9 @@ void failToOpen(const std::filesystem::path& path, int error) {
     if (error == ENOENT || error == ENOTDIR)
         throw Error(ErrorKind::kInput, "the file does not exist", path.string(),
                     "check the spelling and the folder");
-    throw Error(ErrorKind::kInput, "the file cannot be read: " + std::string(std::strerror(error)),
-                path.string(), error == EACCES ? "check its permissions" : "");
+    throw Error(error == ENOMEM ? ErrorKind::kMemory : ErrorKind::kInput,
+                "the file cannot be read: " + std::string(std::strerror(error)), path.string(),
+                error == EACCES ? "check its permissions" : "");
 }
 
 RegularFile::RegularFile(std::filesystem::path path)

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
@@ -144,6 +145,8 @@ tinygltf::Model parseModel(json gltf, GltfDocument& document, const std::string&
     try {
         parsed = parser.LoadASCIIFromString(&model, &problems, &remarks, text.data(),
                                             static_cast<unsigned int>(text.size()), "");
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& problem) {
         problems = problem.what();
     }

@@ -20,7 +20,8 @@ namespace peeler {
 namespace {
 
 void check(int result) {
-    if (result == SPNG_EMEM) throw std::bad_alloc();
+    // zlib's state cannot be made for want of memory alone.
+    if (result == SPNG_EMEM || result == SPNG_EZLIB_INIT) throw std::bad_alloc();
     if (result != SPNG_OK) throw std::runtime_error("PNG: " + std::string(spng_strerror(result)));
 }
 
