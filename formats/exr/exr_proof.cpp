@@ -37,9 +37,7 @@ constexpr std::size_t kBlock = std::size_t{1} << 20;
 /// A file as its bytes, read a block at once.
 class FileBytes {
   public:
-    explicit FileBytes(const std::string& path) : file_(path), path_(path) {
-        if (!file_.isOpen()) throw Error(ErrorKind::kInput, "cannot read the file", path);
-    }
+    explicit FileBytes(const std::string& path) : file_(path), path_(path) { file_.check(); }
 
     std::uint64_t size() const { return file_.size(); }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -42,7 +43,9 @@ class OddStrings : public testing::Test {
         EXPECT_NE(result.exit_code, 1) << arguments[0] << ": " << result.err;
         EXPECT_FALSE(contains(result.err, "bug in peeler")) << result.err;
         EXPECT_TRUE(isTame(result.err)) << arguments[0];
-        EXPECT_TRUE(isTame(result.out)) << arguments[0];
+        // Of JSON all characters but those of control stand as they are: programs read it.
+        if (std::ranges::find(arguments, "--json") == arguments.end())
+            EXPECT_TRUE(isTame(result.out)) << arguments[0];
         return result;
     }
 
@@ -95,7 +98,7 @@ TEST_F(OddStrings, OfAttributes) {
     const std::string scene = writeScene(scratch_.path()).string();
     const std::string layers = at("a.exr");
     ASSERT_EQ(run({"render", scene, "-o", layers, "--size", "16x16", "--channels", "id",
-                   "--exclude", "nothing-like-it*"})
+                   "--include", "[f][i][r][s][t]*"})
                   .exit_code,
               0);
     const std::string bytes = [&] {
@@ -103,10 +106,10 @@ TEST_F(OddStrings, OfAttributes) {
         return std::string(std::istreambuf_iterator<char>(file), {});
     }();
     const std::vector<std::pair<std::string, std::string>> changes = {
-        {"nothing-like-it*", "\xe8\x1b[31m\xff\xfe\x80-it*\xc0\xaf"},  // peeler:settings
+        {"[f][i][r][s][t]*", "\xe8\x1b[31m\xff\xfe\x80-it*\xc0\xaf"},  // peeler:settings
         {"scene.gltf", "\xff\x1b[2J\xe8.glt"},                         // peeler:scene
         {"{\"channels\"", "[[[[[[[[[[["},                              // peeler:settings
-        {"\"exclude\":[", "\"exclude\":{["},
+        {"\"include\":[", "\"include\":{["},
         {"\"name\":",
          "\"na\xff"
          "e\":"},  // peeler:cameraJson
@@ -161,14 +164,14 @@ TEST_F(OddStrings, NothingWaitsForAPipe) {
         {"masks", pipe, "-o", at("masks")},
         {"render", scene, "-o", at("a.png"), "--environment", pipe},
         {"render", scene, "-o", at("a.@@@@.png"), "--cameras", pipe},
-        {"render", scene, "-o", at("a.png"), "--clip-mesh", pipe},
         {"rays", scene, "-o", at("a.npz"), "--direction", "0,0,1", "--points", pipe},
         {"rays", scene, "-o", at("a.npz"), "--directions-file", pipe},
     };
     for (const auto& command : commands) {
         const Outcome result = run(command);
         EXPECT_EQ(result.exit_code, 3) << command[0] << ": " << result.err;
-        EXPECT_TRUE(contains(result.err, "not a regular file")) << command[0] << ": " << result.err;
+        EXPECT_TRUE(contains(result.err + result.out, "not a regular file"))
+            << command[0] << ": " << result.err;
     }
     // What is to be made again is looked at first.
     for (const std::string name : {"p.exr", "p.png", "p.html", "p.npz", "p.jpg"}) {

@@ -14,6 +14,10 @@ set(fuzz_libraries OpenEXR::OpenEXR ${TINYGLTF_LIBRARY} draco::draco meshoptimiz
 
 peeler_test_program(fuzz_tests SOURCES fuzz/fuzz_test.cpp fuzz/fuzz_target.cpp ${fuzz_targets}
     ${fuzz_seeds} ${draco_in_process} LIBRARIES ${fuzz_libraries})
+# libdraco exports a tinygltf of its own, of another layout: the right one has to be loaded first,
+# whichever of them something needs first.
+target_link_options(fuzz_tests PRIVATE
+    -Wl,--no-as-needed ${TINYGLTF_LIBRARY} -Wl,--as-needed)
 peeler_test_shards(fuzz fuzz_tests SHARDS 2 LABELS fuzz)
 
 if(NOT PEELER_SANITIZE MATCHES "fuzzer")
