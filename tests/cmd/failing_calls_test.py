@@ -198,6 +198,22 @@ class Command:
                 yield f"{name} differs"
 
 
+def times_in(value):
+    """All milliseconds of a report."""
+    if isinstance(value, list):
+        for entry in value:
+            yield from times_in(entry)
+    elif isinstance(value, dict):
+        for key, entry in value.items():
+            is_time = key == "milliseconds"
+            if is_time and isinstance(entry, dict):
+                yield from entry.values()
+            elif is_time:
+                yield entry
+            else:
+                yield from times_in(entry)
+
+
 def not_json(name, data):
     """Of the last line a beginning may be there: it is written as jobs end."""
     texts = data.decode().splitlines(keepends=True) if name.endswith(".jsonl") else [data.decode()]
@@ -205,9 +221,12 @@ def not_json(name, data):
         if name.endswith(".jsonl") and not text.endswith("\n"):
             continue
         try:
-            json.loads(text)
+            times = list(times_in(json.loads(text)))
         except ValueError as error:
             yield f"{name} is no JSON: {error}"
+        else:
+            if any(time < 0 for time in times):
+                yield f"{name} has a time that is negative: {times}"
 
 
 def members(data, folder):

@@ -295,8 +295,12 @@ int clock_gettime(clockid_t clock, timespec* now) noexcept {
     const bool jumps = fails(failing::k_clock);
     const int result = REAL(clock_gettime)(clock, now);
     constexpr time_t kDay = 86400, kYear = 365 * kDay;
-    // What counts the time since the start never goes back, but may miss some.
-    if (jumps && result == 0) now->tv_sec += clock == CLOCK_REALTIME ? -kYear : kDay;
+    if (!jumps || result != 0) return result;
+    // What counts the time since the start never goes back, but may have missed some.
+    if (clock == CLOCK_REALTIME)
+        now->tv_sec -= kYear;
+    else if (failing::plan.how == failing::How::kOn)
+        now->tv_sec += kDay;
     return result;
 }
 time_t time(time_t* place) noexcept {
