@@ -2,6 +2,8 @@
 // An OpenEXR file of any kind, read in every way that commands have.
 #include "cmd/verify/verified_file.h"
 #include "core/image/composite.h"
+#include "core/image/statistics.h"
+#include "core/scene/camera_choice.h"
 #include "formats/exr/layered_input.h"
 #include "formats/output_hash.h"
 #include "fuzz/fuzz_target.h"
@@ -25,6 +27,11 @@ void takeExr(Input input) {
         const Window window = topOf(*layers);
         LayeredImage image;
         layers->read(window, image);
+        PointStatistics points;
+        if (const View& view = layers->info().plan.view; view.known) {
+            addPoints(view, image, points);
+            if (view.projection.perspective) attempt([&] { intrinsicsOf(view); });
+        }
         CompositeImage composite;
         compositeOver(image, {}, composite);
         layers->readComposite(window, composite);

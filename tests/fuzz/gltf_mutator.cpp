@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mutates a .glb (or .gltf) such that it stays one: its JSON is parsed, values, keys and indices in
 // it are changed, or bytes of its binary chunk, and the container is made whole again.
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
@@ -302,10 +303,8 @@ class Mutator {
 
     Json anyNumber() {
         const double number = kNumbers[below(std::size(kNumbers))];
-        if (number ==
-            static_cast<double>(static_cast<std::int64_t>(std::abs(number) < 1e15 ? number : 0.5)))
-            return static_cast<std::int64_t>(number);
-        return number;
+        const bool whole = std::abs(number) < 1e15 && number == std::floor(number);
+        return whole ? Json(static_cast<std::int64_t>(number)) : Json(number);
     }
 
     void mutateString(Json& value) {
@@ -353,20 +352,13 @@ class Mutator {
 
     /// A copy of a value that is there, or a new one.
     Json anyValue(Json& json) {
-        switch (below(7)) {
-            case 0:
-                return anyNumber();
-            case 1:
-                return word();
-            case 2:
-                return Json::array({anyNumber(), anyNumber(), anyNumber()});
-            case 3:
-                return Json{{word(), anyNumber()}};
-            default: {
-                Json& value = anyOf(json);
-                return &value == &json ? Json() : Json(value);
-            }
-        }
+        const std::size_t how = below(7);
+        if (how == 0) return anyNumber();
+        if (how == 1) return word();
+        if (how == 2) return Json::array({anyNumber(), anyNumber(), anyNumber()});
+        if (how == 3) return Json{{word(), anyNumber()}};
+        const Json& value = anyOf(json);
+        return &value == &json ? Json() : Json(value);
     }
 
     Random random_;

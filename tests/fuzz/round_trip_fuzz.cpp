@@ -197,9 +197,9 @@ void takePicture(Input input) {
     options.no_composite = taker.flip();
     OutputOptions deep = options;
     deep.as = "deep";
-    do {
-        deep.compression = choose(exrCompressions());
-    } while (!findExrCompression(deep.compression, false).deep);
+    std::vector<ExrCompression> of_deep(exrCompressions().begin(), exrCompressions().end());
+    std::erase_if(of_deep, [](const ExrCompression& row) { return !row.deep; });
+    deep.compression = choose(of_deep);
     takePlan(taker, picture);
 
     const auto written = [&](const char* name, const OutputOptions& as) {
