@@ -44,8 +44,9 @@ class OddStrings : public testing::Test {
         EXPECT_FALSE(contains(result.err, "bug in peeler")) << result.err;
         EXPECT_TRUE(isTame(result.err)) << arguments[0];
         // Of JSON all characters but those of control stand as they are: programs read it.
-        if (std::ranges::find(arguments, "--json") == arguments.end())
+        if (std::ranges::find(arguments, "--json") == arguments.end()) {
             EXPECT_TRUE(isTame(result.out)) << arguments[0];
+        }
         return result;
     }
 
