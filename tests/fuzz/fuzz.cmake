@@ -8,9 +8,9 @@ list(FILTER fuzz_seeds EXCLUDE REGEX "write_seeds")
 set(draco_in_process ${PROJECT_SOURCE_DIR}/formats/modules/draco_decoder.cpp)
 set_source_files_properties(${draco_in_process} PROPERTIES
     COMPILE_DEFINITIONS main=dracoDecoderMain SKIP_UNITY_BUILD_INCLUSION ON)
-# In this order, as for unit_tests.
-set(fuzz_libraries OpenEXR::OpenEXR ${TINYGLTF_LIBRARY} draco::draco meshoptimizer::meshoptimizer
-    ${DEFLATE_LIBRARY})
+# Before libdraco.so, as for unit_tests; what needs it here is in an archive that comes later.
+set(fuzz_libraries -Wl,--push-state,--no-as-needed,${TINYGLTF_LIBRARY},--pop-state draco::draco
+    OpenEXR::OpenEXR meshoptimizer::meshoptimizer ${DEFLATE_LIBRARY})
 
 peeler_test_program(fuzz_tests SOURCES fuzz/fuzz_test.cpp fuzz/fuzz_target.cpp ${fuzz_targets}
     ${fuzz_seeds} ${draco_in_process} LIBRARIES ${fuzz_libraries})
@@ -44,7 +44,7 @@ set(points_more fuzz/checksum_mutator.cpp)
 set(draco_more ${draco_in_process})
 set(of_commands batch exr grammar)
 
-peeler_fuzz_program(write_seeds fuzz/write_seeds.cpp ${fuzz_seeds})
+peeler_fuzz_program(write_seeds fuzz/seed_writer.cpp ${fuzz_seeds})
 target_link_libraries(write_seeds PRIVATE GTest::gtest)
 add_custom_target(fuzzers DEPENDS write_seeds)
 foreach(source IN LISTS fuzz_targets)

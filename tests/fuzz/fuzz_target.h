@@ -73,9 +73,19 @@ class Taker {
 
 }  // namespace peeler::fuzz
 
-// Under libFuzzer a program has one target; the regression tests have all of them in a table.
+// Under libFuzzer a program has one target, and one thread: inputs are small, and what is found is
+// to be found again. The regression tests have all targets in a table.
 #ifdef PEELER_LIBFUZZER
+#include "core/base/work.h"
+#include "formats/image/image_library.h"
+
 #define PEELER_FUZZ_TARGET(name, function)                                             \
+    extern "C" int LLVMFuzzerInitialize(int* count, char*** arguments);                \
+    int LLVMFuzzerInitialize(int*, char***) {                                          \
+        peeler::setThreadCount(1);                                                     \
+        peeler::setLibraryThreads(1);                                                  \
+        return 0;                                                                      \
+    }                                                                                  \
     extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size); \
     int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {           \
         peeler::fuzz::attempt([&] { function({data, size}); });                        \

@@ -10,8 +10,8 @@ namespace peeler::fuzz {
 namespace {
 
 void takeImage(Input input) {
-    constexpr int kMostSide = 2048;
-    constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 24;
+    constexpr int kMostSide = 256;
+    constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 20;
     attempt([&] { decodeTexture(input, "texture", {kMostSide, kMostBytes}); });
     const std::string path = fileOf("picture", input);
     attempt([&] { readFlatImage(path, {kMostSide, kMostBytes}); });
