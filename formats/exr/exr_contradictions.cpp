@@ -134,8 +134,10 @@ std::vector<std::string> headerContradictions(const std::string& path) {
     }
     std::vector<std::string> sentences;
     for (const auto& [attribute, part] : first_part)
-        sentences.push_back((part.empty() ? "" : part + ": ") + attribute + " is not what " +
-                            kCameraJson + " says");
+        sentences.push_back((part.empty() ? attribute : part + ": " + attribute)
+                                .append(" is not what ")
+                                .append(kCameraJson)
+                                .append(" says"));
     return sentences;
 }
 

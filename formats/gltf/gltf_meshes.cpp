@@ -153,7 +153,8 @@ class PrimitiveReader {
         // An accessor without data costs its author nothing, and may be named many times.
         least_bytes_ +=
             used_.count * static_cast<std::uint64_t>(components) * sizeof(std::uint16_t);
-        budget_.check(least_bytes_, childPointer("/accessors", found->second));
+        budget_.check(least_bytes_,
+                      childPointer("/accessors", static_cast<std::size_t>(found->second)));
         // Twice: as numbers and as what is made of them.
         document_.allow(2 * used_.count * static_cast<std::size_t>(components) * sizeof(float),
                         use);

@@ -3,21 +3,17 @@
 # program of regression tests otherwise. tests/README.md, "Fuzzing".
 file(GLOB fuzz_targets CONFIGURE_DEPENDS fuzz/*_fuzz.cpp)
 file(GLOB fuzz_seeds CONFIGURE_DEPENDS fuzz/*_seeds.cpp)
-list(FILTER fuzz_seeds EXCLUDE REGEX "write_seeds")
 # peeler_decode's code, as a function.
 set(draco_in_process ${PROJECT_SOURCE_DIR}/formats/modules/draco_decoder.cpp)
 set_source_files_properties(${draco_in_process} PROPERTIES
     COMPILE_DEFINITIONS main=dracoDecoderMain SKIP_UNITY_BUILD_INCLUSION ON)
-# Before libdraco.so, as for unit_tests; what needs it here is in an archive that comes later.
+# Before libdraco.so, as for unit_tests, since that exports a tinygltf of its own, of another layout;
+# what needs it here is in an archive that comes later.
 set(fuzz_libraries -Wl,--push-state,--no-as-needed,${TINYGLTF_LIBRARY},--pop-state draco::draco
     OpenEXR::OpenEXR meshoptimizer::meshoptimizer ${DEFLATE_LIBRARY})
 
 peeler_test_program(fuzz_tests SOURCES fuzz/fuzz_test.cpp fuzz/fuzz_target.cpp ${fuzz_targets}
     ${fuzz_seeds} ${draco_in_process} LIBRARIES ${fuzz_libraries})
-# libdraco exports a tinygltf of its own, of another layout: the right one has to be loaded first,
-# whichever of them something needs first.
-target_link_options(fuzz_tests PRIVATE
-    -Wl,--no-as-needed ${TINYGLTF_LIBRARY} -Wl,--as-needed)
 peeler_test_shards(fuzz fuzz_tests SHARDS 2 LABELS fuzz)
 
 if(NOT PEELER_SANITIZE MATCHES "fuzzer")
