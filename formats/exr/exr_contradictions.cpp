@@ -11,6 +11,7 @@
 #include <exception>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "core/base/error.h"
 #include "formats/exr/exr_header.h"
@@ -133,11 +134,11 @@ std::vector<std::string> headerContradictions(const std::string& path) {
         }
     }
     std::vector<std::string> sentences;
-    for (const auto& [attribute, part] : first_part)
-        sentences.push_back((part.empty() ? attribute : part + ": " + attribute)
-                                .append(" is not what ")
-                                .append(kCameraJson)
-                                .append(" says"));
+    for (const auto& [attribute, part] : first_part) {
+        std::string sentence = part.empty() ? "" : part + ": ";
+        sentence.append(attribute).append(" is not what ").append(kCameraJson).append(" says");
+        sentences.push_back(std::move(sentence));
+    }
     return sentences;
 }
 
