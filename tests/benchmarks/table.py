@@ -21,7 +21,7 @@ from typing import List
 
 import scenes
 import table_rows
-from machine import ASSETS, facts
+from machine import ASSETS, ROOT, facts
 from perf_profile import profile
 from reasons import REASONS
 from side_by_side import Bench, Display, Row, say
