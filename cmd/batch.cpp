@@ -6,7 +6,6 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <iterator>
 #include <list>
@@ -28,6 +27,7 @@
 #include "cmd/verbs.h"
 #include "core/base/error.h"
 #include "formats/file/file_name.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler::cmd {
 
@@ -125,12 +125,14 @@ void Batch::readFile() {
     if (options_.file == "-") {
         text.assign(std::istreambuf_iterator<char>(std::cin), {});
     } else {
-        std::ifstream file(options_.file, std::ios::binary);
-        std::error_code failure;
-        if (!file || fs::is_directory(options_.file, failure))
-            throw Error(ErrorKind::kInput, "cannot read the jobs", options_.file.string(),
-                        "name a file with a job a line, as peeler batch --help shows one");
-        text.assign(std::istreambuf_iterator<char>(file), {});
+        try {
+            text = readRegularText(options_.file);
+        } catch (const Error& problem) {
+            throw Error(ErrorKind::kInput, std::string("cannot read the jobs: ") + problem.what(),
+                        options_.file.string(),
+                        "name a file with a job a line, as peeler batch --help shows one, or - for "
+                        "standard input");
+        }
         const FileKind kind = fileKind(options_.file.string());
         if (kind != FileKind::kUnknown && !text.starts_with('{'))
             throw Error(ErrorKind::kInput, "this is a scene or a picture, not a list of jobs",

@@ -33,6 +33,9 @@ int printInfo(const InfoOptions& options, Console& console) {
         printer.print(options, console);
         return 0;
     }
+    // What should be a scene and does not begin like one: its reader knows best what it is instead.
+    const std::string extension = lowerExtension(options.file);
+    if (extension == ".gltf" || extension == ".glb") printSceneInfo(options, console);
     throw Error(ErrorKind::kInput, "neither a glTF scene nor an OpenEXR image",
                 options.file.string(),
                 "info reads .gltf, .glb and the .exr files that peeler writes");

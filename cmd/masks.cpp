@@ -26,6 +26,7 @@
 #include "core/base/parallel.h"
 #include "core/image/object_masks.h"
 #include "formats/file/content_hash.h"
+#include "formats/file/json_text.h"
 #include "formats/masks/mask_folder.h"
 #include "formats/output_hash.h"
 
@@ -214,7 +215,7 @@ std::string Masks::hashOf(std::size_t view) const {
     OutputOptions output;
     output.as = "composite";
     output.provenance.scene_hash = hexText(scene_->scene().content_hash);
-    output.provenance.settings_hash = hashText(kinds.dump());
+    output.provenance.settings_hash = hashText(dumpJson(kinds));
     output.provenance.time = options_.animation.time.value_or(0);
     output.provenance.view = static_cast<int>(view);
     return outputHash(seen_[view], "masks.png", output);

@@ -17,6 +17,7 @@
 #include "core/base/error.h"
 #include "core/image/layers.h"
 #include "formats/exr/exr_layout.h"
+#include "formats/exr/exr_proof.h"
 #include "formats/output_hash.h"
 #include "formats/writers.h"
 
@@ -100,6 +101,8 @@ void Merge::open() {
     tiles_.emplace(options_.inputs,
                    options_.elements ? PictureTiles::Parts::kElements : PictureTiles::Parts::kTiles,
                    composites_wanted, console_);
+    for (const fs::path& input : options_.inputs)
+        requireUnchanged(input.string());
 }
 
 /// Chooses the kind of the output: that of the tiles, unless another is asked for. Composites are

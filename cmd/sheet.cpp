@@ -20,6 +20,7 @@
 #include "core/base/error.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
+#include "formats/file/json_text.h"
 #include "formats/output_hash.h"
 #include "formats/writers.h"
 
@@ -212,7 +213,7 @@ std::string Sheets::hashOf(const SceneSheet& sheet, const OpenedScene& scene,
     OutputOptions output = options_.output.options;
     output.automatic_exposure = cells.meters;
     output.provenance.scene_hash = hexText(scene.scene().content_hash);
-    output.provenance.settings_hash = hashText(settings.dump());
+    output.provenance.settings_hash = hashText(dumpJson(settings));
     output.provenance.time = time;
     return outputHash(sheet.view(view), options_.output.path.string(), output);
 }

@@ -86,6 +86,7 @@ std::string framesText(const std::vector<int>& frames) {
 }
 
 constexpr const char* kKinds[] = {"unknown", "foreign", "flat", "layered"};
+constexpr const char* kProofs[] = {"proven", "none", "changed"};
 constexpr const char* kVerdicts[] = {"good", "incomplete", "bad"};
 
 Json toJson(const VerifiedFile& file) {
@@ -93,6 +94,7 @@ Json toJson(const VerifiedFile& file) {
     json["path"] = file.path;
     json["kind"] = kKinds[static_cast<std::size_t>(file.kind)];
     json["verdict"] = kVerdicts[static_cast<std::size_t>(file.verdict)];
+    json["proof"] = file.proof ? Json(kProofs[*file.proof]) : Json();
     const bool layered = file.kind == VerifiedKind::kLayered;
     json["layers"] = layered ? Json(file.layers) : Json();
     json["fragments"] = layered ? Json(file.fragments) : Json();
@@ -102,17 +104,23 @@ Json toJson(const VerifiedFile& file) {
 }
 
 std::string toText(const VerifiedFile& file) {
-    std::string text = printable(file.path) + ": ";
+    std::string text = printable(file.path, kMostOfLine) + ": ";
     if (!file.problems.empty()) {
         for (std::size_t i = 0; i < file.problems.size(); ++i)
-            text += (i == 0 ? "" : "; ") + printable(file.problems[i]);
+            text += (i == 0 ? "" : "; ") + printable(file.problems[i], kMostOfLine);
         return text + '\n';
     }
+    const bool proven = file.proof == ExrProof::kProven;
     if (file.kind == VerifiedKind::kForeign)
-        return text + "readable; not written by peeler, so nothing else was checked\n";
-    if (file.kind == VerifiedKind::kFlat) return text + "good, without layers\n";
-    return text + "good, " + countText(file.layers, "layer") + ", " +
-           countText(file.fragments, "fragment") + '\n';
+        return text +
+               (proven ? "as it was written"
+                       : "readable; not written by peeler, so nothing else was checked") +
+               '\n';
+    text += file.kind == VerifiedKind::kFlat ? "good, without layers"
+                                             : "good, " + countText(file.layers, "layer") + ", " +
+                                                   countText(file.fragments, "fragment");
+    // Its pixels may have changed without anybody being able to tell.
+    return text + (proven ? "\n" : std::string("; without ") + kPixelHash + '\n');
 }
 
 int verifyAll(const VerifyOptions& options, Console& console) {
@@ -173,10 +181,14 @@ VerbAction declareVerify(VerbOptions& verb) {
     addThreadsOption(verb, options->threads);
     addReportOptions(verb, options->report);
     verb.footer(
-        "Every chunk is read. Of layers: sorted by Z, a finite Z wherever there is a fragment, 0\n"
-        "where there is none, as many fragments as the header says, a composite that is the\n"
-        "composite of the layers, bit for bit. A file that peeler did not write is read to its\n"
-        "end, no more.\n\n"
+        "Every byte is held against the hash of its part; files without one, of others and of "
+        "older\n"
+        "versions, are told apart. Every chunk is read. Of layers: sorted by Z, a finite Z "
+        "wherever\n"
+        "there is a fragment, 0 where there is none, as many fragments as the header says, a\n"
+        "composite that is the composite of the layers, bit for bit. A camera says the same in "
+        "all\n"
+        "of its attributes. A file that peeler did not write is read to its end, no more.\n\n"
         "Exit codes: 0 all is good; 3 a file is unreadable or inconsistent, or has other "
         "settings;\n"
         "6 nothing worse than fragments or frames that are missing.");

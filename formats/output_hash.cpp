@@ -3,8 +3,6 @@
 #include "formats/output_hash.h"
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -14,8 +12,11 @@
 #include "formats/exr/exr_files.h"
 #include "formats/exr/exr_header.h"
 #include "formats/exr/exr_layout.h"
+#include "formats/exr/exr_proof.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
+#include "formats/file/json_text.h"
+#include "formats/file/regular_file.h"
 #include "formats/image/flat_image.h"
 
 namespace peeler {
@@ -25,12 +26,12 @@ std::string ofExr(const std::string& path) {
     const ExrFiles files(path);
     for (std::size_t part = 0; part < files.parts().size(); ++part)
         files.checkChunks(part);
+    requireUnchanged(path);
     return files.parts().front().attribute("peeler:outputHash");
 }
 
 std::string ofPage(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    const std::string text = readRegularText(path);
     if (!text.ends_with("</html>\n")) return "";
     return outputHashIn(std::string_view(text).substr(0, text.find("</head>")));
 }
@@ -38,10 +39,10 @@ std::string ofPage(const std::string& path) {
 /// Whether a JPEG is whole: libjpeg takes a file that ends early for one with grey rows, so its
 /// last two bytes have to be the marker EOI (ITU-T T.81 §B.1.1.3).
 bool endsLikeJpeg(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
+    const RegularFile file(path);
     char last[2] = {};
-    return file.seekg(-2, std::ios::end) && file.read(last, 2) && last[0] == '\xff' &&
-           last[1] == '\xd9';
+    return file.isOpen() && file.size() >= 2 && file.read(file.size() - 2, last) &&
+           last[0] == '\xff' && last[1] == '\xd9';
 }
 
 std::string ofImage(const std::string& path) {
@@ -70,7 +71,7 @@ constexpr HashedKind kKinds[] = {{".exr", ofExr},
 std::string denseText(const DenseSettings& dense) {
     // JSON has no infinities.
     const std::string fill = dense.repeat_last           ? "last"
-                             : std::isfinite(dense.fill) ? nlohmann::json(dense.fill).dump()
+                             : std::isfinite(dense.fill) ? dumpJson(nlohmann::json(dense.fill))
                              : std::isnan(dense.fill)    ? "nan"
                              : dense.fill > 0            ? "inf"
                                                          : "-inf";
@@ -102,7 +103,7 @@ std::string outputHash(const View& view, const std::string& path, const OutputOp
     if (provenance.view) all["view"] = *provenance.view;
     if (findOutputFormat(path, output.as).holds(OutputContent::kPlanes))
         all["planes"] = denseText(output.dense);
-    return hashText(all.dump());
+    return hashText(dumpJson(all));
 }
 
 std::string outputHashFrom(const ExrInfo& input, const View& view, const std::string& path,
@@ -116,7 +117,7 @@ std::string outputHashFrom(const ExrInfo& input, const View& view, const std::st
 }
 
 std::string outputHashOf(const std::string& path) {
-    if (!std::ifstream(path)) return "";
+    if (!RegularFile(path).isOpen()) return "";
     const std::string extension = lowerExtension(path);
     const HashedKind* kind = kKinds;
     while (!kind->extension.empty() && kind->extension != extension)

@@ -27,9 +27,10 @@ std::string outputHashFrom(const ExrInfo& input, const View& view, const std::st
                            const OutputOptions& output);
 
 /// Provenance::output_hash of a file that a Sink has written, found by the file's extension; "" if
-/// there is no such file, it does not say, or it is not whole. Of an OpenEXR file the headers are
-/// read and the place of every chunk is checked (of a set, in all its files); flat images are
-/// decoded. Throws Error of any kind but kInput.
+/// there is no such file, it does not say, it is not whole, or it has changed since it was written.
+/// Of an OpenEXR file (of a set, of all its files) the place of every chunk is checked, and all
+/// bytes are held against its hash, if it has one (exr_proof.h); flat images are decoded. Throws
+/// Error of any kind but kInput.
 std::string outputHashOf(const std::string& path);
 
 }  // namespace peeler

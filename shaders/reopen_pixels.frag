@@ -25,7 +25,7 @@ void main() {
     primitive = 0u;
     gl_FragDepth = 1.0;
 #else
-    front_color = vec4(0.0, 0.0, 0.0, 1.0);
+    front_color = vec4(0.0);
     back_color = vec4(0.0);
 #ifdef TAIL
     tail_sum = vec4(0.0);

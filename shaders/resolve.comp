@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Puts a composite together: FRONT (peeled from the front, alpha is the light that gets through), BACK (peeled from
-// behind, premultiplied) and TAIL (sums in no order) become one premultiplied colour a pixel of the band.
+// Puts a composite together: FRONT (peeled from the front) and BACK (from behind), both premultiplied, and TAIL (sums in
+// no order) become one premultiplied colour a pixel of the band.
 #include "interface.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
@@ -58,7 +58,6 @@ void main() {
     vec4 front = vec4(0.0), back = vec4(0.0), tail = vec4(0.0);
 #ifdef FRONT
     front = texelFetch(front_color, at, 0);
-    front.a = 1.0 - front.a;
 #endif
 #ifdef BACK
     back = texelFetch(back_color, at, 0);

@@ -8,6 +8,8 @@
 #   sh tests/run.sh all        everything there is, about an hour (tests/README.md, "What only all runs")
 #   sh tests/run.sh coverage   the short run, and which lines of the product it reaches
 #   sh tests/run.sh mutations  breaks the product in place after place; the tests have to see each
+#   sh tests/run.sh fuzz [TARGET|all] [SECONDS]   hands programs that read files and command lines what
+#                              libFuzzer makes up, 60 seconds each (tests/README.md, "Fuzzing")
 #   sh tests/run.sh bench      measures instead, and writes tests/benchmarks/RESULTS.md; about an hour on
 #                              2 idle cores; what else can be said: tests/benchmarks/results.py
 #   sh tests/run.sh compare BEFORE [FILTER]   the same command lines with another peeler and with the
@@ -52,6 +54,13 @@ compare)
     cmake --preset ci ${PEELER_CMAKE_ARGUMENTS:-} >&2
     cmake --build --preset ci -j "$(nproc)" --target peeler >&2
     exec $python tests/compare_programs.py "${1:?which peeler to compare with}" build/ci/peeler ${2:+"$2"}
+    ;;
+fuzz)
+    shift
+    sh examples/install_dependencies.sh build test fuzz
+    cmake --preset fuzz ${PEELER_CMAKE_ARGUMENTS:-}
+    cmake --build --preset fuzz -j "$(nproc)"
+    exec $python tests/fuzz/fuzz.py build/fuzz "$@"
     ;;
 mutations)
     shift

@@ -15,8 +15,10 @@
 #include "cmd/cli/parse.h"
 #include "cmd/options/frames.h"
 #include "core/base/error.h"
+#include "core/base/printable.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
+#include "formats/file/json_text.h"
 
 namespace peeler::cmd {
 
@@ -40,13 +42,15 @@ nlohmann::json parseLine(const std::string& line) {
             refuseJob("a key is there twice", parsed.get<std::string>(), "leave one out");
         return true;
     };
+    checkJsonDepth(line, "");
     try {
         return nlohmann::json::parse(line, check);
     } catch (const nlohmann::json::exception& error) {
         // "[json.exception.parse_error.101] parse error at line 1, column 5: …"
         const std::string text = error.what();
         const std::size_t column = text.find("column");
-        refuseJob("this is not JSON", column == std::string::npos ? text : text.substr(column),
+        refuseJob("this is not JSON",
+                  column == std::string::npos ? text : printable(text.substr(column)),
                   "a job is one line: {\"verb\": \"render\", \"args\": [\"scene.glb\", \"-o\", "
                   "\"out.exr\"]}");
     }
@@ -83,7 +87,7 @@ void takeOption(const std::string& name, const nlohmann::json& value, Job& job) 
     } else if (value.is_boolean()) {
         if (value.get<bool>()) job.arguments.push_back(option);
     } else if (value.is_string() || value.is_number()) {
-        const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+        const std::string text = value.is_string() ? value.get<std::string>() : dumpJson(value);
         // In one piece: a value may begin with a dash.
         job.arguments.push_back(
             std::string(option).append("=").append(argumentText(text, "options/" + name)));
@@ -230,7 +234,7 @@ Job readJob(const std::string& line) {
     takeKeys(json, job);
     readArguments(job);
     json.erase("id");
-    job.hash = hashText(json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    job.hash = hashText(dumpJson(json));
     return job;
 }
 

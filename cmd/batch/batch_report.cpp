@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -21,6 +20,8 @@
 #include "cmd/cli/report.h"
 #include "core/base/error.h"
 #include "formats/file/atomic_file.h"
+#include "formats/file/json_text.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler::cmd {
 
@@ -81,25 +82,25 @@ Json resultLine(std::size_t number, const Job& job, const ChildProcess& process)
     line["milliseconds"] = std::llround(process.milliseconds());
     const auto warnings = messagesOf(process.err(), "warning");
     if (!warnings.empty()) line["warnings"] = warnings;
-    Json result = Json::parse(process.out(), nullptr, false);
-    if (!result.is_discarded()) line["result"] = std::move(result);
+    Json result = parseOrderedJsonOrNull(process.out());
+    if (!result.is_null()) line["result"] = std::move(result);
     if (process.exitCode() != 0) line["error"] = errorOf(process);
     return line;
 }
 
 std::string lineText(const Json& line) {
-    return line.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+    return dumpJson(line) + '\n';
 }
 
 std::vector<Json> readBatchReport(const fs::path& path, std::size_t* whole) {
-    std::ifstream file(path, std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    std::error_code failure;
+    if (!fs::exists(path, failure)) return {};
+    const std::string text = readRegularText(path);
     std::vector<Json> lines;
     std::size_t at = 0;
     // What has no end of line is what a batch was writing when it was killed.
     for (std::size_t end; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
-        Json line = Json::parse(text.begin() + static_cast<std::ptrdiff_t>(at),
-                                text.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
+        Json line = parseOrderedJsonOrNull(std::string_view(text).substr(at, end - at));
         if (!isResult(line)) {
             throw Error(ErrorKind::kUsage,
                         "line " + std::to_string(lines.size() + 1) +
@@ -136,7 +137,7 @@ void BatchReport::open() {
     }, named{};
     do {
         if (file_ >= 0) close(file_);
-        file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+        file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0666);
         if (file_ < 0) failOutput("cannot open the report", path_);
         if (flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
             throw Error(ErrorKind::kOutput, "another batch writes this report", path_.string(),

@@ -292,7 +292,7 @@ std::string verdictText(const CheckReport& report) {
 
 std::string toText(const CheckReport& report, const std::string& file) {
     const Units units(report.metres);
-    std::string text = printable(file) + ": " + verdictText(report) + '\n';
+    std::string text = printable(file, kMostOfLine) + ": " + verdictText(report) + '\n';
     const bool several = report.parts.size() > 1;
     // Of many parts those that are not good; of a few all.
     std::size_t named = 0;

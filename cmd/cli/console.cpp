@@ -10,20 +10,6 @@
 
 namespace peeler::cmd {
 
-std::string printable(std::string_view text) {
-    static constexpr char kDigits[] = "0123456789abcdef";
-    std::string out;
-    for (const char c : text) {
-        const auto byte = static_cast<unsigned char>(c);
-        if (byte >= 0x20 && byte != 0x7f) {
-            out += c;
-        } else {
-            out += {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 15]};
-        }
-    }
-    return out;
-}
-
 Console::Console(std::ostream& out, std::ostream& err, bool terminal, bool colors)
     : out_(out), err_(err), terminal_(terminal), colors_(colors) {}
 
@@ -46,7 +32,7 @@ void Console::result(std::string_view text) {
 
 void Console::error(std::string_view text) {
     message("error: ", text, "1;31");
-    if (!failure_prefix_.empty()) machineLine(failure_prefix_ + printable(text));
+    if (!failure_prefix_.empty()) machineLine(failure_prefix_ + printable(text, kMostOfLine));
 }
 
 void Console::note(std::string_view text) {
@@ -59,23 +45,23 @@ void Console::detail(std::string_view text) {
 
 void Console::machineLine(std::string_view line) {
     clearBar();
-    err_ << std::string(line).append("\n") << std::flush;
+    say(std::string(line).append("\n"));
 }
 
 void Console::bar(std::string_view text) {
     if (!terminal_ || quiet_) return;
     std::string line(1, '\r');
-    line += printable(text);
+    line += printable(text, kMostOfLine);
     if (text.size() < bar_width_) line.append(bar_width_ - text.size(), ' ');
     bar_width_ = text.size();
-    err_ << line << std::flush;
+    say(line);
 }
 
 void Console::clearBar() {
     if (bar_width_ == 0) return;
     std::string blank(bar_width_ + 2, ' ');
     blank.front() = blank.back() = '\r';
-    err_ << blank << std::flush;
+    say(blank);
     bar_width_ = 0;
 }
 
@@ -88,11 +74,17 @@ void Console::message(std::string_view word, std::string_view text, std::string_
     std::string lines;
     while (true) {
         const std::size_t end = text.find('\n');
-        lines.append("peeler: ").append(shown).append(printable(text.substr(0, end))).append("\n");
+        lines.append("peeler: ").append(shown);
+        lines.append(printable(text.substr(0, end), kMostOfLine)).append("\n");
         if (end == std::string_view::npos || end + 1 == text.size()) break;
         text.remove_prefix(end + 1);
     }
-    err_ << lines << std::flush;
+    say(lines);
+}
+
+void Console::say(const std::string& text) {
+    err_.clear();  // what could not be written before leaves no later message out
+    err_ << text << std::flush;
 }
 
 }  // namespace peeler::cmd

@@ -8,11 +8,13 @@
 #include <string_view>
 #include <utility>
 
+#include "core/base/printable.h"
+
 namespace peeler::cmd {
 
 /// Every message line begins with "peeler: " and a word that says what it is; text of several lines
-/// becomes several such lines. Control characters (a file name may hold any) are shown as \xNN.
-/// Belongs to one thread.
+/// becomes several such lines, each of which is printable() and cut (a file name may hold
+/// anything). Belongs to one thread.
 class Console {
   public:
     /// The streams must outlive the Console. `terminal`: a person reads `err`, so a bar may be
@@ -61,6 +63,7 @@ class Console {
   private:
     /// `color`: the word's, the parameter of a terminal's SGR sequence (ECMA-48, 8.3.117).
     void message(std::string_view word, std::string_view text, std::string_view color = "");
+    void say(const std::string& text);
 
     std::ostream& out_;
     std::ostream& err_;
@@ -71,9 +74,6 @@ class Console {
     std::set<std::string> told_;  ///< notes about the whole run
     double reported_ = -1;
 };
-
-/// `text` with its control characters as \xNN: what a file says must not steer a terminal.
-std::string printable(std::string_view text);
 
 /// Thrown by Console::result: stdout is a pipe without a reader.
 struct ReaderGone {};

@@ -60,8 +60,10 @@ void refuse(const std::string& what, const std::string& where, const std::string
 }
 
 int reportError(Console& console, const Error& error) {
-    const std::string what = error.what();
-    console.error(error.where().empty() ? what : what + ": " + error.where());
+    // Names may have line feeds; hints have those that part their lines.
+    const std::string what = printable(error.what(), kMostOfLine);
+    console.error(error.where().empty() ? what
+                                        : what + ": " + printable(error.where(), kMostOfLine));
     console.hint(hintOf(error));
     return static_cast<int>(error.kind());
 }

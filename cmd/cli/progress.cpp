@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "formats/file/json_text.h"
+
 namespace peeler::cmd {
 
 namespace {
@@ -93,7 +95,7 @@ void ProgressReport::json(double share) {
     line["stage"] = stage_.name;
     line["progress"] = share;
     line["seconds"] = std::round(secondsSince(start_) * 1e3) / 1e3;
-    console_.machineLine(line.dump());
+    console_.machineLine(dumpJson(line));
     shown_ = true;
     last_share_ = share;
     last_ = clock_();

@@ -14,6 +14,7 @@
 #include "cmd/machine/resources.h"
 #include "core/base/error.h"
 #include "formats/file/atomic_file.h"
+#include "formats/file/json_text.h"
 
 namespace peeler::cmd {
 
@@ -219,7 +220,7 @@ void reportResult(const ReportOptions& options, const PictureResult& result, Con
 }
 
 std::string jsonText(const Json& json) {
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+    return dumpJson(json, 2) + '\n';
 }
 
 void writeReport(const std::filesystem::path& path, const Json& json) {

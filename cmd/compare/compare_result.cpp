@@ -90,7 +90,7 @@ std::string flatTable(const DifferenceStatistics& color) {
 }
 
 std::string fileText(const char* name, const ComparedFile& file) {
-    return std::string(name) + ": " + printable(file.path) + ", " +
+    return std::string(name) + ": " + printable(file.path, kMostOfLine) + ", " +
            (file.layered ? countText(file.layers, "layer") : "flat") + '\n';
 }
 
@@ -155,8 +155,9 @@ std::string toText(const Comparison& comparison, const std::optional<HeatmapResu
     text += placeText("colour", comparison.color());
     if (comparison.identical()) text += "identical\n";
     if (heatmap) {
-        text += "heat map: " + printable(heatmap->path) + ", colour difference 0 (black) to" +
-                numberText(" %g", heatmap->color) + " (yellow)";
+        text += "heat map: " + printable(heatmap->path, kMostOfLine) +
+                ", colour difference 0 (black) to" + numberText(" %g", heatmap->color) +
+                " (yellow)";
         if (heatmap->count != 0) {
             text += "; blue to cyan: counts differ by up to " + std::to_string(heatmap->count);
         }

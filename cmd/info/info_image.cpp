@@ -17,6 +17,7 @@
 #include "core/image/statistics.h"
 #include "formats/exr/exr_layout.h"
 #include "formats/exr/layered_input.h"
+#include "formats/file/json_text.h"
 
 namespace peeler::cmd {
 
@@ -139,8 +140,9 @@ Json toJson(const ImageFacts& facts, const InfoOptions& options) {
     }
     json["depthComplexity"] = facts.layered ? Json(facts.histogram) : Json();
     json["points"] = facts.points ? pointsJson(*facts.points) : Json();
-    json["camera"] =
-        facts.cameraKnown() ? Json::parse(info.attributes().at("peeler:cameraJson")) : Json();
+    json["camera"] = facts.cameraKnown()
+                         ? parseOrderedJsonOrNull(info.attributes().at("peeler:cameraJson"))
+                         : Json();
     json["provenance"] = info.is_peeler ? provenanceJson(info.provenance) : Json();
     json["parts"] = Json::array();
     for (const ExrInputPart& part : info.parts)
@@ -201,7 +203,7 @@ std::string provenanceText(const Provenance& p) {
 std::string toText(const ImageFacts& facts, const InfoOptions& options) {
     const ExrInfo& info = facts.info;
     const Plan& plan = info.plan;
-    std::string text = printable(options.file.string()) + ": OpenEXR image, " +
+    std::string text = printable(options.file.string(), kMostOfLine) + ": OpenEXR image, " +
                        std::to_string(plan.view.width) + " x " + std::to_string(plan.view.height) +
                        ", " + bytesText(info.bytes) +
                        (info.is_peeler ? ", written by peeler\n" : "\n");
@@ -229,7 +231,7 @@ std::string toText(const ImageFacts& facts, const InfoOptions& options) {
     }
     text += "attributes:\n";
     for (const auto& [name, value] : info.attributes()) {
-        text += "  " + printable(name) + ": " + printable(value) + '\n';
+        text += "  " + printable(name) + ": " + printable(value, kMostOfLine) + '\n';
     }
     return text;
 }

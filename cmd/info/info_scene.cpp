@@ -12,6 +12,7 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/report.h"
 #include "cmd/info/info_kinds.h"
+#include "cmd/machine/resources.h"
 #include "cmd/options/camera_options.h"
 #include "cmd/options/scene_options.h"
 #include "core/scene/lights.h"
@@ -110,6 +111,7 @@ SceneFacts gather(const InfoOptions& options) {
     SceneFacts facts;
     GltfOptions gltf;
     gltf.allow_outside = options.allow_outside;
+    gltf.memory = inheritedBudget();
     // What a texture would look like is not told here, so that it cannot be read is no hindrance.
     gltf.ignored_extensions = undecodedImageExtensions();
     facts.scene = readGltf(options.file, gltf);
@@ -318,7 +320,7 @@ std::string treeText(const Scene& scene) {
 
 std::string toText(const SceneFacts& facts, const InfoOptions& options) {
     const Scene& scene = facts.scene;
-    std::string text = printable(options.file.string()) + ": glTF scene";
+    std::string text = printable(options.file.string(), kMostOfLine) + ": glTF scene";
     if (!scene.generator.empty()) text += ", written by " + printable(scene.generator);
     text += "\ndraws: " + elementsText(facts.elements) + '\n';
     text += "materials:";

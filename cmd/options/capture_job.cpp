@@ -14,6 +14,7 @@
 #include "core/capture/method.h"
 #include "core/raster/hit_rasterizer.h"
 #include "formats/file/content_hash.h"
+#include "formats/file/json_text.h"
 #include "formats/image/display.h"
 
 namespace peeler::cmd {
@@ -129,7 +130,7 @@ std::string settingsText(const ShownScene& shown, const CaptureSettings& capture
     if (const MethodInfo* method = findPeelMethod(capture.method); method && !method->exact())
         settings["method"] = capture.method;
     settings.update(more);
-    return settings.dump();
+    return dumpJson(settings);
 }
 
 std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture,
@@ -137,9 +138,18 @@ std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture
     return hashText(settingsText(shown, capture, more));
 }
 
+namespace {
+
+GltfOptions withinMemory(GltfOptions gltf, const MemoryBudget& memory) {
+    gltf.memory = memory;
+    return gltf;
+}
+
+}  // namespace
+
 OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
-    : scene_(loadScene(options.scene.file, options.scene.gltf, options.appearance,
-                       options.capture.shadows)) {
+    : scene_(loadScene(options.scene.file, withinMemory(options.scene.gltf, options.capture.memory),
+                       options.appearance, options.capture.shadows)) {
     for (const std::string& warning : scene_.warnings)
         console.warning(inOptions(warning));
     index_ = chooseScene(scene_, options.scene);

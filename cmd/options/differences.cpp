@@ -11,6 +11,8 @@
 #include <sstream>
 #include <string_view>
 
+#include "formats/file/json_text.h"
+
 namespace peeler::cmd {
 
 namespace {
@@ -20,7 +22,7 @@ using Value = nlohmann::json;
 std::string plainText(const Value& value) {
     if (value.is_string()) return value.get<std::string>();
     if (value.is_boolean()) return value.get<bool>() ? "on" : "off";
-    return value.dump();
+    return dumpJson(value);
 }
 
 /// As it is given on the command line: lists with commas.
@@ -118,11 +120,7 @@ std::string differencesText(const std::vector<Difference>& differences) {
 }
 
 nlohmann::json settingsJson(const Provenance& provenance) {
-    constexpr int kDeepest = 8;
-    const auto shallow = [](int depth, Value::parse_event_t, const Value&) {
-        return depth <= kDeepest;
-    };
-    Value json = Value::parse(provenance.settings, shallow, false);
+    Value json = parseJsonOrNull(provenance.settings);
     return json.is_object() ? json : Value();
 }
 

@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/image/layers.h"
 #include "formats/file/content_hash.h"
+#include "formats/file/json_text.h"
 
 namespace peeler::cmd {
 
@@ -197,10 +198,12 @@ std::unique_ptr<LayeredInput> openChosen(const std::string& path, const ObjectOp
                                      {"exclude", options.exclude},
                                      {"material", options.materials}};
     if (settings.is_null()) {
-        provenance.settings_hash = hashText(provenance.settings_hash + selected.dump());
+        provenance.settings_hash = hashText(provenance.settings_hash + dumpJson(selected));
     } else {
-        settings["selected"].push_back(selected);
-        provenance.settings = settings.dump();
+        nlohmann::json& all = settings["selected"];
+        if (!all.is_array()) all = nlohmann::json::array();  // the file may say anything
+        all.push_back(selected);
+        provenance.settings = dumpJson(settings);
         provenance.settings_hash = hashText(provenance.settings);
     }
     return chosen;

@@ -2,7 +2,6 @@
 #include "cmd/options/sequence_options.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "cmd/cli/arguments.h"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "cmd/compare/compare_result.h"
@@ -18,6 +17,7 @@
 #include "formats/arrays/fragment_tables.h"
 #include "formats/exr/layered_input.h"
 #include "formats/file/file_name.h"
+#include "formats/file/regular_file.h"
 #include "formats/output_hash.h"
 #include "formats/writers.h"
 
@@ -184,8 +184,7 @@ py::bytes pngOf(const CompositeImage& picture) {
             options.automatic_exposure = true;
             options.tone_map = "neutral";
             writePicture(file.string(), shown, options);
-            std::ifstream stream(file, std::ios::binary);
-            bytes.assign(std::istreambuf_iterator<char>(stream), {});
+            bytes = readRegularText(file);
         } catch (...) {
             clean();
             throw;

@@ -13,6 +13,7 @@
 #include "formats/arrays/point_reader.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
+#include "formats/file/json_text.h"
 #include "formats/rays/ray_output.h"
 
 namespace peeler::cmd {
@@ -134,7 +135,7 @@ std::string RayTracer::hashOf(const RayTrace& trace) const {
         {"name", trace.bundles.front().name},
         {"extension", lowerExtension(trace.output.path)},
     };
-    return hashText(all.dump());
+    return hashText(dumpJson(all));
 }
 
 std::unique_ptr<RayOutput> RayTracer::makeOutput(const RayTrace& trace) {
@@ -159,7 +160,8 @@ std::unique_ptr<RayOutput> RayTracer::makeOutput(const RayTrace& trace) {
         const Solids* inside = needsSolids(maps.settings.maps) ? &solids() : nullptr;
         return makeRayMapOutput(path, *posed_, inside, maps);
     }
-    if (options_.points) return makeNextHitOutput(path, *posed_, readPoints(*options_.points));
+    if (options_.points)
+        return makeNextHitOutput(path, *posed_, readPoints(*options_.points, capture_.memory));
     HitOptions hits{.posed = *posed_,
                     .provenance = provenance,
                     .comment = "hits in world space of " + printable(provenance.scene) +

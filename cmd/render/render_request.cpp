@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/image/merge.h"
 #include "formats/exr/exr_layout.h"
+#include "formats/exr/exr_proof.h"
 #include "formats/exr/layered_input.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
@@ -25,6 +26,18 @@ namespace {
 std::string kindOf(const ExrInfo& info) {
     if (isLayered(info)) return info.deep.empty() ? "ldi" : "deep";
     return info.parts.front().channel("R") ? "composite" : "midpoint-depth";
+}
+
+/// Whether an OpenEXR file has all its chunks, but is not what was written.
+bool hasChanged(const std::string& path) {
+    try {
+        const ExrFiles files(path);
+        for (std::size_t part = 0; part < files.parts().size(); ++part)
+            files.checkChunks(part);
+        return proveExr(path).state == ExrProof::kChanged;
+    } catch (const Error&) {
+        return false;
+    }
 }
 
 /// In what a picture differs from the headers of the OpenEXR file at its name.
@@ -260,12 +273,14 @@ std::string RenderRequest::differenceOf(const PictureRequest& picture) const {
     if (options_.shards) return "another scene or other options, which a shard does not list";
     const std::string path = picture.output.path.string();
     const std::string there = outputHashOf(path);
+    const bool exr = lowerExtension(path) == ".exr";
+    if (there.empty() && exr && hasChanged(path))
+        return "the file has changed since it was written";
     if (there.empty()) return "the file is not whole, or does not say what it shows";
     for (const std::string& file : filesBeside(path, picture.output.options))
         if (!fs::exists(file)) return file + " is missing";
     if (there == picture.provenance.output_hash)
         return "under --strict fragments are counted again";
-    const bool exr = lowerExtension(path) == ".exr";
     std::vector<Difference> found =
         exr ? headerDifferences(picture, writerOptions(picture)) : std::vector<Difference>();
     if (!found.empty()) return differencesText(found);

@@ -15,6 +15,7 @@
 #include "formats/exr/exr_files.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/file_name.h"
+#include "formats/file/json_text.h"
 
 namespace peeler::cmd {
 
@@ -169,7 +170,7 @@ void SampleShards::add(const PictureRequest& picture, PictureResult& result) {
         about["time"] = picture.time;
     }
     if (picture.number.view) about["view"] = *picture.number.view;
-    about["camera"] = Json::parse(cameraJson(picture.view));
+    about["camera"] = parseOrderedJson(cameraJson(picture.view), "peeler:cameraJson");
     if (result.normalized) about["normalized"] = normalizingJson(*result.normalized);
     const TarShards::Stored stored = shards_->add(result.sample, about, members);
     result.output = stored.shard;

@@ -101,7 +101,7 @@ std::vector<RenderOptions> eachScene(const RenderOptions& options) {
     std::map<fs::path, fs::path> scene_of;  // by what is written of it
     const auto take = [&](const fs::path& file, const fs::path& scene, const std::string& option) {
         const auto [other, is_new] = scene_of.emplace(file, scene);
-        if (is_new) return;
+        if (is_new || other->second == scene) return;  // its own are told apart later
         refuse("the files of " + other->second.string() + " and " + scene.string() +
                    " would have the same name",
                option, "put {stem}, the scene's name, into it, or {folder}, its folder's");

@@ -80,8 +80,24 @@ void checkCompleteness(const ExrInfo& info, VerifiedFile& file) {
                                          " of " + countText(plan.fragments_counted, "fragment"));
 }
 
+/// A problem and where it is, unless that is just the file.
+std::string sentence(const std::string& problem, const std::string& where,
+                     const VerifiedFile& file) {
+    return inOptions(problem + (where == file.path ? "" : ": " + printable(where)));
+}
+
+void checkBytes(VerifiedFile& file) {
+    const ExrProof proof = proveExr(file.path);
+    file.proof = proof.state;
+    if (proof.state == ExrProof::kChanged)
+        return file.blame(Verdict::kBad, sentence(proof.problem(), proof.where, file));
+    for (const std::string& problem : headerContradictions(file.path))
+        file.blame(Verdict::kBad, problem);
+}
+
 void verify(VerifiedFile& file) {
     OpenedExr opened(file.path);
+    checkBytes(file);
     const ExrInfo info = opened.info;
     file.view = info.plan.view;
     file.provenance = info.provenance;
@@ -134,8 +150,7 @@ VerifiedFile verifyFile(const std::string& path) {
         verify(file);
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kInput) throw;
-        const std::string where = error.where() == path ? "" : ": " + printable(error.where());
-        file.blame(Verdict::kBad, inOptions(error.what() + where));
+        file.blame(Verdict::kBad, sentence(error.what(), error.where(), file));
     }
     return file;
 }

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/image/sink.h"
 #include "core/image/statistics.h"
 #include "formats/exr/exr_files.h"
+#include "formats/exr/exr_proof.h"
 
 namespace peeler::cmd {
 
@@ -27,9 +29,10 @@ struct VerifiedFile {
     std::string path;
     VerifiedKind kind = VerifiedKind::kUnknown;
     Verdict verdict = Verdict::kGood;
-    std::vector<std::string> problems;  ///< one sentence each
-    Provenance provenance;              ///< of peeler's files
-    View view;                          ///< likewise
+    std::vector<std::string> problems;     ///< one sentence each
+    std::optional<ExrProof::State> proof;  ///< nothing if that was not found out
+    Provenance provenance;                 ///< of peeler's files
+    View view;                             ///< likewise
     std::size_t layers = 0;
     std::uint64_t fragments = 0;  ///< as many as were found
 
@@ -39,7 +42,9 @@ struct VerifiedFile {
     void blame(const BrokenPixels& broken, const std::string& what);
 };
 
-/// Reads the file from beginning to end, in bands. Of layers: Z is a number wherever there is a
+/// Reads the file from beginning to end: whether its bytes are those that its hashes are of, and
+/// where they are or it has none, whether OpenEXR's classes open it, too, and its camera does not
+/// contradict itself. Then in bands, of layers: Z is a number wherever there is a
 /// fragment and never decreases within a pixel; no pixel has a layer without the one before;
 /// everything is 0 where there is no fragment (of layers in parts of their own); as many fragments
 /// as the header says; the part `composite` is what the layers make, bit for bit. Throws only what

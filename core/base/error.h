@@ -2,6 +2,7 @@
 // The one error type: what went wrong, where, and what to try.
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -23,17 +24,29 @@ enum class ErrorKind : int {
 
 /// Thrown by every layer. `what` is a sentence without a full stop; `where` is a path, a JSON
 /// pointer into the glTF ("/meshes/0/primitives/1"), a part name, or empty; `hint` says what to
-/// try, or is empty.
+/// try, or is empty. Names from files stand in them as they are, but none makes them endless: after
+/// 8,000 bytes "…" stands for the rest.
 class Error : public std::runtime_error {
   public:
-    Error(ErrorKind kind, const std::string& what, std::string where = {}, std::string hint = {})
-        : std::runtime_error(what), kind_(kind), where_(std::move(where)), hint_(std::move(hint)) {}
+    Error(ErrorKind kind, std::string what, std::string where = {}, std::string hint = {})
+        : std::runtime_error(cut(std::move(what))),
+          kind_(kind),
+          where_(cut(std::move(where))),
+          hint_(cut(std::move(hint))) {}
 
     ErrorKind kind() const noexcept { return kind_; }
     const std::string& where() const noexcept { return where_; }
     const std::string& hint() const noexcept { return hint_; }
 
   private:
+    static std::string cut(std::string text) {
+        std::size_t end = 8000;
+        if (text.size() <= end) return text;
+        while (end > 0 && (text[end] & 0xC0) == 0x80)
+            --end;  // not within a character of UTF-8
+        return text.replace(end, std::string::npos, "…");
+    }
+
     ErrorKind kind_;
     std::string where_;
     std::string hint_;

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/base/printable.h"
 
 namespace peeler {
 namespace {
@@ -76,11 +77,11 @@ std::string choiceHint(std::string_view text, const std::string& plural,
     constexpr std::size_t kShown = 20;
     std::string hint;
     if (const std::string_view nearest = nearestName(text, names); !nearest.empty()) {
-        hint = "did you mean '" + std::string(nearest) + "'?\n";
+        hint = "did you mean '" + printable(nearest) + "'?\n";
     }
     hint += "the " + plural + " are: ";
     for (std::size_t i = 0; i < std::min(names.size(), kShown); ++i) {
-        hint += (i == 0 ? "" : ", ") + std::string(names[i]);
+        hint += (i == 0 ? "" : ", ") + printable(names[i]);
     }
     if (names.size() > kShown) hint += " and " + std::to_string(names.size() - kShown) + " more";
     return hint;

@@ -16,6 +16,9 @@ std::uint64_t residentBytes();
 
 /// What of the budget is in use: the resident memory now, less the budget's base.
 std::uint64_t usedBytes(const MemoryBudget& budget);
+/// While input is read, for `where`: throws Error (kMemory) if `needed` bytes, of all that the
+/// process holds, are over the budget.
+void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& where);
 
 /// Hands memory that was freed back to the system, where malloc would keep it: it is not resident
 /// any longer.

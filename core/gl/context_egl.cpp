@@ -57,7 +57,7 @@ const EglLibrary& eglLibrary() {
         // Never closed: drivers keep threads and exit handlers.
         void* handle = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
         if (!handle) {
-            lib.problem = "libEGL.so.1 is not installed (Debian: libegl1)";
+            lib.problem = std::string(dlerror()) + " (Debian: libegl1)";
             return lib;
         }
         load(handle, "eglGetProcAddress", lib.proc_address);

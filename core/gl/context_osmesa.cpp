@@ -35,7 +35,7 @@ const OsmesaLibrary& osmesaLibrary() {
         for (const char* name : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"})
             if (!handle) handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
         if (!handle) {
-            lib.problem = "libOSMesa.so.8 is not installed (Debian: libosmesa6)";
+            lib.problem = std::string(dlerror()) + " (Debian: libosmesa6)";
             return lib;
         }
         lib.create =

@@ -95,8 +95,10 @@ Framebuffer makeFramebuffer(const Functions& gl, const std::vector<GLuint>& colo
     }
     if (depth) gl.NamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depth, 0);
     gl.NamedFramebufferDrawBuffers(name, static_cast<GLsizei>(buffers.size()), buffers.data());
-    if (gl.CheckNamedFramebufferStatus(name, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    if (gl.CheckNamedFramebufferStatus(name, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+        checkErrors(gl, "making a framebuffer");
         throw Error(ErrorKind::kDevice, "the driver does not take a framebuffer of peeler's");
+    }
     return framebuffer;
 }
 
@@ -140,7 +142,7 @@ constexpr BlendRow kBlendRows[] = {
     {GL_FUNC_ADD, GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA},
     {GL_FUNC_ADD, GL_ONE, GL_ONE_MINUS_SRC1_COLOR, GL_ONE, GL_ONE_MINUS_SRC1_ALPHA},
     {GL_FUNC_ADD, GL_ONE, GL_ONE_MINUS_SRC_COLOR, GL_ONE, GL_ONE_MINUS_SRC_ALPHA},
-    {GL_FUNC_ADD, GL_DST_ALPHA, GL_ONE, GL_ZERO, GL_ONE_MINUS_SRC_ALPHA},
+    {GL_FUNC_ADD, GL_ONE_MINUS_DST_ALPHA, GL_ONE, GL_ONE_MINUS_DST_ALPHA, GL_ONE},
 };
 
 void apply(const Functions& gl, GLuint attachment, Blend blend) {

@@ -124,8 +124,7 @@ enum class Blend : std::uint8_t {
     kOver,           ///< in front of what is there: dst = src + (1 − src.a)·dst
     kOverByOpacity,  ///< likewise by the shader's second output: dst = src + (1 − src1)·dst
     kOverByItself,   ///< likewise, of opacities: dst = src + (1 − src)·dst
-    kUnder,  ///< behind what is there; dst.a is the light that still gets through, 1 at first:
-             ///< dst.rgb += dst.a·src.rgb, dst.a *= 1 − src.a
+    kUnder,          ///< behind what is there: dst += (1 − dst.a)·src
 };
 
 /// The most colour attachments a pass of peeler's has.

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/gl/objects.h"
 
 namespace peeler::gl {
 namespace {
@@ -95,6 +96,7 @@ GLuint compile(const Functions& gl, std::string_view file, const std::string& pr
     if (compiled != GL_TRUE) {
         const std::string log = infoLog(shader, gl.GetShaderiv, gl.GetShaderInfoLog);
         gl.DeleteShader(shader);
+        checkErrors(gl, "compiling a shader");
         throw Error(ErrorKind::kInternal, "a shader does not compile: " + log, std::string(file));
     }
     return shader;
@@ -126,6 +128,7 @@ Program::Program(const Functions& gl, const std::vector<std::string_view>& files
     GLint linked = GL_FALSE;
     gl.GetProgramiv(name_, GL_LINK_STATUS, &linked);
     if (linked != GL_TRUE) {
+        checkErrors(gl, "linking a program");
         throw Error(
             ErrorKind::kInternal,
             "a program does not link: " + infoLog(name_, gl.GetProgramiv, gl.GetProgramInfoLog),

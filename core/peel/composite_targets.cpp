@@ -57,11 +57,9 @@ void CompositeTargets::begin(SceneRasterizer& rasterizer, const Window& area, un
 
     const GLuint all = framebuffer(rasterizer, parts);
     gl::apply(gl, rasterizer.passState(all, area));
-    const bool has_front = (parts & kFront) != 0;
-    for (GLint i = 0; i < static_cast<GLint>(textures(parts).size()); ++i) {
-        const float empty[4] = {0, 0, 0, has_front && i == 0 ? 1.0F : 0.0F};
-        gl.ClearNamedFramebufferfv(all, GL_COLOR, i, empty);
-    }
+    constexpr std::array<float, 4> kEmpty = {};
+    for (GLint i = 0; i < static_cast<GLint>(textures(parts).size()); ++i)
+        gl.ClearNamedFramebufferfv(all, GL_COLOR, i, kEmpty.data());
 }
 
 std::vector<GLuint> CompositeTargets::textures(unsigned parts) const {

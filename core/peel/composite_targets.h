@@ -18,7 +18,7 @@ namespace peeler {
 class CompositeTargets {
   public:
     enum Part : unsigned {
-        kFront = 1,  ///< RGBA; alpha is the light that still gets through
+        kFront = 1,  ///< RGBA, premultiplied
         kBack = 2,   ///< RGBA, premultiplied
         kTail = 4,   ///< RGBA sum of premultiplied colours, and the number of fragments
         // Of each channel, where opacity is coloured.

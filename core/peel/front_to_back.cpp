@@ -8,7 +8,8 @@
 namespace peeler {
 namespace {
 
-/// Each layer goes under those before it by separate blend functions: C += T·c, T *= 1 − a.
+/// Each layer goes under those before it: C += (1 − A)·c, A += (1 − A)·a. Everitt's product of what
+/// gets through, instead of the sum A, would round otherwise than compositeOver().
 class FrontToBackComposite final : public CompositeMethod {
   public:
     std::uint64_t tileBytes(std::uint64_t tile_pixels,

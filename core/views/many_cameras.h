@@ -31,7 +31,7 @@ struct ViewsAround {
     /// Rays go through the upper left corners of pixels, not their centres: some who make data sets
     /// let a picture's axis be at half of its size in pixels that are counted from 0.
     bool through_corners = false;
-    Size size{};                       ///< with a height
+    Size size{};  ///< with a height
 };
 
 /// Cameras that look at the middle of the scene's bounds. +Y is up in every picture, as far as can

@@ -111,8 +111,10 @@ std::optional<NumberArray> npyArray(std::span<const std::uint8_t> file, const st
     const auto shape = shapeOf(after(header, "'shape'"));
     NumberArray array;
     const auto* const number = std::ranges::find_if(kArrayNumbers, [&](const ArrayNumber& row) {
-        return type.starts_with('\'') && type.size() > 2 && type.substr(2).starts_with(row.type) &&
-               type.substr(2 + row.type.size())[0] == '\'';
+        constexpr std::size_t kBegin = 2;  // behind the quotation mark and the byte order
+        const std::size_t end = kBegin + row.type.size();
+        return type.starts_with('\'') && type.size() > end && type[end] == '\'' &&
+               type.substr(kBegin).starts_with(row.type);
     });
     if (!shape || number == std::end(kArrayNumbers) || !std::strchr("<>|=", type[1])) return {};
     array.shape = *shape;

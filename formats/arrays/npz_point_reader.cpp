@@ -21,7 +21,8 @@ std::vector<glm::dvec3> positionsIn(const NumberArray& points, const std::string
 
 }  // namespace
 
-std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std::string& where) {
+std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std::string& where,
+                                  const AllowBytes& allow) {
     constexpr const char* kHint = "numpy.savez(path, points=array), array of shape (n, 3)";
     constexpr std::uint64_t kMostMember = kMostPoints * 3 * sizeof(double) + kMostNpyHeader;
     const NpzArchive archive(file, where);
@@ -41,6 +42,8 @@ std::vector<glm::dvec3> npzPoints(std::span<const std::uint8_t> file, const std:
             if (!named) continue;
             throw Error(ErrorKind::kInput, "there are more points than are taken at once", inside);
         }
+        // Its bytes, and its points: twice as many where numbers have 32 bits.
+        allow(3 * member.size);
         std::vector<std::uint8_t> storage;
         const auto points = npyArray(archive.contents(member, storage), inside);
         if (!points || !points->number->floating || points->shape.size() != 2 ||

@@ -4,10 +4,10 @@
 #include <libdeflate.h>
 
 #include <cstring>
-#include <fstream>
 #include <vector>
 
 #include "formats/arrays/table_writers.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler {
 namespace {
@@ -27,12 +27,9 @@ T zipNumber(const std::string& bytes, std::uint64_t at) {
 }
 
 /// Bytes of a file; "" unless all of them are there.
-std::string zipBytes(std::ifstream& file, std::uint64_t at, std::uint64_t size) {
+std::string zipBytes(const RegularFile& file, std::uint64_t at, std::uint64_t size) {
     std::string bytes(size, '\0');
-    file.clear();
-    file.seekg(static_cast<std::streamoff>(at));
-    file.read(bytes.data(), static_cast<std::streamsize>(size));
-    return file ? bytes : "";
+    return file.read(at, bytes) ? bytes : "";
 }
 
 /// What the directory says of an array: where it is, with its header, and what that takes.
@@ -61,10 +58,9 @@ ZipEntry findZipEntry(const std::string& directory, const std::string& name) {
 }  // namespace
 
 std::string npzText(const std::string& path, std::string_view array) {
-    std::ifstream file(path, std::ios::binary | std::ios::ate);
-    const std::streamoff size = file ? std::streamoff(file.tellg()) : -1;
-    if (size < static_cast<std::streamoff>(kEndRecords)) return "";
-    const std::uint64_t end = static_cast<std::uint64_t>(size) - kEndRecords;
+    const RegularFile file(path);
+    if (!file.isOpen() || file.size() < kEndRecords) return "";
+    const std::uint64_t end = file.size() - kEndRecords;
     const std::string records = zipBytes(file, end, kEndRecords);
     const auto length = zipNumber<std::uint64_t>(records, 40);
     const auto start = zipNumber<std::uint64_t>(records, 48);

@@ -236,7 +236,8 @@ void checkCoordinates(const Element& vertex, const std::string& where) {
 
 }  // namespace
 
-std::vector<glm::dvec3> plyPoints(std::span<const std::uint8_t> file, const std::string& where) {
+std::vector<glm::dvec3> plyPoints(std::span<const std::uint8_t> file, const std::string& where,
+                                  const AllowBytes& allow) {
     const Header header(file, where);
     const std::unique_ptr<Numbers> numbers = header.numbers(file);
     std::vector<glm::dvec3> points;
@@ -250,7 +251,10 @@ std::vector<glm::dvec3> plyPoints(std::span<const std::uint8_t> file, const std:
             if (element.rows > numbers->most(element)) endsEarly();
             if (is_vertex && element.rows > kMostPoints)
                 throw Error(ErrorKind::kInput, "there are more points than are taken at once");
-            if (is_vertex) points.resize(element.rows);
+            if (is_vertex) {
+                allow(element.rows * sizeof(glm::dvec3));
+                points.resize(element.rows);
+            }
             glm::dvec3 none;
             for (; row < element.rows; ++row)
                 readRow(element, *numbers, is_vertex ? points[row] : none);

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "core/capture/bands.h"
 #include "formats/file/regular_file.h"
 
 namespace peeler {
@@ -18,7 +19,8 @@ constexpr std::uint64_t kMostFileBytes = std::uint64_t{8} << 30;
 /// A format, the bytes that its files begin with, and who reads them.
 struct PointFormat {
     std::string_view magic;
-    std::vector<glm::dvec3> (*read)(std::span<const std::uint8_t> file, const std::string& where);
+    std::vector<glm::dvec3> (*read)(std::span<const std::uint8_t> file, const std::string& where,
+                                    const AllowBytes& allow);
 };
 
 constexpr PointFormat kFormats[] = {
@@ -33,7 +35,11 @@ bool isUsable(const glm::dvec3& point) {
 
 }  // namespace
 
-std::vector<glm::dvec3> readPoints(const std::filesystem::path& path) {
+std::vector<glm::dvec3> readPoints(const std::filesystem::path& path, const MemoryBudget& memory) {
+    const auto allow = [&](std::uint64_t bytes) {
+        if (memory != 0) checkReadingMemory(memory, usedBytes(memory) + bytes, path.string());
+    };
+    allow(RegularFile(path).size());
     const std::vector<std::uint8_t> bytes = readRegularFile(path, kMostFileBytes);
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const auto* const format = std::ranges::find_if(
@@ -41,7 +47,7 @@ std::vector<glm::dvec3> readPoints(const std::filesystem::path& path) {
     if (format == std::end(kFormats))
         throw Error(ErrorKind::kInput, "this is neither a PLY file nor a .npz", path.string(),
                     "numpy.savez(path, points=...) makes one");
-    std::vector<glm::dvec3> points = format->read(bytes, path.string());
+    std::vector<glm::dvec3> points = format->read(bytes, path.string(), allow);
     if (points.empty()) throw Error(ErrorKind::kInput, "there is no point in it", path.string());
     const auto bad = std::ranges::find_if_not(points, isUsable);
     if (bad != points.end())

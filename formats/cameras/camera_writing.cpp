@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "formats/cameras/camera_formats.h"
+#include "formats/file/json_text.h"
 
 namespace peeler {
 
@@ -24,7 +25,7 @@ std::string cameraNumbers(std::span<const double> numbers, const char* separator
 }
 
 std::string jsonText(const std::string& text) {
-    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    return dumpJson(nlohmann::json(text));
 }
 
 std::vector<double> rowsOf(const glm::dmat4& matrix, int rows, int columns) {

@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/image/layered_image.h"
+#include "formats/file/json_text.h"
 
 namespace peeler {
 namespace {
@@ -78,8 +79,7 @@ std::vector<std::pair<std::string, std::string>> cryptomatteAttributes(
     return {{key + "name", layer.name},
             {key + "hash", "MurmurHash3_32"},
             {key + "conversion", "uint32_to_float32"},
-            {key + "manifest",
-             manifest.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)}};
+            {key + "manifest", dumpJson(manifest)}};
 }
 
 FragmentArray cryptomatteArray(const CryptomatteLayer& layer) {

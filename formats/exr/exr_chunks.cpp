@@ -6,6 +6,7 @@
 #include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfVersion.h>
 #include <libdeflate.h>
 
@@ -14,10 +15,13 @@
 #include <cstring>
 #include <exception>
 #include <limits>
+#include <new>
 #include <string>
 
 #include "core/base/error.h"
 #include "formats/exr/exr_layout.h"
+#include "formats/exr/exr_proof.h"
+#include "formats/file/content_hash.h"
 
 namespace peeler {
 namespace {
@@ -207,6 +211,7 @@ ExrFile::ExrFile(AtomicFile& file, std::vector<Imf::Header> headers)
     std::size_t chunks = 0;
     try {
         for (Imf::Header& header : headers_) {
+            header.insert(kPixelHash, Imf::StringAttribute(pixelHashText(0)));
             const Imath::Box2i& window = header.dataWindow();
             const int rows = window.max.y - window.min.y + 1;
             const int step = exrRowsPerChunk(header.compression());
@@ -220,46 +225,58 @@ ExrFile::ExrFile(AtomicFile& file, std::vector<Imf::Header> headers)
         }
     } catch (const Error&) {
         throw;
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& e) {
         throw Error(ErrorKind::kOutput, std::string("OpenEXR refuses the header: ") + e.what(),
                     file_.path());
     }
-    std::string start;
-    appendNumber(start, std::int32_t{Imf::MAGIC});
-    appendNumber(start, std::int32_t{version});
-    file_.append(bytesOfText(start));
-    header_position_ = file_.size();
-    file_.append(bytesOfText(headerBytes()));
+    appendNumber(start_, std::int32_t{Imf::MAGIC});
+    appendNumber(start_, std::int32_t{version});
+    file_.append(bytesOfText(start_));
+    for (const Imf::Header& header : headers_)
+        file_.append(bytesOfText(headerBytes(header)));
+    if (multi_part) file_.append(std::array{std::byte{}});  // no more headers
 
     table_position_ = file_.size();
     offsets_.assign(chunks, 0);
+    hashes_.assign(chunks, 0);
     file_.append(std::as_bytes(std::span(offsets_)));
 }
 
-std::string ExrFile::headerBytes() {
+std::string ExrFile::headerBytes(const Imf::Header& header) {
     MemoryStream stream;
-    for (const Imf::Header& header : headers_)
-        header.writeTo(stream);
-    if (headers_.size() > 1) stream.data.push_back('\0');
+    header.writeTo(stream);
     return std::move(stream.data);
 }
 
-void ExrFile::beginChunk(std::size_t part, int chunk, std::string& start) {
-    std::uint64_t& offset = offsets_.at(first_offset_[part] + static_cast<std::size_t>(chunk));
+/// The bytes that a chunk begins with.
+std::string ExrFile::beginChunk(std::size_t part, int chunk) {
+    chunk_ = first_offset_[part] + static_cast<std::size_t>(chunk);
+    std::uint64_t& offset = offsets_.at(chunk_);
     if (offset != 0) throw Error(ErrorKind::kInternal, "a chunk is written twice", file_.path());
     offset = file_.size();
     const Imf::Header& header = headers_[part];
+    std::string start;
     if (headers_.size() > 1) appendNumber(start, static_cast<std::int32_t>(part));
     appendNumber(start, std::int32_t{header.dataWindow().min.y +
                                      chunk * exrRowsPerChunk(header.compression())});
+    return start;
+}
+
+void ExrFile::writeChunk(std::initializer_list<std::span<const std::byte>> pieces) {
+    ContentHasher hash;
+    for (const auto piece : pieces) {
+        hash.add(piece);
+        file_.append(piece);
+    }
+    hashes_[chunk_] = hash.value();
 }
 
 void ExrFile::append(std::size_t part, int chunk, std::span<const std::byte> packed) {
-    std::string start;
-    beginChunk(part, chunk, start);
+    std::string start = beginChunk(part, chunk);
     appendNumber(start, static_cast<std::int32_t>(packed.size()));
-    file_.append(bytesOfText(start));
-    file_.append(packed);
+    writeChunk({bytesOfText(start), packed});
 }
 
 void ExrFile::append(std::size_t part, int chunk, const ExrDeepChunk& packed) {
@@ -267,14 +284,11 @@ void ExrFile::append(std::size_t part, int chunk, const ExrDeepChunk& packed) {
         throw Error(ErrorKind::kOutput, "the samples of a row are larger than OpenEXR's 2 GiB",
                     file_.path(), "render narrower tiles, or fewer channels or layers");
     }
-    std::string start;
-    beginChunk(part, chunk, start);
+    std::string start = beginChunk(part, chunk);
     appendNumber(start, std::uint64_t{packed.counts.size()});
     appendNumber(start, std::uint64_t{packed.samples.size()});
     appendNumber(start, std::uint64_t{packed.unpacked});
-    file_.append(bytesOfText(start));
-    file_.append(packed.counts);
-    file_.append(packed.samples);
+    writeChunk({bytesOfText(start), packed.counts, packed.samples});
 }
 
 void ExrFile::setAttribute(std::size_t part, const char* name, const Imf::Attribute& value) {
@@ -284,6 +298,7 @@ void ExrFile::setAttribute(std::size_t part, const char* name, const Imf::Attrib
 
 void ExrFile::finish() {
     writeTables();
+    writeHashes();
     readBack();
 }
 
@@ -293,11 +308,29 @@ void ExrFile::writeTables() {
             throw Error(ErrorKind::kInternal, "rows of the picture are missing", file_.path());
     }
     file_.writeAt(table_position_, std::as_bytes(std::span(offsets_)));
-    if (!headers_changed_) return;
-    const std::string headers = headerBytes();
-    if (header_position_ + headers.size() != table_position_)
+}
+
+void ExrFile::writeHashes() {
+    std::uint64_t at = start_.size();
+    for (std::size_t part = 0; part < headers_.size(); ++part) {
+        std::string header = headerBytes(headers_[part]);
+        const auto chunks = static_cast<std::size_t>(chunkCount(part));
+        ContentHasher hash;
+        hash.add(bytesOfText(start_));
+        hash.add(bytesOfText(header));
+        hash.add(std::as_bytes(std::span(offsets_).subspan(first_offset_[part], chunks)));
+        hash.add(std::as_bytes(std::span(hashes_).subspan(first_offset_[part], chunks)));
+        const std::size_t place = header.find(pixelHashRecord(0));
+        const std::string record = pixelHashRecord(hash.value());
+        header.replace(place, record.size(), record);
+        if (headers_changed_)
+            file_.writeAt(at, bytesOfText(header));
+        else
+            file_.writeAt(at + place, bytesOfText(record));
+        at += header.size();
+    }
+    if (at + (headers_.size() > 1 ? 1 : 0) != table_position_)
         throw Error(ErrorKind::kInternal, "a changed header has another size", file_.path());
-    file_.writeAt(header_position_, bytesOfText(headers));
 }
 
 void ExrFile::readBack() {
@@ -315,6 +348,8 @@ void ExrFile::readBack() {
                         "check the disk");
         }
     } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& e) {
         throw Error(ErrorKind::kOutput, std::string("the file does not read back: ") + e.what(),

@@ -13,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -121,21 +122,27 @@ class ExrFile {
     void append(std::size_t part, int chunk, const ExrDeepChunk& packed);
     /// Replaces the value of an attribute of a part; the new value has to take as many bytes.
     void setAttribute(std::size_t part, const char* name, const Imf::Attribute& value);
-    /// Fills in the offset tables, and reads headers and tables back with OpenEXR. Throws Error
-    /// (kInternal) if a chunk is missing; (kOutput) if the file reads back differently.
+    /// Fills in the offset tables and each part's hash (exr_proof.h), and reads headers and tables
+    /// back with OpenEXR. Throws Error (kInternal) if a chunk is missing; (kOutput) if the file
+    /// reads back differently.
     void finish();
 
   private:
-    std::string headerBytes();
-    void beginChunk(std::size_t part, int chunk, std::string& start);
+    static std::string headerBytes(const Imf::Header& header);
+    std::string beginChunk(std::size_t part, int chunk);
+    void writeChunk(std::initializer_list<std::span<const std::byte>> pieces);
     void writeTables();
+    void writeHashes();
     void readBack();
 
     AtomicFile& file_;
     std::vector<Imf::Header> headers_;
     std::vector<std::size_t> first_offset_;  ///< of each part, in offsets_
     std::vector<std::uint64_t> offsets_;     ///< of all parts, as in the file; 0 = not written
-    std::uint64_t header_position_ = 0, table_position_ = 0;
+    std::vector<std::uint64_t> hashes_;      ///< of the chunks, likewise
+    std::size_t chunk_ = 0;                  ///< the one that is being written, in offsets_
+    std::string start_;                      ///< magic number and version
+    std::uint64_t table_position_ = 0;
     bool headers_changed_ = false;
 };
 

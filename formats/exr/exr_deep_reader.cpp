@@ -46,10 +46,10 @@ float floatAt(const std::byte* from, PixelType type) {
 template <class T>
 void storeComponent(const std::byte* from, FragmentArray& array, std::size_t component,
                     std::size_t begin, std::size_t end) {
+    const std::span<T> to = array.as<T>();
     const std::size_t step = array.components();
-    T* to = array.as<T>().data() + begin * step + component;
-    for (std::size_t f = begin; f < end; ++f, from += sizeof(T), to += step)
-        std::memcpy(to, from, sizeof(T));
+    for (std::size_t f = begin; f < end; ++f, from += sizeof(T))
+        std::memcpy(&to[f * step + component], from, sizeof(T));
 }
 
 void storeComponent(const std::byte* from, PixelType type, FragmentArray& color,

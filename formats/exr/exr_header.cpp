@@ -18,6 +18,8 @@
 #include <numbers>
 
 #include "core/base/error.h"
+#include "core/base/printable.h"
+#include "formats/file/json_text.h"
 
 namespace peeler {
 namespace {
@@ -153,6 +155,16 @@ void addDate(Imf::Header& header) {
     Imf::addUtcOffset(header, 0);
 }
 
+/// A place or a size in pixels; the sum of two fits an int.
+int pixelsIn(const nlohmann::json& value) {
+    constexpr double kMost = 1 << 28;
+    const auto pixels = value.get<double>();
+    if (!(std::abs(pixels) <= kMost))
+        throw Error(ErrorKind::kInput, "the camera's picture has no plausible size",
+                    "peeler:cameraJson");
+    return static_cast<int>(pixels);
+}
+
 }  // namespace
 
 Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Window& data_window) {
@@ -191,13 +203,12 @@ std::string cameraJson(const View& view) {
         {"cameraToWorld", matrix},
     };
     if (view.sample != glm::dvec2(0.5)) json["sample"] = {view.sample.x, view.sample.y};
-    // A name that is not UTF-8 is no reason to lose the file.
-    return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    return dumpJson(json);
 }
 
 View viewFromJson(const std::string& text) {
     try {
-        const nlohmann::json json = nlohmann::json::parse(text);
+        const nlohmann::json json = parseJson(text, "peeler:cameraJson");
         View view;
         view.camera_name = json.at("name").get<std::string>();
         Projection& projection = view.projection;
@@ -208,10 +219,11 @@ View viewFromJson(const std::string& text) {
             far.is_null() ? std::numeric_limits<double>::infinity() : far.get<double>();
         projection.half_width = json.at("halfWidth").get<double>();
         projection.half_height = json.at("halfHeight").get<double>();
-        view.width = json.at("width").get<int>();
-        view.height = json.at("height").get<int>();
-        const auto crop = json.at("crop").get<std::array<int, 4>>();
-        view.crop = {crop[0], crop[1], crop[0] + crop[2], crop[1] + crop[3]};
+        view.width = pixelsIn(json.at("width"));
+        view.height = pixelsIn(json.at("height"));
+        const nlohmann::json& crop = json.at("crop");
+        const int left = pixelsIn(crop.at(0)), top = pixelsIn(crop.at(1));
+        view.crop = {left, top, left + pixelsIn(crop.at(2)), top + pixelsIn(crop.at(3))};
         if (json.contains("sample")) {
             const auto sample = json.at("sample").get<std::array<double, 2>>();
             view.sample = {sample[0], sample[1]};
@@ -225,7 +237,7 @@ View viewFromJson(const std::string& text) {
         }
         return view;
     } catch (const nlohmann::json::exception& e) {
-        throw Error(ErrorKind::kInput, std::string("the camera is not readable: ") + e.what(),
+        throw Error(ErrorKind::kInput, "the camera is not readable: " + printable(e.what()),
                     "peeler:cameraJson");
     }
 }

@@ -13,6 +13,7 @@
 #include "core/base/window.h"
 #include "core/image/layered_image.h"
 #include "formats/file/byte_buffer.h"
+#include "formats/file/regular_file.h"
 
 struct _priv_exr_context_t;  // OpenEXRCore's; NOLINT(bugprone-reserved-identifier)
 
@@ -69,6 +70,10 @@ struct ExrDeepBlock {
     ByteBuffer samples;
 };
 
+/// Throws Error (kInput) if the file has more parts or attributes than any should; not what else
+/// is wrong with it. `path` is what messages name.
+void checkExrHeaders(const RegularFile& file, const std::string& path);
+
 /// An open file. Nothing in it is trusted: sizes are checked against limits and against the size of
 /// the file before anything is allocated by them.
 class ExrInput {
@@ -115,6 +120,7 @@ class ExrInput {
     void check(int result, const std::string& part = {}) const;
 
     std::string path_;
+    RegularFile file_;
     std::uint64_t bytes_ = 0;
     _priv_exr_context_t* context_ = nullptr;
     std::vector<ExrInputPart> parts_;

@@ -19,10 +19,9 @@ namespace {
 template <class T>
 std::byte* gatherComponent(std::span<const T> values, const ExrChannel& channel, T fill,
                            std::span<const std::uint32_t> row, std::byte* out) {
-    const T* first = values.data() + channel.component;
     for (const std::uint32_t fragment : row) {
-        out =
-            storeNumber(fragment == kNoFragment ? fill : first[fragment * channel.components], out);
+        const std::size_t place = fragment * channel.components + channel.component;
+        out = storeNumber(fragment == kNoFragment ? fill : values[place], out);
     }
     return out;
 }
@@ -57,9 +56,8 @@ std::byte* gatherColor(std::span<const T> values, std::span<const std::uint32_t>
 template <class T>
 std::byte* copyComponent(std::span<const T> values, const ExrChannel& channel, std::size_t begin,
                          std::size_t end, std::byte* out) {
-    const T* first = values.data() + channel.component;
     for (std::size_t f = begin; f < end; ++f, out += sizeof(T))
-        std::memcpy(out, first + f * channel.components, sizeof(T));
+        std::memcpy(out, &values[f * channel.components + channel.component], sizeof(T));
     return out;
 }
 

@@ -24,7 +24,7 @@ namespace {
 
 constexpr const char *kObject = "id.object", *kMaterial = "id.material";
 constexpr const char* kParent = "parent";  ///< the component of the manifest, beside "name"
-constexpr std::uint64_t kMostNameBytes = 1U << 30;  ///< more names than a scene has
+constexpr std::uint64_t kMostNameBytes = 1U << 28;  ///< more names than a scene has
 
 /// Whether a channel of a part is this one, of whatever layer ("layer_000.id.object").
 bool isOf(const std::string& channel, const std::string& name) {

@@ -11,6 +11,8 @@
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
+#include <map>
+#include <set>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -182,9 +184,39 @@ void AtomicFile::sync() {
     if (fsync(descriptor_) != 0) fail("cannot write: " + text(errno), errno);
 }
 
+void AtomicFile::syncAll(std::span<AtomicFile* const> files) {
+    constexpr std::size_t kFew = 8;  // fewer of them are synced sooner one by one
+    for (AtomicFile* const file : files) {
+        file->flush();
+        if (!file->in_scratch_) sync_file_range(file->descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
+    }
+    // What syncing a file takes is mostly what the file system does for any number of them, so it
+    // is asked to once. What cannot be written of a file is asked for by file; where any of this
+    // fails fsync() says whether that one is on the disk.
+    constexpr unsigned kWritten =
+        SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
+    std::map<dev_t, bool> file_systems;  // whether they are synced
+    for (AtomicFile* const file : files) {
+        if (file->in_scratch_) continue;
+        struct stat status {};
+        bool synced = files.size() > kFew && fstat(file->descriptor_, &status) == 0;
+        if (synced) {
+            const auto [at, is_new] = file_systems.try_emplace(status.st_dev, false);
+            if (is_new) at->second = syncfs(file->descriptor_) == 0;
+            synced = at->second && sync_file_range(file->descriptor_, 0, 0, kWritten) == 0;
+        }
+        if (!synced) file->sync();
+    }
+}
+
 void AtomicFile::commit() {
+    if (!isStandardOutput(path_)) sync();
+    publish();
+    syncFolder();
+}
+
+void AtomicFile::publish() {
     if (isStandardOutput(path_)) return copyToStandardOutput();
-    sync();
     // Network file systems report a full quota only when a descriptor is closed. A duplicate is
     // closed, since the lock goes with the last descriptor, and a file without its lock is taken
     // for a leftover.
@@ -197,8 +229,10 @@ void AtomicFile::commit() {
     close(std::exchange(descriptor_, -1));
     forgetTemporary(std::exchange(slot_, -1));
     temporary_path_.clear();
-    if (in_scratch_) return;
+}
 
+void AtomicFile::syncFolder() const {
+    if (in_scratch_ || isStandardOutput(path_)) return;
     const int folder = open(folderOf(destination_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder < 0) return;  // a folder that may be written to but not read: nothing to sync by
     const int result = fsync(folder);
@@ -267,19 +301,19 @@ std::uint64_t bytesOnStandardOutput() {
 
 void commitAll(std::span<AtomicFile* const> files) {
     if (files.size() == 1) return files.front()->commit();
-    for (AtomicFile* const file : files)
-        file->sync();
+    AtomicFile::syncAll(files);
     // The first file is renamed last, since it is the one that names the others.
-    for (std::size_t i = files.size(); i-- > 0;) {
-        try {
-            files[i]->commit();
-        } catch (...) {
-            // The failed file has its name already if only the folder could not be synced.
-            const std::size_t first = files[i]->temporaryPath().empty() ? i : i + 1;
-            for (std::size_t done = first; done < files.size(); ++done)
-                unlink(files[done]->destination().c_str());
-            throw;
-        }
+    std::size_t renamed = files.size();  // those from here on
+    try {
+        for (; renamed > 0; --renamed)
+            files[renamed - 1]->publish();
+        std::set<std::string> folders;
+        for (const AtomicFile* const file : files)
+            if (folders.insert(folderOf(file->destination())).second) file->syncFolder();
+    } catch (...) {
+        for (const AtomicFile* const file : files.subspan(renamed))
+            unlink(file->destination().c_str());
+        throw;
     }
 }
 

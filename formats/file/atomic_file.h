@@ -51,6 +51,12 @@ class AtomicFile {
     const std::string& temporaryPath() const { return temporary_path_; }
 
   private:
+    friend void commitAll(std::span<AtomicFile* const> files);
+    // The steps of commit(), of which the first is that of many files together.
+    static void syncAll(std::span<AtomicFile* const> files);
+    void publish();
+    void syncFolder() const;
+
     void writeOut(std::uint64_t offset, std::span<const std::byte> bytes);
     void copyToStandardOutput();
     void discard() noexcept;
@@ -74,9 +80,10 @@ bool isStandardOutput(const std::string& path);
 /// Bytes that files of such names have written to standard output, all together.
 std::uint64_t bytesOnStandardOutput();
 
-/// Commits files that are worth something only together. All are synced before one is renamed; if
-/// one cannot be renamed nevertheless, those that have been are removed, so that no half set is
-/// left. Throws Error (kOutput).
+/// Commits files that are worth something only together. All are synced before one is renamed (many
+/// of them by a sync of their file system, which takes hardly longer than that of one file); if one
+/// cannot be renamed nevertheless, those that have been are removed, so that no half set is left.
+/// Throws Error (kOutput).
 void commitAll(std::span<AtomicFile* const> files);
 void commitAll(std::span<const std::unique_ptr<AtomicFile>> files);
 

@@ -6,6 +6,7 @@
 #include <xxhash.h>
 
 #include <cstdio>
+#include <new>
 
 namespace peeler {
 namespace {
@@ -13,7 +14,21 @@ namespace {
 constexpr std::string_view kOutputHashName = "peeler:outputHash ";
 constexpr std::size_t kHashDigits = 16;
 
+static_assert(sizeof(XXH64_state_t) == 88 && alignof(XXH64_state_t) <= alignof(std::uint64_t));
+
 }  // namespace
+
+ContentHasher::ContentHasher() {
+    XXH64_reset(new (state_.data()) XXH64_state_t, 0);
+}
+
+void ContentHasher::add(std::span<const std::byte> bytes) {
+    XXH64_update(reinterpret_cast<XXH64_state_t*>(state_.data()), bytes.data(), bytes.size());
+}
+
+std::uint64_t ContentHasher::value() const {
+    return XXH64_digest(reinterpret_cast<const XXH64_state_t*>(state_.data()));
+}
 
 std::uint64_t contentHash(std::span<const std::byte> bytes, std::uint64_t seed) {
     return XXH64(bytes.data(), bytes.size(), seed);

@@ -3,6 +3,7 @@
 // files.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -13,6 +14,17 @@ namespace peeler {
 
 /// XXH64 (xxhash.com) of the bytes; `seed` is the hash of what came before them.
 std::uint64_t contentHash(std::span<const std::byte> bytes, std::uint64_t seed);
+
+/// XXH64, with seed 0, of bytes that are added piece after piece, however they are cut.
+class ContentHasher {
+  public:
+    ContentHasher();
+    void add(std::span<const std::byte> bytes);
+    std::uint64_t value() const;  ///< of what was added so far
+
+  private:
+    alignas(std::uint64_t) std::array<std::byte, 88> state_;  ///< XXH64_state_t
+};
 
 /// 64-bit FNV-1a of the text, as 16 hexadecimal digits.
 std::string hashText(const std::string& text);

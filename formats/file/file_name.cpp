@@ -4,15 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
-#include <fstream>
 #include <optional>
 #include <string_view>
 #include <system_error>
 
-#include "core/base/error.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler {
 namespace {
@@ -94,17 +91,10 @@ constexpr Magic kMagics[] = {
 
 /// The first bytes without byte order mark and white space, which JSON may begin with.
 std::string beginning(const std::string& path) {
-    if (std::filesystem::is_directory(path)) {
-        throw Error(ErrorKind::kInput, "cannot read: it is a folder", path, "name a file in it");
-    }
-    std::ifstream file(path, std::ios::binary);
-    if (!file) {
-        throw Error(ErrorKind::kInput, std::string("cannot read: ") + std::strerror(errno), path,
-                    "check the path");
-    }
+    const RegularFile file(path);
+    file.check();
     std::array<char, 256> bytes{};
-    file.read(bytes.data(), bytes.size());
-    std::string_view text(bytes.data(), static_cast<std::size_t>(file.gcount()));
+    std::string_view text(bytes.data(), file.readSome(0, bytes));
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
     text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
     return std::string(text);

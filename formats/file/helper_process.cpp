@@ -81,6 +81,11 @@ void waitFor(pid_t child, const HelperRun& run) {
         used.ru_utime.tv_sec + used.ru_stime.tv_sec + 1 >= static_cast<time_t>(run.cpu_seconds);
     if (number == SIGKILL && !late)
         throw Error(ErrorKind::kMemory, "the decoder was killed, as where memory runs out");
+    if (number == SIGSYS)
+        throw Error(ErrorKind::kInput,
+                    "the decoder asks the system for what no decoder needs: the data is damaged, "
+                    "or meant to do harm",
+                    "", run.hint);
     throw Error(ErrorKind::kInput,
                 number == SIGXCPU || number == SIGKILL
                     ? "decoding takes longer than " + std::to_string(run.cpu_seconds) +

@@ -7,95 +7,114 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
-#include <string>
+#include <thread>
+#include <utility>
 
 #include "core/base/error.h"
 
 namespace peeler {
 namespace {
 
-/// A POSIX file descriptor that is closed with the object.
-class Descriptor {
-  public:
-    explicit Descriptor(int fd) : fd_(fd) {}
-    ~Descriptor() {
-        if (fd_ >= 0) ::close(fd_);
-    }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    int get() const { return fd_; }
+constexpr char kNoPipes[] = "pipes and devices are not read; copy the data to a file";
 
-  private:
-    int fd_;
-};
+/// Opens for reading. O_NONBLOCK: a pipe that nobody writes to must not be waited for; what is not
+/// a regular file is closed again before anything is read. Of a regular file it matters only where
+/// another program holds a lease on it (fcntl(2), F_SETLEASE), which the kernel ends before long.
+int openToRead(const std::filesystem::path& path) {
+    constexpr int kHow = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
+    constexpr int kMostWaits = 6000;  // a minute; /proc/sys/fs/lease-break-time is 45 s
+    for (int wait = 0;; ++wait) {
+        const int descriptor = ::open(path.c_str(), kHow);
+        struct stat status {};
+        if (descriptor >= 0 || errno != EWOULDBLOCK || wait == kMostWaits ||
+            ::stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode))
+            return descriptor;
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+}
+
+template <class Bytes>
+Bytes readAll(const std::filesystem::path& path, std::uint64_t max_bytes) {
+    const RegularFile file(path);
+    file.check();
+    if (file.size() > max_bytes)
+        throw Error(ErrorKind::kInput,
+                    "the file has " + std::to_string(file.size()) + " bytes, the limit is " +
+                        std::to_string(max_bytes),
+                    path.string(), "split the file or raise the limit");
+    Bytes bytes(file.size(), {});
+    bytes.resize(file.readSome(0, {reinterpret_cast<char*>(bytes.data()), bytes.size()}));
+    return bytes;
+}
 
 }  // namespace
 
 std::vector<std::uint8_t> readRegularFile(const std::filesystem::path& path,
                                           std::uint64_t max_bytes) {
-    // O_NONBLOCK: opening a pipe that nobody writes to must not wait. The kind is asked of the open
-    // file, not of the name, which could be changed in between.
-    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
-    if (file.get() < 0) failToOpen(path, errno);
-    struct stat status = {};
-    if (::fstat(file.get(), &status) != 0) failToOpen(path, errno);
-    if (S_ISDIR(status.st_mode))
-        throw Error(ErrorKind::kInput, "this is a folder, not a file", path.string(),
-                    "name a file in it");
-    if (!S_ISREG(status.st_mode))
-        throw Error(ErrorKind::kInput, "this is not a regular file", path.string(),
-                    "pipes and devices are not read; copy the data to a file");
-    const auto size = static_cast<std::uint64_t>(status.st_size);
-    if (size > max_bytes)
-        throw Error(ErrorKind::kInput,
-                    "the file has " + std::to_string(size) + " bytes, the limit is " +
-                        std::to_string(max_bytes),
-                    path.string(), "split the file or raise the limit");
-    std::vector<std::uint8_t> bytes(size);
-    std::size_t done = 0;
-    while (done < bytes.size()) {
-        const ssize_t got = ::read(file.get(), bytes.data() + done, bytes.size() - done);
-        if (got < 0 && errno == EINTR) continue;
-        if (got < 0) failToOpen(path, errno);
-        if (got == 0) break;  // it shrank meanwhile
-        done += static_cast<std::size_t>(got);
-    }
-    bytes.resize(done);
-    return bytes;
+    return readAll<std::vector<std::uint8_t>>(path, max_bytes);
+}
+
+std::string readRegularText(const std::filesystem::path& path, std::uint64_t max_bytes) {
+    return readAll<std::string>(path, max_bytes);
 }
 
 void failToOpen(const std::filesystem::path& path, int error) {
     if (error == ENOENT || error == ENOTDIR)
         throw Error(ErrorKind::kInput, "the file does not exist", path.string(),
                     "check the spelling and the folder");
-    throw Error(ErrorKind::kInput, "the file cannot be read: " + std::string(std::strerror(error)),
-                path.string(), error == EACCES ? "check its permissions" : "");
+    throw Error(error == ENOMEM ? ErrorKind::kMemory : ErrorKind::kInput,
+                "the file cannot be read: " + std::string(std::strerror(error)), path.string(),
+                error == EACCES ? "check its permissions" : "");
 }
 
-RegularFile::RegularFile(const std::filesystem::path& path)
-    : descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {
-    is_open_ = descriptor_ >= 0 && ::fstat(descriptor_, &status_) == 0 && S_ISREG(status_.st_mode);
+RegularFile::RegularFile(std::filesystem::path path)
+    : path_(std::move(path)), descriptor_(openToRead(path_)) {
+    if (descriptor_ < 0 || ::fstat(descriptor_, &status_) != 0) error_ = errno;
+    if (error_ != 0 || S_ISREG(status_.st_mode)) return;
+    ::close(descriptor_);
+    descriptor_ = -1;
 }
 
 RegularFile::~RegularFile() {
     if (descriptor_ >= 0) ::close(descriptor_);
 }
 
+void RegularFile::check() const {
+    if (error_ == ENXIO)  // a socket, or a device that is not there
+        throw Error(ErrorKind::kInput, "this is not a regular file", path_.string(), kNoPipes);
+    if (error_ != 0) failToOpen(path_, error_);
+    if (S_ISDIR(status_.st_mode))
+        throw Error(ErrorKind::kInput, "this is a folder, not a file", path_.string(),
+                    "name a file in it");
+    if (!S_ISREG(status_.st_mode))
+        throw Error(ErrorKind::kInput, "this is not a regular file", path_.string(), kNoPipes);
+}
+
 RegularFile::Identity RegularFile::identity() const {
     return {status_.st_dev, status_.st_ino, status_.st_size, status_.st_mtime};
 }
 
-bool RegularFile::read(std::uint64_t at, std::span<char> bytes) const {
-    while (!bytes.empty()) {
-        const ssize_t got =
-            ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(at));
+std::size_t RegularFile::readSome(std::uint64_t at, std::span<char> bytes) const {
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+        const ssize_t got = ::pread(descriptor_, bytes.data() + done, bytes.size() - done,
+                                    static_cast<off_t>(at + done));
         if (got < 0 && errno == EINTR) continue;
-        if (got <= 0) return false;
-        at += static_cast<std::uint64_t>(got);
-        bytes = bytes.subspan(static_cast<std::size_t>(got));
+        if (got < 0) failToOpen(path_, errno);
+        if (got == 0) break;
+        done += static_cast<std::size_t>(got);
     }
-    return true;
+    return done;
+}
+
+bool RegularFile::read(std::uint64_t at, std::span<char> bytes) const {
+    try {
+        return readSome(at, bytes) == bytes.size();
+    } catch (const Error&) {
+        return false;
+    }
 }
 
 }  // namespace peeler

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the bytes of a regular file, at once up to a limit, or in parts: for input that is not
-// trusted.
+// Reads the bytes of a regular file, at once up to a limit, or in parts. Whatever is read is opened
+// here: nothing else is waited for or read without end (tests/doors_test.py).
 #pragma once
 
 #include <sys/stat.h>
@@ -8,7 +8,9 @@
 #include <cstdint>
 #include <ctime>
 #include <filesystem>
+#include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace peeler {
@@ -18,6 +20,9 @@ namespace peeler {
 /// `max_bytes`, or it cannot be read.
 std::vector<std::uint8_t> readRegularFile(const std::filesystem::path& path,
                                           std::uint64_t max_bytes);
+/// The same as a text.
+std::string readRegularText(const std::filesystem::path& path,
+                            std::uint64_t max_bytes = std::numeric_limits<std::uint64_t>::max());
 
 /// Throws the Error (kInput) that readRegularFile() throws for a file or folder that cannot be
 /// opened; `error` is a value of errno.
@@ -27,12 +32,15 @@ std::vector<std::uint8_t> readRegularFile(const std::filesystem::path& path,
 class RegularFile {
   public:
     /// Of what is not there, is no regular file, or cannot be opened isOpen() is false.
-    explicit RegularFile(const std::filesystem::path& path);
+    explicit RegularFile(std::filesystem::path path);
     ~RegularFile();
     RegularFile(const RegularFile&) = delete;
     RegularFile& operator=(const RegularFile&) = delete;
 
-    bool isOpen() const { return is_open_; }
+    bool isOpen() const { return descriptor_ >= 0; }
+    /// Throws what readRegularFile() throws, unless it is open.
+    void check() const;
+    int descriptor() const { return descriptor_; }  ///< −1 unless it is open
     std::uint64_t size() const { return static_cast<std::uint64_t>(status_.st_size); }
 
     /// What a file of the same name does not share that has taken its place, or has changed.
@@ -47,11 +55,15 @@ class RegularFile {
 
     /// Fills `bytes` from a place in it. False if they are not all there.
     bool read(std::uint64_t at, std::span<char> bytes) const;
+    /// Likewise as far as the file goes; returns how many. Throws Error (kInput) if it cannot be
+    /// read.
+    std::size_t readSome(std::uint64_t at, std::span<char> bytes) const;
 
   private:
+    std::filesystem::path path_;
     int descriptor_;
+    int error_ = 0;
     struct stat status_ {};
-    bool is_open_ = false;
 };
 
 }  // namespace peeler

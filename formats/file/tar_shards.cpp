@@ -281,8 +281,7 @@ TarShards::Stored TarShards::keep(const std::string& key) {
 TarShards::Stored TarShards::add(const std::string& key, const nlohmann::ordered_json& about,
                                  std::span<const SampleFile> files) {
     checkUnbroken();
-    const std::string text =
-        about.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
+    const std::string text = dumpJson(about) + '\n';
     struct Input {
         Input(std::string called, const SampleFile& from)
             : name(std::move(called)), file(from.file) {}

@@ -61,10 +61,8 @@ bool isLeftover(int descriptor, std::string_view name) {
     return fstat(descriptor, &status) == 0 && status.st_mtime < std::time(nullptr) - kDay;
 }
 
-/// Removes a folder and the files in it; async-signal-safe, which opendir() is not.
-void removeFolder(const char* path) noexcept {
-    const int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
-    if (folder < 0) return;
+/// Removes the files in an open folder; async-signal-safe, which opendir() is not.
+void emptyFolder(int folder) noexcept {
     // As getdents64(2) fills it: glibc's dirent64 is the kernel's linux_dirent64.
     alignas(dirent64) char entries[4096];
     for (long size = 0; (size = syscall(SYS_getdents64, folder, entries, sizeof entries)) > 0;) {
@@ -74,6 +72,13 @@ void removeFolder(const char* path) noexcept {
             at += entry->d_reclen;
         }
     }
+}
+
+/// Removes a folder and the files in it; async-signal-safe, too.
+void removeFolder(const char* path) noexcept {
+    const int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
+    if (folder < 0) return;
+    emptyFolder(folder);
     close(folder);
     rmdir(path);
 }
@@ -165,24 +170,27 @@ ScratchFolder::ScratchFolder(const fs::path& parent) {
         path_ = folder / hiddenName(kScratchBase);
         place_ = noteTemporary(path_.string(), HiddenKind::kFolder);
         const bool made = mkdir(path_.c_str(), 0777) == 0;
-        const int cause = errno;
         if (made) descriptor_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        const int cause = errno;
+        const bool is_open = descriptor_ >= 0;
         // A process that removes leftovers at this very moment may have been faster than the lock;
         // then the folder is gone.
         struct stat opened {
         }, there{};
-        if (descriptor_ >= 0 && lockHidden(descriptor_) && fstat(descriptor_, &opened) == 0 &&
+        if (is_open && lockHidden(descriptor_) && fstat(descriptor_, &opened) == 0 &&
             stat(path_.c_str(), &there) == 0 && opened.st_ino == there.st_ino)
             return;
-        if (descriptor_ >= 0) close(std::exchange(descriptor_, -1));
+        if (is_open) close(std::exchange(descriptor_, -1));
+        if (made) rmdir(path_.c_str());
         forgetTemporary(std::exchange(place_, -1));
-        if (!made && cause != EEXIST) failScratch(folder, cause);
+        if (!is_open && cause != (made ? ENOENT : EEXIST)) failScratch(folder, cause);
     }
     failScratch(folder, EEXIST);
 }
 
 ScratchFolder::~ScratchFolder() {
-    removeFolder(path_.c_str());
+    emptyFolder(descriptor_);  // by its descriptor: another may not be had
+    rmdir(path_.c_str());
     close(descriptor_);
     forgetTemporary(place_);
 }

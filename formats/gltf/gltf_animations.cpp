@@ -135,7 +135,10 @@ class AnimationReader {
         result.interpolation = interpolationOf(sampler);
         const int input = sampler["input"].get<int>(), output = sampler["output"].get<int>();
         const std::size_t times = accessors_.count(input), elements = accessors_.count(output);
-        budget_.take((times + elements * 4) * sizeof(float), where);  // a value has at most four
+        const std::uint64_t bytes =
+            (times + elements * 4) * sizeof(float);  // a value has at most four
+        budget_.take(bytes, where);
+        document_.allow(bytes, where);
         result.times = accessors_.floats(input, kTime, {0, times}, where + "/input");
         for (std::size_t i = 0; i < times; ++i)
             if (!std::isfinite(result.times[i]) || (i > 0 && result.times[i] < result.times[i - 1]))

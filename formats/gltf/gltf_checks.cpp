@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "formats/file/json_text.h"
 #include "formats/gltf/gltf_reader.h"
 #include "formats/gltf/gltf_schema.h"
 
@@ -115,10 +116,10 @@ void checkGltfVersion(const json& gltf, const std::string& path) {
     const json& asset = gltf["asset"];
     if (!asset.contains("version")) failGltf("the glTF version is missing", "/asset");
     if (!isVersion2(asset["version"], false))
-        failGltf("the file is glTF " + asset["version"].dump() + ", only 2.x is read",
+        failGltf("the file is glTF " + shownJson(asset["version"]) + ", only 2.x is read",
                  "/asset/version", "convert it to glTF 2.0");
     if (asset.contains("minVersion") && !isVersion2(asset["minVersion"], true))
-        failGltf("the file needs a reader of glTF " + asset["minVersion"].dump() +
+        failGltf("the file needs a reader of glTF " + shownJson(asset["minVersion"]) +
                      ", this one reads 2.0",
                  "/asset/minVersion", "export it as glTF 2.0");
 }

@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "core/base/error.h"
 #include "formats/file/json_text.h"
@@ -34,13 +35,18 @@ std::uint32_t littleEndian32(std::span<const std::uint8_t> bytes, std::size_t of
                   path);
 }
 
+constexpr char kSceneHint[] = "a scene is a .gltf or .glb file";
+
 /// The text of a JSON object, a byte order mark aside.
 std::string_view objectText(std::string_view text, const std::string& path) {
     if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
     const std::size_t begin = text.find_first_not_of(" \t\r\n");
-    if (begin == std::string_view::npos || text[begin] != '{')
-        throw Error(ErrorKind::kInput, "the file is neither binary glTF nor JSON", path,
-                    "a scene is a .gltf or .glb file");
+    if (begin == std::string_view::npos)
+        failContainer("there is no JSON in it, only white space or nothing", path);
+    if (text[begin] == '[')
+        failContainer("this JSON is not glTF: it is an array, not an object", path, kSceneHint);
+    if (text[begin] != '{')
+        failContainer("the file is neither binary glTF nor a JSON object", path, kSceneHint);
     return text;
 }
 
@@ -70,6 +76,7 @@ GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std:
 
     GltfContainer result;
     std::size_t offset = kHeaderBytes;
+    bool crowded = false;
     for (int chunk = 0; offset < bytes.size(); ++chunk) {
         const std::size_t left = bytes.size() - offset;
         if (left < kChunkHeaderBytes) failTruncated("chunk header", kChunkHeaderBytes, left, path);
@@ -84,7 +91,7 @@ GltfContainer splitGltfContainer(std::span<const std::uint8_t> bytes, const std:
             result.json = {reinterpret_cast<const char*>(data.data()), data.size()};
         } else if (type == kChunkBinary && !result.binary) {
             result.binary = data;
-        } else if (type == kChunkBinary || type == kChunkJson) {
+        } else if ((type == kChunkBinary || type == kChunkJson) && !std::exchange(crowded, true)) {
             warnings.push_back("The file has more chunks than glTF 2.0 allows; they are ignored.");
         }
         offset += chunk_length;

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -27,7 +28,7 @@ struct DracoAttribute {
 /// says it in advance.
 struct DracoLimits {
     std::uint64_t faces = 0, points = 0;
-    int cpu_seconds = 10;  ///< a million triangles take about one
+    int cpu_seconds = 10;
 };
 
 inline constexpr char kDracoHint[] = "compress the file again";
@@ -70,6 +71,8 @@ void decodeMeshoptStream(const MeshoptStream& stream, std::span<std::uint8_t> ou
 struct TextureLimits {
     int max_dimension = 16384;                         ///< width and height, pixels
     std::uint64_t max_bytes = std::uint64_t{1} << 30;  ///< decoded, 4 bytes a pixel
+    /// Told how many bytes will be allocated, before they are; may throw.
+    std::function<void(std::uint64_t bytes)> allow{};
 };
 
 /// The picture as 8-bit RGBA with straight alpha, numbers as stored (no colour conversion, no

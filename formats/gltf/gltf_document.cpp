@@ -4,11 +4,16 @@
 
 #include <algorithm>
 #include <limits>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "core/base/error.h"
+#include "core/base/printable.h"
+#include "core/capture/bands.h"
 #include "formats/file/content_hash.h"
+#include "formats/file/json_text.h"
 #include "formats/file/regular_file.h"
 #include "formats/gltf/gltf_container.h"
 #include "formats/gltf/gltf_parts.h"
@@ -20,7 +25,7 @@ namespace {
 using nlohmann::json;
 
 // Who reads so many warnings has seen enough; a hostile file could have one for each of its bytes.
-constexpr std::size_t kMaxWarnings = 100;
+constexpr std::size_t kMaxWarnings = 100, kMostOfWarning = 1000;
 
 /// Moves an array out of the root object; an empty one if it is not there.
 json take(json& gltf, const char* name) {
@@ -44,18 +49,6 @@ json takeFromNodes(json& gltf, const char* member) {
     return result;
 }
 
-/// tinygltf reads and decodes whatever buffers and images name, in the current folder too, wants a
-/// buffer view for every index accessor, and gives up where an animation or a light is odd. It
-/// never sees any of these: the arrays have been taken out before, and the rest is taken out here.
-json withoutWhatTinygltfMishandles(json gltf) {
-    gltf.erase("extensions");
-    if (const auto meshes = gltf.find("meshes"); meshes != gltf.end())
-        for (json& mesh : *meshes)
-            for (json& primitive : mesh["primitives"])
-                primitive.erase("indices");
-    return gltf;
-}
-
 /// Functions that find no file. tinygltf takes all or none of them, and newer ones have one more.
 template <class Callbacks>
 Callbacks noFiles() {
@@ -74,8 +67,72 @@ Callbacks noFiles() {
     return files;
 }
 
-tinygltf::Model parseModel(const json& gltf, const std::string& path) {
-    const std::string text = withoutWhatTinygltfMishandles(gltf).dump();
+/// The bytes of memory that JSON takes once parsed, about: an element of an array, or a member of
+/// an object with its key.
+constexpr std::uint64_t kElementBytes = 32, kMemberBytes = 112, kContainerBytes = 64;
+
+std::uint64_t parsedBytes(std::string_view text) {
+    std::uint64_t bytes = text.size();
+    bool in_string = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == '"')
+            in_string = !in_string;
+        else if (in_string)
+            i += c == '\\' ? 1 : 0;
+        else if (c == ',')
+            bytes += kElementBytes;
+        else if (c == ':')
+            bytes += kMemberBytes - kElementBytes;
+        else if (c == '{' || c == '[')
+            bytes += kContainerBytes;
+    }
+    return bytes;
+}
+
+/// The bytes that the elements of the arrays take in tinygltf's model and in ours.
+std::uint64_t modelBytes(const json& gltf) {
+    constexpr std::uint64_t kOfElement = sizeof(tinygltf::Node) + sizeof(Node);
+    std::uint64_t elements = 0;
+    for (const json& array : gltf)
+        if (array.is_array()) elements += array.size();
+    return elements * kOfElement;
+}
+
+/// Moves the indices of all primitives out, mesh by mesh.
+std::vector<std::vector<int>> takeIndices(json& gltf) {
+    std::vector<std::vector<int>> indices;
+    const auto meshes = gltf.find("meshes");
+    if (meshes == gltf.end()) return indices;
+    for (json& mesh : *meshes) {
+        std::vector<int>& of_mesh = indices.emplace_back();
+        for (json& primitive : mesh["primitives"]) {
+            of_mesh.push_back(primitive.value("indices", -1));
+            primitive.erase("indices");
+        }
+    }
+    return indices;
+}
+
+/// Erases members of a name from objects, in arrays and objects of these, too.
+void eraseAll(json& value, const char* name) {
+    if (value.is_object()) value.erase(name);
+    if (value.is_structured())
+        for (json& member : value)
+            eraseAll(member, name);
+}
+
+tinygltf::Model parseModel(json gltf, GltfDocument& document, const std::string& path) {
+    // tinygltf reads and decodes whatever buffers and images name, in the current folder too, wants
+    // a buffer view for every index accessor, gives up where an animation or a light is odd, and
+    // takes ten times the memory for extras that nobody asks it for. It never sees any of these:
+    // the arrays have been taken out before, and the rest is taken out here.
+    gltf.erase("extensions");
+    eraseAll(gltf, "extras");
+    const std::vector<std::vector<int>> indices = takeIndices(gltf);
+    document.allow(modelBytes(gltf), path);
+    const std::string text = dumpJson(std::exchange(gltf, {}));
+    document.allow(2 * parsedBytes(text), path);  // tinygltf's JSON, and its own of extensions
     if (text.size() > std::numeric_limits<unsigned int>::max())
         throw Error(ErrorKind::kInput, "the JSON has more than 4 GiB", path,
                     "move the data URIs to files of their own");
@@ -88,6 +145,8 @@ tinygltf::Model parseModel(const json& gltf, const std::string& path) {
     try {
         parsed = parser.LoadASCIIFromString(&model, &problems, &remarks, text.data(),
                                             static_cast<unsigned int>(text.size()), "");
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& problem) {
         problems = problem.what();
     }
@@ -96,11 +155,9 @@ tinygltf::Model parseModel(const json& gltf, const std::string& path) {
             problems.pop_back();
         failGltf("the glTF cannot be read: " + problems, path);
     }
-    if (const auto meshes = gltf.find("meshes"); meshes != gltf.end())
-        for (std::size_t i = 0; i < meshes->size(); ++i)
-            for (std::size_t j = 0; j < model.meshes[i].primitives.size(); ++j)
-                model.meshes[i].primitives[j].indices =
-                    (*meshes)[i]["primitives"][j].value("indices", -1);
+    for (std::size_t i = 0; i < indices.size(); ++i)
+        for (std::size_t j = 0; j < model.meshes[i].primitives.size(); ++j)
+            model.meshes[i].primitives[j].indices = indices[i][j];
     return model;
 }
 
@@ -114,10 +171,8 @@ void readBuffer(GltfDocument& document, const json& buffers, std::size_t index,
         // Without a URI: the binary chunk, or a placeholder for an extension (§3.6.1.2).
         if (index != 0 || !container.binary) return;
         bytes = *container.binary;
-    } else if (const std::string& text = uri->get_ref<const std::string&>(); isDataUri(text)) {
-        bytes = document.storage.emplace_back(decodeDataUri(text, where + "/uri"));
     } else {
-        bytes = document.keep(document.folder.read(text, where + "/uri"));
+        bytes = document.readUri(uri->get_ref<const std::string&>(), where + "/uri");
     }
     const auto length = buffer["byteLength"].get<std::uint64_t>();
     if (length > bytes.size())
@@ -136,11 +191,9 @@ void readBuffers(GltfDocument& document, const json& buffers, const GltfContaine
 
 /// Decodes the compressed views. Where that fails, the view's own bytes stand in for it, if there
 /// are any and options.strict is off.
-void decompressViews(GltfDocument& document, const json& gltf, const json& buffers,
+void decompressViews(GltfDocument& document, const json& views, const json& buffers,
                      const GltfContainer& container, const GltfOptions& options) {
-    const auto views = gltf.find("bufferViews");
-    if (views == gltf.end()) return;
-    for (const MeshoptProblem& problem : decodeMeshoptViews(*views, document, options)) {
+    for (const MeshoptProblem& problem : decodeMeshoptViews(views, document, options)) {
         const auto buffer =
             static_cast<std::size_t>(document.model.bufferViews[problem.view].buffer);
         if (options.strict) throw problem.error;
@@ -182,12 +235,42 @@ void listFiles(GltfDocument& document, const json& buffers, const json& images) 
 
 }  // namespace
 
-void GltfDocument::warn(const std::string& sentence) {
+void GltfDocument::warn(const std::string& text) {
+    const std::string sentence = printable(text, kMostOfWarning);  // names of the file are in it
     if (warnings.size() > kMaxWarnings ||
         std::find(warnings.begin(), warnings.end(), sentence) != warnings.end())
         return;
     warnings.push_back(warnings.size() < kMaxWarnings ? sentence
                                                       : "There is more to warn of than fits here.");
+}
+
+std::span<const std::uint8_t> GltfDocument::readUri(const std::string& uri,
+                                                    const std::string& where) {
+    if (isDataUri(uri)) {
+        allow(uri.size() * 3 / 4, where);
+        return storage.emplace_back(decodeDataUri(uri, where));
+    }
+    const auto [entry, is_new] = read_.try_emplace(uri);
+    if (!is_new) {
+        content_hash = contentHash(std::as_bytes(entry->second), content_hash);
+        return entry->second;
+    }
+    std::error_code unknown;
+    if (const auto file = folder.find(uri))
+        if (const auto size = std::filesystem::file_size(*file, unknown); !unknown)
+            allow(size, where);
+    try {
+        return entry->second = keep(folder.read(uri, where));
+    } catch (...) {
+        read_.erase(entry);
+        throw;
+    }
+}
+
+void GltfDocument::allow(std::uint64_t bytes, const std::string& where) {
+    constexpr std::uint64_t kUnnoticed = 1U << 20U;  // to look at the memory takes a moment
+    if (memory == 0 || (allowed_ += bytes) < kUnnoticed) return;
+    checkReadingMemory(memory, usedBytes(memory) + std::exchange(allowed_, 0), where);
 }
 
 std::span<const std::uint8_t> GltfDocument::keep(std::vector<std::uint8_t> bytes) {
@@ -198,10 +281,14 @@ std::span<const std::uint8_t> GltfDocument::keep(std::vector<std::uint8_t> bytes
 void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
                       const GltfOptions& options) {
     const std::string name = path.string();
+    std::error_code unknown;
+    if (const auto size = std::filesystem::file_size(path, unknown); !unknown)
+        document.allow(size, name);
     const auto bytes = document.keep(readRegularFile(path, options.max_file_bytes));
     if (bytes.empty())
         throw Error(ErrorKind::kInput, "the file is empty", name, "copy or export it again");
     const GltfContainer container = splitGltfContainer(bytes, name, document.warnings);
+    document.allow(parsedBytes(container.json), name);
     json gltf = parseGltfJson(container.json, name);
     checkGltfVersion(gltf, name);
     checkRequiredExtensions(gltf, options.ignored_extensions);
@@ -213,10 +300,11 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     document.node_extensions = takeFromNodes(gltf, "extensions");
     document.node_extras = takeFromNodes(gltf, "extras");
     document.variants = readVariantNames(gltf);
-    document.model = parseModel(gltf, name);
+    const json views = gltf.value("bufferViews", json::array());
+    document.model = parseModel(std::move(gltf), document, name);
     checkGltfModel(document.model);
     readBuffers(document, buffers, container);
-    decompressViews(document, gltf, buffers, container, options);
+    decompressViews(document, views, buffers, container, options);
     decodeDracoPrimitives(document, options);
     listImages(document, images);
     listFiles(document, buffers, images);

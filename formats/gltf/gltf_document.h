@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
@@ -20,7 +21,7 @@ namespace peeler {
 
 struct GltfDocument {
     GltfDocument(const std::filesystem::path& path, const GltfOptions& options)
-        : folder(path, options.max_file_bytes, options.allow_outside) {}
+        : folder(path, options.max_file_bytes, options.allow_outside), memory(options.memory) {}
     GltfDocument(const GltfDocument&) = delete;
     GltfDocument& operator=(const GltfDocument&) = delete;
 
@@ -61,6 +62,18 @@ struct GltfDocument {
     void warn(const std::string& sentence);
     /// Keeps the bytes of a file alive and lets them enter the hash.
     std::span<const std::uint8_t> keep(std::vector<std::uint8_t> bytes);
+    /// The bytes that a URI names, as GltfFolder reads them, kept; `where` is its JSON pointer.
+    /// What several things name is read once.
+    std::span<const std::uint8_t> readUri(const std::string& uri, const std::string& where);
+
+    /// Called before something is allocated that a file can make large: throws Error (kMemory) if
+    /// so many bytes are not within `memory`. Belongs to one thread.
+    void allow(std::uint64_t bytes, const std::string& where);
+    MemoryBudget memory;
+
+  private:
+    std::uint64_t allowed_ = 0;  ///< since the resident memory was looked at
+    std::map<std::string, std::span<const std::uint8_t>> read_;  ///< by URI
 };
 
 /// Reads the file and everything that its buffers name. `document` has been made for this path.

@@ -130,7 +130,10 @@ class DracoReader {
         // Encoders drop degenerate triangles, and do not always say how many vertices come out
         // (Khronos' own 2CylinderEngine: 2012 in an accessor, 2019 in the data): what is there
         // counts. There cannot be more vertices than corners.
-        return {faces, std::max(points, 3 * faces)};
+        // A million triangles take about one second.
+        constexpr std::uint64_t kFacesASecond = 250'000, kMostSeconds = 1000;
+        const std::uint64_t seconds = 1 + std::min(faces / kFacesASecond, kMostSeconds);
+        return {faces, std::max(points, 3 * faces), static_cast<int>(seconds)};
     }
 
     void checkSizes() const {
@@ -151,6 +154,7 @@ class DracoReader {
                 static_cast<double>(point_bytes) * static_cast<double>(limits.points);
             if (needed <= static_cast<double>(options_.max_geometry_bytes - bytes)) {
                 bytes += static_cast<std::uint64_t>(needed);
+                document_.allow(static_cast<std::uint64_t>(needed), job.where);
                 continue;
             }
             throw Error(ErrorKind::kInput,

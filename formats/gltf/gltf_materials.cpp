@@ -3,11 +3,13 @@
 #include "formats/gltf/gltf_parts.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <optional>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/capture/bands.h"
 #include "formats/gltf/gltf_accessor.h"
 #include "formats/gltf/gltf_decoders.h"
 #include "formats/gltf/gltf_schema.h"
@@ -185,9 +187,7 @@ class MaterialReader {
             return AccessorReader(document_).bufferView(source.buffer_view);
         if (source.uri.empty())
             throw Error(ErrorKind::kInput, "it has neither a uri nor a bufferView", where);
-        if (isDataUri(source.uri))
-            return document_.storage.emplace_back(decodeDataUri(source.uri, where + "/uri"));
-        return document_.keep(document_.folder.read(source.uri, where + "/uri"));
+        return document_.readUri(source.uri, where + "/uri");
     }
 
     /// A used image, or what is wrong with it.
@@ -208,15 +208,22 @@ class MaterialReader {
                 decoded_[i].problem = problem;
             }
         }
+        const std::uint64_t used = usedBytes(document_.memory);
+        std::atomic<std::uint64_t> decoded = 0;
         parallelFor(used_images_.size() - first, [&](std::size_t item) {
             Decoded& out = decoded_[first + item];
             if (out.problem) return;
             const auto& source =
                 document_.images[static_cast<std::size_t>(used_images_[first + item])];
+            const auto allow = [&](std::uint64_t more) {
+                checkReadingMemory(
+                    document_.memory, used + (decoded += more),
+                    childPointer("/images", static_cast<std::size_t>(used_images_[first + item])));
+            };
             try {
-                out.image = decodeTexture(bytes[first + item],
-                                          source.name.empty() ? shortUri(source.uri) : source.name,
-                                          {options_.max_image_dimension, options_.max_image_bytes});
+                out.image = decodeTexture(
+                    bytes[first + item], source.name.empty() ? shortUri(source.uri) : source.name,
+                    {options_.max_image_dimension, options_.max_image_bytes, allow});
             } catch (const Error& problem) {
                 out.problem = problem;
             }

@@ -74,10 +74,37 @@ std::uint64_t primitiveBytes(const Primitive& primitive) {
     return sum;
 }
 
+/// The bytes that all primitives together may take.
+class GeometryBudget {
+  public:
+    explicit GeometryBudget(std::uint64_t limit) : limit_(limit) {}
+
+    /// Throws Error (kInput) if there is no room for so many more.
+    void check(std::uint64_t more, const std::string& where) const {
+        if (taken_ + more > limit_)
+            throw Error(
+                ErrorKind::kInput,
+                "the geometry needs more than the limit of " + std::to_string(limit_) + " bytes",
+                where, "split the scene");
+    }
+    void take(std::uint64_t bytes, const std::string& where) {
+        check(bytes, where);
+        taken_ += bytes;
+    }
+
+  private:
+    std::uint64_t limit_, taken_ = 0;
+};
+
 class PrimitiveReader {
   public:
-    PrimitiveReader(GltfDocument& document, const tinygltf::Primitive& source, std::string where)
-        : document_(document), accessors_(document), source_(source), where_(std::move(where)) {}
+    PrimitiveReader(GltfDocument& document, const tinygltf::Primitive& source, std::string where,
+                    const GeometryBudget& budget)
+        : document_(document),
+          accessors_(document),
+          source_(source),
+          where_(std::move(where)),
+          budget_(budget) {}
 
     /// Reads the primitive; false if it draws nothing.
     bool read(Primitive& out) {
@@ -123,6 +150,14 @@ class PrimitiveReader {
                          " elements, POSITION has " + std::to_string(vertex_count_),
                      use);
         components = accessors_.components(found->second);
+        // An accessor without data costs its author nothing, and may be named many times.
+        least_bytes_ +=
+            used_.count * static_cast<std::uint64_t>(components) * sizeof(std::uint16_t);
+        budget_.check(least_bytes_,
+                      childPointer("/accessors", static_cast<std::size_t>(found->second)));
+        // Twice: as numbers and as what is made of them.
+        document_.allow(2 * used_.count * static_cast<std::size_t>(components) * sizeof(float),
+                        use);
         std::vector<float> values = accessors_.floats(found->second, format, used_, use);
         for (float& value : values) {
             if (std::isfinite(value)) continue;
@@ -187,9 +222,10 @@ class PrimitiveReader {
                 vectors<glm::vec3>(from, where, "TANGENT", kDisplacement)};
     }
 
-    std::vector<std::uint32_t> indices() const {
+    std::vector<std::uint32_t> indices() {
         const std::string where = where_ + "/indices";
         std::uint32_t restart = 0;
+        document_.allow(accessors_.count(source_.indices) * sizeof(std::uint32_t), where);
         std::vector<std::uint32_t> result = accessors_.indices(source_.indices, where, restart);
         for (std::size_t i = 0; i < result.size(); ++i) {
             if (result[i] < vertex_count_ && result[i] != restart) continue;
@@ -262,6 +298,8 @@ class PrimitiveReader {
     AccessorReader accessors_;
     const tinygltf::Primitive& source_;
     std::string where_;
+    const GeometryBudget& budget_;
+    std::uint64_t least_bytes_ = 0;  ///< of what has been read, in the scene
     std::size_t vertex_count_ = 0;
     ElementRange used_;  ///< of the vertices
 };
@@ -271,7 +309,7 @@ class PrimitiveReader {
 std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& options,
                                  int default_material) {
     std::vector<Mesh> meshes;
-    std::uint64_t geometry_bytes = 0;
+    GeometryBudget budget(options.max_geometry_bytes);
     meshes.reserve(document.model.meshes.size());
     for (std::size_t i = 0; i < document.model.meshes.size(); ++i) {
         const tinygltf::Mesh& source = document.model.meshes[i];
@@ -290,13 +328,8 @@ std::vector<Mesh> readGltfMeshes(GltfDocument& document, const GltfOptions& opti
             primitive.material = from.material >= 0 ? from.material : default_material;
             primitive.variants = variantMaterials(from, document.variants.size());
             primitive.source.primitive = j;
-            if (!PrimitiveReader(document, from, where).read(primitive)) continue;
-            geometry_bytes += primitiveBytes(primitive);
-            if (geometry_bytes > options.max_geometry_bytes)
-                throw Error(ErrorKind::kInput,
-                            "the geometry needs more than the limit of " +
-                                std::to_string(options.max_geometry_bytes) + " bytes",
-                            where, "split the scene");
+            if (!PrimitiveReader(document, from, where, budget).read(primitive)) continue;
+            budget.take(primitiveBytes(primitive), where);
             mesh.primitives.push_back(std::move(primitive));
         }
     }

@@ -115,6 +115,7 @@ std::vector<MeshoptProblem> decodeMeshoptViews(const json& buffer_views, GltfDoc
                         "the decompressed data needs more than the limit of " +
                             std::to_string(options.max_geometry_bytes) + " bytes",
                         job.where, "split the scene");
+        document.allow(job.stream.count * job.stream.stride, job.where);
     }
     document.decoded_views.resize(buffer_views.size());
     for (MeshoptJob& job : jobs)

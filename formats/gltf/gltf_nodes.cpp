@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "formats/file/json_text.h"
 #include "formats/gltf/gltf_accessor.h"
 #include "formats/gltf/gltf_schema.h"
 
@@ -45,7 +46,7 @@ std::vector<std::pair<std::string, std::string>> scalarsOf(const json& extras) {
         if (value.is_string())
             scalars.emplace_back(key, value.get<std::string>());
         else if (value.is_number() || value.is_boolean())
-            scalars.emplace_back(key, value.dump());
+            scalars.emplace_back(key, dumpJson(value));
     }
     return scalars;
 }
@@ -176,6 +177,7 @@ class NodeReader {
 
     /// Takes bytes from what the limit allows: the nodes of a small file may need much room.
     void takeBytes(std::uint64_t bytes, const std::string& where) {
+        document_.allow(bytes, where);
         bytes_ += bytes;
         if (bytes_ > options_.max_geometry_bytes)
             throw Error(ErrorKind::kInput,
@@ -200,6 +202,7 @@ class NodeReader {
             skin.name = name->get<std::string>();
         skin.joints = source["joints"].get<std::vector<int>>();
         if (skin.joints.empty()) failGltf("a skin has at least one joint", where + "/joints");
+        document_.allow(skin.joints.size() * (sizeof(glm::dmat4) + 16 * sizeof(float)), where);
         skin.inverse_bind.assign(skin.joints.size(), glm::dmat4(1));
         const auto matrices = source.find("inverseBindMatrices");
         if (matrices == source.end()) return skin;

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "formats/file/atomic_file.h"
+#include "formats/file/json_text.h"
 #include "formats/file/regular_file.h"
 #include "formats/gltf/gltf_container.h"
 #include "formats/gltf/gltf_parts.h"
@@ -235,7 +236,7 @@ void GltfPackage::write(const std::string& path) {
     static constexpr std::array<std::byte, kContainerAlignment> kZeros{};
     if (size_ == 0) append(storage_.emplace_back(kContainerAlignment));  // no buffer may be empty
     json_["buffers"][0]["byteLength"] = size_;
-    std::string text = json_.dump();
+    std::string text = dumpJson(json_);
     text.resize(padded(text.size()), ' ');
     constexpr std::uint64_t kHeaders = 12 + 8 + 8;
     const std::uint64_t total = kHeaders + text.size() + size_;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/memory_budget.h"
 #include "core/scene/scene.h"
 
 #pragma GCC visibility push(default)
@@ -31,6 +32,8 @@ struct GltfOptions {
     /// same bytes of a small file.
     std::uint64_t max_geometry_bytes = std::uint64_t{16} << 30;
     int max_image_dimension = 16384;  ///< width and height, pixels
+    /// Reading keeps within it: what would not fit is refused (kMemory) before it is allocated.
+    MemoryBudget memory{};
 };
 
 /// Reads the scene; whether it is JSON or binary is told by the content. Coordinates stay those of

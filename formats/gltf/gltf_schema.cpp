@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "formats/file/json_text.h"
 
 namespace peeler {
 namespace {
@@ -82,7 +83,7 @@ class SchemaCheck {
                 break;
             case SchemaKind::kEnum:
                 integer(value, pointer, 0, kIntMax);
-                if (!listed(rule.of, value.dump()))
+                if (!listed(rule.of, dumpJson(value)))
                     refuse(pointer, "must be one of " + std::string(rule.of), value);
                 break;
             case SchemaKind::kIndex:

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -34,6 +35,33 @@ constexpr TextureFormat kTextureFormats[] = {
     {"jpeg", "\xFF\xD8\xFF", "", withoutJpegMetadata},
     {"webp", "RIFF", "WEBP", withoutWebpMetadata},
 };
+
+/// The size that a WebP picture says it has (RFC 9649 and RFC 6386), whose decoder takes all of its
+/// memory before it tells; nothing where its header is damaged.
+std::optional<StoredImage> webpSize(std::span<const std::uint8_t> bytes) {
+    constexpr std::size_t kHeader = 30;
+    if (bytes.size() < kHeader) return std::nullopt;
+    const auto number = [&](std::size_t at, std::size_t size) {
+        std::uint32_t value = 0;
+        for (std::size_t i = size; i-- > 0;)
+            value = value << 8U | bytes[at + i];
+        return value;
+    };
+    const std::string_view kind(reinterpret_cast<const char*>(bytes.data()) + 12, 4);
+    StoredImage stored;
+    stored.channels = {"R", "G", "B", "A"};
+    const auto set = [&](std::uint32_t width, std::uint32_t height) {
+        stored.width = static_cast<int>(width);
+        stored.height = static_cast<int>(height);
+        return stored;
+    };
+    constexpr std::uint32_t kFourteenBits = 0x3FFF;
+    if (kind == "VP8X") return set(number(24, 3) + 1, number(27, 3) + 1);
+    if (kind == "VP8L")
+        return set((number(21, 4) & kFourteenBits) + 1, (number(21, 4) >> 14U & kFourteenBits) + 1);
+    if (kind == "VP8 ") return set(number(26, 2) & kFourteenBits, number(28, 2) & kFourteenBits);
+    return std::nullopt;
+}
 
 void checkTextureSize(const StoredImage& stored, const TextureLimits& limits) {
     if (stored.width < 1 || stored.height < 1 || stored.depth > 1 || stored.channels.empty())
@@ -80,11 +108,25 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
     const std::vector<std::uint8_t> reduced = format->reduce(bytes);
     static std::once_flag limits_set;
     std::call_once(limits_set, [] { limitDecodedSize(4096); });
+    const auto bytesFor =
+        [](const StoredImage& stored) {  // a decoder may hold what is stored besides
+            return static_cast<std::uint64_t>(stored.width) *
+                   static_cast<std::uint64_t>(stored.height) * (4 + stored.channels.size());
+        };
+    const bool is_webp =
+        format->name == std::string_view("webp");  // decoded as a whole when it is opened
+    if (is_webp) {
+        const auto stored = webpSize(bytes);
+        if (!stored) failTexture("the WebP header is damaged");
+        checkTextureSize(*stored, limits);
+        if (limits.allow) limits.allow(bytesFor(*stored));
+    }
     try {
         const auto decoder =
             imageDecoder(format->name, "texture." + std::string(format->name), reduced);
         const StoredImage& stored = decoder->image();
         checkTextureSize(stored, limits);
+        if (limits.allow && !is_webp) limits.allow(bytesFor(stored));
 
         Image image;
         image.name = name;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "core/base/error.h"
 #include "core/shading/constants.h"
@@ -29,9 +28,6 @@ std::uint64_t hashOf(const Environment& environment) {
 
 Environment readEnvironment(const std::string& path, const EnvironmentLimits& limits) {
     constexpr const char* kFormats = "give an equirectangular picture as .hdr (Radiance) or .exr";
-    std::error_code failure;
-    if (std::filesystem::exists(path, failure) && !std::filesystem::is_regular_file(path, failure))
-        failEnvironment("cannot read: it is not a regular file", path, kFormats);
     const FileKind kind = fileKind(path);
     if (kind != FileKind::kHdr && kind != FileKind::kExr)
         failEnvironment("an environment is neither a Radiance nor an OpenEXR file", path, kFormats);

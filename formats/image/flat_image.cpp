@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -14,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "formats/file/file_name.h"
+#include "formats/file/regular_file.h"
 #include "formats/image/image_library.h"
 #include "formats/image/image_metadata.h"
 
@@ -54,10 +53,8 @@ struct Input {
 
 void openDecoder(const std::string& path, const Plugin& plugin, Input& input) {
     if (plugin.reduce) {
-        std::ifstream file(path, std::ios::binary);
-        const std::vector<char> stored{std::istreambuf_iterator<char>(file), {}};
-        input.bytes =
-            plugin.reduce({reinterpret_cast<const std::uint8_t*>(stored.data()), stored.size()});
+        constexpr auto kAll = std::numeric_limits<std::uint64_t>::max();
+        input.bytes = plugin.reduce(readRegularFile(path, kAll));
     }
     input.decoder = imageDecoder(plugin.name, path, input.bytes);
 }

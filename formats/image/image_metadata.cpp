@@ -26,6 +26,16 @@ std::uint32_t bigEndian(std::span<const std::uint8_t> bytes, std::size_t offset,
     return value;
 }
 
+/// Refuses a JPEG of very many scans: every one may be a few bytes and goes through all blocks of
+/// the picture once more. Encoders write ten. Within a scan 0xFF stands before a marker or a zero.
+void checkScans(std::span<const std::uint8_t> scans) {
+    constexpr int kMostScans = 100;
+    int count = 0;
+    for (std::size_t i = 0; i + 1 < scans.size(); ++i)
+        if (scans[i] == 0xFF && scans[i + 1] == 0xDA && ++count > kMostScans)
+            failToDecode("the JPEG has more than " + std::to_string(kMostScans) + " scans");
+}
+
 std::uint32_t littleEndian(std::span<const std::uint8_t> bytes, std::size_t offset) {
     std::uint32_t value = 0;
     for (std::size_t i = 4; i-- > 0;)
@@ -81,6 +91,7 @@ std::vector<std::uint8_t> withoutJpegMetadata(std::span<const std::uint8_t> byte
         const std::size_t length = bigEndian(bytes, offset + 2, 2) + 2;
         if (length > bytes.size() - offset) failToDecode("the JPEG is truncated");
         if (marker == kStartOfScan) {
+            checkScans(bytes.subspan(offset));
             result.insert(result.end(), bytes.begin() + static_cast<std::ptrdiff_t>(offset),
                           bytes.end());
             return result;

@@ -236,14 +236,13 @@ std::span<float> onePerPixel(const Window& window, LayeredImage& image) {
 namespace {
 
 template <class Sample>
-void writeGrey(const std::string& path, int width, int height, std::span<const Sample> samples,
+void writeGrey(AtomicFile& file, int width, int height, std::span<const Sample> samples,
                const std::string& software) {
-    AtomicFile file(path);
     AtomicTarget target(file);
     std::string problem;
     try {
         const auto encoder = imageEncoder("png");
-        ImageToEncode image{path, width, height, 1};
+        ImageToEncode image{file.path(), width, height, 1};
         image.bits = static_cast<int>(8 * sizeof(Sample));
         image.software = software;
         encoder->open(image, target);
@@ -253,20 +252,19 @@ void writeGrey(const std::string& path, int width, int height, std::span<const S
         problem = "cannot write: " + std::string(error.what());
     }
     if (target.failure) std::rethrow_exception(target.failure);
-    if (!problem.empty()) throw Error(ErrorKind::kOutput, problem, path);
-    file.commit();
+    if (!problem.empty()) throw Error(ErrorKind::kOutput, problem, file.path());
 }
 
 }  // namespace
 
-void writeGreyPng(const std::string& path, int width, int height,
-                  std::span<const std::uint8_t> samples, const std::string& software) {
-    writeGrey(path, width, height, samples, software);
+void writeGreyPng(AtomicFile& file, int width, int height, std::span<const std::uint8_t> samples,
+                  const std::string& software) {
+    writeGrey(file, width, height, samples, software);
 }
 
-void writeGreyPng(const std::string& path, int width, int height,
-                  std::span<const std::uint16_t> samples, const std::string& software) {
-    writeGrey(path, width, height, samples, software);
+void writeGreyPng(AtomicFile& file, int width, int height, std::span<const std::uint16_t> samples,
+                  const std::string& software) {
+    writeGrey(file, width, height, samples, software);
 }
 
 ImageWriter::ImageWriter(std::string path, OutputOptions options, PictureAlpha alpha)

@@ -85,13 +85,14 @@ class ImageWriter : public Sink {
     StageTimes times_;
 };
 
-/// Writes a picture of grey samples of 8 bits, row-major, as a PNG, whole or not at all. They are
-/// stored as they are. `software` stands in the file unless empty. Throws Error (kOutput).
-void writeGreyPng(const std::string& path, int width, int height,
-                  std::span<const std::uint8_t> samples, const std::string& software = {});
+/// Writes a picture of grey samples of 8 bits, row-major, as a PNG into a file that is left to be
+/// committed. They are stored as they are. `software` stands in the file unless empty. Throws Error
+/// (kOutput).
+void writeGreyPng(AtomicFile& file, int width, int height, std::span<const std::uint8_t> samples,
+                  const std::string& software = {});
 /// The same of 16 bits.
-void writeGreyPng(const std::string& path, int width, int height,
-                  std::span<const std::uint16_t> samples, const std::string& software = {});
+void writeGreyPng(AtomicFile& file, int width, int height, std::span<const std::uint16_t> samples,
+                  const std::string& software = {});
 
 /// Makes `image` one fragment at Z = 0 in every pixel of the window, which is how writers take a
 /// finished picture. Returns the room for their colours, row-major: premultiplied linear RGBA in

@@ -3,6 +3,7 @@
 // nothing else to them.
 #include "formats/image/image_codecs.h"
 
+#include <fcntl.h>
 #include <spng.h>
 
 #include <algorithm>
@@ -13,11 +14,14 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/file/regular_file.h"
+
 namespace peeler {
 namespace {
 
 void check(int result) {
-    if (result == SPNG_EMEM) throw std::bad_alloc();
+    // zlib's state cannot be made for want of memory alone.
+    if (result == SPNG_EMEM || result == SPNG_EZLIB_INIT) throw std::bad_alloc();
     if (result != SPNG_OK) throw std::runtime_error("PNG: " + std::string(spng_strerror(result)));
 }
 
@@ -96,9 +100,13 @@ using File = std::unique_ptr<std::FILE, Close>;
 class PngDecoder final : public ImageDecoder {
   public:
     PngDecoder(const std::string& path, std::span<const std::uint8_t> bytes) : bytes_(bytes) {
-        if (bytes_.empty()) file_.reset(std::fopen(path.c_str(), "rbe"));
-        if (bytes_.empty() && !file_)
-            throw std::runtime_error("could not open file \"" + path + "\"");
+        if (bytes_.empty()) {
+            const RegularFile file(path);
+            file.check();
+            const int own = fcntl(file.descriptor(), F_DUPFD_CLOEXEC, 0);
+            file_.reset(own < 0 ? nullptr : fdopen(own, "rb"));
+            if (!file_) throw std::bad_alloc();
+        }
         const Context png = opened();
         check(spng_get_ihdr(png.get(), &header_));
         // This reads on to the pixels, so it tells what is wrong with anything before them.

@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "formats/file/atomic_file.h"
+#include "formats/file/json_text.h"
 #include "formats/file/regular_file.h"
 #include "formats/image/image_writer.h"
 #include "formats/masks/mask_json.h"
@@ -133,8 +134,7 @@ MaskFolder::Record MaskFolder::readRecord(std::size_t view) const {
     Record record;
     std::error_code failure;
     if (!fs::exists(this->record(view), failure)) return record;
-    const auto bytes = readRegularFile(this->record(view), kMostRecordBytes);
-    const auto json = nlohmann::json::parse(bytes.begin(), bytes.end(), nullptr, false);
+    const auto json = parseJsonOrNull(readRegularText(this->record(view), kMostRecordBytes));
     if (!json.is_object()) return record;
     bool whole = true;
     const auto number = [&](const char* key) -> std::uint64_t {
@@ -181,20 +181,29 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
                                   {"masks", std::max(masks, before.masks)},
                                   {"layers", std::max(pictures, before.layers)}};
     // From here on it is known which files may be there, whatever ends the process.
-    textFile(record(view.number), begun.dump() + '\n')->commit();
+    textFile(record(view.number), dumpJson(begun) + '\n')->commit();
 
     const std::vector<fs::path> names = files(view.number, 0, masks, 0, pictures);
-    parallelFor(names.size(), [&](std::size_t i) {
-        const std::string path = names[i].string();
+    const auto write_picture = [&](AtomicFile& file, std::size_t i) {
         if (i >= 2 * masks) {
             const auto layer = view.layers.layer(static_cast<std::uint32_t>(i - 2 * masks));
-            return writeGreyPng(path, width, height, layer, options_.software);
+            return writeGreyPng(file, width, height, layer, options_.software);
         }
         const ObjectMasks& of = view.masks[listed[i / 2]];
         std::vector<std::uint8_t> bytes(crop.pixels());
         (i % 2 == 0 ? of.amodal : of.visible).fill(255, bytes);
-        writeGreyPng(path, width, height, bytes, options_.software);
-    });
+        writeGreyPng(file, width, height, bytes, options_.software);
+    };
+    // Some at once, since most of what they take is waiting for the disk.
+    constexpr std::size_t kAtOnce = 128;
+    for (std::size_t first = 0; first < names.size(); first += kAtOnce) {
+        std::vector<std::unique_ptr<AtomicFile>> some(std::min(kAtOnce, names.size() - first));
+        parallelFor(some.size(), [&](std::size_t i) {
+            some[i] = std::make_unique<AtomicFile>(names[first + i].string());
+            write_picture(*some[i], first + i);
+        });
+        commitAll(some);
+    }
     for (const fs::path& file : files(view.number, masks, before.masks, pictures, before.layers))
         removeFile(file);
 
@@ -206,7 +215,7 @@ std::uint64_t MaskFolder::write(const MaskedView& view) const {
     json["masks"] = masks;
     json["layers"] = pictures;
     json["bytes"] = bytes;
-    const auto last = textFile(record(view.number), json.dump() + '\n');
+    const auto last = textFile(record(view.number), dumpJson(json) + '\n');
     last->commit();
     return bytes + last->size();
 }
@@ -225,9 +234,9 @@ void MaskFolder::writeShared(std::size_t views) const {
         append(i, texts[i].begin(options_.by, objects_));
     // Record by record, so that a million views take no more memory than one.
     for (std::size_t view = 0; view < views; ++view) {
-        const auto bytes = readRegularFile(record(view), kMostRecordBytes);
+        const std::string text = readRegularText(record(view), kMostRecordBytes);
         try {
-            const auto json = nlohmann::json::parse(bytes.begin(), bytes.end());
+            const auto json = parseJson(text, record(view).string());
             for (std::size_t i = 0; i < texts.size(); ++i)
                 append(i, texts[i].add(view, json));
         } catch (const nlohmann::json::exception& error) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/scene/camera_choice.h"
+#include "formats/file/json_text.h"
 
 namespace peeler {
 
@@ -12,10 +13,6 @@ namespace {
 using nlohmann::json;
 
 constexpr double kMillimetresAMetre = 1000;
-
-std::string compactText(const json& value) {
-    return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
 
 /// Rotation, row after row, and translation in millimetres, as two members of `to`.
 void addRigid(const glm::dmat4& matrix, const std::string& names, json& to) {
@@ -99,7 +96,7 @@ std::string categoriesText(std::span<const MaskedObject> objects) {
     for (std::size_t i = 0; i < objects.size(); ++i)
         text +=
             (i == 0 ? "\n    " : ",\n    ") +
-            compactText({{"id", i + 1}, {"name", objects[i].name}, {"supercategory", "object"}});
+            dumpJson(json{{"id", i + 1}, {"name", objects[i].name}, {"supercategory", "object"}});
     return text;
 }
 
@@ -152,13 +149,13 @@ std::string SharedJson::begin(const std::string& by, std::span<const MaskedObjec
                "\n\"categories\": [" +
                categoriesText(objects) + "],\n\"annotations\": [";
     if (name_ != "objects.json") return "{";
-    std::string text = "{\"by\": " + compactText(by) + ", \"objects\": [";
+    std::string text = "{\"by\": " + dumpJson(json(by)) + ", \"objects\": [";
     for (std::size_t i = 0; i < objects.size(); ++i) {
         json entry = {{"object", i + 1}, {"name", objects[i].name}};
         if (objects[i].node) entry["nodeIndex"] = *objects[i].node;
         if (objects[i].instance) entry["instance"] = *objects[i].instance;
         if (objects[i].material) entry["materialIndex"] = *objects[i].material;
-        text += (i == 0 ? "\n    " : ",\n    ") + compactText(entry);
+        text += (i == 0 ? "\n    " : ",\n    ") + dumpJson(entry);
     }
     return text + "]}\n";
 }
@@ -166,18 +163,18 @@ std::string SharedJson::begin(const std::string& by, std::span<const MaskedObjec
 std::string SharedJson::add(std::size_t view, const json& record) {
     if (name_ == "objects.json") return "";
     const bool first = std::exchange(first_, false);
-    if (name_ == "camera.json") return first ? compactText(record.at("camera")) + '\n' : "";
+    if (name_ == "camera.json") return first ? dumpJson(record.at("camera")) + '\n' : "";
     if (name_ != "coco.json") {
         const std::string member = name_.substr(0, name_.find('.'));
         return (first ? "\n  \"" : ",\n  \"") + std::to_string(view) +
-               "\": " + compactText(record.at(member));
+               "\": " + dumpJson(record.at(member));
     }
-    held_ += (first ? "\n    " : ",\n    ") + compactText(record.at("coco_image"));
+    held_ += (first ? "\n    " : ",\n    ") + dumpJson(record.at("coco_image"));
     std::string text;
     for (json annotation : record.at("coco_annotations")) {
         annotation["id"] = ++annotations_;
         annotation["image_id"] = view;
-        text += (annotations_ == 1 ? "\n    " : ",\n    ") + compactText(annotation);
+        text += (annotations_ == 1 ? "\n    " : ",\n    ") + dumpJson(annotation);
     }
     return text;
 }

@@ -36,13 +36,19 @@ std::uint64_t addressSpace() {
     return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// A host may have limits that are lower.
-void limit(int resource, std::uint64_t value) {
+/// A host may have limits that are lower. Unless `for_good`, another may follow.
+void limit(int resource, std::uint64_t value, bool for_good = true) {
     struct rlimit both {};
     if (getrlimit(static_cast<__rlimit_resource>(resource), &both) != 0) return;
-    both.rlim_max = std::min<rlim_t>(both.rlim_max, value);
-    both.rlim_cur = both.rlim_max;
+    both.rlim_cur = std::min<rlim_t>(both.rlim_max, value);
+    if (for_good) both.rlim_max = both.rlim_cur;
     setrlimit(static_cast<__rlimit_resource>(resource), &both);
+}
+
+void limitMemoryTo(std::uint64_t bytes, bool for_good) {
+    limit(RLIMIT_FSIZE, bytes, for_good);
+    if (kLimitsMemory && address_space_at_start > 0)
+        limit(RLIMIT_AS, address_space_at_start + bytes, for_good);
 }
 
 void putText(SharedFile& file, const std::string& text) {
@@ -72,9 +78,7 @@ void workOn(SharedFile& request, SharedFile& result, HelperWork work) {
 }  // namespace
 
 void limitMemory(std::uint64_t bytes) {
-    limit(RLIMIT_FSIZE, bytes);
-    if (kLimitsMemory && address_space_at_start > 0)
-        limit(RLIMIT_AS, address_space_at_start + bytes);
+    limitMemoryTo(bytes, true);
 }
 
 void helperMain(int count, char** arguments, HelperWork work) {
@@ -82,8 +86,15 @@ void helperMain(int count, char** arguments, HelperWork work) {
     limit(RLIMIT_CORE, 0);
     limit(RLIMIT_CPU, std::strtoull(arguments[1], nullptr, 10));
     address_space_at_start = addressSpace();
+    const off_t request_bytes = lseek(STDIN_FILENO, 0, SEEK_END);
+    constexpr std::uint64_t kOfRequest = 16;
+    limitMemoryTo(
+        kFirstMemory + kOfRequest * static_cast<std::uint64_t>(std::max<off_t>(0, request_bytes)),
+        false);
     limit(RLIMIT_NOFILE, 0);
+    limit(RLIMIT_NPROC, 0);
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+    limitSystemCalls();  // where there is no such limit, those above have to do
     try {
         SharedFile request(STDIN_FILENO), result(STDOUT_FILENO, sizeof(HelperState));
         HelperState state = HelperState::kDone;

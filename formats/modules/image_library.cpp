@@ -4,9 +4,17 @@
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+#include <fcntl.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstdio>
+#include <memory>
 #include <optional>
 #include <stdexcept>
+
+#include "core/base/error.h"
+#include "formats/file/regular_file.h"
 
 namespace peeler {
 namespace {
@@ -27,6 +35,31 @@ StoredImage storedImage(const OIIO::ImageSpec& spec) {
     return image;
 }
 
+/// A stream of a file as RegularFile opens it: the library's own plugins would wait for a pipe. It
+/// is a FILE since the plugin of JPEG reads nothing else.
+struct FileStream {
+    explicit FileStream(const std::string& path) {
+        const RegularFile file(path);
+        file.check();
+        const int descriptor = ::fcntl(file.descriptor(), F_DUPFD_CLOEXEC, 0);
+        stream = descriptor < 0 ? nullptr : ::fdopen(descriptor, "rb");
+        if (stream) return;
+        const int error = errno;
+        if (descriptor >= 0) ::close(descriptor);
+        failToOpen(path, error);
+    }
+    ~FileStream() { std::fclose(stream); }
+    FileStream(const FileStream&) = delete;
+    FileStream& operator=(const FileStream&) = delete;
+
+    std::FILE* stream;
+};
+
+class FileProxy final : FileStream, public OIIO::Filesystem::IOFile {
+  public:
+    explicit FileProxy(const std::string& path) : FileStream(path), IOFile(stream, Read) {}
+};
+
 class Decoder final : public ImageDecoder {
   public:
     Decoder(const std::string& format, const std::string& path,
@@ -38,12 +71,12 @@ class Decoder final : public ImageDecoder {
         }
         OIIO::ImageSpec config;
         config.attribute("oiio:UnassociatedAlpha", 1);
-        OIIO::Filesystem::IOProxy* proxy = nullptr;
-        if (!bytes.empty()) {
-            memory_.emplace(bytes.data(), bytes.size());
-            proxy = &*memory_;
-            config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-        }
+        if (bytes.empty())
+            proxy_ = std::make_unique<FileProxy>(path);
+        else
+            proxy_ = std::make_unique<OIIO::Filesystem::IOMemReader>(bytes.data(), bytes.size());
+        OIIO::Filesystem::IOProxy* const proxy = proxy_.get();
+        config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
         OIIO::ImageSpec spec;
         check(input_->open(path, spec, config));
         refuseOddInks(spec);
@@ -72,7 +105,7 @@ class Decoder final : public ImageDecoder {
         if (!success) fail(input_->geterror());
     }
 
-    std::optional<OIIO::Filesystem::IOMemReader> memory_;
+    std::unique_ptr<OIIO::Filesystem::IOProxy> proxy_;  // declared before what uses it
     std::unique_ptr<OIIO::ImageInput> input_;
     StoredImage image_;
 };

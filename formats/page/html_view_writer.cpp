@@ -27,6 +27,7 @@
 #include "core/views/surface_cells.h"
 #include "formats/file/atomic_file.h"
 #include "formats/file/content_hash.h"
+#include "formats/file/json_text.h"
 
 namespace peeler {
 namespace {
@@ -194,7 +195,7 @@ std::string base64(std::span<const std::uint8_t> bytes) {
 /// JSON for a <script> element: nothing in it may look like a tag.
 std::string scriptText(const Json& value) {
     std::string text;
-    for (const char c : value.dump(-1, ' ', true, Json::error_handler_t::replace)) {
+    for (const char c : dumpJson(value, -1, true)) {
         if (c == '<')
             text += "\\u003c";
         else

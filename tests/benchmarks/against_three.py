@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import os
 import shutil
 import subprocess
 import sys
@@ -28,7 +27,7 @@ from urllib.parse import quote, unquote
 import numpy as np
 
 from flip import encoded, flip
-from machine import ROOT
+from machine import ASSETS, ROOT
 from reasons import THREE
 from side_by_side import run, say
 from three_scenes import ENVIRONMENTS, MADE, MODELS
@@ -296,7 +295,6 @@ def main() -> int:
     parser.add_argument("--size", type=int, default=512, help="pixels a side (default: 512)")
     parser.add_argument("--samples", type=int, default=16, help="places in a pixel (default: 16)")
     options = parser.parse_args()
-    assets = Path(os.environ.get("PEELER_ASSETS", ROOT.parent / "shared" / "assets"))
     folder = options.build.resolve() / "against-three"
     folder.mkdir(parents=True, exist_ok=True)
     images = {name: make() for name, make in ENVIRONMENTS.items()}
@@ -310,7 +308,7 @@ def main() -> int:
     try:
         with tempfile.TemporaryDirectory() as scratch:
             only = options.only.split(";") if options.only else None
-            for scene in scenes(assets, Path(scratch), only, skipped):
+            for scene in scenes(ASSETS, Path(scratch), only, skipped):
                 try:
                     rows[scene.name] = bench.measured(scene)
                     print(line(scene.name, rows[scene.name]), flush=True)

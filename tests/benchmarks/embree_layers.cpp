@@ -14,9 +14,6 @@
 namespace peeler::benchmark {
 namespace {
 
-/// Distance above (positive floats sort like their bits), primitive below: sorted as one number.
-using Hit = std::uint64_t;
-
 /// The triangles whose hits are judged alike.
 struct Surface {
     const Material* material = nullptr;  ///< null: no alpha test
@@ -29,8 +26,8 @@ struct Surface {
 
 /// Where the hits of a packet's rays go.
 struct Collector {
-    test::EmbreeContext context{};  // first: Embree hands this pointer back
-    std::vector<Hit> hits[16]{};    // by the rays' ids
+    test::EmbreeContext context{};      // first: Embree hands this pointer back
+    std::vector<EmbreeHit> hits[16]{};  // by the rays' ids
 };
 
 float wrapped(float coordinate, int wrap) {
@@ -90,7 +87,7 @@ void collect(const RTCFilterFunctionNArguments* arguments) {
                 continue;
         }
         collector->hits[RTCRayN_id(ray, n, i)].push_back(
-            Hit{std::bit_cast<std::uint32_t>(RTCRayN_tfar(ray, n, i))} << 32U | primitive);
+            EmbreeHit{std::bit_cast<std::uint32_t>(RTCRayN_tfar(ray, n, i))} << 32U | primitive);
     }
 }
 
@@ -174,12 +171,13 @@ void intersect(const int* valid, RTCScene scene, test::EmbreeContext& context, R
 
 /// The fragments of a strip of rows, like a band: lists one after the other.
 struct Strip {
-    std::vector<Hit> hits{};
+    std::vector<EmbreeHit> hits{};
     std::vector<std::uint32_t> ends{};  ///< of each pixel's list
 };
 
 template <class RayHit, int kColumns, int kRows>
-std::uint64_t traceStrip(RTCScene scene, const Rays& rays, const Window& window) {
+std::uint64_t traceStrip(RTCScene scene, const Rays& rays, const Window& window,
+                         const TakeHits& take) {
     static thread_local Strip strip;  // its storage is used again
     static thread_local Collector collector;
     collector.context = test::embreeContext(test::RayOrder::kCoherent);
@@ -198,8 +196,11 @@ std::uint64_t traceStrip(RTCScene scene, const Rays& rays, const Window& window)
             }
             intersect(valid, scene, collector.context, &packet);
             for (std::size_t lane = 0; lane < std::size(valid); ++lane) {
-                std::vector<Hit>& list = collector.hits[lane];
+                std::vector<EmbreeHit>& list = collector.hits[lane];
                 std::sort(list.begin(), list.end());
+                const int x = x0 + static_cast<int>(lane) % kColumns;
+                const int y = y0 + static_cast<int>(lane) / kColumns;
+                if (take && x < window.x1 && y < window.y1) take(x, y, list);
                 strip.hits.insert(strip.hits.end(), list.begin(), list.end());
                 strip.ends.push_back(static_cast<std::uint32_t>(strip.hits.size()));
             }
@@ -303,7 +304,7 @@ void EmbreeLayers::build() {
     rtcCommitScene(state_->scene);
 }
 
-std::uint64_t EmbreeLayers::trace(const View& view, Packet packet) {
+std::uint64_t EmbreeLayers::trace(const View& view, Packet packet, const TakeHits& take) {
     constexpr int kStrip = 16;
     const Rays rays(view);
     const auto strips = static_cast<std::size_t>((view.height + kStrip - 1) / kStrip);
@@ -314,7 +315,7 @@ std::uint64_t EmbreeLayers::trace(const View& view, Packet packet) {
     parallelFor(strips, [&](std::size_t i) {
         const int y0 = static_cast<int>(i) * kStrip;
         hits += trace_strip(state_->scene, rays,
-                            {0, y0, view.width, std::min(view.height, y0 + kStrip)});
+                            {0, y0, view.width, std::min(view.height, y0 + kStrip)}, take);
     });
     return hits;
 }

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,12 @@ namespace peeler::benchmark {
 
 /// How many rays are traced at once.
 enum class Packet : std::uint8_t { k1 = 1, k8 = 8, k16 = 16 };
+
+/// The bits of a distance above (positive floats sort like their bits), the primitive below.
+using EmbreeHit = std::uint64_t;
+
+/// What becomes of a pixel's hits, nearest first. Called by several threads at once.
+using TakeHits = std::function<void(int x, int y, std::span<const EmbreeHit> hits)>;
 
 /// Traces the triangles that peeler rasterises, with the same threads, by the same rules: back
 /// faces are culled (or with Faces::kBoth are not), and alpha is tested (the base colour's texture,
@@ -33,7 +41,8 @@ class EmbreeLayers {
 
     /// Finds and sorts all hits, between the camera's near and far plane, of a ray through every
     /// pixel's sample; returns how many there are. They are kept until their strip of rows is done.
-    std::uint64_t trace(const View& view, Packet packet);
+    /// A distance is a camera Z.
+    std::uint64_t trace(const View& view, Packet packet, const TakeHits& take = {});
 
     std::string version() const;
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Dict
 
 ROOT = Path(__file__).resolve().parents[2]
+ASSETS = Path(os.environ.get("PEELER_ASSETS", ROOT.parent / "shared" / "assets"))
 PACKAGES = {"Embree": "libembree-dev", "VTK": "python3-vtk9", "f3d": "f3d", "OpenEXR": "libopenexr-dev",
             "OpenImageIO": "libopenimageio-dev"}
 

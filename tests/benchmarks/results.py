@@ -12,19 +12,17 @@ machine that it was measured with.
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import subprocess
 import sys
 from pathlib import Path
 from typing import Dict, Iterator, List, NamedTuple, Tuple
 
-from machine import ROOT, facts
+from machine import ASSETS, ROOT, facts
 from side_by_side import say
 
 RESULTS = ROOT / "tests/benchmarks/RESULTS.md"
 README = ROOT / "README.md"
-ASSETS = Path(os.environ.get("PEELER_ASSETS", ROOT.parent / "shared" / "assets"))
 ENGINE, GLASSES, PLANT, JELLYFISH = (f"examples/scenes/{name}.glb" for name in ("engine", "glasses", "plant", "jellyfish"))
 MODELS = "{assets}/gltf-sample-assets/"
 DUCK, HELMET = MODELS + "Duck/glTF-Binary/Duck.glb", MODELS + "DamagedHelmet/glTF-Binary/DamagedHelmet.glb"
@@ -55,6 +53,12 @@ SECTIONS: Dict[str, Section] = {
         "What the CPU finds of rays without GL, and what is made of that, beside Embree in turn; ratios are ours to theirs, of "
         "medians. What each row is: [tests/README.md](../README.md#measured-side-by-side).",
         (("table.py", "--build", "{build}", "--rows", "bundle,bundles,maps,hits,baking,growth"),)),
+    "many-views": Section(
+        "Many views",
+        "Many views by one process; views of every sample model of 500 triangles or more as a data set has them, beside the "
+        "depths of their layers by Embree; masks of all objects, beside a render of each. Ratios are ours to theirs, of "
+        "medians. What each row is: [tests/README.md](../README.md#measured-side-by-side).",
+        (("table.py", "--build", "{build}", "--rows", "views,datasets,masks", "--scenes", "gearbox"),)),
     "against-three": Section(
         "Against three.js",
         "Composites of peeler beside three.js in headless Chromium: the same camera, 16 places a pixel, one environment "

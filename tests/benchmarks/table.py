@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import statistics
 import sys
 import tempfile
@@ -22,7 +21,7 @@ from typing import List
 
 import scenes
 import table_rows
-from machine import ROOT, facts
+from machine import ASSETS, facts
 from perf_profile import profile
 from reasons import REASONS
 from side_by_side import Bench, Display, Row, say
@@ -42,9 +41,8 @@ def line(row: Row) -> str:
 
 
 def models(bench: Bench, wanted: List[str]) -> None:
-    folder = Path(os.environ.get("PEELER_ASSETS", ROOT.parent / "shared" / "assets"))
     for name in table_rows.MODELS:
-        path = folder / table_rows.MODELS[name]
+        path = ASSETS / table_rows.MODELS[name]
         if name in wanted and path.is_file():
             bench.scenes[name] = path
         elif name in wanted:

@@ -9,6 +9,7 @@ from typing import Any, Callable, Dict, Iterator, List, Tuple
 
 import hit_rows
 import scenes
+import view_rows
 from side_by_side import HERE, Bench, Row, Served, exponent, in_turn, run, say
 
 SPHERES = ("spheres", "fine-spheres", "small-spheres", "large-spheres")
@@ -244,7 +245,8 @@ def memory(bench: Bench) -> Rows:
 
 KINDS: Dict[str, Callable[[Bench], Rows]] = {
     "capture": capture, "composite": composite, "command": command, "writers": writers, "hits": hits, "flatten": flatten,
-    "stages": stages, "start": start, "layers": layers, "memory": memory, **hit_rows.KINDS}
+    "stages": stages, "start": start, "layers": layers, "memory": memory, **hit_rows.KINDS,
+    **view_rows.KINDS}
 GENERATED: Tuple[str, ...] = (*SPHERES, "forest", "city", *hit_rows.SOUPS)
 MODELS: Dict[str, Path] = {
     "gearbox": Path("gltf-sample-assets/GearboxAssy/glTF-Draco/GearboxAssy.gltf"),

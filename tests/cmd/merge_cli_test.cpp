@@ -2,6 +2,7 @@
 // merge: tiles rendered apart are the picture rendered whole, byte for byte.
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -304,6 +305,22 @@ TEST_F(MergeCommand, TilesOfOtherSettingsAreToldTheOptions) {
             EXPECT_FALSE(std::regex_search(text, std::regex("[0-9a-f]{16}"))) << text;
         }
     }
+}
+
+TEST_F(MergeCommand, TilesThatHaveChangedAreRefused) {
+    const std::string a = write("a.exr", cutPicture(whole_, {0, 0, 40, 70}));
+    const std::string b = write("b.exr", cutPicture(whole_, {40, 0, 90, 70}));
+    const std::string good = bytesOf(b);
+    std::string bytes = good;
+    bytes[bytes.find("peeler:renderer") + 30] ^= 1;  // what no reader looks at
+    std::ofstream(b, std::ios::binary) << bytes;
+    const Outcome result = merge({a, b});
+    EXPECT_EQ(result.exit_code, 3);
+    EXPECT_TRUE(contains(result.err, b + ": composite")) << result.err;
+    EXPECT_TRUE(contains(result.err, "it has changed since it was written")) << result.err;
+    EXPECT_FALSE(fs::exists(path("merged.exr")));
+    std::ofstream(b, std::ios::binary) << good;
+    EXPECT_EQ(merge({a, b}).exit_code, 0);
 }
 
 TEST_F(MergeCommand, WhatDoesNotBelongTogether) {

@@ -50,6 +50,16 @@ TEST(Console, WritesWholeLines) {
     EXPECT_EQ(streams.out.str(), "");
 }
 
+TEST(Console, SaysWhatFollowsAMessageThatCouldNotBeWritten) {
+    Streams streams;
+    Console console(streams.out, streams.err, false);
+    streams.err.setstate(std::ios::badbit);
+    console.note("one");
+    streams.err.setstate(std::ios::badbit);
+    console.machineLine("two");
+    EXPECT_EQ(streams.err.str(), "peeler: one\ntwo\n");
+}
+
 TEST(Console, ShowsControlCharacters) {
     Streams streams;
     Console console(streams.out, streams.err, false);

@@ -144,7 +144,7 @@ fs::path webpScene(const ScratchDir& scratch) {
         {{"bufferView", 0}, {"componentType", 5126}, {"count", 3}, {"type", "VEC2"}});
     std::ofstream(scratch / "triangle.bin", std::ios::binary) << triangleBuffer();
     std::ofstream(scratch / "texture.webp", std::ios::binary)
-        << std::string("RIFF\0\0\0\0WEBP", 12);
+        << std::string("RIFF\x16\0\0\0WEBPVP8L\x09\0\0\0\x2f\0\0\0\0\0\0\0\0\0", 30);
     std::ofstream(scratch / "scene.gltf") << scene;
     return scratch / "scene.gltf";
 }

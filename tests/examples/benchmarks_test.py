@@ -2,15 +2,17 @@
 """The benchmarks' scripts still run, and tests/benchmarks/RESULTS.md and README.md agree.
 
 Small pictures, once; what is measured is not looked at. What needs programs of the benchmarks' own
-(side by side, baking) is not run here, but for the rows of hits where these programs are built."""
+(side by side, baking) is not run here, but for the rows of hits and of data sets where these programs are built."""
 
 import json
 import math
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 from peeler_command import EXAMPLES, PEELER, SOURCE, PeelerTest, main
 
@@ -25,6 +27,7 @@ import results  # noqa: E402
 import scenes  # noqa: E402
 import side_by_side  # noqa: E402
 import three_scenes  # noqa: E402
+import view_rows  # noqa: E402
 
 SCENE = EXAMPLES / "scenes" / "coincident.glb"
 REFEREE_RUNS = not subprocess.run(
@@ -222,6 +225,59 @@ class HitRows(PeelerTest):
                 self.assertTrue(math.isfinite(row["ratio"]), row)  # of next to no hits it may be any
             else:
                 self.assertGreater(row["ratio"], 0, row)
+
+
+class ViewRows(PeelerTest):
+    """The rows about many views, data sets and masks, of small scenes in place of the models."""
+
+    BUILD = pathlib.Path(PEELER).parent
+
+    def rows(self, kind, scene):
+        with tempfile.TemporaryDirectory() as scratch:
+            scratch = pathlib.Path(scratch)
+            bench = side_by_side.Bench(self.BUILD, scratch, scratch, {"gearbox": scene}, ["1920x1080"], 1, shrink=16)
+            rows = list(view_rows.KINDS[kind](bench))
+        self.assertEqual(bench.skipped, [])
+        for row in rows:
+            self.assertGreater(row.ratio, 0, row)
+        return rows
+
+    def test_views(self):
+        stages, each = self.rows("views", SCENE)
+        self.assertEqual((stages.size, stages.target, each.target), ("32x32, 6 views", 1.15, None))
+        self.assertEqual(stages.ours, each.ours)
+        self.assertRegex(stages.note, "ms for the first view, 0 ms for all others together")
+        self.assertEqual(each.note, "of 6 of the views")
+
+    def test_masks(self):
+        row, = self.rows("masks", SCENE)
+        self.assertRegex(row.rival, "^[1-9][0-9]* renders, an object each")
+        self.assertRegex(row.note, "^count, capture and sort alone: [0-9]+ ms, of the renders [0-9]+ ms$")
+
+    @unittest.skipUnless((BUILD / "tests" / "benchmark_embree_views").is_file(),
+                         "benchmark_embree_views is not built (target benchmarks)")
+    def test_data_sets(self):
+        """Embree is asked for the same: it finds as many layers nearly everywhere."""
+        with mock.patch("view_rows.models", lambda: {"bracket": EXAMPLES / "scenes" / "bracket.glb"}):
+            rows = self.rows("datasets", SCENE)
+        self.assertEqual([row.scene for row in rows], 2 * ["bracket"] + 2 * ["all 1 models"])
+        share = re.fullmatch("as many layers by Embree in ([0-9.]+)% of the pixels", rows[0].note)
+        self.assertGreater(float(share[1]), 98)
+        for row in rows[2:]:
+            self.assertRegex(row.note, "^[0-9.]+ objects a minute, Embree [0-9.]+$")
+
+    def test_models(self):
+        """The form that needs least, of what is large enough."""
+        lines = ["path\ttriangles_in_default_scene\textensionsRequired"]
+        lines += [f"{path}\t{triangles}\t{needed}" for path, triangles, needed in (
+            ("gltf-sample-assets/Duck/glTF-Draco/Duck.gltf", 4212, "KHR_draco_mesh_compression"),
+            ("gltf-sample-assets/Duck/glTF/Duck.gltf", 4212, ""),
+            ("gltf-sample-assets/Box/glTF/Box.gltf", 12, ""),
+            ("gltf-asset-generator/Large/Large.gltf", 1000, ""))]
+        with tempfile.TemporaryDirectory() as folder, mock.patch("view_rows.ASSETS", pathlib.Path(folder)):
+            self.assertEqual(view_rows.models(), {})
+            (pathlib.Path(folder) / "MODELS.tsv").write_text("\n".join(lines) + "\n")
+            self.assertEqual(view_rows.models(), {"Duck": pathlib.Path(folder) / "gltf-sample-assets/Duck/glTF/Duck.gltf"})
 
 
 def patterns():

@@ -136,6 +136,33 @@ TEST_F(Atomic, TwoWritersOfOneNameDoNotDisturbEachOther) {
     EXPECT_EQ(test::bytesOf(path), "b");
 }
 
+TEST_F(Atomic, TogetherAllAppearOrNone) {
+    for (const std::size_t count : {3U, 20U}) {  // synced one by one, and by their file system
+        for (const bool blocked : {false, true}) {
+            const fs::path folder = scratch / (std::to_string(count) + (blocked ? "b" : "a"));
+            std::vector<std::unique_ptr<AtomicFile>> files;
+            for (std::size_t i = 0; i < count; ++i) {
+                const fs::path name = folder / (i % 2 == 0 ? "even" : "odd") / std::to_string(i);
+                files.push_back(std::make_unique<AtomicFile>(name));
+                files.back()->append(textBytes("file " + std::to_string(i)));
+                EXPECT_FALSE(fs::exists(name));
+            }
+            if (blocked) {
+                fs::create_directory(folder / "even/0");  // what is renamed last
+                const std::string what = outputError([&] { commitAll(files); });
+                EXPECT_NE(what.find("cannot rename"), std::string::npos) << what;
+                files.clear();
+                EXPECT_EQ(filesIn(folder / "even") + filesIn(folder / "odd"), 1U);
+                continue;
+            }
+            commitAll(files);
+            for (std::size_t i = 0; i < count; ++i)
+                EXPECT_EQ(test::bytesOf(files[i]->path()), "file " + std::to_string(i));
+            EXPECT_EQ(filesIn(folder / "even") + filesIn(folder / "odd"), count);
+        }
+    }
+}
+
 TEST_F(Atomic, MissingFoldersAreMade) {
     const std::string made = scratch / "new/folder/out";
     AtomicFile(made).commit();

@@ -213,9 +213,9 @@ TEST(GltfFiles, SaysWhatIsWrongWithTheSceneFileItself) {
     ASSERT_EQ(mkfifo((folder / "pipe.glb").c_str(), 0600), 0);
     expect(folder / "pipe.glb", "not a regular file");
     expectText("", "empty");
-    expectText(" \n", "neither binary glTF nor JSON");
-    expectText("\x89PNG\r\n\x1A\n", "neither binary glTF nor JSON");
-    expectText("[]", "neither binary glTF nor JSON");
+    expectText(" \n", "there is no JSON in it");
+    expectText("\x89PNG\r\n\x1A\n", "neither binary glTF nor a JSON object");
+    expectText("[]", "it is an array, not an object");
     expectText("{}", "no \"asset\"");
     expectText(R"({"asset": 2})", "no \"asset\"");
     expectText("{\"asset\":\n {\"version\": }", "line 2, column 14");

@@ -3,6 +3,7 @@
 #include "formats/file/helper_process.h"
 
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
 
 #include <csignal>
 #include <string_view>
@@ -87,6 +88,8 @@ TEST(HelperProcess, GivesNoMoreMemoryThanAllowed) {
     constexpr std::uint64_t kFits = 16U << 20U, kDoesNot = 256U << 20U;
     EXPECT_EQ(ask("memory", {}, kFits).takeOne<std::uint64_t>(), kFits);
     EXPECT_EQ(errorOf("memory", kDoesNot).kind(), ErrorKind::kInput);
+    EXPECT_EQ(errorOf("unlimited memory", 2 * kDoesNot).kind(), ErrorKind::kInput)
+        << "nor before it is told what is promised";
 }
 
 /// Nothing of this process goes into the other: no file, no environment, no action of a signal.
@@ -105,6 +108,28 @@ TEST(HelperProcess, InheritsNothing) {
     EXPECT_EQ(result.takeOne<std::uint64_t>(), 0U) << "PATH";
     EXPECT_EQ(result.takeOne<std::uint64_t>(), 0U) << "a blocked signal";
     EXPECT_EQ(result.takeOne<std::uint64_t>(), 0U) << "an ignored signal";
+}
+
+/// Whether this kernel filters calls of the system, and this build has a filter for it.
+bool filtersCalls() {
+#if defined(__x86_64__) || defined(__aarch64__)
+    return !kAddressSanitizer && prctl(PR_GET_SECCOMP, 0, 0, 0, 0) >= 0;
+#else
+    return false;
+#endif
+}
+
+TEST(HelperProcess, EndsWhatAsksForWhatNoDecoderNeeds) {
+    if (!filtersCalls()) GTEST_SKIP() << "there is no filter of system calls here";
+    constexpr std::uint64_t kKinds = 10;
+    for (std::uint64_t kind = 0; kind < kKinds; ++kind) {
+        const Error error = errorOf("transgression", kind);
+        EXPECT_EQ(error.kind(), ErrorKind::kInput);
+        EXPECT_NE(std::string(error.what()).find("asks the system"), std::string::npos)
+            << kind << ": " << error.what();
+    }
+    EXPECT_STREQ(errorOf("transgression", kKinds).what(),
+                 "the decoder ends without a result on the data");
 }
 
 /// Then nobody can be told how a child ended, and the result has to say it.

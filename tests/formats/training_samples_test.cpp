@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "formats/arrays/fragment_tables.h"
+#include "formats/image/display.h"
 #include "formats/image/flat_image.h"
 #include "formats/output_hash.h"
 #include "formats/synthetic_image.h"

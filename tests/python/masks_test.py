@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The readers and procedures of bop_toolkit find in our masks what they make of a render an object."""
 
+import glob
 import json
+import os
+import pathlib
 import sys
 import unittest
 
-from module import SCENES, SOURCE, ModuleTest, np, peeler, scene
+from module import ALL, SCENES, SOURCE, ModuleTest, np, peeler, scene
 
 CLIENT = SOURCE.parent / "shared" / "clients" / "bop_toolkit"
 if not CLIENT.is_dir():
@@ -25,6 +28,14 @@ except ImportError as missing:
     sys.exit(77)
 
 WIDTH, HEIGHT = 120, 90
+MODELS = pathlib.Path(os.environ.get("PEELER_ASSETS") or SOURCE.parent / "shared" / "assets") / "gltf-sample-assets"
+# Whole models, and how many objects they have.
+WHOLE_MODELS = (
+    ("GearboxAssy/glTF-Draco/GearboxAssy.gltf", 95),
+    ("2CylinderEngine/glTF/2CylinderEngine.gltf", 67),
+    ("StainedGlassLamp/glTF-JPG-PNG/StainedGlassLamp.gltf", 8),
+    ("NegativeScaleTest/glTF-Binary/NegativeScaleTest.glb", 11),
+)
 
 
 def first_layer(image):
@@ -108,6 +119,43 @@ class Masks(ModuleTest):
     def test_of_the_toolkit(self):
         self.compare("panes")
         self.compare("glasses", canvas=3)
+
+    def compare_whole(self, path, count):
+        """With renders of objects alone, and visible masks with each other and the first layer."""
+        low, high = peeler.Scene(path).bounds
+        size, middle = np.linalg.norm(high - low), (low + high) / 2
+        eye = middle + 1.4 * size * np.array([0.5, 0.4, 0.77])
+        camera = {"eye": tuple(eye), "target": tuple(middle), "near": 0.1 * size, "size": (320, 240)}
+
+        def covered(**keywords):
+            image = self.r.layers(peeler.Scene(path, **keywords), **camera)
+            return image.counts.reshape(image.shape) > 0
+
+        folder = self.folder / path.stem
+        peeler.masks(path, output=folder, **camera)
+        names = {o["object"]: o["name"] for o in json.loads((folder / "objects.json").read_text())["objects"]}
+        self.assertEqual((len(names), len(set(names.values()))), (count, count))
+        listed = [entry["obj_id"] for entry in inout.load_scene_gt(folder / "scene_gt.json")[0]]
+        seen = np.zeros((240, 320), np.uint8)
+        for number, name in names.items():
+            alone = 255 * covered(include=[glob.escape(name)]).astype(np.uint8)
+            if number not in listed:
+                self.assertFalse(alone.any(), name)
+                continue
+            amodal, visible = (inout.load_im(folder / kind / f"000000_{listed.index(number):06d}.png")
+                               for kind in ("mask", "mask_visib"))
+            self.assert_same(amodal, alone, name)
+            self.assertFalse((visible & ~amodal).any(), name)
+            seen += visible // 255
+        self.assert_same(seen, covered().astype(np.uint8))  # no pixel twice, and none is missing
+        print(f"{path.stem}: {len(listed)} of {count} objects, {seen.sum()} pixels")
+
+    @unittest.skipUnless(ALL, "a render an object of whole models: only under PEELER_TEST_ALL")
+    @unittest.skipUnless(MODELS.is_dir(), f"no {MODELS}")
+    def test_of_whole_models(self):
+        for path, count in WHOLE_MODELS:
+            with self.subTest(path):
+                self.compare_whole(MODELS / path, count)
 
     def test_one_camera_file(self):
         folder, _ = self.masks("bracket")

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // A helper that does what the request says: an array of characters, one of bytes, and a number.
 #include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/ptrace.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -32,6 +36,47 @@ void tellWhatIsInherited(SharedFile& result) {
         result.putOne(std::uint64_t{is_so ? 1U : 0U});
 }
 
+/// Something that no decoder does, by its number. Returns if it may be done, or is at least
+/// answered.
+void transgress(std::uint64_t number) {
+    int pair[2] = {};
+    struct rlimit limits {};
+    switch (number) {
+        case 0:
+            open("/etc/passwd", O_RDONLY);
+            return;
+        case 1:
+            socket(AF_INET, SOCK_STREAM, 0);
+            return;
+        case 2:
+            fork();
+            return;
+        case 3:
+            execl("/bin/true", "true", nullptr);
+            return;
+        case 4:
+            kill(getppid(), 0);
+            return;
+        case 5:
+            ptrace(PTRACE_TRACEME, 0, nullptr, nullptr);
+            return;
+        case 6:
+            mmap(nullptr, 4096, PROT_READ | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+            return;
+        case 7:
+            prlimit(getppid(), RLIMIT_CPU, nullptr, &limits);
+            return;
+        case 8:
+            if (pipe(pair) != 0) return;
+            return;
+        case 9:
+            unlink("/nowhere/file");
+            return;
+        default:
+            _exit(0);  // there are no more
+    }
+}
+
 void obey(SharedFile& request, SharedFile& result) {
     const auto word = request.take<char>();
     const auto bytes = request.take<std::uint8_t>();
@@ -50,11 +95,15 @@ void obey(SharedFile& request, SharedFile& result) {
         for (volatile int i = 0; i == 0;) {
         }
     }
-    if (wish == "memory") {
-        limitMemory(std::uint64_t{64} << 20);
+    if (wish.ends_with("memory")) {
+        if (wish == "memory") limitMemory(std::uint64_t{64} << 20);
         std::vector<std::uint8_t> taken(number);
         std::fill(taken.begin(), taken.end(), std::uint8_t{1});
         return result.putOne(static_cast<std::uint64_t>(std::count(taken.begin(), taken.end(), 1)));
+    }
+    if (wish == "transgression") {
+        transgress(number);
+        return result.putOne(std::uint64_t{1});
     }
     if (wish == "inheritance") return tellWhatIsInherited(result);
     throw std::runtime_error("no such wish");

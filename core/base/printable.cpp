@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/base/printable.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace peeler {
+namespace {
+
+unsigned byteAt(std::string_view text, std::size_t i) {
+    return static_cast<unsigned char>(text[i]);
+}
+
+/// The well-formed sequences of several bytes: by the first byte, which second ones there are. All
+/// after the second are 0x80 to 0xBF.
+struct Sequence {
+    unsigned first, last;  ///< first bytes
+    unsigned second_first, second_last;
+    std::size_t length;
+};
+constexpr Sequence kSequences[] = {
+    {0x00, 0x7F, 0x00, 0xFF, 1}, {0xC2, 0xDF, 0x80, 0xBF, 2}, {0xE0, 0xE0, 0xA0, 0xBF, 3},
+    {0xE1, 0xEC, 0x80, 0xBF, 3}, {0xED, 0xED, 0x80, 0x9F, 3}, {0xEE, 0xEF, 0x80, 0xBF, 3},
+    {0xF0, 0xF0, 0x90, 0xBF, 4}, {0xF1, 0xF3, 0x80, 0xBF, 4}, {0xF4, 0xF4, 0x80, 0x8F, 4},
+};
+
+/// Characters that are not shown as they are.
+struct Range {
+    char32_t first, last;
+};
+constexpr Range kUnshown[] = {
+    {0x00, 0x1F},      // C0
+    {0x7F, 0x9F},      // DEL and C1, of which U+009B begins what terminals obey
+    {0x200E, 0x200F},  // marks of direction
+    {0x2028, 0x202E},  // line and paragraph separators, embeddings and overrides of direction
+    {0x2066, 0x2069},  // isolates of direction
+    {0xFEFF, 0xFEFF},  // byte order mark: nothing to be seen
+};
+
+/// The character of a well-formed sequence.
+char32_t characterOf(std::string_view sequence) {
+    constexpr unsigned kOfFirst[] = {0x7F, 0x1F, 0x0F, 0x07};
+    char32_t character = byteAt(sequence, 0) & kOfFirst[sequence.size() - 1];
+    for (std::size_t i = 1; i < sequence.size(); ++i)
+        character = character << 6U | (byteAt(sequence, i) & 0x3FU);
+    return character;
+}
+
+bool isShown(std::string_view sequence) {
+    const char32_t character = characterOf(sequence);
+    return std::ranges::none_of(kUnshown, [&](const Range& range) {
+        return range.first <= character && character <= range.last;
+    });
+}
+
+}  // namespace
+
+std::size_t utf8Length(std::string_view text) {
+    if (text.empty()) return 0;
+    const auto* const row = std::ranges::find_if(kSequences, [&](const Sequence& sequence) {
+        return sequence.first <= byteAt(text, 0) && byteAt(text, 0) <= sequence.last;
+    });
+    if (row == std::end(kSequences) || row->length > text.size()) return 0;
+    for (std::size_t i = 1; i < row->length; ++i) {
+        const bool second = i == 1;
+        if (byteAt(text, i) < (second ? row->second_first : 0x80U) ||
+            byteAt(text, i) > (second ? row->second_last : 0xBFU))
+            return 0;
+    }
+    return row->length;
+}
+
+std::string escapedByte(char byte) {
+    static constexpr char kDigits[] = "0123456789abcdef";
+    const auto value = static_cast<unsigned char>(byte);
+    return {'\\', 'x', kDigits[value >> 4U], kDigits[value & 15U]};
+}
+
+std::string printable(std::string_view text, std::size_t most) {
+    std::string shown;
+    for (std::size_t i = 0; i < text.size();) {
+        const std::size_t length = utf8Length(text.substr(i));
+        const std::string_view piece = text.substr(i, std::max<std::size_t>(length, 1));
+        if (i + piece.size() > most) return shown + "…";
+        if (length > 0 && isShown(piece))
+            shown += piece;
+        else
+            for (const char byte : piece)
+                shown += escapedByte(byte);
+        i += piece.size();
+    }
+    return shown;
+}
+
+}  // namespace peeler

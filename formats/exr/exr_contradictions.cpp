@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// Holds the camera's attributes against the camera in double precision that they were made of.
+#include <OpenEXR/ImfFloatAttribute.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfMatrixAttribute.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfVecAttribute.h>
+
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "core/base/error.h"
+#include "formats/exr/exr_header.h"
+#include "formats/exr/exr_proof.h"
+#include "formats/file/regular_file.h"
+
+namespace peeler {
+namespace {
+
+constexpr const char* kCameraJson = "peeler:cameraJson";
+
+/// What follows from the camera; those of the other projection are in no header.
+constexpr const char* kOfCamera[] = {"worldToCamera",
+                                     "worldToNDC",
+                                     "near",
+                                     "far",
+                                     "fieldOfViewHorizontal",
+                                     "fieldOfViewVertical",
+                                     "orthographicWidth",
+                                     "orthographicHeight",
+                                     "screenWindowCenter",
+                                     "screenWindowWidth",
+                                     "pixelAspectRatio",
+                                     "peeler:projection",
+                                     "peeler:depth"};
+
+std::vector<float> numbersOf(const Imf::Attribute& attribute) {
+    if (const auto* one = dynamic_cast<const Imf::FloatAttribute*>(&attribute))
+        return {one->value()};
+    if (const auto* two = dynamic_cast<const Imf::V2fAttribute*>(&attribute))
+        return {two->value().x, two->value().y};
+    if (const auto* all = dynamic_cast<const Imf::M44fAttribute*>(&attribute))
+        return {all->value().getValue(), all->value().getValue() + 16};
+    return {};
+}
+
+/// Other compilers and machines round a few bits of double precision differently, which may move a
+/// float by one; where large numbers cancel out, a tiny one may be 0.
+bool areClose(const std::vector<float>& found, const std::vector<float>& wanted) {
+    constexpr float kRelative = 4 * std::numeric_limits<float>::epsilon(), kOfLargest = 1e-9F;
+    float largest = 0;
+    for (const float number : wanted)
+        if (std::isfinite(number)) largest = std::max(largest, std::abs(number));
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+        if (found[i] == wanted[i]) continue;
+        // Written so that a NaN is not close.
+        const float most = kRelative * std::abs(wanted[i]) + kOfLargest * largest;
+        if (!std::isfinite(wanted[i]) || !(std::abs(found[i] - wanted[i]) <= most)) return false;
+    }
+    return true;
+}
+
+bool areSame(const Imf::Attribute& found, const Imf::Attribute& wanted) {
+    if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&wanted)) {
+        const auto* other = dynamic_cast<const Imf::StringAttribute*>(&found);
+        return other && other->value() == text->value();
+    }
+    const std::vector<float> numbers = numbersOf(found), of_camera = numbersOf(wanted);
+    return numbers.size() == of_camera.size() && areClose(numbers, of_camera);
+}
+
+/// The attributes of a header that its cameraJson() denies.
+std::vector<std::string> deniedBy(const Imf::Header& header) {
+    const auto* json = header.findTypedAttribute<Imf::StringAttribute>(kCameraJson);
+    if (!json) return {};
+    Plan plan;
+    plan.view = viewFromJson(json->value());
+    plan.view.known = true;
+    const Imf::Header wanted = exrHeader(plan, {}, plan.view.crop);
+    std::vector<std::string> denied;
+    for (const char* name : kOfCamera) {
+        const auto expected = wanted.find(name), found = header.find(name);
+        if (expected == wanted.end()) continue;
+        if (found == header.end() || !areSame(found.attribute(), expected.attribute()))
+            denied.emplace_back(name);
+    }
+    return denied;
+}
+
+/// A file as RegularFile opens it, for OpenEXR's classes.
+class RegularStream final : public Imf::IStream {
+  public:
+    explicit RegularStream(const std::string& path) : IStream(path.c_str()), file_(path) {
+        file_.check();
+    }
+    bool read(char* data, int bytes) override {
+        if (!file_.read(place_, {data, static_cast<std::size_t>(bytes)}))
+            throw Error(ErrorKind::kInput, "the file ends too early", fileName());
+        place_ += static_cast<std::uint64_t>(bytes);
+        return place_ < file_.size();
+    }
+    std::uint64_t tellg() override { return place_; }
+    void seekg(std::uint64_t place) override { place_ = place; }
+
+  private:
+    RegularFile file_;
+    std::uint64_t place_ = 0;
+};
+
+}  // namespace
+
+std::vector<std::string> headerContradictions(const std::string& path) {
+    std::map<std::string, std::string> first_part;  // of each attribute
+    for (const std::string& file : exrFilesOf(path)) {
+        try {
+            RegularStream stream(file);
+            const Imf::MultiPartInputFile input(stream, 0, false);
+            for (int part = 0; part < input.parts(); ++part) {
+                const Imf::Header& header = input.header(part);
+                const std::string name = header.hasName() ? header.name() : "";
+                for (const std::string& denied : deniedBy(header))
+                    first_part.emplace(denied, name);
+            }
+        } catch (const Error&) {
+            throw;
+        } catch (const std::exception& problem) {
+            throw Error(ErrorKind::kInput,
+                        std::string("OpenEXR's classes refuse it: ") + problem.what(), file,
+                        "the file may be damaged; write it again");
+        }
+    }
+    std::vector<std::string> sentences;
+    for (const auto& [attribute, part] : first_part) {
+        std::string sentence = part.empty() ? "" : part + ": ";
+        sentence.append(attribute).append(" is not what ").append(kCameraJson).append(" says");
+        sentences.push_back(std::move(sentence));
+    }
+    return sentences;
+}
+
+}  // namespace peeler

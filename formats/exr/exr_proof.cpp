@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads the bytes of OpenEXR files as they are, without OpenEXR: headers, offset tables and chunks,
+// which have to be all that there is.
+#include "formats/exr/exr_proof.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "formats/exr/exr_files.h"
+#include "formats/file/content_hash.h"
+#include "formats/file/regular_file.h"
+
+namespace peeler {
+namespace {
+
+// A flipped bit may be in the name of the attribute, or make another attribute swallow it. What is
+// left then still shows that there was a hash: each of these stands in its record, and no bit in
+// both.
+constexpr std::string_view kRecordBegin("peeler:pixelHash\0string\0", 24);
+constexpr std::string_view kRecordEnd("\x16\0\0\0xxh64:", 10);
+constexpr std::string_view kValueBegin = kRecordEnd.substr(4);
+constexpr std::size_t kDigits = 16;
+constexpr std::string_view kZeros = "0000000000000000";
+
+constexpr std::size_t kStartBytes = 8;  ///< magic number and version
+constexpr std::uint32_t kSeveralParts = 0x1000;
+constexpr std::size_t kLongestName = 255;
+constexpr std::size_t kMostParts = 1 << 16;
+constexpr std::size_t kBlock = std::size_t{1} << 20;
+
+/// A file as its bytes, read a block at once.
+class FileBytes {
+  public:
+    explicit FileBytes(const std::string& path) : file_(path), path_(path) { file_.check(); }
+
+    std::uint64_t size() const { return file_.size(); }
+
+    /// Those from a place on: as many as are wanted, a block at most, fewer at the end of the file.
+    std::span<const char> at(std::uint64_t place, std::uint64_t wanted) {
+        if (place >= size()) return {};
+        const auto count = static_cast<std::size_t>(
+            std::min({wanted, size() - place, static_cast<std::uint64_t>(kBlock)}));
+        if (place < begin_ || place + count > begin_ + block_.size()) {
+            block_.resize(static_cast<std::size_t>(
+                std::min(size() - place, static_cast<std::uint64_t>(kBlock))));
+            begin_ = place;
+            if (!file_.read(place, block_))
+                throw Error(ErrorKind::kInput, "the file cannot be read to its end", path_);
+        }
+        return std::span(block_).subspan(static_cast<std::size_t>(place - begin_), count);
+    }
+
+    template <class T>
+    std::optional<T> number(std::uint64_t place) {
+        const std::span<const char> bytes = at(place, sizeof(T));
+        if (bytes.size() < sizeof(T)) return {};
+        T value;
+        std::memcpy(&value, bytes.data(), sizeof(T));
+        return value;
+    }
+
+    /// Hands [begin, end) to `take`, block by block.
+    template <class Take>
+    void forEachBlock(std::uint64_t begin, std::uint64_t end, Take&& take) {
+        for (std::span<const char> block; begin < end; begin += block.size()) {
+            block = at(begin, end - begin);
+            take(block);
+        }
+    }
+
+    void addTo(ContentHasher& hash, std::uint64_t begin, std::uint64_t end) {
+        forEachBlock(begin, end,
+                     [&](std::span<const char> block) { hash.add(std::as_bytes(block)); });
+    }
+
+    [[noreturn]] void refuse() const {
+        throw Error(ErrorKind::kInput, "its headers are not whole", path_,
+                    "the file may be damaged or cut off; write it again");
+    }
+
+  private:
+    RegularFile file_;
+    std::string path_;
+    std::vector<char> block_;
+    std::uint64_t begin_ = 0;
+};
+
+struct PartHeader {
+    std::uint64_t begin = 0, end = 0;  ///< its bytes, with the 0 that ends it
+    std::string name, type, hash;      ///< values of attributes
+    std::uint64_t digits = 0;          ///< where those of the hash are
+    std::int32_t chunks = 0;           ///< of the attribute chunkCount
+    bool ends = false;                 ///< it has the last of the attributes that all files have
+};
+
+struct Headers {
+    std::uint32_t version = 0;
+    std::vector<PartHeader> parts;
+    std::uint64_t end = 0;  ///< of all; the offset tables begin here
+
+    bool multiPart() const { return (version & kSeveralParts) != 0; }
+};
+
+/// The text that ends with a 0, and the place behind that.
+std::string textAt(FileBytes& file, std::uint64_t& place) {
+    const std::span<const char> bytes = file.at(place, kLongestName + 1);
+    const auto end = std::ranges::find(bytes, '\0');
+    if (end == bytes.end()) file.refuse();
+    std::string text(bytes.begin(), end);
+    place += text.size() + 1;
+    return text;
+}
+
+/// The attributes of a part up to the empty name that ends them.
+PartHeader headerAt(FileBytes& file, std::uint64_t& place) {
+    PartHeader part;
+    part.begin = place;
+    for (;;) {
+        const std::string name = textAt(file, place);
+        if (name.empty()) break;
+        textAt(file, place);  // its type
+        const auto size = file.number<std::int32_t>(place);
+        place += sizeof(std::int32_t);
+        if (!size || *size < 0 || file.size() - place < static_cast<std::uint64_t>(*size))
+            file.refuse();
+        const auto bytes = static_cast<std::uint64_t>(*size);
+        const auto text = [&] {
+            const std::span<const char> value = file.at(place, std::min(bytes, std::uint64_t{255}));
+            return std::string(value.begin(), value.end());
+        };
+        if (name == "name") part.name = text();
+        if (name == "type") part.type = text();
+        if (name == "chunkCount" && bytes == sizeof(std::int32_t))
+            part.chunks = file.number<std::int32_t>(place).value_or(0);
+        if (name == kPixelHash && bytes == kValueBegin.size() + kDigits) {
+            part.hash = text();
+            part.digits = place + kValueBegin.size();
+        }
+        part.ends = part.ends || name == "screenWindowWidth";
+        place += bytes;
+    }
+    part.end = place;
+    // Attributes are sorted: a damaged size that leads to a 0 too early leads past this one.
+    if (!part.ends) file.refuse();
+    return part;
+}
+
+Headers readHeaders(FileBytes& file) {
+    Headers headers;
+    headers.version = file.number<std::uint32_t>(4).value_or(0);
+    std::uint64_t place = kStartBytes;
+    do {
+        if (headers.parts.size() == kMostParts) file.refuse();
+        headers.parts.push_back(headerAt(file, place));
+    } while (headers.multiPart() && file.number<char>(place).value_or(0) != 0);
+    headers.end = place + (headers.multiPart() ? 1 : 0);
+    return headers;
+}
+
+/// Whether anything in the headers is left of a hash.
+bool hasHash(FileBytes& file, const Headers& headers) {
+    bool found = false;
+    std::string last;  // of the block before
+    file.forEachBlock(kStartBytes, headers.end, [&](std::span<const char> block) {
+        last.append(block.data(), block.size());
+        found = found || last.find(kRecordBegin) != std::string::npos ||
+                last.find(kRecordEnd) != std::string::npos;
+        last.erase(0, last.size() - std::min(last.size(), kRecordBegin.size()));
+    });
+    return found;
+}
+
+/// The bytes of the chunk at a place; 0 if they are not all there.
+std::uint64_t chunkBytes(FileBytes& file, const Headers& headers, const PartHeader& part,
+                         std::uint64_t place) {
+    const std::uint64_t row = place + (headers.multiPart() ? sizeof(std::int32_t) : 0);
+    const std::uint64_t sizes = row + sizeof(std::int32_t);
+    std::uint64_t end = 0;
+    if (part.type == "deepscanline") {
+        const auto counts = file.number<std::uint64_t>(sizes);
+        const auto samples = file.number<std::uint64_t>(sizes + 8);
+        if (!counts || !samples || *counts > file.size() || *samples > file.size()) return 0;
+        end = sizes + 24 + *counts + *samples;
+    } else {
+        const auto packed = file.number<std::int32_t>(sizes);
+        if (!packed || *packed < 0) return 0;
+        end = sizes + 4 + static_cast<std::uint64_t>(*packed);
+    }
+    return end <= file.size() ? end - place : 0;
+}
+
+/// The chunks of all parts: where the tables say that they are, and their hashes.
+struct Chunks {
+    std::vector<std::uint64_t> offsets, hashes;
+    std::vector<std::size_t> part;
+};
+
+/// Nothing unless the tables and the chunks are all that stands behind the headers.
+std::optional<Chunks> readChunks(FileBytes& file, const Headers& headers) {
+    Chunks chunks;
+    std::uint64_t place = headers.end;
+    for (std::size_t part = 0; part < headers.parts.size(); ++part) {
+        const std::int64_t count = headers.parts[part].chunks;
+        for (std::int64_t chunk = 0; chunk < count; ++chunk, place += sizeof(std::uint64_t)) {
+            const auto offset = file.number<std::uint64_t>(place);
+            if (!offset) return {};
+            chunks.offsets.push_back(*offset);
+            chunks.part.push_back(part);
+        }
+    }
+    std::vector<std::size_t> order(chunks.offsets.size());  // as they stand in the file
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::sort(order, {}, [&](std::size_t chunk) { return chunks.offsets[chunk]; });
+    chunks.hashes.resize(order.size());
+    for (const std::size_t chunk : order) {
+        const PartHeader& part = headers.parts[chunks.part[chunk]];
+        const std::uint64_t bytes =
+            chunks.offsets[chunk] == place ? chunkBytes(file, headers, part, place) : 0;
+        if (bytes == 0) return {};
+        ContentHasher hash;
+        file.addTo(hash, place, place + bytes);
+        chunks.hashes[chunk] = hash.value();
+        place += bytes;
+    }
+    if (place != file.size()) return {};
+    return chunks;
+}
+
+ExrProof proveFile(const std::string& path) {
+    FileBytes file(path);
+    const Headers headers = readHeaders(file);
+    if (!hasHash(file, headers)) return {ExrProof::kNone, {}};
+    const std::optional<Chunks> chunks = readChunks(file, headers);
+    if (!chunks) return {ExrProof::kChanged, path};
+    std::size_t first = 0;  // chunk of the part
+    for (const PartHeader& part : headers.parts) {
+        const auto count = static_cast<std::size_t>(std::max(part.chunks, 0));
+        ContentHasher hash;
+        file.addTo(hash, 0, kStartBytes);
+        if (part.digits != 0) {
+            file.addTo(hash, part.begin, part.digits);
+            hash.add(std::as_bytes(std::span(kZeros)));
+            file.addTo(hash, part.digits + kDigits, part.end);
+        }
+        hash.add(std::as_bytes(std::span(chunks->offsets).subspan(first, count)));
+        hash.add(std::as_bytes(std::span(chunks->hashes).subspan(first, count)));
+        if (part.hash != pixelHashText(hash.value()))
+            return {ExrProof::kChanged, part.name.empty() ? path : path + ": " + part.name};
+        first += count;
+    }
+    return {ExrProof::kProven, {}};
+}
+
+}  // namespace
+
+std::string pixelHashText(std::uint64_t hash) {
+    return std::string(kValueBegin) + hexText(hash);
+}
+
+std::string pixelHashRecord(std::uint64_t hash) {
+    return std::string(kRecordBegin) + std::string(kRecordEnd) + hexText(hash);
+}
+
+std::string ExrProof::problem() const {
+    if (state != kChanged) return "";
+    return "it is not what its " + std::string(kPixelHash) +
+           " says: it has changed since it was written, or another program wrote it again";
+}
+
+ExrProof proveExr(const std::string& path) {
+    ExrProof worst;
+    for (const std::string& file : exrFilesOf(path)) {
+        const ExrProof found = proveFile(file);
+        if (found.state > worst.state) worst = found;
+    }
+    return worst;
+}
+
+void requireUnchanged(const std::string& path) {
+    const ExrProof proof = proveExr(path);
+    if (proof.state != ExrProof::kChanged) return;
+    throw Error(ErrorKind::kInput, proof.problem(), proof.where,
+                "make it again; or, if the other program is to be trusted, erase that attribute");
+}
+
+}  // namespace peeler

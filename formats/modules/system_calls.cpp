@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a decoder may still ask of the system, as a filter of seccomp(2): a table, and the program
+// for the kernel that is made of it.
+#include <linux/audit.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <fcntl.h>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "formats/modules/helper_main.h"
+
+namespace peeler {
+namespace {
+
+#if defined(__x86_64__)
+#define PEELER_AUDIT_ARCHITECTURE AUDIT_ARCH_X86_64
+#elif defined(__aarch64__) && defined(__AARCH64EL__)
+#define PEELER_AUDIT_ARCHITECTURE AUDIT_ARCH_AARCH64
+#endif
+
+// AddressSanitizer reads /proc and more when it has found something.
+#if defined(PEELER_AUDIT_ARCHITECTURE) && !defined(__SANITIZE_ADDRESS__)
+
+/// A call that is allowed if the low half of an argument, masked, is a value.
+struct Allowed {
+    std::uint32_t call;
+    unsigned argument = 0;
+    std::uint32_t mask = 0;  ///< 0 = whatever the arguments are
+    std::uint32_t value = 0;
+};
+
+/// Files that are open, memory that is not code, the process itself.
+std::vector<Allowed> allowedCalls() {
+    constexpr std::uint32_t kAll = ~std::uint32_t{0};
+    const auto self = static_cast<std::uint32_t>(getpid());
+    return {
+        {SYS_read},
+        {SYS_write},
+        {SYS_pread64},
+        {SYS_pwrite64},
+        {SYS_lseek},
+        {SYS_close},
+        {SYS_brk},
+        {SYS_munmap},
+        {SYS_mremap},
+        {SYS_madvise},
+        {SYS_mmap, 2, PROT_EXEC, 0},
+        {SYS_mprotect, 2, PROT_EXEC, 0},
+        {SYS_futex},
+        {SYS_clock_gettime},
+        {SYS_getrandom},
+        {SYS_sched_yield},
+        {SYS_getpid},
+        {SYS_gettid},
+        {SYS_exit},
+        {SYS_exit_group},
+        {SYS_rt_sigreturn},
+        {SYS_rt_sigprocmask},
+        {SYS_rt_sigaction},
+        {SYS_tgkill, 0, kAll, self},  // abort()
+        {SYS_prlimit64, 0, kAll, 0},  // limitMemory()
+        {SYS_fcntl, 1, kAll, F_GETFD},
+        {SYS_dup},  // of the latter RLIMIT_NOFILE allows none
+    };
+}
+
+std::vector<sock_filter> filterOf(const std::vector<Allowed>& allowed) {
+    constexpr std::uint32_t kLoad = BPF_LD | BPF_W | BPF_ABS, kReturn = BPF_RET | BPF_K;
+    constexpr std::uint32_t kIfEqual = BPF_JMP | BPF_JEQ | BPF_K;
+    std::vector<sock_filter> filter;
+    const auto add = [&](std::uint32_t code, std::size_t value, unsigned if_so = 0,
+                         unsigned if_not = 0) {
+        filter.push_back({static_cast<std::uint16_t>(code), static_cast<std::uint8_t>(if_so),
+                          static_cast<std::uint8_t>(if_not), static_cast<std::uint32_t>(value)});
+    };
+    add(kLoad, offsetof(seccomp_data, arch));
+    add(kIfEqual, PEELER_AUDIT_ARCHITECTURE, 1, 0);
+    add(kReturn, SECCOMP_RET_KILL_PROCESS);
+    // Calls of x32 have numbers of their own, which no row has.
+    add(kLoad, offsetof(seccomp_data, nr));
+    for (const Allowed& row : allowed) {
+        if (row.mask == 0) {
+            add(kIfEqual, row.call, 0, 1);
+            add(kReturn, SECCOMP_RET_ALLOW);
+            continue;
+        }
+        add(kIfEqual, row.call, 0, 5);
+        add(kLoad, offsetof(seccomp_data, args) + row.argument * sizeof(std::uint64_t));
+        add(BPF_ALU | BPF_AND | BPF_K, row.mask);
+        add(kIfEqual, row.value, 0, 1);
+        add(kReturn, SECCOMP_RET_ALLOW);
+        add(kReturn, SECCOMP_RET_KILL_PROCESS);
+    }
+    add(kReturn, SECCOMP_RET_KILL_PROCESS);
+    return filter;
+}
+
+#endif
+
+}  // namespace
+
+bool limitSystemCalls() {
+#if defined(PEELER_AUDIT_ARCHITECTURE) && !defined(__SANITIZE_ADDRESS__)
+    std::vector<sock_filter> filter = filterOf(allowedCalls());
+    const sock_fprog program = {static_cast<unsigned short>(filter.size()), filter.data()};
+    return prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+#else
+    return false;
+#endif
+}
+
+}  // namespace peeler

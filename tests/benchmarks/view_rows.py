@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The rows of the benchmarks' table about many views of a scene, data sets of many models, and masks of objects."""
+from __future__ import annotations
+
+import csv
+import glob
+import json
+import shutil
+import statistics
+from pathlib import Path
+from typing import Any, Callable, Dict, Iterator, List
+
+from machine import ASSETS
+from side_by_side import Bench, Row, in_turn, run, say
+
+HD = "1920x1080"  # of the other rows; these have their own sizes, and are measured where that one is
+LEAST_TRIANGLES = 500
+START_UP = ("load", "context", "upload")
+Rows = Iterator[Row]
+
+
+def stages(result: Dict[str, Any], *names: str) -> float:
+    """Milliseconds of these stages; of all of them if none is named."""
+    times = result["milliseconds"]
+    return sum(value for stage, value in times.items() if stage != "total" and (not names or stage in names))
+
+
+def emptied(folder: Path) -> Path:
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    return folder
+
+
+def views(bench: Bench) -> Rows:
+    """One process for many views, beside the sum of its stages, and beside a process for each view."""
+    for _ in bench.at(HD):
+        for name, path in bench.those("gearbox"):
+            count, (side,) = max(4, 100 // bench.shrink), bench.shrunk(512)
+            say(f"{count} views: {name}")
+            folder = bench.scratch / "views"
+            all_of_them = [bench.peeler, "render", path, "-o", folder / "@@@.exr", "--views", count, "--size",
+                           f"{side}x{side}", "--json", "--quiet"]
+            own = [[*all_of_them, "--chunk", f"{i}/{count}"] for i in range(1, count + 1, max(1, count // 10))]
+            told: List[Dict[str, Any]] = []
+            parts: List[float] = []
+
+            def together() -> float:
+                emptied(folder)
+                done = run(all_of_them)
+                told[:] = json.loads(done.out)["views"]
+                parts.append(sum(map(stages, told)) / count)
+                return done.milliseconds / count
+
+            times = in_turn([together, lambda: statistics.fmean(run(one).milliseconds for one in own)], bench.runs)
+            shutil.rmtree(folder)
+            first, rest = stages(told[0], *START_UP), sum(stages(view, *START_UP) for view in told[1:])
+            size = f"{side}x{side}, {count} views"
+            yield Row("a view of many, layered file", name, size, "sum of its stages", times[0], parts, 1.15,
+                      note=f"load, context and upload: {first:.0f} ms for the first view, {rest:.0f} ms for all others together",
+                      ours_alone=all_of_them)
+            yield Row("a view of many, layered file", name, size, "a process for each", *times, None,
+                      note=f"of {len(own)} of the views")
+
+
+def models() -> Dict[str, Path]:
+    """By name the models that are large enough to be of interest, each in the form that needs the fewest extensions."""
+    found: Dict[str, Path] = {}
+    if not (ASSETS / "MODELS.tsv").is_file():
+        return found
+    with open(ASSETS / "MODELS.tsv", encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE)
+                if row["path"].startswith("gltf-sample-assets/")
+                and int(row["triangles_in_default_scene"]) >= LEAST_TRIANGLES]
+    for row in sorted(rows, key=lambda row: (len(row["extensionsRequired"]), row["path"])):
+        found.setdefault(row["path"].split("/")[1], ASSETS / row["path"])
+    return dict(sorted(found.items()))
+
+
+class DataSet:
+    """Views of a model as a data set has them, and the same of its geometry alone, by peeler and by Embree."""
+
+    def __init__(self, bench: Bench, path: Path, count: int, side: int):
+        self.ours, self.alone, self.theirs = (emptied(bench.scratch / name) for name in ("ours", "alone", "theirs"))
+        cameras = bench.scratch / "transforms.json"
+        self.render = [bench.peeler, "render", path, "-o", self.ours / "@@@@.png", "--as", "lari", "--faces", "both", "--views",
+                       count, "--size", f"{side}x{side}", "--cameras-out", cameras, "--json", "--quiet"]
+        self.trace = [bench.peeler, "rays", path, "-o", self.alone / "@@@@.npz", "--engine", "cpu", "--faces", "both",
+                      "--cameras", cameras, "--columns", "t_hit", "--dense", 15, "--dense-type", "half", "--fill=-1", "--quiet"]
+        self.embree = [bench.build / "tests" / "benchmark_embree_views", path, cameras, self.theirs]
+
+    def alike(self) -> float:
+        """Of the pixels that either covers the share that has as many layers, up to 15, by Embree."""
+        import numpy as np
+
+        alike = covered = 0
+        for path in self.theirs.iterdir():
+            ours, theirs = ((depths >= 0).sum(axis=-1) for depths in (
+                np.load(self.ours / f"{path.stem}_ldi.npz")["ldi"], np.load(path)))
+            alike += int(((ours == theirs) & (ours > 0)).sum())
+            covered += int(((ours > 0) | (theirs > 0)).sum())
+        return alike / covered
+
+
+def datasets(bench: Bench) -> Rows:
+    """Of every model 12 views: depths of all layers, with pictures and without, beside depths by Embree."""
+    if run(["/usr/bin/python3", "-c", "import numpy"], check=False).code != 0:
+        bench.skip("data sets: python3-numpy is not installed")
+        return
+    if not models():
+        bench.skip(f"data sets: no {ASSETS / 'MODELS.tsv'} (set PEELER_ASSETS)")
+    whats = ("data set: depths of all layers, pictures", "data set: depths of all layers alone, by the CPU")
+    count, (side,) = 12, bench.shrunk(512)
+    size, rival = f"{side}x{side}, {count} views", "Embree, depths alone"
+    medians: List[List[float]] = []
+    for name, path in models().items() if bench.at(HD) else ():
+        say(f"data set: {name}")
+        made = DataSet(bench, path, count, side)
+        try:
+            times = in_turn([lambda command=command: run(command).milliseconds
+                             for command in (made.render, made.trace, made.embree)], bench.runs)
+        except RuntimeError as error:
+            bench.skip(f"{name}: {str(error).splitlines()[-1]}")
+            continue
+        medians.append([statistics.median(numbers) for numbers in times])
+        for what, ours in zip(whats, times):
+            yield Row(what, name, size, rival, ours, times[2], None,
+                      note=f"as many layers by Embree in {made.alike():.3%} of the pixels" if ours is times[0] else "")
+    sums = [sum(numbers) for numbers in zip(*medians)]
+    for what, ours in zip(whats, sums):
+        minute = 60_000 * len(medians)
+        yield Row(what, f"all {len(medians)} models", size, rival, [ours], [sums[2]], None,
+                  note=f"{minute / ours:.1f} objects a minute, Embree {minute / sums[2]:.1f}")
+
+
+def masks(bench: Bench) -> Rows:
+    """Of every object of a scene, beside a render of each alone."""
+    for _ in bench.at(HD):
+        for name, path in bench.those("gearbox"):
+            side, = bench.shrunk(512)
+            cameras, folder = bench.scratch / "camera.json", bench.scratch / "masks"
+            picture = ("--size", f"{side}x{side}", "--json", "--quiet")
+            run([bench.peeler, "render", path, "-o", bench.scratch / "whole.exr", "--views", 1, "--cameras-out", cameras,
+                 *picture])
+            seen = [bench.peeler, "masks", path, "-o", folder, "--cameras", cameras, *picture[2:]]
+            captured: Dict[str, List[float]] = {"masks": [], "renders": []}
+
+            def together() -> float:
+                shutil.rmtree(folder, ignore_errors=True)
+                done = run(seen)
+                captured["masks"].append(stages(json.loads(done.out)["views"][0], "count", "capture", "sort"))
+                return done.milliseconds
+
+            together()
+            captured["masks"].clear()
+            objects = json.loads((folder / "objects.json").read_text(encoding="utf-8"))["objects"]
+            say(f"masks of {len(objects)} objects: {name}")
+
+            def one_by_one() -> float:
+                done = [run([bench.peeler, "render", path, "-o", bench.scratch / "alone.exr", "--cameras", cameras,
+                             "--include", glob.escape(one["name"]), *picture[2:]]) for one in objects]
+                captured["renders"].append(sum(
+                    stages(json.loads(each.out)["views"][0], "count", "capture", "sort") for each in done))
+                return sum(each.milliseconds for each in done)
+
+            times = in_turn([together, one_by_one], bench.runs)
+            ours, theirs = map(statistics.median, captured.values())
+            yield Row("masks of all objects", name, f"{side}x{side}", f"{len(objects)} renders, an object each", *times, None,
+                      note=f"count, capture and sort alone: {ours:.0f} ms, of the renders {theirs:.0f} ms")
+
+
+KINDS: Dict[str, Callable[[Bench], Rows]] = {"views": views, "datasets": datasets, "masks": masks}

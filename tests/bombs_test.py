@@ -1,0 +1,656 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Small files that promise, or unpack to, much: every verb that reads them stays quick and small.
+
+Each row makes its files itself. A run may take SECONDS of processor time and MEBIBYTES, or as many as
+its --memory, whatever it ends with; the table is printed. PEELER is the program.
+"""
+
+import base64
+import collections
+import json
+import os
+import pathlib
+import shlex
+import struct
+import subprocess
+import tempfile
+import traceback
+import unittest
+import zlib
+
+PEELER = os.environ.get("PEELER", "peeler")
+ALL = os.environ.get("PEELER_TEST_ALL") is not None
+SECONDS, MEBIBYTES = 2, 512
+ENDLESS = 60  # seconds after which a run is killed: it waits for something
+MEMORY = ["--memory", f"{MEBIBYTES}M"]
+
+# A bomb: its name, `make(folder)`, the verb and its words with {} for the folder, the exit codes it may end with,
+# what its messages have to say, and whether the short run has it.
+Bomb = collections.namedtuple("Bomb", "name make command codes words short")
+BOMBS = []
+
+
+def bomb(command, codes=(3,), words="", short=True):
+    def add(make):
+        name = make.__name__.replace("_", " ")
+        BOMBS.append(Bomb(name, make, shlex.split(command), codes, words, short))
+        return make
+
+    return add
+
+
+# ---- glTF
+
+
+TRIANGLE = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
+
+
+def triangle():
+    """A scene of one triangle, its bytes in a data URI."""
+    uri = "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE).decode()
+    return {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}
+        ],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36, "uri": uri}],
+    }
+
+
+def write(folder, scene, **texts):
+    """Writes scene.gltf. TEXTS stand for the strings "@NAME" in it, as the pieces of text that they yield."""
+    with open(folder / "scene.gltf", "w", encoding="utf-8") as file:
+        rest = json.dumps(scene)
+        for name, pieces in texts.items():
+            before, _, rest = rest.partition(f'"@{name}"')
+            file.write(before)
+            for piece in pieces:
+                file.write(piece)
+        file.write(rest)
+
+
+def repeated(piece, count, separator=","):
+    """PIECE so often, in blocks."""
+    block = 10000
+    for done in range(0, count, block):
+        yield (separator if done else "") + separator.join([piece] * min(block, count - done))
+
+
+@bomb("info {}/scene.gltf", words="nested deeper")
+def deep_json(folder):
+    write(folder, {"asset": {"version": "2.0"}, "extras": "@deep"}, deep=("[" * 5000000, "]" * 5000000))
+
+
+@bomb("info {}/scene.gltf", words="not valid JSON")
+def a_line_feed_in_20_MB_of_text(folder):
+    scene = triangle()
+    scene["buffers"][0]["uri"] = "@uri"
+    write(folder, scene, uri=('"data:;base64,', "A" * 20000000, "\n", '"'))
+
+
+@bomb("info {}/scene.gltf", codes=(0, 3))
+def a_name_of_20_MB(folder):
+    scene = triangle()
+    scene["extensionsUsed"] = ["@name"]
+    write(folder, scene, name=('"', "x" * 20000000, '"'))
+
+
+@bomb("info {}/scene.gltf", words="levels")
+def a_chain_of_nodes(folder):
+    scene = triangle()
+    count = 1000000 if ALL else 100000
+    scene["nodes"] = ["@nodes", {"mesh": 0}]
+    scene["scenes"] = [{"nodes": [0]}]
+    write(folder, scene, nodes=(("," if i else "") + f'{{"children":[{i + 1}]}}' for i in range(count - 1)))
+
+
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget", short=False)
+def three_million_empty_nodes(folder):
+    scene = triangle()
+    scene["nodes"] = [{"mesh": 0}, "@nodes"]
+    write(folder, scene, nodes=repeated("{}", 3000000))
+
+
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget", short=False)
+def ten_million_numbers(folder):
+    scene = triangle()
+    scene["extras"] = ["@numbers"]
+    write(folder, scene, numbers=repeated("0", 20000000))
+
+
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget")
+def five_million_instances(folder):
+    scene = triangle()
+    count = 5000000
+    scene["extensionsUsed"] = scene["extensionsRequired"] = ["EXT_mesh_gpu_instancing"]
+    scene["accessors"].append({"componentType": 5126, "count": count, "type": "VEC3", "bufferView": 1})
+    scene["bufferViews"].append({"buffer": 1, "byteLength": 12 * count})
+    scene["buffers"].append({"byteLength": 12 * count, "uri": "zeros.bin"})
+    with open(folder / "zeros.bin", "wb") as file:
+        file.truncate(12 * count)
+    scene["nodes"][0]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}
+    write(folder, scene)
+
+
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget")
+def a_thousand_primitives_of_the_same_bytes(folder):
+    scene = triangle()
+    count = 300000
+    scene["accessors"][0]["count"] = count
+    scene["bufferViews"][0]["byteLength"] = scene["buffers"][0]["byteLength"] = 12 * count
+    scene["buffers"][0]["uri"] = "zeros.bin"
+    with open(folder / "zeros.bin", "wb") as file:
+        file.truncate(12 * count)
+    scene["accessors"][0]["max"] = [0, 0, 0]
+    scene["meshes"][0]["primitives"] *= 1000
+    write(folder, scene)
+
+
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget")
+def a_thousand_targets_of_the_same_bytes(folder):
+    scene = triangle()
+    count = 300000
+    scene["accessors"][0]["count"] = count
+    scene["bufferViews"][0]["byteLength"] = scene["buffers"][0]["byteLength"] = 12 * count
+    scene["buffers"][0]["uri"] = "zeros.bin"
+    with open(folder / "zeros.bin", "wb") as file:
+        file.truncate(12 * count)
+    scene["accessors"][0]["max"] = [0, 0, 0]
+    scene["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": 0}] * 1000
+    write(folder, scene)
+
+
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget")
+def ten_thousand_samplers_of_the_same_bytes(folder):
+    scene = triangle()
+    count, samplers = 100000, 10000
+    scene["buffers"].append({"byteLength": 16 * count, "uri": "zeros.bin"})
+    with open(folder / "zeros.bin", "wb") as file:
+        file.truncate(16 * count)
+    scene["bufferViews"].append({"buffer": 1, "byteLength": 16 * count})
+    for kind in ("SCALAR", "VEC3"):
+        scene["accessors"].append({"bufferView": 1, "componentType": 5126, "count": count, "type": kind})
+        if kind == "SCALAR":
+            scene["accessors"][-1].update(min=[0], max=[0])
+    scene["animations"] = [
+        {
+            "samplers": [{"input": 1, "output": 2}] * samplers,
+            "channels": [{"sampler": i, "target": {"node": 0, "path": "translation"}} for i in range(samplers)],
+        }
+    ]
+    write(folder, scene)
+
+
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget", short=False)
+def a_skin_of_five_million_joints(folder):
+    scene = triangle()
+    scene["skins"] = [{"joints": ["@joints"]}]
+    write(folder, scene, joints=repeated("0", 5000000))
+
+
+@bomb("info {}/scene.gltf", codes=(0, 3))
+def a_thousand_buffers_of_one_file(folder):
+    scene = triangle()
+    size = 4 << 20
+    with open(folder / "zeros.bin", "wb") as file:
+        file.truncate(size)
+    scene["buffers"] += [{"byteLength": size, "uri": "zeros.bin"}] * 1000
+    write(folder, scene)
+
+
+@bomb("info {}/scene.glb", codes=(0, 3), short=False)
+def two_million_chunks(folder):
+    text = json.dumps(triangle()).encode()
+    text += b" " * (-len(text) % 4)
+    count = 2000000
+    with open(folder / "scene.glb", "wb") as file:
+        file.write(struct.pack("<4sIIII", b"glTF", 2, 20 + len(text) + 8 * count, len(text), 0x4E4F534A) + text)
+        for _ in range(count // 10000):
+            file.write(struct.pack("<II", 0, 0x004E4942) * 10000)
+
+
+def textured(folder, name, data, copies=1):
+    scene = triangle()
+    (folder / name).write_bytes(data)
+    scene["images"] = [{"uri": name}] * copies
+    scene["textures"] = [{"source": i} for i in range(copies)]
+    scene["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}} for i in range(copies)]
+    scene["meshes"][0]["primitives"] = [
+        {"attributes": {"POSITION": 0}, "material": i} for i in range(copies)
+    ]
+    write(folder, scene)
+
+
+def chunk(kind, data):
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def deflated(size):
+    """So many zeros, which DEFLATE makes a thousandth of."""
+    packer = zlib.compressobj(9)
+    block = bytes(1 << 20)
+    parts = [packer.compress(block[: min(len(block), size - done)]) for done in range(0, size, len(block))]
+    return b"".join(parts) + packer.flush()
+
+
+def png(width, height, *before, color=0, pixels=b""):
+    header = struct.pack(">IIBBBBB", width, height, 8, color, 0, 0, 0)
+    return (
+        b"\x89PNG\r\n\x1a\n"
+        + chunk(b"IHDR", header)
+        + b"".join(before)
+        + chunk(b"IDAT", pixels)
+        + chunk(b"IEND", b"")
+    )
+
+
+@bomb("info {}/scene.gltf", codes=(0,), words="60000 x 60000")
+def a_texture_of_60000_square(folder):
+    textured(folder, "huge.png", png(60000, 60000))
+
+
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget", short=False)
+def a_texture_of_16000_square(folder):
+    textured(folder, "large.png", png(16000, 16000, pixels=deflated(16001 * 16000)))
+
+
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget")
+def a_hundred_textures_of_one_picture(folder):
+    textured(folder, "large.png", png(2000, 2000, pixels=deflated(2001 * 2000)), 100)
+
+
+@bomb("info {}/scene.gltf", codes=(0, 3))
+def a_PNG_of_a_million_chunks(folder):
+    textured(folder, "chunks.png", png(1, 1, *([chunk(b"tEXt", b"a\0b")] * 1000000), pixels=zlib.compress(b"\0\0")))
+
+
+@bomb("info {}/scene.gltf", codes=(0, 3))
+def a_PNG_of_texts_that_inflate(folder):
+    text = chunk(b"zTXt", b"a\0\0" + deflated(60 << 20))
+    textured(folder, "texts.png", png(1, 1, *([text] * 100), pixels=zlib.compress(b"\0\0")))
+
+
+@bomb("info {}/scene.gltf", codes=(0, 3))
+def a_PNG_of_a_profile_that_inflates(folder):
+    profile = chunk(b"iCCP", b"a\0\0" + deflated(1 << 30))
+    textured(folder, "profile.png", png(1, 1, profile, pixels=zlib.compress(b"\0\0")))
+
+
+def segment(marker, data):
+    return bytes((0xFF, marker)) + struct.pack(">H", 2 + len(data)) + data
+
+
+def jpeg(width, height, scans):
+    """A progressive JPEG of grey zeros: its scans are runs of blocks that have ended."""
+    counts = bytes(16)
+    dc = segment(0xC4, b"\0" + bytes([1] + [0] * 15) + b"\0")  # one code, "0": a difference of no bits
+    # Codes of AC: 15 runs of blocks, EOB0 to EOB14, at 5 bits each.
+    ac = segment(0xC4, b"\x10" + bytes([0] * 4 + [15] + [0] * 11) + bytes(i << 4 for i in range(15)))
+    blocks = -(-width // 8) * -(-height // 8)
+    first = segment(0xDA, b"\x01\x01\x00\x00\x00\x00") + bytes(-(-blocks // 8))
+    bits = ""
+    left = blocks
+    while left:
+        power = min(14, left.bit_length() - 1)
+        run = min(left, (1 << (power + 1)) - 1)
+        bits += f"{power:05b}" + (f"{run - (1 << power):0{power}b}" if power else "")
+        left -= run
+    bits += "1" * (-len(bits) % 8)
+    data = bytes(int(bits[i : i + 8], 2) for i in range(0, len(bits), 8)).replace(b"\xff", b"\xff\0")
+    more = segment(0xDA, b"\x01\x01\x00\x01\x3f\x00") + data
+    return (
+        b"\xff\xd8"
+        + segment(0xDB, b"\0" + bytes([1] * 64))
+        + segment(0xC2, struct.pack(">BHHB", 8, height, width, 1) + b"\x01\x11\0")
+        + dc
+        + ac
+        + first
+        + more * scans
+        + b"\xff\xd9"
+    )
+
+
+@bomb("info {}/scene.gltf", codes=(0, 3))
+def a_JPEG_of_ten_thousand_scans(folder):
+    textured(folder, "scans.jpg", jpeg(4096, 4096, 10000))
+
+
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget")
+def a_WebP_of_16000_square(folder):
+    data = b"VP8L" + struct.pack("<IBI", 105, 0x2F, 15999 | 15999 << 14) + bytes(101)
+    textured(folder, "large.webp", b"RIFF" + struct.pack("<I", 4 + len(data)) + b"WEBP" + data)
+
+
+@bomb("info {}/scene.gltf", words="")
+def meshopt_of_nothing(folder):
+    scene = triangle()
+    count = 50000000
+    scene["extensionsUsed"] = ["EXT_meshopt_compression"]
+    scene["buffers"].append({"byteLength": 1})
+    scene["bufferViews"][0] = {
+        "buffer": 1,
+        "byteLength": 16 * count,
+        "extensions": {
+            "EXT_meshopt_compression": {
+                "buffer": 0, "byteLength": 36, "count": count, "byteStride": 16, "mode": "ATTRIBUTES"
+            }
+        },
+    }
+    write(folder, scene)
+
+
+def varint(number):
+    out = b""
+    while number > 127:
+        out += bytes([number & 127 | 128])
+        number >>= 7
+    return out + bytes([number])
+
+
+def draco(folder, data, count):
+    scene = triangle()
+    (folder / "mesh.drc").write_bytes(data)
+    scene["extensionsUsed"] = scene["extensionsRequired"] = ["KHR_draco_mesh_compression"]
+    scene["buffers"] = [{"byteLength": len(data), "uri": "mesh.drc"}]
+    scene["bufferViews"] = [{"buffer": 0, "byteLength": len(data)}]
+    accessor = scene["accessors"][0]
+    del accessor["bufferView"]
+    accessor["count"] = count
+    scene["accessors"].append({"componentType": 5125, "count": 3 * count, "type": "SCALAR"})
+    primitive = scene["meshes"][0]["primitives"][0]
+    primitive["indices"] = 1
+    primitive["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}}
+    write(folder, scene)
+
+
+@bomb("info {}/scene.gltf")
+def Draco_of_a_billion_triangles(folder):
+    header = b"DRACO" + bytes([2, 2, 1, 0]) + struct.pack("<H", 0)
+    draco(folder, header + varint(1 << 30) + varint(1 << 30) + bytes(64), 1 << 30)
+
+
+@bomb("info {}/scene.gltf")
+def Draco_of_endless_metadata(folder):
+    header = b"DRACO" + bytes([2, 2, 1, 0]) + struct.pack("<H", 0x8000)
+    # Metadata in metadata, each with one more inside.
+    inner = varint(0) + varint(1) + b"\x01a"
+    draco(folder, header + varint(0) + inner * 2000000, 1 << 20)
+
+
+@bomb("info {}/scene.gltf")
+def Draco_of_faces_without_data(folder):
+    for method in (1,):
+        header = b"DRACO" + bytes([2, 2, 1, method]) + struct.pack("<H", 0)
+        faces = 8000000
+        data = header + b"\0" + varint(faces) + varint(faces) + b"\0" + varint(faces) + varint(0)
+        draco(folder, data + bytes(1 << 20), faces)
+
+
+# ---- OpenEXR
+
+
+def attribute(name, kind, value):
+    return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(value)) + value
+
+
+def exr_header(width=1, height=1, kind="scanlineimage", compression=0, more=b"", channels="RGBAZ", name="", chunks=1):
+    listed = b"".join(
+        c.encode() + b"\0" + struct.pack("<iB3xii", 2 if c == "Z" else 1, 0, 1, 1) for c in sorted(channels)
+    )
+    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    return (
+        attribute("channels", "chlist", listed + b"\0")
+        + attribute("chunkCount", "int", struct.pack("<i", chunks))
+        + attribute("compression", "compression", bytes([compression]))
+        + attribute("dataWindow", "box2i", window)
+        + attribute("displayWindow", "box2i", window)
+        + attribute("lineOrder", "lineOrder", b"\0")
+        + (attribute("name", "string", name.encode()) if name else b"")
+        + attribute("pixelAspectRatio", "float", struct.pack("<f", 1))
+        + attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0))
+        + attribute("screenWindowWidth", "float", struct.pack("<f", 1))
+        + attribute("type", "string", kind.encode())
+        + more
+        + b"\0"
+    )
+
+
+def exr(path, headers, flags, rest=b""):
+    with open(path, "wb") as file:
+        file.write(struct.pack("<II", 20000630, 2 | flags))
+        for header in headers:
+            file.write(header)
+        file.write(rest)
+
+
+MULTIPART, DEEP, LONG = 0x1000, 0x800, 0x400
+
+
+@bomb("info {}/a.exr")
+def an_EXR_of_200000_parts(folder):
+    headers = (exr_header(name=f"layer_{i:06}") for i in range(200000))
+    exr(folder / "a.exr", headers, MULTIPART, b"\0")
+
+
+@bomb("info {}/a.exr")
+def an_EXR_part_of_2_to_the_31_chunks(folder):
+    exr(folder / "a.exr", [exr_header(name="layer_000", chunks=(1 << 31) - 1)], MULTIPART, b"\0" + bytes(1000))
+
+
+@bomb("info {}/a.exr")
+def an_EXR_of_a_million_attributes(folder):
+    more = b"".join(attribute(f"a{i}", "int", b"\0\0\0\0") for i in range(1000000))
+    exr(folder / "a.exr", [exr_header(name="layer_000", more=more)], MULTIPART, b"\0")
+
+
+@bomb("info {}/a.exr")
+def an_EXR_attribute_of_2_GB(folder):
+    more = b"a\0string\0" + struct.pack("<i", (1 << 31) - 1)
+    exr(folder / "a.exr", [exr_header(name="layer_000")[:-1] + more], MULTIPART)
+
+
+@bomb("info {}/a.exr")
+def an_EXR_of_131072_square(folder):
+    header = exr_header(131071, 131071, compression=3, name="layer_000", chunks=8192)
+    exr(folder / "a.exr", [header], MULTIPART, b"\0" + bytes(8 * 8192))
+
+
+@bomb("info {}/a.exr", codes=(0, 3))
+def an_EXR_manifest_that_inflates(folder):
+    size = 900 << 20
+    manifest = struct.pack("<Q", size) + deflated(size)
+    more = attribute("idManifest", "idmanifest", manifest)
+    header = exr_header(name="layer_000", more=more)
+    line = struct.pack("<iii", 0, 0, 12) + bytes(12)
+    start = 8 + len(header) + 1 + 8
+    exr(folder / "a.exr", [header], MULTIPART, b"\0" + struct.pack("<Q", start) + line)
+
+
+@bomb("flatten {}/a.exr -o {}/out.png")
+def a_deep_EXR_of_a_billion_samples(folder):
+    width = 1000
+    header = exr_header(width, 1, "deepscanline", 2, attribute("version", "int", struct.pack("<i", 1)), "RGBAZ", "color")
+    counts = zlib.compress(struct.pack(f"<{width}I", *(1000000 * (i + 1) for i in range(width))))
+    samples = zlib.compress(bytes(1000))
+    start = 8 + len(header) + 1 + 8
+    line = struct.pack("<iiQQQ", 0, 0, len(counts), len(samples), 12 * 1000000 * width) + counts + samples
+    exr(folder / "a.exr", [header], MULTIPART | DEEP, b"\0" + struct.pack("<Q", start) + line)
+
+
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --environment {}/a.hdr")
+def an_environment_of_60000_square(folder):
+    write(folder, triangle())
+    (folder / "a.hdr").write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n" + bytes(100))
+
+
+# ---- arrays, points, cameras, jobs
+
+
+def zip_of(path, name, size):
+    """An archive of one deflated member of zeros behind the header of an array of floats."""
+    values = size // 8 // 3
+    text = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({values}, 3), }}"
+    text += " " * (-(len(text) + 11) % 64) + "\n"
+    npy = b"\x93NUMPY\x01\0" + struct.pack("<H", len(text)) + text.encode()
+    packer = zlib.compressobj(9, zlib.DEFLATED, -15)
+    packed, crc, block = [packer.compress(npy)], zlib.crc32(npy), bytes(24 << 16)
+    total, left = len(npy), 24 * values
+    while left:
+        piece = block[: min(left, len(block))]
+        packed.append(packer.compress(piece))
+        crc = zlib.crc32(piece, crc)
+        total, left = total + len(piece), left - len(piece)
+    data = b"".join(packed) + packer.flush()
+    shared = struct.pack("<HHHHHIIIHH", 20, 0, 8, 0, 33, crc, len(data), total, len(name), 0)
+    local = b"PK\3\4" + shared + name
+    entry = b"PK\1\2" + struct.pack("<H", 20) + shared + struct.pack("<HHHII", 0, 0, 0, 0, 0) + name
+    end = b"PK\5\6" + struct.pack("<HHHHIIH", 0, 0, 1, 1, len(entry), len(local) + len(data), 0)
+    path.write_bytes(local + data + entry + end)
+
+
+@bomb("rays {}/scene.gltf --direction 0,0,1 --points {}/points.npz -o {}/out.npz --memory 512M", codes=(3, 33))
+def an_NPZ_that_inflates(folder):
+    write(folder, triangle())
+    zip_of(folder / "points.npz", b"points.npy", 1 << 30)
+
+
+@bomb("rays {}/scene.gltf --direction 0,0,1 --points {}/points.npy -o {}/out.npz")
+def an_NPY_of_2_to_the_60(folder):
+    write(folder, triangle())
+    text = "{'descr': '<f8', 'fortran_order': False, 'shape': (1152921504606846976, 3), }".ljust(117) + "\n"
+    (folder / "points.npy").write_bytes(b"\x93NUMPY\x01\0" + struct.pack("<H", len(text)) + text.encode() + bytes(64))
+
+
+@bomb("rays {}/scene.gltf --direction 0,0,1 --points {}/points.ply -o {}/out.npz")
+def a_PLY_of_2_to_the_60(folder):
+    write(folder, triangle())
+    (folder / "points.ply").write_bytes(
+        b"ply\nformat binary_little_endian 1.0\nelement vertex 1152921504606846976\n"
+        b"property double x\nproperty double y\nproperty double z\nend_header\n" + bytes(240)
+    )
+
+
+@bomb("render {}/scene.gltf -o {}/out.@@@@.png --size 16x16 --cameras {}/transforms.json")
+def cameras_of_deep_JSON(folder):
+    write(folder, triangle())
+    with open(folder / "transforms.json", "w", encoding="utf-8") as file:
+        file.write('{"frames":' + "[" * 5000000 + "]" * 5000000 + "}")
+
+
+@bomb("batch {}/jobs", codes=(2, 3))
+def jobs_of_deep_JSON(folder):
+    with open(folder / "jobs", "w", encoding="utf-8") as file:
+        file.write('{"verb":' + "[" * 5000000 + "]" * 5000000 + "}\n")
+
+
+@bomb("flatten {}/pipe -o {}/out.png", words="not a regular file")
+def a_pipe(folder):
+    os.mkfifo(folder / "pipe")
+
+
+@bomb("info /dev/zero", words="not a regular file")
+def an_endless_device(_):
+    pass
+
+
+# ---- running
+
+
+Run = collections.namedtuple("Run", "code seconds mebibytes out err")
+
+
+def make_apart(make, folder):
+    """Makes the files in a process of their own: what this one ever had resident would count to its children."""
+    child = os.fork()
+    if child == 0:
+        try:
+            make(folder)
+            os._exit(0)
+        except BaseException:  # pylint: disable=broad-except
+            traceback.print_exc()
+            os._exit(1)
+    _, status = os.waitpid(child, 0)
+    if status != 0:
+        raise RuntimeError(f"{make.__name__} makes no files")
+
+
+def run(command, folder):
+    """Runs the program, its children counted."""
+    words = [word.replace("{}", str(folder)) for word in command]
+    out, err = folder / "stdout", folder / "stderr"
+    with open(out, "wb") as stdout, open(err, "wb") as stderr:
+        child = subprocess.Popen([PEELER, *words], stdin=subprocess.DEVNULL, stdout=stdout, stderr=stderr)
+        timer = subprocess.Popen(["sleep", str(ENDLESS)])
+        try:
+            pid, status, used = wait_for_one(child.pid, timer.pid)
+            if pid != child.pid:
+                child.kill()
+                _, status, used = os.wait4(child.pid, 0)
+        finally:
+            timer.kill()
+            try:
+                timer.wait()
+            except ChildProcessError:
+                pass
+        child.returncode = os.waitstatus_to_exitcode(status)
+    return Run(
+        child.returncode,
+        used.ru_utime + used.ru_stime,
+        used.ru_maxrss / 1024,
+        out.read_bytes(),
+        err.read_bytes(),
+    )
+
+
+def wait_for_one(*pids):
+    while True:
+        pid, status, used = os.wait3(0)
+        if pid in pids:
+            return pid, status, used
+
+
+class Bombs(unittest.TestCase):
+    def test_all(self):
+        rows = [("bomb", "verb", "exit", "seconds", "MB", "its first line")]
+        errors = []
+        only = os.environ.get("PEELER_BOMBS")
+        for each in BOMBS:
+            if not (each.short or ALL or only) or (only and only not in each.name):
+                continue
+            with tempfile.TemporaryDirectory(prefix="bomb") as name:
+                folder = pathlib.Path(name)
+                make_apart(each.make, folder)
+                ran = run(each.command, folder)
+            said = ran.err.decode("utf-8", "replace").replace(str(folder), "…")
+            first = said.splitlines()[0] if said else ""
+            rows.append(
+                (each.name, each.command[0], str(ran.code), f"{ran.seconds:.2f}", f"{ran.mebibytes:.0f}", first[:120])
+            )
+            faults = []
+            if ran.code not in each.codes:
+                faults.append(f"exit code {ran.code}")
+            if each.words not in said + ran.out.decode("utf-8", "replace"):
+                faults.append(f'no word of "{each.words}"')
+            if ran.seconds > SECONDS:
+                faults.append(f"{ran.seconds:.1f} s")
+            if ran.mebibytes > MEBIBYTES:
+                faults.append(f"{ran.mebibytes:.0f} MB")
+            if len(ran.err) + len(ran.out) > 100000:
+                faults.append(f"{len(ran.err) + len(ran.out)} bytes said")
+            if faults:
+                errors.append(f"{each.name}: {', '.join(faults)}\n    {said[:300]}")
+        widths = [max(len(row[i]) for row in rows) for i in range(5)]
+        for row in rows:
+            print("  ".join(cell.ljust(width) for cell, width in zip(row, widths)) + "  " + row[5])
+        print(f"left out: {sum(not b.short for b in BOMBS) if not ALL else 0} of {len(BOMBS)} (PEELER_TEST_ALL=1)")
+        if errors:
+            self.fail("\n" + "\n".join(errors))
+
+
+if __name__ == "__main__":
+    unittest.main()

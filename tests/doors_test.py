@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""JSON is written and parsed, files are opened to be read, and strings are escaped in one place each.
+
+What else could throw, wait for a pipe or print what a file says is looked for in every source of the product.
+"""
+
+import pathlib
+import re
+import unittest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[1]
+LIBRARIES = ("core", "formats", "cmd")
+COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+
+# What is looked for: a name, the pattern, what to use instead, and which files may have it, with the reason.
+DOORS = (
+    (
+        "text of JSON",
+        re.compile(r"(?:\.|->)dump\s*\("),
+        "dumpJson() of formats/file/json_text.h, which never throws",
+        {"formats/file/json_text.cpp": "it is that place"},
+    ),
+    (
+        "JSON put into a stream, which throws likewise",
+        re.compile(r"<<\s*(?:json|Json|nlohmann::\w+)\s*[({;]"),
+        "dumpJson() of formats/file/json_text.h",
+        {},
+    ),
+    (
+        "JSON parsed",
+        re.compile(r"\b(?:[Jj]son|ordered_json|Value)::(?:parse|accept|sax_parse|from_\w+)\s*\("),
+        "parseJson() of formats/file/json_text.h, which limits depth and messages",
+        {
+            "formats/file/json_text.cpp": "it is that place",
+            "cmd/batch/batch_jobs.cpp": "it refuses keys that are there twice, after checkJsonDepth()",
+        },
+    ),
+    (
+        "a file opened by a stream",
+        re.compile(r"\b(?:std::)?(?:i|f)fstream\b|\bstd::fstream\b|\bfilebuf\b"),
+        "RegularFile or readRegularText() of formats/file/regular_file.h, which wait for nothing",
+        {
+            "cmd/machine/resources.cpp": "/proc/self/status",
+            "cmd/machine/limits.cpp": "/proc and cgroups",
+            "core/gl/program.cpp": "shaders that a developer changes",
+        },
+    ),
+    (
+        "a file opened by C",
+        re.compile(r"\b(?:std::)?f(?:re)?open(?:64)?\s*\(|\bpopen\s*\("),
+        "RegularFile of formats/file/regular_file.h",
+        {
+            "core/capture/bands.cpp": "/proc/self/statm",
+            "formats/modules/helper_main.cpp": "/proc/self/statm",
+        },
+    ),
+    (
+        "a file opened to be read by the system's call",
+        re.compile(
+            r"\bopen(?:at)?(?:64)?\s*\([^;{]*?\bO_RD(?:ONLY|WR)\b[^;{]*?\)|\bopen(?:at)?\s*\([^;{]*?\bkHow\b"
+        ),
+        "RegularFile of formats/file/regular_file.h",
+        {
+            "formats/file/regular_file.cpp": "it is that place",
+            "formats/file/temporary_files.cpp": "folders, and files that it makes",
+            "formats/file/atomic_file.cpp": "folders, and files that it makes (O_EXCL)",
+            "cmd/batch/batch_report.cpp": "the report, which is appended to; it does not wait",
+            "cmd/machine/child_process.cpp": "/dev/null",
+        },
+    ),
+    (
+        "a file opened by a library",
+        re.compile(r"\bexr_start_read\s*\(|\bImf::\w*InputFile\b|->open\s*\(\s*path\b|ImageInput::open\s*\("),
+        "a stream of that library on RegularFile",
+        {
+            "formats/exr/exr_input.cpp": "with read_fn of RegularFile",
+            "formats/exr/exr_chunks.cpp": "the file that was just written",
+            "formats/exr/exr_contradictions.cpp": "with a stream of RegularFile",
+            "formats/modules/image_library.cpp": "with a proxy of RegularFile",
+        },
+    ),
+    (
+        "printing past the console",
+        re.compile(r"\bstd::(?:cout|cerr|clog|printf|puts|perror)\b|\bf?printf\s*\(\s*(?:stdout|stderr)|\bstd::fputs\s*\([^;]*\bstd(?:out|err)\b"),
+        "Console (cmd/cli/console.h), which escapes and cuts",
+        {
+            "cmd/main.cpp": "it makes the console",
+            "core/gl/context.cpp": "GL's own messages, for developers",
+            "core/shading/write_constants.cpp": "a program of the build",
+            "cmd/manual/write_manual.cpp": "a program of the build",
+        },
+    ),
+)
+
+
+def sources():
+    return sorted(
+        path for library in LIBRARIES for path in (SOURCE / library).rglob("*") if path.suffix in (".h", ".cpp")
+    )
+
+
+def without_comments(code):
+    """The same lines."""
+    return COMMENT.sub(lambda comment: "\n" * comment[0].count("\n"), code)
+
+
+def found_in(code, pattern):
+    """[line] of what matches"""
+    code = without_comments(code)
+    return [code.count("\n", 0, match.start()) + 1 for match in pattern.finditer(code)]
+
+
+class Doors(unittest.TestCase):
+    def test_there_is_no_other_way(self):
+        errors = []
+        texts = {path.relative_to(SOURCE).as_posix(): path.read_text(encoding="utf-8") for path in sources()}
+        self.assertGreater(len(texts), 300)
+        for what, pattern, instead, allowed in DOORS:
+            for name, code in texts.items():
+                lines = found_in(code, pattern)
+                if name in allowed and not lines:
+                    errors.append(f"{name}: has no {what} any more: take it out of the table")
+                if name not in allowed:
+                    errors += [f"{name}:{line}: {what}; use {instead}" for line in lines]
+            errors += [f"{name}: there is no such file" for name in allowed if name not in texts]
+        if errors:
+            self.fail("\n" + "\n".join(errors))
+
+
+class PlantedDoors(unittest.TestCase):
+    """The checks can fail."""
+
+    def test_each_is_found(self):
+        planted = (
+            "x = json.dump();",
+            "out << json({1});",
+            "nlohmann::json::parse(text)",
+            "std::ifstream file(path);",
+            'std::fopen(path, "r")',
+            "const int file = ::open(path.c_str(),\n O_RDONLY | O_CLOEXEC);",
+            "exr_start_read(&context, path, &options)",
+            'std::cerr << "text";',
+        )
+        self.assertEqual(len(planted), len(DOORS))
+        for code, (what, pattern, _, _) in zip(planted, DOORS):
+            self.assertEqual(found_in("\n" + code, pattern), [2], what)
+            self.assertEqual(found_in("// " + code.replace("\n", " "), pattern), [], what)
+
+    def test_what_is_no_door(self):
+        for code in ("void open();", "open(band);", "targets.dumped()", "sink.open(image, file)", "std::ofstream f;"):
+            for what, pattern, _, _ in DOORS:
+                self.assertEqual(found_in(code, pattern), [], what)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files of cameras of every format. The input: which format, which convention, then the files of
+// the format, with kBetween between them.
+#include <array>
+#include <iterator>
+
+#include "core/scene/framing.h"
+#include "core/scene/posed_scene.h"
+#include "formats/cameras/camera_file.h"
+#include "fuzz/fuzz_scene.h"
+#include "fuzz/fuzz_target.h"
+
+namespace peeler::fuzz {
+namespace {
+
+constexpr std::string_view kBetween = "%%%%";
+
+/// The files of a format, and which of them is named ("": their folder).
+struct CameraFiles {
+    std::array<std::string_view, 3> files;
+    std::string_view named;
+};
+constexpr CameraFiles kCameraFiles[] = {
+    {{"transforms.json", "", ""}, "transforms.json"},
+    {{"scene_camera.json", "camera.json", "scene_gt.json"}, "scene_camera.json"},
+    {{"cameras.txt", "images.txt", ""}, ""},
+    {{"cameras.bin", "images.bin", ""}, "images.bin"},
+    {{"poses.npy", "", ""}, "poses.npy"},
+    {{"poses.npz", "", ""}, "poses.npz"},
+    {{"views.jsonl", "", ""}, "views.jsonl"},
+};
+
+/// The bytes before the mark, which are taken off, mark and all.
+Input takePart(Input& bytes) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::size_t end = std::min(text.find(kBetween), text.size());
+    const Input part = bytes.first(end);
+    bytes = bytes.subspan(std::min(end + kBetween.size(), bytes.size()));
+    return part;
+}
+
+void takeCameras(Input input) {
+    namespace fs = std::filesystem;
+    Taker taker(input);
+    const CameraFiles& format = kCameraFiles[taker.below(std::size(kCameraFiles))];
+    CameraFileOptions options;
+    if (const std::size_t convention = taker.below(4); convention > 0)
+        options.convention = static_cast<CameraConvention>(convention - 1);
+    if (taker.flip()) options.size = {640, 480};
+
+    fs::remove_all(scratchFolder() / "cameras");
+    fs::create_directory(scratchFolder() / "cameras");
+    Input rest = taker.rest();
+    for (const std::string_view file : format.files)
+        if (!file.empty()) fileOf("cameras/" + std::string(file), takePart(rest));
+    const std::vector<FileCamera> cameras =
+        readCameras(scratchFolder() / "cameras" / format.named, options);
+    static const Scene scene = tinyScene();
+    static const PosedScene posed(scene);
+    for (std::size_t i = 0; i < std::min<std::size_t>(cameras.size(), 4); ++i)
+        attempt([&] {
+            CameraChoice choice = cameraChoice(cameras[i]);
+            checkCamera(choice);
+            const View view = makeView(posed, SceneExtent(posed), choice);
+            fileCamera(view, cameras[i].name);
+        });
+    for (const char* name : {"written.json", "scene_camera_written.json", "written/"})
+        attempt([&] { writeCameras((scratchFolder() / "cameras" / name).string(), cameras); });
+}
+
+}  // namespace
+}  // namespace peeler::fuzz
+
+PEELER_FUZZ_TARGET(cameras, peeler::fuzz::takeCameras)

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// An OpenEXR file of any kind, read in every way that commands have.
+#include "cmd/verify/verified_file.h"
+#include "core/image/composite.h"
+#include "core/image/statistics.h"
+#include "core/scene/camera_choice.h"
+#include "formats/exr/layered_input.h"
+#include "formats/output_hash.h"
+#include "fuzz/fuzz_target.h"
+
+namespace peeler::fuzz {
+namespace {
+
+/// Rows at the top of the picture, as many as fit a little memory.
+Window topOf(const LayeredInput& input) {
+    Window window = input.info().plan.view.crop;
+    window.y1 = std::min(window.y1, window.y0 + input.rowsFor(std::uint64_t{1} << 24));
+    return window;
+}
+
+void takeExr(Input input) {
+    const std::string path = fileOf("picture.exr", input);
+    attempt([&] { cmd::verifyFile(path); });
+    attempt([&] { outputHashOf(path); });
+    attempt([&] {
+        const auto layers = openLayered(path);
+        const Window window = topOf(*layers);
+        LayeredImage image;
+        layers->read(window, image);
+        PointStatistics points;
+        if (const View& view = layers->info().plan.view; view.known) {
+            addPoints(view, image, points);
+            if (view.projection.perspective) attempt([&] { intrinsicsOf(view); });
+        }
+        CompositeImage composite;
+        compositeOver(image, {}, composite);
+        layers->readComposite(window, composite);
+    });
+    attempt([&] {
+        const auto pixels = openComposite(OpenedExr(path));
+        LayeredImage image;
+        pixels->read(topOf(*pixels), image);
+    });
+}
+
+}  // namespace
+}  // namespace peeler::fuzz
+
+PEELER_FUZZ_TARGET(exr, peeler::fuzz::takeExr)

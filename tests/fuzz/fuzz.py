@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs fuzz targets for so long each, as many at once as there are processors, and says what came of it.
+
+    python3 tests/fuzz/fuzz.py BUILD_FOLDER [TARGET|all] [SECONDS]
+
+A target begins with its seeds (write_seeds), with tests/fuzz/corpus/TARGET, and with what earlier runs
+have collected in BUILD_FOLDER/corpus/TARGET; what it finds goes to BUILD_FOLDER/findings/TARGET, what it says
+to BUILD_FOLDER/logs/TARGET.txt. Exits with 1 if there is a finding."""
+
+import concurrent.futures
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+SOURCE = pathlib.Path(__file__).resolve().parent
+SECONDS = 60
+# A finding is, too: more than these seconds or megabytes for one input.
+LIMITS = ["-timeout=10", "-rss_limit_mb=2048"]
+MOST_BYTES = 16384  # of an input
+# LeakSanitizer crashes beside the threads of OpenImageIO's libraries.
+NO_LEAKS = "detect_leaks=0"
+LOADS_LIBRARIES = {"image"}
+STATISTICS = re.compile(r"stat::(\w+): +(\d+)")
+COVERAGE = re.compile(r"cov: (\d+) ft: (\d+)")
+
+
+def run(build, target, seconds, scratch):
+    """(the line that says what came of it, whether something was found)"""
+    corpus, findings = build / "corpus" / target, build / "findings" / target
+    output = build / "logs" / f"{target}.txt"
+    for needed in (corpus, findings, output.parent):
+        needed.mkdir(parents=True, exist_ok=True)
+    begins = [corpus, build / "seeds" / target, SOURCE / "corpus" / target]
+    dictionary = SOURCE / f"{target}.dict"
+    command = [build / "tests" / f"{target}_fuzz", f"-max_total_time={seconds}", *LIMITS]
+    command += [f"-max_len={MOST_BYTES}", "-print_final_stats=1", "-use_value_profile=1"]
+    command += [f"-artifact_prefix={findings}/"]
+    command += [f"-dict={dictionary}"] if dictionary.exists() else []
+    environment = {**os.environ, "TMPDIR": scratch, "UBSAN_OPTIONS": "print_stacktrace=1"}
+    if target in LOADS_LIBRARIES:
+        environment["ASAN_OPTIONS"] = NO_LEAKS
+    before = set(findings.iterdir())
+    with open(output, "wb") as log:
+        subprocess.run(
+            command + [path for path in begins if path.exists()],
+            stdout=log, stderr=subprocess.STDOUT, env=environment, check=False, cwd=scratch,
+        )
+    text = output.read_text(encoding="utf-8", errors="replace")
+    told = dict(STATISTICS.findall(text))
+    covered = (COVERAGE.findall(text) or [("?", "?")])[-1]
+    found = sorted(set(findings.iterdir()) - before)
+    ended = "number_of_executed_units" in told  # libFuzzer says so at its end, finding or not
+    line = f"{target}: {int(told.get('number_of_executed_units', 0)):,} executions in {seconds} s, "
+    line += f"coverage {covered[0]} edges, {covered[1]} features"
+    for path in found:
+        line += f"\n  found: {path}"
+    if not ended and not found:
+        line += f"\n  ended without saying why: {output}"
+    return line, bool(found) or not ended
+
+
+def main(build, wanted="all", seconds=SECONDS):
+    build = pathlib.Path(build).resolve()
+    known = sorted(path.name.removesuffix("_fuzz.cpp") for path in SOURCE.glob("*_fuzz.cpp"))
+    if wanted != "all" and wanted not in known:
+        sys.exit(f"there is no fuzz target {wanted}; there are {', '.join(known)}, and all")
+    chosen = known if wanted == "all" else [wanted]
+    subprocess.run(
+        [build / "tests/write_seeds", build / "seeds"],
+        check=True, env={**os.environ, "ASAN_OPTIONS": NO_LEAKS},
+    )
+    # In memory: a target writes files all the time. It is removed whatever ended a target.
+    shared = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+    found = False
+    with tempfile.TemporaryDirectory(dir=shared) as scratch:
+        processors = len(os.sched_getaffinity(0))
+        with concurrent.futures.ThreadPoolExecutor(processors) as pool:
+            runs = [pool.submit(run, build, target, int(seconds), scratch) for target in chosen]
+            for done in concurrent.futures.as_completed(runs):
+                line, finds = done.result()
+                print(line, flush=True)
+                found = found or finds
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    if not 2 <= len(sys.argv) <= 4:
+        sys.exit(__doc__)
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the fuzz targets share: how one is declared, files made of bytes, numbers taken from bytes.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "core/base/error.h"
+
+namespace peeler::fuzz {
+
+using Input = std::span<const std::uint8_t>;
+
+/// A function that takes any bytes. It may throw Error, which is how input is refused; all else
+/// that ends it is a finding.
+struct Target {
+    const char* name;
+    void (*take)(Input);
+};
+
+/// All targets that are linked into a program, in no order.
+std::vector<Target>& targets();
+
+/// Runs `work`, and lets pass only what is a finding: anything but an Error, and an Error that says
+/// of itself that it is a bug.
+template <class Work>
+void attempt(Work&& work) {
+    try {
+        work();
+    } catch (const Error& error) {
+        if (error.kind() == ErrorKind::kInternal) throw;
+    }
+}
+
+/// A file of this name with these bytes, in a folder of this process, which goes with it.
+std::string fileOf(std::string_view name, Input bytes);
+std::filesystem::path scratchFolder();
+
+inline std::string textOf(Input bytes) {
+    return {bytes.begin(), bytes.end()};
+}
+
+/// Takes numbers from the beginning of the bytes; where they end, all numbers are 0.
+class Taker {
+  public:
+    explicit Taker(Input bytes) : bytes_(bytes) {}
+
+    template <class T>
+    T take() {
+        static_assert(std::is_trivially_copyable_v<T>);
+        T value{};
+        const std::size_t size = std::min(sizeof value, bytes_.size());
+        if (size > 0) std::memcpy(&value, bytes_.data(), size);
+        bytes_ = bytes_.subspan(size);
+        return value;
+    }
+    /// A number from 0 to `count` − 1, made of one byte.
+    std::size_t below(std::size_t count) { return take<std::uint8_t>() % count; }
+    bool flip() { return below(2) == 1; }
+    Input rest() const { return bytes_; }
+
+  private:
+    Input bytes_;
+};
+
+}  // namespace peeler::fuzz
+
+// Under libFuzzer a program has one target, and one thread: inputs are small, and what is found is
+// to be found again. The regression tests have all targets in a table.
+#ifdef PEELER_LIBFUZZER
+#include "core/base/work.h"
+#include "formats/image/image_library.h"
+
+#define PEELER_FUZZ_TARGET(name, function)                                             \
+    extern "C" int LLVMFuzzerInitialize(int* count, char*** arguments);                \
+    int LLVMFuzzerInitialize(int*, char***) {                                          \
+        peeler::setThreadCount(1);                                                     \
+        peeler::setLibraryThreads(1);                                                  \
+        return 0;                                                                      \
+    }                                                                                  \
+    extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size); \
+    int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {           \
+        peeler::fuzz::attempt([&] { function({data, size}); });                        \
+        return 0;                                                                      \
+    }
+#else
+#define PEELER_FUZZ_TARGET(name, function)        \
+    [[maybe_unused]] const bool name##_is_known = \
+        (peeler::fuzz::targets().push_back({#name, function}), true);
+#endif

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// A flat picture: PNG, JPEG, TIFF, Radiance or OpenEXR as picture and environment, PNG, JPEG and
+// WebP as texture.
+#include "formats/gltf/gltf_decoders.h"
+#include "formats/image/environment_file.h"
+#include "formats/image/flat_image.h"
+#include "fuzz/fuzz_target.h"
+
+namespace peeler::fuzz {
+namespace {
+
+void takeImage(Input input) {
+    constexpr int kMostSide = 256;
+    constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 20;
+    attempt([&] { decodeTexture(input, "texture", {kMostSide, kMostBytes}); });
+    const std::string path = fileOf("picture", input);
+    attempt([&] { readFlatImage(path, {kMostSide, kMostBytes}); });
+    attempt([&] { imageDescription(path); });
+    attempt([&] { readEnvironment(path, {kMostSide, kMostBytes}); });
+}
+
+}  // namespace
+}  // namespace peeler::fuzz
+
+PEELER_FUZZ_TARGET(image, peeler::fuzz::takeImage)

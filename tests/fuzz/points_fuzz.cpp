@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// A file of points (PLY or .npz), and what else arrays are read by.
+#include "formats/arrays/array_reader.h"
+#include "formats/arrays/point_reader.h"
+#include "formats/arrays/table_writers.h"
+#include "fuzz/fuzz_target.h"
+
+namespace peeler::fuzz {
+namespace {
+
+void takePoints(Input input) {
+    const std::string path = fileOf("points", input);
+    attempt([&] { readPoints(path); });
+    attempt([&] { npzText(path, "output_hash"); });
+    attempt([&] {
+        const auto array = npyArray(input, "array");
+        for (std::uint64_t i = 0; array && i < array->count(); ++i)
+            array->at(i);
+    });
+}
+
+}  // namespace
+}  // namespace peeler::fuzz
+
+PEELER_FUZZ_TARGET(points, peeler::fuzz::takePoints)

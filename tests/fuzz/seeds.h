@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// What fuzzing begins with: small inputs for every target, made by the product's own writers and
+// the tests' builders.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace peeler::fuzz {
+
+using SeedBytes = std::vector<std::uint8_t>;
+
+/// Inputs by the name of the target.
+using Seeds = std::map<std::string, std::vector<SeedBytes>>;
+
+void addSceneSeeds(Seeds& seeds);
+void addPictureSeeds(Seeds& seeds);
+void addTableSeeds(Seeds& seeds);
+void addTextSeeds(Seeds& seeds);
+
+inline Seeds allSeeds() {
+    Seeds seeds;
+    addSceneSeeds(seeds);
+    addPictureSeeds(seeds);
+    addTableSeeds(seeds);
+    addTextSeeds(seeds);
+    return seeds;
+}
+
+inline SeedBytes seedOf(const std::string& text) {
+    return {text.begin(), text.end()};
+}
+
+}  // namespace peeler::fuzz
