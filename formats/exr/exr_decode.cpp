@@ -66,7 +66,8 @@ void ExrInput::decodeAll(std::size_t part) const {
     };
     const auto add = [&](int result, const exr_chunk_info_t& chunk) {
         check(result, info.name);
-        if (chunk.packed_size > bytes_ || chunk.unpacked_size > kMaxUnpacked) {
+        if (chunk.packed_size > bytes_ || chunk.unpacked_size > kMaxUnpacked ||
+            (info.compression == "none" && chunk.packed_size != chunk.unpacked_size)) {
             throw Error(ErrorKind::kInput, "a chunk has no plausible size",
                         path_ + ": " + info.name);
         }

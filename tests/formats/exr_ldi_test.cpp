@@ -7,12 +7,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
+#include <string_view>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/image/composite.h"
+#include "formats/exr/exr_input.h"
 #include "formats/exr/exr_readers.h"
 #include "formats/exr/exr_writers.h"
+#include "formats/read_all.h"
 #include "formats/same_image.h"
 #include "formats/synthetic_image.h"
 #include "support/numbers.h"
@@ -378,6 +382,28 @@ TEST_F(ExrLdi, DamagedFilesAreErrorsNotCrashes) {
         }
     }
     EXPECT_GT(refused, 100);
+}
+
+/// Else pixels would be what the memory held before.
+TEST_F(ExrLdi, ChunksThatAreNotCompressedAreWhole) {
+    const SyntheticPicture picture = makePicture({.seed = 83, .width = 40, .height = 30});
+    const std::string path = scratch / "out.exr";
+    writeLdi(path, picture, {1 << 20}, {.compression = "none"});
+    const ExrInputPart part = ExrInput(path).parts()[1];
+    std::size_t pixel = 0;
+    for (const ExrInputChannel& channel : part.channels)
+        pixel += pixelTypeSize(channel.type);
+    const auto size =
+        static_cast<std::int32_t>(pixel * static_cast<std::size_t>(part.data_window.width()));
+    const std::int32_t leader[] = {1, part.data_window.y0, size}, lower = size - 4;
+    std::string bytes = test::bytesOf(path);
+    const std::size_t at =
+        bytes.find(std::string_view(reinterpret_cast<const char*>(leader), sizeof leader));
+    ASSERT_NE(at, std::string::npos);
+    std::memcpy(bytes.data() + at + 8, &lower, sizeof lower);
+    std::ofstream(path, std::ios::binary) << bytes;
+    EXPECT_THROW(test::readAll(path), Error);
+    EXPECT_THROW(ExrInput(path).decodeAll(1), Error);
 }
 
 TEST_F(ExrLdi, WhatIsNotLayeredIsSaid) {
