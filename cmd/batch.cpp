@@ -128,7 +128,7 @@ void Batch::readFile() {
         try {
             text = readRegularText(options_.file);
         } catch (const Error& problem) {
-            throw Error(ErrorKind::kInput, std::string("cannot read the jobs: ") + problem.what(),
+            throw Error(problem.kind(), std::string("cannot read the jobs: ") + problem.what(),
                         options_.file.string(),
                         "name a file with a job a line, as peeler batch --help shows one, or - for "
                         "standard input");

@@ -89,10 +89,9 @@ def ways(row, folder):
     return prefix, environment
 
 
-def build(source, folder, row):
+def build(folder, row):
     """{name: path} of everything that is installed or packed."""
-    (folder / "home").mkdir(parents=True)
-    copy_sources(source, folder / "source", row.reverse)
+    (folder / "home").mkdir()
     prefix, environment = ways(row, folder)
     binary = folder / "source" / "build" / "release"
     for command in (
@@ -149,7 +148,9 @@ def compare(first, second):
 def main():
     source, folder = (pathlib.Path(path).resolve() for path in sys.argv[1:])
     shutil.rmtree(folder, ignore_errors=True)
-    first, second = (build(source, folder / row.folder, row) for row in ROWS)
+    for row in ROWS:  # at once, since somebody may work on them meanwhile
+        copy_sources(source, folder / row.folder / "source", row.reverse)
+    first, second = (build(folder / row.folder, row) for row in ROWS)
     differing = compare(first, second)
     print(f"{len(first)} files, {differing} differ")
     if not differing:

@@ -2,6 +2,7 @@
 // Compresses chunks, and assembles files of them.
 #include "formats/exr/exr_chunks.h"
 
+#include <OpenEXR/IexErrnoExc.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
@@ -351,6 +352,8 @@ void ExrFile::readBack() {
         throw;
     } catch (const std::bad_alloc&) {
         throw;
+    } catch (const Iex::EnomemExc&) {
+        throw std::bad_alloc();
     } catch (const std::exception& e) {
         throw Error(ErrorKind::kOutput, std::string("the file does not read back: ") + e.what(),
                     file_.path(), "check the disk");

@@ -11,6 +11,7 @@
 #include <exception>
 #include <limits>
 #include <map>
+#include <new>
 #include <utility>
 
 #include "core/base/error.h"
@@ -98,7 +99,8 @@ class RegularStream final : public Imf::IStream {
         file_.check();
     }
     bool read(char* data, int bytes) override {
-        if (!file_.read(place_, {data, static_cast<std::size_t>(bytes)}))
+        const auto wanted = static_cast<std::size_t>(bytes);
+        if (file_.readSome(place_, {data, wanted}) < wanted)
             throw Error(ErrorKind::kInput, "the file ends too early", fileName());
         place_ += static_cast<std::uint64_t>(bytes);
         return place_ < file_.size();
@@ -126,6 +128,8 @@ std::vector<std::string> headerContradictions(const std::string& path) {
                     first_part.emplace(denied, name);
             }
         } catch (const Error&) {
+            throw;
+        } catch (const std::bad_alloc&) {
             throw;
         } catch (const std::exception& problem) {
             throw Error(ErrorKind::kInput,

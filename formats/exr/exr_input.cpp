@@ -12,6 +12,7 @@
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
+#include <exception>
 #include <limits>
 #include <new>
 #include <system_error>
@@ -25,24 +26,26 @@ namespace {
 
 constexpr int kMaxSide = 1 << 17;  ///< pixels; larger than any GPU renders
 constexpr int kMaxCoordinate = 1 << 28;
-constexpr int kMaxChannels = 1 << 16;  ///< of a part: all layers may be in one
+constexpr int kMaxChannels = 1 << 16;        ///< of a part: all layers may be in one
+constexpr std::size_t kZlibState = 1 << 16;  ///< bytes; it takes a bit less
 
 /// OpenEXRCore tells the details of a failure to a callback, on the thread that made the call.
 thread_local std::string last_message;
-/// Without memory it goes on, and calls the file damaged or leaves attributes out.
-thread_local bool ran_out = false;
+/// What a callback cannot throw through C. Without memory, or what the disk does not give,
+/// OpenEXRCore calls the file damaged, or goes on without an attribute.
+thread_local std::exception_ptr withheld;
 
 void keepMessage(exr_const_context_t, exr_result_t, const char* message) {
     try {
         last_message = message ? message : "";
-    } catch (const std::bad_alloc&) {
-        ran_out = true;  // nothing may be thrown through C
+    } catch (...) {
+        withheld = std::current_exception();
     }
 }
 
 void* allocate(std::size_t bytes) {
     void* const memory = std::malloc(bytes);
-    ran_out = ran_out || !memory;
+    if (!memory) withheld = std::make_exception_ptr(std::bad_alloc());
     return memory;
 }
 
@@ -52,7 +55,8 @@ std::int64_t readExrBytes(exr_const_context_t, void* file, void* to, std::uint64
     try {
         return static_cast<std::int64_t>(
             static_cast<const RegularFile*>(file)->readSome(at, {static_cast<char*>(to), size}));
-    } catch (const Error&) {
+    } catch (...) {
+        withheld = std::current_exception();
         return -1;
     }
 }
@@ -366,7 +370,9 @@ void ExrInput::refuse(const std::string& what, const ExrInputPart& part) const {
 }
 
 void ExrInput::check(int result, const std::string& part) const {
-    if (std::exchange(ran_out, false)) throw std::bad_alloc();
+    // Without memory zlib fails as it does of damaged data: there has to be what its state takes.
+    if (result != EXR_ERR_SUCCESS) std::free(allocate(kZlibState));
+    if (withheld) std::rethrow_exception(std::exchange(withheld, nullptr));
     if (result == EXR_ERR_SUCCESS) return;
     const std::string message =
         last_message.empty() ? exr_get_default_error_message(result) : last_message;

@@ -50,7 +50,7 @@ class FileBytes {
             block_.resize(static_cast<std::size_t>(
                 std::min(size() - place, static_cast<std::uint64_t>(kBlock))));
             begin_ = place;
-            if (!file_.read(place, block_))
+            if (file_.readSome(place, block_) < block_.size())
                 throw Error(ErrorKind::kInput, "the file cannot be read to its end", path_);
         }
         return std::span(block_).subspan(static_cast<std::size_t>(place - begin_), count);

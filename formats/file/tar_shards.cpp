@@ -132,13 +132,14 @@ std::time_t tarDate() {
     return static_cast<std::time_t>(seconds);
 }
 
-/// Appends a part of one file to another. False if it is not all there.
+/// Appends a part of one file to another. False if it is not all there. Throws Error (kInput) if it
+/// cannot be read.
 bool appendPart(const RegularFile& from, std::uint64_t begin, std::uint64_t end, AtomicFile& to) {
     std::vector<char> bytes(std::min<std::uint64_t>(end - begin, std::uint64_t{1} << 20));
     while (begin < end) {
         const std::span<char> part =
             std::span(bytes).first(std::min<std::uint64_t>(bytes.size(), end - begin));
-        if (!from.read(begin, part)) return false;
+        if (from.readSome(begin, part) < part.size()) return false;
         to.append(std::as_bytes(part));
         begin += part.size();
     }
@@ -295,9 +296,13 @@ TarShards::Stored TarShards::add(const std::string& key, const nlohmann::ordered
     checkTarMember(about_name, text.size());
     for (const SampleFile& file : files) {
         const Input& input = inputs.emplace_back(key + '.' + file.extension, file);
-        if (!input.file.isOpen())
-            throw Error(ErrorKind::kOutput, "a file of the sample is gone", file.file.string(),
-                        "something else has removed it");
+        try {
+            input.file.check();
+        } catch (const Error& problem) {
+            throw Error(problem.kind() == ErrorKind::kMemory ? problem.kind() : ErrorKind::kOutput,
+                        std::string("a file of the sample is lost: ") + problem.what(),
+                        problem.where(), "something else may have removed it");
+        }
         checkTarMember(input.name, input.file.size());
         stored.bytes += input.file.size();
         bytes += tarBytes(input.file.size());
@@ -314,8 +319,8 @@ TarShards::Stored TarShards::add(const std::string& key, const nlohmann::ordered
     for (const Input& input : inputs) {
         append(input.name, input.file.size());
         if (!appendPart(input.file, 0, input.file.size(), *file_))
-            throw Error(ErrorKind::kOutput, "a file of the sample cannot be read back", input.name,
-                        "check the disk");
+            throw Error(ErrorKind::kOutput, "a file of the sample has been cut off", input.name,
+                        "something else may have written to it");
         pad();
     }
     append(about_name, text.size());

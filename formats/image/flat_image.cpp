@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -11,6 +13,7 @@
 #include "core/base/color.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/base/printable.h"
 #include "formats/file/file_name.h"
 #include "formats/file/regular_file.h"
 #include "formats/image/image_library.h"
@@ -19,28 +22,67 @@
 namespace peeler {
 namespace {
 
+[[noreturn]] void failFlatImage(const std::string& what, const std::string& hint = "") {
+    throw Error(ErrorKind::kInput, what, "", hint);
+}
+
+/// Refuses headers with an attribute that the file is too short for: OpenEXR's classes take memory
+/// for as many bytes as it says before they read them.
+void checkExrAttributes(const std::string& path) {
+    constexpr std::uint32_t kManyParts = 0x1000;  // of the version
+    const RegularFile file(path);
+    file.check();
+    std::uint64_t at = 4;  // behind the magic number
+    const auto number = [&] {
+        std::array<char, 4> bytes{};
+        file.readSome(at, bytes);
+        at += bytes.size();
+        return std::bit_cast<std::uint32_t>(bytes);
+    };
+    const auto text = [&] {
+        std::array<char, 256> bytes{};  // OpenEXR refuses longer ones
+        const std::size_t got = file.readSome(at, bytes);
+        std::string result(bytes.data(), strnlen(bytes.data(), got));
+        at += result.size() + 1;
+        return result;
+    };
+    const bool many_parts = (number() & kManyParts) != 0;
+    for (bool at_begin = true; at < file.size();) {
+        const std::string name = text();
+        if (name.empty() && (at_begin || !many_parts)) return;  // no other header follows
+        at_begin = name.empty();
+        if (at_begin) continue;
+        text();  // the type
+        const std::uint32_t size = number();
+        if (at > file.size() || size > file.size() - at)
+            failFlatImage("the header is damaged: \"" + printable(name) +
+                              "\" reaches beyond the end of the file",
+                          "the file may be cut off; write it again");
+        at += size;
+    }
+}
+
 struct Plugin {
     FileKind kind;
     const char* name;  ///< OpenImageIO's
     /// Takes out what is not needed and what decoders complain about on stderr.
     std::vector<std::uint8_t> (*reduce)(std::span<const std::uint8_t>);
+    void (*check)(const std::string& path) = nullptr;  ///< throws Error (kInput)
 };
 constexpr Plugin kPlugins[] = {
     {FileKind::kPng, "png", withoutPngMetadata},
     {FileKind::kJpeg, "jpeg", withoutJpegMetadata},
     {FileKind::kTiff, "tiff", nullptr},
-    {FileKind::kExr, "openexr", nullptr},
+    {FileKind::kExr, "openexr", nullptr, checkExrAttributes},
     {FileKind::kHdr, "hdr", nullptr},
 };
-
-[[noreturn]] void failFlatImage(const std::string& what, const std::string& hint = "") {
-    throw Error(ErrorKind::kInput, what, "", hint);
-}
 
 const Plugin& pluginFor(const std::string& path) {
     const FileKind kind = fileKind(path);
     for (const Plugin& plugin : kPlugins) {
-        if (plugin.kind == kind) return plugin;
+        if (plugin.kind != kind) continue;
+        if (plugin.check) plugin.check(path);
+        return plugin;
     }
     failFlatImage("neither an OpenEXR nor a PNG, JPEG or TIFF image");
 }

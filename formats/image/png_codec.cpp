@@ -8,10 +8,12 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <iterator>
 #include <new>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "formats/file/regular_file.h"
@@ -19,9 +21,17 @@
 namespace peeler {
 namespace {
 
+/// Of the last call: whether libspng, or zlib within it, lacked memory. It calls that by several
+/// names, one of which is a picture's damage.
+thread_local bool ran_out = false;
+
+void* allocated(void* memory) {
+    ran_out = ran_out || !memory;
+    return memory;
+}
+
 void check(int result) {
-    // zlib's state cannot be made for want of memory alone.
-    if (result == SPNG_EMEM || result == SPNG_EZLIB_INIT) throw std::bad_alloc();
+    if (std::exchange(ran_out, false)) throw std::bad_alloc();
     if (result != SPNG_OK) throw std::runtime_error("PNG: " + std::string(spng_strerror(result)));
 }
 
@@ -35,7 +45,12 @@ bool more(int result) {
 using Context = std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)>;
 
 Context newContext(int flags) {
-    Context context(spng_ctx_new(flags), spng_ctx_free);
+    spng_alloc allocator{
+        [](std::size_t size) { return allocated(std::malloc(size)); },
+        [](void* old, std::size_t size) { return allocated(std::realloc(old, size)); },
+        [](std::size_t n, std::size_t size) { return allocated(std::calloc(n, size)); }, std::free};
+    ran_out = false;
+    Context context(spng_ctx_new2(&allocator, flags), spng_ctx_free);
     if (!context) throw std::bad_alloc();
     return context;
 }

@@ -66,6 +66,28 @@ TEST_F(Methods, TheCompositeOfEveryExactMethodIsThatOfTheLayers) {
     }
 }
 
+/// Those that add up front to back do what compositing the layers does, operation by operation.
+TEST_F(Methods, FrontToBackIsTheSameToTheBit) {
+    const std::string scene = (sourceDir() / "examples/scenes/panes.glb").string();
+    const std::vector<std::string> size = {"--size", "320x180", "-q"};
+    const auto run = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.end(), size.begin(), size.end());
+        const Outcome result = runPeeler(arguments);
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+    };
+    for (const std::string precision : {"half", "float"}) {
+        run({"render", scene, "-o", layers_, "--precision", precision});
+        ASSERT_EQ(runPeeler({"flatten", layers_, "-o", flat_, "-q"}).exit_code, 0);
+        for (const std::string method : {"a-buffer", "front-to-back", "two-pass"}) {
+            run({"render", scene, "-o", image_, "--as", "composite", "--method", method,
+                 "--precision", precision});
+            const Outcome compared = runPeeler({"compare", flat_, image_, "--json"});
+            EXPECT_EQ(Json::parse(compared.out).at("identical"), true)
+                << method << ", " << precision << ": " << compared.out;
+        }
+    }
+}
+
 TEST_F(Methods, TakeAsManyGeometryPassesAsPublished) {
     const std::vector<std::pair<std::string, int>> published = {
         {"a-buffer", 1}, {"front-to-back", 5},    {"two-pass", 10},    {"back-to-front", 5},

@@ -181,5 +181,22 @@ TEST_F(FlatImageFile, WhatIsWrongIsSaid) {
     }
 }
 
+TEST_F(FlatImageFile, NoMemoryIsTakenForAttributesThatAreNotThere) {
+    write("a.exr");
+    std::string bytes = test::bytesOf(path("a.exr"));
+    const std::string type = std::string("software") + '\0' + "string" + '\0';
+    const std::size_t size = bytes.find(type) + type.size();
+    ASSERT_LT(size, bytes.size());
+    bytes.replace(size, 4, "\xFF\xFF\xFF\x7F");
+    std::ofstream(path("b.exr"), std::ios::binary) << bytes;
+    try {
+        readFlatImage(path("b.exr"));
+        ADD_FAILURE() << "it was read";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kInput);
+        EXPECT_TRUE(test::contains(error.what(), "software"));
+    }
+}
+
 }  // namespace
 }  // namespace peeler

@@ -34,7 +34,10 @@ void takeExr(Input input) {
         }
         CompositeImage composite;
         compositeOver(image, {}, composite);
-        layers->readComposite(window, composite);
+        const ExrInfo& info = layers->info();
+        if (info.composite < 0) return;
+        const Window& stored = info.parts[static_cast<std::size_t>(info.composite)].data_window;
+        if (intersect(window, stored) == window) layers->readComposite(window, composite);
     });
     attempt([&] {
         const auto pixels = openComposite(OpenedExr(path));

@@ -18,7 +18,7 @@ namespace failing {
     X(write)            /* write, pwrite, writev; not to standard output and error */             \
     X(room)             /* a byte that these write: not calls are counted, but bytes */           \
     X(stream)           /* writing to standard output and error */                                \
-    X(fsync)            /* fsync, fdatasync */                                                    \
+    X(fsync)            /* fsync, fdatasync, syncfs */                                            \
     X(close)            /* close: it is closed nevertheless, as Linux does it */                  \
     X(rename)           /* rename, renameat */                                                    \
     X(mkdir)            /* mkdir, mkdirat */                                                      \

@@ -49,9 +49,9 @@ bool failsToAllocate(std::size_t size, const void* caller) {
 /// How many bytes of a read or a write are done; all of them unless it is to be a short one.
 std::size_t allowed(Call call, std::size_t bytes, bool& failed) {
     failed = fails(call);
-    if (!failed || plan.how != How::kShort || plan.call != call || bytes < 2) return bytes;
+    if (!failed || plan.how != How::kShort || plan.call != call) return bytes;
     failed = false;
-    return bytes / 2;
+    return std::max<std::size_t>(bytes / 2, 1);
 }
 
 /// Likewise of a write, which changes a file and needs room for it.
@@ -226,6 +226,9 @@ int fsync(int file) {
 }
 int fdatasync(int file) {
     return fails(failing::k_fsync) ? -1 : REAL(fdatasync)(file);
+}
+int syncfs(int file) noexcept {
+    return fails(failing::k_fsync) ? -1 : REAL(syncfs)(file);
 }
 int close(int file) {
     const bool failed = fails(failing::k_close);
