@@ -30,7 +30,9 @@ configure_file(${CMAKE_CURRENT_LIST_DIR}/portable_settings.cmake.in
 
 add_custom_target(packages
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${packages}
-    COMMAND ${CMAKE_CPACK_COMMAND} -G DEB --config ${PROJECT_BINARY_DIR}/CPackConfig.cmake
+    # What is packed has the same modes whatever who builds lets others see of new files.
+    COMMAND sh -c "umask 022 && exec \"$@\"" sh
+        ${CMAKE_CPACK_COMMAND} -G DEB --config ${PROJECT_BINARY_DIR}/CPackConfig.cmake
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${packages}/_CPack_Packages
     COMMAND ${CMAKE_COMMAND} -D SETTINGS=${packing}/portable_settings.cmake
         -P ${CMAKE_CURRENT_LIST_DIR}/portable.cmake

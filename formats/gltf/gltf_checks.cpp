@@ -34,21 +34,33 @@ bool isVersion2(const json& version, bool only_2_0) {
     failGltf("the node is its own ancestor", childPointer("/nodes", first));
 }
 
-/// §3.5.2: a node has one parent at most, and following parents ends at a root.
-void checkForest(const tinygltf::Model& model) {
-    const std::size_t count = model.nodes.size();
-    std::vector<int> parents(count, -1);
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::vector<int>& children = model.nodes[i].children;
+/// The member of an object that is an array; an empty array without it.
+const json& listOf(const json& object, const char* member) {
+    static const json kNone = json::array();
+    const auto found = object.find(member);
+    return found == object.end() ? kNone : *found;
+}
+
+/// The parent of each node, −1 = none.
+std::vector<int> parentsOf(const json& nodes) {
+    std::vector<int> parents(nodes.size(), -1);
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        const json& children = listOf(nodes[i], "children");
         for (std::size_t j = 0; j < children.size(); ++j) {
-            int& parent = parents[static_cast<std::size_t>(children[j])];
-            if (parent >= 0)
-                failGltf("node " + std::to_string(children[j]) + " is already a child of node " +
-                             std::to_string(parent) + ", a node has one parent at most",
+            const auto child = children[j].get<std::size_t>();
+            if (parents[child] >= 0)
+                failGltf("node " + std::to_string(child) + " is already a child of node " +
+                             std::to_string(parents[child]) + ", a node has one parent at most",
                          childPointer(childPointer("/nodes", i) + "/children", j));
-            parent = static_cast<int>(i);
+            parents[child] = static_cast<int>(i);
         }
     }
+    return parents;
+}
+
+/// Following parents ends at a root, after not too many.
+void checkDepths(const std::vector<int>& parents) {
+    const std::size_t count = parents.size();
     // Every chain of parents is walked once: where a node's depth is known, its parents' are.
     std::vector<std::size_t> depths(count, 0);  // 1 = a root, 0 = not known yet
     std::vector<std::size_t> chain;
@@ -69,11 +81,14 @@ void checkForest(const tinygltf::Model& model) {
                 "the nodes are nested deeper than " + std::to_string(kMaxNodeDepth) + " levels",
                 childPointer("/nodes", i), "no exporter writes such a scene; flatten it");
     }
-    for (std::size_t i = 0; i < model.scenes.size(); ++i) {
-        const std::vector<int>& roots = model.scenes[i].nodes;
-        std::vector<char> listed(count, 0);
+}
+
+void checkRoots(const json& scenes, const std::vector<int>& parents) {
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+        const json& roots = listOf(scenes[i], "nodes");
+        std::vector<char> listed(parents.size(), 0);
         for (std::size_t j = 0; j < roots.size(); ++j) {
-            const auto root = static_cast<std::size_t>(roots[j]);
+            const auto root = roots[j].get<std::size_t>();
             const std::string where = childPointer(childPointer("/scenes", i) + "/nodes", j);
             if (parents[root] >= 0)
                 failGltf("node " + std::to_string(root) + " is a child of node " +
@@ -85,7 +100,15 @@ void checkForest(const tinygltf::Model& model) {
     }
 }
 
-void checkCameras(const tinygltf::Model& model) {
+}  // namespace
+
+void checkGltfForest(const json& gltf) {
+    const std::vector<int> parents = parentsOf(listOf(gltf, "nodes"));
+    checkDepths(parents);
+    checkRoots(listOf(gltf, "scenes"), parents);
+}
+
+void checkGltfCameras(const tinygltf::Model& model) {
     for (std::size_t i = 0; i < model.cameras.size(); ++i) {
         const tinygltf::Camera& camera = model.cameras[i];
         const std::string where = childPointer(childPointer("/cameras", i), camera.type);
@@ -106,8 +129,6 @@ void checkCameras(const tinygltf::Model& model) {
         }
     }
 }
-
-}  // namespace
 
 void checkGltfVersion(const json& gltf, const std::string& path) {
     if (!gltf.is_object() || !gltf.contains("asset") || !gltf["asset"].is_object())
@@ -140,11 +161,6 @@ void checkRequiredExtensions(const json& gltf, const std::vector<std::string>& i
                 "export it without this extension, or go on without it: `ignored_extensions` " +
                     name);
     }
-}
-
-void checkGltfModel(const tinygltf::Model& model) {
-    checkForest(model);
-    checkCameras(model);
 }
 
 }  // namespace peeler

@@ -36,13 +36,13 @@ json take(json& gltf, const char* name) {
     return result;
 }
 
-/// Moves this member of every node out; an empty object for those without.
+/// Moves this member of every node out; null for those without.
 json takeFromNodes(json& gltf, const char* member) {
     json result = json::array();
     if (const auto nodes = gltf.find("nodes"); nodes != gltf.end()) {
         for (json& node : *nodes) {
             const auto found = node.find(member);
-            result.push_back(found == node.end() ? json::object() : std::move(*found));
+            result.push_back(found == node.end() ? json() : std::move(*found));
             if (found != node.end()) node.erase(found);
         }
     }
@@ -293,6 +293,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     checkGltfVersion(gltf, name);
     checkRequiredExtensions(gltf, options.ignored_extensions);
     checkGltfSchema(gltf);
+    checkGltfForest(gltf);
     const json buffers = take(gltf, "buffers"), images = take(gltf, "images");
     document.animations = take(gltf, "animations");
     document.skins = take(gltf, "skins");
@@ -302,7 +303,7 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     document.variants = readVariantNames(gltf);
     const json views = gltf.value("bufferViews", json::array());
     document.model = parseModel(std::move(gltf), document, name);
-    checkGltfModel(document.model);
+    checkGltfCameras(document.model);
     readBuffers(document, buffers, container);
     decompressViews(document, views, buffers, container, options);
     decodeDracoPrimitives(document, options);

@@ -28,8 +28,8 @@ struct GltfDocument {
     /// Without buffers, images, animations, skins and the extensions of nodes: those are below.
     tinygltf::Model model;
     nlohmann::json animations, skins;  ///< arrays, as the file has them, checked
-    nlohmann::json node_extensions;    ///< array: of each node an object
-    nlohmann::json node_extras;        ///< array: of each node an object, or whatever it has
+    nlohmann::json node_extensions;    ///< array: of each node an object, or null
+    nlohmann::json node_extras;        ///< array: of each node whatever it has, or null
 
     /// The bytes of each buffer, exactly `byteLength` of them; empty for one without a URI, and for
     /// one that only marks the place of decompressed data.

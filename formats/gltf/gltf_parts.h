@@ -29,9 +29,13 @@ void checkGltfVersion(const nlohmann::json& gltf, const std::string& path);
 /// Checks that everything in extensionsRequired is supported or ignored.
 void checkRequiredExtensions(const nlohmann::json& gltf, const std::vector<std::string>& ignored);
 
-/// Checks that nodes form a forest, that scenes list roots, and that cameras have far planes behind
-/// their near planes and fields of view below π. Indices must have been checked (checkGltfSchema).
-void checkGltfModel(const tinygltf::Model& model);
+/// Checks that nodes form a forest (§3.5.2: a node has one parent at most) and that scenes list its
+/// roots. Indices must have been checked (checkGltfSchema); what comes later follows children by
+/// recursion.
+void checkGltfForest(const nlohmann::json& gltf);
+
+/// Checks that cameras have far planes behind their near planes and fields of view below π.
+void checkGltfCameras(const tinygltf::Model& model);
 
 // gltf_lights.cpp: KHR_lights_punctual.
 

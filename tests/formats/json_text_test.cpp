@@ -26,7 +26,7 @@ TEST(JsonText, IsThatOfTheLibrary) {
 TEST(JsonText, CanAlwaysBeWritten) {
     const Json value = {{"list", {"*[\xe8g]lass*", "ok"}}, {"\xff", {{"deep", "ä\x80"}}}};
     EXPECT_EQ(dumpJson(value), R"({"\\xff":{"deep":"ä\\x80"},"list":["*[\\xe8g]lass*","ok"]})");
-    EXPECT_NO_THROW(Json::parse(dumpJson(value)));
+    EXPECT_TRUE(Json::accept(dumpJson(value)));
     // A hash of them tells them apart.
     EXPECT_NE(dumpJson(Json("\xe8")), dumpJson(Json("\xe9")));
     EXPECT_EQ(dumpJson(nlohmann::ordered_json{{"z", "\xc0"}, {"a", 1}}), R"({"z":"\\xc0","a":1})");
