@@ -81,7 +81,8 @@ function(make_stand_ins regex nothing folder)
         endif()
         # A build ID would depend on the name of the folder, and there is nothing to debug.
         execute_process(COMMAND ${compiler} -shared -fPIC -O1 -s -nostdlib -o ${folder}/${name}
-            -Wl,--build-id=none -Wl,-soname,${name} ${map} ${folder}/${name}.cpp -lc COMMAND_ERROR_IS_FATAL ANY)
+            -Wl,--build-id=none -Wl,-soname,${name} ${map} ${folder}/${name}.cpp -lc
+            COMMAND_ERROR_IS_FATAL ANY)
         file(REMOVE ${parts})
     endforeach()
 endfunction()

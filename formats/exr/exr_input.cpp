@@ -20,6 +20,7 @@
 
 #include "core/base/error.h"
 #include "formats/exr/exr_layout.h"
+#include "formats/image/exr_headers.h"
 
 namespace peeler {
 namespace {

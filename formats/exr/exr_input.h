@@ -70,10 +70,6 @@ struct ExrDeepBlock {
     ByteBuffer samples;
 };
 
-/// Throws Error (kInput) if the file has more parts or attributes than any should; not what else
-/// is wrong with it. `path` is what messages name.
-void checkExrHeaders(const RegularFile& file, const std::string& path);
-
 /// An open file. Nothing in it is trusted: sizes are checked against limits and against the size of
 /// the file before anything is allocated by them.
 class ExrInput {

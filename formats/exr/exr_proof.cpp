@@ -15,6 +15,7 @@
 #include "formats/exr/exr_files.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/regular_file.h"
+#include "formats/image/exr_headers.h"
 
 namespace peeler {
 namespace {
@@ -28,10 +29,6 @@ constexpr std::string_view kValueBegin = kRecordEnd.substr(4);
 constexpr std::size_t kDigits = 16;
 constexpr std::string_view kZeros = "0000000000000000";
 
-constexpr std::size_t kStartBytes = 8;  ///< magic number and version
-constexpr std::uint32_t kSeveralParts = 0x1000;
-constexpr std::size_t kLongestName = 255;
-constexpr std::size_t kMostParts = 1 << 16;
 constexpr std::size_t kBlock = std::size_t{1} << 20;
 
 /// A file as its bytes, read a block at once.
@@ -39,6 +36,8 @@ class FileBytes {
   public:
     explicit FileBytes(const std::string& path) : file_(path), path_(path) { file_.check(); }
 
+    const RegularFile& file() const { return file_; }
+    const std::string& path() const { return path_; }
     std::uint64_t size() const { return file_.size(); }
 
     /// Those from a place on: as many as are wanted, a block at most, fewer at the end of the file.
@@ -79,11 +78,6 @@ class FileBytes {
                      [&](std::span<const char> block) { hash.add(std::as_bytes(block)); });
     }
 
-    [[noreturn]] void refuse() const {
-        throw Error(ErrorKind::kInput, "its headers are not whole", path_,
-                    "the file may be damaged or cut off; write it again");
-    }
-
   private:
     RegularFile file_;
     std::string path_;
@@ -100,66 +94,47 @@ struct PartHeader {
 };
 
 struct Headers {
-    std::uint32_t version = 0;
+    bool multi_part = false;
     std::vector<PartHeader> parts;
     std::uint64_t end = 0;  ///< of all; the offset tables begin here
-
-    bool multiPart() const { return (version & kSeveralParts) != 0; }
 };
 
-/// The text that ends with a 0, and the place behind that.
-std::string textAt(FileBytes& file, std::uint64_t& place) {
-    const std::span<const char> bytes = file.at(place, kLongestName + 1);
-    const auto end = std::ranges::find(bytes, '\0');
-    if (end == bytes.end()) file.refuse();
-    std::string text(bytes.begin(), end);
-    place += text.size() + 1;
-    return text;
-}
-
-/// The attributes of a part up to the empty name that ends them.
-PartHeader headerAt(FileBytes& file, std::uint64_t& place) {
+/// The part whose attributes come next.
+PartHeader readPart(FileBytes& file, ExrHeaders& headers) {
     PartHeader part;
-    part.begin = place;
-    for (;;) {
-        const std::string name = textAt(file, place);
-        if (name.empty()) break;
-        textAt(file, place);  // its type
-        const auto size = file.number<std::int32_t>(place);
-        place += sizeof(std::int32_t);
-        if (!size || *size < 0 || file.size() - place < static_cast<std::uint64_t>(*size))
-            file.refuse();
-        const auto bytes = static_cast<std::uint64_t>(*size);
+    part.begin = headers.place();
+    ExrHeaders::Attribute attribute;
+    while (headers.nextAttribute(attribute)) {
         const auto text = [&] {
-            const std::span<const char> value = file.at(place, std::min(bytes, std::uint64_t{255}));
+            const std::span<const char> value =
+                file.at(attribute.place, std::min(attribute.size, std::uint64_t{255}));
             return std::string(value.begin(), value.end());
         };
-        if (name == "name") part.name = text();
-        if (name == "type") part.type = text();
-        if (name == "chunkCount" && bytes == sizeof(std::int32_t))
-            part.chunks = file.number<std::int32_t>(place).value_or(0);
-        if (name == kPixelHash && bytes == kValueBegin.size() + kDigits) {
+        if (attribute.name == "name") part.name = text();
+        if (attribute.name == "type") part.type = text();
+        if (attribute.name == "chunkCount" && attribute.size == sizeof(std::int32_t))
+            part.chunks = file.number<std::int32_t>(attribute.place).value_or(0);
+        if (attribute.name == kPixelHash && attribute.size == kValueBegin.size() + kDigits) {
             part.hash = text();
-            part.digits = place + kValueBegin.size();
+            part.digits = attribute.place + kValueBegin.size();
         }
-        part.ends = part.ends || name == "screenWindowWidth";
-        place += bytes;
+        part.ends = part.ends || attribute.name == "screenWindowWidth";
     }
-    part.end = place;
+    part.end = headers.place();
     // Attributes are sorted: a damaged size that leads to a 0 too early leads past this one.
-    if (!part.ends) file.refuse();
+    if (!part.ends)
+        throw Error(ErrorKind::kInput, "its headers are not whole", file.path(),
+                    "the file may be damaged or cut off; write it again");
     return part;
 }
 
 Headers readHeaders(FileBytes& file) {
+    ExrHeaders walk(file.file(), file.path());
     Headers headers;
-    headers.version = file.number<std::uint32_t>(4).value_or(0);
-    std::uint64_t place = kStartBytes;
-    do {
-        if (headers.parts.size() == kMostParts) file.refuse();
-        headers.parts.push_back(headerAt(file, place));
-    } while (headers.multiPart() && file.number<char>(place).value_or(0) != 0);
-    headers.end = place + (headers.multiPart() ? 1 : 0);
+    headers.multi_part = walk.multiPart();
+    while (walk.nextPart())
+        headers.parts.push_back(readPart(file, walk));
+    headers.end = walk.place();
     return headers;
 }
 
@@ -167,7 +142,7 @@ Headers readHeaders(FileBytes& file) {
 bool hasHash(FileBytes& file, const Headers& headers) {
     bool found = false;
     std::string last;  // of the block before
-    file.forEachBlock(kStartBytes, headers.end, [&](std::span<const char> block) {
+    file.forEachBlock(ExrHeaders::kBegin, headers.end, [&](std::span<const char> block) {
         last.append(block.data(), block.size());
         found = found || last.find(kRecordBegin) != std::string::npos ||
                 last.find(kRecordEnd) != std::string::npos;
@@ -179,7 +154,7 @@ bool hasHash(FileBytes& file, const Headers& headers) {
 /// The bytes of the chunk at a place; 0 if they are not all there.
 std::uint64_t chunkBytes(FileBytes& file, const Headers& headers, const PartHeader& part,
                          std::uint64_t place) {
-    const std::uint64_t row = place + (headers.multiPart() ? sizeof(std::int32_t) : 0);
+    const std::uint64_t row = place + (headers.multi_part ? sizeof(std::int32_t) : 0);
     const std::uint64_t sizes = row + sizeof(std::int32_t);
     std::uint64_t end = 0;
     if (part.type == "deepscanline") {
@@ -242,7 +217,7 @@ ExrProof proveFile(const std::string& path) {
     for (const PartHeader& part : headers.parts) {
         const auto count = static_cast<std::size_t>(std::max(part.chunks, 0));
         ContentHasher hash;
-        file.addTo(hash, 0, kStartBytes);
+        file.addTo(hash, 0, ExrHeaders::kBegin);
         if (part.digits != 0) {
             file.addTo(hash, part.begin, part.digits);
             hash.add(std::as_bytes(std::span(kZeros)));

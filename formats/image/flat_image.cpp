@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -13,9 +11,9 @@
 #include "core/base/color.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/base/printable.h"
 #include "formats/file/file_name.h"
 #include "formats/file/regular_file.h"
+#include "formats/image/exr_headers.h"
 #include "formats/image/image_library.h"
 #include "formats/image/image_metadata.h"
 
@@ -26,40 +24,10 @@ namespace {
     throw Error(ErrorKind::kInput, what, "", hint);
 }
 
-/// Refuses headers with an attribute that the file is too short for: OpenEXR's classes take memory
-/// for as many bytes as it says before they read them.
-void checkExrAttributes(const std::string& path) {
-    constexpr std::uint32_t kManyParts = 0x1000;  // of the version
+void checkExrFile(const std::string& path) {
     const RegularFile file(path);
     file.check();
-    std::uint64_t at = 4;  // behind the magic number
-    const auto number = [&] {
-        std::array<char, 4> bytes{};
-        file.readSome(at, bytes);
-        at += bytes.size();
-        return std::bit_cast<std::uint32_t>(bytes);
-    };
-    const auto text = [&] {
-        std::array<char, 256> bytes{};  // OpenEXR refuses longer ones
-        const std::size_t got = file.readSome(at, bytes);
-        std::string result(bytes.data(), strnlen(bytes.data(), got));
-        at += result.size() + 1;
-        return result;
-    };
-    const bool many_parts = (number() & kManyParts) != 0;
-    for (bool at_begin = true; at < file.size();) {
-        const std::string name = text();
-        if (name.empty() && (at_begin || !many_parts)) return;  // no other header follows
-        at_begin = name.empty();
-        if (at_begin) continue;
-        text();  // the type
-        const std::uint32_t size = number();
-        if (at > file.size() || size > file.size() - at)
-            failFlatImage("the header is damaged: \"" + printable(name) +
-                              "\" reaches beyond the end of the file",
-                          "the file may be cut off; write it again");
-        at += size;
-    }
+    checkExrHeaders(file, path);
 }
 
 struct Plugin {
@@ -73,7 +41,7 @@ constexpr Plugin kPlugins[] = {
     {FileKind::kPng, "png", withoutPngMetadata},
     {FileKind::kJpeg, "jpeg", withoutJpegMetadata},
     {FileKind::kTiff, "tiff", nullptr},
-    {FileKind::kExr, "openexr", nullptr, checkExrAttributes},
+    {FileKind::kExr, "openexr", nullptr, checkExrFile},
     {FileKind::kHdr, "hdr", nullptr},
 };
 

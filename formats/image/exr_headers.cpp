@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/image/exr_headers.h"
+
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/printable.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::uint32_t kMultiPart = 0x1000;  ///< of the version
+constexpr int kMaxParts = 1 << 15, kMaxAttributes = 1 << 13;
+constexpr std::size_t kLongestName = 255;
+
+}  // namespace
+
+ExrHeaders::ExrHeaders(const RegularFile& file, std::string path)
+    : file_(file), path_(std::move(path)) {
+    multi_part_ = (number() & kMultiPart) != 0;
+}
+
+bool ExrHeaders::nextPart() {
+    if (parts_ > 0 && !multi_part_) return false;
+    // An empty header ends the list of several.
+    if (parts_ > 0 && byteAt(place_) == '\0') {
+        ++place_;
+        return false;
+    }
+    if (parts_++ == kMaxParts)
+        throw Error(ErrorKind::kInput, "it has more than " + std::to_string(kMaxParts) + " parts",
+                    path_, "leave some layers out");
+    attributes_ = 0;
+    return true;
+}
+
+bool ExrHeaders::nextAttribute(Attribute& attribute) {
+    attribute.name = name();
+    if (attribute.name.empty()) return false;
+    if (attributes_++ == kMaxAttributes)
+        throw Error(ErrorKind::kInput,
+                    "a part has more than " + std::to_string(kMaxAttributes) + " attributes", path_,
+                    "no program writes so many");
+    attribute.type = name();
+    attribute.size = number();
+    attribute.place = place_;
+    if (attribute.size > file_.size() - place_)
+        fail("\"" + printable(attribute.name) + "\" reaches beyond the end of the file");
+    place_ += attribute.size;
+    return true;
+}
+
+char ExrHeaders::byteAt(std::uint64_t place) {
+    if (place < block_begin_ || place - block_begin_ >= block_size_) {
+        block_begin_ = place;
+        block_size_ = file_.readSome(place, block_);
+        if (block_size_ == 0) fail("the file ends in it");
+    }
+    return block_[static_cast<std::size_t>(place - block_begin_)];
+}
+
+std::uint32_t ExrHeaders::number() {
+    std::uint32_t value = 0;
+    for (unsigned byte = 0; byte < 4; ++byte)
+        value |= std::uint32_t{static_cast<unsigned char>(byteAt(place_++))} << 8U * byte;
+    return value;
+}
+
+std::string ExrHeaders::name() {
+    std::string result;
+    while (const char next = byteAt(place_++)) {
+        if (result.size() == kLongestName) fail("a name in it is too long");
+        result += next;
+    }
+    return result;
+}
+
+void ExrHeaders::fail(const std::string& what) const {
+    throw Error(ErrorKind::kInput, "the header is damaged: " + what, path_,
+                "the file may be cut off; write it again");
+}
+
+void checkExrHeaders(const RegularFile& file, const std::string& path) {
+    constexpr std::array<char, 4> kMagic{0x76, 0x2f, 0x31, 0x01};
+    std::array<char, 4> first{};
+    file.readSome(0, first);
+    if (first != kMagic) return;
+    ExrHeaders headers(file, path);
+    ExrHeaders::Attribute attribute;
+    while (headers.nextPart())
+        while (headers.nextAttribute(attribute)) {
+        }
+}
+
+}  // namespace peeler
