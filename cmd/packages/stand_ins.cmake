@@ -5,7 +5,8 @@
 # mangled names, do nothing; a call of any other ends the program. The libraries themselves are in one
 # of the folders `library_folders`.
 function(symbols_of variable file option)
-    execute_process(COMMAND ${nm} -D -S --with-symbol-versions ${option} ${file}
+    # Sorted they would be by the order of the language.
+    execute_process(COMMAND ${nm} -D -S --no-sort --with-symbol-versions ${option} ${file}
         OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
     string(REGEX MATCHALL "[^\n]+" lines "${text}")
     set(${variable} "${lines}" PARENT_SCOPE)
@@ -79,7 +80,7 @@ function(make_stand_ins regex nothing folder)
         if(script)
             set(map -Wl,--version-script=${folder}/${name}.map)
         endif()
-        # A build ID would depend on the name of the folder, and there is nothing to debug.
+        # There is nothing to debug that would have to be found by a build ID.
         execute_process(COMMAND ${compiler} -shared -fPIC -O1 -s -nostdlib -o ${folder}/${name}
             -Wl,--build-id=none -Wl,-soname,${name} ${map} ${folder}/${name}.cpp -lc
             COMMAND_ERROR_IS_FATAL ANY)
