@@ -6,6 +6,9 @@
 #include <GL/glcorearb.h>
 #include <string.h>
 
+#include <algorithm>
+#include <concepts>
+#include <cstdint>
 #include <type_traits>
 
 #include "core/gl/functions.h"
@@ -67,6 +70,30 @@ bool failsDriver(const char* name) {
     return failed;
 }
 
+/// How many objects a call of glCreate... makes or one of glDelete... takes away: the number that
+/// it is given, or one. The name 0 is none.
+template <std::same_as<GLuint> Name>
+std::int64_t objectsOf(Name name) {
+    return name != 0 ? 1 : 0;
+}
+std::int64_t objectsOf(GLsizei count, const GLuint* names) {
+    return std::count_if(names, names + count, [](GLuint name) { return name != 0; });
+}
+std::int64_t objectsOf(GLenum, GLsizei count, const GLuint* names) {
+    return objectsOf(count, names);
+}
+
+/// Keeps count of the objects of GL. `made` is what the call has returned, of those that do.
+template <class... Arguments>
+void countObjects(const char* name, GLuint made, Arguments... arguments) {
+    const bool makes = strncmp(name, "glCreate", 8) == 0;
+    if (!makes && strncmp(name, "glDelete", 8) != 0) return;
+    std::int64_t count = made != 0 ? 1 : 0;
+    if constexpr (requires { objectsOf(arguments...); })
+        if (made == 0) count = objectsOf(arguments...);
+    record->counts[kGlObjects] += static_cast<std::uint64_t>(makes ? count : -count);
+}
+
 template <int place, class Function>
 struct Before;
 template <int place, class Result, class... Arguments>
@@ -88,7 +115,14 @@ struct Before<place, Result (*)(Arguments...)> {
             if (failed) return GL_GUILTY_CONTEXT_RESET;
         if (failed) return Result();
         const Uncounted inside;
-        return real(arguments...);
+        if constexpr (std::is_same_v<Result, void>) {
+            real(arguments...);
+            countObjects(name, 0, arguments...);
+        } else {
+            const Result result = real(arguments...);
+            if constexpr (std::is_same_v<Result, GLuint>) countObjects(name, result, arguments...);
+            return result;
+        }
     }
 
     static void* instead(const char* own_name, void* found) {

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Peeler for a long time: changing scenes in one process, many jobs of one batch, many processes on one folder.
+
+Memory, descriptors, threads and objects of GL stay what they were, and results are those of the first time. The short
+run takes a few frames of each; PEELER_TEST_ALL takes FRAMES, and processes on one folder until PEELER_SOAK_SECONDS
+(default: 3600) are over. PEELER is the program, PEELER_FAILING_CALLS the library that counts the objects of GL
+(support/failing_calls). It prints a table.
+"""
+
+import collections
+import ctypes
+import gc
+import hashlib
+import itertools
+import json
+import os
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+SCENES = HERE.parent / "examples" / "scenes"
+ASSETS = pathlib.Path(os.environ.get("PEELER_ASSETS") or HERE.parents[1] / "shared" / "assets")
+PEELER = pathlib.Path(os.environ.get("PEELER", HERE.parent / "build/ci/peeler")).resolve()
+COUNTER = os.environ.get("PEELER_FAILING_CALLS")
+ALL = "PEELER_TEST_ALL" in os.environ
+SECONDS = float(os.environ.get("PEELER_SOAK_SECONDS", 3600)) if ALL else 0
+FRAMES, JOBS, PROCESSES, PICTURES = (20_000, 2_000, 8, 40) if ALL else (72, 12, 3, 6)
+LARGEST_ASSET = 300_000  # bytes
+MOST_GROWTH = 6 << 20  # bytes, of a process whose memory is flat: what allocators keep
+MOST_OF_JOB = 8 << 10  # bytes that a batch keeps of a job, its line and its result
+GL_OBJECTS = 31  # its place in the record of failing_calls.h
+
+started = time.monotonic()
+
+
+def scenes():
+    """Small scenes of all kinds, with Draco, meshopt, animations and textures among them."""
+    found = sorted(SCENES.glob("*.glb"))
+    models = sorted(path for path in ASSETS.rglob("*.glb") if path.stat().st_size < LARGEST_ASSET)
+    if not models:
+        print(f"left out: there are no models in {ASSETS}")
+    return found if ALL else found[:4], models if ALL else models[:4]
+
+
+def memory_of(pid):
+    """Resident bytes of a process."""
+    return int(pathlib.Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGESIZE")
+
+
+State = collections.namedtuple("State", "memory descriptors threads objects")
+
+
+def state_of(pid, record=None):
+    objects = struct.unpack_from("q", record.read_bytes(), 8 * GL_OBJECTS)[0] if record else 0
+    entries = [len(os.listdir(f"/proc/{pid}/{folder}")) for folder in ("fd", "task")]
+    return State(memory_of(pid), *entries, objects)
+
+
+def content_of(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+# ---- a process that renders changing scenes by the Python module
+
+
+def views():
+    """Endless: (a name, the scene's file, the keywords of a picture of it). They come again, in the same order."""
+    own, models = scenes()
+    ways = (
+        {"method": "dual", "channels": ["normal", "id"]},
+        {"method": "a-buffer", "channels": ["position", "distance"]},
+        {"method": "front-to-back", "samples": 2},
+    )
+    chosen = [(path, ways[i % len(ways)]) for i, path in enumerate([*own, *models])]
+    return [(f"{path.name} {way['method']}", path, way) for path, way in chosen]
+
+
+def picture_of(peeler, renderer, path, way):
+    """The hash of all layers."""
+    image = renderer.layers(peeler.Scene(path), size=(40, 30), eye=(3, 2, 4), **way)
+    result = hashlib.sha256()
+    for array in (image.z, image.rgba, image.splits):
+        result.update(array.tobytes())
+    return result.hexdigest()
+
+
+def render_for_long(record, frames):
+    """Prints (frame, State) as JSON lines, once for each round of the views; and the views with another result."""
+    sys.path.insert(0, str(PEELER.parent / "python"))
+    import peeler  # pylint: disable=import-outside-toplevel,import-error
+
+    libc = ctypes.CDLL("libc.so.6")
+    chosen, first = views(), {}
+    with peeler.Renderer() as renderer:
+        for number, (name, path, way) in zip(range(frames), itertools.cycle(chosen)):
+            result = picture_of(peeler, renderer, path, way)
+            if first.setdefault(name, result) != result:
+                print(json.dumps({"another result": name, "frame": number}), flush=True)
+            if (number + 1) % len(chosen) == 0:
+                gc.collect()
+                libc.malloc_trim(0)  # what is only kept for the next time does not count
+                print(json.dumps({"frame": number + 1, "state": state_of("self", pathlib.Path(record))}), flush=True)
+
+
+# ---- the tests
+
+
+class Soak(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def test_process(self):
+        if not (PEELER.parent / "python").is_dir() or not COUNTER:
+            print("skipped: there is no Python module, or no library that counts objects of GL")
+            return
+        record = self.folder / "record"
+        with open(record, "wb") as file:
+            file.truncate(1 << 20)
+        environment = {**os.environ, "LD_PRELOAD": COUNTER, "PEELER_FAILING_RECORD": str(record), "LP_NUM_THREADS": "1"}
+        begun = time.monotonic()
+        done = subprocess.run([sys.executable, "-B", __file__, "render", record, str(FRAMES)], env=environment,
+                              stdout=subprocess.PIPE, text=True, check=False)
+        self.assertEqual(done.returncode, 0)
+        told = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+        self.assertEqual([line for line in told if "another result" in line], [])
+        states = [State(*line["state"]) for line in told if "state" in line]
+        # Drivers and allocators keep something of the first rounds; what is kept differs from round to round.
+        third = len(states) // 3
+        self.assertGreater(third, 1)
+        before, after = (max(s.memory for s in part) for part in (states[third:-third], states[-third:]))
+        print(f"{told[-1]['frame']:,} frames of {FRAMES // len(states)} views in one process, "
+              f"{time.monotonic() - begun:.0f} s: {before >> 20} MiB, grown by {(after - before) >> 10:+} KiB; "
+              f"{states[-1].descriptors} descriptors, {states[-1].threads} threads, {states[-1].objects} objects of GL",
+              flush=True)
+        self.assertLess(after - before, MOST_GROWTH)
+        self.assertEqual({state[1:] for state in states[third:]}, {states[-1][1:]})
+
+    def test_batch(self):
+        own, models = scenes()
+        chosen = list(itertools.islice(itertools.cycle([*own, *models]), JOBS))
+        outputs = [self.folder / f"{i}.{('exr', 'png', 'npz')[i % 3]}" for i in range(JOBS)]
+        jobs = self.folder / "jobs.jsonl"
+        with open(jobs, "w", encoding="utf-8") as file:
+            for path, output in zip(chosen, outputs):
+                line = {"verb": "render", "args": [str(path), "-o", str(output)], "options": {"size": "24x16"}}
+                file.write(json.dumps(line) + "\n")
+        command = [PEELER, "batch", jobs, "--jobs", "2", "--report", self.folder / "report.jsonl", "--quiet"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as batch:
+            states, begun = [], time.monotonic()
+            for number, line in enumerate(batch.stdout):
+                self.assertEqual(json.loads(line)["exitCode"], 0, line)
+                if number + 2 < JOBS:  # both processes still run
+                    states.append(state_of(batch.pid))
+        self.assertEqual(batch.returncode, 0)
+        for i, output in enumerate(outputs):
+            again = [j for j in range(i % (3 * len({*chosen})), i, 3 * len({*chosen}))][:1]
+            if again and output.suffix != ".exr":  # whose header tells how long it took
+                self.assertEqual(content_of(output), content_of(outputs[again[0]]), output)
+        kept = (states[-1].memory - states[0].memory) / len(states)
+        print(f"{JOBS:,} jobs of one batch, {time.monotonic() - begun:.0f} s: {states[0].memory >> 20} MiB, "
+              f"grown by {kept:,.0f} bytes a job; at most {max(s.descriptors for s in states)} descriptors", flush=True)
+        self.assertLess(kept, MOST_OF_JOB + MOST_GROWTH / JOBS)
+        self.assertLessEqual(max(s.descriptors for s in states), max(s.descriptors for s in states[: JOBS // 3]))
+
+    def test_shared_folder(self):
+        scene = SCENES / "coincident.glb"
+        command = [PEELER, "render", scene, "--views", str(PICTURES), "--size", "32x24", "--quiet", "-o"]
+        expected = self.folder / "expected"
+        subprocess.run([*command, expected / "@@@@.png"], check=True)
+        pictures = {path.name: content_of(path) for path in expected.iterdir()}
+        self.assertEqual(len(pictures), PICTURES)
+        rounds = 0
+        while rounds == 0 or time.monotonic() - started < SECONDS:
+            folder = self.folder / f"round {rounds}"
+            running = [subprocess.Popen([*command, folder / "@@@@.png", "--skip-existing"]) for _ in range(PROCESSES)]
+            self.assertEqual([process.wait() for process in running], [0] * PROCESSES)
+            # Hidden files count: none may be left.
+            self.assertEqual({path.name: content_of(path) for path in folder.iterdir()}, pictures)
+            for path in folder.iterdir():
+                path.unlink()
+            folder.rmdir()
+            rounds += 1
+        print(f"{PROCESSES} processes on one folder, {rounds:,} times {PICTURES} pictures: all the same", flush=True)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["render"]:
+        render_for_long(sys.argv[2], int(sys.argv[3]))
+    else:
+        unittest.main()
