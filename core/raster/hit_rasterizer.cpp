@@ -60,6 +60,7 @@ struct BandSize {
 struct HitRasterizer::State {
     explicit State(PosedScene shown) : posed(std::move(shown)), triangles(posed) {}
 
+    bool findSpans(const Window& section, std::vector<Window>& to_do);
     void findSections();
     void countSection(const Window& section);
     void fillPlan();
@@ -129,32 +130,40 @@ void HitRasterizer::State::countSection(const Window& section) {
     });
 }
 
+/// Puts what triangles cover of the section into the store. Where it does not fit, both halves of
+/// the section are to be done in its place.
+bool HitRasterizer::State::findSpans(const Window& section, std::vector<Window>& to_do) {
+    if (section == held) return true;
+    triangles.findSpans(*seen, section, span_limit, store);
+    if (!store.overflowed()) {
+        held = section;
+        return true;
+    }
+    held = {};
+    const int middle = section.y0 + section.height() / 2;
+    if (middle == section.y0) {
+        throw Error(ErrorKind::kMemory,
+                    "what the scene's triangles cover of one row does not fit the memory budget",
+                    settings.memory.where(),
+                    settings.memory.hint(usedBytes(settings.memory) + kSpanShare * span_limit));
+    }
+    to_do.push_back({section.x0, middle, section.x1, section.y1});
+    to_do.push_back({section.x0, section.y0, section.x1, middle});
+    return false;
+}
+
 /// Cuts the picture into sections whose spans fit, and counts the hits of each.
 void HitRasterizer::State::findSections() {
     sections.clear();
+    held = {};
     complexity.emplace(plan.view.crop);
     std::vector<Window> to_do{plan.view.crop};
     while (!to_do.empty()) {
         const Window section = to_do.back();
         to_do.pop_back();
-        if (section.empty()) continue;
-        held = section;
-        triangles.findSpans(*seen, section, span_limit, store);
-        if (!store.overflowed()) {
-            sections.push_back(section);
-            countSection(section);
-            continue;
-        }
-        const int middle = section.y0 + section.height() / 2;
-        if (middle == section.y0) {
-            throw Error(
-                ErrorKind::kMemory,
-                "what the scene's triangles cover of one row does not fit the memory budget",
-                settings.memory.where(),
-                settings.memory.hint(usedBytes(settings.memory) + kSpanShare * span_limit));
-        }
-        to_do.push_back({section.x0, middle, section.x1, section.y1});
-        to_do.push_back({section.x0, section.y0, section.x1, middle});
+        if (section.empty() || !findSpans(section, to_do)) continue;
+        sections.push_back(section);
+        countSection(section);
     }
 }
 
@@ -333,16 +342,21 @@ CaptureReport HitRasterizer::capture(Sink& sink, const Progress& progress) {
     report.passes = 1;
     const Window& crop = s.plan.view.crop;
     std::uint64_t stored = 0;
-    for (const Window& section : s.sections) {
-        if (section != s.held) {
+    // Looked at once, so that whatever does not fit is said before the first band: what all
+    // sections but the one at hand may add is the rest of the spans' limit.
+    const std::uint64_t spans_to_come =
+        s.sections.size() > 1 ? s.span_limit - std::min(s.span_limit, s.store.bytes()) : 0;
+    const BandLimits limits =
+        bandLimits(s.settings.memory, usedBytes(s.settings.memory) + spans_to_come, s.costs(sink));
+    std::vector<Window> to_do(s.sections.rbegin(), s.sections.rend());
+    while (!to_do.empty()) {
+        const Window section = to_do.back();
+        to_do.pop_back();
+        {
+            // How spans are packed depends on which threads find them, and so what just fits.
             const StageTimer timer(s.times, "count");
-            s.held = section;
-            s.triangles.findSpans(*s.seen, section, s.span_limit, s.store);
-            if (s.store.overflowed())
-                throw Error(ErrorKind::kInternal, "a section that has fitted fits no longer");
+            if (!s.findSpans(section, to_do)) continue;
         }
-        const BandLimits limits =
-            bandLimits(s.settings.memory, usedBytes(s.settings.memory), s.costs(sink));
         const std::vector<Window> bands =
             cutBands(section, limits, [&](int y) { return s.complexity->rowFragments(y); });
         const BandSize most = s.largest(bands);
