@@ -142,6 +142,10 @@ CommandResult runCommand(const std::vector<std::string>& command,
     return StartedCommand(command, environment, directory).wait();
 }
 
+bool took(const std::vector<std::string>& command, const CommandResult& result) {
+    return command.front() == "exrinfo" ? result.err.empty() : result.exit_code == 0;
+}
+
 fs::path peelerBinary() {
     return PEELER_BINARY;
 }

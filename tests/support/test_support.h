@@ -109,6 +109,10 @@ CommandResult runCommand(const std::vector<std::string>& command,
                          const std::vector<std::string>& environment = {},
                          const std::filesystem::path& directory = {});
 
+/// Whether a program of others took a file. Of exrinfo it is what it says on stderr: Debian's
+/// (OpenEXR 3.1.5) ends with an exit code that it never sets.
+bool took(const std::vector<std::string>& command, const CommandResult& result);
+
 /// The folder of a libEGL.so.1 with GPUs that are not there, for LD_LIBRARY_PATH. Variables say
 /// what it does (support/fake_egl/fake_egl.cpp).
 std::filesystem::path fakeEglDir();
