@@ -352,43 +352,113 @@ def varint(number):
     return out + bytes([number])
 
 
-def draco(folder, data, count):
+# Draco (https://google.github.io/draco/spec/): of its decoders for symbols, rANS is told that there is one symbol of
+# probability 1, so that every symbol takes no bits at all.
+NOTHING = bytes([1, 1]) + varint(1) + bytes([1, 64]) + varint(1) + b"\0"
+
+
+def draco_header(method, flags=0):
+    return b"DRACO" + bytes([2, 2, 1, method]) + struct.pack("<H", flags)
+
+
+def draco(folder, data, count, primitives=1, fallback=False):
+    """A scene of primitives that have their own accessors each, of so many triangles, and the same Draco data."""
     scene = triangle()
     (folder / "mesh.drc").write_bytes(data)
-    scene["extensionsUsed"] = scene["extensionsRequired"] = ["KHR_draco_mesh_compression"]
+    scene["extensionsUsed"] = ["KHR_draco_mesh_compression"]
     scene["buffers"] = [{"byteLength": len(data), "uri": "mesh.drc"}]
     scene["bufferViews"] = [{"buffer": 0, "byteLength": len(data)}]
-    accessor = scene["accessors"][0]
-    del accessor["bufferView"]
-    accessor["count"] = count
-    scene["accessors"].append({"componentType": 5125, "count": 3 * count, "type": "SCALAR"})
-    primitive = scene["meshes"][0]["primitives"][0]
-    primitive["indices"] = 1
-    primitive["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}}
+    positions = {"componentType": 5126, "count": 3 * count, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]}
+    indices = {"componentType": 5125, "count": 3 * count, "type": "SCALAR"}
+    if fallback:
+        positions["bufferView"] = indices["bufferView"] = 1
+        scene["buffers"].append({"byteLength": 36 * count, "uri": "zeros.bin"})
+        scene["bufferViews"].append({"buffer": 1, "byteLength": 36 * count})
+        with open(folder / "zeros.bin", "wb") as file:
+            file.truncate(36 * count)
+    else:
+        scene["extensionsRequired"] = scene["extensionsUsed"]
+    scene["accessors"] = [positions, indices] * primitives
+    compressed = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}}
+    scene["meshes"][0]["primitives"] = [
+        {"attributes": {"POSITION": 2 * i}, "indices": 2 * i + 1, "extensions": compressed} for i in range(primitives)
+    ]
     write(folder, scene)
 
 
-@bomb("info {}/scene.gltf")
+def edgebreaker(symbols):
+    """Connectivity of these symbols, in the order in which they are decoded, with nothing behind it."""
+    codes = {"C": "0", "S": "100", "L": "110", "R": "101", "E": "111"}
+    bits = "".join(codes[symbol] for symbol in symbols)
+    bits += "0" * (-len(bits) % 8)
+    packed = bytes(int(bits[i : i + 8][::-1], 2) for i in range(0, len(bits), 8))
+    vertices, faces, splits = 3 * symbols.count("E"), len(symbols), symbols.count("S")
+    counts = varint(vertices) + varint(faces) + b"\0" + varint(faces) + varint(splits) + varint(0)
+    starts = b"\xff" + varint(1) + b"\0"
+    return draco_header(1) + b"\0" + counts + varint(len(packed)) + packed + starts
+
+
+def quadratic(count):
+    """Triangles that are merged one by one with a vertex whose triangles are all visited each time: 4 COUNT of them."""
+    return edgebreaker("E" * count + "SCC" * (count - 1))
+
+
+def values_without_bits(faces, attributes):
+    """Of every attribute four numbers for each of three vertices a triangle, in seven bytes and what describes it."""
+    described = b"".join(b"\0\5\4\0" + varint(i) for i in range(attributes)) + b"\1" * attributes
+    counts = varint(faces) + varint(3 * faces) + b"\0" + NOTHING + b"\1" + varint(attributes)
+    return draco_header(0) + counts + described + (b"\xfe\1" + NOTHING) * attributes + bytes(3 * faces)
+
+
+@bomb("info {}/scene.gltf", words="accessors have room")
 def Draco_of_a_billion_triangles(folder):
-    header = b"DRACO" + bytes([2, 2, 1, 0]) + struct.pack("<H", 0)
-    draco(folder, header + varint(1 << 30) + varint(1 << 30) + bytes(64), 1 << 30)
+    draco(folder, draco_header(0) + varint(1 << 30) + varint(1 << 30) + bytes(64), 1 << 20)
 
 
-@bomb("info {}/scene.gltf")
+@bomb("info {}/scene.gltf", words="100000000 triangles in")
+def Draco_of_100_million_triangles(folder):
+    faces = 100000000
+    data = draco_header(1) + b"\0" + varint(3 * faces) + varint(faces) + b"\0" + varint(faces) + varint(faces)
+    draco(folder, data + bytes(1 << 20), faces)
+
+
+@bomb("info {}/scene.gltf", words="damaged")
 def Draco_of_endless_metadata(folder):
-    header = b"DRACO" + bytes([2, 2, 1, 0]) + struct.pack("<H", 0x8000)
     # Metadata in metadata, each with one more inside.
     inner = varint(0) + varint(1) + b"\x01a"
-    draco(folder, header + varint(0) + inner * 2000000, 1 << 20)
+    draco(folder, draco_header(1, 0x8000) + varint(0) + inner * 2000000, 1 << 20)
 
 
-@bomb("info {}/scene.gltf")
+@bomb("info {}/scene.gltf", words="damaged")
 def Draco_of_faces_without_data(folder):
-    for method in (1,):
-        header = b"DRACO" + bytes([2, 2, 1, method]) + struct.pack("<H", 0)
-        faces = 8000000
-        data = header + b"\0" + varint(faces) + varint(faces) + b"\0" + varint(faces) + varint(0)
-        draco(folder, data + bytes(1 << 20), faces)
+    faces = 8000000
+    data = draco_header(1) + b"\0" + varint(faces) + varint(faces) + b"\0" + varint(faces) + varint(0)
+    draco(folder, data + bytes(1 << 20), faces)
+
+
+@bomb("info {}/scene.gltf", words="too much memory")
+def Draco_of_values_without_bits(folder):
+    draco(folder, values_without_bits(80000, 100), 80000)
+
+
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget")
+def Draco_of_more_values_without_bits(folder):
+    draco(folder, values_without_bits(1000000, 100), 1000000)
+
+
+@bomb("info {}/scene.gltf", words="longer than 1 s")
+def Draco_that_loops(folder):
+    draco(folder, quadratic(60000), 240000)
+
+
+@bomb("info {}/scene.gltf", words="longer than 1 s")
+def Draco_that_loops_for_accessors_of_100_million(folder):
+    draco(folder, quadratic(60000), 100000000)
+
+
+@bomb("info {}/scene.gltf", codes=(0,), words="more time than it can be worth")
+def Draco_that_loops_for_every_primitive(folder):
+    draco(folder, quadratic(5000), 20000, 24, fallback=True)
 
 
 # ---- OpenEXR

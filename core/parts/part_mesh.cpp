@@ -275,7 +275,6 @@ PartTopology findTopology(const PartMesh& mesh) {
         topology.beyond[x.triangle][x.side] = y.triangle;
         topology.beyond[y.triangle][y.side] = x.triangle;
         if (x.forward != y.forward) continue;
-        topology.turned_edges.push_back(x.edge);
         against[x.triangle][x.side] = against[y.triangle][y.side] = true;
     }
     topology.holes = groupsOf(topology.open);

@@ -77,8 +77,6 @@ struct PartTopology {
     std::vector<PartEdge> open;     ///< of an odd number of triangles, mostly one
     std::vector<PartEdge> crowded;  ///< of more than two
     std::uint64_t holes = 0;        ///< groups of open edges that share points
-    /// Of two triangles that run along it in the same direction: one of them is turned over.
-    std::vector<PartEdge> turned_edges;
     /// Triangles whose front faces the other way than that of most of their shell.
     std::vector<std::uint32_t> turned;
     std::vector<PartShell> shells;

@@ -66,6 +66,13 @@ pid_t start(const HelperRun& run, int in, int out) {
                 program);
 }
 
+constexpr std::uint64_t kSecond = 1'000'000;
+
+std::uint64_t microsecondsOf(const timeval& time) {
+    return static_cast<std::uint64_t>(time.tv_sec) * kSecond +
+           static_cast<std::uint64_t>(time.tv_usec);
+}
+
 /// Waits for the end of the process. Throws what is wrong if a signal has ended it.
 void waitFor(pid_t child, const HelperRun& run) {
     int status = 0;
@@ -75,10 +82,14 @@ void waitFor(pid_t child, const HelperRun& run) {
     }
     // A host that ignores SIGCHLD, or waits for all children, leaves nothing to be told: what the
     // helper has written has to do.
-    if (ended < 0 || !WIFSIGNALED(status)) return;
+    if (ended < 0) return;
+    const std::uint64_t microseconds =
+        microsecondsOf(used.ru_utime) + microsecondsOf(used.ru_stime);
+    if (run.used) *run.used += microseconds;
+    if (!WIFSIGNALED(status)) return;
     const int number = WTERMSIG(status);
-    const bool late =
-        used.ru_utime.tv_sec + used.ru_stime.tv_sec + 1 >= static_cast<time_t>(run.cpu_seconds);
+    const std::uint64_t seconds = (microseconds + kSecond / 2) / kSecond;
+    const bool late = seconds + 1 >= static_cast<std::uint64_t>(run.cpu_seconds);
     if (number == SIGKILL && !late)
         throw Error(ErrorKind::kMemory, "the decoder was killed, as where memory runs out");
     if (number == SIGSYS)
@@ -86,13 +97,13 @@ void waitFor(pid_t child, const HelperRun& run) {
                     "the decoder asks the system for what no decoder needs: the data is damaged, "
                     "or meant to do harm",
                     "", run.hint);
-    throw Error(ErrorKind::kInput,
-                number == SIGXCPU || number == SIGKILL
-                    ? "decoding takes longer than " + std::to_string(run.cpu_seconds) +
-                          " s: the data is damaged"
-                    : "the decoder crashes on the data, which is damaged (signal " +
-                          std::to_string(number) + ")",
-                "", run.hint);
+    throw Error(
+        ErrorKind::kInput,
+        number == SIGXCPU || number == SIGKILL
+            ? "decoding takes longer than " + std::to_string(seconds) + " s: the data is damaged"
+            : "the decoder crashes on the data, which is damaged (signal " +
+                  std::to_string(number) + ")",
+        "", run.hint);
 }
 
 std::string textOf(const std::vector<char>& text) {

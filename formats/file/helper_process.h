@@ -2,6 +2,7 @@
 // Runs decoders that are not to be trusted with any input: as programs of their own, with limits.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -77,6 +78,8 @@ struct HelperRun {
     std::filesystem::path program;
     int cpu_seconds = 10;
     const char* hint = "";  ///< of the errors below
+    /// Gets the processor time that it takes added, in microseconds, however it ends.
+    std::atomic<std::uint64_t>* used = nullptr;
 };
 
 /// Starts the program, whose main is helperMain() (formats/modules/helper_main.h), and gives back

@@ -57,7 +57,10 @@ void SharedFile::read(void* to, std::size_t size) {
     while (size > 0) {
         const ssize_t got = pread(descriptor_, bytes, size, static_cast<off_t>(place_));
         if (got < 0 && errno == EINTR) continue;
-        if (got <= 0) throw Error(ErrorKind::kInput, "the decoder's data ends too early");
+        if (got < 0)
+            throw Error(ErrorKind::kInput,
+                        "the decoder's data cannot be read: " + std::string(std::strerror(errno)));
+        if (got == 0) throw Error(ErrorKind::kInput, "the decoder's data ends too early");
         bytes += got;
         size -= static_cast<std::size_t>(got);
         place_ += static_cast<std::uint64_t>(got);

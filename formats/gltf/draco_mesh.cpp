@@ -35,14 +35,15 @@ bool isWhole(const DracoMesh& mesh, std::span<const DracoAttribute> attributes) 
 }  // namespace
 
 DracoMesh decodeDracoMesh(std::span<const std::uint8_t> bytes,
-                          std::span<const DracoAttribute> attributes, const DracoLimits& limits) {
+                          std::span<const DracoAttribute> attributes, const DracoLimits& limits,
+                          std::atomic<std::uint64_t>* used) {
     SharedFile request;
     request.putOne(limits);
     request.put(attributes);
     request.put(bytes);
     request.seek(0);
     SharedFile result =
-        runHelper({moduleFile("peeler_decode"), limits.cpu_seconds, kDracoHint}, request);
+        runHelper({moduleFile("peeler_decode"), limits.cpu_seconds, kDracoHint, used}, request);
     DracoMesh mesh;
     mesh.points = result.takeOne<std::uint64_t>();
     mesh.indices = result.take<std::uint32_t>();

@@ -4,9 +4,12 @@
 // Error(kInput) with an empty `where`.
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,7 +32,21 @@ struct DracoAttribute {
 struct DracoLimits {
     std::uint64_t faces = 0, points = 0;
     int cpu_seconds = 10;
+    /// Of the decoder's memory, besides what dracoBytes() says.
+    std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
 };
+
+/// The processor time that decoding so many triangles may take: a million take about one second.
+constexpr int dracoSeconds(std::uint64_t faces) {
+    constexpr std::uint64_t kFacesASecond = 250'000, kMostSeconds = 1000;
+    return 1 + static_cast<int>(std::min(faces / kFacesASecond, kMostSeconds));
+}
+
+/// The memory that it may take: some 200 bytes a triangle while its connectivity is decoded, its
+/// values several times over, and the result with its copy.
+constexpr std::uint64_t dracoBytes(std::uint64_t faces, std::size_t attributes) {
+    return (std::uint64_t{256} << 20) + faces * (512 + std::uint64_t{192} * attributes);
+}
 
 inline constexpr char kDracoHint[] = "compress the file again";
 
@@ -42,10 +59,13 @@ struct DracoMesh {
 
 /// Decodes a triangle mesh (sequential or Edgebreaker; a strip is decoded to its triangles too).
 /// libdraco 1.5.5 reads 2^31 bits of orientations where one byte of a few thousand vertices is
-/// wrong, so it runs in a program of its own, peeler_decode, which may take `cpu_seconds` and
-/// memory in proportion to what is promised. Throws Error (kInternal) if that is not installed.
+/// wrong, so it runs in a program of its own, peeler_decode, which may take time and memory in
+/// proportion to what is promised, and no more than the limits; the microseconds of processor time
+/// that it takes are added to `used`. Throws Error (kMemory) where the data may be sound but
+/// `limits.bytes` are too few, (kInternal) if peeler_decode is not installed.
 DracoMesh decodeDracoMesh(std::span<const std::uint8_t> bytes,
-                          std::span<const DracoAttribute> attributes, const DracoLimits& limits);
+                          std::span<const DracoAttribute> attributes, const DracoLimits& limits,
+                          std::atomic<std::uint64_t>* used = nullptr);
 
 // meshopt_view.cpp: EXT_meshopt_compression and KHR_meshopt_compression.
 

@@ -90,9 +90,11 @@ std::uint64_t parsedBytes(std::string_view text) {
     return bytes;
 }
 
-/// The bytes that the elements of the arrays take in tinygltf's model and in ours.
+/// The bytes that an element of an array takes in tinygltf's model and in ours.
+constexpr std::uint64_t kOfElement = sizeof(tinygltf::Node) + sizeof(Node);
+
+/// The same of all arrays.
 std::uint64_t modelBytes(const json& gltf) {
-    constexpr std::uint64_t kOfElement = sizeof(tinygltf::Node) + sizeof(Node);
     std::uint64_t elements = 0;
     for (const json& array : gltf)
         if (array.is_array()) elements += array.size();
@@ -292,6 +294,9 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     json gltf = parseGltfJson(container.json, name);
     checkGltfVersion(gltf, name);
     checkRequiredExtensions(gltf, options.ignored_extensions);
+    // To check millions of nodes that there is no room for would take seconds.
+    if (const auto nodes = gltf.find("nodes"); nodes != gltf.end() && nodes->is_array())
+        document.allow(nodes->size() * kOfElement, name);
     checkGltfSchema(gltf);
     checkGltfForest(gltf);
     const json buffers = take(gltf, "buffers"), images = take(gltf, "images");

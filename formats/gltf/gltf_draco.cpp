@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <atomic>
+#include <limits>
 #include <map>
 #include <optional>
 #include <tuple>
 
 #include "core/base/error.h"
+#include "core/base/memory_budget.h"
 #include "core/base/parallel.h"
+#include "core/capture/bands.h"
 #include "formats/gltf/gltf_accessor.h"
 #include "formats/gltf/gltf_decoders.h"
 #include "formats/gltf/gltf_schema.h"
@@ -62,8 +65,8 @@ class DracoReader {
     void read() {
         listJobs();
         if (jobs_.empty()) return;
-        checkSizes();
-        decodeAll();
+        const std::uint64_t decoded = checkSizes();
+        decodeAll(decoded);
         for (DracoJob& job : jobs_)
             if (!job.problem) addAccessors(job);
         for (const auto& [primitive, job] : primitives_)
@@ -130,13 +133,11 @@ class DracoReader {
         // Encoders drop degenerate triangles, and do not always say how many vertices come out
         // (Khronos' own 2CylinderEngine: 2012 in an accessor, 2019 in the data): what is there
         // counts. There cannot be more vertices than corners.
-        // A million triangles take about one second.
-        constexpr std::uint64_t kFacesASecond = 250'000, kMostSeconds = 1000;
-        const std::uint64_t seconds = 1 + std::min(faces / kFacesASecond, kMostSeconds);
-        return {faces, std::max(points, 3 * faces), static_cast<int>(seconds)};
+        return {faces, std::max(points, 3 * faces), dracoSeconds(faces)};
     }
 
-    void checkSizes() const {
+    /// Returns the bytes that come out of all jobs together.
+    std::uint64_t checkSizes() const {
         std::uint64_t bytes = 0;
         for (const DracoJob& job : jobs_) {
             const DracoLimits limits = limitsOf(job.request);
@@ -162,13 +163,46 @@ class DracoReader {
                             std::to_string(options_.max_geometry_bytes) + " bytes",
                         job.where, "split the scene");
         }
+        return bytes;
+    }
+
+    /// What decoding all jobs may take, in microseconds: four times what meshes take whose every
+    /// byte is worth its most. Any number of primitives may share these bytes, and each of them
+    /// could take its time.
+    std::uint64_t mostTime() const {
+        constexpr std::uint64_t kFirst = 500'000, kEach = 20'000, kByte = 64;
+        std::map<const std::uint8_t*, std::size_t> sizes;  // by where the bytes begin
+        for (const DracoJob& job : jobs_) {
+            const tinygltf::BufferView& view =
+                document_.model.bufferViews[static_cast<std::size_t>(job.request.buffer_view)];
+            const auto buffer = document_.buffers[static_cast<std::size_t>(view.buffer)];
+            const std::size_t begin = std::min(view.byteOffset, buffer.size());
+            std::size_t& size = sizes[buffer.data() + begin];
+            size = std::max(size, std::min(view.byteLength, buffer.size() - begin));
+        }
+        std::uint64_t microseconds = kFirst + kEach * jobs_.size();
+        for (const auto& [begin, size] : sizes)
+            microseconds += kByte * size;
+        return microseconds;
+    }
+
+    /// What a decoder may take of the memory budget, of which `decoded` bytes are spoken for.
+    std::uint64_t mostMemory(std::uint64_t decoded) const {
+        constexpr std::uint64_t kLeast = 32U << 20U;  // to begin, and to say that it is too little
+        if (document_.memory == 0) return std::numeric_limits<std::uint64_t>::max();
+        const std::uint64_t taken = usedBytes(document_.memory) + decoded;
+        const std::uint64_t left = document_.memory - std::min(taken, document_.memory.bytes);
+        const std::size_t at_once = std::min(jobs_.size(), static_cast<std::size_t>(threadCount()));
+        return std::max(left / at_once, kLeast);
     }
 
     /// Decodes all jobs. Throws the first problem, by job, that no fallback excuses. What comes
     /// after it is not decoded any more: each of thousands of hostile primitives could take its
     /// time.
-    void decodeAll() {
+    void decodeAll(std::uint64_t decoded) {
         const AccessorReader accessors(document_);
+        most_microseconds_ = mostTime();
+        most_bytes_ = mostMemory(decoded);
         std::atomic<std::size_t> first_fatal = jobs_.size();
         parallelFor(jobs_.size(), [&](std::size_t i) {
             if (i > first_fatal) return;
@@ -186,16 +220,30 @@ class DracoReader {
                                !hasFallback(job.request));
     }
 
-    void decode(DracoJob& job, const AccessorReader& accessors) const {
+    void decode(DracoJob& job, const AccessorReader& accessors) {
         try {
+            if (microseconds_ > most_microseconds_)
+                throw Error(ErrorKind::kInput,
+                            "decoding the Draco data takes more time than it can be worth", "",
+                            kDracoHint);
             std::vector<DracoAttribute> attributes;
             for (const Attribute& attribute : job.request.attributes)
                 attributes.push_back({attribute.unique_id,
                                       accessor(attribute.accessor).componentType,
                                       accessors.components(attribute.accessor)});
+            DracoLimits limits = limitsOf(job.request);
+            limits.bytes = most_bytes_;
             job.mesh = decodeDracoMesh(accessors.bufferView(job.request.buffer_view), attributes,
-                                       limitsOf(job.request));
+                                       limits, &microseconds_);
         } catch (const Error& error) {
+            if (error.kind() == ErrorKind::kMemory && document_.memory != 0) {
+                const MemoryBudget& budget = document_.memory;
+                job.problem = Error(error.kind(),
+                                    "the memory budget is " + mebibytesText(budget) + ": " +
+                                        error.what() + ", at " + job.where,
+                                    budget.where(), budget.hint(2 * budget));
+                return;
+            }
             job.problem = Error(error.kind(), error.what(),
                                 error.where().empty() ? job.where : error.where(), error.hint());
         }
@@ -257,6 +305,8 @@ class DracoReader {
 
     GltfDocument& document_;
     const GltfOptions& options_;
+    std::uint64_t most_microseconds_ = 0, most_bytes_ = 0;
+    std::atomic<std::uint64_t> microseconds_ = 0;  ///< of processor time, taken so far
     std::vector<DracoJob> jobs_;
     std::vector<std::pair<tinygltf::Primitive*, std::size_t>> primitives_;  ///< and their jobs
 };

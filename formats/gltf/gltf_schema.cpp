@@ -169,11 +169,18 @@ class SchemaCheck {
         if (value.is_number_float()) value = static_cast<std::uint64_t>(wanted);
     }
 
-    void index(json& value, const std::string& pointer, const char* array_name) {
+    /// Of an array that indices point to; "extensions/NAME/arrays" is one in an extension.
+    std::size_t sizeOf(std::string_view array_name) {
+        const auto [known, is_new] = sizes_.try_emplace(array_name, 0);
+        if (!is_new) return known->second;
         const json::json_pointer place('/' + std::string(array_name));
-        const std::size_t size = root_.contains(place) && root_[place].is_array()
-                                     ? std::min<std::size_t>(root_[place].size(), 1U << 31U)
-                                     : 0;
+        if (root_.contains(place) && root_[place].is_array())
+            known->second = std::min<std::size_t>(root_[place].size(), 1U << 31U);
+        return known->second;
+    }
+
+    void index(json& value, const std::string& pointer, const char* array_name) {
+        const std::size_t size = sizeOf(array_name);
         integer(value, pointer, 0, kIntMax);
         if (value.get<std::size_t>() >= size)
             refuse(pointer,
@@ -207,6 +214,7 @@ class SchemaCheck {
     }
 
     json& root_;
+    std::map<std::string_view, std::size_t> sizes_;  ///< of arrays; indices may be millions
 };
 
 /// §5.11: strides are multiples of 4.

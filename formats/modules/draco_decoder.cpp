@@ -6,6 +6,7 @@
 #include <draco/mesh/mesh.h>
 #include <draco/metadata/metadata_decoder.h>
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <new>
@@ -32,7 +33,7 @@ draco::DecoderBuffer bufferOf(std::span<const std::uint8_t> bytes) {
 // Triangles that a byte may promise. A flat regular grid of 8 million triangles, encoded at its
 // slowest and smallest, has 13 a byte. Entropy coding sets no limit of its own, so a few bytes
 // could make us allocate without end.
-constexpr std::uint64_t kMostFacesPerByte = 100;
+constexpr std::uint64_t kMostFacesPerByte = 32;
 
 /// What the data promises at its beginning.
 struct Promise {
@@ -163,13 +164,6 @@ std::vector<std::uint32_t> indicesOf(const draco::Mesh& mesh) {
     return indices;
 }
 
-/// The bytes that a mesh of so many triangles may need: some 200 a triangle while its connectivity
-/// is decoded, its values several times over, and the result with its copy.
-std::uint64_t memoryFor(const Promise& promise, std::size_t attributes) {
-    return (std::uint64_t{256} << 20) +
-           std::uint64_t{promise.faces} * (512 + std::uint64_t{192} * attributes);
-}
-
 void decode(std::span<const std::uint8_t> bytes, std::span<const DracoAttribute> attributes,
             const DracoLimits& limits, SharedFile& result) {
     const std::unique_ptr<draco::Mesh> mesh = decodeMesh(bytes);
@@ -191,10 +185,14 @@ void decodeRequest(SharedFile& request, SharedFile& result) {
     if (promise.faces > kMostFacesPerByte * bytes.size())
         failDraco("the Draco data promises " + std::to_string(promise.faces) + " triangles in " +
                   std::to_string(bytes.size()) + " bytes");
-    limitMemory(memoryFor(promise, attributes.size()));
+    limitSeconds(dracoSeconds(promise.faces));
+    const std::uint64_t needed = dracoBytes(promise.faces, attributes.size());
+    limitMemory(std::min(needed, limits.bytes));
     try {
         decode(bytes, attributes, limits, result);
     } catch (const std::bad_alloc&) {
+        if (limits.bytes < needed)
+            throw Error(ErrorKind::kMemory, "there is too little memory to decode the Draco data");
         failDraco("decoding the Draco data needs too much memory: it is damaged");
     }
 }

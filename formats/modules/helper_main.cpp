@@ -81,10 +81,20 @@ void limitMemory(std::uint64_t bytes) {
     limitMemoryTo(bytes, true);
 }
 
+void limitSeconds(int seconds) {
+    struct rlimit both {};
+    if (getrlimit(RLIMIT_CPU, &both) != 0) return;
+    both.rlim_cur = std::min(both.rlim_cur, static_cast<rlim_t>(seconds));
+    setrlimit(RLIMIT_CPU, &both);
+}
+
 void helperMain(int count, char** arguments, HelperWork work) {
     if (count != 2) _exit(static_cast<int>(ErrorKind::kUsage));
     limit(RLIMIT_CORE, 0);
-    limit(RLIMIT_CPU, std::strtoull(arguments[1], nullptr, 10));
+    // The signal of the lower limit tells that it was the time; that of the upper one is any kill.
+    const std::uint64_t seconds = std::strtoull(arguments[1], nullptr, 10);
+    limit(RLIMIT_CPU, seconds + 1);
+    limit(RLIMIT_CPU, seconds, false);
     address_space_at_start = addressSpace();
     const off_t request_bytes = lseek(STDIN_FILENO, 0, SEEK_END);
     constexpr std::uint64_t kOfRequest = 16;

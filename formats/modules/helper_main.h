@@ -12,6 +12,9 @@ namespace peeler {
 /// result to as many. Until then the limit is kFirstMemory and 16 times the request.
 void limitMemory(std::uint64_t bytes);
 
+/// Limits this process to so many seconds of processor time, if there is no lower limit.
+void limitSeconds(int seconds);
+
 /// Allows this process no other calls of the system than a decoder needs, which uses memory and the
 /// files that are open: any other ends it. False where the system has no such limit.
 bool limitSystemCalls();

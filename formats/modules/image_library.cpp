@@ -79,27 +79,41 @@ class Decoder final : public ImageDecoder {
         config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
         OIIO::ImageSpec spec;
         check(input_->open(path, spec, config));
-        refuseOddInks(spec);
+        if (format == "tiff") refuseFragileTiff(spec);
+        by_rows_ = format == "tiff" && spec.tile_width == 0;
         image_ = storedImage(spec);
     }
 
     const StoredImage& image() const override { return image_; }
     void read(int begin, int end, float* samples) override {
-        check(input_->read_image(0, 0, begin, end, OIIO::TypeDesc::FLOAT, samples));
+        readAs(begin, end, OIIO::TypeDesc::FLOAT, samples);
     }
     void read(int begin, int end, std::uint8_t* samples) override {
-        check(input_->read_image(0, 0, begin, end, OIIO::TypeDesc::UINT8, samples));
+        readAs(begin, end, OIIO::TypeDesc::UINT8, samples);
     }
 
   private:
-    /// OpenImageIO before 3.1.16 writes beyond the row when it makes RGB of four inks whose samples
-    /// are not whole bytes (CVE-2026-67549).
-    static void refuseOddInks(const OIIO::ImageSpec& spec) {
-        constexpr int kSeparated = 5;  // TIFF 6.0, section 16
+    template <class Sample>
+    void readAs(int begin, int end, OIIO::TypeDesc type, Sample* samples) {
+        if (!by_rows_) return check(input_->read_image(0, 0, begin, end, type, samples));
+        const std::size_t row =
+            static_cast<std::size_t>(image_.width) * static_cast<std::size_t>(end - begin);
+        for (int y = image_.y; y < image_.y + image_.height; ++y, samples += row)
+            check(input_->read_scanlines(0, 0, y, y + 1, 0, begin, end, type, samples));
+    }
+
+    /// OpenImageIO before 3.1.16 writes beyond its buffers where it makes RGB of four inks, tiled
+    /// or of samples that are not whole bytes (CVE-2026-67549), and of a palette's that have three
+    /// bytes.
+    static void refuseFragileTiff(const OIIO::ImageSpec& spec) {
+        constexpr int kPalette = 3, kSeparated = 5;  // TIFF 6.0, sections 5 and 16
         const int bits = spec.get_int_attribute("oiio:BitsPerSample", 8);
-        if (spec.get_int_attribute("tiff:PhotometricInterpretation") == kSeparated && bits != 8 &&
-            bits != 16 && bits != 32)
-            fail("TIFF: CMYK of " + std::to_string(bits) + " bits is not read");
+        const int colors = spec.get_int_attribute("tiff:PhotometricInterpretation");
+        const std::string of_bits = " of " + std::to_string(bits) + " bits is not read";
+        if (colors == kSeparated && bits != 8 && bits != 16 && bits != 32)
+            fail("TIFF: CMYK" + of_bits);
+        if (colors == kSeparated && spec.tile_width > 0) fail("TIFF: CMYK in tiles is not read");
+        if (colors == kPalette && bits > 16) fail("TIFF: a palette" + of_bits);
     }
     void check(bool success) const {
         if (!success) fail(input_->geterror());
@@ -107,6 +121,9 @@ class Decoder final : public ImageDecoder {
 
     std::unique_ptr<OIIO::Filesystem::IOProxy> proxy_;  // declared before what uses it
     std::unique_ptr<OIIO::ImageInput> input_;
+    /// Row by row a TIFF takes no way of its own through strips, which before 3.1.17 unpacks what
+    /// could not be read, and inverts more samples than there are.
+    bool by_rows_ = false;
     StoredImage image_;
 };
 

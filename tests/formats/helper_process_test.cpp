@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <sys/prctl.h>
 
+#include <atomic>
 #include <csignal>
 #include <string_view>
 
@@ -81,6 +82,17 @@ TEST(HelperProcess, EndsWhatTakesTooLong) {
     const Error error = errorOf("loop", 0, 1);
     EXPECT_EQ(error.kind(), ErrorKind::kInput);
     EXPECT_NE(std::string(error.what()).find("longer than 1 s"), std::string::npos) << error.what();
+}
+
+TEST(HelperProcess, TellsTheTimeThatItTook) {
+    SharedFile request;
+    request.put(std::span<const char>(std::string_view("loop")));
+    request.put(Bytes());
+    request.putOne(std::uint64_t{0});
+    request.seek(0);
+    std::atomic<std::uint64_t> used = 0;
+    EXPECT_THROW(runHelper({testHelper(), 1, "", &used}, request), Error);
+    EXPECT_NEAR(static_cast<double>(used), 1e6, 2e5);
 }
 
 TEST(HelperProcess, GivesNoMoreMemoryThanAllowed) {

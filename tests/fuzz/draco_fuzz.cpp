@@ -29,6 +29,7 @@ HelperWork dracoWork() {
 }  // namespace
 
 void limitMemory(std::uint64_t) {}
+void limitSeconds(int) {}
 
 void helperMain(int, char**, HelperWork work) {
     draco_work = work;

@@ -13,7 +13,7 @@ namespace failing {
     X(allocation)       /* malloc and its like, also for operator new */                          \
     X(c_allocation)     /* of these, those that are not for operator new */                       \
     X(large_allocation) /* of these, those of 64 KiB or more */                                   \
-    X(open)             /* open, openat, creat, fopen, memfd_create */                            \
+    X(open)             /* open, openat, fopen, memfd_create */                                   \
     X(read)             /* read, pread */                                                         \
     X(write)            /* write, pwrite, writev; not to standard output and error */             \
     X(room)             /* a byte that these write: not calls are counted, but bytes */           \
@@ -21,7 +21,7 @@ namespace failing {
     X(fsync)            /* fsync, fdatasync, syncfs */                                            \
     X(close)            /* close: it is closed nevertheless, as Linux does it */                  \
     X(rename)           /* rename, renameat */                                                    \
-    X(mkdir)            /* mkdir, mkdirat */                                                      \
+    X(mkdir)            /* mkdir */                                                               \
     X(change)           /* whatever a read-only file system refuses: open to write, write, ... */ \
     X(mmap)             /* mmap */                                                                \
     X(child)            /* fork, posix_spawn, execv, pipe2 */                                     \
