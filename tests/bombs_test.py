@@ -544,7 +544,8 @@ def an_EXR_manifest_that_inflates(folder):
 @bomb("flatten {}/a.exr -o {}/out.png")
 def a_deep_EXR_of_a_billion_samples(folder):
     width = 1000
-    header = exr_header(width, 1, "deepscanline", 2, attribute("version", "int", struct.pack("<i", 1)), "RGBAZ", "color")
+    version = attribute("version", "int", struct.pack("<i", 1))
+    header = exr_header(width, 1, "deepscanline", 2, version, "RGBAZ", "color")
     counts = zlib.compress(struct.pack(f"<{width}I", *(1000000 * (i + 1) for i in range(width))))
     samples = zlib.compress(bytes(1000))
     start = 8 + len(header) + 1 + 8
