@@ -11,6 +11,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 #include <string>
 #include <utility>
 
@@ -25,9 +26,9 @@ class SpawnSettings {
     SpawnSettings(int in, int out) {
         posix_spawn_file_actions_init(&actions_);
         posix_spawnattr_init(&attributes_);
-        posix_spawn_file_actions_adddup2(&actions_, in, 0);
-        posix_spawn_file_actions_adddup2(&actions_, out, 1);
-        posix_spawn_file_actions_addclosefrom_np(&actions_, 2);
+        keep(posix_spawn_file_actions_adddup2(&actions_, in, 0));
+        keep(posix_spawn_file_actions_adddup2(&actions_, out, 1));
+        keep(posix_spawn_file_actions_addclosefrom_np(&actions_, 2));
         sigset_t set;
         sigemptyset(&set);
         posix_spawnattr_setsigmask(&attributes_, &set);
@@ -44,10 +45,17 @@ class SpawnSettings {
 
     const posix_spawn_file_actions_t* actions() const { return &actions_; }
     const posix_spawnattr_t* attributes() const { return &attributes_; }
+    /// What is wrong with them, as errno has it: without all of its files no helper may be started.
+    int failure() const { return failure_; }
 
   private:
+    void keep(int failure) {
+        if (failure_ == 0) failure_ = failure;
+    }
+
     posix_spawn_file_actions_t actions_{};
     posix_spawnattr_t attributes_{};
+    int failure_ = 0;
 };
 
 pid_t start(const HelperRun& run, int in, int out) {
@@ -58,9 +66,12 @@ pid_t start(const HelperRun& run, int in, int out) {
     const std::array<char*, 2> environment = {folders ? libraries.data() : nullptr, nullptr};
     const SpawnSettings settings(in, out);
     pid_t child = 0;
-    const int failure = posix_spawn(&child, program.c_str(), settings.actions(),
-                                    settings.attributes(), arguments.data(), environment.data());
+    int failure = settings.failure();
+    if (failure == 0)
+        failure = posix_spawn(&child, program.c_str(), settings.actions(), settings.attributes(),
+                              arguments.data(), environment.data());
     if (failure == 0) return child;
+    if (failure == ENOMEM) throw std::bad_alloc();
     throw Error(ErrorKind::kInternal,
                 "a part of peeler cannot be started: " + std::string(std::strerror(failure)),
                 program);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <new>
 #include <system_error>
 
 #include "core/base/error.h"
@@ -54,6 +55,13 @@ bool startsWithIgnoringCase(std::string_view text, std::string_view prefix) {
            std::equal(prefix.begin(), prefix.end(), text.begin(), [](char a, char b) {
                return a == std::tolower(static_cast<unsigned char>(b));
            });
+}
+
+/// The path without links and dots. A lack of memory is no error of the file's.
+fs::path resolved(const fs::path& path, std::error_code& error) {
+    fs::path result = fs::weakly_canonical(path, error);
+    if (error == std::errc::not_enough_memory) throw std::bad_alloc();
+    return result;
 }
 
 std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string& where) {
@@ -125,7 +133,7 @@ std::optional<fs::path> GltfFolder::find(const std::string& uri) const {
         (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end()))
         return {};
     std::error_code error;
-    const fs::path file = fs::weakly_canonical(folder_ / name, error);
+    const fs::path file = resolved(folder_ / name, error);
     if (error) return {};
     return file;
 }
@@ -151,7 +159,7 @@ std::vector<std::uint8_t> GltfFolder::read(const std::string& uri, const std::st
         refuseOutside("\"..\" leads out of the scene's folder");
 
     std::error_code error;
-    const fs::path file = fs::weakly_canonical(folder_ / relative, error);
+    const fs::path file = resolved(folder_ / relative, error);
     if (error) refuse(error.message());
     const auto [folder_end, file_end] =
         std::mismatch(folder_.begin(), folder_.end(), file.begin(), file.end());
@@ -160,8 +168,7 @@ std::vector<std::uint8_t> GltfFolder::read(const std::string& uri, const std::st
     try {
         return readRegularFile(file, max_file_bytes_);
     } catch (const Error& problem) {
-        throw Error(ErrorKind::kInput, "\"" + name + "\": " + problem.what(), where,
-                    problem.hint());
+        throw Error(problem.kind(), "\"" + name + "\": " + problem.what(), where, problem.hint());
     }
 }
 
