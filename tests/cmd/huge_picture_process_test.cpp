@@ -95,7 +95,7 @@ TEST(HugePicture, IsRenderedInBandsAndTilesUnderItsBudget) {
                 told.at("bytes").get<double>() * 1e-6,
                 static_cast<double>(huge.peak_memory) * 1e-6);
     EXPECT_GE(told.at("layers"), 3);
-    if (!kAddressSanitizer) {
+    if (!kShadowMemory) {
         EXPECT_LT(huge.peak_memory, picture.peak);
     }
 

@@ -403,7 +403,7 @@ TEST_F(Sequence, StaysUnderItsBudget) {
     const CommandResult result =
         render({"--frames", "1-8", "--size", "1280x720", "--memory", "400M"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
-    if (!kAddressSanitizer) {
+    if (!kShadowMemory) {
         EXPECT_LE(result.peak_memory, 400ULL << 20);
     }
 }
