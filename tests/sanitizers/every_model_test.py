@@ -52,7 +52,7 @@ def main():
                 failed = True
                 print(f"exit code {done.returncode}: {verb} {model}\n{done.stdout}", flush=True)
     print(f"{ends[DONE]} commands wrote what they were to, {ends[REFUSED]} refused their model")
-    sys.exit(1 if failed or ends[DONE] < 10 * ends[REFUSED] else 0)
+    sys.exit(1 if failed or ends[DONE] <= ends[REFUSED] else 0)
 
 
 if __name__ == "__main__":
