@@ -7,6 +7,9 @@
 #   sh tests/run.sh -L unit    arguments go to ctest; the style is not checked
 #   sh tests/run.sh all        everything there is, about an hour (tests/README.md, "What only all runs")
 #   sh tests/run.sh coverage   the short run, and which lines of the product it reaches
+#   sh tests/run.sh asan|ubsan|tsan [ARGUMENTS]   the short run, and the command on every model, with what
+#                              finds errors of memory and leaks, undefined behaviour, or races
+#                              (tests/README.md, "Sanitizers"); arguments go to ctest
 #   sh tests/run.sh mutations  breaks the product in place after place; the tests have to see each
 #   sh tests/run.sh fuzz [TARGET|all] [SECONDS]   hands programs that read files and command lines what
 #                              libFuzzer makes up, 60 seconds each (tests/README.md, "Fuzzing")
@@ -27,15 +30,17 @@ stage() { # stage NAME COMMAND...: runs it and keeps how long it took
     stages="$stages $name=$(($(date +%s) - start))"
 }
 
+places= # what a program is started by to lie where it always lies
+
 build() {
     cmake --preset "$preset" ${PEELER_CMAKE_ARGUMENTS:-}
-    cmake --build --preset "$preset" -j "$(nproc)"
+    $places cmake --build --preset "$preset" -j "$(nproc)"
 }
 
 # run_tests TEST_PRESET [ARGUMENTS of ctest]
 run_tests() {
     rm -rf "build/$preset/tests/results"
-    ctest --preset "$@" -j "$(nproc)" --output-junit tests/results/ctest.xml || failed=1
+    $places ctest --preset "$@" -j "$(nproc)" --output-junit tests/results/ctest.xml || failed=1
 }
 
 preset=ci
@@ -74,6 +79,24 @@ coverage)
     find build/coverage -name '*.gcda' -delete
     stage tests run_tests coverage
     stage coverage $python tests/coverage.py build/coverage
+    ;;
+asan | ubsan | tsan)
+    preset=$1
+    # GCC 12's ThreadSanitizer ends ("unexpected memory mapping") in some of the places that
+    # kernels with more than 28 random bits choose.
+    if [ "$preset" = tsan ] && [ "$(cat /proc/sys/vm/mmap_rnd_bits)" -gt 28 ]; then
+        places="setarch --addr-no-randomize"
+    fi
+    stage install sh examples/install_dependencies.sh build test
+    stage build build
+    rm -f "build/$preset/reports/"*
+    stage tests run_tests "$@"
+    # What was found in a process that nobody asked how it ended stands there, too.
+    for report in "build/$preset/reports/"*; do
+        [ -e "$report" ] || continue
+        failed=1
+        head -n 60 "$report"
+    done
     ;;
 all)
     stage install sh examples/install_dependencies.sh build test datasets

@@ -18,8 +18,8 @@
 namespace peeler {
 namespace {
 
-// AddressSanitizer reserves terabytes of address space, so that no limit of it would be right.
-#ifdef __SANITIZE_ADDRESS__
+// Sanitizers reserve terabytes of address space, so that no limit of it would be right.
+#ifdef PEELER_SHADOW_MEMORY
 constexpr bool kLimitsMemory = false;
 #else
 constexpr bool kLimitsMemory = true;

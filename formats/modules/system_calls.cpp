@@ -25,8 +25,8 @@ namespace {
 #define PEELER_AUDIT_ARCHITECTURE AUDIT_ARCH_AARCH64
 #endif
 
-// AddressSanitizer reads /proc and more when it has found something.
-#if defined(PEELER_AUDIT_ARCHITECTURE) && !defined(__SANITIZE_ADDRESS__)
+// Sanitizers read /proc and more when they have found something.
+#if defined(PEELER_AUDIT_ARCHITECTURE) && !defined(PEELER_SHADOW_MEMORY)
 
 /// A call that is allowed if the low half of an argument, masked, is a value.
 struct Allowed {
@@ -107,7 +107,7 @@ std::vector<sock_filter> filterOf(const std::vector<Allowed>& allowed) {
 }  // namespace
 
 bool limitSystemCalls() {
-#if defined(PEELER_AUDIT_ARCHITECTURE) && !defined(__SANITIZE_ADDRESS__)
+#if defined(PEELER_AUDIT_ARCHITECTURE) && !defined(PEELER_SHADOW_MEMORY)
     std::vector<sock_filter> filter = filterOf(allowedCalls());
     const sock_fprog program = {static_cast<unsigned short>(filter.size()), filter.data()};
     return prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;

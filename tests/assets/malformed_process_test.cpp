@@ -107,7 +107,7 @@ bool related(const std::string& a, const std::string& b) {
 void check(const fs::path& file, const CommandResult& run) {
     EXPECT_TRUE(run.exit_code == 0 || run.exit_code == 3) << run.exit_code << ": " << run.err;
     EXPECT_LT(run.cpu_seconds, kEndlessSeconds);
-    if (!kAddressSanitizer) {
+    if (!kShadowMemory) {
         EXPECT_LT(run.peak_memory, kMostMemory);
     }
     EXPECT_EQ(run.err.find("Sanitizer"), std::string::npos) << run.err;

@@ -74,7 +74,7 @@ TEST_P(HostileSizes, AreRefusedBeforeAnythingIsAllocated) {
     EXPECT_TRUE(contains(run.err, std::string(": ") + GetParam().where)) << run.err;
     EXPECT_TRUE(contains(run.err, GetParam().words)) << run.err;
     EXPECT_LT(run.cpu_seconds, kEndlessSeconds);
-    if (!kAddressSanitizer) {
+    if (!kShadowMemory) {
         EXPECT_LT(run.peak_memory, mostMemory());
     }
 }
@@ -141,7 +141,7 @@ TEST(HostileScenes, APictureOf60000SquareIsNotDecoded) {
     const CommandResult lenient = info(path);
     EXPECT_EQ(lenient.exit_code, 0) << lenient.err;
     EXPECT_TRUE(contains(lenient.err, "60000 x 60000")) << lenient.err;
-    if (!kAddressSanitizer) {
+    if (!kShadowMemory) {
         EXPECT_LT(lenient.peak_memory, mostMemory());
     }
     EXPECT_LT(lenient.cpu_seconds, kEndlessSeconds);

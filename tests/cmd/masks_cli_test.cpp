@@ -305,6 +305,7 @@ TEST_F(MasksCommand, OfManyViewsAreThoseOfTheirParts) {
 }
 
 TEST_F(MasksCommand, KeepsToItsMemory) {
+    if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     const Json wide = run(line({"--memory", "1G"}, "wide"));
     ASSERT_FALSE(wide.is_null());
     const Outcome outcome = refused({"--size", "4000x4000", "--memory", "100M"});

@@ -45,7 +45,7 @@ INSTANTIATE_TEST_SUITE_P(By, Points, testing::Values("cpu", "gl"),
 
 TEST_P(Points, BeforeAndAfter) {
     PEELER_REQUIRE_PYTHON("numpy");
-    for (const char* budget : {"0", "700M"}) {
+    for (const char* budget : {"0", kShadowMemory ? "8G" : "700M"}) {
         std::vector<std::string> options = {
             "--points",     path("p.ply"), "-o",     path("o.npz"), "--direction",
             "0,0,2",        "--direction", "0,0,-1", "--direction", "1,0,0",

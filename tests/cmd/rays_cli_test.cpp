@@ -404,7 +404,8 @@ TEST_P(RaysCli, TheBytesDoNotDependOnThreadsOrMemory) {
             std::vector<std::string> arguments = same;
             arguments.insert(arguments.end(), {"-o", out(name + extension)});
             if (name == "b")
-                arguments.insert(arguments.end(), {"--threads", "1", "--memory", "512M"});
+                arguments.insert(arguments.end(),
+                                 {"--threads", "1", "--memory", kShadowMemory ? "8G" : "512M"});
             const Outcome run = rays(arguments);
             ASSERT_EQ(run.exit_code, 0) << run.err;
         }

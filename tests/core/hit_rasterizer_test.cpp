@@ -281,7 +281,7 @@ TEST_F(SameBytes, InBandsOfAnyHeight) {
 
 /// What triangles cover takes more room than the budget leaves: it is found section by section.
 TEST(HitRasterizer, TheSameBytesUnderABudget) {
-    if (kAddressSanitizer) GTEST_SKIP() << "its memory is not the product's";
+    if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     constexpr std::uint64_t kMebibyte = 1 << 20;
     Scene scene = sceneOf({{"", {icosphere(5)}}});
     scene.nodes[0].instances.emplace();
@@ -673,7 +673,7 @@ TEST(HitRasterizer, ManyTrianglesInOneRay) {
 
 /// They have no room within the budget, and no row can be cut.
 TEST(HitRasterizer, TooManyTrianglesInOneRayAreRefused) {
-    if (kAddressSanitizer) GTEST_SKIP() << "its memory is not the product's";
+    if (kShadowMemory) GTEST_SKIP() << "its memory is not the product's";
     constexpr std::uint64_t kMebibyte = 1 << 20;
     const Scene scene = triangleOver(exhaustive() ? 10'000'000 : 4'000'000);
     HitRasterizer source{PosedScene(scene)};

@@ -96,7 +96,7 @@ TEST(HelperProcess, TellsTheTimeThatItTook) {
 }
 
 TEST(HelperProcess, GivesNoMoreMemoryThanAllowed) {
-    if (kAddressSanitizer) GTEST_SKIP() << "AddressSanitizer reserves all address space";
+    if (kShadowMemory) GTEST_SKIP() << "sanitizers reserve all address space";
     constexpr std::uint64_t kFits = 16U << 20U, kDoesNot = 256U << 20U;
     EXPECT_EQ(ask("memory", {}, kFits).takeOne<std::uint64_t>(), kFits);
     EXPECT_EQ(errorOf("memory", kDoesNot).kind(), ErrorKind::kInput);
@@ -125,7 +125,7 @@ TEST(HelperProcess, InheritsNothing) {
 /// Whether this kernel filters calls of the system, and this build has a filter for it.
 bool filtersCalls() {
 #if defined(__x86_64__) || defined(__aarch64__)
-    return !kAddressSanitizer && prctl(PR_GET_SECCOMP, 0, 0, 0, 0) >= 0;
+    return !kShadowMemory && prctl(PR_GET_SECCOMP, 0, 0, 0, 0) >= 0;
 #else
     return false;
 #endif

@@ -57,16 +57,17 @@ struct CommandResult : Outcome {
     std::uint64_t peak_memory = 0;  ///< most bytes resident at once
 };
 
-/// Whether this is a build with AddressSanitizer, whose memory says nothing of the product's.
-#ifdef __SANITIZE_ADDRESS__
-inline constexpr bool kAddressSanitizer = true;
+/// Whether this is a build with AddressSanitizer or ThreadSanitizer, whose memory and address space
+/// say nothing of the product's, and which take several times as long.
+#ifdef PEELER_SHADOW_MEMORY
+inline constexpr bool kShadowMemory = true;
 #else
-inline constexpr bool kAddressSanitizer = false;
+inline constexpr bool kShadowMemory = false;
 #endif
 
 /// Processor seconds that no refusal takes on the slowest machine: what needs more does not end, or
 /// does far more work than its input asks for. Benchmarks tell how fast it is.
-inline constexpr double kEndlessSeconds = kAddressSanitizer ? 300 : 60;
+inline constexpr double kEndlessSeconds = kShadowMemory ? 600 : 60;
 
 /// Runs a command line of `peeler` in this process, which takes half the time of starting one.
 Outcome runPeeler(const std::vector<std::string>& arguments);
