@@ -36,6 +36,13 @@ std::uint64_t usedBytes(const MemoryBudget& budget) {
     return resident - std::min(resident, budget.base);
 }
 
+std::uint64_t usedBytesWith(const MemoryBudget& budget, std::uint64_t more) {
+    const std::uint64_t bytes = usedBytes(budget) + more;
+    if (bytes <= budget) return bytes;
+    returnFreeMemory();
+    return usedBytes(budget) + more;
+}
+
 void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed,
                         const std::string& where) {
     if (budget == 0 || needed <= budget) return;
