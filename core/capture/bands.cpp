@@ -119,4 +119,16 @@ std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,
     return bands;
 }
 
+std::uint64_t largestBandBytes(std::span<const Window> bands, const BandCosts& costs,
+                               const std::function<std::uint64_t(int y)>& row_fragments) {
+    std::uint64_t most = 0;
+    for (const Window& band : bands) {
+        std::uint64_t fragments = 0;
+        for (int y = band.y0; y < band.y1; ++y)
+            fragments += row_fragments(y);
+        most = std::max(most, fragments * costs.fragment_bytes + band.pixels() * costs.pixel_bytes);
+    }
+    return most;
+}
+
 }  // namespace peeler

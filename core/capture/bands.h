@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "core/base/memory_budget.h"
@@ -60,5 +61,9 @@ bool hasRoom(const MemoryBudget& budget, std::uint64_t used, const BandCosts& co
 /// is the number of fragments of a row. Throws Error (kMemory) if one row alone is over a limit.
 std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,
                              const std::function<std::uint64_t(int y)>& row_fragments);
+
+/// What the largest of some bands takes at those costs, besides what is fixed.
+std::uint64_t largestBandBytes(std::span<const Window> bands, const BandCosts& costs,
+                               const std::function<std::uint64_t(int y)>& row_fragments);
 
 }  // namespace peeler

@@ -207,7 +207,7 @@ Plan HitRasterizer::plan(const View& view, const CaptureSettings& settings,
 }
 
 BandCosts HitRasterizer::State::costs(const Sink& sink) const {
-    const SinkMemory memory = sink.memory();
+    const SinkMemory memory = sink.memory(plan);
     const std::uint64_t width = static_cast<std::uint64_t>(plan.view.crop.width());
     const std::uint64_t hit = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
     BandCosts costs;
@@ -325,6 +325,18 @@ BandSize HitRasterizer::State::largest(std::span<const Window> bands) const {
         most = {std::max<std::size_t>(most.pixels, band.pixels()), std::max(most.hits, hits)};
     }
     return most;
+}
+
+std::uint64_t HitRasterizer::forecastMemory(const Sink& sink) {
+    const State& s = *state_;
+    const BandCosts costs = s.costs(sink);
+    const BandLimits limits = bandLimits(s.settings.memory, usedBytes(s.settings.memory), costs);
+    const auto row_hits = [&](int y) { return s.complexity->rowFragments(y); };
+    std::uint64_t most = 0;
+    for (const Window& section : s.sections)
+        most =
+            std::max(most, largestBandBytes(cutBands(section, limits, row_hits), costs, row_hits));
+    return residentBytes() + costs.fixed_bytes + most;
 }
 
 CaptureReport HitRasterizer::capture(Sink& sink, const Progress& progress) {
