@@ -83,7 +83,7 @@ JOBS = """
 """
 
 # Under limits of so many MB.
-LIMITS = (300, 600, 1000)
+LIMITS = (300, 600, 1000) if ALL else (300, 600)
 LIMITED = """
 * render coincident.glb a.exr --size 320x180
   render engine.glb a.exr --size 640x360
@@ -95,7 +95,7 @@ LIMITED = """
   render glasses.glb a.png --size 1920x1080
   render plant.glb a.html --size 1280x720
   render DamagedHelmet a.png --size 1920x1080
-* rays engine.glb a.npz --engine cpu --axes --resolution 2048
+  rays engine.glb a.npz --engine cpu --axes --resolution 2048
   rays engine.glb a.npz --engine gl --axes --resolution 1024
 """
 
