@@ -338,7 +338,9 @@ std::span<const std::uint8_t> GltfDocument::readUri(const std::string& uri,
 void GltfDocument::allow(std::uint64_t bytes, const std::string& where) {
     constexpr std::uint64_t kUnnoticed = 1U << 20U;  // to look at the memory takes a moment
     if (memory == 0 || (allowed_ += bytes) < kUnnoticed) return;
-    checkReadingMemory(memory, usedBytesWith(memory, std::exchange(allowed_, 0)), where);
+    // What comes next may go unnoticed.
+    const std::uint64_t more = std::exchange(allowed_, 0) + kUnnoticed;
+    checkReadingMemory(memory, usedBytesWith(memory, more), where);
 }
 
 std::span<const std::uint8_t> GltfDocument::keep(std::vector<std::uint8_t> bytes) {
