@@ -14,6 +14,7 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
+#include "cmd/machine/resources.h"
 #include "cmd/options/forecast.h"
 #include "cmd/options/sequence_options.h"
 #include "cmd/render/render_request.h"
@@ -60,7 +61,10 @@ class Render {
     int run(Json& result) {
         if (options_.sequence.dry_run) {
             result = request_.plan();
-            return 0;
+            return runReported(console_, [&] {
+                forecast(result);
+                return 0;
+            });
         }
         int code = 0;
         try {
@@ -89,6 +93,9 @@ class Render {
     bool make(Picture& picture, std::size_t index);
     void pose(Picture& picture, std::size_t index);
     void capture(Picture& picture);
+    void prepare(Picture& picture);
+    void forecast(Json& result);
+    void forecastMemory(const Picture& picture);
     void meterExposure(const PictureRequest& asked);
     void plan(Picture& picture);
     void makeWriter(Picture& picture);
@@ -112,6 +119,7 @@ class Render {
     std::optional<ProgressReport> progress_;
     std::optional<UsedCameras> cameras_;  ///< for --cameras-out
     bool size_told_ = false;              ///< how large the pictures will be
+    std::uint64_t memory_forecast_ = 0;   ///< bytes
 };
 
 void Render::renderAll() {
@@ -195,7 +203,8 @@ void Render::pose(Picture& picture, std::size_t index) {
     picture.result.normalized = request_.normalized();
 }
 
-void Render::capture(Picture& picture) {
+/// Counts what there is to capture, and makes what will write it, which has not begun to.
+void Render::prepare(Picture& picture) {
     PictureRequest& asked = picture.asked;
     if (job_.renderer())
         job_.renderer()->setPose(*asked.posed);
@@ -208,12 +217,47 @@ void Render::capture(Picture& picture) {
     picture.result.backend = job_.device().backend;
     plan(picture);
     makeWriter(picture);
+    forecastMemory(picture);
+}
+
+void Render::capture(Picture& picture) {
+    prepare(picture);
+    GlRenderer& renderer = *job_.renderer();
+    picture.writer->begin(picture.plan);
     picture.result.passes = renderer.capture(*picture.writer, progressOf(picture)).passes;
     console_.detail("captured in " +
                     countText(static_cast<std::uint64_t>(picture.result.passes), "geometry pass") +
                     "; writes " + request_.outputFile(picture.asked.index).string());
     add(picture.result.milliseconds, job_.takeTimes());
     picture.writer->finish();
+}
+
+/// Of the whole run, as far as it has come: pictures share what they take.
+void Render::forecastMemory(const Picture& picture) {
+    memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()),
+                                 job_.renderer()->forecastMemory(*picture.writer)});
+    console_.detail("takes " + bytesText(memory_forecast_) + " of memory at most");
+}
+
+/// Adds to the result of a dry run what the first picture would take that it would make. Null
+/// where there is none, or no device to count its fragments with.
+void Render::forecast(Json& result) {
+    const std::optional<std::size_t> first = RenderRequest::firstOf(result);
+    for (const char* const unknown : {"forecastBytes", "forecastMemory"})
+        result[unknown] = nullptr;
+    if (!first) return;
+    Picture picture;
+    pose(picture, *first);
+    try {
+        prepare(picture);
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kDevice) throw;
+        console_.warning("What it takes is not known: " + inOptions(error.what()) + ".");
+        return;
+    }
+    result["forecastBytes"] = *picture.result.forecast_bytes;
+    result["forecastMemory"] = memory_forecast_;
+    tellMemory(memory_forecast_, console_);
 }
 
 /// Finds the exposure of all pictures before the first one.
@@ -262,7 +306,6 @@ void Render::makeWriter(Picture& picture) {
         picture.writer = std::move(background);
     }
     if (cameras_) picture.writer = cameras_->watched(std::move(picture.writer));
-    picture.writer->begin(picture.plan);
 }
 
 /// Of all views, whichever of them this run makes.
@@ -282,11 +325,12 @@ void Render::tellSize(Picture& picture, const OutputOptions& output) {
     picture.result.forecast_bytes = forecast.size().bytes;
     if (std::exchange(size_told_, true)) return;
     forecast.times = request_.pictures() - picture.asked.index;
-    tellForecast(forecast, console_);
+    tellForecast(forecast, console_, options_.sequence.dry_run);
 }
 
 /// The last hundredth is for what follows the capture.
 Progress Render::progressOf(const Picture& picture) {
+    if (!progress_) return {};  // of a dry run
     const auto index = static_cast<double>(picture.asked.index);
     return [this, index](double share) {
         progress_->update((index + 0.99 * share) / static_cast<double>(request_.pictures()));
@@ -317,6 +361,7 @@ void Render::report(Picture& picture) {
     result.milliseconds["total"] =
         std::chrono::duration<double, std::milli>(end - picture.start).count();
     describePicture(picture.plan, asked.provenance, result);
+    result.forecast_memory = memory_forecast_;
     describeFiles(asked.output, result, console_);
     if (options_.shards) options_.shards->add(asked, result);
     describeDisplay(picture.written, request_.metersExposure(), result);
@@ -345,16 +390,6 @@ int report(const RenderOptions& options, const Json& result, Console& console) {
             console.result(jsonText(result));
         else if (!result.is_null())
             reportResult(options.report, result, "", console);
-        return 0;
-    });
-}
-
-/// Ends the shards, if there are any, before they are told of. `all`: no sample is missing because
-/// the run was given up. Returns the exit code.
-int endShards(const RenderOptions& options, bool all, Console& console) {
-    if (!options.shards || options.sequence.dry_run) return 0;
-    return runReported(console, [&] {
-        options.shards->finish(all, console);
         return 0;
     });
 }

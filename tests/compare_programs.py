@@ -49,20 +49,23 @@ UNIFIED = ()
 BEGINNING_AND_END = ("input", "output", "bytes", "outputs", "settingsHash", "renderer", "backend", "peakMemory",
                      "milliseconds")
 ADDED = (
-    ("render", ("input", "settingsHash", "frames.input", "frames.settingsHash")),
+    (
+        "render",
+        ("input", "forecastMemory", "settingsHash", "frames.input", "frames.forecastMemory", "frames.settingsHash"),
+    ),
     ("flatten", ("input", "settingsHash")),
     ("merge", ("inputs", "settingsHash")),
     ("convert", ("input", "settingsHash")),
     ("view", ("input", "settingsHash")),
-    ("rays", (*BEGINNING_AND_END, "engine")),
+    ("rays", (*BEGINNING_AND_END, "engine", "forecastMemory")),
     ("bake", (*BEGINNING_AND_END, "engine")),
     ("extract", BEGINNING_AND_END),
     ("sheet", ("input", "settingsHash")),
-    ("batch", tuple(f"result.{key}" for key in (*BEGINNING_AND_END, "engine"))),
+    ("batch", tuple(f"result.{key}" for key in (*BEGINNING_AND_END, "engine", "forecastMemory"))),
 )
 
 # JSON keys whose values no run repeats, nor those below them.
-VOLATILE = {"milliseconds", "peakMemory", "seconds"}
+VOLATILE = {"milliseconds", "forecastMemory", "peakMemory", "seconds"}
 
 # What no run repeats in text, times and resident memory, and what stands there instead.
 MEASURED = (

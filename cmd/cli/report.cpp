@@ -49,7 +49,7 @@ double stopsJson(float stops) {
     return std::stod(stopsText(stops));
 }
 
-/// The input and the files that were written.
+/// The input, the files that were written, and what was forecast.
 Json filesJson(const RunResult& run) {
     Json json;
     if (run.inputs.size() == 1) {
@@ -61,6 +61,7 @@ Json filesJson(const RunResult& run) {
     json["output"] = run.output.empty() ? Json() : Json(run.output.string());
     json["bytes"] = run.bytes;
     if (run.forecast_bytes) json["forecastBytes"] = *run.forecast_bytes;
+    if (run.forecast_memory) json["forecastMemory"] = *run.forecast_memory;
     if (!run.files) return json;
     json["outputs"] = Json::array();
     for (const WrittenFile& file : *run.files) {

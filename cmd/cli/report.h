@@ -54,6 +54,8 @@ struct RunResult {
     std::uint64_t bytes = 0;  ///< of all files of that name together
     /// How many bytes were forecast, exactly or at most, before the first one; of verbs that do.
     std::optional<std::uint64_t> forecast_bytes{};
+    /// Likewise how many to be resident at most.
+    std::optional<std::uint64_t> forecast_memory{};
     /// Each of the files, of verbs that write several under one name, or under several names.
     std::optional<std::vector<WrittenFile>> files{};
     std::string engine{};         ///< that has found the hits; "" = no rays were traced
@@ -104,9 +106,10 @@ struct PictureResult : RunResult {
 /// took.
 void describePicture(const Plan& plan, const Provenance& provenance, PictureResult& result);
 
-/// A run as JSON (cmd/README.md, "JSON"): `input` (`inputs` of several), `output` and `bytes`, then
-/// what the verb found, `engine` if it traced rays, then `settingsHash`, `renderer`, `backend`,
-/// `peakMemory` and `milliseconds`. Every stage is there, 0 where it did not happen.
+/// A run as JSON (cmd/README.md, "JSON"): `input` (`inputs` of several), `output`, `bytes` and what
+/// was forecast, then what the verb found, `engine` if it traced rays, then `settingsHash`,
+/// `renderer`, `backend`, `peakMemory` and `milliseconds`. Every stage is there, 0 where it did not
+/// happen.
 Json toJson(const RunResult& run, const Json& findings);
 
 /// {"scale", "middle"}: points p of the file are at scale · (p − middle).

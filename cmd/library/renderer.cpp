@@ -45,8 +45,8 @@ class CompositeSink final : public Sink {
         image.appendRows(part_, band.window.y0, band.window.y1);
     }
     void finish() override {}
-    SinkMemory memory() const override {
-        return {.bytes = image.window.pixels() * CompositeImage::pixelBytes(true)};
+    SinkMemory memory(const Plan& plan) const override {
+        return {.bytes = plan.view.crop.pixels() * CompositeImage::pixelBytes(true)};
     }
 
     CompositeImage image;

@@ -111,6 +111,14 @@ void tellForecast(const Forecast& forecast, Console& console, bool always,
         tellShare(share, forecast.times, console, always);
 }
 
+std::uint64_t repeatedPeak(std::uint64_t peak) {
+    return peak + peak / 32;
+}
+
+void tellMemory(std::uint64_t bytes, Console& console) {
+    console.note("it will take " + bytesText(bytes) + " of memory at most");
+}
+
 bool mayExceedDisk(const Forecast& forecast, const DiskSpaceOf& disk) {
     return std::ranges::any_of(sharesOf(forecast, disk), [](const DiskShare& share) {
         return share.size.bytes > share.disk.free;
@@ -134,10 +142,10 @@ Json forecastJson(const Forecast& forecast, const DiskSpaceOf& disk) {
     return list;
 }
 
-void addDryRunOption(VerbOptions& verb, bool& dry_run) {
+void addDryRunOption(VerbOptions& verb, bool& dry_run, const std::string& more) {
     verb.addFlag("--dry-run", dry_run,
-                 "print as JSON what would be written, and how large it would be, and write "
-                 "nothing")
+                 "print as JSON what would be written, and how large it would be" + more +
+                     ", and write nothing")
         .group("Output");
 }
 

@@ -45,6 +45,12 @@ using DiskSpaceOf = std::function<std::optional<DiskSpace>(const std::filesystem
 void tellForecast(const Forecast& forecast, Console& console, bool always = false,
                   const DiskSpaceOf& disk = diskSpaceOf);
 
+/// What a run that gets as far as this one has may have had resident by then, who had `peak`:
+/// threads take turns as it happens, and with them their buffers.
+std::uint64_t repeatedPeak(std::uint64_t peak);
+/// Says how many bytes a run will have resident at most.
+void tellMemory(std::uint64_t bytes, Console& console);
+
 /// Whether some disk has less room than its files take, at most or certainly.
 bool mayExceedDisk(const Forecast& forecast, const DiskSpaceOf& disk = diskSpaceOf);
 
@@ -52,7 +58,7 @@ bool mayExceedDisk(const Forecast& forecast, const DiskSpaceOf& disk = diskSpace
 /// `forecastBytes`, `forecast` (exact, at most or about), `freeBytes` and `exists`.
 Json forecastJson(const Forecast& forecast, const DiskSpaceOf& disk = diskSpaceOf);
 
-/// Declares --dry-run.
-void addDryRunOption(VerbOptions& verb, bool& dry_run);
+/// Declares --dry-run; `more`: what else it says, " and …".
+void addDryRunOption(VerbOptions& verb, bool& dry_run, const std::string& more = "");
 
 }  // namespace peeler::cmd

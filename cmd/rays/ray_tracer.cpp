@@ -9,7 +9,9 @@
 #include "cmd/cli/errors.h"
 #include "cmd/cli/progress.h"
 #include "cmd/cli/report.h"
+#include "cmd/machine/resources.h"
 #include "core/base/error.h"
+#include "core/base/parallel.h"
 #include "formats/arrays/point_reader.h"
 #include "formats/file/content_hash.h"
 #include "formats/file/file_name.h"
@@ -25,22 +27,36 @@ namespace fs = std::filesystem;
 /// Hands the bands of a bundle on to the outputs.
 class BundleSink final : public Sink {
   public:
-    BundleSink(std::span<const std::unique_ptr<RayOutput>> outputs, std::size_t bundle)
-        : outputs_(outputs), bundle_(bundle) {}
+    BundleSink(const RayTrace& trace, std::size_t bundle) : trace_(trace), bundle_(bundle) {}
 
     void begin(const Plan&) override {}
     void write(LayeredImage&& band) override {
-        for (const auto& output : outputs_)
+        for (const auto& output : trace_.outputs)
             output->take(bundle_, band);
     }
     void finish() override {}
     /// What the outputs take besides the band, which they go through some rows at a time.
-    SinkMemory memory() const override { return {0, std::uint64_t{48} << 20}; }
+    SinkMemory memory(const Plan&) const override {
+        SinkMemory all{.bytes = kBatchBytes * static_cast<std::uint64_t>(threadCount())};
+        for (const auto& output : trace_.outputs) {
+            const SinkMemory one = output->memory(trace_.bundles[bundle_]);
+            all.rows = std::max(all.rows, one.rows);
+            all.bytes += one.bytes;
+            all.pixel_bytes += one.pixel_bytes;
+        }
+        return all;
+    }
 
   private:
-    std::span<const std::unique_ptr<RayOutput>> outputs_;
+    // Of a thread that puts numbers of some hits (HitReader) side by side.
+    static constexpr std::uint64_t kBatchBytes = std::uint64_t{2} << 20;
+
+    const RayTrace& trace_;
     std::size_t bundle_;
 };
+
+/// What a bundle leaves behind in the heap for those that come after it; measured, on the CPU.
+constexpr std::uint64_t kLeftBytes = std::uint64_t{4} << 20;
 
 /// How hits are captured for what the options ask for; the outputs add channels.
 CaptureSettings traceSettings(const RaysOptions& options) {
@@ -172,14 +188,22 @@ std::unique_ptr<RayOutput> RayTracer::makeOutput(const RayTrace& trace) {
     return makeHitOutput(path, hits);
 }
 
+/// Counts the hits of a bundle. Then is known what it takes to capture them, besides `left`.
+std::uint64_t RayTracer::plan(const RayTrace& trace, std::size_t bundle, std::uint64_t left) {
+    const Plan plan = source_->plan(trace.bundles[bundle].view, capture_);
+    memory_forecast_ = std::max({memory_forecast_, repeatedPeak(peakMemory()),
+                                 source_->forecastMemory(BundleSink(trace, bundle)) + left});
+    return plan.fragments_counted;
+}
+
 /// Counts first where an output needs it: its header or arrays say how many hits follow, and come
 /// before them. Then the sizes of the files are known.
 void RayTracer::count(RayTrace& trace) {
-    if (std::ranges::any_of(trace.outputs,
-                            [](const auto& output) { return output->needsHits(); })) {
+    const auto needsHits = [](const auto& output) { return output->needsHits(); };
+    if (options_.sequence.dry_run || std::ranges::any_of(trace.outputs, needsHits)) {
         ProgressReport progress(console_, options_.report.shownProgress(), {"count", kCountEnd});
-        for (const Bundle& bundle : trace.bundles) {
-            trace.hits.push_back(source_->plan(bundle.view, capture_).fragments_counted);
+        for (std::size_t i = 0; i < trace.bundles.size(); ++i) {
+            trace.hits.push_back(plan(trace, i, trace.bundles.size() > 1 ? kLeftBytes : 0));
             progress.update(static_cast<double>(trace.hits.size()) /
                             static_cast<double>(trace.bundles.size()));
         }
@@ -206,8 +230,10 @@ void RayTracer::describe(const RayTrace& trace) {
             ? Json()
             : Json(std::accumulate(trace.hits.begin(), trace.hits.end(), std::uint64_t{0}));
     json["settingsHash"] = settingsHash(trace, capture_);
+    json["forecastMemory"] = memory_forecast_;
     json["outputs"] = forecastJson(trace.forecast);
     console_.result(jsonText(json));
+    tellMemory(memory_forecast_, console_);
     tellForecast(trace.forecast, console_, true);
 }
 
@@ -219,10 +245,9 @@ void RayTracer::trace(RayTrace& trace) {
     for (std::size_t i = 0; i < trace.bundles.size(); ++i) {
         // The source still has the plan of a lone bundle from count().
         if (trace.hits.size() != 1) {
-            const Plan plan = source_->plan(trace.bundles[i].view, capture_);
-            trace.hits_found += plan.fragments_counted;
+            trace.hits_found += plan(trace, i);
         }
-        BundleSink sink(trace.outputs, i);
+        BundleSink sink(trace, i);
         const CaptureReport report = source_->capture(
             sink, [&](double share) { progress.update((static_cast<double>(i) + share) / all); });
         trace.largest_correction = std::max(trace.largest_correction, report.largest_correction);
@@ -239,6 +264,7 @@ void RayTracer::report(RayTrace& trace) {
     // The hash stands in the result alone: files of rays have never had it, and keep their bytes.
     result.settings_hash = settingsHash(trace, capture_);
     const std::uint64_t rays = raysOf(trace.bundles);
+    result.forecast_memory = memory_forecast_;
     if (options_.writesFile()) result.forecast_bytes = trace.forecast.size().bytes;
     std::string line = countText(trace.bundles.size(), "bundle") + ", " + countText(rays, "ray") +
                        ", " + countText(trace.hits_found, "hit");

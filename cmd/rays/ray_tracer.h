@@ -62,6 +62,7 @@ class RayTracer {
     void nameFiles(RayTrace& trace) const;
     void openOutputs(RayTrace& trace);
     std::unique_ptr<RayOutput> makeOutput(const RayTrace& trace);
+    std::uint64_t plan(const RayTrace& trace, std::size_t bundle, std::uint64_t left = 0);
     void count(RayTrace& trace);
     void describe(const RayTrace& trace);
     void trace(RayTrace& trace);
@@ -80,8 +81,9 @@ class RayTracer {
     const OpenedScene* scene_ = nullptr;
     std::optional<PosedScene> posed_;
     std::optional<AxisBundles> lattice_;
-    std::unique_ptr<Solids> solids_;  ///< if something needs them
-    HitSource* source_ = nullptr;     ///< owned by job_; null before the first output
+    std::unique_ptr<Solids> solids_;     ///< if something needs them
+    HitSource* source_ = nullptr;        ///< owned by job_; null before the first output
+    std::uint64_t memory_forecast_ = 0;  ///< bytes, of the run so far
 };
 
 }  // namespace peeler::cmd

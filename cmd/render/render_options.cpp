@@ -99,7 +99,8 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addRunOptions(verb, options);
     addSequenceOptions(verb, options.sequence);
     verb.addFlag("--dry-run", options.sequence.dry_run,
-                 "print what would be done as JSON, and write nothing")
+                 "print as JSON what would be done, and how much memory and room on the disk the "
+                 "first picture takes, and write nothing")
         .group("Output");
     verb.addFlag("--strict", options.strict,
                  "a missing texture and damaged compressed data are errors (exit code 3), whatever "

@@ -329,4 +329,11 @@ nlohmann::ordered_json RenderRequest::plan() const {
     return json;
 }
 
+std::optional<std::size_t> RenderRequest::firstOf(const nlohmann::ordered_json& plan) {
+    const auto& pictures = plan.at("pictures");
+    for (std::size_t i = 0; i < pictures.size(); ++i)
+        if (pictures[i].at("action") == "render") return i;
+    return std::nullopt;
+}
+
 }  // namespace peeler::cmd

@@ -152,6 +152,8 @@ class RenderRequest {
 
     /// What would be done, for --dry-run (cmd/README.md, "JSON").
     nlohmann::ordered_json plan() const;
+    /// The first picture that would be rendered, of such a plan; none if none would.
+    static std::optional<std::size_t> firstOf(const nlohmann::ordered_json& plan);
 
   private:
     void choosePictures();

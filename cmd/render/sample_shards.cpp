@@ -98,6 +98,14 @@ void addShardOptions(VerbOptions& verb, ShardOptions& options) {
         .group(kShardsGroup);
 }
 
+int endShards(const RenderOptions& options, bool all, Console& console) {
+    if (!options.shards || options.sequence.dry_run) return 0;
+    return runReported(console, [&] {
+        options.shards->finish(all, console);
+        return 0;
+    });
+}
+
 void refuseShardOptions(const VerbOptions& verb) {
     for (const char* option : {"--shard-member", "--shard-count", "--shard-size"})
         if (verb.given(option))

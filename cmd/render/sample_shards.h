@@ -57,6 +57,10 @@ class SampleShards {
     std::optional<TarShards> shards_;
 };
 
+/// Ends the shards of a run, if there are any, before they are told of. `all`: no sample is missing
+/// because the run was given up. Returns the exit code.
+int endShards(const RenderOptions& options, bool all, Console& console);
+
 /// Throws Error (kUsage) if one of the options is given, for an output without shards.
 void refuseShardOptions(const VerbOptions& verb);
 

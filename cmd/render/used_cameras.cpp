@@ -27,8 +27,8 @@ class UsedCameras::PointTaker final : public Sink {
         next_->write(std::move(band));
     }
     void finish() override { next_->finish(); }
-    SinkMemory memory() const override {
-        SinkMemory memory = next_->memory();
+    SinkMemory memory(const Plan& plan) const override {
+        SinkMemory memory = next_->memory(plan);
         memory.bytes += most_ * sizeof(ScenePoint);
         return memory;
     }

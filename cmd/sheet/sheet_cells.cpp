@@ -56,13 +56,20 @@ void SheetCells::addCell(std::uint32_t layer, bool composites) {
                         .error = {}});
 }
 
+bool SheetCells::hasComposite(const Plan& plan) const {
+    return settings_.show == SheetShow::kColor || plan.layers.empty();
+}
+
+std::uint32_t SheetCells::cellsOf(const Plan& plan) const {
+    const auto layers = static_cast<std::uint32_t>(plan.layers.size());
+    return settings_.progression ? std::max(1U, layers) : layers + (hasComposite(plan) ? 1 : 0);
+}
+
 void SheetCells::begin(const Plan& plan) {
     crop_ = plan.view.crop;
     std::tie(width_, height_) = cellSize(crop_, settings_.cell_width);
     layers_ = static_cast<std::uint32_t>(plan.layers.size());
-    const bool has_composite = settings_.show == SheetShow::kColor || layers_ == 0;
-    const std::uint32_t wanted =
-        settings_.progression ? std::max(1U, layers_) : layers_ + (has_composite ? 1 : 0);
+    const std::uint32_t wanted = cellsOf(plan);
     const std::uint32_t cells = std::min(wanted, static_cast<std::uint32_t>(settings_.most_cells));
     omitted_ = wanted - cells;
     if (settings_.progression) {
@@ -71,14 +78,17 @@ void SheetCells::begin(const Plan& plan) {
         addCell(layers_, true);
         return;
     }
-    if (has_composite) addCell(layers_, true);
+    if (hasComposite(plan)) addCell(layers_, true);
     for (std::uint32_t k = 0; pending_.size() < cells; ++k)
         addCell(k, false);
 }
 
-SinkMemory SheetCells::memory() const {
-    const auto cell = static_cast<std::uint64_t>(width_) * static_cast<std::uint64_t>(height_);
-    return {.rows = 0, .bytes = pending_.size() * cell * sizeof(TintedColor)};
+SinkMemory SheetCells::memory(const Plan& plan) const {
+    const auto [width, height] = cellSize(plan.view.crop, settings_.cell_width);
+    const auto cell = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+    const std::uint64_t cells =
+        std::min(cellsOf(plan), static_cast<std::uint32_t>(settings_.most_cells));
+    return {.rows = 0, .bytes = cells * cell * sizeof(TintedColor)};
 }
 
 void SheetCells::write(LayeredImage&& band) {

@@ -63,7 +63,7 @@ class SheetCells : public Sink {
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override;
-    SinkMemory memory() const override;
+    SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
 
     /// After finish().
@@ -83,6 +83,9 @@ class SheetCells : public Sink {
     };
 
     void addCell(std::uint32_t layer, bool composites);
+    bool hasComposite(const Plan& plan) const;
+    /// How many cells there would be without a limit.
+    std::uint32_t cellsOf(const Plan& plan) const;
     void addComposite(const LayeredImage& band, Pending& cell);
     void addLayer(const LayeredImage& band, Pending& cell) const;
     void findRange(const LayeredImage& band);

@@ -27,7 +27,7 @@ class CompositeKeeper : public Sink {
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override { next_.finish(); }
-    SinkMemory memory() const override;
+    SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return next_.times(); }
 
   private:
@@ -76,9 +76,9 @@ void CompositeKeeper::write(LayeredImage&& band) {
     next_.write(std::move(band));
 }
 
-SinkMemory CompositeKeeper::memory() const {
-    SinkMemory memory = next_.memory();
-    memory.bytes += composite_.window.pixels() * CompositeImage::pixelBytes(tinted_);
+SinkMemory CompositeKeeper::memory(const Plan& plan) const {
+    SinkMemory memory = next_.memory(plan);
+    memory.bytes += plan.view.crop.pixels() * CompositeImage::pixelBytes(plan.tinted);
     return memory;
 }
 

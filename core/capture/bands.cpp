@@ -36,6 +36,13 @@ std::uint64_t usedBytes(const MemoryBudget& budget) {
     return resident - std::min(resident, budget.base);
 }
 
+std::uint64_t usedBytesWith(const MemoryBudget& budget, std::uint64_t more) {
+    const std::uint64_t bytes = usedBytes(budget) + more;
+    if (bytes <= budget) return bytes;
+    returnFreeMemory();
+    return usedBytes(budget) + more;
+}
+
 void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed,
                         const std::string& where) {
     if (budget == 0 || needed <= budget) return;
@@ -110,6 +117,18 @@ std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,
         fragments += row;
     }
     return bands;
+}
+
+std::uint64_t largestBandBytes(std::span<const Window> bands, const BandCosts& costs,
+                               const std::function<std::uint64_t(int y)>& row_fragments) {
+    std::uint64_t most = 0;
+    for (const Window& band : bands) {
+        std::uint64_t fragments = 0;
+        for (int y = band.y0; y < band.y1; ++y)
+            fragments += row_fragments(y);
+        most = std::max(most, fragments * costs.fragment_bytes + band.pixels() * costs.pixel_bytes);
+    }
+    return most;
 }
 
 }  // namespace peeler

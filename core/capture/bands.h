@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "core/base/memory_budget.h"
@@ -16,6 +17,9 @@ std::uint64_t residentBytes();
 
 /// What of the budget is in use: the resident memory now, less the budget's base.
 std::uint64_t usedBytes(const MemoryBudget& budget);
+/// The same and so many bytes more. If that is over the budget, what has been freed and not handed
+/// back to the system is, so that it does not count.
+std::uint64_t usedBytesWith(const MemoryBudget& budget, std::uint64_t more);
 /// While input is read, for `where`: throws Error (kMemory) if `needed` bytes, of all that the
 /// process holds, are over the budget.
 void checkReadingMemory(const MemoryBudget& budget, std::uint64_t needed, const std::string& where);
@@ -57,5 +61,9 @@ bool hasRoom(const MemoryBudget& budget, std::uint64_t used, const BandCosts& co
 /// is the number of fragments of a row. Throws Error (kMemory) if one row alone is over a limit.
 std::vector<Window> cutBands(const Window& crop, const BandLimits& limits,
                              const std::function<std::uint64_t(int y)>& row_fragments);
+
+/// What the largest of some bands takes at those costs, besides what is fixed.
+std::uint64_t largestBandBytes(std::span<const Window> bands, const BandCosts& costs,
+                               const std::function<std::uint64_t(int y)>& row_fragments);
 
 }  // namespace peeler

@@ -328,6 +328,10 @@ void GlRenderer::State::render(const Window& band, const TakeBand& take) {
     take(image);
 }
 
+std::uint64_t GlRenderer::forecastMemory(const Sink& sink) {
+    return state_->forecast(sink);
+}
+
 CaptureReport GlRenderer::capture(Sink& sink, const Progress& progress) {
     State& s = *state_;
     s.report = {};

@@ -41,6 +41,8 @@ class GlRenderer final : public HitSource {
     /// composite.
     CaptureReport capture(Sink& sink, const Progress& progress = {}) override;
 
+    std::uint64_t forecastMemory(const Sink& sink) override;
+
     const PosedScene& posed() const override;
     StageTimes takeTimes() override;
 

@@ -88,6 +88,7 @@ struct GlRenderer::State {
     bool opaque_first = false;  // whether composites are captured by compositeVisible()
     Window drawn;               // then: outside of it there is nothing
     BandLimits band_limits{};   // of the bands that are being captured
+    BandCosts band_costs{};     // of the same
     bool planning = false;      // whether what compositeVisible() finds is still to be counted
     std::uint64_t visible = 0;  // fragments that it found
 
@@ -102,6 +103,7 @@ struct GlRenderer::State {
     std::uint64_t rowFragments(int y) const;
     void addSink(const Sink& sink, BandCosts& costs) const;
     std::vector<Window> bands(const Sink* sink);
+    std::uint64_t forecast(const Sink& sink);
 
     void castShadows(GlRenderer& renderer, const CaptureSettings& asked);
     void chooseMethod();

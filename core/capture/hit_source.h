@@ -42,6 +42,12 @@ class HitSource {
     /// (kInternal) if any ray's hits differ in number from the count.
     virtual CaptureReport capture(Sink& sink, const Progress& progress = {}) = 0;
 
+    /// How many bytes the process will have resident at most, as far as it is known, while
+    /// capture() hands what the last plan() promised to such a sink (whose begin() need not have
+    /// been called): what is resident now, and what its bands and the sink take. Throws like
+    /// capture() if the budget does not allow it.
+    virtual std::uint64_t forecastMemory(const Sink& sink) = 0;
+
     /// What is captured, and what the keys of hits stand for.
     virtual const PosedScene& posed() const = 0;
 

@@ -74,8 +74,8 @@ void BackgroundSink::wait() {
     if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
 }
 
-SinkMemory BackgroundSink::memory() const {
-    SinkMemory memory = sink_->memory();
+SinkMemory BackgroundSink::memory(const Plan& plan) const {
+    SinkMemory memory = sink_->memory(plan);
     ++memory.bands;
     return memory;
 }

@@ -30,7 +30,7 @@ class BackgroundSink final : public Sink {
     /// Until everything is written and finished.
     void wait();
 
-    SinkMemory memory() const override;
+    SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return sink_->times(); }  ///< after wait()
     /// When finish() was done with; after wait().
     std::chrono::steady_clock::time_point finishedAt() const { return finished_at_; }

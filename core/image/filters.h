@@ -50,7 +50,7 @@ class FxaaFilter : public Sink {
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override;
-    SinkMemory memory() const override;
+    SinkMemory memory(const Plan& plan) const override;
     /// Its own are part of "composite".
     StageTimes times() const override;
 

@@ -271,6 +271,14 @@ void dropRowsAbove(int y, CompositeImage& image) {
     image.window.y0 = y;
 }
 
+/// The most rows that are filtered at once.
+int sliceRows(const Plan& plan) {
+    const auto row_bytes = static_cast<std::uint64_t>(std::max(1, plan.view.crop.width())) *
+                           (keptBytes(plan.tinted) + filteredBytes(plan.tinted));
+    return static_cast<int>(
+        std::clamp<std::uint64_t>(kSliceBytes / row_bytes, kLeastSlice, kMostSlice));
+}
+
 }  // namespace
 
 FxaaFilter::FxaaFilter(std::unique_ptr<Sink> next, const std::array<float, 4>& background)
@@ -280,10 +288,7 @@ void FxaaFilter::begin(const Plan& plan) {
     next_->begin(plan);
     crop_ = plan.view.crop;
     tinted_ = plan.tinted;
-    const auto row_bytes = static_cast<std::uint64_t>(std::max(1, crop_.width())) *
-                           (keptBytes(tinted_) + filteredBytes(tinted_));
-    slice_rows_ = static_cast<int>(
-        std::clamp<std::uint64_t>(kSliceBytes / row_bytes, kLeastSlice, kMostSlice));
+    slice_rows_ = sliceRows(plan);
     next_row_ = crop_.y0;
     kept_ = {{crop_.x0, crop_.y0, crop_.x1, crop_.y0}, {}, {}};
     const auto pixels = static_cast<std::size_t>(crop_.width()) *
@@ -330,13 +335,13 @@ void FxaaFilter::finish() {
     next_->finish();
 }
 
-SinkMemory FxaaFilter::memory() const {
-    SinkMemory memory = next_->memory();
-    const auto width = static_cast<std::uint64_t>(crop_.width());
-    const auto slice = static_cast<std::uint64_t>(slice_rows_);
+SinkMemory FxaaFilter::memory(const Plan& plan) const {
+    SinkMemory memory = next_->memory(plan);
+    const auto width = static_cast<std::uint64_t>(plan.view.crop.width());
+    const auto slice = static_cast<std::uint64_t>(sliceRows(plan));
     constexpr std::uint64_t kOverlap = std::uint64_t{2} * kFxaaReach;
     memory.bytes +=
-        width * ((kOverlap + slice) * keptBytes(tinted_) + slice * filteredBytes(tinted_));
+        width * ((kOverlap + slice) * keptBytes(plan.tinted) + slice * filteredBytes(plan.tinted));
     return memory;
 }
 

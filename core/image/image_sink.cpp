@@ -17,10 +17,14 @@ void ImageSink::begin(const Plan& plan) {
     image = {};
     fragments_ = static_cast<std::size_t>(plan.fragments_stored);
     pixels_ = static_cast<std::size_t>(plan.view.crop.pixels());
+}
+
+SinkMemory ImageSink::memory(const Plan& plan) const {
     const std::uint64_t fragment_bytes =
         sizeof(float) + colorComponents(plan.tinted) * pixelTypeSize(plan.color_type) +
         plan.channel_bytes;
-    bytes_ = plan.fragments_stored * fragment_bytes + pixels_ * sizeof(std::uint32_t);
+    return {.bytes = plan.fragments_stored * fragment_bytes +
+                     plan.view.crop.pixels() * sizeof(std::uint32_t)};
 }
 
 void ImageSink::write(LayeredImage&& band) {

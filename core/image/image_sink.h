@@ -16,12 +16,11 @@ class ImageSink final : public Sink {
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override {}
-    SinkMemory memory() const override { return {.bytes = bytes_}; }
+    SinkMemory memory(const Plan& plan) const override;
 
     LayeredImage image;
 
   private:
-    std::uint64_t bytes_ = 0;
     std::size_t fragments_ = 0, pixels_ = 0;  // that there will be
 };
 

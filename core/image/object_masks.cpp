@@ -153,18 +153,25 @@ void ObjectMaskSink::begin(const Plan& plan) {
     objects_.assign(table_.objects, none);
     last_pixel_.assign(table_.objects, 0);
     layers_ = {};
+    if (options_.layers) {
+        layers_.offsets.reserve(pixels + 1);
+        layers_.numbers.reserve(fragments);
+    }
+}
+
+SinkMemory ObjectMaskSink::memory(const Plan& plan) const {
+    const std::uint64_t fragments = plan.fragments_stored;
+    const std::uint64_t pixels = options_.picture.pixels();
     // A run ends where a pixel is not in the set, but for the end of a row.
     const std::uint64_t every_other =
         table_.objects *
         (pixels / 2 + pixels % 2 + static_cast<std::uint64_t>(options_.picture.height()));
     const std::uint64_t runs = std::min(fragments, every_other) + std::min(pixels, fragments);
-    bytes_ = table_.objects * (kObjectBytes + sizeof(std::uint64_t)) +
-             runs * sizeof(PixelRuns::Run) + options_.more_bytes;
-    if (options_.layers) {
-        layers_.offsets.reserve(pixels + 1);
-        layers_.numbers.reserve(fragments);
-        bytes_ += (pixels + 1) * sizeof(std::uint32_t) + fragments * sizeof(std::uint16_t);
-    }
+    std::uint64_t bytes = table_.objects * (kObjectBytes + sizeof(std::uint64_t)) +
+                          runs * sizeof(PixelRuns::Run) + options_.more_bytes;
+    if (options_.layers)
+        bytes += (pixels + 1) * sizeof(std::uint32_t) + fragments * sizeof(std::uint16_t);
+    return {.bytes = bytes};
 }
 
 void ObjectMaskSink::write(LayeredImage&& band) {

@@ -107,7 +107,7 @@ class ObjectMaskSink final : public Sink {
     /// Throws Error (kInternal) if the band has no ids.
     void write(LayeredImage&& band) override;
     void finish() override {}
-    SinkMemory memory() const override { return {.bytes = bytes_}; }
+    SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
 
     /// Of each object, the one numbered 1 first; after finish().
@@ -121,7 +121,6 @@ class ObjectMaskSink final : public Sink {
 
     const ObjectTable& table_;
     ObjectMaskOptions options_;
-    std::uint64_t bytes_ = 0;
     std::vector<ObjectMasks> objects_;
     std::vector<std::uint64_t> last_pixel_;  ///< of each object: of the canvas, from 1; 0 = none
     ObjectLayers layers_;

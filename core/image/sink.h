@@ -81,8 +81,9 @@ class Sink {
     virtual void write(LayeredImage&& band) = 0;
     /// Called once, after the last band: what the sink makes is whole then.
     virtual void finish() = 0;
-    /// Asked after begin().
-    virtual SinkMemory memory() const { return {}; }
+    /// What it will hold of such a picture; of the plan alone, so that it can be asked before
+    /// begin(), which may create a file.
+    virtual SinkMemory memory(const Plan&) const { return {}; }
     /// Where its time went: "composite", "encode", "write".
     virtual StageTimes times() const { return {}; }
 };

@@ -66,6 +66,8 @@ struct HitRasterizer::State {
     void fillPlan();
     void freeBands();
     BandCosts costs(const Sink& sink) const;
+    std::uint64_t spansToCome() const;
+    BandLimits limits(const BandCosts& costs) const;
     BandSize largest(std::span<const Window> bands) const;
     void captureBand(const Window& band, int section_top, const BandSize& most);
     void captureRow(const Window& band, int section_top, int y, std::uint32_t first,
@@ -216,7 +218,7 @@ Plan HitRasterizer::plan(const View& view, const CaptureSettings& settings,
 }
 
 BandCosts HitRasterizer::State::costs(const Sink& sink) const {
-    const SinkMemory memory = sink.memory();
+    const SinkMemory memory = sink.memory(plan);
     const std::uint64_t width = static_cast<std::uint64_t>(plan.view.crop.width());
     const std::uint64_t hit = sizeof(float) + settings.colorBytes() + plan.channel_bytes;
     BandCosts costs;
@@ -336,18 +338,35 @@ BandSize HitRasterizer::State::largest(std::span<const Window> bands) const {
     return most;
 }
 
+/// What spans of other sections may add to those that are held.
+std::uint64_t HitRasterizer::State::spansToCome() const {
+    return sections.size() > 1 ? span_limit - std::min(span_limit, store.bytes()) : 0;
+}
+
+BandLimits HitRasterizer::State::limits(const BandCosts& costs) const {
+    return bandLimits(settings.memory, usedBytes(settings.memory) + spansToCome(), costs);
+}
+
+std::uint64_t HitRasterizer::forecastMemory(const Sink& sink) {
+    const State& s = *state_;
+    const BandCosts costs = s.costs(sink);
+    const BandLimits limits = s.limits(costs);
+    const auto row_hits = [&](int y) { return s.complexity->rowFragments(y); };
+    std::uint64_t most = 0;
+    for (const Window& section : s.sections)
+        most =
+            std::max(most, largestBandBytes(cutBands(section, limits, row_hits), costs, row_hits));
+    return residentBytes() + s.spansToCome() + costs.fixed_bytes + most;
+}
+
 CaptureReport HitRasterizer::capture(Sink& sink, const Progress& progress) {
     State& s = *state_;
     CaptureReport report;
     report.passes = 1;
     const Window& crop = s.plan.view.crop;
     std::uint64_t stored = 0;
-    // Looked at once, so that whatever does not fit is said before the first band: what all
-    // sections but the one at hand may add is the rest of the spans' limit.
-    const std::uint64_t spans_to_come =
-        s.sections.size() > 1 ? s.span_limit - std::min(s.span_limit, s.store.bytes()) : 0;
-    const BandLimits limits =
-        bandLimits(s.settings.memory, usedBytes(s.settings.memory) + spans_to_come, s.costs(sink));
+    // Looked at once, so that whatever does not fit is said before the first band.
+    const BandLimits limits = s.limits(s.costs(sink));
     std::vector<Window> to_do(s.sections.rbegin(), s.sections.rend());
     while (!to_do.empty()) {
         const Window section = to_do.back();

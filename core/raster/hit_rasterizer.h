@@ -37,6 +37,7 @@ class HitRasterizer final : public HitSource {
     Plan plan(const View& view, const CaptureSettings& settings,
               const Progress& progress = {}) override;
     CaptureReport capture(Sink& sink, const Progress& progress = {}) override;
+    std::uint64_t forecastMemory(const Sink& sink) override;
     const PosedScene& posed() const override;
     bool prefersLines() const override { return true; }
     StageTimes takeTimes() override;

@@ -109,8 +109,8 @@ class FragmentArrays final : public Sink {
     }
     void write(LayeredImage&& band) override;
     void finish() override { writer_->finish(); }
-    SinkMemory memory() const override {
-        return planes_ ? SinkMemory{.bytes = DensePlanes::rangeBytes()} : SinkMemory{};
+    SinkMemory memory(const Plan&) const override {
+        return options_.dense ? SinkMemory{.bytes = DensePlanes::rangeBytes()} : SinkMemory{};
     }
 
   private:

@@ -84,8 +84,8 @@ class LariSample final : public Sink {
         commitAll(files);
     }
 
-    SinkMemory memory() const override {
-        SinkMemory memory = picture_.memory();
+    SinkMemory memory(const Plan& plan) const override {
+        SinkMemory memory = picture_.memory(plan);
         memory.bytes += DensePlanes::rangeBytes();
         return memory;
     }

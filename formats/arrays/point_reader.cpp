@@ -37,7 +37,7 @@ bool isUsable(const glm::dvec3& point) {
 
 std::vector<glm::dvec3> readPoints(const std::filesystem::path& path, const MemoryBudget& memory) {
     const auto allow = [&](std::uint64_t bytes) {
-        if (memory != 0) checkReadingMemory(memory, usedBytes(memory) + bytes, path.string());
+        if (memory != 0) checkReadingMemory(memory, usedBytesWith(memory, bytes), path.string());
     };
     allow(RegularFile(path).size());
     const std::vector<std::uint8_t> bytes = readRegularFile(path, kMostFileBytes);

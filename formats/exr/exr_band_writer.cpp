@@ -90,25 +90,32 @@ void ExrBandWriter::write(const LayeredImage& band) {
     carry(band);
 }
 
-SinkMemory ExrBandWriter::memory() const {
-    std::uint64_t values = 0;  // of the widest row of a part
-    for (const ExrPart& part : parts_) {
-        values = std::max(values, static_cast<std::uint64_t>(part.window.width()) *
-                                      static_cast<std::uint64_t>(part.layers.size()));
+SinkMemory ExrBandWriter::memory(std::span<const ExrPart> parts, const Plan& plan,
+                                 const OutputOptions& options) {
+    std::uint64_t widest = 0, all = 0;  // values of a row of a part, and of all parts
+    std::size_t last_file = 0;
+    for (const ExrPart& part : parts) {
+        const std::uint64_t row = static_cast<std::uint64_t>(part.window.width()) *
+                                  static_cast<std::uint64_t>(part.layers.size());
+        last_file = std::max(last_file, part.file);
+        widest = std::max(widest, row);
+        all += row * static_cast<std::uint64_t>(part.window.height());
     }
-    const std::uint64_t pixel = colorNames(plan_.tinted).size() * pixelTypeSize(plan_.color_type) +
-                                sizeof(float) + plan_.channel_bytes;
+    const std::uint64_t pixel = colorNames(plan.tinted).size() * pixelTypeSize(plan.color_type) +
+                                sizeof(float) + plan.channel_bytes;
     std::uint64_t composite = 0;  // besides colour and Z
-    if (nearestChannels()) composite += plan_.channel_bytes;
-    if (options_.cryptomatte) {
+    if (std::ranges::any_of(parts, &ExrPart::nearest_channels)) composite += plan.channel_bytes;
+    if (options.cryptomatte) {
         for (const CryptomatteLayer& layer : cryptomatteLayers({}))
             composite += cryptomatteArray(layer).stride();
     }
-    const auto rows = static_cast<std::uint64_t>(rowsPerChunk());
-    return {rowsPerChunk() - 1,
-            kExrCopiesInFlight * values * rows * (pixel + composite) +
-                (files_.size() - 1) * kFileBuffer,
-            composite};
+    const int rows = exrRowsPerChunk(exrCompressionOf(options.compression, false));
+    const std::uint64_t chunk = widest * static_cast<std::uint64_t>(rows) * (pixel + composite);
+    // A thread has a chunk as it is, and filtered; packed ones wait for those before them.
+    const auto threads = static_cast<std::uint64_t>(threadCount());
+    const std::uint64_t packed =
+        std::min<std::uint64_t>(kExrBytesInFlight, all * (pixel + composite));
+    return {rows - 1, 2 * threads * chunk + packed + last_file * kFileBuffer, composite};
 }
 
 void ExrBandWriter::finish() {

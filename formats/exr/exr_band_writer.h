@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -62,8 +63,10 @@ class ExrBandWriter {
     /// Error (kOutput); (kInternal) if rows are missing.
     void finish();
 
-    /// The rows that it keeps, and what a chunk of the widest part takes while it is packed.
-    SinkMemory memory() const;
+    /// The rows that it would keep, and what chunks take while they are packed and wait to be
+    /// written.
+    static SinkMemory memory(std::span<const ExrPart> parts, const Plan& plan,
+                             const OutputOptions& options);
     const StageTimes& times() const { return times_; }
     std::uint64_t fragmentsSeen() const { return fragments_seen_; }        ///< in all bands
     std::uint64_t fragmentsWritten() const { return fragments_written_; }  ///< into parts of layers

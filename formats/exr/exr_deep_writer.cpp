@@ -203,9 +203,13 @@ void ExrDeepWriter::boundBuffers() {
     packers_.clear();
 }
 
-SinkMemory ExrDeepWriter::memory() const {
+SinkMemory ExrDeepWriter::memory(const Plan& plan) const {
     const bool merging = options_.deep_merge.mode != DeepMerge::kOff;
-    return {merging ? kMostRowsInFlight : 0, kExrCopiesInFlight * kExrBytesInFlight};
+    const std::uint64_t sample = colorNames(plan.tinted).size() * pixelTypeSize(plan.color_type) +
+                                 sizeof(float) + plan.channel_bytes;
+    const std::uint64_t in_flight =
+        std::min<std::uint64_t>(kExrBytesInFlight, plan.fragments_stored * sample);
+    return {merging ? kMostRowsInFlight : 0, kExrCopiesInFlight * in_flight};
 }
 
 void ExrDeepWriter::finish() {

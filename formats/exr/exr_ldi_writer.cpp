@@ -26,6 +26,10 @@ void ExrPartsSink::finish() {
     writer_.reset();
 }
 
+SinkMemory ExrPartsSink::memory(const Plan& plan) const {
+    return ExrBandWriter::memory(partsOf(plan), plan, options_);
+}
+
 ExrLdiWriter::ExrLdiWriter(std::string path, OutputOptions options)
     : ExrPartsSink(std::move(path), std::move(options)) {
     exrCompressionOf(options_.compression, false);
@@ -41,10 +45,11 @@ void ExrLdiWriter::begin(const Plan& plan) {
     for (std::size_t i = 0; layout.one_file_a_layer && i < plan.layers.size(); ++i)
         paths.push_back(exrLayerFile(path_, i));
     fragments_planned_ = plan.fragments_stored;
-    writer_ = std::make_unique<ExrBandWriter>(paths, partsOf(plan, layout), plan, options_);
+    writer_ = std::make_unique<ExrBandWriter>(paths, partsOf(plan), plan, options_);
 }
 
-std::vector<ExrPart> ExrLdiWriter::partsOf(const Plan& plan, const ExrLayout& layout) const {
+std::vector<ExrPart> ExrLdiWriter::partsOf(const Plan& plan) const {
+    const ExrLayout& layout = findExrLayout(options_.layout);
     std::vector<ExrPart> parts;
     if (!options_.no_composite || plan.layers.empty() || layout.one_file_a_layer)
         parts.push_back({.name = std::string(layout.composite_part), .window = plan.view.crop});
@@ -93,9 +98,11 @@ ExrCompositeWriter::ExrCompositeWriter(std::string path, OutputOptions options)
 }
 
 void ExrCompositeWriter::begin(const Plan& plan) {
-    std::vector<ExrPart> parts = {
-        {.name = "composite", .window = plan.view.crop, .nearest_channels = true}};
-    writer_ = std::make_unique<ExrBandWriter>(std::vector{path_}, std::move(parts), plan, options_);
+    writer_ = std::make_unique<ExrBandWriter>(std::vector{path_}, partsOf(plan), plan, options_);
+}
+
+std::vector<ExrPart> ExrCompositeWriter::partsOf(const Plan& plan) const {
+    return {{.name = "composite", .window = plan.view.crop, .nearest_channels = true}};
 }
 
 }  // namespace peeler

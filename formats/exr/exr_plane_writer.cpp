@@ -126,12 +126,9 @@ void ExrPlaneWriter::finish() {
     file_->atomic.commit();
 }
 
-std::uint64_t ExrPlaneWriter::memory() const {
-    std::size_t widest = 0;
-    for (const Part& part : parts_)
-        widest = std::max(widest, part.width);
+std::uint64_t ExrPlaneWriter::memory(int width, std::size_t channels) {
     // The rows of a chunk exist four times: kept, raw, filtered and packed.
-    return 4 * widest * order_.size() * kNumberBytes * kExrRowsPerChunk;
+    return 4 * static_cast<std::uint64_t>(width) * channels * kNumberBytes * kExrRowsPerChunk;
 }
 
 ExrMidpointWriter::ExrMidpointWriter(std::string path, OutputOptions options)
@@ -156,10 +153,10 @@ void ExrMidpointWriter::finish() {
     plane_->finish();
 }
 
-SinkMemory ExrMidpointWriter::memory() const {
+SinkMemory ExrMidpointWriter::memory(const Plan& plan) const {
     // The midpoints of a band take no more than the composite of one, for which there is room
     // anyway.
-    return {0, plane_->memory()};
+    return {0, ExrPlaneWriter::memory(plan.view.crop.width(), 1)};
 }
 
 StageTimes ExrMidpointWriter::times() const {

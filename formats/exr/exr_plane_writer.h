@@ -47,7 +47,9 @@ class ExrPlaneWriter {
     /// Throws Error (kInternal) if rows are missing.
     void finish();
 
-    std::uint64_t memory() const;  ///< bytes kept besides what append() gets
+    /// Bytes that it keeps of rows of so many pixels, each with so many channels, besides what
+    /// append() gets.
+    static std::uint64_t memory(int width, std::size_t channels);
     const StageTimes& times() const { return times_; }
 
   private:
@@ -82,7 +84,7 @@ class ExrMidpointWriter : public Sink {
     void write(LayeredImage&& band) override;
     /// Throws Error (kInternal) if rows are missing.
     void finish() override;
-    SinkMemory memory() const override;
+    SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override;
 
   private:

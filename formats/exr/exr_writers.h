@@ -25,11 +25,12 @@ class ExrPartsSink : public Sink {
     ~ExrPartsSink() override;
     void write(LayeredImage&& band) override;
     void finish() override;
-    SinkMemory memory() const override { return writer_->memory(); }
+    SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
 
   protected:
     ExrPartsSink(std::string path, OutputOptions options);
+    virtual std::vector<ExrPart> partsOf(const Plan& plan) const = 0;
 
     std::string path_;
     OutputOptions options_;
@@ -57,7 +58,7 @@ class ExrLdiWriter : public ExrPartsSink {
     void finish() override;
 
   private:
-    std::vector<ExrPart> partsOf(const Plan& plan, const ExrLayout& layout) const;
+    std::vector<ExrPart> partsOf(const Plan& plan) const override;
 
     std::uint64_t fragments_planned_ = 0;
 };
@@ -71,6 +72,9 @@ class ExrCompositeWriter : public ExrPartsSink {
 
     /// Throws Error (kOutput) if the file cannot be created.
     void begin(const Plan& plan) override;
+
+  private:
+    std::vector<ExrPart> partsOf(const Plan& plan) const override;
 };
 
 /// Writes part `color` (R,G,B,A as they are captured, Z float; AR, AG, AB and ZBack, if there are
@@ -96,7 +100,7 @@ class ExrDeepWriter : public Sink {
     void write(LayeredImage&& band) override;
     /// Throws Error (kInternal) if the bands had other fragments than the plan says.
     void finish() override;
-    SinkMemory memory() const override;
+    SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
 
   private:

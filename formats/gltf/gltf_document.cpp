@@ -3,11 +3,13 @@
 #include "formats/gltf/gltf_document.h"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/base/printable.h"
@@ -67,38 +69,99 @@ Callbacks noFiles() {
     return files;
 }
 
-/// The bytes of memory that JSON takes once parsed, about: an element of an array, or a member of
-/// an object with its key.
-constexpr std::uint64_t kElementBytes = 32, kMemberBytes = 112, kContainerBytes = 64;
-
-std::uint64_t parsedBytes(std::string_view text) {
-    std::uint64_t bytes = text.size();
-    bool in_string = false;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        const char c = text[i];
-        if (c == '"')
-            in_string = !in_string;
-        else if (in_string)
-            i += c == '\\' ? 1 : 0;
-        else if (c == ',')
-            bytes += kElementBytes;
-        else if (c == ':')
-            bytes += kMemberBytes - kElementBytes;
-        else if (c == '{' || c == '[')
-            bytes += kContainerBytes;
-    }
-    return bytes;
+/// What malloc takes for so many bytes: a word more, in steps of two words, four at least (glibc).
+constexpr std::uint64_t allocated(std::uint64_t bytes) {
+    constexpr std::uint64_t kWord = sizeof(void*), kStep = 2 * kWord;
+    return std::max(2 * kStep, (bytes + kWord + kStep - 1) / kStep * kStep);
 }
 
-/// The bytes that an element of an array takes in tinygltf's model and in ours.
-constexpr std::uint64_t kOfElement = sizeof(tinygltf::Node) + sizeof(Node);
+/// What text takes besides the string that it is in, which has room for 15 bytes.
+constexpr std::uint64_t textBytes(std::uint64_t size) {
+    return size > 15 ? allocated(size + 1) : 0;
+}
 
-/// The same of all arrays.
+/// What so many elements take in a vector that has grown by doubling.
+constexpr std::uint64_t grownBytes(std::uint64_t elements, std::uint64_t size) {
+    return elements == 0 ? 0 : allocated(std::bit_ceil(elements) * size);
+}
+
+/// The bytes of memory that JSON takes once parsed: texts, arrays and objects (maps) are allocated
+/// apart from their values, and members are nodes of a red-black tree. The largest array exists
+/// once and a half while it grows, and the parser's buffer of text holds the longest one.
+std::uint64_t parsedBytes(std::string_view text) {
+    constexpr std::uint64_t kTreeNode = 4 * sizeof(void*);
+    constexpr std::uint64_t kText = allocated(sizeof(json::string_t));
+    constexpr std::uint64_t kArray = allocated(sizeof(json::array_t));
+    constexpr std::uint64_t kObject = allocated(sizeof(json::object_t));
+    constexpr std::uint64_t kMember = allocated(kTreeNode + sizeof(json::object_t::value_type));
+    std::uint64_t bytes = 0, largest = 0, longest = 0;
+    std::vector<std::uint64_t> elements;  // of what is open, as many as are followed by another
+    std::size_t quote = text.npos;        // where the string that is open begins
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == '"') {
+            if (quote != text.npos) {
+                bytes += kText + textBytes(i - quote - 1);
+                longest = std::max<std::uint64_t>(longest, i - quote);
+            }
+            quote = quote == text.npos ? i : text.npos;
+        } else if (quote != text.npos) {
+            i += c == '\\' ? 1 : 0;
+        } else if (c == ',' && !elements.empty()) {
+            ++elements.back();
+        } else if (c == ':') {
+            bytes += kMember - kText;  // its key is in it
+        } else if (c == '{' || c == '[') {
+            bytes += c == '[' ? kArray : kObject;
+            elements.push_back(0);
+        } else if ((c == '}' || c == ']') && !elements.empty()) {
+            const std::uint64_t array = grownBytes(elements.back() + 1, sizeof(json));
+            elements.pop_back();
+            if (c == '}') continue;
+            bytes += array;
+            largest = std::max(largest, array);
+        }
+    }
+    return bytes + largest / 2 + std::bit_ceil(longest);
+}
+
+/// How many values there are in objects of that name, themselves included.
+std::uint64_t valuesIn(const json& value, const char* name, bool inside = false) {
+    std::uint64_t values = inside ? 1 : 0;
+    if (!value.is_structured()) return values;
+    for (const auto& [key, member] : value.items())
+        values += valuesIn(member, name, inside || (value.is_object() && key == name));
+    return values;
+}
+
+/// The bytes that tinygltf's model takes of what the arrays list, besides the numbers and texts of
+/// theirs. A vector that doubles exists once and a half for a moment.
 std::uint64_t modelBytes(const json& gltf) {
-    std::uint64_t elements = 0;
-    for (const json& array : gltf)
-        if (array.is_array()) elements += array.size();
-    return elements * kOfElement;
+    constexpr std::pair<const char*, std::uint64_t> kElements[] = {
+        {"nodes", sizeof(tinygltf::Node)},
+        {"accessors", sizeof(tinygltf::Accessor)},
+        {"meshes", sizeof(tinygltf::Mesh)},
+        {"materials", sizeof(tinygltf::Material)},
+        {"textures", sizeof(tinygltf::Texture)},
+        {"samplers", sizeof(tinygltf::Sampler)},
+        {"cameras", sizeof(tinygltf::Camera)},
+        {"scenes", sizeof(tinygltf::Scene)},
+        {"bufferViews", sizeof(tinygltf::BufferView)},
+    };
+    // An extension is a tree of values, which are members of maps or elements of vectors.
+    constexpr std::uint64_t kOfExtension = 2 * sizeof(tinygltf::Value);
+    std::uint64_t bytes = kOfExtension * valuesIn(gltf, "extensions");
+    for (const auto& [name, size] : kElements) {
+        if (const auto found = gltf.find(name); found != gltf.end())
+            bytes += grownBytes(found->size(), size) * 3 / 2;
+    }
+    if (const auto meshes = gltf.find("meshes"); meshes != gltf.end()) {
+        for (const json& mesh : *meshes) {
+            if (const auto primitives = mesh.find("primitives"); primitives != mesh.end())
+                bytes += grownBytes(primitives->size(), sizeof(tinygltf::Primitive));
+        }
+    }
+    return bytes;
 }
 
 /// Moves the indices of all primitives out, mesh by mesh.
@@ -132,9 +195,10 @@ tinygltf::Model parseModel(json gltf, GltfDocument& document, const std::string&
     gltf.erase("extensions");
     eraseAll(gltf, "extras");
     const std::vector<std::vector<int>> indices = takeIndices(gltf);
-    document.allow(modelBytes(gltf), path);
+    const std::uint64_t of_model = modelBytes(gltf);
     const std::string text = dumpJson(std::exchange(gltf, {}));
-    document.allow(2 * parsedBytes(text), path);  // tinygltf's JSON, and its own of extensions
+    // Numbers and texts are both in tinygltf's JSON and, without their keys, in its model.
+    document.allow(of_model + parsedBytes(text) + text.size(), path);
     if (text.size() > std::numeric_limits<unsigned int>::max())
         throw Error(ErrorKind::kInput, "the JSON has more than 4 GiB", path,
                     "move the data URIs to files of their own");
@@ -227,8 +291,10 @@ void listFiles(GltfDocument& document, const json& buffers, const json& images) 
     std::set<std::string> uris;
     for (const json* owners : {&buffers, &images})
         for (const json& owner : *owners)
-            if (const auto uri = owner.find("uri"); uri != owner.end())
-                uris.insert(uri->get<std::string>());
+            if (const auto uri = owner.find("uri"); uri != owner.end()) {
+                const auto& text = uri->get_ref<const std::string&>();
+                if (!isDataUri(text)) uris.insert(text);
+            }
     std::set<std::filesystem::path> files;
     for (const std::string& uri : uris)
         if (const auto file = document.folder.find(uri)) files.insert(*file);
@@ -272,7 +338,9 @@ std::span<const std::uint8_t> GltfDocument::readUri(const std::string& uri,
 void GltfDocument::allow(std::uint64_t bytes, const std::string& where) {
     constexpr std::uint64_t kUnnoticed = 1U << 20U;  // to look at the memory takes a moment
     if (memory == 0 || (allowed_ += bytes) < kUnnoticed) return;
-    checkReadingMemory(memory, usedBytes(memory) + std::exchange(allowed_, 0), where);
+    // What comes next may go unnoticed.
+    const std::uint64_t more = std::exchange(allowed_, 0) + kUnnoticed;
+    checkReadingMemory(memory, usedBytesWith(memory, more), where);
 }
 
 std::span<const std::uint8_t> GltfDocument::keep(std::vector<std::uint8_t> bytes) {
@@ -290,13 +358,14 @@ void loadGltfDocument(GltfDocument& document, const std::filesystem::path& path,
     if (bytes.empty())
         throw Error(ErrorKind::kInput, "the file is empty", name, "copy or export it again");
     const GltfContainer container = splitGltfContainer(bytes, name, document.warnings);
+    checkJsonDepth(container.json, name);
     document.allow(parsedBytes(container.json), name);
     json gltf = parseGltfJson(container.json, name);
     checkGltfVersion(gltf, name);
     checkRequiredExtensions(gltf, options.ignored_extensions);
     // To check millions of nodes that there is no room for would take seconds.
     if (const auto nodes = gltf.find("nodes"); nodes != gltf.end() && nodes->is_array())
-        document.allow(nodes->size() * kOfElement, name);
+        document.allow(nodes->size() * (sizeof(tinygltf::Node) + sizeof(Node)), name);
     checkGltfSchema(gltf);
     checkGltfForest(gltf);
     const json buffers = take(gltf, "buffers"), images = take(gltf, "images");

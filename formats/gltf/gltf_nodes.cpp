@@ -71,6 +71,7 @@ class NodeReader {
     void read() {
         for (std::size_t i = 0; i < document_.skins.size(); ++i)
             scene_.skins.push_back(skin(document_.skins[i], childPointer("/skins", i)));
+        document_.allow(document_.model.nodes.size() * sizeof(Node), "/nodes");
         scene_.nodes.reserve(document_.model.nodes.size());
         for (std::size_t i = 0; i < document_.model.nodes.size(); ++i)
             scene_.nodes.push_back(node(i, childPointer("/nodes", i)));
@@ -90,6 +91,7 @@ class NodeReader {
         if (!source.weights.empty()) node.weights = source.weights;
         readExtensions(document_.node_extensions[index], where + "/extensions", node);
         node.extras = scalarsOf(document_.node_extras[index]);
+        document_.allow(node.extras.size() * sizeof(node.extras.front()), where);
         checkSkin(node, where);
         checkWeights(node, where);
         takeBytes(deformedBytes(node), where);

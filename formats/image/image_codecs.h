@@ -25,6 +25,8 @@ std::unique_ptr<ImageDecoder> pngDecoder(const std::string& path,
 /// An encoder of 1 to 4 channels, on all threads; what it writes does not depend on how many. If it
 /// is destroyed before close(), what it has written is left as it is.
 std::unique_ptr<ImageEncoder> pngEncoder();
+/// What it holds at most of a picture of so many bytes.
+std::uint64_t pngEncoderBytes(std::uint64_t picture);
 
 /// A decoder of grey, colour and CMYK, which becomes RGB. No memory is allocated for pixels before
 /// they are read. Null for what is left to the module of image_library.h: unusual subsampling,

@@ -103,6 +103,10 @@ std::unique_ptr<ImageDecoder> imageDecoder(const std::string& format, const std:
                                            std::span<const std::uint8_t> bytes = {});
 std::unique_ptr<ImageEncoder> imageEncoder(const std::string& format);
 
+/// About how many bytes more are resident while imageEncoder() of that format encodes a picture of
+/// so many bytes: what it holds, and the library, unless it is built in or loaded already.
+std::uint64_t imageEncoderBytes(const std::string& format, std::uint64_t picture);
+
 /// What the module exports, under the name kImageModuleFunction.
 using ImageModuleFunction = const ImageLibrary*();
 inline constexpr char kImageModule[] = "peeler_images";

@@ -288,7 +288,7 @@ void ImageWriter::begin(const Plan& plan) {
     output.encoder = std::move(encoder);
 
     const Window& crop = plan.view.crop;
-    metered_ = options_.automatic_exposure && !isPart(plan.view);
+    metered_ = metersOf(plan);
     tinted_ = plan.tinted;
     if (metered_) {
         kept_.window = crop;
@@ -321,12 +321,19 @@ void ImageWriter::write(LayeredImage&& band) {
     encode(composite_);
 }
 
-SinkMemory ImageWriter::memory() const {
-    if (!metered_) return {};
+bool ImageWriter::metersOf(const Plan& plan) const {
+    return options_.automatic_exposure && !isPart(plan.view);
+}
+
+SinkMemory ImageWriter::memory(const Plan& plan) const {
+    const std::uint64_t picture =
+        plan.view.crop.pixels() * 4 * static_cast<std::uint64_t>(format_->bits / 8);
+    const std::uint64_t encoder = imageEncoderBytes(std::string(format_->name), picture);
+    if (!metersOf(plan)) return {.bytes = encoder};
     const std::size_t pixel_bytes =
-        sizeof(kept_.rgba.front()) + (tinted_ ? sizeof(kept_.opacity.front()) : 0) +
+        sizeof(kept_.rgba.front()) + (plan.tinted ? sizeof(kept_.opacity.front()) : 0) +
         (alpha_ == PictureAlpha::kAnyFragment ? sizeof(kept_.z.front()) : 0);
-    return {.bytes = kept_.window.pixels() * pixel_bytes};
+    return {.bytes = encoder + plan.view.crop.pixels() * pixel_bytes};
 }
 
 void ImageWriter::encode(const CompositeImage& composite) {

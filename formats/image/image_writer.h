@@ -65,12 +65,14 @@ class ImageWriter : public Sink {
     void finish() override;
     /// finish() without its commit, for commitAll().
     AtomicFile& close();
-    SinkMemory memory() const override;
+    SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
 
   private:
     struct Output;
     void encode(const CompositeImage& composite);
+    /// Whether the exposure is found of such a picture.
+    bool metersOf(const Plan& plan) const;
 
     std::string path_;
     OutputOptions options_;

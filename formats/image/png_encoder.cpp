@@ -240,4 +240,9 @@ std::unique_ptr<ImageEncoder> pngEncoder() {
     return std::make_unique<PngEncoder>();
 }
 
+std::uint64_t pngEncoderBytes(std::uint64_t picture) {
+    // Rows, those that have come since, filtered and packed.
+    return 4 * std::min<std::uint64_t>(picture, kPieceBytes * kPiecesAtOnce);
+}
+
 }  // namespace peeler

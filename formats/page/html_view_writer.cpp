@@ -322,9 +322,9 @@ void HtmlViewWriter::write(LayeredImage&& band) {
         appendArray(image_.extra[i], band.extra[i]);
 }
 
-SinkMemory HtmlViewWriter::memory() const {
+SinkMemory HtmlViewWriter::memory(const Plan& plan) const {
     const std::uint64_t bytes = kScratch + (options_.provenance.ids.empty() ? 0 : kIdScratch);
-    return {.rows = plan_.view.crop.height(), .bytes = plan_.fragments_stored * bytes};
+    return {.rows = plan.view.crop.height(), .bytes = plan.fragments_stored * bytes};
 }
 
 void HtmlViewWriter::finish() {

@@ -29,7 +29,7 @@ class HtmlViewWriter : public Sink {
     void begin(const Plan& plan) override;
     void write(LayeredImage&& band) override;
     void finish() override;
-    SinkMemory memory() const override;
+    SinkMemory memory(const Plan& plan) const override;
     StageTimes times() const override { return times_; }
 
   private:

@@ -69,6 +69,10 @@ class HitImage final : public RayOutput {
         exr_->finish();
         file_->commit();
     }
+    /// The rows that are packed before they are written. Rows count twice.
+    SinkMemory memory(const Bundle& bundle) const override {
+        return {.rows = std::min(kHitRowsInFlight, bundle.view.crop.height()) / 2};
+    }
 
   private:
     /// A bundle, whose rays are the pixels of the view.

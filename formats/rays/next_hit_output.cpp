@@ -47,6 +47,9 @@ class NextHitOutput final : public RayOutput {
     }
 
     void finish() override { writer_->finish(); }
+    SinkMemory memory(const Bundle&) const override {
+        return {.bytes = points_.size() * sizeof(PointHits)};
+    }
     RayResults results() const override {
         RayResults results;
         results.next_hits = {points_.size(), before_, after_, beside_};

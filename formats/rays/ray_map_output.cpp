@@ -57,6 +57,13 @@ class RayMapFile : public RayMapOutput {
         return {bytes, Certainty::kAtMost};
     }
     void finish() override { writer_->finish(); }
+    SinkMemory memory(const Bundle& bundle) const override {
+        SinkMemory memory = RayMapOutput::memory(bundle);
+        const std::size_t channels = maps().channels().size();
+        memory.bytes += ExrPlaneWriter::memory(bundle.view.crop.width(), channels);
+        memory.pixel_bytes += channels * sizeof(std::uint32_t);  // as in the file
+        return memory;
+    }
 
   protected:
     void beginBundle(std::size_t) override {}
@@ -142,6 +149,10 @@ void RayMapOutput::take(std::size_t bundle, const LayeredImage& band) {
         writeRows(rows, planes);
     }
     if (window.y1 == crop.y1) finishBundle();
+}
+
+SinkMemory RayMapOutput::memory(const Bundle&) const {
+    return {.pixel_bytes = maps_.channels().size() * sizeof(float)};
 }
 
 RayResults RayMapOutput::results() const {

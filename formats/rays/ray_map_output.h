@@ -21,6 +21,7 @@ class RayMapOutput : public RayOutput {
     void begin(std::span<const Bundle> bundles, std::span<const std::uint64_t> hits) override;
     void take(std::size_t bundle, const LayeredImage& band) override;
     RayResults results() const override;
+    SinkMemory memory(const Bundle& bundle) const override;
 
   protected:
     /// Called before the first rows of a bundle.

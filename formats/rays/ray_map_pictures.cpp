@@ -14,6 +14,8 @@
 namespace peeler {
 namespace {
 
+constexpr int kRowsAtOnce = 64;  // that are painted
+
 using ValueRange = std::pair<double, double>;
 
 /// The colour of a transmission (0 to 1), like a film: black where all passes, white where nothing
@@ -77,6 +79,20 @@ class RayMapPictures : public RayMapOutput {
         return size;
     }
     void finish() override {}
+    SinkMemory memory(const Bundle& bundle) const override {
+        SinkMemory memory = RayMapOutput::memory(bundle);
+        if (!given_) memory.bytes += bundle.rays() * sizeof(float);  // until their range is known
+        Plan plan;
+        plan.view = bundle.view;
+        memory.bytes += ImageWriter(path_, output_).memory(plan).bytes;
+        // Rows that are painted: as one fragment a pixel, and composited.
+        constexpr std::uint64_t kPainted = 2 * sizeof(std::uint32_t) +
+                                           sizeof(std::array<float, 4>) +
+                                           CompositeImage::pixelBytes(false);
+        memory.bytes +=
+            kRowsAtOnce * static_cast<std::uint64_t>(bundle.view.crop.width()) * kPainted;
+        return memory;
+    }
 
   protected:
     void beginBundle(std::size_t bundle) override {
@@ -87,6 +103,7 @@ class RayMapPictures : public RayMapOutput {
         if (legend_) makeRoom(plan.view);
         picture_->begin(plan);
         values_.clear();
+        if (!given_) values_.reserve(bundles()[bundle].rays());
     }
     void writeRows(const Window& rows, std::span<const float> planes) override {
         if (given_) {
@@ -159,7 +176,6 @@ class RayMapPictures : public RayMapOutput {
 
     /// Paints the values that were kept until their range was known.
     void paintAll(const ValueRange& range) {
-        constexpr int kRowsAtOnce = 64;
         const Window& crop = bundles()[bundle_].view.crop;
         const auto width = static_cast<std::size_t>(crop.width());
         for (int y = crop.y0; y < crop.y1; y += kRowsAtOnce) {

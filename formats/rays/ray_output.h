@@ -82,6 +82,8 @@ class RayOutput {
     virtual void take(std::size_t bundle, const LayeredImage& band) = 0;
     virtual void finish() = 0;
     virtual RayResults results() const { return {}; }
+    /// What it holds while it takes that bundle, as Sink::memory() says it; before begin(), too.
+    virtual SinkMemory memory(const Bundle&) const { return {}; }
 };
 
 struct HitOptions {

@@ -40,6 +40,10 @@ class VoxelOutput final : public RayOutput {
     }
     void finish() override;
     RayResults results() const override;
+    /// OpenVDB's grid is about as large as the file at most.
+    SinkMemory memory(const Bundle&) const override {
+        return {.bytes = VoxelVotes::bytesOf(lattice_) + (is_grid_ ? forecast({}, {}).bytes : 0)};
+    }
 
   private:
     std::vector<NpzArray> arrays() const;

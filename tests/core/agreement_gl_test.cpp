@@ -123,7 +123,7 @@ TEST(Bands, MethodsAndSurfacesAgreeAcrossRasterTiles) {
 }
 TEST(Bands, LeaveRoomForWhatTheSinksHold) {
     struct LargeSink : CollectSink {
-        SinkMemory memory() const override { return {0, bytes}; }
+        SinkMemory memory(const Plan&) const override { return {0, bytes}; }
         std::uint64_t bytes = 0;
     } sink;
     SceneBuilder builder;

@@ -40,7 +40,7 @@ class LoggingSink final : public Sink {
         if (log_.holds) log_.hold.get_future().wait();
         log_.calls.emplace_back("finish");
     }
-    SinkMemory memory() const override { return {.rows = 3, .bytes = 7}; }
+    SinkMemory memory(const Plan&) const override { return {.rows = 3, .bytes = 7}; }
 
   private:
     Log& log_;
@@ -59,8 +59,8 @@ TEST(BackgroundSink, HandsEverythingOnInOrder) {
     {
         BackgroundSink sink(std::make_unique<LoggingSink>(log));
         sink.begin({});
-        EXPECT_EQ(sink.memory().rows, 3);
-        EXPECT_EQ(sink.memory().bands, 1);
+        EXPECT_EQ(sink.memory({}).rows, 3);
+        EXPECT_EQ(sink.memory({}).bands, 1);
         LayeredImage image;
         for (const float z : {1.0F, 2.0F, 3.0F}) {
             image = onePixelBand(z);

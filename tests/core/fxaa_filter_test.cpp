@@ -30,7 +30,7 @@ class Canvas : public Sink {
         image.window.y1 = band.window.y1;
     }
     void finish() override { finished = true; }
-    SinkMemory memory() const override { return {15, 1000}; }
+    SinkMemory memory(const Plan&) const override { return {15, 1000}; }
     StageTimes times() const override { return {{"encode", 7.0}}; }
 
     Window crop;
@@ -45,7 +45,7 @@ class Borrowed : public Sink {
     void begin(const Plan& plan) override { sink_.begin(plan); }
     void write(LayeredImage&& band) override { sink_.write(std::move(band)); }
     void finish() override { sink_.finish(); }
-    SinkMemory memory() const override { return sink_.memory(); }
+    SinkMemory memory(const Plan& plan) const override { return sink_.memory(plan); }
     StageTimes times() const override { return sink_.times(); }
 
   private:
@@ -146,9 +146,8 @@ TEST(FxaaFilter, SaysWhatItKeeps) {
         FxaaFilter filter(std::make_unique<Borrowed>(canvas), {});
         Plan plan;
         plan.view.crop = {0, 0, width, 1000};
-        filter.begin(plan);
-        EXPECT_EQ(filter.memory().rows, 15);
-        return filter.memory().bytes;
+        EXPECT_EQ(filter.memory(plan).rows, 15);
+        return filter.memory(plan).bytes;
     };
     // Twice the reach at least, in floats: colour, Z and two lumas.
     EXPECT_GT(memory(640), 1000 + 640 * 2 * kFxaaReach * 7 * sizeof(float));

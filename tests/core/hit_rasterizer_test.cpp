@@ -751,7 +751,7 @@ TEST(HitRasterizer, WideRowsOfSinksThatHoldMuchFit) {
         void begin(const Plan&) override {}
         void finish() override {}
         void write(LayeredImage&& band) override { fragments += band.fragments(); }
-        SinkMemory memory() const override { return {1, 0, 200, 1}; }
+        SinkMemory memory(const Plan&) const override { return {1, 0, 200, 1}; }
         std::size_t fragments = 0;
     };
     const Scene scene = oneMesh({square(-10, -10, 70000, 70000, -1)});

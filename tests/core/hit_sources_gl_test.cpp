@@ -214,6 +214,7 @@ class BundlesOf final : public HitSource {
     CaptureReport capture(Sink& sink, const Progress& progress) override {
         return source_.capture(sink, progress);
     }
+    std::uint64_t forecastMemory(const Sink& sink) override { return source_.forecastMemory(sink); }
     const PosedScene& posed() const override { return source_.posed(); }
     StageTimes takeTimes() override { return source_.takeTimes(); }
 

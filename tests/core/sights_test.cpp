@@ -296,6 +296,7 @@ class Bundled final : public HitSource {
     CaptureReport capture(Sink& sink, const Progress& told) override {
         return hits_.capture(sink, told);
     }
+    std::uint64_t forecastMemory(const Sink& sink) override { return hits_.forecastMemory(sink); }
     const PosedScene& posed() const override { return hits_.posed(); }
     StageTimes takeTimes() override { return hits_.takeTimes(); }
 
