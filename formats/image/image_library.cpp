@@ -29,6 +29,7 @@ struct BuiltIn {
 constexpr BuiltIn kBuiltIn[] = {
     {"png", pngDecoder, pngEncoder},
     {"jpeg", jpegDecoder, nullptr},
+    {"ktx2", ktx2Decoder, nullptr},
 };
 
 /// Not by the library's own limit, which a host may share with us.
