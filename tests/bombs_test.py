@@ -328,6 +328,46 @@ def a_WebP_of_16000_square(folder):
     textured(folder, "large.webp", b"RIFF" + struct.pack("<I", 4 + len(data)) + b"WEBP" + data)
 
 
+def ktx2(side, scheme, model, level, unpacked, channels=(3,), data=b""):
+    """A KTX2 of one level."""
+    samples = b"".join(struct.pack("<IIII", 127 << 16 | channel << 24, 0, 0, 0xFFFFFFFF) for channel in channels)
+    block = struct.pack("<IHHIIII", 0, 2, 24 + len(samples), model | 0x020100, 0x0303, 16, 0) + samples
+    described = 80 + 24
+    rest = described + 4 + len(block)
+    return (
+        b"\xabKTX 20\xbb\r\n\x1a\n"
+        + struct.pack("<9I", 0, 1, side, side, 0, 0, 1, 1, scheme)
+        + struct.pack("<4I2Q", described, 4 + len(block), 0, 0, rest if data else 0, len(data))
+        + struct.pack("<3Q", rest + len(data), len(level), unpacked)
+        + struct.pack("<I", 4 + len(block))
+        + block
+        + data
+        + level
+    )
+
+
+def zstandard(count):
+    """A frame of COUNT blocks that each repeat a byte for 128 KiB, which is as much as there can be."""
+    blocks = [struct.pack("<I", (i == count - 1) | 1 << 1 | 0x20000 << 3)[:3] + b"\0" for i in range(count)]
+    return b"\x28\xb5\x2f\xfd\xa0" + struct.pack("<I", count << 17) + b"".join(blocks)
+
+
+@bomb("render {}/scene.gltf -o {}/out.png --size 16x16 --memory 512M", codes=(33,), words="memory budget")
+def a_KTX2_of_16384_square(folder):
+    textured(folder, "large.ktx2", ktx2(16384, 2, 166, zstandard(2048), 2048 << 17))
+
+
+@bomb("info {}/scene.gltf", codes=(0,), words="")
+def a_KTX2_that_inflates(folder):
+    textured(folder, "inflates.ktx2", ktx2(4096, 2, 166, zstandard(128), 128 << 17))
+
+
+@bomb("info {}/scene.gltf", codes=(0,), words="")
+def a_KTX2_of_codebooks_that_are_not_there(folder):
+    data = struct.pack("<2H4I5I", 65535, 65535, 4, 4, 4, 0, 0, 0, 1, 0, 0) + bytes(12)
+    textured(folder, "codebooks.ktx2", ktx2(4096, 1, 163, b"\0", 0, (0,), data))
+
+
 @bomb("info {}/scene.gltf", words="")
 def meshopt_of_nothing(folder):
     scene = triangle()

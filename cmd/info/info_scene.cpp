@@ -241,8 +241,10 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     }
     json["textures"] = Json::array();
     for (const Image& image : scene.images) {
-        json["textures"].push_back(
-            {{"name", image.name}, {"width", image.width}, {"height", image.height}});
+        json["textures"].push_back({{"name", image.name},
+                                    {"width", image.width},
+                                    {"height", image.height},
+                                    {"codec", image.codec}});
     }
     json["cameras"] = Json::array();
     for (std::size_t i = 0; i < facts.cameras.size(); ++i) {
@@ -330,7 +332,7 @@ std::string toText(const SceneFacts& facts, const InfoOptions& options) {
     text += "\ntextures: " + groupedText(scene.images.size()) + '\n';
     for (const Image& image : scene.images) {
         text += "  " + std::to_string(image.width) + " x " + std::to_string(image.height) + "  " +
-                image.name + '\n';
+                image.codec + (image.name.empty() ? "" : "  ") + printable(image.name) + '\n';
     }
     text += "bounds: " +
             (facts.box ? vectorText(facts.box->min) + " to " + vectorText(facts.box->max)

@@ -105,7 +105,7 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "${synopsis} (headers and static lib
 ${story}\n.\nThis package holds what programs that use the library are compiled with.")
 # But for the first two: of peeler::static, and what pkg-config asks for.
 string(CONCAT CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libpeeler0 ${same_version}, libglm-dev, "
-    "libopenexr-dev, libdeflate-dev, libspng-dev, zlib1g-dev, libturbojpeg0-dev, "
+    "libopenexr-dev, libdeflate-dev, libspng-dev, zlib1g-dev, libzstd-dev, libturbojpeg0-dev, "
     "libtinygltf-dev, libmeshoptimizer-dev")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-peeler)

@@ -34,6 +34,7 @@ struct Image {
     std::string name;
     int width = 0, height = 0;
     std::vector<std::uint8_t> rgba;
+    std::string codec{};  ///< how the file has it, for people: "PNG"; "" = there is no file
 };
 
 /// Light from all around: an equirectangular image (latitude-longitude) of linear radiance, rows

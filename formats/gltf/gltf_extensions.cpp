@@ -33,7 +33,7 @@ const std::vector<GltfExtension>& gltfExtensions() {
         {"KHR_mesh_quantization", true, "vertex attributes stored as small integers"},
         {"KHR_meshopt_compression", true, "meshopt-compressed buffers"},
         {"KHR_node_visibility", true, "hidden nodes"},
-        {"KHR_texture_basisu", false, "the PNG or JPEG fallback is read", true},
+        {"KHR_texture_basisu", true, "KTX2 textures of UASTC and ETC1S"},
         {"KHR_texture_transform", true, "offset, rotation and scale of texture coordinates"},
         {"KHR_xmp", true, "metadata, which shows nothing"},
         {"KHR_xmp_json_ld", true, "metadata, which shows nothing"},

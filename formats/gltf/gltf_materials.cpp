@@ -141,9 +141,10 @@ class MaterialReader {
     /// The image in a format that we decode, as its place in scene.images. An extension's goes
     /// before the core one, which is then its fallback.
     int imageOf(const tinygltf::Texture& source, const std::string& where) {
-        if (const auto* webp = findExtension(source.extensions, "EXT_texture_webp");
-            webp && webp->Has("source"))
-            return sceneImage(webp->Get("source").GetNumberAsInt(), source.source);
+        for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"})
+            if (const auto* extension = findExtension(source.extensions, name);
+                extension && extension->Has("source"))
+                return sceneImage(extension->Get("source").GetNumberAsInt(), source.source);
         if (source.source >= 0) return sceneImage(source.source);
         for (const std::string& name : undecodedImageExtensions()) {
             if (!findExtension(source.extensions, name.c_str())) continue;
@@ -192,7 +193,7 @@ class MaterialReader {
 
     /// A used image, or what is wrong with it.
     struct Decoded {
-        Image image;
+        DecodedTexture texture;
         std::optional<Error> problem;
     };
 
@@ -216,12 +217,11 @@ class MaterialReader {
             const auto& source =
                 document_.images[static_cast<std::size_t>(used_images_[first + item])];
             const auto allow = [&](std::uint64_t more) {
-                checkReadingMemory(
-                    document_.memory, used + (decoded += more),
-                    childPointer("/images", static_cast<std::size_t>(used_images_[first + item])));
+                checkReadingMemory(document_.memory, used + (decoded += more),
+                                   pointerOf(first + item));
             };
             try {
-                out.image = decodeTexture(
+                out.texture = decodeTexture(
                     bytes[first + item], source.name.empty() ? shortUri(source.uri) : source.name,
                     {options_.max_image_dimension, options_.max_image_bytes, allow});
             } catch (const Error& problem) {
@@ -245,12 +245,13 @@ class MaterialReader {
             const std::optional<Error>& problem = decoded_[i].problem;
             if (!problem) {
                 place[i] = static_cast<int>(scene_.images.size());
-                scene_.images.push_back(std::move(decoded_[i].image));
+                scene_.images.push_back(std::move(decoded_[i].texture.image));
+                for (const std::string& note : decoded_[i].texture.notes)
+                    document_.warn("Of the image " + pointerOf(i) + ": " + note + ".");
                 continue;
             }
             if (problem->kind() != ErrorKind::kInput) throw Error(*problem);
-            const std::string where =
-                childPointer("/images", static_cast<std::size_t>(used_images_[i]));
+            const std::string where = pointerOf(i);
             if (i >= count || stand_ins[i] < 0)
                 missing(where, problem->what(), problem->hint());
             else
@@ -261,8 +262,24 @@ class MaterialReader {
             if (stand_ins[i] >= 0) place[i] = place[static_cast<std::size_t>(stand_ins[i])];
         for (Material& material : scene_.materials)
             for (const MaterialTexture& texture : texturesOf(material))
-                if (*texture.ref)
-                    texture.ref->image = place[static_cast<std::size_t>(texture.ref->image)];
+                if (*texture.ref) {
+                    const auto used = static_cast<std::size_t>(texture.ref->image);
+                    checkColors(used, texture.srgb);
+                    texture.ref->image = place[used];
+                }
+    }
+
+    /// What glTF says of colours goes before what the file says of itself.
+    void checkColors(std::size_t used, bool srgb) {
+        const std::optional<bool> stored = decoded_[used].texture.srgb;
+        if (stored && *stored != srgb)
+            document_.warn("Of the image " + pointerOf(used) + ": it says that it is " +
+                           (*stored ? "sRGB" : "linear") + ", a material takes it as " +
+                           (srgb ? "sRGB" : "linear") + ".");
+    }
+
+    std::string pointerOf(std::size_t used) const {
+        return childPointer("/images", static_cast<std::size_t>(used_images_[used]));
     }
 
     static std::string shortUri(const std::string& uri) { return isDataUri(uri) ? "" : uri; }

@@ -16,7 +16,7 @@ namespace peeler::inline v0 {
 
 struct GltfOptions {
     /// A texture that is missing or cannot be decoded is an error instead of a warning. Nor are
-    /// damaged compressed data and WebP images then excused by an uncompressed fallback.
+    /// damaged compressed data, WebP and KTX2 images then excused by an uncompressed fallback.
     bool strict = false;
     /// URIs may lead out of the scene's folder: absolute paths, "..", symbolic links.
     bool allow_outside = false;

@@ -185,6 +185,7 @@ constexpr SchemaRow kRows[] = {
     {"variantMapping", "variants", Kind::kIndices, "extensions/KHR_materials_variants/variants",
      true},
     {"EXT_texture_webp", "source", Kind::kIndex, "images"},
+    {"KHR_texture_basisu", "source", Kind::kIndex, "images"},
 
     {"EXT_mesh_gpu_instancing", "attributes", Kind::kIndexMap, "accessors", true},
     {"KHR_node_visibility", "visible", Kind::kBool},

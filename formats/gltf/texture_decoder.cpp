@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decodes the PNG, JPEG or WebP bytes of a texture.
+// Decodes the PNG, JPEG, WebP or KTX2 bytes of a texture.
 #include "formats/gltf/gltf_decoders.h"
 
 #include <algorithm>
@@ -25,15 +25,18 @@ namespace {
 /// A format of textures, told by its magic bytes; OpenImageIO would try any of its many readers
 /// itself, some of them fragile.
 struct TextureFormat {
-    const char* name;  ///< OpenImageIO's
+    const char* name;   ///< OpenImageIO's
+    const char* codec;  ///< for people
     std::string_view begin, at_eight;
-    /// Takes out what is not needed, and what decoders have their vulnerabilities in.
+    /// Takes out what is not needed, and what decoders have their vulnerabilities in; null: nothing
+    /// is taken out.
     std::vector<std::uint8_t> (*reduce)(std::span<const std::uint8_t>);
 };
 constexpr TextureFormat kTextureFormats[] = {
-    {"png", "\x89PNG\r\n\x1A\n", "", withoutPngMetadata},
-    {"jpeg", "\xFF\xD8\xFF", "", withoutJpegMetadata},
-    {"webp", "RIFF", "WEBP", withoutWebpMetadata},
+    {"png", "PNG", "\x89PNG\r\n\x1A\n", "", withoutPngMetadata},
+    {"jpeg", "JPEG", "\xFF\xD8\xFF", "", withoutJpegMetadata},
+    {"webp", "WebP", "RIFF", "WEBP", withoutWebpMetadata},
+    {"ktx2", "KTX2", "\xABKTX 20\xBB", "\r\n\x1A\n", nullptr},
 };
 
 /// The size that a WebP picture says it has (RFC 9649 and RFC 6386), whose decoder takes all of its
@@ -96,16 +99,20 @@ void expandToRgba(std::vector<std::uint8_t>& rgba, std::size_t channels) {
 
 }  // namespace
 
-Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name,
-                    const TextureLimits& limits) {
+DecodedTexture decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name,
+                             const TextureLimits& limits) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const auto* const format = std::ranges::find_if(kTextureFormats, [&](const TextureFormat& row) {
         return text.starts_with(row.begin) &&
                text.substr(std::min<std::size_t>(8, text.size())).starts_with(row.at_eight);
     });
     if (format == std::end(kTextureFormats))
-        failTexture("the image is neither PNG nor JPEG nor WebP");
-    const std::vector<std::uint8_t> reduced = format->reduce(bytes);
+        failTexture("the image is neither PNG nor JPEG nor WebP nor KTX2");
+    std::vector<std::uint8_t> reduced;
+    if (format->reduce) {
+        reduced = format->reduce(bytes);
+        bytes = reduced;
+    }
     static std::once_flag limits_set;
     std::call_once(limits_set, [] { limitDecodedSize(4096); });
     const auto bytesFor =
@@ -123,13 +130,17 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
     }
     try {
         const auto decoder =
-            imageDecoder(format->name, "texture." + std::string(format->name), reduced);
+            imageDecoder(format->name, "texture." + std::string(format->name), bytes);
         const StoredImage& stored = decoder->image();
         checkTextureSize(stored, limits);
         if (limits.allow && !is_webp) limits.allow(bytesFor(stored));
 
-        Image image;
+        DecodedTexture out;
+        Image& image = out.image;
         image.name = name;
+        image.codec = stored.codec.empty() ? format->codec : stored.codec;
+        out.srgb = stored.srgb;
+        out.notes = stored.notes;
         image.width = stored.width;
         image.height = stored.height;
         image.rgba.resize(std::size_t{4} * static_cast<std::size_t>(stored.width) *
@@ -137,7 +148,7 @@ Image decodeTexture(std::span<const std::uint8_t> bytes, const std::string& name
         const std::size_t channels = std::min<std::size_t>(stored.channels.size(), 4);
         decoder->read(0, static_cast<int>(channels), image.rgba.data());
         expandToRgba(image.rgba, channels);
-        return image;
+        return out;
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {

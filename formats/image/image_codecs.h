@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The decoders and encoders that are built in, since their libraries load in a millisecond: PNG
 // (ISO/IEC 15948) by libspng and zlib, JPEG (ITU-T T.81) by TurboJPEG, libjpeg-turbo's own
-// interface.
+// interface; and KTX 2.0, by code of our own, libzstd and libdeflate.
 #pragma once
 
 #include <cstddef>
@@ -33,6 +33,12 @@ std::uint64_t pngEncoderBytes(std::uint64_t picture);
 /// damaged headers, and files without `bytes`, since their descriptions may be in Exif. A file
 /// whose pixels are damaged is decoded by the module as well. Throws std::bad_alloc.
 std::unique_ptr<ImageDecoder> jpegDecoder(const std::string& path,
+                                          std::span<const std::uint8_t> bytes);
+
+/// A decoder of the largest level of a 2D texture, always to RGBA with straight alpha: UASTC and
+/// ETC1S, which KHR_texture_basisu has, and RGB and RGBA of 8 bits. Needs `bytes`. No memory is
+/// allocated for pixels before they are read. Throws std::runtime_error.
+std::unique_ptr<ImageDecoder> ktx2Decoder(const std::string& path,
                                           std::span<const std::uint8_t> bytes);
 
 /// A stored sample as another type, with the bits that OpenImageIO gives: the whole range of an

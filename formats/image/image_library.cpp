@@ -30,6 +30,7 @@ struct BuiltIn {
 constexpr BuiltIn kBuiltIn[] = {
     {"png", pngDecoder, pngEncoder, pngEncoderBytes},
     {"jpeg", jpegDecoder, nullptr, nullptr},
+    {"ktx2", ktx2Decoder, nullptr, nullptr},
 };
 
 /// Not by the library's own limit, which a host may share with us.

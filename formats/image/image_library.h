@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decoders and encoders of flat pictures. Those of PNG and JPEG are built in; all others are
+// Decoders and encoders of flat pictures. Those of PNG, JPEG and KTX2 are built in; all others are
 // OpenImageIO's. It brings 240 libraries, so it is a module (formats/modules/image_library.cpp
 // alone includes it), which is loaded for the first picture of another kind.
 #pragma once
@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +23,9 @@ struct StoredImage {
     bool straight_alpha = false;
     bool deep = false;
     std::string description{};
+    std::string codec{};               ///< of formats that have several
+    std::optional<bool> srgb{};        ///< what a KTX2 says of its colours; false: they are linear
+    std::vector<std::string> notes{};  ///< what is wrong with the file, and does not matter
 };
 
 /// An open file. Members throw std::runtime_error with the library's message.

@@ -26,7 +26,6 @@ struct Refusal {
 
 /// tests/README.md has the same table, with the reasons in more words.
 const Refusal kRefusals[] = {
-    {"gltf-sample-assets/AgiHqKtx2/0.glb", "/extensionsRequired/0", "KHR_texture_basisu"},
     {"gltf-asset-generator/Compatibility/Compatibility_04.gltf", "/asset/minVersion", "2.1"},
     {"gltf-asset-generator/Compatibility/Compatibility_05.gltf", "/extensionsRequired/0",
      "FAKE_materials_quantumRendering"},

@@ -8,6 +8,7 @@
 #include "assets/model_files.h"
 #include "core/base/error.h"
 #include "core/scene/posed_scene.h"
+#include "formats/file/content_hash.h"
 #include "formats/gltf/gltf_reader.h"
 #include "support/test_support.h"
 
@@ -97,6 +98,19 @@ TEST(GltfAssets, TextureTransformTurnsTheArrowToTheGreenMarker) {
         material.base_color_texture.transform * glm::vec3(marker.x + 0.5, 0.5 - marker.y, 1);
     EXPECT_NEAR(uv.x, uv.y, 1e-4);
     EXPECT_GT(uv.x, 0.7);
+}
+
+TEST(GltfAssets, Ktx2TexturesHaveTheBitsOfTheReferenceTranscoder) {
+    PEELER_REQUIRE_ASSETS(assets);
+    const Scene scene = readGltf(assets / "gltf-sample-assets/AgiHqKtx2/0.glb");
+    EXPECT_TRUE(scene.warnings.empty());
+    ASSERT_EQ(scene.images.size(), 1U);
+    const Image& image = scene.images[0];
+    EXPECT_EQ(image.width, 1024);
+    EXPECT_EQ(image.height, 1024);
+    EXPECT_EQ(image.codec, "KTX2, ETC1S, BasisLZ");
+    // Of what basis_universal (BinomialLLC, commit 9bebe16) makes of the file as RGBA32.
+    EXPECT_EQ(hexText(contentHash(std::as_bytes(std::span(image.rgba)), 0)), "06e0620b0df6ae8f");
 }
 
 TEST(GltfAssets, MalformedFilesEndInASceneOrAnInputError) {

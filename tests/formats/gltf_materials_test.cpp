@@ -6,8 +6,10 @@
 #include <numbers>
 
 #include "formats/gltf_builder.h"
+#include "formats/ktx2_builder.h"
 #include "formats/material_gltf.h"
 #include "formats/png_builder.h"
+#include "formats/uastc_builder.h"
 
 namespace peeler::test {
 namespace {
@@ -197,7 +199,7 @@ TEST(GltfTextures, WithoutASourceAreLeftOut) {
 }
 
 TEST(GltfTextures, OfFormatsThatAreNotDecodedNeedAFallback) {
-    for (const std::string name : {"KHR_texture_basisu", "MSFT_texture_dds", "EXT_texture_avif"}) {
+    for (const std::string name : {"MSFT_texture_dds", "EXT_texture_avif"}) {
         GltfBuilder builder = withMaterial(R"({"emissiveTexture":{"index":0}})");
         addImages(builder, {onePixelPng(1, 2, 3)});
         builder.gltf["images"].push_back({{"uri", "a.other"}});
@@ -222,15 +224,72 @@ TEST(GltfTextures, OfFormatsThatAreNotDecodedNeedAFallback) {
     }
 }
 
-TEST(GltfTextures, PreferTheWebpImage) {
+TEST(GltfTextures, PreferTheImagesOfExtensions) {
+    for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"}) {
+        GltfBuilder builder = withMaterial(R"({"emissiveTexture":{"index":0}})");
+        // Which format an image has is told by its bytes, so PNGs do for both.
+        addImages(builder, {onePixelPng(1, 2, 3), onePixelPng(4, 5, 6)});
+        builder.gltf["textures"][0]["extensions"][name] = {{"source", 1}};
+        builder.gltf["extensionsUsed"] = {name};
+        builder.gltf["extensionsRequired"] = {name};
+        const Scene scene = load(builder);
+        ASSERT_EQ(scene.images.size(), 1U);
+        EXPECT_EQ(scene.images[0].rgba, (Bytes{4, 5, 6, 255}));
+        EXPECT_EQ(scene.images[0].codec, "PNG");
+        EXPECT_TRUE(scene.warnings.empty());
+    }
+}
+
+TEST(GltfTextures, MayBeKtx2) {
     GltfBuilder builder = withMaterial(R"({"emissiveTexture":{"index":0}})");
-    // Which format an image has is told by its bytes, so PNGs do for both.
-    addImages(builder, {onePixelPng(1, 2, 3), onePixelPng(4, 5, 6)});
-    builder.gltf["textures"][0]["extensions"]["EXT_texture_webp"] = {{"source", 1}};
+    const Ktx2File file = uastcFile(4, 4, solidUastcBlock(7, 8, 9, 10));
+    addImages(builder, {file.bytes()});
+    builder.gltf["textures"][0] = {{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}};
     const Scene scene = load(builder);
     ASSERT_EQ(scene.images.size(), 1U);
-    EXPECT_EQ(scene.images[0].rgba, (Bytes{4, 5, 6, 255}));
+    EXPECT_EQ(scene.images[0].codec, "KTX2, UASTC");
+    EXPECT_EQ(scene.images[0].rgba.size(), 64U);
+    EXPECT_EQ(scene.images[0].rgba[1], 8);
     EXPECT_TRUE(scene.warnings.empty());
+
+    // Damaged: left out with the reason, for `strict` an error; or there is a fallback.
+    Ktx2File damaged = file;
+    damaged.model = 160;
+    GltfBuilder other = withMaterial(R"({"emissiveTexture":{"index":0}})");
+    addImages(other, {damaged.bytes()});
+    EXPECT_FALSE(load(other).materials[0].emissive_texture);
+    EXPECT_TRUE(warned(load(other), "colour model 160"));
+    EXPECT_TRUE(warned(load(other), "byte 12"));
+    GltfOptions strict;
+    strict.strict = true;
+    EXPECT_EQ(errorOf(other, strict).where(), "/images/0");
+    addImages(other, {onePixelPng(1, 2, 3)});
+    other.gltf["textures"][0] = {{"source", 1},
+                                 {"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}};
+    EXPECT_EQ(load(other).images.at(0).rgba, (Bytes{1, 2, 3, 255}));
+    EXPECT_TRUE(warned(load(other), "The fallback stands in for the image /images/0"));
+}
+
+TEST(GltfTextures, OfKtx2AreWarnedOfWhatContradictsTheScene) {
+    GltfBuilder builder = withMaterial(
+        R"({"emissiveTexture":{"index":0},"normalTexture":{"index":1},"occlusionTexture":{"index":2}})");
+    Ktx2File linear = uastcFile(4, 4, solidUastcBlock(7, 8, 9, 10));
+    linear.transfer = 1;
+    Ktx2File silent = linear;
+    silent.transfer = 0;
+    silent.metadata = {{"KTXorientation", "ru"}};
+    const Ktx2File srgb = uastcFile(4, 4, solidUastcBlock(1, 1, 1, 1));
+    addImages(builder, {linear.bytes(), srgb.bytes(), silent.bytes()});
+    const Scene scene = load(builder);
+    EXPECT_EQ(scene.images.size(), 3U);
+    EXPECT_EQ(scene.warnings.size(), 3U);
+    EXPECT_TRUE(warned(scene,
+                       "Of the image /images/0: it says that it is linear, a material takes it "
+                       "as sRGB."));
+    EXPECT_TRUE(warned(scene,
+                       "Of the image /images/1: it says that it is sRGB, a material takes it as "
+                       "linear."));
+    EXPECT_TRUE(warned(scene, "Of the image /images/2: its orientation (KTXorientation)"));
 }
 
 TEST(GltfTextures, FallBackWhereTheWebpImageIsMissing) {

@@ -164,19 +164,19 @@ TEST(GltfExtensions, WarnOnceEachWhereOptional) {
 
 TEST(GltfExtensions, AreRefusedWhereRequiredAndUnknown) {
     GltfBuilder builder = triangle();
-    builder.gltf["extensionsRequired"] = {"KHR_mesh_quantization", "KHR_texture_basisu"};
+    builder.gltf["extensionsRequired"] = {"KHR_mesh_quantization", "MSFT_texture_dds"};
     const Error error = errorOf(builder);
     EXPECT_EQ(error.where(), "/extensionsRequired/1");
-    EXPECT_NE(std::string(error.what()).find("KHR_texture_basisu"), std::string::npos);
-    EXPECT_NE(error.hint().find("`ignored_extensions` KHR_texture_basisu"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("MSFT_texture_dds"), std::string::npos);
+    EXPECT_NE(error.hint().find("`ignored_extensions` MSFT_texture_dds"), std::string::npos);
 }
 
 TEST(GltfExtensions, AreLeftOutWhereTheyAreIgnored) {
     GltfBuilder builder = triangle();
-    builder.gltf["extensionsUsed"] = {"KHR_texture_basisu", "X_unheard_of"};
-    builder.gltf["extensionsRequired"] = {"KHR_texture_basisu", "X_unheard_of"};
+    builder.gltf["extensionsUsed"] = {"MSFT_texture_dds", "X_unheard_of"};
+    builder.gltf["extensionsRequired"] = {"MSFT_texture_dds", "X_unheard_of"};
     GltfOptions options;
-    options.ignored_extensions = {"X_unheard_of", "KHR_texture_basisu"};
+    options.ignored_extensions = {"X_unheard_of", "MSFT_texture_dds"};
     const Scene scene = load(builder, options);
     EXPECT_EQ(scene.warnings.size(), 2U);
     EXPECT_TRUE(warned(scene, "X_unheard_of, which the file requires, is ignored"));
@@ -262,6 +262,8 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"TextureSampler", R"("textures":[{"sampler":0}])", "/textures/0/sampler"},
         Damage{"TextureWebp", R"("textures":[{"extensions":{"EXT_texture_webp":{"source":3}}}])",
                "/textures/0/extensions/EXT_texture_webp/source"},
+        Damage{"TextureKtx2", R"("textures":[{"extensions":{"KHR_texture_basisu":{"source":3}}}])",
+               "/textures/0/extensions/KHR_texture_basisu/source"},
         Damage{"ImageView", R"("images":[{"bufferView":0}])", "/images/0/bufferView"},
         Damage{"MaterialTexture",
                R"("materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",

@@ -16,7 +16,7 @@ namespace peeler::test {
 namespace {
 
 Bytes rgbaOf(const Bytes& file) {
-    return decodeTexture(file, "image").rgba;
+    return decodeTexture(file, "image").image.rgba;
 }
 
 /// An 8-bit RGB picture of one colour in a format that OpenImageIO writes; empty if it cannot.
@@ -42,7 +42,7 @@ Bytes encoded(const std::string& format, int width, int height, const Bytes& col
 TEST(TextureDecoder, KeepsRgbaAsStored) {
     // Straight alpha: colours under alpha 0 survive, nothing is multiplied.
     const Bytes pixels = {10, 20, 30, 0, 200, 100, 50, 128};
-    const Image image = decodeTexture(png(2, 1, PngColor::kRgba, 8, pixels), "name");
+    const Image image = decodeTexture(png(2, 1, PngColor::kRgba, 8, pixels), "name").image;
     EXPECT_EQ(image.name, "name");
     EXPECT_EQ(image.width, 2);
     EXPECT_EQ(image.height, 1);
@@ -50,7 +50,7 @@ TEST(TextureDecoder, KeepsRgbaAsStored) {
 }
 
 TEST(TextureDecoder, KeepsRowsTopToBottom) {
-    const Image image = decodeTexture(png(1, 2, PngColor::kRgb, 8, {1, 2, 3, 4, 5, 6}), "");
+    const Image image = decodeTexture(png(1, 2, PngColor::kRgb, 8, {1, 2, 3, 4, 5, 6}), "").image;
     EXPECT_EQ(image.height, 2);
     EXPECT_EQ(image.rgba, (Bytes{1, 2, 3, 255, 4, 5, 6, 255}));
 }
@@ -106,7 +106,7 @@ TEST(TextureDecoder, NeverParsesMetadata) {
     Bytes jpeg = encoded("jpeg", 8, 8, {9, 9, 9});
     const Bytes exif = {0xFF, 0xE1, 0, 10, 'E', 'x', 'i', 'f', 0, 0, 'I', 'I'};
     jpeg.insert(jpeg.begin() + 2, exif.begin(), exif.end());
-    EXPECT_EQ(decodeTexture(jpeg, "").width, 8);
+    EXPECT_EQ(decodeTexture(jpeg, "").image.width, 8);
 }
 
 /// A WebP in the container that RFC 9649, section 2.7, calls extended: two lossless pixels between
@@ -155,7 +155,7 @@ TEST(TextureDecoder, ReadsWebpWithoutItsMetadata) {
 TEST(TextureDecoder, ReadsJpeg) {
     const Bytes file = encoded("jpeg", 16, 8, {200, 100, 50});
     ASSERT_FALSE(file.empty());
-    const Image image = decodeTexture(file, "");
+    const Image image = decodeTexture(file, "").image;
     EXPECT_EQ(image.width, 16);
     EXPECT_EQ(image.height, 8);
     EXPECT_NEAR(image.rgba[0], 200, 3);
@@ -165,8 +165,8 @@ TEST(TextureDecoder, ReadsJpeg) {
 }
 
 TEST(TextureDecoder, RefusesOtherFormats) {
-    for (const char* text :
-         {"", "GIF89a......", "II*\0", "P6 1 1 255 abc", "v/1\1", "RIFF1234WAVE"}) {
+    for (const char* text : {"", "GIF89a......", "\xABKTX 11\xBB\r\n\x1A\n", "II*\0",
+                             "P6 1 1 255 abc", "v/1\1", "RIFF1234WAVE"}) {
         const std::string bytes(text);
         try {
             decodeTexture({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, "");
@@ -187,7 +187,7 @@ TEST(TextureDecoder, NeverEndsOtherwiseThanInAnImageOrAnInputError) {
     const auto random = [&] { return state = state * 1664525U + 1013904223U, state >> 8U; };
     const auto attempt = [](const Bytes& file) {
         try {
-            const Image image = decodeTexture(file, "", {256, 1U << 20U});
+            const Image image = decodeTexture(file, "", {256, 1U << 20U}).image;
             EXPECT_EQ(image.rgba.size(), static_cast<std::size_t>(image.width * image.height) * 4);
         } catch (const Error& error) {
             EXPECT_EQ(error.kind(), ErrorKind::kInput);

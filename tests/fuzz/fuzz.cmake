@@ -10,7 +10,7 @@ set_source_files_properties(${draco_in_process} PROPERTIES
 # Before libdraco.so, as for unit_tests, since that exports a tinygltf of its own, of another layout;
 # what needs it here is in an archive that comes later.
 set(fuzz_libraries -Wl,--push-state,--no-as-needed,${TINYGLTF_LIBRARY},--pop-state draco::draco
-    OpenEXR::OpenEXR meshoptimizer::meshoptimizer ${DEFLATE_LIBRARY})
+    OpenEXR::OpenEXR meshoptimizer::meshoptimizer ${DEFLATE_LIBRARY} ${ZSTD_LIBRARY})
 
 peeler_test_program(fuzz_tests SOURCES fuzz/fuzz_test.cpp fuzz/fuzz_target.cpp ${fuzz_targets}
     ${fuzz_seeds} ${draco_in_process} LIBRARIES ${fuzz_libraries})

@@ -17,6 +17,7 @@ using Seeds = std::map<std::string, std::vector<SeedBytes>>;
 
 void addSceneSeeds(Seeds& seeds);
 void addPictureSeeds(Seeds& seeds);
+void addKtx2Seeds(Seeds& seeds);
 void addTableSeeds(Seeds& seeds);
 void addTextSeeds(Seeds& seeds);
 
@@ -24,6 +25,7 @@ inline Seeds allSeeds() {
     Seeds seeds;
     addSceneSeeds(seeds);
     addPictureSeeds(seeds);
+    addKtx2Seeds(seeds);
     addTableSeeds(seeds);
     addTextSeeds(seeds);
     return seeds;

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bits of which each byte begins with its lowest, as UASTC and BasisLZ have them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "support/test_support.h"
+
+namespace peeler::test {
+
+class BitWriter {
+  public:
+    void put(std::uint64_t value, std::size_t count) {
+        for (std::size_t i = 0; i < count; ++i, ++count_) {
+            if (count_ % 8 == 0) bytes_.push_back(0);
+            bytes_.back() |= static_cast<std::uint8_t>((value >> i & 1U) << (count_ % 8));
+        }
+    }
+    std::size_t count() const { return count_; }
+    /// The last byte is filled with zeros.
+    const Bytes& bytes() const { return bytes_; }
+
+  private:
+    Bytes bytes_;
+    std::size_t count_ = 0;
+};
+
+}  // namespace peeler::test
