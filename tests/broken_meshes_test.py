@@ -107,7 +107,7 @@ shown("stl: binary that begins with solid", "s.stl", stl(head=b"solid but binary
 shown("stl: called .ply", "s.ply", stl())
 shown("stl: no triangles", "s.stl", stl(0, b""), "nothing to draw")
 shown("stl: colours", "s.stl", stl(facets=FACET[:48] + b"\xff\xff" + FACET), "colours")
-shown("stl: bytes behind the end", "s.stl", stl(facets=FACET * 2 + b"more"), "4 bytes behind")
+shown("stl: bytes behind the end", "s.stl", stl(facets=FACET * 2 + b"more"), "Bytes behind")
 shown("stl: text", "s.stl", TEXT)
 shown("stl: text, no line feed at the end", "s.stl", TEXT[:-1])
 shown("stl: text, CRLF", "s.stl", TEXT.replace("\n", "\r\n"))
@@ -142,7 +142,7 @@ shown("obj: a face before its vertices", "o.obj", "f 1 2 3\n" + OBJ)
 shown("obj: called .stl", "o.stl", OBJ)
 shown("obj: a face of two corners", "o.obj", OBJ + "f 1 2\n", "fewer than three corners")
 shown("obj: half of the corners have normals", "o.obj", OBJ + "f 1//1 2 3\n", "others lack")
-shown("obj: statements that mean nothing", "o.obj", OBJ + "hello world\n", "mean nothing and are passed over")
+shown("obj: statements that mean nothing", "o.obj", OBJ + "hello world\n", "mean nothing are passed over")
 shown("obj: curves", "o.obj", OBJ + "cstype bezier\n", "Curves and surfaces")
 shown("obj: no materials", "o.obj", "mtllib none.mtl\nusemtl red\n" + OBJ, "does not exist")
 shown("obj: materials outside", "o.obj", "mtllib ../none.mtl\n" + OBJ, "leads out of the scene's folder")
@@ -167,7 +167,7 @@ refused("obj: a polygon of 200,000 zigzags", "o.obj", "".join(f"v {i} {i % 2 * 1
 
 # ---- none of them
 
-refused("nothing", "x.glb", b"", "nothing", "")
+refused("nothing", "x.glb", b"", "empty", "")
 refused("a picture", "x.bin", b"\x89PNG\r\n\x1a\n" + bytes(40), "neither a scene nor", "")
 refused("text", "x.txt", "Once upon a time\n", "neither a scene nor", "")
 

@@ -294,7 +294,7 @@ class OtherPrograms(Scratch):
             self.skipTest("no meshio for this Python (Debian's python3-meshio)")
         import meshio
 
-        points = [(x, y, 0) for y in range(4) for x in range(5)]
+        points = [(float(x), float(y), 0.0) for y in range(4) for x in range(5)]
         quads = [(5 * y + x, 5 * y + x + 1, 5 * y + x + 6, 5 * y + x + 5) for y in range(3) for x in range(4)]
         for name in ("quads.ply", "quads.obj"):
             meshio.write(self.folder / name, meshio.Mesh(points, [("quad", quads)]))

@@ -88,10 +88,10 @@ void addSceneOptions(VerbOptions& verb, SceneOptions& options) {
 void addUnitOption(VerbOptions& verb, SceneReadOptions& reading) {
     addValue(
         verb, "--unit", "NAME", reading.metres_per_unit,
-        [](const std::string& text) { return choose<double>("unit", kUnits, text); },
+        [](const std::string& text) { return choose<double>("unit", kLengthUnits, text); },
         "what a unit of a PLY, STL or OBJ is; the scene has metres then (default: numbers stay as "
         "they are):")
-        .oneOf(describeChoices(kUnits))
+        .oneOf(describeChoices(kLengthUnits))
         .group("Scene");
 }
 

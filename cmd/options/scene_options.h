@@ -50,7 +50,7 @@ inline constexpr Choice<Normalized> kNormalized[] = {
     {"unit-sphere", Normalized::kUnitSphere, "its farthest vertex is at distance 1"},
 };
 /// Lengths of a unit in metres.
-inline constexpr Choice<double> kUnits[] = {
+inline constexpr Choice<double> kLengthUnits[] = {
     {"m", 1, "metres, as glTF has it"}, {"mm", 1e-3, "millimetres, as some exporters leave them"},
     {"cm", 1e-2, "centimetres"},        {"inch", 0.0254, "inches"},
     {"in", 0.0254, "inches"},

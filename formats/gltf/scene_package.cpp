@@ -92,9 +92,10 @@ GltfPackage::GltfPackage(const std::filesystem::path& path, const Scene& scene)
     // The last one is glTF's default material, which files do not list.
     for (std::size_t i = 0; i + 1 < scene.materials.size(); ++i) {
         ordered_json material = materialJson(scene.materials[i]);
-        for (const auto& [name, value] :
-             material.value("extensions", ordered_json::object()).items())
-            if (std::ranges::find(extensions, name) == extensions.end()) extensions.push_back(name);
+        if (const auto found = material.find("extensions"); found != material.end())
+            for (const auto& [name, value] : found->items())
+                if (std::ranges::find(extensions, name) == extensions.end())
+                    extensions.push_back(name);
         json_["materials"].push_back(std::move(material));
     }
     if (!extensions.empty()) json_["extensionsUsed"] = extensions;

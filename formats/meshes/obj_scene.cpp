@@ -320,11 +320,11 @@ class ObjReader {
 
     void finishScene() {
         if (odd_faces_ > 0)
-            file_.warn(std::to_string(odd_faces_) +
-                       " faces of fewer than three corners show nothing.");
+            file_.warn("Faces of fewer than three corners show nothing (" +
+                       std::to_string(odd_faces_) + ").");
         if (unknown_ > 0)
-            file_.warn(std::to_string(unknown_) + " lines mean nothing and are passed over (" +
-                       first_unknown_ + ").");
+            file_.warn("Lines that mean nothing are passed over (" + std::to_string(unknown_) +
+                       "; the first: " + first_unknown_ + ").");
         materials_.finish();
         std::map<std::string, int> objects;
         for (Place& place : places_) {

@@ -75,8 +75,8 @@ class PlyReader {
         if (!vertices_read_)
             throw Error(ErrorKind::kInput, "there are no vertices in it", file_.name());
         if (odd_faces_ > 0)
-            file_.warn(std::to_string(odd_faces_) +
-                       " faces of fewer than three corners show nothing.");
+            file_.warn("Faces of fewer than three corners show nothing (" +
+                       std::to_string(odd_faces_) + ").");
         finishMesh();
         return file_.finish();
     }

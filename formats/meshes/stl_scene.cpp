@@ -79,8 +79,8 @@ class StlReader {
                         "the file ends before its " + std::to_string(facets) + " triangles do",
                         file_.atByte(text_.size()), "copy or export the file again");
         if (size < text_.size())
-            file_.warn(std::to_string(text_.size() - size) +
-                       " bytes behind the last triangle are left out.");
+            file_.warn("Bytes behind the last triangle are left out (" +
+                       std::to_string(text_.size() - size) + ").");
         file_.allowGeometry(facets * 3 * sizeof(std::uint32_t));
         primitive_.indices.reserve(facets * 3);
         corners_.reserve(facets / 2);  // of a closed surface about so many are different
