@@ -69,6 +69,7 @@ class Bake {
     void describe();
     void gather();
     void write();
+    std::unique_ptr<GltfPackage> openPackage() const;
     void showWhatWasBaked(GltfPackage& package) const;
     void writePackage(GltfPackage& package) const;
     void writeVertices();
@@ -267,6 +268,12 @@ void Bake::write() {
         writeVertices();
 }
 
+/// The glTF that was read, or one of what was read.
+std::unique_ptr<GltfPackage> Bake::openPackage() const {
+    if (scene_->assumed()) return std::make_unique<GltfPackage>(options_.scene.file, scene());
+    return std::make_unique<GltfPackage>(options_.scene.file, options_.scene.reading);
+}
+
 /// Makes the file open as it was baked: viewers show its default scene, and no variant.
 void Bake::showWhatWasBaked(GltfPackage& package) const {
     if (options_.scene.scene) setDefaultScene(package, scene_->index());
@@ -283,12 +290,12 @@ void Bake::writePackage(GltfPackage& package) const {
 void Bake::writeVertices() {
     const BakeQuantity quantity = options_.bake.settings.quantity;
     const ShownValues shown(quantity, rangeOf(values_));
-    GltfPackage package(options_.scene.file, options_.scene.gltf);
-    showWhatWasBaked(package);
-    addVertexValues(package, attributeOf(quantity),
+    const std::unique_ptr<GltfPackage> package = openPackage();
+    showWhatWasBaked(*package);
+    addVertexValues(*package, attributeOf(quantity),
                     bakedPrimitives(*posed_, *vertices_, values_, quantity, shown));
-    if (options_.bake.values_alone) showVertexColorsAlone(package);
-    writePackage(package);
+    if (options_.bake.values_alone) showVertexColorsAlone(*package);
+    writePackage(*package);
 }
 
 void Bake::writeTextures() {
@@ -318,10 +325,10 @@ void Bake::writeTextures() {
     }
     if (file == BakeFile::kExr) writeExrTextures(outputs_.front().string(), parts, kSoftware);
     if (file != BakeFile::kGltf) return;
-    GltfPackage package(options_.scene.file, options_.scene.gltf);
-    showWhatWasBaked(package);
-    addOcclusionTextures(package, texels_->settings().uv_set, std::move(occlusion));
-    writePackage(package);
+    const std::unique_ptr<GltfPackage> package = openPackage();
+    showWhatWasBaked(*package);
+    addOcclusionTextures(*package, texels_->settings().uv_set, std::move(occlusion));
+    writePackage(*package);
 }
 
 void Bake::report() {
@@ -376,6 +383,7 @@ VerbAction declareBake(VerbOptions& verb) {
     addSceneArgument(verb, *options);
     addBakeOptions(verb, options->bake);
     addShownOptions(verb, *options);
+    addUpOption(verb, options->scene.reading);
     addBakedAppearanceOptions(verb, options->appearance);
     addEngineOption(verb, options->engine);
     addRunOptions(verb, *options, "rays are traced in bands that fit; receivers come on top");

@@ -25,23 +25,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a scene unit is, in metres.
-struct LengthUnit {
-    double metres = 1;
-};
-constexpr LengthUnit kMetre{1}, kMillimetre{1e-3}, kCentimetre{1e-2}, kInch{0.0254};
-constexpr Choice<const LengthUnit*> kUnits[] = {
-    {"m", &kMetre, "metres, as glTF has it"},
-    {"mm", &kMillimetre, "millimetres, as some exporters leave them"},
-    {"cm", &kCentimetre, "centimetres"},
-    {"in", &kInch, "inches"},
-};
-
 struct CheckOptions : CaptureJobOptions {
     OutputRequest output;
     CameraOptions camera;
     bool together = false;
-    const LengthUnit* unit = &kMetre;
+    double unit = 1;                   ///< of the scene, metres
     std::optional<double> least_wall;  ///< millimetres
 
     bool writesPicture() const { return !output.path.empty(); }
@@ -115,7 +103,7 @@ class Check {
         const PosedScene posed = job_.pose();
         CheckSettings settings;
         settings.together = options_.together;
-        settings.metres = options_.unit->metres;
+        settings.metres = options_.unit;
         if (options_.least_wall)
             settings.least_wall = *options_.least_wall / 1000 / settings.metres;
         const StageTimer timer(job_.times(), "check");
@@ -129,7 +117,7 @@ class Check {
         constexpr double kLarge = 10;  // metres: larger than printers are
         const glm::dvec3 size = report_.bounds.max - report_.bounds.min;
         const double largest = std::max({size.x, size.y, size.z});
-        if (largest * report_.metres > kLarge && options_.unit == &kMetre)
+        if (largest * report_.metres > kLarge && options_.unit == 1)
             console_.hint("this is " + groupedText(static_cast<std::uint64_t>(largest)) +
                           " metres large; if the file has millimetres, say --unit mm");
     }
@@ -213,14 +201,14 @@ VerbAction declareCheck(VerbOptions& verb) {
     addValue(verb, "--min-wall", "MM", options->least_wall, parsePositive,
              "a thinner wall is a problem; millimetres")
         .group("Check");
-    addChoice<const LengthUnit*>(verb, "--unit", options->unit, kUnits, "unit",
-                                 "what a unit of the scene is")
+    addChoice<double>(verb, "--unit", options->unit, kLengthUnits, "unit", "what a unit of the scene is")
         .group("Check");
     verb.addFlag("--together", options->together,
                  "all parts are one: they are welded where vertices are at the same place, and may "
                  "not overlap")
         .group("Check");
     addShownOptions(verb, *options);
+    addUpOption(verb, options->scene.reading);
     addRunOptions(verb, *options, "of the picture; the check itself takes what it needs");
     verb.footer(kCheckFooter);
     return [options](Console& console) { return Check(*options, console).run(); };

@@ -16,29 +16,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Printer {
-    FileKind kind;
-    void (*print)(const InfoOptions&, Console&);
-};
-
-constexpr Printer kPrinters[] = {
-    {FileKind::kExr, printImageInfo},
-    {FileKind::kGltf, printSceneInfo},
-};
-
 int printInfo(const InfoOptions& options, Console& console) {
-    const FileKind kind = fileKind(options.file.string());
-    for (const Printer& printer : kPrinters) {
-        if (printer.kind != kind) continue;
-        printer.print(options, console);
-        return 0;
-    }
     // What should be a scene and does not begin like one: its reader knows best what it is instead.
-    const std::string extension = lowerExtension(options.file);
-    if (extension == ".gltf" || extension == ".glb") printSceneInfo(options, console);
-    throw Error(ErrorKind::kInput, "neither a glTF scene nor an OpenEXR image",
-                options.file.string(),
-                "info reads .gltf, .glb and the .exr files that peeler writes");
+    if (fileKind(options.file.string()) == FileKind::kExr)
+        printImageInfo(options, console);
+    else if (sceneFormatOf(options.file) || isSceneName(options.file))
+        printSceneInfo(options, console);
+    else
+        throw Error(ErrorKind::kInput, "neither a scene nor an OpenEXR image",
+                    options.file.string(),
+                    "info reads glTF, PLY, STL, OBJ and the .exr files that peeler writes");
+    return 0;
 }
 
 }  // namespace
@@ -46,10 +34,12 @@ int printInfo(const InfoOptions& options, Console& console) {
 VerbAction declareInfo(VerbOptions& verb) {
     const auto options = std::make_shared<InfoOptions>();
     addFile(verb, "FILE", "", options->file,
-            "a scene (.gltf, .glb) or a layered or deep image (.exr)")
-        .files(".gltf .glb .exr")
+            "a scene (glTF, PLY, STL, OBJ) or a layered or deep image (.exr)")
+        .files(sceneExtensions() + " .exr")
         .required();
-    addSandboxOption(verb, options->allow_outside);
+    addSandboxOption(verb, options->reading.allow_outside);
+    addUpOption(verb, options->reading);
+    addUnitOption(verb, options->reading);
     verb.addFlag("--json", options->json, "print JSON");
     return [options](Console& console) { return printInfo(*options, console); };
 }

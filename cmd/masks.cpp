@@ -408,7 +408,7 @@ VerbAction declareMasks(VerbOptions& verb) {
     addShownOptions(verb, *options);
     addVariantOption(verb, options->appearance);
     addNormalizeOption(verb, options->scene);
-    addCameraOptions(verb, options->camera);
+    addCameraOptions(verb, options->camera, &options->scene.reading);
     addViewOptions(verb, options->views);
     addSequenceOptions(verb, options->sequence);
     addAllLayersOptions(verb, options->capture);

@@ -431,7 +431,7 @@ VerbAction declareRender(VerbOptions& verb) {
     const auto options = std::make_shared<RenderOptions>();
     addRenderOptions(verb, *options);
     return [options, verb](Console& console) {
-        options->scene.gltf.strict = options->strict;
+        options->scene.reading.strict = options->strict;
         options->samples_given = verb.given("--samples");
         applyPreset(verb, *options);
         if (namesShards(options->output.path))

@@ -93,16 +93,15 @@ int Sheets::run() {
     checkOptions();
     int code = 0;
     try {
-        const FileKind kind = fileKind(request_.scene.file.string());
-        if (kind == FileKind::kGltf) {
-            ofScene();
-        } else if (kind == FileKind::kExr) {
+        if (fileKind(request_.scene.file.string()) == FileKind::kExr) {
             refuseSceneOptions();
             ofFile();
+        } else if (sceneFormatOf(request_.scene.file)) {
+            ofScene();
         } else {
-            throw Error(ErrorKind::kInput, "neither a glTF scene nor a layered depth image",
+            throw Error(ErrorKind::kInput, "neither a scene nor a layered depth image",
                         request_.scene.file.string(),
-                        "sheet shows .gltf, .glb and the .exr of peeler render");
+                        "sheet shows glTF, PLY, STL, OBJ and the .exr of peeler render");
         }
     } catch (...) {
         if (!views_.asked()) throw;
@@ -339,8 +338,8 @@ VerbAction declareSheet(VerbOptions& verb) {
     const auto options = std::make_shared<SheetOptions>();
     options->output.options.as = "composite";
     addFile(verb, "IN", "", options->request.scene.file,
-            "a layered or deep image (.exr) or a glTF scene (.gltf, .glb)")
-        .files(".exr .gltf .glb")
+            "a layered or deep image (.exr) or a scene: glTF (.gltf, .glb), PLY, STL or OBJ")
+        .files(".exr " + sceneExtensions())
         .required();
     addOutputOptions(verb, options->output);
     verb.option("--output").description(kOutputHelp);
@@ -351,7 +350,7 @@ VerbAction declareSheet(VerbOptions& verb) {
     addCellOptions(verb, *options);
     addShownOptions(verb, options->request);
     addNormalizeOption(verb, options->request.scene);
-    addCameraOptions(verb, options->request.camera);
+    addCameraOptions(verb, options->request.camera, &options->request.scene.reading);
     addViewOptions(verb, options->request.views);
     addSequenceOptions(verb, options->request.sequence);
     addLayerOptions(verb, options->request.capture);

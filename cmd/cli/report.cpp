@@ -136,6 +136,11 @@ void describePicture(const Plan& plan, const Provenance& provenance, PictureResu
 Json toJson(const RunResult& run, const Json& findings) {
     Json json = filesJson(run);
     json.update(findings);
+    if (!run.format.empty()) {
+        json["format"] = run.format;
+        json["up"] = run.up;
+        json["metresPerUnit"] = run.metres_per_unit;
+    }
     if (!run.engine.empty()) json["engine"] = run.engine;
     json["settingsHash"] = run.settings_hash;
     json["renderer"] = run.renderer;

@@ -58,6 +58,9 @@ struct RunResult {
     std::optional<std::uint64_t> forecast_memory{};
     /// Each of the files, of verbs that write several under one name, or under several names.
     std::optional<std::vector<WrittenFile>> files{};
+    /// Of a scene whose format does not say it: the format, the axis that is up, and the unit.
+    std::string format{}, up{};
+    double metres_per_unit = 1;
     std::string engine{};         ///< that has found the hits; "" = no rays were traced
     std::string settings_hash{};  ///< peeler:settingsHash; "" = not known
     /// GL_RENDERER; of a verb that renders nothing, what its input says; "" = no GL was used.
@@ -107,9 +110,9 @@ struct PictureResult : RunResult {
 void describePicture(const Plan& plan, const Provenance& provenance, PictureResult& result);
 
 /// A run as JSON (cmd/README.md, "JSON"): `input` (`inputs` of several), `output`, `bytes` and what
-/// was forecast, then what the verb found, `engine` if it traced rays, then `settingsHash`,
-/// `renderer`, `backend`, `peakMemory` and `milliseconds`. Every stage is there, 0 where it did not
-/// happen.
+/// was forecast, then what the verb found, `format`, `up` and `metresPerUnit` of a scene that does
+/// not say the latter two, `engine` if it traced rays, then `settingsHash`, `renderer`, `backend`,
+/// `peakMemory` and `milliseconds`. Every stage is there, 0 where it did not happen.
 Json toJson(const RunResult& run, const Json& findings);
 
 /// {"scale", "middle"}: points p of the file are at scale · (p − middle).

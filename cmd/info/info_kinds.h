@@ -8,17 +8,18 @@
 
 #include "cmd/cli/console.h"
 #include "cmd/cli/report.h"
+#include "formats/meshes/scene_reader.h"
 
 namespace peeler::cmd {
 
 struct InfoOptions {
     std::filesystem::path file;
     bool json = false;
-    bool allow_outside = false;  ///< as in GltfOptions, for a scene
+    SceneReadOptions reading;  ///< of a scene
 };
 
 /// Prints the node tree, what is drawn, materials, cameras, bounds, extensions, warnings. Throws
-/// Error (kInput) like readGltf().
+/// Error (kInput) like readSceneFile().
 void printSceneInfo(const InfoOptions& options, Console& console);
 
 /// Prints windows, layers with their pixels, completeness, where the picture comes from. Throws

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// peeler info on a glTF scene.
+// peeler info on a scene.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -98,6 +98,7 @@ std::vector<ExtensionUse> extensionsOf(const Scene& scene) {
 /// All that is said of a scene beyond what the Scene itself holds.
 struct SceneFacts {
     Scene scene;
+    std::optional<Assumed> assumed;
     Elements elements;
     std::optional<Bounds> box;
     std::vector<CameraInstance> cameras;  ///< of the default scene, like the rest
@@ -109,12 +110,12 @@ struct SceneFacts {
 
 SceneFacts gather(const InfoOptions& options) {
     SceneFacts facts;
-    GltfOptions gltf;
-    gltf.allow_outside = options.allow_outside;
-    gltf.memory = inheritedBudget();
+    SceneReadOptions reading = options.reading;
+    reading.memory = inheritedBudget();
     // What a texture would look like is not told here, so that it cannot be read is no hindrance.
-    gltf.ignored_extensions = undecodedImageExtensions();
-    facts.scene = readGltf(options.file, gltf);
+    reading.ignored_extensions = undecodedImageExtensions();
+    facts.scene = readSceneFile(options.file, reading);
+    facts.assumed = assumedOf(options.file, reading);
     for (std::string& warning : facts.scene.warnings)
         warning = inOptions(warning);
     const PosedScene shown(facts.scene);
@@ -222,6 +223,11 @@ Json toJson(const SceneFacts& facts, const InfoOptions& options) {
     Json json;
     json["kind"] = "scene";
     json["file"] = options.file.string();
+    if (facts.assumed) {
+        json["format"] = facts.assumed->format;
+        json["up"] = axisName(facts.assumed->up);
+        json["metresPerUnit"] = facts.assumed->metres_per_unit;
+    }
     json["generator"] = scene.generator;
     json["copyright"] = scene.copyright;
     json["hash"] = hexText(scene.content_hash);
@@ -322,8 +328,15 @@ std::string treeText(const Scene& scene) {
 
 std::string toText(const SceneFacts& facts, const InfoOptions& options) {
     const Scene& scene = facts.scene;
-    std::string text = printable(options.file.string(), kMostOfLine) + ": glTF scene";
+    std::string text = printable(options.file.string(), kMostOfLine) + ": " +
+                       (facts.assumed ? facts.assumed->format : "glTF") + " scene";
     if (!scene.generator.empty()) text += ", written by " + printable(scene.generator);
+    if (facts.assumed) {
+        char unit[64];
+        std::snprintf(unit, sizeof unit, " is up, a unit is %.6g m",
+                      facts.assumed->metres_per_unit);
+        text += "\ntaken for granted: " + axisName(facts.assumed->up) + unit;
+    }
     text += "\ndraws: " + elementsText(facts.elements) + '\n';
     text += "materials:";
     for (std::size_t i = 0; i < kAlphaModes.size(); ++i) {

@@ -4,13 +4,14 @@
 #include <utility>
 
 #include "formats/exr/layered_input.h"
+#include "formats/meshes/scene_reader.h"
 #include "formats/writers.h"
 
 namespace peeler::inline v0 {
 
 std::shared_ptr<const Scene> readScene(const std::filesystem::path& path,
-                                       const GltfOptions& options) {
-    return std::make_shared<const Scene>(readGltf(path, options));
+                                       const SceneReadOptions& options) {
+    return std::make_shared<const Scene>(readSceneFile(path, options));
 }
 
 std::unique_ptr<Sink> openFile(const std::string& path, const OutputOptions& options) {

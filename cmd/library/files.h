@@ -10,15 +10,16 @@
 #include "core/image/sink.h"
 #include "core/scene/scene.h"
 #include "formats/file/output_options.h"
-#include "formats/gltf/gltf_reader.h"
+#include "formats/meshes/scene_read_options.h"
 
 #pragma GCC visibility push(default)
 
 namespace peeler::inline v0 {
 
-/// readGltf(), for whoever shows the scene (Shown::scene).
+/// Reads the scene of a file (glTF, PLY, STL or OBJ, as its content says) for whoever shows it
+/// (Shown::scene). Throws Error (kInput).
 std::shared_ptr<const Scene> readScene(const std::filesystem::path& path,
-                                       const GltfOptions& options = {});
+                                       const SceneReadOptions& options = {});
 
 /// A sink that writes a file, by its extension and `options.as`: layers as .exr (plain, or
 /// `options.layout`), "deep" .exr, composites as .exr, .png, .jpg, .tif, pages as .html. The file

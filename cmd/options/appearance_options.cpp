@@ -116,10 +116,10 @@ void checkAppearanceOptions(const AppearanceOptions& appearance) {
                     "add --environment FILE");
 }
 
-Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
+Scene loadScene(const std::filesystem::path& path, SceneReadOptions reading,
                 const AppearanceOptions& appearance, bool shadows) {
-    gltf.transmission = appearance.transmission != Transmitted::kNothing;
-    Scene scene = readGltf(path, gltf);
+    reading.transmission = appearance.transmission != Transmitted::kNothing;
+    Scene scene = readSceneFile(path, reading);
     if (const auto variant = chosenVariant(scene, appearance)) chooseVariant(scene, *variant);
     if (!hasEnvironment(appearance)) return scene;
     scene.environment = environmentNamed(appearance.environment->string());

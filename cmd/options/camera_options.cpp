@@ -23,7 +23,7 @@ Window tileOf(const Window& whole, const Shard& tile) {
 
 }  // namespace
 
-void addCameraOptions(VerbOptions& verb, CameraOptions& options) {
+void addCameraOptions(VerbOptions& verb, CameraOptions& options, SceneReadOptions* reading) {
     const auto text = [](const std::string& value) { return value; };
     const auto vector = [](const std::string& value) { return parseVector(value); };
     const auto add = [&](const char* name, const char* value, auto& target, auto parse,
@@ -40,9 +40,18 @@ void addCameraOptions(VerbOptions& verb, CameraOptions& options) {
         "from the front, all else from the right and above, with margins of 5 %)");
     add("--target", "X,Y,Z", options.target, vector,
         "the point it looks at (default: the scene's centre)");
-    add(
-        "--up", "X,Y,Z", options.up, [](const std::string& value) { return parseDirection(value); },
-        "the direction that is up in the picture (default: 0,1,0)");
+    verb.addText(
+            "--up", reading ? "X,Y,Z|x|y|z" : "X,Y,Z",
+            [&options, reading](const std::string& value) {
+                const std::optional<Axis> axis = reading ? axisNamed(value) : std::nullopt;
+                if (axis)
+                    reading->up = axis;
+                else
+                    options.up = parseDirection(value);
+            },
+            std::string("the direction that is up in the picture (default: 0,1,0)") +
+                (reading ? std::string("; or ") + kUpHelp : ""))
+        .group("Camera");
     add(
         "--fov", "DEGREES", options.fov, [](const std::string& value) { return parseFov(value); },
         "its vertical field of view (default: 40)");

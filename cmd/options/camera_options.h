@@ -12,6 +12,7 @@
 #include "core/scene/framing.h"
 #include "core/scene/posed_scene.h"
 #include "core/scene/view.h"
+#include "formats/meshes/scene_reader.h"
 
 namespace peeler::cmd {
 
@@ -22,8 +23,10 @@ struct CameraOptions : CameraChoice {
     std::optional<Shard> tile{};  ///< of the rows of the crop, or of the picture
 };
 
-/// Declares --camera, --eye, … --crop. `options` must outlive the parse.
-void addCameraOptions(VerbOptions& verb, CameraOptions& options);
+/// Declares --camera, --eye, … --crop. --up of a verb that reads a scene may be an axis of the
+/// scene's file, too, for `reading`. What is referred to must outlive the parse.
+void addCameraOptions(VerbOptions& verb, CameraOptions& options,
+                      SceneReadOptions* reading = nullptr);
 
 /// Like the other makeView(), with the tile.
 View makeView(const PosedScene& posed, const SceneExtent& extent, const CameraOptions& options);

@@ -83,8 +83,8 @@ void chooseForEyes(const VerbOptions& verb, const CameraOptions& camera,
 }
 
 void addSceneArgument(VerbOptions& verb, CaptureJobOptions& options) {
-    addFile(verb, "SCENE", "", options.scene.file, "a glTF scene (.gltf or .glb)")
-        .files(".gltf .glb")
+    addFile(verb, "SCENE", "", options.scene.file, "a scene: glTF (.gltf, .glb), PLY, STL or OBJ")
+        .files(sceneExtensions())
         .required();
 }
 
@@ -140,16 +140,18 @@ std::string settingsHash(const ShownScene& shown, const CaptureSettings& capture
 
 namespace {
 
-GltfOptions withinMemory(GltfOptions gltf, const MemoryBudget& memory) {
-    gltf.memory = memory;
-    return gltf;
+SceneReadOptions withinMemory(SceneReadOptions reading, const MemoryBudget& memory) {
+    reading.memory = memory;
+    return reading;
 }
 
 }  // namespace
 
 OpenedScene::OpenedScene(const CaptureJobOptions& options, Console& console)
-    : scene_(loadScene(options.scene.file, withinMemory(options.scene.gltf, options.capture.memory),
+    : scene_(loadScene(options.scene.file,
+                       withinMemory(options.scene.reading, options.capture.memory),
                        options.appearance, options.capture.shadows)) {
+    assumed_ = assumedOf(options.scene.file, options.scene.reading);
     for (const std::string& warning : scene_.warnings)
         console.warning(inOptions(warning));
     index_ = chooseScene(scene_, options.scene);
@@ -324,7 +326,8 @@ bool CaptureJob::wantsTint(const PosedScene& posed) const {
 std::string CaptureJob::settingsText(const CaptureSettings& capture, nlohmann::json more,
                                      const Window& crop, double frames_per_second) const {
     more.update(appearanceSettings(options_.appearance, scene_->scene()));
-    if (const auto& ignored = options_.scene.gltf.ignored_extensions; !ignored.empty())
+    more.update(readingSettings(options_.scene.reading, scene_->assumed()));
+    if (const auto& ignored = options_.scene.reading.ignored_extensions; !ignored.empty())
         more["ignoredExtensions"] = ignored;
     if (capture.point_size != 1 && hasPoints(scene_->scene()))
         more["pointSize"] = capture.point_size;
@@ -343,6 +346,11 @@ std::string CaptureJob::settingsHash(const CaptureSettings& capture, nlohmann::j
 
 void CaptureJob::finish(RunResult& result) {
     result.inputs = {options_.scene.file};
+    if (scene_ && scene_->assumed()) {
+        result.format = scene_->assumed()->format;
+        result.up = axisName(scene_->assumed()->up);
+        result.metres_per_unit = scene_->assumed()->metres_per_unit;
+    }
     if (engine_) result.engine = nameOf<Engine>(kEngines, *engine_);
     if (device_) {
         result.renderer = device_->renderer;

@@ -86,6 +86,8 @@ class OpenedScene {
     const std::vector<int>& animations() const { return playing_; }
     /// What brought it to another size, if that was asked for.
     const std::optional<Normalizing>& normalized() const { return normalized_; }
+    /// What the format of its file does not say, as it was understood.
+    const std::optional<Assumed>& assumed() const { return assumed_; }
 
     /// The scene at a time, in seconds; asked again for the same time, the same. It refers to this
     /// object, which must outlive it. Not from several threads.
@@ -105,6 +107,7 @@ class OpenedScene {
     int index_ = 0;
     std::vector<int> playing_;
     std::optional<Normalizing> normalized_;
+    std::optional<Assumed> assumed_;
     mutable std::optional<SceneExtent> extent_;                  ///< once it is asked for
     mutable std::optional<std::pair<double, PosedScene>> last_;  ///< the latest of at(), and when
 };

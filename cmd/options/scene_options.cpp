@@ -4,14 +4,18 @@
 #include <fnmatch.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "cmd/cli/arguments.h"
 #include "cmd/cli/choices.h"
+#include "cmd/cli/parse.h"
 #include "core/base/error.h"
 
 namespace peeler::cmd {
 
 namespace {
+
+constexpr std::string_view kAxes = "xyz";
 
 /// Marks the nodes whose names match one of the globs. Throws like nodesMatching().
 std::vector<char> matching(const Scene& scene, const std::vector<std::string>& globs,
@@ -65,13 +69,61 @@ void addSceneOptions(VerbOptions& verb, SceneOptions& options) {
             "--exclude", "GLOB", [&](const std::string& text) { options.exclude.push_back(text); },
             "leave out nodes with such a name and all below them, lights included; may be repeated")
         .group(kGroup);
-    addSandboxOption(verb, options.gltf.allow_outside);
+    addSandboxOption(verb, options.reading.allow_outside);
     verb.addRepeated(
             "--ignore-extension", "NAME",
-            [&](const std::string& text) { options.gltf.ignored_extensions.push_back(text); },
+            [&](const std::string& text) { options.reading.ignored_extensions.push_back(text); },
             "go on without a glTF extension that the file requires and peeler lacks; textures "
             "that only it has an image for are left out; may be repeated")
         .group(kGroup);
+    addValue(
+        verb, "--smooth-normals", "DEGREES", options.reading.smooth_normals,
+        [](const std::string& text) { return parseNumber(text); },
+        "of a PLY, STL or OBJ without normals: surfaces are smooth across edges that turn by so "
+        "much at most, 0 to 180 (default: every triangle is flat)")
+        .group(kGroup);
+    if (!verb.knows("--unit")) addUnitOption(verb, options.reading);
+}
+
+void addUnitOption(VerbOptions& verb, SceneReadOptions& reading) {
+    addValue(
+        verb, "--unit", "NAME", reading.metres_per_unit,
+        [](const std::string& text) { return choose<double>("unit", kLengthUnits, text); },
+        "what a unit of a PLY, STL or OBJ is; the scene has metres then (default: numbers stay as "
+        "they are):")
+        .oneOf(describeChoices(kLengthUnits))
+        .group("Scene");
+}
+
+std::optional<Axis> axisNamed(std::string_view text) {
+    const std::size_t axis = text.size() == 1 ? kAxes.find(text) : std::string_view::npos;
+    if (axis == std::string_view::npos) return {};
+    return static_cast<Axis>(axis);
+}
+
+std::string axisName(Axis axis) {
+    return std::string(1, kAxes[static_cast<std::size_t>(axis)]);
+}
+
+void addUpOption(VerbOptions& verb, SceneReadOptions& reading) {
+    verb.addText(
+            "--up", "x|y|z",
+            [&](const std::string& text) {
+                reading.up = axisNamed(text);
+                if (!reading.up) throw Error(ErrorKind::kUsage, "expected an axis: x, y or z");
+            },
+            kUpHelp)
+        .group("Scene");
+}
+
+nlohmann::json readingSettings(const SceneReadOptions& reading,
+                               const std::optional<Assumed>& assumed) {
+    nlohmann::json settings = nlohmann::json::object();
+    if (!assumed) return settings;
+    if (assumed->up != Axis::kY) settings["up"] = axisName(assumed->up);
+    if (assumed->metres_per_unit != 1) settings["metresPerUnit"] = assumed->metres_per_unit;
+    if (reading.smooth_normals) settings["smoothNormals"] = *reading.smooth_normals;
+    return settings;
 }
 
 void addSandboxOption(VerbOptions& verb, bool& allow_outside) {

@@ -7,13 +7,14 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cmd/cli/choices.h"
 #include "core/scene/posed_scene.h"
 #include "core/scene/scene.h"
 #include "core/views/many_cameras.h"
-#include "formats/gltf/gltf_reader.h"
+#include "formats/meshes/scene_reader.h"
 
 namespace peeler::cmd {
 
@@ -25,12 +26,22 @@ struct SceneOptions {
     std::optional<std::string> scene;           ///< name or index; none = the file's default
     std::vector<std::string> include, exclude;  ///< globs of node names
     std::optional<Normalized> normalize;        ///< the size that it is brought to
-    GltfOptions gltf;
+    SceneReadOptions reading;
 };
 
-/// Declares --scene, --include, --exclude, --allow-outside and --ignore-extension. `options` must
-/// outlive the parse.
+/// Declares --scene, --include, --exclude, --allow-outside, --ignore-extension, --smooth-normals
+/// and, unless the verb has one of its own, --unit. `options` must outlive the parse.
 void addSceneOptions(VerbOptions& verb, SceneOptions& options);
+/// Declares --up of verbs that have no camera, whose --up takes axes, too (addCameraOptions()).
+void addUpOption(VerbOptions& verb, SceneReadOptions& reading);
+/// Declares --unit.
+void addUnitOption(VerbOptions& verb, SceneReadOptions& reading);
+/// The axis that a text names, x, y or z; nothing if it is none.
+std::optional<Axis> axisNamed(std::string_view text);
+std::string axisName(Axis axis);
+inline constexpr const char* kUpHelp =
+    "x, y or z: of a PLY, STL or OBJ, the axis that points up, as +Y does in the scene "
+    "(default: y)";
 /// Declares --allow-outside alone.
 void addSandboxOption(VerbOptions& verb, bool& allow_outside);
 
@@ -38,6 +49,18 @@ inline constexpr Choice<Normalized> kNormalized[] = {
     {"unit-cube", Normalized::kUnitCube, "the longest side of its bounds is 1"},
     {"unit-sphere", Normalized::kUnitSphere, "its farthest vertex is at distance 1"},
 };
+/// Lengths of a unit in metres.
+inline constexpr Choice<double> kLengthUnits[] = {
+    {"m", 1, "metres, as glTF has it"}, {"mm", 1e-3, "millimetres, as some exporters leave them"},
+    {"cm", 1e-2, "centimetres"},        {"inch", 0.0254, "inches"},
+    {"in", 0.0254, "inches"},
+};
+
+/// What of the reading changes pixels, for the settings' hash; an empty object if nothing that was
+/// asked for does, as of a glTF.
+nlohmann::json readingSettings(const SceneReadOptions& reading,
+                               const std::optional<Assumed>& assumed);
+
 /// Declares --normalize.
 void addNormalizeOption(VerbOptions& verb, SceneOptions& options);
 
@@ -91,8 +114,9 @@ void checkAppearanceOptions(const AppearanceOptions& appearance);
 
 /// Reads the scene as the options want it: its materials of the variant, its environment by its
 /// name or from the file. `shadows` asks for a warning where nothing can cast them. Throws Error
-/// (kUsage) for an unknown variant, with the list, and what readGltf and environmentNamed throw.
-Scene loadScene(const std::filesystem::path& path, GltfOptions gltf,
+/// (kUsage) for an unknown variant, with the list, and what readSceneFile and environmentNamed
+/// throw.
+Scene loadScene(const std::filesystem::path& path, SceneReadOptions reading,
                 const AppearanceOptions& appearance, bool shadows);
 
 /// Puts the scene into the studio if `appearance` says so and nothing else lights what is shown of

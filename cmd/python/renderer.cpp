@@ -177,7 +177,7 @@ Provenance provenanceOf(const SceneObject& scene, const std::vector<int>& animat
     provenance.scene = scene.name;
     provenance.scene_hash = hexText(scene.scene->content_hash);
     nlohmann::json more = cmd::appearanceSettings(scene.appearance, *scene.scene);
-    if (const auto& ignored = scene.shown.gltf.ignored_extensions; !ignored.empty())
+    if (const auto& ignored = scene.shown.reading.ignored_extensions; !ignored.empty())
         more["ignoredExtensions"] = ignored;
     const bool points = std::ranges::any_of(scene.scene->meshes, [](const Mesh& mesh) {
         return std::ranges::any_of(mesh.primitives, [](const Primitive& primitive) {

@@ -188,8 +188,9 @@ SceneHolder fromFile(const py::object& path, const py::dict& given) {
     cmd::SceneOptions& shown = object->shown;
     Keywords keywords("Scene");
     addSceneOptions(keywords.options(), shown);
+    addUpOption(keywords.options(), shown.reading);
     addAppearanceOptions(keywords.options(), object->appearance);
-    keywords.options().addFlag("--strict", shown.gltf.strict,
+    keywords.options().addFlag("--strict", shown.reading.strict,
                                "a missing texture and damaged compressed data are errors");
     keywords.parse(given);
     checkAppearanceOptions(object->appearance);
@@ -197,7 +198,7 @@ SceneHolder fromFile(const py::object& path, const py::dict& given) {
     object->path = shown.file;
     object->name = shown.file.filename().string();
     unlocked([&] {
-        Scene scene = cmd::loadScene(shown.file, shown.gltf, object->appearance, false);
+        Scene scene = cmd::loadScene(shown.file, shown.reading, object->appearance, false);
         object->index = cmd::chooseScene(scene, shown);
         cmd::selectNodes(scene, shown);
         object->scene = std::make_shared<const Scene>(std::move(scene));

@@ -52,7 +52,7 @@ RayGrid BundleOptions::grid() const {
     return grid;
 }
 
-void addBundleOptions(VerbOptions& verb, BundleOptions& options) {
+void addBundleOptions(VerbOptions& verb, BundleOptions& options, SceneReadOptions* reading) {
     constexpr const char* kGroup = "Rays";
     verb.addRepeated(
             "--direction", "X,Y,Z",
@@ -94,7 +94,7 @@ void addBundleOptions(VerbOptions& verb, BundleOptions& options) {
              "the box that bundles cover, across their direction; along it, rays go through the "
              "whole scene (default: the scene's bounds)")
         .group(kGroup);
-    addCameraOptions(verb, options.camera);
+    addCameraOptions(verb, options.camera, reading);
     addViewOptions(verb, options.views);
     verb.option("--camera")
         .description(

@@ -187,7 +187,7 @@ void addRaysOptions(VerbOptions& verb, RaysOptions& options) {
         .someOf(columnChoices())
         .group("Output");
     addDenseOptions(verb, options.output);
-    addBundleOptions(verb, options.bundles);
+    addBundleOptions(verb, options.bundles, &options.scene.reading);
     verb.addFlag("--refine,!--no-refine", options.refine,
                  "find t anew in double precision from the triangle (default); otherwise it is as "
                  "the rasteriser has it: of GL a 32-bit depth, corners on a grid of 1/256 pixel")

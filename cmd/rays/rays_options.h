@@ -51,9 +51,10 @@ struct BundleOptions {
     RayGrid grid() const;
 };
 
-/// Declares --direction … --bounds and the options of addCameraOptions(). `options` must outlive
-/// the parse.
-void addBundleOptions(VerbOptions& verb, BundleOptions& options);
+/// Declares --direction … --bounds and the options of addCameraOptions(). What is referred to must
+/// outlive the parse.
+void addBundleOptions(VerbOptions& verb, BundleOptions& options,
+                      SceneReadOptions* reading = nullptr);
 
 /// Throws Error (kUsage) for what contradicts itself whatever the scene is, and if there is nothing
 /// to trace.

@@ -71,9 +71,9 @@ void chooseChannels(const RenderOptions& options, CaptureSettings& capture) {
 
 void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     verb.addFiles("SCENE", options.scenes,
-                  "glTF scenes (.gltf or .glb), folders of them, or globs in quotes; of several, "
+                  "scenes (glTF, PLY, STL, OBJ), folders of them, or globs in quotes; of several, "
                   "{stem} in the output's name is the scene's, {folder} its folder's")
-        .files(".gltf .glb");
+        .files(sceneExtensions());
     addOutputOptions(verb, options.output);
     addLayerOutputOptions(verb, options.output);
     verb.option("--output").files(outputEndings() + ".tar");
@@ -83,7 +83,7 @@ void addRenderOptions(VerbOptions& verb, RenderOptions& options) {
     addShownOptions(verb, options);
     addNormalizeOption(verb, options.scene);
     addFrameOptions(verb, options.animation);
-    addCameraOptions(verb, options.camera);
+    addCameraOptions(verb, options.camera, &options.scene.reading);
     addViewOptions(verb, options.views);
     addLayerOptions(verb, options.capture);
     verb.option("--samples")

@@ -81,7 +81,7 @@ inline constexpr int kDisplaySamples = 4;
 void addRenderOptions(VerbOptions& verb, RenderOptions& options);
 
 /// The options of each scene that `options.scenes` names: of files themselves, of folders every
-/// .gltf and .glb in and below them, of globs what they match, each group by name. In the names of
+/// isSceneName() in and below them, of globs what they match, each group by name. In the names of
 /// the output, the manifest and the cameras {stem} stands for the scene's name without its
 /// extension, {folder} for that of its folder; in keys of samples with underscores for dots. Of
 /// several scenes in shards those that a chunk has, which is none of their pictures then. Throws

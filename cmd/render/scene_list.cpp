@@ -12,7 +12,7 @@
 #include "cmd/cli/errors.h"
 #include "cmd/render/render_request.h"
 #include "core/base/error.h"
-#include "formats/file/file_name.h"
+#include "formats/meshes/scene_reader.h"
 
 namespace peeler::cmd {
 
@@ -25,18 +25,13 @@ bool isGlob(const fs::path& path) {
     return path.string().find_first_of("*?[") != std::string::npos && !fs::exists(path, failure);
 }
 
-bool isScene(const fs::path& path) {
-    const std::string extension = lowerExtension(path);
-    return extension == ".gltf" || extension == ".glb";
-}
-
 std::vector<fs::path> scenesBelow(const fs::path& folder) {
     std::vector<fs::path> scenes;
     std::error_code failure;
     for (fs::recursive_directory_iterator entry(folder, failure), end; !failure && entry != end;
          entry.increment(failure)) {
         std::error_code unknown;
-        if (isScene(entry->path()) && entry->is_regular_file(unknown))
+        if (isSceneName(entry->path()) && entry->is_regular_file(unknown))
             scenes.push_back(entry->path());
     }
     if (failure)
@@ -62,7 +57,7 @@ std::vector<fs::path> scenesNamed(const fs::path& name) {
     if (scenes.empty())
         throw Error(ErrorKind::kInput,
                     folder ? "there is no scene in the folder" : "no file has such a name",
-                    name.string(), "a scene is a .gltf or .glb file");
+                    name.string(), "names of scenes end in " + sceneExtensions());
     return scenes;
 }
 

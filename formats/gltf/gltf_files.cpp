@@ -96,6 +96,13 @@ std::vector<std::uint8_t> decodeBase64(std::string_view text, const std::string&
     return result;
 }
 
+[[noreturn]] void refuseName(
+    const std::string& name, const std::string& why, const std::string& where,
+    const char* hint = "put the file beside the scene file and name it relative to it") {
+    throw Error(ErrorKind::kInput, "\"" + name.substr(0, 200) + "\" is not read: " + why, where,
+                hint);
+}
+
 }  // namespace
 
 bool isDataUri(std::string_view uri) {
@@ -126,8 +133,13 @@ GltfFolder::GltfFolder(const fs::path& scene_file, std::uint64_t max_file_bytes,
 }
 
 std::optional<fs::path> GltfFolder::find(const std::string& uri) const {
-    const fs::path name(percentDecoded(uri));
-    if (hasScheme(uri) || name.empty() || name.native().find('\0') != std::string::npos) return {};
+    if (hasScheme(uri)) return {};
+    return findFile(percentDecoded(uri));
+}
+
+std::optional<fs::path> GltfFolder::findFile(const std::string& file_name) const {
+    const fs::path name(file_name);
+    if (name.empty() || name.native().find('\0') != std::string::npos) return {};
     // It is not even asked whether the file is there: that alone can mount what is far away.
     if (!allow_outside_ &&
         (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end()))
@@ -139,20 +151,25 @@ std::optional<fs::path> GltfFolder::find(const std::string& uri) const {
 }
 
 std::vector<std::uint8_t> GltfFolder::read(const std::string& uri, const std::string& where) const {
-    const auto refuse = [&](const std::string& why,
-                            const char* hint =
-                                "put the file beside the scene file and name it "
-                                "relative to it") -> void {
-        throw Error(ErrorKind::kInput, "\"" + uri.substr(0, 200) + "\" is not read: " + why, where,
-                    hint);
-    };
-    const auto refuseOutside = [&](const std::string& why) -> void {
+    if (hasScheme(uri)) refuseName(uri, "only data: URIs and paths are", where);
+    return read(percentDecoded(uri), uri, where);
+}
+
+std::vector<std::uint8_t> GltfFolder::readFile(const std::string& name,
+                                               const std::string& where) const {
+    return read(name, name, where);
+}
+
+/// `shown` is the name as the scene has it.
+std::vector<std::uint8_t> GltfFolder::read(const std::string& name, const std::string& shown,
+                                           const std::string& where) const {
+    const auto refuseOutside = [&](const std::string& why) {
         if (!allow_outside_)
-            refuse(why, "put the file beside the scene file, or trust the scene: `allow_outside`");
+            refuseName(shown, why, where,
+                       "put the file beside the scene file, or trust the scene: `allow_outside`");
     };
-    if (hasScheme(uri)) refuse("only data: URIs and paths are");
-    const std::string name = percentDecoded(uri);
-    if (name.empty() || name.find('\0') != std::string::npos) refuse("it is not a file name");
+    if (name.empty() || name.find('\0') != std::string::npos)
+        refuseName(shown, "it is not a file name", where);
     const fs::path relative(name);
     if (relative.is_absolute()) refuseOutside("it is an absolute path");
     if (std::find(relative.begin(), relative.end(), "..") != relative.end())
@@ -160,7 +177,7 @@ std::vector<std::uint8_t> GltfFolder::read(const std::string& uri, const std::st
 
     std::error_code error;
     const fs::path file = resolved(folder_ / relative, error);
-    if (error) refuse(error.message());
+    if (error) refuseName(shown, error.message(), where);
     const auto [folder_end, file_end] =
         std::mismatch(folder_.begin(), folder_.end(), file.begin(), file.end());
     if (folder_end != folder_.end())

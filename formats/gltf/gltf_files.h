@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files that a glTF may name: inside its own folder, regular files, capped.
+// The files that a glTF, or another scene, may name: inside its own folder, regular files, capped.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +18,10 @@ bool isDataUri(std::string_view uri);
 /// Error(kInput) with `where` if it is malformed.
 std::vector<std::uint8_t> decodeDataUri(std::string_view uri, const std::string& where);
 
-/// What the URIs of a glTF may reach. A scene from a stranger must not read the user's other files,
-/// so: relative references only, no "..", and nothing that symbolic links lead out of the folder.
-/// The user may allow all of that; it has to be a regular file under the size cap in any case.
+/// What the URIs of a glTF, and the names in other scenes, may reach. A scene from a stranger must
+/// not read the user's other files, so: relative references only, no "..", and nothing that
+/// symbolic links lead out of the folder. The user may allow all of that; it has to be a regular
+/// file under the size cap in any case.
 class GltfFolder {
   public:
     /// The folder of this scene file.
@@ -35,7 +36,14 @@ class GltfFolder {
     /// handed in.
     std::vector<std::uint8_t> read(const std::string& uri, const std::string& where) const;
 
+    /// The same of a name that is no URI, as it stands.
+    std::optional<std::filesystem::path> findFile(const std::string& file_name) const;
+    std::vector<std::uint8_t> readFile(const std::string& name, const std::string& where) const;
+
   private:
+    std::vector<std::uint8_t> read(const std::string& name, const std::string& shown,
+                                   const std::string& where) const;
+
     std::filesystem::path folder_;
     std::uint64_t max_file_bytes_;
     bool allow_outside_;

@@ -35,6 +35,9 @@ class GltfPackage {
     /// the whole would pass the 4 GiB of a .glb. An image that cannot be taken in stays outside,
     /// with a warning.
     GltfPackage(const std::filesystem::path& path, const GltfOptions& options);
+    /// A glTF of a scene that was read from a file of another format (`path`): its nodes, meshes
+    /// and materials, with the numbers that they have. Textures are left out, with a warning.
+    GltfPackage(const std::filesystem::path& path, const Scene& scene);
     GltfPackage(const GltfPackage&) = delete;
     GltfPackage& operator=(const GltfPackage&) = delete;
 
@@ -60,6 +63,7 @@ class GltfPackage {
         const nlohmann::json& buffer, std::size_t index,
         std::optional<std::span<const std::uint8_t>> binary);
     std::uint64_t append(std::span<const std::uint8_t> bytes);
+    nlohmann::ordered_json primitiveJson(const Primitive& primitive, std::size_t materials);
 
     std::string path_;
     GltfFolder folder_;

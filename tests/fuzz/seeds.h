@@ -15,6 +15,7 @@ using SeedBytes = std::vector<std::uint8_t>;
 /// Inputs by the name of the target.
 using Seeds = std::map<std::string, std::vector<SeedBytes>>;
 
+void addMeshSeeds(Seeds& seeds);
 void addSceneSeeds(Seeds& seeds);
 void addPictureSeeds(Seeds& seeds);
 void addKtx2Seeds(Seeds& seeds);
@@ -23,6 +24,7 @@ void addTextSeeds(Seeds& seeds);
 
 inline Seeds allSeeds() {
     Seeds seeds;
+    addMeshSeeds(seeds);
     addSceneSeeds(seeds);
     addPictureSeeds(seeds);
     addKtx2Seeds(seeds);

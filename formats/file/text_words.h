@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// The words of a text and the numbers among them, for formats that put blanks between.
+#pragma once
+
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+
+namespace peeler {
+
+/// As isspace() has it in the C locale.
+constexpr bool isBlank(char c) {
+    return c == ' ' || (c >= '\t' && c <= '\r');
+}
+
+/// Takes the next word off the text, with the blanks before it; "" if there is none.
+inline std::string_view takeWord(std::string_view& text) {
+    std::size_t begin = 0;
+    while (begin < text.size() && isBlank(text[begin]))
+        ++begin;
+    std::size_t end = begin;
+    while (end < text.size() && !isBlank(text[end]))
+        ++end;
+    const std::string_view word = text.substr(begin, end - begin);
+    text.remove_prefix(end);
+    return word;
+}
+
+/// Takes the next line off the text, without what ends it: a line feed, with a carriage return
+/// before it or not. The last line need not end.
+inline std::string_view takeLine(std::string_view& text) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    return line;
+}
+
+/// The text without blanks at its ends.
+inline std::string_view trimmed(std::string_view text) {
+    while (!text.empty() && isBlank(text.front()))
+        text.remove_prefix(1);
+    while (!text.empty() && isBlank(text.back()))
+        text.remove_suffix(1);
+    return text;
+}
+
+/// The number that a word is, decimal whatever the locale; "inf" and "nan" are numbers. Of floating
+/// point, what is nearer to 0 than the type can say is 0. Nothing if it is none, or is too large.
+template <class T>
+std::optional<T> numberIn(std::string_view word) {
+    if (word.starts_with('+')) word.remove_prefix(1);
+    T value{};
+    const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (end != word.data() + word.size()) return {};
+    if (failure == std::errc()) return value;
+    if (failure == std::errc::result_out_of_range && word.find("e-") != std::string_view::npos)
+        return T{0};
+    return {};
+}
+
+/// The line of a place in a text, from 1.
+inline std::size_t lineAt(std::string_view text, std::size_t place) {
+    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(place, text.size()));
+    return 1 + static_cast<std::size_t>(std::count(text.begin(), end, '\n'));
+}
+
+}  // namespace peeler

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// A file of a mesh while it is read, and the scene that becomes of it.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/color.h"
+#include "core/base/error.h"
+#include "core/capture/bands.h"
+#include "formats/file/content_hash.h"
+#include "formats/file/regular_file.h"
+#include "formats/file/text_words.h"
+#include "formats/meshes/mesh_parts.h"
+
+namespace peeler {
+namespace {
+
+/// How much may be taken before the resident memory is looked at again.
+constexpr std::uint64_t kUnchecked = std::uint64_t{4} << 20;
+
+std::vector<std::uint8_t> readWithin(const std::filesystem::path& path,
+                                     const SceneReadOptions& options) {
+    const RegularFile file(path);
+    file.check();
+    if (options.memory != 0)
+        checkReadingMemory(options.memory, usedBytes(options.memory) + file.size(), path.string());
+    return readRegularFile(path, options.max_file_bytes);
+}
+
+bool showsSomething(const Mesh& mesh) {
+    return std::ranges::any_of(mesh.primitives,
+                               [](const Primitive& p) { return !p.positions.empty(); });
+}
+
+}  // namespace
+
+std::string_view withoutByteOrderMark(std::string_view text) {
+    constexpr std::string_view kMark = "\xEF\xBB\xBF";
+    if (text.starts_with(kMark)) text.remove_prefix(kMark.size());
+    return text;
+}
+
+Material plainMaterial(const std::string& name, const glm::vec4& color) {
+    Material material;
+    material.name = name;
+    material.base_color = color;
+    material.metallic = 0;
+    material.double_sided = true;
+    return material;
+}
+
+std::optional<float> coordinate(double value) {
+    if (!(std::abs(value) <= double{std::numeric_limits<float>::max()})) return {};
+    return static_cast<float>(value);
+}
+
+glm::vec4 linearColor(const glm::vec4& encoded) {
+    const auto linear = [](float value) { return linearFromSrgb(std::clamp(value, 0.0F, 1.0F)); };
+    return {linear(encoded.r), linear(encoded.g), linear(encoded.b),
+            std::clamp(encoded.a, 0.0F, 1.0F)};
+}
+
+MeshFile::MeshFile(const std::filesystem::path& path, const SceneReadOptions& options)
+    : options_(options),
+      name_(path.string()),
+      bytes_(readWithin(path, options)),
+      folder_(path, options.max_file_bytes, options.allow_outside) {
+    scene_.content_hash = contentHash(std::as_bytes(std::span(bytes_)), 0);
+}
+
+std::string_view MeshFile::text() const {
+    return {reinterpret_cast<const char*>(bytes_.data()), bytes_.size()};
+}
+
+std::string MeshFile::stem() const {
+    return std::filesystem::path(name_).stem().string();
+}
+
+void MeshFile::allow(std::uint64_t bytes) {
+    if (options_.memory == 0) return;
+    allowed_ += bytes;
+    if (allowed_ < kUnchecked) return;
+    checkReadingMemory(options_.memory, usedBytes(options_.memory) + allowed_, name_);
+    allowed_ = 0;
+}
+
+void MeshFile::allowGeometry(std::uint64_t bytes) {
+    geometry_ += bytes;
+    if (geometry_ > options_.max_geometry_bytes)
+        throw Error(ErrorKind::kInput,
+                    "the geometry needs more than the limit of " +
+                        std::to_string(options_.max_geometry_bytes) + " bytes",
+                    name_, "split the scene");
+    allow(bytes);
+}
+
+std::string MeshFile::atLine(std::size_t place) const {
+    return name_ + ":" + std::to_string(lineAt(text(), place));
+}
+
+std::string MeshFile::atByte(std::size_t place) const {
+    return name_ + ", byte " + std::to_string(place);
+}
+
+void MeshFile::warn(const std::string& sentence) {
+    constexpr std::size_t kMost = 100;
+    std::vector<std::string>& warnings = scene_.warnings;
+    if (warnings.size() > kMost || std::ranges::find(warnings, sentence) != warnings.end()) return;
+    warnings.push_back(warnings.size() < kMost ? sentence : "There is more of the kind.");
+}
+
+std::vector<std::uint8_t> MeshFile::readBeside(const std::string& file, const std::string& where) {
+    if (const auto path = folder_.findFile(file);
+        path && std::ranges::find(scene_.files, *path) == scene_.files.end())
+        scene_.files.push_back(*path);
+    std::vector<std::uint8_t> bytes = folder_.readFile(file, where);
+    scene_.content_hash = contentHash(std::as_bytes(std::span(bytes)), scene_.content_hash);
+    return bytes;
+}
+
+void MeshFile::missing(const std::string& what, const Error& problem, const std::string& where) {
+    if (problem.kind() != ErrorKind::kInput) throw Error(problem);
+    if (options_.strict)
+        throw Error(ErrorKind::kInput, what + ": " + problem.what(), where, problem.hint());
+    warn(what + " (" + where + "): " + problem.what() + ".");
+}
+
+int MeshFile::addNode(const std::string& node_name, Mesh mesh) {
+    Node node;
+    node.name = node_name;
+    if (showsSomething(mesh)) {
+        for (std::size_t i = 0; i < mesh.primitives.size(); ++i) {
+            mesh.primitives[i].source.primitive = i;
+            mesh.primitives[i].source.vertices = mesh.primitives[i].positions.size();
+        }
+        node.mesh = static_cast<int>(scene_.meshes.size());
+        mesh.name = node_name;
+        scene_.meshes.push_back(std::move(mesh));
+    }
+    scene_.nodes.push_back(std::move(node));
+    return static_cast<int>(scene_.nodes.size()) - 1;
+}
+
+int MeshFile::neutralMaterial() {
+    if (neutral_ < 0) {
+        neutral_ = static_cast<int>(scene_.materials.size());
+        scene_.materials.push_back(plainMaterial("neutral", {0.5F, 0.5F, 0.5F, 1}));
+    }
+    return neutral_;
+}
+
+Scene MeshFile::finish() {
+    const bool smooth = options_.smooth_normals.has_value();
+    for (Mesh& mesh : scene_.meshes) {
+        for (Primitive& primitive : mesh.primitives) {
+            if (!smooth || !primitive.normals.empty() || primitive.topology != Topology::kTriangles)
+                continue;
+            addSmoothNormals(primitive, *options_.smooth_normals,
+                             [&](std::uint64_t bytes) { allow(bytes); });
+            primitive.source.vertices = primitive.positions.size();
+        }
+    }
+    if (scene_.meshes.empty()) warn("There is nothing to draw in the file.");
+    scene_.materials.emplace_back();  // glTF's default material, which nothing here uses
+    scene_.scenes.push_back({"", rootsOf(scene_.nodes)});
+    return std::move(scene_);
+}
+
+}  // namespace peeler

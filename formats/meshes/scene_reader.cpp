@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/meshes/scene_reader.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "formats/file/file_name.h"
+#include "formats/file/regular_file.h"
+#include "formats/file/text_words.h"
+#include "formats/meshes/mesh_parts.h"
+
+namespace peeler {
+namespace {
+
+/// How much of a file decides what it is.
+constexpr std::size_t kBegin = 4096;
+
+constexpr std::string_view kGltfExtensions[] = {".gltf", ".glb"}, kPlyExtensions[] = {".ply"},
+                           kStlExtensions[] = {".stl"}, kObjExtensions[] = {".obj"};
+
+constexpr SceneFormat kFormats[] = {
+    {"glTF", kGltfExtensions,
+     [](std::string_view begin, std::uint64_t) {
+         return begin.starts_with("glTF") || trimmed(withoutByteOrderMark(begin)).starts_with('{');
+     },
+     [](const std::filesystem::path& path, const SceneReadOptions& options) {
+         return readGltf(path, options);
+     }},
+    {"PLY", kPlyExtensions,
+     [](std::string_view begin, std::uint64_t) {
+         begin = withoutByteOrderMark(begin);
+         return begin.starts_with("ply\n") || begin.starts_with("ply\r\n");
+     },
+     readPlyScene},
+    {"STL", kStlExtensions, isStl, readStlScene},
+    {"OBJ", kObjExtensions, isObj, readObjScene},
+};
+
+constexpr const SceneFormat* kGltf = &kFormats[0];
+
+const SceneFormat* formatNamed(const std::filesystem::path& path) {
+    const std::string extension = lowerExtension(path);
+    const auto* const format = std::ranges::find_if(kFormats, [&](const SceneFormat& row) {
+        return std::ranges::find(row.extensions, extension) != row.extensions.end();
+    });
+    return format == std::end(kFormats) ? nullptr : format;
+}
+
+/// By the content, else by the name.
+const SceneFormat* formatOf(const std::filesystem::path& path) {
+    const SceneFormat* const format = sceneFormatOf(path);
+    return format ? format : formatNamed(path);
+}
+
+/// From the file's axes and units to the scene's, without rounding where the unit is a metre.
+glm::dmat4 placeOf(Axis up, double unit) {
+    const glm::dvec4 x(unit, 0, 0, 0), y(0, unit, 0, 0), z(0, 0, unit, 0), end(0, 0, 0, 1);
+    switch (up) {
+        case Axis::kX:
+            return {y, -x, z, end};
+        case Axis::kY:
+            break;
+        case Axis::kZ:
+            return {x, -z, y, end};
+    }
+    return {x, y, z, end};
+}
+
+void checkOptions(const SceneReadOptions& options) {
+    const auto metres = options.metres_per_unit.value_or(1);
+    if (!(metres > 0 && std::isfinite(metres)))
+        throw Error(ErrorKind::kUsage, "a unit is longer than 0", "`metres_per_unit`");
+    const double degrees = options.smooth_normals.value_or(0);
+    if (!(degrees >= 0 && degrees <= 180))
+        throw Error(ErrorKind::kUsage, "expected an angle from 0 to 180 degrees",
+                    "`smooth_normals`");
+}
+
+}  // namespace
+
+std::span<const SceneFormat> sceneFormats() {
+    return kFormats;
+}
+
+std::string sceneExtensions() {
+    std::string all;
+    for (const SceneFormat& format : kFormats)
+        for (const std::string_view extension : format.extensions)
+            all.append(all.empty() ? "" : " ").append(extension);
+    return all;
+}
+
+bool isSceneName(const std::filesystem::path& path) {
+    return formatNamed(path) != nullptr;
+}
+
+const SceneFormat* sceneFormatOf(const std::filesystem::path& path) {
+    const RegularFile file(path);
+    file.check();
+    std::array<char, kBegin> bytes{};
+    const std::string_view begin(bytes.data(), file.readSome(0, bytes));
+    const auto* const format = std::ranges::find_if(
+        kFormats, [&](const SceneFormat& row) { return row.recognises(begin, file.size()); });
+    return format == std::end(kFormats) ? nullptr : format;
+}
+
+std::optional<Assumed> assumedOf(const std::filesystem::path& path,
+                                 const SceneReadOptions& options) {
+    const SceneFormat* const format = formatOf(path);
+    if (!format || format == kGltf) return {};
+    return Assumed{format->name, options.up.value_or(Axis::kY),
+                   options.metres_per_unit.value_or(1)};
+}
+
+Scene readSceneFile(const std::filesystem::path& path, const SceneReadOptions& options) {
+    checkOptions(options);
+    const SceneFormat* const format = formatOf(path);
+    if (!format)
+        throw Error(ErrorKind::kInput, "this is no scene that can be read", path.string(),
+                    "glTF, PLY, STL and OBJ are; which one it is its content says");
+    Scene scene;
+    try {
+        scene = format->read(path, options);
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorKind::kMemory, "not enough memory to read the scene", path.string());
+    }
+    if (format == kGltf) {
+        if (options.up || options.metres_per_unit || options.smooth_normals)
+            scene.warnings.emplace_back(
+                "`up`, `metres_per_unit` and `smooth_normals` are for PLY, STL and OBJ: a glTF "
+                "says "
+                "itself that +Y is up, that units are metres, and what is smooth.");
+        return scene;
+    }
+    const glm::dmat4 place =
+        placeOf(options.up.value_or(Axis::kY), options.metres_per_unit.value_or(1));
+    for (const int root : scene.scenes.front().roots) {
+        glm::dmat4& local = scene.nodes[static_cast<std::size_t>(root)].local;
+        local = place * local;
+    }
+    return scene;
+}
+
+}  // namespace peeler

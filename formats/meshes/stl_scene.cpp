@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads STL, text and binary (M. Burns, "Automated Fabrication", 1993, section 6.5): triangle k of
+// the file is triangle k of the only mesh. The normals of facets are left out, since they follow
+// from the corners.
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "core/base/error.h"
+#include "formats/file/text_words.h"
+#include "formats/meshes/mesh_parts.h"
+
+namespace peeler {
+namespace {
+
+constexpr std::uint64_t kHeader = 84, kFacet = 50;
+constexpr std::size_t kCorners = 12, kAttribute = 48;  // in a facet
+
+std::uint32_t facetsOf(std::string_view begin) {
+    std::uint32_t facets = 0;
+    if (begin.size() >= kHeader) std::memcpy(&facets, begin.data() + kHeader - sizeof facets, 4);
+    return facets;
+}
+
+std::uint64_t binarySize(std::string_view begin) {
+    return kHeader + kFacet * facetsOf(begin);
+}
+
+/// Whether a word is this keyword; old programs write capitals.
+bool is(std::string_view word, std::string_view keyword) {
+    return std::ranges::equal(word, keyword, [](char a, char b) {
+        return a == b || (a >= 'A' && a <= 'Z' && a - 'A' + 'a' == b);
+    });
+}
+
+/// Whether it begins as text, which some programs begin a binary header with, too.
+bool isText(std::string_view begin) {
+    std::string_view rest = withoutByteOrderMark(begin);
+    if (!is(takeWord(rest), "solid")) return false;
+    takeLine(rest);
+    const std::string_view next = takeWord(rest);
+    return is(next, "facet") || is(next, "endsolid") || is(next, "color");
+}
+
+class StlReader {
+  public:
+    StlReader(const std::filesystem::path& path, const SceneReadOptions& options)
+        : file_(path, options),
+          corners_([&](std::uint64_t bytes) { file_.allow(bytes); }),
+          text_(file_.text()) {}
+
+    Scene read() {
+        std::string name;
+        const bool is_binary = text_.size() >= kHeader && binarySize(text_) == text_.size();
+        if (!is_binary && isText(text_))
+            name = readText();
+        else
+            readBinary();
+        primitive_.positions.reserve(corners_.keys().size());
+        for (const CornerIndex::Key& key : corners_.keys())
+            primitive_.positions.push_back(std::bit_cast<glm::vec3>(key));
+        Mesh mesh;
+        if (!primitive_.indices.empty()) {
+            primitive_.material = file_.neutralMaterial();
+            mesh.primitives.push_back(std::move(primitive_));
+        }
+        file_.addNode(name.empty() ? file_.stem() : name, std::move(mesh));
+        return file_.finish();
+    }
+
+  private:
+    void readBinary() {
+        if (text_.size() < kHeader)
+            throw Error(ErrorKind::kInput, "this is no STL file: it is shorter than a header",
+                        file_.name(), "is it whole?");
+        const std::uint64_t facets = facetsOf(text_), size = binarySize(text_);
+        if (size > text_.size())
+            throw Error(ErrorKind::kInput,
+                        "the file ends before its " + std::to_string(facets) + " triangles do",
+                        file_.atByte(text_.size()), "copy or export the file again");
+        if (size < text_.size())
+            file_.warn("Bytes behind the last triangle are left out (" +
+                       std::to_string(text_.size() - size) + ").");
+        file_.allowGeometry(facets * 3 * sizeof(std::uint32_t));
+        primitive_.indices.reserve(facets * 3);
+        corners_.reserve(facets / 2);  // of a closed surface about so many are different
+        bool has_attributes = text_.substr(0, kHeader).find("COLOR=") != std::string_view::npos;
+        for (std::uint64_t facet = 0; facet < facets; ++facet) {
+            const std::size_t at = kHeader + kFacet * facet;
+            std::array<CornerIndex::Key, 3> corners;
+            std::memcpy(corners.data(), text_.data() + at + kCorners, sizeof corners);
+            std::uint16_t attribute = 0;
+            std::memcpy(&attribute, text_.data() + at + kAttribute, sizeof attribute);
+            has_attributes = has_attributes || attribute != 0;
+            for (const CornerIndex::Key& corner : corners) {
+                if (!isFinite(corner))
+                    throw Error(ErrorKind::kInput,
+                                "a corner of triangle " + std::to_string(facet) +
+                                    " is infinite or not a number",
+                                file_.atByte(at + kCorners), "export the file again");
+                addCorner(corner);
+            }
+        }
+        if (has_attributes) file_.warn("The colours in the attributes of triangles are not read.");
+    }
+
+    /// All solids of a text are one mesh, called like the first one.
+    std::string readText() {
+        std::string name;
+        std::string_view rest = withoutByteOrderMark(text_);
+        bool in_solid = false, named = false;
+        int corners = -1;  // of the facet that is open
+        while (true) {
+            const std::string_view before = rest;
+            const std::string_view word = takeWord(rest);
+            const std::size_t place = text_.size() - rest.size();
+            if (word.empty()) break;
+            if (is(word, "vertex") && corners >= 0) {
+                if (++corners > 3) fail("a facet has more than three corners", place);
+                readCorner(rest, place);
+            } else if (is(word, "facet") && corners < 0) {
+                takeLine(rest);  // its normal, which programs write in ways of their own
+                corners = 0;
+            } else if (is(word, "endfacet") && corners >= 0) {
+                if (corners < 3) fail("a facet has fewer than three corners", place);
+                corners = -1;
+            } else if (is(word, "solid") && !in_solid) {
+                const std::string_view line = trimmed(takeLine(rest));
+                if (!named) name = line;
+                in_solid = named = true;
+            } else if (is(word, "endsolid") && corners < 0) {
+                takeLine(rest);
+                in_solid = false;
+            } else if (is(word, "color")) {
+                takeLine(rest);
+                file_.warn("Colours of triangles are not read.");
+            } else if (is(word, "outer") || is(word, "loop") || is(word, "endloop")) {
+                continue;
+            } else {
+                const std::string_view shown = takeWord(rest = before);
+                fail("\"" + std::string(shown.substr(0, 32)) + "\" does not belong here", place);
+            }
+        }
+        if (corners >= 0 || in_solid) fail("the file ends before its solid does", text_.size());
+        return name;
+    }
+
+    void readCorner(std::string_view& rest, std::size_t place) {
+        glm::vec3 corner;
+        for (int axis = 0; axis < 3; ++axis) {
+            const std::string_view word = takeWord(rest);
+            const auto number = numberIn<double>(word);
+            const auto value = number ? coordinate(*number) : std::nullopt;
+            if (!value)
+                fail("expected a number, not \"" + std::string(word.substr(0, 32)) + "\"", place);
+            corner[axis] = *value;
+        }
+        if (primitive_.indices.size() % kOnce == 0) {
+            file_.allowGeometry(kOnce * sizeof(std::uint32_t));
+        }
+        addCorner(std::bit_cast<CornerIndex::Key>(corner));
+    }
+
+    void addCorner(const CornerIndex::Key& corner) {
+        const std::size_t known = corners_.keys().size();
+        primitive_.indices.push_back(corners_.indexOf(corner));
+        if (known % kOnce == 0 && corners_.keys().size() > known)
+            file_.allowGeometry(kOnce * sizeof(glm::vec3));
+    }
+
+    static bool isFinite(const CornerIndex::Key& corner) {
+        constexpr std::uint32_t kExponent = 0x7F800000;
+        return (corner[0] & kExponent) != kExponent && (corner[1] & kExponent) != kExponent &&
+               (corner[2] & kExponent) != kExponent;
+    }
+
+    [[noreturn]] void fail(const std::string& what, std::size_t place) const {
+        throw Error(ErrorKind::kInput, what, file_.atLine(place),
+                    "export the file again, or as binary STL");
+    }
+
+    static constexpr std::size_t kOnce = 4096;  ///< numbers that are asked for together
+
+    MeshFile file_;
+    CornerIndex corners_;
+    std::string_view text_;
+    Primitive primitive_;
+};
+
+}  // namespace
+
+bool isStl(std::string_view begin, std::uint64_t size) {
+    return (begin.size() >= kHeader && binarySize(begin) == size) || isText(begin);
+}
+
+Scene readStlScene(const std::filesystem::path& path, const SceneReadOptions& options) {
+    return StlReader(path, options).read();
+}
+
+}  // namespace peeler

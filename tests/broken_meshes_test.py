@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Broken PLY, STL and OBJ files, made here: each is refused with its place, or shown with a warning.
+
+None may take more than SECONDS of processor time or MEBIBYTES. The table is printed. PEELER is the program.
+"""
+
+import pathlib
+import struct
+import tempfile
+import unittest
+
+from bombs_test import MEBIBYTES, SECONDS, run
+
+# A file: what is wrong, its name, its bytes, and what has to be said: of what is refused (exit code 3) the words and
+# the place behind the file's name, of what is shown (exit code 0) the words of the warning, "" if there is none.
+REFUSED, SHOWN = [], []
+
+
+def refused(what, name, data, words, place):
+    REFUSED.append((what, name, data if isinstance(data, bytes) else data.encode(), words, place))
+
+
+def shown(what, name, data, words=""):
+    SHOWN.append((what, name, data if isinstance(data, bytes) else data.encode(), words, ""))
+
+
+# ---- PLY
+
+AXES = "property float x\nproperty float y\nproperty float z\n"
+CORNERS = "0 0 0\n1 0 0\n0 1 0\n"
+
+
+def ply(vertices="3", faces="1", data=CORNERS + "3 0 1 2\n", kind="ascii", list_type="uchar int", more=""):
+    head = f"ply\nformat {kind} 1.0\nelement vertex {vertices}\n{AXES}{more}"
+    head += f"element face {faces}\nproperty list {list_type} vertex_indices\nend_header\n"
+    return head.encode() + (data if isinstance(data, bytes) else data.encode())
+
+
+def packed(order=">", indices=(0, 1, 2), corners=(0, 0, 0, 1, 0, 0, 0, 1, 0), count=3):
+    return struct.pack(f"{order}9fB3i", *corners, count, *indices)
+
+
+LITTLE, BIG = "binary_little_endian", "binary_big_endian"
+NAN, INF = float("nan"), float("inf")
+
+shown("ply: whole", "p.ply", ply())
+shown("ply: no line feed at the end", "p.ply", ply()[:-1])
+shown("ply: CRLF", "p.ply", ply().replace(b"\n", b"\r\n"))
+shown("ply: a byte order mark", "p.ply", b"\xef\xbb\xbf" + ply())
+shown("ply: big-endian", "p.ply", ply(kind=BIG, data=packed()))
+shown("ply: CRLF before binary data", "p.ply", ply(kind=LITTLE, data=b"").replace(b"\n", b"\r\n") + packed("<"))
+shown("ply: called .stl", "p.stl", ply())
+shown("ply: no faces", "p.ply", ply(faces="0"))
+shown("ply: no vertices", "p.ply", ply("0", "0", ""), "nothing to draw")
+shown("ply: a face of two corners", "p.ply", ply(data=CORNERS + "2 0 1\n"), "fewer than three corners")
+shown("ply: a face of one vertex", "p.ply", ply(data=CORNERS + "3 0 0 0\n"))
+shown("ply: bytes behind the end", "p.ply", ply() + b"9 9 9\n")
+shown("ply: an unknown element", "p.ply", ply().replace(b"end_header", b"element q 0\nproperty int i\nend_header"))
+refused("ply: the header alone", "p.ply", ply(data=""), "ends before", ":10")
+refused("ply: cut in the header", "p.ply", ply()[:60], "no end_header", ":")
+refused("ply: only its first line", "p.ply", "ply\n", "no end_header", ":2")
+refused("ply: cut in a vertex", "p.ply", ply(data="0 0 0\n1 0"), "ends before", ":")
+refused("ply: cut in a face", "p.ply", ply(data=CORNERS + "3 0 1"), "ends before", ":")
+refused("ply: binary, cut in a vertex", "p.ply", ply(kind=LITTLE, data=packed("<")[:30]), "ends before", ", byte ")
+refused("ply: binary, cut in a face", "p.ply", ply(kind=LITTLE, data=packed("<")[:-1]), "ends before", ", byte ")
+refused("ply: 2^31 faces", "p.ply", ply(faces="2147483648"), "ends before", ":")
+refused("ply: binary, 2^31 faces", "p.ply", ply(kind=BIG, faces="2147483648", data=packed()), "ends before", ", byte ")
+refused("ply: 2^31 vertices", "p.ply", ply(vertices="2147483648"), "ends before", ":")
+refused("ply: 2^64 vertices", "p.ply", ply(vertices="18446744073709551616"), "how many", ":3")
+refused("ply: −1 faces", "p.ply", ply(faces="-1"), "how many", ":7")
+refused("ply: a list of 2^31 corners", "p.ply", ply(kind=LITTLE, list_type="uint int", data=packed("<")[:36]
+        + struct.pack("<I3i", 1 << 31, 0, 1, 2)), "ends before", ", byte ")
+refused("ply: a list of −1 corners", "p.ply", ply(list_type="char int", data=CORNERS + "-1\n"), "length", ":")
+refused("ply: a list of 2.5 corners", "p.ply", ply(list_type="float int", data=CORNERS + "2.5 0 1\n"), "length", ":")
+refused("ply: NaN", "p.ply", ply(data="nan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), "not a number", ":")
+refused("ply: infinite", "p.ply", ply(data="0 0 0\n1 inf 0\n0 1 0\n3 0 1 2\n"), "infinite", ":")
+refused("ply: too large", "p.ply", ply(data="0 0 0\n1 1e39 0\n0 1 0\n3 0 1 2\n"), "too large", ":")
+refused("ply: binary, NaN", "p.ply", ply(kind=BIG, data=packed(corners=(0, 0, NAN, 1, 0, 0, 0, 1, 0))), "not a number",
+        ", byte ")
+refused("ply: an index past the end", "p.ply", ply(data=CORNERS + "3 0 1 3\n"), "vertex 3 of 3", ":")
+refused("ply: a negative index", "p.ply", ply(data=CORNERS + "3 0 1 -1\n"), "vertex -1 of 3", ":")
+refused("ply: binary, an index past the end", "p.ply", ply(kind=LITTLE, data=packed("<", (0, 1, 1 << 30))), "of 3",
+        ", byte ")
+refused("ply: a word for a number", "p.ply", ply(data=CORNERS.replace("1 0 0", "1 zero 0") + "3 0 1 2\n"), '"zero"', ":")
+refused("ply: an unknown type", "p.ply", ply(more="property quad q\n"), "unknown type", ":7")
+refused("ply: an unknown format", "p.ply", ply(kind="binary_middle_endian"), "unknown format", ":2")
+refused("ply: a line that means nothing", "p.ply", ply(more="what is this\n"), "means nothing", ":7")
+refused("ply: no x", "p.ply", ply().replace(b"property float x\n", b"property float w\n"), "no x, y and z", "")
+refused("ply: no list of corners", "p.ply", ply().replace(b"vertex_indices", b"corners"), "vertex_indices", ":")
+refused("ply: faces before vertices", "p.ply", "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int "
+        f"vertex_indices\nelement vertex 3\n{AXES}end_header\n3 0 1 2\n{CORNERS}", "before the vertices", ":")
+refused("ply: no vertices at all", "p.ply", "ply\nformat ascii 1.0\nelement q 1\nproperty int i\nend_header\n1\n",
+        "no vertices", "")
+
+# ---- STL
+
+FACET = struct.pack("<12fH", 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0)
+TEXT = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n"
+
+
+def stl(count=2, facets=FACET * 2, head=b"made here"):
+    return head.ljust(80, b"\0") + struct.pack("<I", count) + facets
+
+
+shown("stl: whole", "s.stl", stl())
+shown("stl: binary that begins with solid", "s.stl", stl(head=b"solid but binary"))
+shown("stl: called .ply", "s.ply", stl())
+shown("stl: no triangles", "s.stl", stl(0, b""), "nothing to draw")
+shown("stl: colours", "s.stl", stl(facets=FACET[:48] + b"\xff\xff" + FACET), "colours")
+shown("stl: bytes behind the end", "s.stl", stl(facets=FACET * 2 + b"more"), "Bytes behind")
+shown("stl: text", "s.stl", TEXT)
+shown("stl: text, no line feed at the end", "s.stl", TEXT[:-1])
+shown("stl: text, CRLF", "s.stl", TEXT.replace("\n", "\r\n"))
+shown("stl: text, a byte order mark", "s.stl", "\ufeff" + TEXT)
+shown("stl: text, capitals", "s.stl", TEXT.upper())
+shown("stl: text, a normal that is none", "s.stl", TEXT.replace("0 0 1", "-nan(ind) x"))
+refused("stl: shorter than a header", "s.stl", stl()[:83], "shorter than a header", "")
+refused("stl: nothing", "s.stl", b"", "shorter than a header", "")
+refused("stl: cut in a triangle", "s.stl", stl()[:150], "ends before its 2 triangles", ", byte 150")
+refused("stl: 2^31 triangles", "s.stl", stl(1 << 31), "ends before", ", byte 184")
+refused("stl: NaN", "s.stl", stl(facets=FACET + FACET[:12] + struct.pack("<f", NAN) + FACET[16:]), "triangle 1",
+        ", byte 146")
+refused("stl: infinite", "s.stl", stl(facets=FACET[:44] + struct.pack("<f", -INF) + b"\0\0" + FACET), "triangle 0",
+        ", byte 96")
+refused("stl: text, cut", "s.stl", TEXT[:80], "", ":")
+refused("stl: text, cut behind a facet", "s.stl", TEXT[: TEXT.index("endsolid")], "ends before its solid", ":9")
+refused("stl: text, two corners", "s.stl", TEXT.replace("vertex 1 0 0\n", ""), "fewer than three", ":7")
+refused("stl: text, four corners", "s.stl", TEXT.replace("endloop", "vertex 1 1 1\nendloop"), "more than three", ":7")
+refused("stl: text, a word for a number", "s.stl", TEXT.replace("1 0 0", "1 none 0"), '"none"', ":5")
+refused("stl: text, NaN", "s.stl", TEXT.replace("1 0 0", "nan 0 0"), '"nan"', ":5")
+refused("stl: text, a strange word", "s.stl", TEXT.replace("endloop", "enough"), '"enough"', ":7")
+
+# ---- OBJ
+
+OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\n"
+
+shown("obj: whole", "o.obj", OBJ)
+shown("obj: no line feed at the end", "o.obj", OBJ[:-1])
+shown("obj: CRLF", "o.obj", OBJ.replace("\n", "\r\n"))
+shown("obj: a byte order mark", "o.obj", "\ufeff" + OBJ)
+shown("obj: a face before its vertices", "o.obj", "f 1 2 3\n" + OBJ)
+shown("obj: called .stl", "o.stl", OBJ)
+shown("obj: a face of two corners", "o.obj", OBJ + "f 1 2\n", "fewer than three corners")
+shown("obj: half of the corners have normals", "o.obj", OBJ + "f 1//1 2 3\n", "others lack")
+shown("obj: statements that mean nothing", "o.obj", OBJ + "hello world\n", "mean nothing are passed over")
+shown("obj: curves", "o.obj", OBJ + "cstype bezier\n", "Curves and surfaces")
+shown("obj: no materials", "o.obj", "mtllib none.mtl\nusemtl red\n" + OBJ, "does not exist")
+shown("obj: materials outside", "o.obj", "mtllib ../none.mtl\n" + OBJ, "leads out of the scene's folder")
+shown("obj: absolute materials", "o.obj", "mtllib /etc/passwd\n" + OBJ, "an absolute path")
+shown("obj: no faces", "o.obj", "v 0 0 0\n", "nothing to draw")
+shown("obj: a backslash at the end", "o.obj", OBJ + "f 1 2 \\", "fewer than three corners")
+refused("obj: index 0", "o.obj", OBJ + "f 0 1 2\n", "number 0 of 3", ":7")
+refused("obj: an index past the end", "o.obj", OBJ + "f 1 2 4\n", "number 4 of 3", ":7")
+refused("obj: a negative index past the beginning", "o.obj", OBJ + "f -1 -2 -4\n", "number -4 of 3", ":7")
+refused("obj: an index of 2^63", "o.obj", OBJ + "f 1 2 9223372036854775808\n", "expected an index", ":7")
+refused("obj: a texture coordinate past the end", "o.obj", OBJ + "f 1/2 2/1 3/1\n", "number 2 of 1", ":7")
+refused("obj: a normal past the end", "o.obj", OBJ + "f 1//1 2//1 3//9\n", "number 9 of 1", ":7")
+refused("obj: a word for an index", "o.obj", OBJ + "f one two three\n", '"one"', ":7")
+refused("obj: no index", "o.obj", OBJ + "f /1 2/1 3/1\n", "expected an index", ":7")
+refused("obj: two coordinates", "o.obj", "v 1 2\n" + OBJ, "fewer than three coordinates", ":1")
+refused("obj: a word for a number", "o.obj", "v 1 2 c\n" + OBJ, '"c"', ":1")
+refused("obj: NaN", "o.obj", "v 1 2 nan\n" + OBJ, "not a number", ":1")
+refused("obj: too large", "o.obj", "v 1 2 1e300\n" + OBJ, "too large", ":1")
+refused("obj: cut in a vertex", "o.obj", OBJ + "v 1 2", "fewer than three coordinates", ":7")
+refused("obj: a polygon of 200,000 zigzags", "o.obj", "".join(f"v {i} {i % 2 * 10} {i % 3}\n" for i in range(60000))
+        + "f " + " ".join(map(str, range(1, 60001))) + "\n", "too long to be cut", ":60001")
+
+# ---- none of them
+
+refused("nothing", "x.glb", b"", "empty", "")
+refused("a picture", "x.bin", b"\x89PNG\r\n\x1a\n" + bytes(40), "neither a scene nor", "")
+refused("text", "x.txt", "Once upon a time\n", "neither a scene nor", "")
+
+
+class BrokenMeshes(unittest.TestCase):
+    def judge(self, what, name, data, words, place, code):
+        with tempfile.TemporaryDirectory(prefix="broken") as folder:
+            path = pathlib.Path(folder) / name
+            path.write_bytes(data)
+            verb = ["info", "{}/" + name]
+            ran = run(verb, pathlib.Path(folder))
+            said = ran.err.decode("utf-8", "replace")
+        self.rows.append(f"{what:45} {ran.code:4} {ran.seconds:6.2f} s {ran.mebibytes:5.0f} MB  "
+                         + said.replace(folder, "…").partition("\n")[0][:110])
+        faults = []
+        if ran.code != code:
+            faults.append(f"exit code {ran.code}")
+        if words not in said or (code == 0) != (words == "" or "warning: " in said) and code == 0:
+            faults.append(f'no word of "{words}"')
+        if code == 0 and words == "" and said:
+            faults.append("a warning")
+        if code != 0 and str(path) + place not in said:
+            faults.append(f'no place "{place}"')
+        if ran.seconds > SECONDS:
+            faults.append(f"{ran.seconds:.1f} s")
+        if ran.mebibytes > MEBIBYTES:
+            faults.append(f"{ran.mebibytes:.0f} MB")
+        return [f"{what}: {', '.join(faults)}\n    {said[:300]}"] if faults else []
+
+    def test_all(self):
+        self.rows, errors = [], []
+        self.assertGreaterEqual(len(REFUSED), 50)
+        for each in REFUSED:
+            errors += self.judge(*each, 3)
+        for each in SHOWN:
+            errors += self.judge(*each, 0)
+        print("\n".join(self.rows))
+        print(f"{len(REFUSED)} refused, {len(SHOWN)} shown")
+        if errors:
+            self.fail("\n" + "\n".join(errors))
+
+
+if __name__ == "__main__":
+    unittest.main()
