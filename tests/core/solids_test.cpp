@@ -164,6 +164,7 @@ TEST(Solids, KeysAreThoseOfTheDrawList) {
     Scene scene = oneMesh({empty, tetrahedron(1), points, masked, empty, cubeSide(3), empty});
     scene.materials[2].alpha_mode = AlphaMode::kMask;
     scene.materials[2].base_color.a = 0;
+    scene.materials.resize(5);
     scene.meshes.push_back({"", {tetrahedron(4)}});
     scene.nodes.resize(3);
     scene.nodes[1].mesh = 1;
