@@ -56,7 +56,7 @@ class BinaryNumbers final : public PlyNumbers {
     }
     std::uint64_t most(const PlyElement& element) const override {
         std::size_t row = 0;
-        for (const PlyProperty& property : element.properties)
+        for (const PlyField& property : element.properties)
             row += property.count ? property.count->size : property.type->size;
         return data_.size() / row;
     }
@@ -110,7 +110,7 @@ void failPlyEndsEarly() {
     throw Error(ErrorKind::kInput, "the file ends before its data does");
 }
 
-std::uint64_t PlyNumbers::length(const PlyProperty& list) {
+std::uint64_t PlyNumbers::length(const PlyField& list) {
     const double count = next(*list.count);
     if (!(count >= 0) || count != std::floor(count) || count > 4294967295.0)
         throw Error(ErrorKind::kInput, "a list has an impossible length");
@@ -119,7 +119,7 @@ std::uint64_t PlyNumbers::length(const PlyProperty& list) {
     return length;
 }
 
-void PlyNumbers::skip(const PlyProperty& property) {
+void PlyNumbers::skip(const PlyField& property) {
     skip(*property.type, property.count ? length(property) : 1);
 }
 

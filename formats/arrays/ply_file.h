@@ -21,7 +21,7 @@ struct PlyType {
     double greatest;                             ///< of integers; 1 of floating point
 };
 
-struct PlyProperty {
+struct PlyField {
     std::string name;
     const PlyType* count = nullptr;  ///< of the length of a list; null = it is a number
     const PlyType* type = nullptr;
@@ -30,7 +30,7 @@ struct PlyProperty {
 struct PlyElement {
     std::string name;
     std::uint64_t rows = 0;
-    std::vector<PlyProperty> properties;
+    std::vector<PlyField> properties;
 };
 
 /// The numbers behind a header, one after the other. Throws Error (kInput) without `where`, which
@@ -48,9 +48,9 @@ class PlyNumbers {
     virtual std::size_t left() const = 0;
 
     /// Reads how long a list is.
-    std::uint64_t length(const PlyProperty& list);
+    std::uint64_t length(const PlyField& list);
     /// Reads what is not wanted.
-    void skip(const PlyProperty& property);
+    void skip(const PlyField& property);
 };
 
 /// The file that ends before its data does.

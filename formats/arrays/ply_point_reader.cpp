@@ -11,7 +11,7 @@ namespace peeler {
 namespace {
 
 /// 0 to 2 for x, y and z; −1 for what is none of them.
-int axisOf(const PlyProperty& property) {
+int axisOf(const PlyField& property) {
     if (property.count || property.name.size() != 1) return -1;
     const int axis = property.name[0] - 'x';
     return axis >= 0 && axis < 3 ? axis : -1;
@@ -19,7 +19,7 @@ int axisOf(const PlyProperty& property) {
 
 /// Reads one row; the coordinates among its numbers go to `point`.
 void readRow(const PlyElement& element, PlyNumbers& numbers, glm::dvec3& point) {
-    for (const PlyProperty& property : element.properties) {
+    for (const PlyField& property : element.properties) {
         if (const int axis = axisOf(property); axis >= 0)
             point[axis] = numbers.next(*property.type);
         else

@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int kFloat = 5126, kUnsignedInt = 5125, kElementArrayBuffer = 34963;
+constexpr int kFloatComponent = 5126, kUnsignedIntComponent = 5125, kElementArrayBuffer = 34963;
 
 template <class T>
 std::vector<std::uint8_t> bytesOf(const std::vector<T>& values) {
@@ -40,19 +40,19 @@ void setMatrix(ordered_json& node, const glm::dmat4& matrix) {
 /// Without textures.
 ordered_json materialJson(const Material& material) {
     constexpr const char* kAlphaModes[] = {"OPAQUE", "MASK", "BLEND"};
-    ordered_json json;
-    if (!material.name.empty()) json["name"] = material.name;
-    json["pbrMetallicRoughness"] = {{"baseColorFactor", arrayOf(material.base_color)},
-                                    {"metallicFactor", material.metallic},
-                                    {"roughnessFactor", material.roughness}};
-    json["emissiveFactor"] = arrayOf(glm::min(material.emissive, 1.0F));
-    json["alphaMode"] = kAlphaModes[static_cast<std::size_t>(material.alpha_mode)];
-    json["doubleSided"] = material.double_sided;
+    ordered_json object;
+    if (!material.name.empty()) object["name"] = material.name;
+    object["pbrMetallicRoughness"] = {{"baseColorFactor", arrayOf(material.base_color)},
+                                      {"metallicFactor", material.metallic},
+                                      {"roughnessFactor", material.roughness}};
+    object["emissiveFactor"] = arrayOf(glm::min(material.emissive, 1.0F));
+    object["alphaMode"] = kAlphaModes[static_cast<std::size_t>(material.alpha_mode)];
+    object["doubleSided"] = material.double_sided;
     ordered_json extensions = ordered_json::object();
     if (const float most =
             std::max({material.emissive.r, material.emissive.g, material.emissive.b});
         most > 1) {
-        json["emissiveFactor"] = arrayOf(material.emissive / most);
+        object["emissiveFactor"] = arrayOf(material.emissive / most);
         extensions["KHR_materials_emissive_strength"] = {{"emissiveStrength", most}};
     }
     if (material.sheen.color != glm::vec3(0))
@@ -65,17 +65,17 @@ ordered_json materialJson(const Material& material) {
         extensions["KHR_materials_anisotropy"] = {
             {"anisotropyStrength", material.anisotropy.strength},
             {"anisotropyRotation", material.anisotropy.rotation}};
-    if (!extensions.empty()) json["extensions"] = std::move(extensions);
-    return json;
+    if (!extensions.empty()) object["extensions"] = std::move(extensions);
+    return object;
 }
 
 ordered_json nodeJson(const Node& node) {
-    ordered_json json = ordered_json::object();
-    if (!node.name.empty()) json["name"] = node.name;
-    if (!node.children.empty()) json["children"] = node.children;
-    if (node.mesh >= 0) json["mesh"] = node.mesh;
-    setMatrix(json, node.local);
-    return json;
+    ordered_json object = ordered_json::object();
+    if (!node.name.empty()) object["name"] = node.name;
+    if (!node.children.empty()) object["children"] = node.children;
+    if (node.mesh >= 0) object["mesh"] = node.mesh;
+    setMatrix(object, node.local);
+    return object;
 }
 
 }  // namespace
@@ -114,7 +114,8 @@ ordered_json GltfPackage::primitiveJson(const Primitive& primitive, std::size_t 
     ordered_json attributes;
     const auto add = [&](const char* name, const char* type, const auto& values) {
         if (values.empty()) return;
-        attributes[name] = addAccessor(bytesOf(values), {kFloat, false, type, values.size()});
+        attributes[name] =
+            addAccessor(bytesOf(values), {kFloatComponent, false, type, values.size()});
     };
     add("POSITION", "VEC3", primitive.positions);
     glm::vec3 least = primitive.positions.front(), most = least;
@@ -130,8 +131,9 @@ ordered_json GltfPackage::primitiveJson(const Primitive& primitive, std::size_t 
     ordered_json json = {{"attributes", std::move(attributes)},
                          {"mode", static_cast<int>(primitive.topology)}};
     if (!primitive.indices.empty()) {
-        json["indices"] = addAccessor(bytesOf(primitive.indices),
-                                      {kUnsignedInt, false, "SCALAR", primitive.indices.size()});
+        json["indices"] =
+            addAccessor(bytesOf(primitive.indices),
+                        {kUnsignedIntComponent, false, "SCALAR", primitive.indices.size()});
         json_["bufferViews"].back()["target"] = kElementArrayBuffer;
     }
     if (static_cast<std::size_t>(primitive.material) + 1 < materials)

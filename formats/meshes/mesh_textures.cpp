@@ -32,8 +32,11 @@ int MeshTextures::image(const MeshMap& map) {
     try {
         const std::vector<std::uint8_t> bytes = file_.readBeside(map.file, map.where);
         const auto allow = [&](std::uint64_t more) { file_.allow(more); };
-        file_.scene().images.push_back(decodeTexture(
-            bytes, map.file, {options.max_image_dimension, options.max_image_bytes, allow}));
+        DecodedTexture decoded = decodeTexture(
+            bytes, map.file, {options.max_image_dimension, options.max_image_bytes, allow});
+        for (const std::string& note : decoded.notes)
+            file_.warn("Of the image \"" + map.file + "\": " + note + ".");
+        file_.scene().images.push_back(std::move(decoded.image));
         known->second = static_cast<int>(file_.scene().images.size()) - 1;
     } catch (const Error& problem) {
         file_.missing("The texture \"" + map.file + "\" is left out", problem, map.where);

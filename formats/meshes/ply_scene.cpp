@@ -96,7 +96,7 @@ class PlyReader {
         if (element.rows > 0)
             file_.warn("The element " + element.name + " of the file is not read.");
         for (; row_ < element.rows; ++row_)
-            for (const PlyProperty& property : element.properties)
+            for (const PlyField& property : element.properties)
                 numbers_->skip(property);
     }
 
@@ -104,15 +104,15 @@ class PlyReader {
 
     /// A property, and where its numbers go.
     struct Column {
-        const PlyProperty* property;
+        const PlyField* property;
         float* to = nullptr;  ///< of the next vertex; null: nowhere
         std::size_t step = 0;
         float greatest = 1;  ///< what stands for 1
     };
 
     void readVertices(const PlyElement& element) {
-        std::array<std::array<const PlyProperty*, 4>, 4> meant{};
-        for (const PlyProperty& property : element.properties) {
+        std::array<std::array<const PlyField*, 4>, 4> meant{};
+        for (const PlyField& property : element.properties) {
             const auto* const name =
                 std::ranges::find(kVertexNames, property.name, &VertexName::name);
             if (property.count || name == std::end(kVertexNames)) continue;
@@ -123,7 +123,7 @@ class PlyReader {
         const auto isWhole = [&](Meaning meaning, std::size_t components) {
             const auto& of = meant[static_cast<std::size_t>(meaning)];
             return std::all_of(of.begin(), of.begin() + static_cast<std::ptrdiff_t>(components),
-                               [](const PlyProperty* property) { return property; });
+                               [](const PlyField* property) { return property; });
         };
         if (!isWhole(Meaning::kPosition, 3))
             throw Error(ErrorKind::kInput, "vertices have no x, y and z", file_.name());
@@ -138,7 +138,7 @@ class PlyReader {
         if (isWhole(Meaning::kColor, 3)) make(mesh_.colors, glm::vec4(1));
 
         std::vector<Column> columns;
-        for (const PlyProperty& property : element.properties)
+        for (const PlyField& property : element.properties)
             columns.push_back(columnOf(property, meant));
         for (; row_ < element.rows; ++row_) {
             for (Column& column : columns) {
@@ -159,8 +159,8 @@ class PlyReader {
         vertices_read_ = true;
     }
 
-    Column columnOf(const PlyProperty& property,
-                    const std::array<std::array<const PlyProperty*, 4>, 4>& meant) {
+    Column columnOf(const PlyField& property,
+                    const std::array<std::array<const PlyField*, 4>, 4>& meant) {
         for (std::size_t meaning = 0; meaning < meant.size(); ++meaning) {
             for (std::size_t i = 0; i < meant[meaning].size(); ++i) {
                 if (meant[meaning][i] != &property) continue;
@@ -199,9 +199,9 @@ class PlyReader {
     void readFaces(const PlyElement& element) {
         if (!vertices_read_) throw Error(ErrorKind::kInput, "the faces stand before the vertices");
         const bool strips = element.name == "tristrips";
-        const PlyProperty* corners = nullptr;
-        const PlyProperty* uvs = nullptr;
-        for (const PlyProperty& property : element.properties) {
+        const PlyField* corners = nullptr;
+        const PlyField* uvs = nullptr;
+        for (const PlyField& property : element.properties) {
             if (!property.count) continue;
             if (property.name == "vertex_indices" || property.name == "vertex_index")
                 corners = &property;
@@ -210,13 +210,13 @@ class PlyReader {
         }
         if (!corners) throw Error(ErrorKind::kInput, "faces have no list vertex_indices");
         if (std::ranges::any_of(element.properties,
-                                [](const PlyProperty& p) { return p.name == "red"; }))
+                                [](const PlyField& p) { return p.name == "red"; }))
             file_.warn("Colours of faces are not read.");
         if (uvs && !split_) split_.emplace([this](std::uint64_t bytes) { file_.allow(bytes); });
         for (; row_ < element.rows; ++row_) {
             face_.clear();
             uvs_.clear();
-            for (const PlyProperty& property : element.properties) {
+            for (const PlyField& property : element.properties) {
                 if (&property == corners)
                     readCorners(property, strips);
                 else if (&property == uvs)
@@ -233,7 +233,7 @@ class PlyReader {
         }
     }
 
-    void readCorners(const PlyProperty& list, bool strips) {
+    void readCorners(const PlyField& list, bool strips) {
         const std::uint64_t count = numbers_->length(list);
         const double vertices = static_cast<double>(mesh_.positions.size());
         face_.reserve(count);
@@ -255,7 +255,7 @@ class PlyReader {
         return text.substr(0, text.find(".000000"));
     }
 
-    void readUvs(const PlyProperty& list) {
+    void readUvs(const PlyField& list) {
         const std::uint64_t count = numbers_->length(list);
         for (std::uint64_t i = 0; i + 1 < count; i += 2) {
             const float u = finite(numbers_->next(*list.type));

@@ -14,7 +14,7 @@ namespace peeler {
 namespace {
 
 constexpr std::uint64_t kHeader = 84, kFacet = 50;
-constexpr std::size_t kCorners = 12, kAttribute = 48;  // in a facet
+constexpr std::size_t kFirstCorner = 12, kAttribute = 48;  // in a facet
 
 std::uint32_t facetsOf(std::string_view begin) {
     std::uint32_t facets = 0;
@@ -88,7 +88,7 @@ class StlReader {
         for (std::uint64_t facet = 0; facet < facets; ++facet) {
             const std::size_t at = kHeader + kFacet * facet;
             std::array<CornerIndex::Key, 3> corners;
-            std::memcpy(corners.data(), text_.data() + at + kCorners, sizeof corners);
+            std::memcpy(corners.data(), text_.data() + at + kFirstCorner, sizeof corners);
             std::uint16_t attribute = 0;
             std::memcpy(&attribute, text_.data() + at + kAttribute, sizeof attribute);
             has_attributes = has_attributes || attribute != 0;
@@ -97,7 +97,7 @@ class StlReader {
                     throw Error(ErrorKind::kInput,
                                 "a corner of triangle " + std::to_string(facet) +
                                     " is infinite or not a number",
-                                file_.atByte(at + kCorners), "export the file again");
+                                file_.atByte(at + kFirstCorner), "export the file again");
                 addCorner(corner);
             }
         }
