@@ -201,7 +201,8 @@ VerbAction declareCheck(VerbOptions& verb) {
     addValue(verb, "--min-wall", "MM", options->least_wall, parsePositive,
              "a thinner wall is a problem; millimetres")
         .group("Check");
-    addChoice<double>(verb, "--unit", options->unit, kLengthUnits, "unit", "what a unit of the scene is")
+    addChoice<double>(verb, "--unit", options->unit, kLengthUnits, "unit",
+                      "what a unit of the scene is")
         .group("Check");
     verb.addFlag("--together", options->together,
                  "all parts are one: they are welded where vertices are at the same place, and may "

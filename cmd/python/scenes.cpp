@@ -329,11 +329,13 @@ void defineScenes(py::module_& module) {
     py::class_<SceneObject, SceneHolder>(
         module, "Scene",
         "Scene(path, **keywords)\n\n"
-        "What a glTF file (.gltf, .glb) shows. It never changes, and may be rendered by any number "
+        "What a file (glTF, PLY, STL, OBJ) shows. It never changes, and may be rendered by any "
+        "number "
         "of\nRenderers. Space: right-handed, +Y up, the file's units (metres, if it keeps to "
         "glTF).\n\n"
         "Keywords are those of `peeler render`: scene, include, exclude, allow_outside,\n"
-        "ignore_extension, variant, transmission, environment, environment_rotation, strict.\n"
+        "ignore_extension, smooth_normals, unit, up, variant, transmission, environment,\n"
+        "environment_rotation, strict.\n"
         "What readers warn of becomes a UserWarning. Raises peeler.Error of kind 'input'.")
         .def(py::init([](const py::object& path, const py::kwargs& keywords) {
             return fromFile(path, py::dict(keywords.attr("copy")()));

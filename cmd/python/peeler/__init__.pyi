@@ -32,7 +32,7 @@ class Error(Exception):
     def __init__(self, kind: str, what: str, where: str = ..., hint: str = ...) -> None: ...
 
 class Scene:
-    """What a glTF file, or a mesh of arrays, shows. Right-handed, +Y up, scene units."""
+    """What a file (glTF, PLY, STL, OBJ), or a mesh of arrays, shows. Right-handed, +Y up, scene units."""
 
     def __init__(
         self,
@@ -43,6 +43,9 @@ class Scene:
         exclude: str | Sequence[str] | None = ...,
         allow_outside: bool = ...,
         ignore_extension: str | Sequence[str] | None = ...,
+        smooth_normals: float | None = ...,
+        unit: Literal["m", "mm", "cm", "inch", "in"] | None = ...,
+        up: Literal["x", "y", "z"] | None = ...,
         variant: str | int | None = ...,
         transmission: Literal["color", "alpha", "none"] | None = ...,
         environment: Path | None = ...,
@@ -381,7 +384,13 @@ def convert(image: Path, *, output: Path, progress: Progress | None = ..., **key
 def devices() -> dict[str, Any]: ...
 def extract(image: Path, *, progress: Progress | None = ..., **keywords: Any) -> dict[str, Any]: ...
 def flatten(image: Path, *, output: Path, progress: Progress | None = ..., **keywords: Any) -> dict[str, Any]: ...
-def info(file: Path, *, allow_outside: bool = ...) -> dict[str, Any]: ...
+def info(
+    file: Path,
+    *,
+    allow_outside: bool = ...,
+    unit: Literal["m", "mm", "cm", "inch", "in"] | None = ...,
+    up: Literal["x", "y", "z"] | None = ...,
+) -> dict[str, Any]: ...
 def masks(scene: Path, *, output: Path, progress: Progress | None = ..., **keywords: Any) -> dict[str, Any]: ...
 def merge(*tiles: Path, output: Path, progress: Progress | None = ..., **keywords: Any) -> dict[str, Any]: ...
 def rays(scene: Path, *, progress: Progress | None = ..., **keywords: Any) -> dict[str, Any]: ...
