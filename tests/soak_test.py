@@ -171,7 +171,9 @@ class Soak(unittest.TestCase):
             print("left out: the memory of a batch, which is the sanitizer's")
         else:
             self.assertLess(kept, MOST_OF_JOB + MOST_GROWTH / JOBS)
-        self.assertLessEqual(max(s.descriptors for s in states), max(s.descriptors for s in states[: JOBS // 3]))
+        # While a job is started there are more for a moment; what is lost would be there always.
+        first, last = states[: JOBS // 3], states[-(JOBS // 3) :]
+        self.assertLessEqual(min(s.descriptors for s in last), max(s.descriptors for s in first))
 
     def test_shared_folder(self):
         scene = SCENES / "coincident.glb"
