@@ -96,7 +96,8 @@ void addCamera(Imf::Header& header, const View& view) {
     }
 }
 
-void addProvenance(Imf::Header& header, const Plan& plan, const Provenance& provenance) {
+void addProvenance(Imf::Header& header, const Plan& plan, const Provenance& provenance,
+                   bool layers_known) {
     const auto text = [&](const char* name, const std::string& value) {
         if (!value.empty()) header.insert(name, Imf::StringAttribute(value));
     };
@@ -122,13 +123,15 @@ void addProvenance(Imf::Header& header, const Plan& plan, const Provenance& prov
              plan.view.projection.perspective ? "perspective" : "orthographic");
         text("peeler:cameraJson", cameraJson(plan.view));
     }
-    text("peeler:fragmentsCounted", std::to_string(plan.fragments_counted));
-    text("peeler:fragmentsStored", std::to_string(plan.fragments_stored));
+    if (layers_known) {
+        text("peeler:fragmentsCounted", std::to_string(plan.fragments_counted));
+        text("peeler:fragmentsStored", std::to_string(plan.fragments_stored));
+        number("peeler:layers", static_cast<int>(plan.layers.size()));
+        number("peeler:complete", plan.complete() ? 1 : 0);
+    }
     if (plan.fragments_blended != 0)
         text("peeler:fragmentsBlended", std::to_string(plan.fragments_blended));
     if (plan.samples > 1) number("peeler:samples", plan.samples);
-    number("peeler:layers", static_cast<int>(plan.layers.size()));
-    number("peeler:complete", plan.complete() ? 1 : 0);
     number("peeler:frame", provenance.frame);
     if (provenance.view) number("peeler:view", *provenance.view);
     header.insert("peeler:time", Imf::DoubleAttribute(provenance.time));
@@ -167,7 +170,8 @@ int pixelsIn(const nlohmann::json& value) {
 
 }  // namespace
 
-Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Window& data_window) {
+Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Window& data_window,
+                      bool layers_known) {
     const View& view = plan.view;
     Imf::Header header(
         Imath::Box2i({0, 0}, {view.width - 1, view.height - 1}),
@@ -178,7 +182,7 @@ Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Wind
     header.setType(Imf::SCANLINEIMAGE);
     Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec. 709, D65
     if (view.known) addCamera(header, view);
-    addProvenance(header, plan, provenance);
+    addProvenance(header, plan, provenance, layers_known);
     addDate(header);
     return header;
 }

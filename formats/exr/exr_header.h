@@ -34,9 +34,12 @@ namespace peeler {
 ///   they may exceed 32 bits; `peeler:layers`, `peeler:complete` and `peeler:frame` int;
 ///   `peeler:time` double; the rest strings, left out where empty.
 /// - `peeler:cameraJson`: see cameraJson().
-/// - Nothing of the camera if it is not known (View::known).
+/// - Nothing of the camera if it is not known (View::known), nor of how many layers and fragments
+///   there are unless `layers_known`. What is in a header stays: OpenEXR 3.1's Header::erase()
+///   never frees the attribute.
 /// - capDate (UTC) only if SOURCE_DATE_EPOCH is set.
-Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Window& data_window);
+Imf::Header exrHeader(const Plan& plan, const Provenance& provenance, const Window& data_window,
+                      bool layers_known = true);
 
 /// Adds the names of those channels of the header that are an id.object or id.material of some
 /// layer (scheme "id", not hashed, stable as long as the scene file is); nothing if there are none.

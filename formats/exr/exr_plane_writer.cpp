@@ -25,15 +25,10 @@ constexpr std::size_t kNumberBytes = 4;
 
 Imf::Header planeHeader(const ExrPlanePart& part, const Provenance& provenance,
                         const std::vector<ExrPlaneChannel>& channels) {
-    Imf::Header header = exrHeader(part.plan, provenance, part.plan.view.crop);
+    Imf::Header header = exrHeader(part.plan, provenance, part.plan.view.crop, part.layers_known);
     header.setName(part.name);
     for (const ExrPlaneChannel& channel : channels)
         header.channels().insert(channel.name, Imf::Channel(exrPixelType(channel.type)));
-    if (!part.layers_known) {
-        for (const char* name : {"peeler:layers", "peeler:complete", "peeler:fragmentsCounted",
-                                 "peeler:fragmentsStored"})
-            header.erase(name);
-    }
     return header;
 }
 
