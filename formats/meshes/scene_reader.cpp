@@ -20,7 +20,7 @@ constexpr std::size_t kBegin = 4096;
 constexpr std::string_view kGltfExtensions[] = {".gltf", ".glb"}, kPlyExtensions[] = {".ply"},
                            kStlExtensions[] = {".stl"}, kObjExtensions[] = {".obj"};
 
-constexpr SceneFormat kFormats[] = {
+constexpr SceneFormat kSceneFormats[] = {
     {"glTF", kGltfExtensions,
      [](std::string_view begin, std::uint64_t) {
          return begin.starts_with("glTF") || trimmed(withoutByteOrderMark(begin)).starts_with('{');
@@ -38,14 +38,14 @@ constexpr SceneFormat kFormats[] = {
     {"OBJ", kObjExtensions, isObj, readObjScene},
 };
 
-constexpr const SceneFormat* kGltf = &kFormats[0];
+constexpr const SceneFormat* kGltf = &kSceneFormats[0];
 
 const SceneFormat* formatNamed(const std::filesystem::path& path) {
     const std::string extension = lowerExtension(path);
-    const auto* const format = std::ranges::find_if(kFormats, [&](const SceneFormat& row) {
+    const auto* const format = std::ranges::find_if(kSceneFormats, [&](const SceneFormat& row) {
         return std::ranges::find(row.extensions, extension) != row.extensions.end();
     });
-    return format == std::end(kFormats) ? nullptr : format;
+    return format == std::end(kSceneFormats) ? nullptr : format;
 }
 
 /// By the content, else by the name.
@@ -81,12 +81,12 @@ void checkOptions(const SceneReadOptions& options) {
 }  // namespace
 
 std::span<const SceneFormat> sceneFormats() {
-    return kFormats;
+    return kSceneFormats;
 }
 
 std::string sceneExtensions() {
     std::string all;
-    for (const SceneFormat& format : kFormats)
+    for (const SceneFormat& format : kSceneFormats)
         for (const std::string_view extension : format.extensions)
             all.append(all.empty() ? "" : " ").append(extension);
     return all;
@@ -102,8 +102,8 @@ const SceneFormat* sceneFormatOf(const std::filesystem::path& path) {
     std::array<char, kBegin> bytes{};
     const std::string_view begin(bytes.data(), file.readSome(0, bytes));
     const auto* const format = std::ranges::find_if(
-        kFormats, [&](const SceneFormat& row) { return row.recognises(begin, file.size()); });
-    return format == std::end(kFormats) ? nullptr : format;
+        kSceneFormats, [&](const SceneFormat& row) { return row.recognises(begin, file.size()); });
+    return format == std::end(kSceneFormats) ? nullptr : format;
 }
 
 std::optional<Assumed> assumedOf(const std::filesystem::path& path,
