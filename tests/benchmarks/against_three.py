@@ -285,7 +285,7 @@ def scenes(assets: Path, scratch: Path, only: Optional[List[str]], skipped: List
         if path.is_file():
             yield Scene(name, path, "studio")
         else:
-            skipped.append(f"{name}: no {model} in {assets / 'gltf-sample-assets'}")
+            skipped.append(f"{name}: no {model}")
 
 
 def main() -> int:
